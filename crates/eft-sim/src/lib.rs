@@ -1,1 +1,5 @@
-//! sim
+//! The virtual rig of effective force testing.
+
+mod error;
+
+pub use error::{Error, Result};

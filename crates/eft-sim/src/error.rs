@@ -1,0 +1,67 @@
+//! The one error type: every message names the parameter, the value and what is allowed.
+
+use std::path::PathBuf;
+
+/// What went wrong, in one line a user can act on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A value outside what its parameter allows.
+    #[error("{parameter} = {value}: {allowed}")]
+    Value {
+        /// Dotted key or argument name.
+        parameter: String,
+        /// The offending value as the user wrote it.
+        value: String,
+        /// What is allowed, as a phrase: "must be positive and finite".
+        allowed: String,
+    },
+    /// A key that the configuration does not know.
+    #[error("unknown key `{key}`{}", nearest.as_ref().map(|n| format!("; the nearest known key is `{n}`")).unwrap_or_default())]
+    UnknownKey {
+        /// The key as given.
+        key: String,
+        /// The nearest known key, if one is near.
+        nearest: Option<String>,
+    },
+    /// A physical key without which the rig is not defined.
+    #[error("missing key `{key}` ({meaning})")]
+    MissingKey {
+        /// The dotted key.
+        key: String,
+        /// What the key means, with its unit.
+        meaning: String,
+    },
+    /// A configuration file that is not valid TOML; the message carries line and column.
+    #[error("{0}")]
+    Toml(String),
+    /// A file whose content is not what its format promises.
+    #[error("{path}: {message}")]
+    File {
+        /// The file, as the user named it.
+        path: PathBuf,
+        /// What is wrong and where.
+        message: String,
+    },
+    /// A file that could not be read or written.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file, as the user named it.
+        path: PathBuf,
+        /// The operating system's answer.
+        source: std::io::Error,
+    },
+    /// The run was interrupted by its caller.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Shorthand for results of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// An [`Error::Value`].
+    pub fn value(parameter: &str, value: impl ToString, allowed: impl Into<String>) -> Self {
+        Self::Value { parameter: parameter.into(), value: value.to_string(), allowed: allowed.into() }
+    }
+}
