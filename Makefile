@@ -1,0 +1,96 @@
+# One command for each job; `make help` lists them. Everything Python lives in
+# .venv, and a stamp file there keeps it from being built again for nothing.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-builtin-rules
+
+PYTHON ?= python3
+CARGO ?= cargo
+DEMO_ARGS ?=
+PYTEST_ARGS ?=
+
+VENV := .venv
+BIN := $(VENV)/bin
+PY := $(BIN)/python
+# An outer virtual environment must not catch what is meant for ours.
+export VIRTUAL_ENV := $(abspath $(VENV))
+unexport PYTHONPATH PYTHONHOME
+# Without it clippy and the bindings could see two interpreters and build twice.
+export PYO3_PYTHON := $(abspath $(PY))
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export MPLBACKEND := Agg
+
+RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -name build.rs \) -not -path '*/target/*') \
+  Cargo.toml Cargo.lock
+# The requirement strings of one extra, straight from pyproject.toml: this pip
+# knows no --group, and asking for "eft[test]" could reach for a stranger's eft.
+extra = $(PY) -c 'import sys, tomllib; p = tomllib.load(open("pyproject.toml", "rb"))["project"]; print("\n".join(r for e in sys.argv[1:] for r in p["optional-dependencies"][e]))'
+
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs dist build clean
+
+help: ## List the targets
+	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
+
+demo: $(VENV)/.built ## Run the paper's tests: a table, figures and a report (DEMO_ARGS="--short", "--record FILE --scale X", ...)
+	$(PY) -m eft.demo $(DEMO_ARGS)
+
+build: $(VENV)/.built ## Build the package into .venv
+
+test: test-rust test-python ## Build and run every host test
+
+test-rust:
+	$(CARGO) test --locked --workspace --exclude eft-py
+
+test-python: $(VENV)/.extra-test
+	$(PY) -m pytest $(PYTEST_ARGS)
+
+lint: lint-rust lint-python ## Formatting, clippy, rustdoc, ruff, mypy, stubs against the module
+
+lint-rust: $(VENV)/.made
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps --quiet
+
+lint-python: $(VENV)/.extra-lint $(VENV)/.extra-test
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy python/eft
+	$(PY) -m mypy.stubtest eft._native
+
+firmware: ## Build the Cortex-M images, run them under QEMU, budgets against measurements
+	@if [ -x firmware/run ]; then exec firmware/run; else echo "firmware/run is not there yet: nothing to build"; fi
+
+bench: $(VENV)/.built ## Measure: criterion, and the peers beside it
+	$(CARGO) bench --locked --workspace --exclude eft-py
+
+docs: $(VENV)/.extra-docs ## Build the documentation, warnings are errors
+	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+dist: $(VENV)/.made ## Build the wheel and the source distribution
+	$(BIN)/maturin build --release --locked --out dist
+	$(BIN)/maturin sdist --out dist
+
+clean: ## Remove everything that was built
+	$(CARGO) clean
+	rm -rf $(VENV) dist docs/_build demo-output
+	rm -f python/eft/_native*.so
+
+$(VENV)/.made:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "$(PYTHON) is older than 3.11: make PYTHON=/path/to/python3.11 ..." >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { \
+	  echo "no virtual environment: on Debian, apt-get install python3-venv" >&2; exit 1; }
+	$(BIN)/pip install --quiet 'maturin>=1.9.4,<2'
+	@touch $@
+
+$(VENV)/.built: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
+	$(BIN)/maturin develop --release --locked
+	@touch $@
+
+$(VENV)/.extra-%: $(VENV)/.built pyproject.toml
+	$(extra) $* > $@.txt
+	$(BIN)/pip install --quiet --requirement $@.txt
+	@touch $@
