@@ -1,0 +1,40 @@
+//! Argument checks that the excitations, records and metrics share.
+
+use crate::error::{Error, Result};
+
+/// Rejects a number that is not finite; `unit` only serves the message.
+pub(crate) fn finite(parameter: &str, value: f64, unit: &str) -> Result<()> {
+    if value.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::value(parameter, value, format!("must be finite{}", in_unit(unit))))
+    }
+}
+
+/// Rejects a number that is not positive and finite; `unit` only serves the message.
+pub(crate) fn positive(parameter: &str, value: f64, unit: &str) -> Result<()> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(Error::value(parameter, value, format!("must be positive and finite{}", in_unit(unit))))
+    }
+}
+
+/// Rejects a signal that is empty or has a sample that is not finite.
+pub(crate) fn signal(parameter: &str, values: &[f64]) -> Result<()> {
+    if values.is_empty() {
+        return Err(Error::value(parameter, "no samples", "must have at least one"));
+    }
+    match values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(Error::value(
+            parameter,
+            format!("{} at sample {i}", values[i]),
+            "every sample must be finite",
+        )),
+    }
+}
+
+fn in_unit(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(", in {unit}") }
+}

@@ -1,0 +1,87 @@
+//! What the actuator is asked for: force commands sampled at the controller's rate.
+
+mod effective_force;
+mod sweep;
+
+pub use effective_force::effective_force;
+pub use sweep::sine_sweep;
+
+use crate::checks;
+use crate::error::{Error, Result};
+
+/// The longest command that is built: 10⁸ samples (0.8 GB), nearly seven hours at 4096 Hz.
+pub const MAX_SAMPLES: usize = 100_000_000;
+
+/// A force command in N, sampled at `sample_rate` in Hz; sample `i` belongs to the time `i / sample_rate`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Command {
+    /// Commanded force at each sample, in N.
+    pub values: Vec<f64>,
+    /// Samples per second, in Hz.
+    pub sample_rate: f64,
+}
+
+impl Command {
+    /// A command from force samples in N and their rate in Hz.
+    ///
+    /// # Errors
+    /// When there are no values, one of them is not finite, or the rate is not positive and finite.
+    pub fn new(values: Vec<f64>, sample_rate: f64) -> Result<Self> {
+        let command = Self { values, sample_rate };
+        command.validate()?;
+        Ok(command)
+    }
+
+    /// Checks what [`Command::new`] checks: the fields are public, and may have been changed since.
+    ///
+    /// # Errors
+    /// As [`Command::new`].
+    pub fn validate(&self) -> Result<()> {
+        checks::positive("sample_rate", self.sample_rate, "Hz")?;
+        checks::signal("command", &self.values)?;
+        within_memory(self.values.len() as f64).map(|_| ())
+    }
+
+    /// Time of each sample in s, from zero.
+    #[must_use]
+    pub fn time(&self) -> Vec<f64> {
+        (0..self.values.len()).map(|i| i as f64 / self.sample_rate).collect()
+    }
+
+    /// Length in s: the number of samples over the sample rate.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.values.len() as f64 / self.sample_rate
+    }
+}
+
+/// The sample count as an integer, if it lies within 1 and [`MAX_SAMPLES`].
+fn within_memory(samples: f64) -> Result<usize> {
+    if samples >= 1.0 && samples <= MAX_SAMPLES as f64 {
+        Ok(samples as usize)
+    } else {
+        Err(Error::value("number of samples", samples, format!("must lie within 1 and {MAX_SAMPLES}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_starts_at_zero_and_counts_periods() {
+        let command = Command::new(vec![0.0; 5], 4.0).unwrap();
+        assert_eq!(command.time(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(command.duration(), 1.25);
+    }
+
+    #[test]
+    fn bad_commands_are_named() {
+        let text = |values: Vec<f64>, rate| Command::new(values, rate).unwrap_err().to_string();
+        assert!(text(vec![], 10.0).starts_with("command"));
+        assert!(text(vec![0.0, f64::NAN], 10.0).contains("sample 1"));
+        for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(text(vec![1.0], rate).starts_with("sample_rate = "));
+        }
+    }
+}

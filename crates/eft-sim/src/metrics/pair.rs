@@ -1,0 +1,36 @@
+//! The checks that every metric starts with.
+
+use crate::checks;
+use crate::error::{Error, Result};
+
+/// Rejects a command and a measured signal that no metric is defined for.
+pub(super) fn check(command: &[f64], measured: &[f64]) -> Result<()> {
+    checks::signal("command", command)?;
+    if measured.len() != command.len() {
+        let allowed = format!("must have the command's {} samples", command.len());
+        return Err(Error::value("measured", format!("{} samples", measured.len()), allowed));
+    }
+    checks::signal("measured", measured)?;
+    if command.iter().all(|c| *c == 0.0) {
+        return Err(Error::value("command", "zero at every sample", "must differ from zero somewhere"));
+    }
+    Ok(())
+}
+
+/// Largest magnitude of a signal, in the signal's unit.
+pub(super) fn peak(signal: impl IntoIterator<Item = f64>) -> f64 {
+    signal.into_iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
+}
+
+/// Rejects a quotient that left the range of `f64` (the signals were too large to square, or too small).
+pub(super) fn in_range(name: &str, value: f64) -> Result<f64> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Error::value(
+            name,
+            value,
+            "the signals are too large or too small to compare in double precision",
+        ))
+    }
+}
