@@ -1,1 +1,40 @@
-//! core
+//! The effective force testing controller, for firmware and for the simulator alike.
+//!
+//! Rules of this crate:
+//! - a configuration is validated once and immutable, a state is a plain copy: one configuration drives many
+//!   channels, and swapping it changes no state;
+//! - values live at run time, shapes live in types: tables have a capacity, nothing allocates;
+//! - no input panics, and none is lost in silence: bad samples hold the output and raise a flag of [`status`];
+//! - every block is written once over [`Scalar`], for `f32`, `f64` and lanes of them, with select instead of
+//!   branches, and gives the same bits on every target.
+//!
+//! Signs: a positive spool opening lets flow into the chamber that pulls the structure; load pressure, force,
+//! displacement and velocity are then positive.
+#![no_std]
+
+mod compensation;
+mod controller;
+mod error;
+mod flow_table;
+mod inverse_flow;
+mod lanes;
+mod lead;
+mod limiter;
+mod load_pressure;
+mod piecewise;
+mod scalar;
+mod servovalve_controller;
+pub mod status;
+
+pub use compensation::{Compensation, CompensationParameters, CompensationState, Mode, Output};
+pub use controller::{Controller, ControllerOutput, ControllerState};
+pub use error::ConfigError;
+pub use flow_table::FlowTable;
+pub use inverse_flow::{Inverse, InverseFlow, InverseFlowParameters, SignFrom};
+pub use lanes::{LaneFlags, LaneMask, Lanes};
+pub use lead::{LeadNetwork, LeadState};
+pub use limiter::Limiter;
+pub use load_pressure::LoadPressure;
+pub use piecewise::{CELLS, PiecewiseLinear};
+pub use scalar::{Flags, Mask, Real, Scalar};
+pub use servovalve_controller::{ServovalveController, ServovalveControllerState};

@@ -1,0 +1,123 @@
+//! The whole tick: compensation, servovalve controller, limits.
+
+use crate::compensation::{Compensation, CompensationState};
+use crate::limiter::Limiter;
+use crate::scalar::{Mask, Scalar};
+use crate::servovalve_controller::{ServovalveController, ServovalveControllerState};
+use crate::status;
+
+/// A controller's immutable configuration; one drives any number of channels.
+#[derive(Debug, Clone, Copy)]
+pub struct Controller<S: Scalar, const N: usize> {
+    /// Velocity feedback compensation.
+    pub compensation: Compensation<S, N>,
+    /// Eq. (1).
+    pub servovalve: ServovalveController<S>,
+    /// Limits of the valve command.
+    pub limiter: Limiter<S>,
+}
+
+/// What the controller remembers. `default()` is a rig at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct ControllerState<S> {
+    compensation: CompensationState<S>,
+    servovalve: ServovalveControllerState<S>,
+    valve_command: S,
+}
+
+/// One tick's result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControllerOutput<S: Scalar> {
+    /// The valve command `v` (V).
+    pub valve_command: S,
+    /// The compensation signal `v_c` (V) in it.
+    pub compensation: S,
+    /// Bits of [`status`].
+    pub status: S::Flags,
+}
+
+impl<S: Scalar, const N: usize> Controller<S, N> {
+    /// One tick: the valve command (V) for the force command (N) and the measured piston velocity (m/s), force (N)
+    /// and spool opening (1).
+    ///
+    /// # NaN
+    /// With an invalid command or measurement the last valve command is held, the state stays and
+    /// [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised.
+    #[inline(always)]
+    pub fn step(
+        &self,
+        state: &mut ControllerState<S>,
+        command: S,
+        velocity: S,
+        force: S,
+        spool: S,
+    ) -> ControllerOutput<S> {
+        let zero = S::splat(0.0);
+        let commanded = command.abs().le(S::splat(f32::MAX as f64));
+        let mut next = *state;
+        let compensation = self.compensation.step(&mut next.compensation, velocity, force, spool, zero);
+        let measured = self.compensation.accepts(velocity, force, spool);
+        let raw = self.servovalve.step(&mut next.servovalve, command, force, compensation.value);
+        let (valve_command, limits) = self.limiter.apply(raw, state.valve_command);
+        next.valve_command = valve_command;
+        let good = commanded & measured;
+        *state = ControllerState::select(good, next, *state);
+        let regular = compensation.status | limits;
+        let faults =
+            S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT);
+        ControllerOutput {
+            valve_command: state.valve_command,
+            compensation: state.compensation.output(),
+            status: S::select_flags(good, regular, faults),
+        }
+    }
+
+    /// Repeats the last valve command and raises [`status::HELD`]; the state stays.
+    pub fn hold(&self, state: &ControllerState<S>) -> ControllerOutput<S> {
+        ControllerOutput {
+            valve_command: state.valve_command,
+            compensation: state.compensation.output(),
+            status: S::flag(S::Mask::splat(true), status::HELD),
+        }
+    }
+
+    /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
+    /// arguments gives this state's output, without a bump. Invalid arguments give the state of a rig at rest.
+    pub fn prime(&self, command: S, velocity: S, force: S, spool: S) -> ControllerState<S> {
+        let good =
+            command.abs().le(S::splat(f32::MAX as f64)) & self.compensation.accepts(velocity, force, spool);
+        let compensation = self.compensation.prime(velocity, force, spool, S::splat(0.0));
+        let mut servovalve = self.servovalve.at_rest(command, force);
+        let raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
+        let (valve_command, _) = self.limiter.apply(raw, raw);
+        ControllerState::select(
+            good,
+            ControllerState { compensation, servovalve, valve_command },
+            ControllerState::default(),
+        )
+    }
+
+    /// Controllers of single rigs side by side.
+    pub fn pack<'a>(lane: impl Fn(usize) -> &'a Controller<S::Element, N>) -> Self
+    where
+        S::Element: 'a,
+    {
+        Self {
+            compensation: Compensation::pack(|i| &lane(i).compensation),
+            servovalve: ServovalveController::pack(|i| &lane(i).servovalve),
+            limiter: Limiter::pack(|i| &lane(i).limiter),
+        }
+    }
+}
+
+impl<S: Scalar> ControllerState<S> {
+    #[inline(always)]
+    fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            compensation: CompensationState::select(mask, yes.compensation, no.compensation),
+            servovalve: ServovalveControllerState::select(mask, yes.servovalve, no.servovalve),
+            valve_command: S::select(mask, yes.valve_command, no.valve_command),
+        }
+    }
+}

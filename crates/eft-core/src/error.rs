@@ -1,0 +1,112 @@
+//! Why a configuration was refused: a small `Copy` value that names the parameter.
+
+use core::fmt;
+
+/// A refused configuration. Constructors return it; no step ever does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// NaN or infinite.
+    NotFinite {
+        /// The parameter's name.
+        parameter: &'static str,
+    },
+    /// Zero or negative where only positive values make sense.
+    NotPositive {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// The value given.
+        value: f64,
+    },
+    /// Outside the stated range.
+    OutOfRange {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// The value given.
+        value: f64,
+        /// The lowest value allowed.
+        lowest: f64,
+        /// The highest value allowed.
+        highest: f64,
+    },
+    /// A table whose entries do not increase strictly, after rounding to the scalar in use.
+    NotIncreasing {
+        /// The table's name.
+        parameter: &'static str,
+        /// The first entry that is not larger than the one before it.
+        index: usize,
+    },
+    /// A table whose length is not allowed, or two tables of different lengths.
+    Length {
+        /// The table's name.
+        parameter: &'static str,
+        /// The length given.
+        length: usize,
+        /// The shortest length allowed.
+        shortest: usize,
+        /// The longest length allowed.
+        longest: usize,
+    },
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NotFinite { parameter } => write!(f, "{parameter} is not finite: must be a finite number"),
+            Self::NotPositive { parameter, value } => write!(f, "{parameter} = {value}: must be positive"),
+            Self::OutOfRange { parameter, value, lowest, highest } => {
+                write!(f, "{parameter} = {value}: must lie in [{lowest}, {highest}]")
+            }
+            Self::NotIncreasing { parameter, index } => {
+                write!(
+                    f,
+                    "{parameter}[{index}] is not larger than the entry before it: must increase strictly"
+                )
+            }
+            Self::Length { parameter, length, shortest, longest } => {
+                write!(f, "{parameter} has {length} entries: must have {shortest} to {longest}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// Refuses NaN and infinities.
+pub(crate) const fn finite(parameter: &'static str, value: f64) -> Result<f64, ConfigError> {
+    if value.is_finite() { Ok(value) } else { Err(ConfigError::NotFinite { parameter }) }
+}
+
+/// Refuses everything but positive finite values.
+pub(crate) const fn positive(parameter: &'static str, value: f64) -> Result<f64, ConfigError> {
+    match finite(parameter, value) {
+        Ok(v) if v > 0.0 => Ok(v),
+        Ok(value) => Err(ConfigError::NotPositive { parameter, value }),
+        Err(e) => Err(e),
+    }
+}
+
+/// Refuses everything outside `[lowest, highest]`.
+pub(crate) const fn within(
+    parameter: &'static str,
+    value: f64,
+    lowest: f64,
+    highest: f64,
+) -> Result<f64, ConfigError> {
+    match finite(parameter, value) {
+        Ok(v) if v >= lowest && v <= highest => Ok(v),
+        Ok(value) => Err(ConfigError::OutOfRange { parameter, value, lowest, highest }),
+        Err(e) => Err(e),
+    }
+}
+
+/// `?` for constant functions.
+macro_rules! check {
+    ($e:expr) => {
+        match $e {
+            Ok(v) => v,
+            Err(e) => return Err(e),
+        }
+    };
+}
+pub(crate) use check;

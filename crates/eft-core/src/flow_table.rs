@@ -1,0 +1,66 @@
+//! The servovalve's flow curve (Table 2 of the paper) and its inverse.
+
+use crate::error::ConfigError;
+use crate::piecewise::PiecewiseLinear;
+use crate::scalar::Scalar;
+
+/// Flow (m³/s) against normalised spool opening, piecewise linear through up to `N` points, both ways.
+#[derive(Debug, Clone, Copy)]
+pub struct FlowTable<S: Scalar, const N: usize> {
+    forward: PiecewiseLinear<S, N>,
+    inverse: PiecewiseLinear<S, N>,
+}
+
+impl<S: Scalar, const N: usize> FlowTable<S, N> {
+    /// Flow in m³/s at no load for the spool opening `x` (1), held constant beyond the table.
+    #[inline(always)]
+    pub fn flow(&self, x: S) -> S {
+        self.forward.eval(x)
+    }
+    /// Spool opening (1) that passes the flow `q` (m³/s) at no load, held constant beyond the table.
+    #[inline(always)]
+    pub fn opening(&self, q: S) -> S {
+        self.inverse.eval(q)
+    }
+    /// The map from spool opening to flow.
+    pub const fn forward(&self) -> &PiecewiseLinear<S, N> {
+        &self.forward
+    }
+    /// The map from flow to spool opening.
+    pub const fn inverse(&self) -> &PiecewiseLinear<S, N> {
+        &self.inverse
+    }
+    /// Tables of single rigs side by side.
+    pub fn pack<'a>(lane: impl Fn(usize) -> &'a FlowTable<S::Element, N>) -> Self
+    where
+        S::Element: 'a,
+    {
+        Self {
+            forward: PiecewiseLinear::pack(|i| &lane(i).forward),
+            inverse: PiecewiseLinear::pack(|i| &lane(i).inverse),
+        }
+    }
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl<const N: usize> FlowTable<$t, N> {
+            /// A table through the points `(openings[i], flows[i])`, openings normalised, flows in m³/s.
+            ///
+            /// # Errors
+            /// As [`PiecewiseLinear`]'s `new`: the table is named `openings` or `flows`.
+            pub const fn new(openings: &[f64], flows: &[f64]) -> Result<Self, ConfigError> {
+                let forward = match PiecewiseLinear::<$t, N>::new("openings", openings, "flows", flows) {
+                    Ok(map) => map,
+                    Err(e) => return Err(e),
+                };
+                match PiecewiseLinear::<$t, N>::new("flows", flows, "openings", openings) {
+                    Ok(inverse) => Ok(Self { forward, inverse }),
+                    Err(e) => Err(e),
+                }
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);

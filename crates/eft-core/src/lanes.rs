@@ -1,0 +1,206 @@
+//! Several numbers side by side, as a plain array: portable, and vectorised by the compiler where it can.
+
+use core::array;
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use crate::scalar::{Flags, Mask, Real, Scalar};
+
+/// `L` numbers side by side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(transparent)]
+pub struct Lanes<T, const L: usize>(pub [T; L]);
+
+impl<T: Real, const L: usize> Default for Lanes<T, L> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self([T::default(); L])
+    }
+}
+
+impl<T: Real, const L: usize> Lanes<T, L> {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
+        let mut out = self;
+        for (a, b) in out.0.iter_mut().zip(other.0) {
+            *a = f(*a, b);
+        }
+        out
+    }
+    #[inline(always)]
+    fn compare(self, other: Self, f: impl Fn(T, T) -> bool) -> LaneMask<L> {
+        let mut out = [false; L];
+        for (o, (a, b)) in out.iter_mut().zip(self.0.into_iter().zip(other.0)) {
+            *o = f(a, b);
+        }
+        LaneMask(out)
+    }
+}
+
+macro_rules! lanewise {
+    ($($trait:ident $method:ident $op:tt),*) => {$(
+        impl<T: Real, const L: usize> $trait for Lanes<T, L> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, |a, b| a $op b)
+            }
+        }
+    )*};
+}
+lanewise!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+impl<T: Real, const L: usize> Neg for Lanes<T, L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0.map(|a| -a))
+    }
+}
+
+/// One truth value a lane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LaneMask<const L: usize>(pub [bool; L]);
+
+impl<const L: usize> BitAnd for LaneMask<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self::from_lanes(|i| self.lane(i) & other.lane(i))
+    }
+}
+impl<const L: usize> BitOr for LaneMask<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self::from_lanes(|i| self.lane(i) | other.lane(i))
+    }
+}
+impl<const L: usize> Not for LaneMask<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(self.0.map(|a| !a))
+    }
+}
+impl<const L: usize> Mask for LaneMask<L> {
+    #[inline(always)]
+    fn splat(value: bool) -> Self {
+        Self([value; L])
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0.iter().any(|&a| a)
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self.0.iter().all(|&a| a)
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> bool {
+        self.0.get(lane).copied().unwrap_or(false)
+    }
+    #[inline(always)]
+    fn from_lanes(f: impl FnMut(usize) -> bool) -> Self {
+        Self(array::from_fn(f))
+    }
+}
+
+/// One status word a lane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LaneFlags<const L: usize>(pub [u32; L]);
+
+impl<const L: usize> Default for LaneFlags<L> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self([0; L])
+    }
+}
+impl<const L: usize> BitOr for LaneFlags<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(array::from_fn(|i| self.lane(i) | other.lane(i)))
+    }
+}
+impl<const L: usize> Flags for LaneFlags<L> {
+    #[inline(always)]
+    fn lane(self, lane: usize) -> u32 {
+        self.0.get(lane).copied().unwrap_or(0)
+    }
+}
+
+impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
+    type Element = T;
+    type Mask = LaneMask<L>;
+    type Flags = LaneFlags<L>;
+    type Index = [u8; L];
+    const LANES: usize = L;
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self([T::from_f64(value); L])
+    }
+    #[inline(always)]
+    fn from_lanes(f: impl FnMut(usize) -> T) -> Self {
+        Self(array::from_fn(f))
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> T {
+        self.0.get(lane).copied().unwrap_or_default()
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> LaneMask<L> {
+        self.compare(other, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> LaneMask<L> {
+        self.compare(other, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn select(mask: LaneMask<L>, yes: Self, no: Self) -> Self {
+        Self(array::from_fn(|i| if mask.lane(i) { yes.lane(i) } else { no.lane(i) }))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.map(T::abs))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(T::sqrt))
+    }
+    #[inline(always)]
+    fn flag(mask: LaneMask<L>, bit: u32) -> LaneFlags<L> {
+        LaneFlags(mask.0.map(|a| if a { bit } else { 0 }))
+    }
+    #[inline(always)]
+    fn select_flags(mask: LaneMask<L>, yes: LaneFlags<L>, no: LaneFlags<L>) -> LaneFlags<L> {
+        LaneFlags(array::from_fn(|i| if mask.lane(i) { yes.lane(i) } else { no.lane(i) }))
+    }
+    #[inline(always)]
+    fn index_from_lanes(f: impl FnMut(usize) -> u8) -> [u8; L] {
+        array::from_fn(f)
+    }
+    #[inline(always)]
+    fn truncate(self) -> [u8; L] {
+        self.0.map(T::truncate)
+    }
+    #[inline(always)]
+    fn index_at<const M: usize>(table: &[[u8; L]; M], index: [u8; L]) -> [u8; L] {
+        const { assert!(M.is_power_of_two()) };
+        let entry = |i: usize, cell: u8| table.get(usize::from(cell) & (M - 1))?.get(i).copied();
+        array::from_fn(|i| index.get(i).and_then(|&cell| entry(i, cell)).unwrap_or(0))
+    }
+    #[inline(always)]
+    fn at<const N: usize>(table: &[Self; N], index: [u8; L]) -> Self {
+        let entry = |i: usize| index.get(i).and_then(|&row| table.get(usize::from(row)));
+        Self(array::from_fn(|i| entry(i).map(|row| row.lane(i)).unwrap_or_default()))
+    }
+    #[inline(always)]
+    fn advance(index: [u8; L], mask: LaneMask<L>) -> [u8; L] {
+        let mut out = index;
+        for (i, m) in out.iter_mut().zip(mask.0) {
+            *i = i.wrapping_add(u8::from(m));
+        }
+        out
+    }
+}

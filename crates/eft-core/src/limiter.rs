@@ -1,0 +1,58 @@
+//! Limits of the valve command: amplitude and rate.
+
+use crate::error::{ConfigError, check, positive, within};
+use crate::scalar::Scalar;
+use crate::status;
+
+/// Amplitude (V) and change per sample (V).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limiter<S> {
+    amplitude: S,
+    change: S,
+}
+
+impl<S: Scalar> Limiter<S> {
+    /// The command (V) that may follow `last` (V), and [`status::COMMAND_LIMITED`] and [`status::RATE_LIMITED`].
+    ///
+    /// # NaN
+    /// NaN becomes the lower limit, flagged.
+    #[inline(always)]
+    pub fn apply(&self, command: S, last: S) -> (S, S::Flags) {
+        let limited = command.limit(-self.amplitude, self.amplitude);
+        let reached = limited.limit(last - self.change, last + self.change);
+        let flags = S::flag(!command.abs().le(self.amplitude), status::COMMAND_LIMITED)
+            | S::flag((limited - last).abs().gt(self.change), status::RATE_LIMITED);
+        (reached, flags)
+    }
+    /// Limits of single rigs side by side.
+    pub fn pack<'a>(lane: impl Fn(usize) -> &'a Limiter<S::Element>) -> Self
+    where
+        S::Element: 'a,
+    {
+        Self { amplitude: S::from_lanes(|i| lane(i).amplitude), change: S::from_lanes(|i| lane(i).change) }
+    }
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl Limiter<$t> {
+            /// From the largest command (V), the largest rate (V/s) and the sample rate (Hz); `f64::MAX` is no limit.
+            ///
+            /// # Errors
+            /// A limit that is negative or not finite; a sample rate that is not positive.
+            pub const fn new(amplitude: f64, rate: f64, sample_rate: f64) -> Result<Self, ConfigError> {
+                // Half the largest f32, so that sums of two limits stay finite in either scalar.
+                let most = f32::MAX as f64 / 2.0;
+                let amplitude = check!(within("valve_command", amplitude, 0.0, f64::MAX));
+                let change = check!(within("valve_command_rate", rate, 0.0, f64::MAX))
+                    / check!(positive("sample_rate", sample_rate));
+                Ok(Self {
+                    amplitude: (if amplitude < most { amplitude } else { most }) as $t,
+                    change: (if change < most { change } else { most }) as $t,
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);

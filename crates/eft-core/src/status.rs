@@ -1,0 +1,39 @@
+//! What a step has to report: one bit a fact, the same bits in Rust, C, Python and files.
+
+/// Measured or required spool opening beyond the warning level (the paper advises 60 %).
+pub const SPOOL_WARNING: u32 = 1 << 0;
+/// The demanded flow lies beyond the flow table, or the required opening beyond the spool's stroke.
+pub const DEMAND_SATURATED: u32 = 1 << 1;
+/// The radicand of the load-pressure correction was raised to its floor.
+pub const LOAD_PRESSURE_FLOORED: u32 = 1 << 2;
+/// The valve command was cut to its limit.
+pub const COMMAND_LIMITED: u32 = 1 << 3;
+/// The valve command's rate was cut to its limit.
+pub const RATE_LIMITED: u32 = 1 << 4;
+/// A measurement was not finite or out of its range; the last output is held.
+pub const INVALID_MEASUREMENT: u32 = 1 << 5;
+/// The force command was not finite; the last output is held.
+pub const INVALID_COMMAND: u32 = 1 << 6;
+/// The output was held on request.
+pub const HELD: u32 = 1 << 7;
+/// The spool stands at a stop (set by the rig, which sees the true spool).
+pub const SPOOL_STOP: u32 = 1 << 8;
+/// The piston is beyond its stroke (set by the rig).
+pub const STROKE_EXCEEDED: u32 = 1 << 9;
+/// The simulated state was no longer finite; the run ends here (set by the rig).
+pub const DIVERGED: u32 = 1 << 10;
+
+/// Every flag of this module with its name, lowest bit first.
+pub const NAMES: [(u32, &str); 11] = [
+    (SPOOL_WARNING, "spool_warning"),
+    (DEMAND_SATURATED, "demand_saturated"),
+    (LOAD_PRESSURE_FLOORED, "load_pressure_floored"),
+    (COMMAND_LIMITED, "command_limited"),
+    (RATE_LIMITED, "rate_limited"),
+    (INVALID_MEASUREMENT, "invalid_measurement"),
+    (INVALID_COMMAND, "invalid_command"),
+    (HELD, "held"),
+    (SPOOL_STOP, "spool_stop"),
+    (STROKE_EXCEEDED, "stroke_exceeded"),
+    (DIVERGED, "diverged"),
+];
