@@ -1,0 +1,161 @@
+//! From a tree as someone wrote it to a complete and valid one.
+
+use toml::{Table, Value};
+
+use super::schema::{Key, Kind, Need, Short};
+use super::{KEYS, tree};
+use crate::{Error, Result};
+
+const SENSORS: [&str; 4] = ["force", "velocity", "displacement", "spool"];
+
+/// Checks every value against the schema and fills in the defaults.
+pub(super) fn complete(given: Table) -> Result<Table> {
+    let mut whole = Table::new();
+    for (key, value) in tree::leaves(&given) {
+        match KEYS.iter().find(|row| row.key == key) {
+            Some(row) => tree::set(&mut whole, &key, accept(row, value)?)?,
+            None if tree::is_section(&key) => {
+                if !value.is_table() {
+                    return Err(Error::value(&key, show(value), "must be a section"));
+                }
+            }
+            None => return Err(tree::unknown(&key)),
+        }
+    }
+    for row in KEYS {
+        if tree::get(&whole, row.key).is_none() {
+            match row.need {
+                Need::Default(preset) => tree::set(&mut whole, row.key, preset.value())?,
+                Need::Required => return Err(missing(row)),
+                Need::When(key, word) if tree::get(&whole, key).and_then(Value::as_str) == Some(word) => {
+                    return Err(missing(row));
+                }
+                Need::When(..) | Need::Optional => {}
+            }
+        }
+    }
+    together(&whole)?;
+    flow_table(&whole)?;
+    Ok(whole)
+}
+
+/// A value of the right type and range; whole numbers become floats where floats are wanted.
+fn accept(row: &Key, value: &Value) -> Result<Value> {
+    let refuse = || Error::value(row.key, show(value), row.allowed());
+    match (row.kind, value) {
+        (Kind::Float(low, high), _) => {
+            let number = number(value).ok_or_else(refuse)?;
+            // Also refuses NaN, which is in no range.
+            if (low..=high).contains(&number) { Ok(Value::Float(number)) } else { Err(refuse()) }
+        }
+        (Kind::Int(low, high), Value::Integer(number)) if (low..=high).contains(number) => Ok(value.clone()),
+        (Kind::Bool, Value::Boolean(_)) | (Kind::Text, Value::String(_)) => Ok(value.clone()),
+        (Kind::Choice(words), Value::String(word)) if words.contains(&word.as_str()) => Ok(value.clone()),
+        (Kind::Floats(least, most), Value::Array(items)) => {
+            if !(least..=most).contains(&items.len()) {
+                return Err(Error::value(row.key, format!("{} values", items.len()), row.allowed()));
+            }
+            let accepted = items.iter().enumerate().map(|(index, item)| {
+                let finite = number(item).filter(|number| number.is_finite()).map(Value::Float);
+                finite.ok_or_else(|| {
+                    Error::value(&format!("{}[{index}]", row.key), show(item), "must be a finite number")
+                })
+            });
+            accepted.collect::<Result<Vec<_>>>().map(Value::Array)
+        }
+        _ => Err(refuse()),
+    }
+}
+
+/// Keys that mean something only together.
+fn together(whole: &Table) -> Result<()> {
+    let pairs = SENSORS.iter().map(|name| (format!("sensors.{name}.bits"), format!("sensors.{name}.range")));
+    let softening =
+        ("structure.softening.displacement".to_owned(), "structure.softening.stiffness".to_owned());
+    let both_ways = [(softening.1.clone(), softening.0.clone()), softening];
+    for (given, needed) in pairs.chain(both_ways) {
+        if tree::get(whole, &given).is_some() && tree::get(whole, &needed).is_none() {
+            let meaning = KEYS.iter().find(|row| row.key == needed).map(Key::meaning).unwrap_or_default();
+            return Err(Error::MissingKey {
+                key: needed,
+                meaning: format!("{meaning}; needed beside `{given}`"),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The flow curve: as many flows as openings, both strictly increasing, through (0, 0), with both
+/// directions of flow.
+fn flow_table(whole: &Table) -> Result<()> {
+    const OPENINGS: &str = "servovalve.flow_table.openings";
+    const FLOWS: &str = "servovalve.flow_table.flows";
+    let list = |key| -> Vec<f64> {
+        let items = tree::get(whole, key).and_then(Value::as_array);
+        items.map(|items| items.iter().filter_map(Value::as_float).collect()).unwrap_or_default()
+    };
+    let (openings, flows) = (list(OPENINGS), list(FLOWS));
+    if openings.len() != flows.len() {
+        let allowed = format!("must have as many values as `{OPENINGS}`, which has {}", openings.len());
+        return Err(Error::value(FLOWS, format!("{} values", flows.len()), allowed));
+    }
+    for (key, values) in [(OPENINGS, &openings), (FLOWS, &flows)] {
+        for (index, (before, value)) in values.iter().zip(values.iter().skip(1)).enumerate() {
+            if value <= before {
+                let allowed = format!("must increase strictly: [{index}] is {}", Short(*before));
+                return Err(Error::value(&format!("{key}[{}]", index + 1), Short(*value), allowed));
+            }
+        }
+    }
+    if let Some((index, opening)) = openings.iter().enumerate().find(|(_, opening)| opening.abs() > 1.0) {
+        let allowed = "must be between -1 and 1, a fraction of the spool's stroke";
+        return Err(Error::value(&format!("{OPENINGS}[{index}]"), Short(*opening), allowed));
+    }
+    let Some(zero) = openings.iter().position(|opening| *opening == 0.0) else {
+        return Err(Error::value(OPENINGS, "no point at 0", "must contain the point (0, 0)"));
+    };
+    match flows.get(zero) {
+        Some(flow) if *flow != 0.0 => {
+            return Err(Error::value(
+                &format!("{FLOWS}[{zero}]"),
+                Short(*flow),
+                "must be 0, the flow at opening 0",
+            ));
+        }
+        _ => {}
+    }
+    if zero == 0 || zero + 1 == openings.len() {
+        let side = if zero == 0 { "nothing below opening 0" } else { "nothing above opening 0" };
+        return Err(Error::value(
+            OPENINGS,
+            side,
+            "must have points on both sides of 0, one for each direction of flow",
+        ));
+    }
+    Ok(())
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(number) => Some(*number),
+        Value::Integer(number) => Some(*number as f64),
+        _ => None,
+    }
+}
+
+fn missing(row: &Key) -> Error {
+    Error::MissingKey { key: row.key.to_owned(), meaning: row.meaning() }
+}
+
+/// A value as the user would recognise it, cut where it is long.
+fn show(value: &Value) -> String {
+    let text = match value {
+        Value::Float(number) => Short(*number).to_string(),
+        Value::Table(_) => "a section".to_owned(),
+        other => other.to_string(),
+    };
+    match text.char_indices().nth(80) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}

@@ -1,0 +1,102 @@
+//! The schema itself: one row per value, in the order in which files are written.
+//!
+//! The ranges are far wider than any rig; they refuse unit mistakes (psi for Pa) and values whose
+//! products would overflow.
+
+use super::schema::{Key, Kind, Need, Preset};
+use Kind::{Bool, Choice, Float, Floats, Int, Text};
+use Need::{Optional, Required, When};
+
+const fn key(key: &'static str, unit: &'static str, kind: Kind, need: Need, doc: &'static str) -> Key {
+    Key { key, unit, kind, need, doc }
+}
+
+const fn float(value: f64) -> Need {
+    Need::Default(Preset::Float(value))
+}
+
+const fn int(value: i64) -> Need {
+    Need::Default(Preset::Int(value))
+}
+
+const OFF: Need = Need::Default(Preset::Bool(false));
+const BILINEAR: Need = When("structure.kind", "bilinear");
+
+/// Every key of the configuration.
+#[rustfmt::skip]
+pub static KEYS: &[Key] = &[
+    key("name", "", Text, Optional, "name of the rig, for reports and exported files"),
+
+    key("actuator.piston_area", "m²", Float(1e-8, 1e2), Required, "effective piston area A"),
+    key("actuator.compressibility", "m³/Pa", Float(1e-20, 1.0), Required, "oil compressibility of the chambers K_a, Eq. (7)"),
+    key("actuator.leakage", "m³/(s·Pa)", Float(0.0, 1e-3), Required, "cross-piston leakage C_l, Eq. (7)"),
+    key("actuator.stroke", "m", Float(1e-4, 1e2), Required, "stroke to either side of the middle"),
+
+    key("supply.pressure", "Pa", Float(1e3, 1e9), Required, "supply pressure P_s at which the flow curve was measured"),
+
+    key("servovalve.pilot_time_constant", "s", Float(1e-6, 1.0), Required, "time constant of the pilot stage τ, Eq. (2)"),
+    key("servovalve.pilot_flow_gain", "m³/(s·V)", Float(1e-12, 1.0), Required, "flow gain of the pilot stage K_vp, Eq. (2)"),
+    key("servovalve.spool_area", "m²", Float(1e-9, 1.0), Required, "end area of the main spool A_v, Eq. (3)"),
+    key("servovalve.spool_stroke", "m", Float(1e-6, 1.0), Required, "stroke of the main spool to either side x_vmax"),
+    key("servovalve.spool_sensitivity", "V/m", Float(1e-3, 1e9), Required, "sensitivity of the spool position sensor K_3"),
+    key("servovalve.flow_gain_scale", "", Float(1e-2, 1e2), float(1.0), "true flow over the flow that the controller's curve gives"),
+    key("servovalve.flow_table.openings", "", Floats(2, 64), Required, "spool openings of the flow curve, Table 2"),
+    key("servovalve.flow_table.flows", "m³/s", Floats(2, 64), Required, "no-load flows at those openings, Table 2"),
+
+    key("controller.force_sensitivity", "V/N", Float(1e-12, 1e3), Required, "force sensitivity C_F, Eq. (1)"),
+    key("controller.proportional_gain", "", Float(1e-6, 1e6), Required, "proportional gain G_p, Eq. (1)"),
+    key("controller.derivative_gain", "s", Float(0.0, 10.0), Required, "derivative gain G_d, Eq. (1)"),
+    key("controller.realization", "", Choice(&["analog", "digital"]), Need::Default(Preset::Text("analog")), "where the force loop runs: in continuous time or sampled"),
+    key("controller.sample_rate", "Hz", Float(1.0, 1e6), Required, "sample rate where no command brings its own"),
+
+    key("compensation.mode", "", Choice(&["off", "linear", "nonlinear"]), Required, "velocity feedback scheme"),
+    key("compensation.level", "", Float(0.0, 10.0), float(1.0), "compensation level, 1 = full"),
+    key("compensation.flow_gain", "m³/s", Float(1e-12, 1e3), Required, "no-load flow gain at the origin K_v, of the linear scheme"),
+    key("compensation.valve_gain", "1/V", Float(1e-6, 1e6), Required, "valve gain K_s, Eq. (8)"),
+    key("compensation.response_delay", "s", Float(0.0, 1.0), Required, "response delay of the valve T_d, Eq. (8)"),
+    key("compensation.lead_alpha", "", Float(1e-3, 0.99), Required, "ratio of the lead network's time constants α, Eq. (8)"),
+    key("compensation.computation_delay", "samples", Int(0, 1000), int(0), "delay of the compensation by computation"),
+    key("compensation.sign_from", "", Choice(&["spool", "demand"]), Need::Default(Preset::Text("spool")), "signal that gives the sign of the load-pressure term"),
+    key("compensation.feedforward", "", Bool, OFF, "demand the command's own flow as well"),
+    key("compensation.adaptive", "", Bool, OFF, "estimate flow gain and valve during the test"),
+
+    key("structure.kind", "", Choice(&["linear", "bilinear"]), Required, "kind of structure; parts it does not use are ignored"),
+    key("structure.mass", "kg", Float(1e-3, 1e12), Required, "mass m"),
+    key("structure.damping", "N·s/m", Float(0.0, 1e12), Required, "viscous damping c"),
+    key("structure.stiffness", "N/m", Float(0.0, 1e15), Required, "stiffness k"),
+    key("structure.softening.displacement", "m", Float(1e-6, 1e3), BILINEAR, "displacement beyond which the spring softens, Fig. 7"),
+    key("structure.softening.stiffness", "N/m", Float(0.0, 1e15), BILINEAR, "stiffness beyond that displacement, Fig. 7"),
+
+    key("sensors.seed", "", Int(0, i64::MAX), int(0), "seed of all noise"),
+    key("sensors.force.noise", "N", Float(0.0, 1e9), float(0.0), "load cell: standard deviation of the noise per sample"),
+    key("sensors.force.bandwidth", "Hz", Float(1e-3, 1e6), Optional, "load cell: first-order bandwidth"),
+    key("sensors.force.bits", "bits", Int(1, 32), Optional, "load cell: resolution over the range"),
+    key("sensors.force.range", "N", Float(1e-9, 1e12), Optional, "load cell: range to either side"),
+    key("sensors.force.delay", "samples", Int(0, 1000), int(0), "load cell: delay"),
+    key("sensors.force.bias", "N", Float(-1e9, 1e9), float(0.0), "load cell: constant offset"),
+    key("sensors.velocity.noise", "m/s", Float(0.0, 1e3), float(0.0), "velocity: standard deviation of the noise per sample"),
+    key("sensors.velocity.bandwidth", "Hz", Float(1e-3, 1e6), Optional, "velocity: first-order bandwidth"),
+    key("sensors.velocity.bits", "bits", Int(1, 32), Optional, "velocity: resolution over the range"),
+    key("sensors.velocity.range", "m/s", Float(1e-9, 1e3), Optional, "velocity: range to either side"),
+    key("sensors.velocity.delay", "samples", Int(0, 1000), int(0), "velocity: delay"),
+    key("sensors.velocity.bias", "m/s", Float(-1e3, 1e3), float(0.0), "velocity: constant offset"),
+    key("sensors.displacement.noise", "m", Float(0.0, 1e3), float(0.0), "displacement: standard deviation of the noise per sample"),
+    key("sensors.displacement.bandwidth", "Hz", Float(1e-3, 1e6), Optional, "displacement: first-order bandwidth"),
+    key("sensors.displacement.bits", "bits", Int(1, 32), Optional, "displacement: resolution over the range"),
+    key("sensors.displacement.range", "m", Float(1e-9, 1e3), Optional, "displacement: range to either side"),
+    key("sensors.displacement.delay", "samples", Int(0, 1000), int(0), "displacement: delay"),
+    key("sensors.displacement.bias", "m", Float(-1e3, 1e3), float(0.0), "displacement: constant offset"),
+    key("sensors.spool.noise", "", Float(0.0, 10.0), float(0.0), "spool: standard deviation of the noise per sample, opening"),
+    key("sensors.spool.bandwidth", "Hz", Float(1e-3, 1e6), Optional, "spool: first-order bandwidth"),
+    key("sensors.spool.bits", "bits", Int(1, 32), Optional, "spool: resolution over the range"),
+    key("sensors.spool.range", "", Float(1e-6, 10.0), Optional, "spool: range to either side, opening"),
+    key("sensors.spool.delay", "samples", Int(0, 1000), int(0), "spool: delay"),
+    key("sensors.spool.bias", "", Float(-1.0, 1.0), float(0.0), "spool: constant offset, opening"),
+
+    key("limits.valve_command", "V", Float(1e-6, 1e6), Optional, "largest valve command to either side"),
+    key("limits.valve_command_rate", "V/s", Float(1e-6, 1e12), Optional, "largest rate of the valve command"),
+    key("limits.spool_warning", "", Float(1e-3, 1.0), float(0.6), "spool opening beyond which a warning flag is raised"),
+    key("limits.force_range", "N", Float(1e-9, 1e12), Optional, "largest plausible measured force to either side"),
+    key("limits.velocity_range", "m/s", Float(1e-9, 1e3), Optional, "largest plausible measured velocity to either side"),
+    key("limits.spool_range", "", Float(1e-6, 10.0), Optional, "largest plausible measured spool opening to either side"),
+];

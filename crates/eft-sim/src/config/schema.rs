@@ -1,0 +1,114 @@
+//! What a row of the schema says.
+
+/// One value of the configuration.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// Dotted key, as in TOML and in `replace`.
+    pub key: &'static str,
+    /// SI unit; empty where there is none.
+    pub unit: &'static str,
+    /// Type and allowed range.
+    pub kind: Kind,
+    /// Whether it must be given.
+    pub need: Need,
+    /// Meaning in one line, with the paper's symbol.
+    pub doc: &'static str,
+}
+
+/// Type and allowed range of a value.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    /// A finite number between two inclusive bounds; integers are accepted.
+    Float(f64, f64),
+    /// A whole number between two inclusive bounds.
+    Int(i64, i64),
+    /// `true` or `false`.
+    Bool,
+    /// One of some words.
+    Choice(&'static [&'static str]),
+    /// Free text.
+    Text,
+    /// A list of finite numbers with the least and the largest length.
+    Floats(usize, usize),
+}
+
+/// Whether a value must be given.
+#[derive(Clone, Copy, Debug)]
+pub enum Need {
+    /// It must.
+    Required,
+    /// It must where another key has a certain value.
+    When(&'static str, &'static str),
+    /// It may be left out, and this value holds then.
+    Default(Preset),
+    /// It may be left out, and the effect is absent then.
+    Optional,
+}
+
+/// A default value.
+#[derive(Clone, Copy, Debug)]
+pub enum Preset {
+    /// A number.
+    Float(f64),
+    /// A whole number.
+    Int(i64),
+    /// A switch.
+    Bool(bool),
+    /// A word.
+    Text(&'static str),
+}
+
+impl Key {
+    /// What the key allows, as a phrase for error messages and documents.
+    pub fn allowed(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        match self.kind {
+            Kind::Float(low, high) => format!(
+                "must be a number between {low} and {high}{unit}",
+                low = Short(low),
+                high = Short(high)
+            ),
+            Kind::Int(low, i64::MAX) => format!("must be a whole number of at least {low}{unit}"),
+            Kind::Int(low, high) => format!("must be a whole number between {low} and {high}{unit}"),
+            Kind::Bool => "must be true or false".into(),
+            Kind::Choice(words) => {
+                let quoted: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
+                format!("must be one of {}", quoted.join(", "))
+            }
+            Kind::Text => "must be a string".into(),
+            Kind::Floats(least, most) => format!("must be a list of {least} to {most} numbers{unit}"),
+        }
+    }
+
+    /// The meaning with its unit: "piston area A, m²".
+    pub fn meaning(&self) -> String {
+        if self.unit.is_empty() { self.doc.to_owned() } else { format!("{}, {}", self.doc, self.unit) }
+    }
+}
+
+impl Preset {
+    /// The default as a configuration value.
+    pub(crate) fn value(self) -> toml::Value {
+        match self {
+            Self::Float(value) => toml::Value::Float(value),
+            Self::Int(value) => toml::Value::Integer(value),
+            Self::Bool(value) => toml::Value::Boolean(value),
+            Self::Text(value) => toml::Value::String(value.to_owned()),
+        }
+    }
+}
+
+/// A number as a person would write it: powers of ten for the very small and the very large.
+/// Both forms are the shortest that read back to the same bits.
+pub(crate) struct Short(pub(crate) f64);
+
+impl std::fmt::Display for Short {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || !size.is_finite() || (1e-3..1e7).contains(&size) {
+            write!(out, "{}", self.0)
+        } else {
+            write!(out, "{:e}", self.0)
+        }
+    }
+}

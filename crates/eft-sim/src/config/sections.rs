@@ -1,0 +1,217 @@
+//! One struct per section. Ranges and defaults stand in [`super::KEYS`], not here.
+
+use serde::{Deserialize, Serialize};
+
+/// `[actuator]`, Eq. (7).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Actuator {
+    /// Effective piston area A, m².
+    pub piston_area: f64,
+    /// Oil compressibility of the chambers K_a, m³/Pa.
+    pub compressibility: f64,
+    /// Cross-piston leakage C_l, m³/(s·Pa).
+    pub leakage: f64,
+    /// Stroke to either side of the middle, m.
+    pub stroke: f64,
+}
+
+/// `[supply]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Supply {
+    /// Supply pressure P_s at which the flow curve was measured, Pa.
+    pub pressure: f64,
+}
+
+/// `[servovalve]`: the true valve, Eqs. (2), (3) and (6).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Servovalve {
+    /// Time constant of the pilot stage τ, s.
+    pub pilot_time_constant: f64,
+    /// Flow gain of the pilot stage K_vp, m³/(s·V).
+    pub pilot_flow_gain: f64,
+    /// End area of the main spool A_v, m².
+    pub spool_area: f64,
+    /// Stroke of the main spool to either side x_vmax, m.
+    pub spool_stroke: f64,
+    /// Sensitivity of the spool position sensor K_3, V/m.
+    pub spool_sensitivity: f64,
+    /// Scale of the true flow against the curve the controller knows, dimensionless.
+    pub flow_gain_scale: f64,
+    /// The flow curve f, Table 2.
+    pub flow_table: FlowCurve,
+}
+
+/// A piecewise linear flow curve through (0, 0).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlowCurve {
+    /// Spool openings of the points, strictly increasing, dimensionless.
+    pub openings: Vec<f64>,
+    /// No-load flows at the points, strictly increasing, m³/s.
+    pub flows: Vec<f64>,
+}
+
+/// `[controller]`: the servovalve controller, Eq. (1).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Controller {
+    /// Force sensitivity C_F, V/N.
+    pub force_sensitivity: f64,
+    /// Proportional gain G_p, dimensionless.
+    pub proportional_gain: f64,
+    /// Derivative gain G_d, s.
+    pub derivative_gain: f64,
+    /// Where the force loop runs.
+    pub realization: Realization,
+    /// Sample rate where no command brings its own, Hz.
+    pub sample_rate: f64,
+}
+
+/// Where the force loop runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Realization {
+    /// The loop runs in continuous time; only the compensation is sampled and held.
+    Analog,
+    /// The loop and the compensation are sampled; the valve command is held.
+    Digital,
+}
+
+/// `[compensation]`: the velocity feedback compensation, Fig. 5 and Eq. (8).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Compensation {
+    /// The scheme.
+    pub mode: Mode,
+    /// Compensation level, 1 = full, dimensionless.
+    pub level: f64,
+    /// No-load flow gain at the origin K_v, m³/s per full opening.
+    pub flow_gain: f64,
+    /// Valve gain K_s, 1/V.
+    pub valve_gain: f64,
+    /// Response delay of the valve T_d, s.
+    pub response_delay: f64,
+    /// Ratio of the lead network's time constants α, dimensionless.
+    pub lead_alpha: f64,
+    /// Delay of the compensation by computation, samples.
+    pub computation_delay: u32,
+    /// Which signal gives the sign of the load-pressure term.
+    pub sign_from: SignFrom,
+    /// Whether the command's own flow is demanded as well.
+    pub feedforward: bool,
+    /// Whether flow gain and valve are estimated during the test.
+    pub adaptive: bool,
+}
+
+/// The compensation scheme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// No velocity feedback.
+    Off,
+    /// Constant flow gain `K_v`.
+    Linear,
+    /// Inverse flow curve with load-pressure correction.
+    Nonlinear,
+}
+
+/// Which signal gives the sign of the load-pressure term.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SignFrom {
+    /// The measured spool opening, as in the paper.
+    Spool,
+    /// The demanded flow, which does not chatter at null.
+    Demand,
+}
+
+/// `[structure]`, Fig. 7.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Structure {
+    /// The kind of structure; parts that a kind does not use are ignored.
+    pub kind: StructureKind,
+    /// Mass m, kg.
+    pub mass: f64,
+    /// Viscous damping c, N·s/m.
+    pub damping: f64,
+    /// Stiffness k, N/m.
+    pub stiffness: f64,
+    /// Softening of the bilinear elastic kind.
+    pub softening: Option<Softening>,
+}
+
+/// The kind of structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StructureKind {
+    /// Linear spring.
+    Linear,
+    /// Two slopes, elastic, continuous.
+    Bilinear,
+}
+
+/// Where and how a bilinear elastic spring softens.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Softening {
+    /// Displacement of the kink, m.
+    pub displacement: f64,
+    /// Stiffness beyond the kink, N/m.
+    pub stiffness: f64,
+}
+
+/// `[sensors]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensors {
+    /// Seed of the noise.
+    pub seed: u64,
+    /// Load cell, N.
+    pub force: Sensor,
+    /// Velocity sensor, m/s.
+    pub velocity: Sensor,
+    /// Displacement sensor, m.
+    pub displacement: Sensor,
+    /// Spool position sensor, opening.
+    pub spool: Sensor,
+}
+
+/// One sensor; ideal when every value is at its default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensor {
+    /// Standard deviation of the noise per sample, in the signal's unit.
+    pub noise: f64,
+    /// First-order bandwidth, Hz.
+    pub bandwidth: Option<f64>,
+    /// Resolution over the range, bits.
+    pub bits: Option<u32>,
+    /// Range to either side, in the signal's unit.
+    pub range: Option<f64>,
+    /// Delay, samples.
+    pub delay: u32,
+    /// Constant offset, in the signal's unit.
+    pub bias: f64,
+}
+
+/// `[limits]`: absent means unlimited.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Largest valve command to either side, V.
+    pub valve_command: Option<f64>,
+    /// Largest rate of the valve command, V/s.
+    pub valve_command_rate: Option<f64>,
+    /// Spool opening beyond which a warning flag is raised, dimensionless.
+    pub spool_warning: f64,
+    /// Largest plausible measured force to either side, N.
+    pub force_range: Option<f64>,
+    /// Largest plausible measured velocity to either side, m/s.
+    pub velocity_range: Option<f64>,
+    /// Largest plausible measured spool opening to either side, dimensionless.
+    pub spool_range: Option<f64>,
+}

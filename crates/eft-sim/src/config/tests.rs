@@ -1,0 +1,365 @@
+use std::collections::BTreeSet;
+
+use proptest::prelude::*;
+use toml::{Table, Value};
+
+use super::*;
+use crate::Error;
+
+/// A value inside the range of every row, so that every optional part is present.
+fn everything() -> Table {
+    let mut whole = RigConfig::zhao2005().to_tree();
+    for row in KEYS.iter().filter(|row| tree::get(&RigConfig::zhao2005().to_tree(), row.key).is_none()) {
+        let value = match row.kind {
+            Kind::Float(low, high) => Value::Float((low + high) / 2.0),
+            Kind::Int(low, high) => Value::Integer((low + high) / 2),
+            Kind::Bool => Value::Boolean(true),
+            Kind::Choice(words) => Value::String(words[0].into()),
+            Kind::Text => Value::String("some text".into()),
+            Kind::Floats(least, _) => Value::Array((0..least).map(|i| Value::Float(i as f64)).collect()),
+        };
+        tree::set(&mut whole, row.key, value).unwrap();
+    }
+    whole
+}
+
+fn replaced(key: &str, value: impl Into<Value>) -> Result<RigConfig> {
+    RigConfig::zhao2005().replace(&[(key, value.into())])
+}
+
+fn message(result: Result<RigConfig>) -> String {
+    result.unwrap_err().to_string()
+}
+
+#[test]
+fn the_schema_and_the_structs_have_the_same_keys() {
+    fn leaves(prefix: &str, value: &serde_json::Value, found: &mut BTreeSet<String>) {
+        match value {
+            serde_json::Value::Object(fields) => {
+                for (name, value) in fields {
+                    leaves(
+                        &if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") },
+                        value,
+                        found,
+                    );
+                }
+            }
+            _ => _ = found.insert(prefix.to_owned()),
+        }
+    }
+    let config = RigConfig::from_tree(everything()).unwrap();
+    let mut fields = BTreeSet::new();
+    // JSON writes absent options as null, so that a field without a row shows up here.
+    leaves("", &serde_json::to_value(&config).unwrap(), &mut fields);
+    let rows: BTreeSet<_> = KEYS.iter().map(|row| row.key.to_owned()).collect();
+    assert_eq!(rows.len(), KEYS.len(), "a key stands twice");
+    assert_eq!(fields, rows);
+}
+
+#[test]
+fn every_word_of_a_choice_is_one_the_structs_know() {
+    for row in KEYS {
+        if let Kind::Choice(words) = row.kind {
+            for word in words {
+                let config = replaced(row.key, *word).unwrap();
+                assert_eq!(tree::get(&config.to_tree(), row.key).and_then(Value::as_str), Some(*word));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_largest_values_of_every_row_fit_their_fields() {
+    for row in KEYS {
+        let ends: [Value; 2] = match row.kind {
+            Kind::Float(low, high) => [low.into(), high.into()],
+            Kind::Int(low, high) => [low.into(), high.into()],
+            _ => continue,
+        };
+        for end in ends {
+            let mut whole = everything();
+            tree::set(&mut whole, row.key, end.clone()).unwrap();
+            let config = RigConfig::from_tree(whole).unwrap();
+            assert_eq!(tree::get(&config.to_tree(), row.key), Some(&end), "{}", row.key);
+        }
+    }
+}
+
+#[test]
+fn table_2_in_si() {
+    let table = RigConfig::zhao2005().servovalve.flow_table;
+    assert_eq!((table.openings.len(), table.flows.len()), (21, 21));
+    assert_eq!((table.openings[10], table.flows[10]), (0.0, 0.0));
+    // 523.0 and -536.2 in³/s; an inch is 25.4 mm exactly.
+    let inch = 25.4e-3_f64;
+    assert!((table.flows[20] / (523.0 * inch.powi(3)) - 1.0).abs() < 1e-12);
+    assert!((table.flows[0] / (-536.2 * inch.powi(3)) - 1.0).abs() < 1e-12);
+    assert_eq!(table.openings[13], 0.3);
+}
+
+#[test]
+fn consistent_with_the_paper() {
+    let rig = RigConfig::zhao2005();
+    // 3.1 % of critical damping, 1.58 Hz, a pump velocity below 1.05 m/s.
+    let (m, c, k) = (rig.structure.mass, rig.structure.damping, rig.structure.stiffness);
+    assert!((c / (2.0 * (k * m).sqrt()) - 0.031).abs() < 2e-4);
+    assert!(((k / m).sqrt() / (2.0 * std::f64::consts::PI) - 1.58).abs() < 1e-2);
+    assert!((rig.actuator.piston_area * rig.supply.pressure / 1e3 - 156.0).abs() < 0.1);
+    // Valve gain 1/(K_3·x_vmax), 5.18 ms delay of the second-order valve.
+    let valve = &rig.servovalve;
+    let gain = 1.0 / (valve.spool_sensitivity * valve.spool_stroke);
+    assert!((gain / rig.compensation.valve_gain - 1.0014).abs() < 1e-4);
+    let delay = valve.spool_area / (valve.spool_sensitivity * valve.pilot_flow_gain);
+    assert!((delay - 5.18e-3).abs() < 1e-5);
+}
+
+#[test]
+fn toml_keeps_every_optional_part() {
+    let config = RigConfig::from_tree(everything()).unwrap();
+    assert_eq!(RigConfig::from_toml(&config.to_toml()).unwrap(), config);
+    assert_eq!(RigConfig::from_toml(&config.to_commented_toml()).unwrap(), config);
+}
+
+#[test]
+fn commented_toml_names_every_key() {
+    let text = RigConfig::zhao2005().to_commented_toml();
+    assert_eq!(RigConfig::from_toml(&text).unwrap(), RigConfig::zhao2005());
+    for row in KEYS {
+        assert!(text.contains(row.doc), "{}", row.key);
+    }
+}
+
+#[test]
+fn nothing_physical_has_a_silent_default() {
+    assert_eq!(
+        message(RigConfig::from_tree(Table::new())),
+        "missing key `actuator.piston_area` (effective piston area A, m²)"
+    );
+    for row in KEYS.iter().filter(|row| matches!(row.need, Need::Required | Need::When(..))) {
+        match RigConfig::zhao2005().without(&[row.key]) {
+            Err(Error::MissingKey { key, .. }) => assert_eq!(key, row.key),
+            other => panic!("{}: {other:?}", row.key),
+        }
+    }
+}
+
+#[test]
+fn unknown_keys_name_the_nearest() {
+    let cases = [
+        ("actuator.piston_arae", Some("actuator.piston_area")),
+        ("actuater.piston_area", Some("actuator.piston_area")),
+        ("piston_area", Some("actuator.piston_area")),
+        ("compensation.kv", None),
+        ("structure.softening.displacment", Some("structure.softening.displacement")),
+        ("sensors.force.nosie", Some("sensors.force.noise")),
+        ("zzz", None),
+        ("", None),
+        ("actuator.", None),
+        ("structure.mass.value", None),
+    ];
+    for (given, expected) in cases {
+        match replaced(given, 1.0) {
+            Err(Error::UnknownKey { key, nearest }) => {
+                assert_eq!((key.as_str(), nearest.as_deref()), (given, expected));
+            }
+            other => panic!("{given}: {other:?}"),
+        }
+    }
+    let text = format!("{}\n[limits.extra]\n", RigConfig::zhao2005().to_toml());
+    assert!(
+        matches!(RigConfig::from_toml(&text), Err(Error::UnknownKey { key, .. }) if key == "limits.extra")
+    );
+}
+
+#[test]
+fn wrong_values_are_named_with_what_is_allowed() {
+    let cases: Vec<(&str, Value, &str)> = vec![
+        (
+            "controller.sample_rate",
+            0.0.into(),
+            "controller.sample_rate = 0: must be a number between 1 and 1000000 Hz",
+        ),
+        (
+            "structure.mass",
+            f64::NAN.into(),
+            "structure.mass = NaN: must be a number between 0.001 and 1e12 kg",
+        ),
+        ("structure.mass", f64::INFINITY.into(), "structure.mass = inf: must be"),
+        ("structure.mass", true.into(), "structure.mass = true: must be a number"),
+        ("structure.mass", "heavy".into(), "structure.mass = \"heavy\": must be a number"),
+        ("structure.mass", Table::new().into(), "structure.mass = a section: must be a number"),
+        ("structure", 3.into(), "structure = 3: must be a section"),
+        (
+            "compensation.lead_alpha",
+            1.0.into(),
+            "compensation.lead_alpha = 1: must be a number between 0.001 and 0.99",
+        ),
+        (
+            "compensation.mode",
+            "cubic".into(),
+            "compensation.mode = \"cubic\": must be one of \"off\", \"linear\", \"nonlinear\"",
+        ),
+        (
+            "compensation.computation_delay",
+            1.5.into(),
+            "compensation.computation_delay = 1.5: must be a whole number between 0 and 1000 samples",
+        ),
+        (
+            "compensation.computation_delay",
+            (-1).into(),
+            "compensation.computation_delay = -1: must be a whole number",
+        ),
+        ("compensation.feedforward", 1.into(), "compensation.feedforward = 1: must be true or false"),
+        ("sensors.seed", (-1).into(), "sensors.seed = -1: must be a whole number of at least 0"),
+        ("name", 1.into(), "name = 1: must be a string"),
+        (
+            "sensors.force.bits",
+            16.into(),
+            "missing key `sensors.force.range` (load cell: range to either side, N; needed beside `sensors.force.bits`)",
+        ),
+    ];
+    for (key, value, expected) in cases {
+        let said = message(replaced(key, value));
+        assert!(said.starts_with(expected), "{said}");
+    }
+}
+
+#[test]
+fn flow_tables_name_the_offending_index() {
+    let list = |values: &[f64]| Value::Array(values.iter().copied().map(Value::Float).collect());
+    let with = |openings: &[f64], flows: &[f64]| {
+        message(RigConfig::zhao2005().replace(&[
+            ("servovalve.flow_table.openings", list(openings)),
+            ("servovalve.flow_table.flows", list(flows)),
+        ]))
+    };
+    let table = "servovalve.flow_table.";
+    let cases: [(&[f64], &[f64], &str); 10] = [
+        (&[-1.0, 0.0, 1.0], &[-1.0, 0.0], "flows = 2 values: must have as many values as"),
+        (&[0.0], &[0.0], "flows = 1 values: must be a list of 2 to 64 numbers"),
+        (
+            &[-1.0, 0.0, 0.5, 0.5],
+            &[-1.0, 0.0, 1.0, 2.0],
+            "openings[3] = 0.5: must increase strictly: [2] is 0.5",
+        ),
+        (&[-1.0, 0.0, 1.0], &[-1.0, 0.0, -2.0], "flows[2] = -2: must increase strictly: [1] is 0"),
+        (&[-1.0, 0.0, f64::NAN], &[-1.0, 0.0, 1.0], "openings[2] = NaN: must be a finite number"),
+        (&[-1.0, 0.0, 1.0], &[-1.0, 0.0, f64::INFINITY], "flows[2] = inf: must be a finite number"),
+        (&[-1.0, 0.1, 1.0], &[-1.0, 0.0, 1.0], "openings = no point at 0: must contain the point (0, 0)"),
+        (&[-1.0, 0.0, 1.0], &[-1.0, 0.5, 1.0], "flows[1] = 0.5: must be 0, the flow at opening 0"),
+        (&[-1.0, 0.0, 1.5], &[-1.0, 0.0, 1.0], "openings[2] = 1.5: must be between -1 and 1"),
+        (&[0.0, 1.0], &[0.0, 1.0], "openings = nothing below opening 0: must have points on both sides"),
+    ];
+    for (openings, flows, expected) in cases {
+        let said = with(openings, flows);
+        assert!(said.starts_with(&format!("{table}{expected}")), "{said}");
+    }
+    let many: Vec<f64> = (-32..=32).map(|i| f64::from(i) / 32.0).collect();
+    assert!(with(&many, &many).contains("65 values: must be a list of 2 to 64"));
+}
+
+#[test]
+fn whole_numbers_serve_as_floats() {
+    assert_eq!(replaced("structure.mass", 7000).unwrap().structure.mass, 7000.0);
+    let text = RigConfig::zhao2005().to_toml().replace("mass = 7040.0", "mass = 7040");
+    assert_eq!(RigConfig::from_toml(&text).unwrap(), RigConfig::zhao2005());
+}
+
+#[test]
+fn replacing_is_all_or_nothing_and_order_free() {
+    let rig = RigConfig::zhao2005();
+    let linear = rig
+        .replace(&[("structure.kind", "linear".into())])
+        .unwrap()
+        .without(&["structure.softening"])
+        .unwrap();
+    assert_eq!(linear.structure.softening, None);
+    let softening: Table = "displacement = 0.03\nstiffness = 0".parse().unwrap();
+    let changes = [("structure.kind", Value::from("bilinear")), ("structure.softening", softening.into())];
+    let back = linear.replace(&changes).unwrap();
+    assert_eq!(back.structure.softening, Some(Softening { displacement: 0.03, stiffness: 0.0 }));
+    assert!(message(linear.replace(&changes[..1])).contains("structure.softening.displacement"));
+    assert_eq!(rig, RigConfig::zhao2005());
+}
+
+#[test]
+fn malformed_toml_says_where() {
+    let said = message(RigConfig::from_toml("[actuator]\npiston_area = 1.0.0\n"));
+    assert!(said.starts_with("line 2, column 1"), "{said}");
+    assert!(!said.contains('\n'), "{said}");
+    let said = message(RigConfig::from_toml("[actuator]\nstroke = 1.0\nstroke = 2.0\n"));
+    assert!(said.starts_with("line 3, column 1: duplicate key"), "{said}");
+}
+
+#[test]
+fn values_set_by_hand_are_checked_too() {
+    let mut rig = RigConfig::zhao2005();
+    rig.structure.damping = -1.0;
+    assert!(rig.validate().unwrap_err().to_string().starts_with("structure.damping = -1: must be"));
+    rig = RigConfig::zhao2005();
+    rig.sensors.seed = u64::MAX;
+    assert!(rig.validate().is_err());
+}
+
+#[test]
+fn files_that_cannot_be_read() {
+    let folder = std::env::temp_dir().join(format!("eft-config-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("rig.toml");
+    assert!(matches!(RigConfig::read(&path), Err(Error::Io { path: named, .. }) if named == path));
+    std::fs::write(&path, [b'a', 0xff]).unwrap();
+    assert!(message(RigConfig::read(&path)).ends_with("rig.toml: not UTF-8 text at byte 1"));
+    std::fs::write(&path, "a = [").unwrap();
+    assert!(message(RigConfig::read(&path)).contains("rig.toml: line 1, column 6"));
+    std::fs::write(&path, vec![b'#'; 2 << 20]).unwrap();
+    assert!(message(RigConfig::read(&path)).contains("larger than 1 MiB"));
+    std::fs::write(&path, RigConfig::zhao2005().to_toml()).unwrap();
+    assert_eq!(RigConfig::read(&path).unwrap(), RigConfig::zhao2005());
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+fn any_row() -> impl Strategy<Value = (&'static str, Value)> {
+    (0..KEYS.len(), 0.0..=1.0_f64, any::<u64>(), ".*").prop_map(|(row, share, bits, text)| {
+        let row = &KEYS[row];
+        let value = match row.kind {
+            // Spread over the decades of the range rather than over its length.
+            Kind::Float(low, high) if low > 0.0 => {
+                Value::Float((low * (high / low).powf(share)).clamp(low, high))
+            }
+            Kind::Float(low, high) => Value::Float((low + share * (high - low)).clamp(low, high)),
+            Kind::Int(low, high) => Value::Integer(low + (bits % (high - low).unsigned_abs().max(1)) as i64),
+            Kind::Bool => Value::Boolean(bits % 2 == 0),
+            Kind::Choice(words) => Value::String(words[bits as usize % words.len()].into()),
+            Kind::Text => Value::String(text),
+            Kind::Floats(..) => tree::get(&RigConfig::zhao2005().to_tree(), row.key).unwrap().clone(),
+        };
+        (row.key, value)
+    })
+}
+
+proptest! {
+    #[test]
+    fn to_toml_then_from_toml_is_the_identity(changes in prop::collection::vec(any_row(), 0..60)) {
+        let mut whole = everything();
+        for (key, value) in changes {
+            tree::set(&mut whole, key, value).unwrap();
+        }
+        let config = RigConfig::from_tree(whole).unwrap();
+        prop_assert_eq!(&RigConfig::from_toml(&config.to_toml()).unwrap(), &config);
+        prop_assert_eq!(&RigConfig::from_toml(&config.to_commented_toml()).unwrap(), &config);
+        prop_assert_eq!(&RigConfig::from_tree(config.to_tree()).unwrap(), &config);
+    }
+
+    #[test]
+    fn no_text_panics(text in ".{0,200}") {
+        let _ = RigConfig::from_toml(&text);
+    }
+
+    #[test]
+    fn no_damaged_file_panics(start in 0usize..3000, length in 0usize..40, insert in ".{0,10}") {
+        let text = RigConfig::zhao2005().to_toml();
+        let cut = |at: usize| (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at)).unwrap();
+        let (from, to) = (cut(start), cut(start + length));
+        let _ = RigConfig::from_toml(&format!("{}{insert}{}", &text[..from], &text[to..]));
+    }
+}

@@ -1,0 +1,96 @@
+//! Dotted keys over a tree of sections.
+
+use toml::{Table, Value};
+
+use super::KEYS;
+use crate::{Error, Result};
+
+/// The value at a dotted key.
+pub(super) fn get<'a>(tree: &'a Table, key: &str) -> Option<&'a Value> {
+    let mut parts = key.split('.');
+    let mut value = tree.get(parts.next()?)?;
+    for part in parts {
+        value = value.as_table()?.get(part)?;
+    }
+    Some(value)
+}
+
+/// Puts a value at a dotted key, making sections on the way.
+pub(super) fn set(tree: &mut Table, key: &str, value: Value) -> Result<()> {
+    known(key)?;
+    let mut section = tree;
+    let (path, leaf) = key.rsplit_once('.').unwrap_or(("", key));
+    for part in path.split('.').filter(|part| !part.is_empty()) {
+        let next = section.entry(part).or_insert_with(|| Value::Table(Table::new()));
+        let found = next.to_string();
+        section = next.as_table_mut().ok_or_else(|| Error::value(part, found, "must be a section"))?;
+    }
+    section.insert(leaf.to_owned(), value);
+    Ok(())
+}
+
+/// Takes away what stands at a dotted key.
+pub(super) fn remove(tree: &mut Table, key: &str) -> Result<()> {
+    known(key)?;
+    let mut section = tree;
+    let (path, leaf) = key.rsplit_once('.').unwrap_or(("", key));
+    for part in path.split('.').filter(|part| !part.is_empty()) {
+        match section.get_mut(part).and_then(Value::as_table_mut) {
+            Some(next) => section = next,
+            None => return Ok(()),
+        }
+    }
+    section.remove(leaf);
+    Ok(())
+}
+
+/// Every dotted key below a tree with its value; an empty section counts as one.
+pub(super) fn leaves(tree: &Table) -> Vec<(String, &Value)> {
+    fn walk<'a>(prefix: &str, tree: &'a Table, found: &mut Vec<(String, &'a Value)>) {
+        for (name, value) in tree {
+            let key = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+            match value {
+                // A table under a key that holds a value is left whole, so that the error names it.
+                Value::Table(inner) if !inner.is_empty() && !is_leaf(&key) => walk(&key, inner, found),
+                _ => found.push((key, value)),
+            }
+        }
+    }
+    let mut found = Vec::new();
+    walk("", tree, &mut found);
+    found
+}
+
+/// Whether the schema has a value of this key.
+pub(super) fn is_leaf(key: &str) -> bool {
+    KEYS.iter().any(|row| row.key == key)
+}
+
+/// Whether the schema has a section of this name.
+pub(super) fn is_section(key: &str) -> bool {
+    KEYS.iter().any(|row| row.key.strip_prefix(key).is_some_and(|rest| rest.starts_with('.')))
+}
+
+fn known(key: &str) -> Result<()> {
+    if is_leaf(key) || is_section(key) { Ok(()) } else { Err(unknown(key)) }
+}
+
+/// The error for a key outside the schema, with the nearest one inside it.
+pub(super) fn unknown(key: &str) -> Error {
+    fn last(key: &str) -> &str {
+        key.rsplit('.').next().unwrap_or(key)
+    }
+    // The name decides, wherever it stands: a right name in the wrong section is the commonest
+    // mistake next to a typo. The section breaks ties.
+    let nearest = KEYS
+        .iter()
+        .map(|row| {
+            let name = strsim::normalized_damerau_levenshtein(last(key), last(row.key));
+            let whole = strsim::normalized_damerau_levenshtein(key, row.key);
+            (name, name + 0.2 * whole, row.key)
+        })
+        .filter(|(name, ..)| *name >= 0.5)
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(.., key)| key.to_owned());
+    Error::UnknownKey { key: key.to_owned(), nearest }
+}

@@ -1,0 +1,80 @@
+//! The rig of the paper: Tables 1 and 2 and Fig. 7, in SI units.
+
+use super::RigConfig;
+use super::sections::*;
+
+/// m³ per in³.
+const CUBIC_INCH: f64 = 1.6387064e-5;
+
+/// Table 2, in³/s at openings of 0.1, 0.2, … 1.0.
+const EXTENDING: [f64; 10] = [102.2, 187.2, 260.4, 321.1, 369.8, 411.2, 441.0, 468.3, 495.7, 523.0];
+/// Table 2, in³/s at openings of −0.1, −0.2, … −1.0.
+const RETRACTING: [f64; 10] =
+    [-101.0, -188.2, -260.9, -324.2, -377.1, -419.9, -452.3, -480.2, -508.2, -536.2];
+
+const IDEAL: Sensor = Sensor { noise: 0.0, bandwidth: None, bits: None, range: None, delay: 0, bias: 0.0 };
+
+impl RigConfig {
+    /// The rig of Zhao, Shield, French and Posbergh (Tables 1 and 2, Fig. 7), nonlinear
+    /// compensation at level 1, sampled at 4096 Hz.
+    pub fn zhao2005() -> Self {
+        let flows = RETRACTING.iter().rev().chain(&[0.0]).chain(&EXTENDING);
+        Self {
+            name: Some("zhao2005".into()),
+            actuator: Actuator {
+                piston_area: 8.212e-3,
+                compressibility: 7.56e-13,
+                leakage: 1.3e-11,
+                stroke: 0.127,
+            },
+            supply: Supply { pressure: 1.9e7 },
+            servovalve: Servovalve {
+                pilot_time_constant: 1.4e-3,
+                pilot_flow_gain: 1.06e-5,
+                spool_area: 1.964e-4,
+                spool_stroke: 2.79e-3,
+                spool_sensitivity: 3579.13,
+                flow_gain_scale: 1.0,
+                flow_table: FlowCurve {
+                    openings: (-10..=10).map(|tenth| f64::from(tenth) / 10.0).collect(),
+                    flows: flows.map(|flow| flow * CUBIC_INCH).collect(),
+                },
+            },
+            controller: Controller {
+                force_sensitivity: 5.6e-5,
+                proportional_gain: 0.8059,
+                derivative_gain: 2.0e-4,
+                realization: Realization::Analog,
+                sample_rate: 4096.0,
+            },
+            compensation: Compensation {
+                mode: Mode::Nonlinear,
+                level: 1.0,
+                flow_gain: 1.64e-2,
+                valve_gain: 0.1,
+                response_delay: 5.0e-3,
+                lead_alpha: 0.1,
+                computation_delay: 0,
+                sign_from: SignFrom::Spool,
+                feedforward: false,
+                adaptive: false,
+            },
+            structure: Structure {
+                kind: StructureKind::Bilinear,
+                mass: 7040.0,
+                damping: 4330.0,
+                stiffness: 693.8e3,
+                softening: Some(Softening { displacement: 25.0e-3, stiffness: 350.0e3 }),
+            },
+            sensors: Sensors { seed: 0, force: IDEAL, velocity: IDEAL, displacement: IDEAL, spool: IDEAL },
+            limits: Limits {
+                valve_command: None,
+                valve_command_rate: None,
+                spool_warning: 0.6,
+                force_range: None,
+                velocity_range: None,
+                spool_range: None,
+            },
+        }
+    }
+}
