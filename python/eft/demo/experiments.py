@@ -1,0 +1,121 @@
+"""Runs the tests: the paper's sweeps, and an earthquake under every scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import eft
+from eft import paper
+
+if TYPE_CHECKING:
+    from eft import Command, Record, Rig, TestRun
+    from eft.plots import Response
+
+EL_CENTRO = "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
+EL_CENTRO_SCALE = 1.0
+"""Brings the demand on the valve to that of the paper's earthquake test."""
+
+SCHEMES = ("off", "linear", "nonlinear")
+SAMPLE_RATE = 4096.0
+"""Of the earthquake tests, Hz."""
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """A sweep of the paper and what came out."""
+
+    case: paper.Case
+    run: TestRun
+    numbers: paper.Numbers
+
+    def comparisons(self) -> list[paper.Comparison]:
+        """Every number beside its reference; empty where there is none."""
+        reference = self.case.reference
+        return list(paper.compare(reference, self.numbers, paper.load())) if reference else []
+
+
+@dataclass(frozen=True)
+class Earthquake:
+    """One record under every scheme, beside the ideal response."""
+
+    record: Record
+    scale: float
+    rig: Rig
+    command: Command
+    ideal: Response
+    runs: dict[str, TestRun]
+
+
+def sweeps(cases: Sequence[paper.Case]) -> Iterator[SweepResult]:
+    """Run the sweeps one by one."""
+    sweep = paper.load().sweep
+    for case in cases:
+        run = eft.simulate(case.rig(), sweep.command(case.amplitude))
+        yield SweepResult(case, run, paper.observe(run, sweep.ratio_band))
+
+
+class EarthquakeTest:
+    """An earthquake test, prepared; `runs` carries it out scheme by scheme."""
+
+    def __init__(self, path: Path | None, scale: float | None) -> None:
+        """Read the record; without a path El Centro, which ships with the package."""
+        if path is None:
+            with resources.as_file(resources.files("eft").joinpath("data", EL_CENTRO)) as shipped:
+                self.record = eft.read_record(shipped)
+            self.scale = EL_CENTRO_SCALE if scale is None else scale
+        else:
+            self.record = eft.read_record(path)
+            self.scale = 1.0 if scale is None else scale
+        self.rig = eft.Rig.zhao2005()
+        self.command = eft.effective_force(
+            self.record,
+            mass=self.rig.to_dict()["structure"]["mass"],
+            sample_rate=SAMPLE_RATE,
+            scale=self.scale,
+        )
+
+    def runs(self) -> Iterator[tuple[str, TestRun]]:
+        """One run for each scheme."""
+        for scheme in SCHEMES:
+            yield scheme, eft.simulate(self.rig.replace({"compensation.mode": scheme}), self.command)
+
+    def result(self, runs: dict[str, TestRun]) -> Earthquake:
+        """The runs beside what the structure does under the command applied exactly."""
+        ideal = eft.ideal_response(self.rig, self.command)
+        return Earthquake(self.record, self.scale, self.rig, self.command, ideal, runs)
+
+
+@dataclass(frozen=True)
+class EarthquakeNumbers:
+    """What the comparison looks at in one earthquake test."""
+
+    max_spool: float
+    """Largest spool opening, as a fraction of the stroke."""
+    force_nrmse: float
+    """Root mean square of the force error over that of the command."""
+    displacement_nrmse: float
+    """Root mean square of the departure from the ideal displacement, over that of the latter."""
+    max_displacement: float
+    """Largest displacement, m."""
+    peak_reached: float
+    """Largest displacement over the largest ideal one."""
+
+
+def observe(run: TestRun, ideal: Response) -> EarthquakeNumbers:
+    """The numbers of one earthquake test."""
+    metrics = run.metrics()
+    peak = float(np.abs(run.displacement).max())
+    error = run.displacement - ideal.displacement
+    return EarthquakeNumbers(
+        max_spool=float(metrics["max_spool"]),
+        force_nrmse=float(metrics["nrmse"]),
+        displacement_nrmse=float(np.linalg.norm(error) / np.linalg.norm(ideal.displacement)),
+        max_displacement=peak,
+        peak_reached=peak / float(np.abs(ideal.displacement).max()),
+    )

@@ -1,0 +1,33 @@
+"""Figures of a test, each on the caller's axes (`ax=`) and returning them; no global style is changed.
+
+Functions that end in a number lay out a whole page in the manner of that
+figure of the paper and return the matplotlib figure, ready for `savefig`.
+"""
+
+from eft.plots.histories import (
+    SPOOL_ADVICE,
+    displacement_history,
+    force_history,
+    spool_history,
+    velocity_history,
+)
+from eft.plots.loops import hysteresis
+from eft.plots.paper import figure_8, figure_8_ratio, figure_9, figure_10, figure_11, figure_structure
+from eft.plots.spectra import force_ratio, force_spectrum
+
+__all__ = [
+    "SPOOL_ADVICE",
+    "displacement_history",
+    "figure_8",
+    "figure_8_ratio",
+    "figure_9",
+    "figure_10",
+    "figure_11",
+    "figure_structure",
+    "force_history",
+    "force_ratio",
+    "force_spectrum",
+    "hysteresis",
+    "spool_history",
+    "velocity_history",
+]

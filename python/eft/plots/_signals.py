@@ -1,0 +1,77 @@
+"""What the figures need of a run and the run does not say itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from eft import TestRun
+
+Array = NDArray[np.float64]
+
+
+class Response(Protocol):
+    """What a structure did: a run, or the ideal response of the same structure."""
+
+    @property
+    def time(self) -> Array:
+        """In s."""
+
+    @property
+    def displacement(self) -> Array:
+        """In m."""
+
+    @property
+    def velocity(self) -> Array:
+        """In m/s."""
+
+
+def labelled(runs: TestRun | Mapping[str, TestRun], alone: str = "measured") -> Mapping[str, TestRun]:
+    """A single run is a set of one."""
+    return runs if isinstance(runs, Mapping) else {alone: runs}
+
+
+def first(runs: Mapping[str, TestRun]) -> TestRun:
+    """The run whose command stands for all."""
+    if not runs:
+        raise ValueError("runs is empty: at least one run is needed for a figure")
+    return next(iter(runs.values()))
+
+
+def inside(time: Array, window: tuple[float, float] | None) -> slice:
+    """The samples of a time window in s; all of them without one."""
+    if window is None:
+        return slice(None)
+    low, high = window
+    if not low < high:
+        raise ValueError(f"window is ({low}, {high}) s: its start must lie before its end")
+    part = slice(int(np.searchsorted(time, low)), int(np.searchsorted(time, high, side="right")))
+    if part.stop - part.start < 2:
+        raise ValueError(
+            f"window ({low}, {high}) s holds fewer than two samples of a run of {time[-1]:.3g} s"
+        )
+    return part
+
+
+def amplitude_spectrum(signal: Array, step: float, band: tuple[float, float]) -> tuple[Array, Array]:
+    """Frequency in Hz and |Fourier transform| in the signal's unit times s, within a band in Hz."""
+    frequency = np.fft.rfftfreq(signal.size, step)
+    part = slice(
+        int(np.searchsorted(frequency, band[0])), int(np.searchsorted(frequency, band[1], side="right"))
+    )
+    return frequency[part], np.abs(np.fft.rfft(signal))[part] * step
+
+
+def restoring_force(run: TestRun, mass: float, damping: float) -> Array:
+    """What the structure's spring pushed back with, in N: `A·P_L − m·ẍ − c·ẋ`."""
+    acceleration = np.gradient(run.velocity, run.time, edge_order=2)
+    return np.asarray(run.force - mass * acceleration - damping * run.velocity)
+
+
+def sample_step(run: Response) -> float:
+    """Time between two samples of a run, s."""
+    return float(run.time[-1] - run.time[0]) / (run.time.size - 1)

@@ -1,0 +1,122 @@
+"""How the figures look: colours, line styles, axes. Nothing here touches matplotlib's global state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# The eight colours of Okabe and Ito, told apart with any common colour vision;
+# line styles differ too, so that a grey print can still be read.
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
+    "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7",
+)  # fmt: skip
+
+WIDTH = 6.7
+"""Width in inches of a figure that spans the text of a printed page (170 mm)."""
+
+PRINT = {
+    "font.size": 8.5,
+    "axes.titlesize": 8.5,
+    "axes.titlelocation": "left",
+    "axes.titlepad": 3.0,
+    "axes.labelsize": 8.5,
+    "legend.fontsize": 7.5,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 1.1,
+    "figure.constrained_layout.use": True,
+}
+
+
+@dataclass(frozen=True)
+class Line:
+    """The look of one curve."""
+
+    color: str
+    linestyle: str | tuple[int, tuple[float, ...]] = "-"
+    linewidth: float = 1.1
+
+    def keywords(self) -> dict[str, Any]:
+        """As keyword arguments of ``Axes.plot``."""
+        return {"color": self.color, "linestyle": self.linestyle, "linewidth": self.linewidth}
+
+
+COMMAND = Line("0.6", "-", 2.6)
+IDEAL = Line("0.6", "-", 2.2)
+LIMIT = Line("0.35", (0, (5, 3)), 0.9)
+
+_SCHEMES = {
+    "off": Line(GREEN, (0, (1, 1.2)), 1.3),
+    "linear": Line(VERMILION, (0, (4, 1.6)), 1.1),
+    "nonlinear": Line(BLUE, "-", 1.1),
+}
+_OTHERS = (
+    Line(BLUE, "-"),
+    Line(VERMILION, (0, (4, 1.6))),
+    Line(GREEN, (0, (1, 1.2)), 1.3),
+    Line(PURPLE, (0, (6, 1.5, 1, 1.5))),
+    Line(ORANGE, "-"),
+    Line(SKY, (0, (4, 1.6))),
+)
+
+
+def lines_for(labels: Iterable[str]) -> Iterator[Line]:
+    """One look for each label: the schemes always keep theirs, other labels take the next free one."""
+    others = 0
+    for label in labels:
+        scheme = _SCHEMES.get(label)
+        if scheme is None:
+            yield _OTHERS[others % len(_OTHERS)]
+            others += 1
+        else:
+            yield scheme
+
+
+def axes_or_new(ax: Axes | None) -> Axes:
+    """The caller's axes, or those of a new figure that spans a page."""
+    if ax is not None:
+        return ax
+    # Only here, so that a program which passes its own axes never starts pyplot.
+    from matplotlib import pyplot  # noqa: PLC0415
+
+    _, new = pyplot.subplots(figsize=(WIDTH, 2.4), layout="constrained")
+    return new
+
+
+@contextmanager
+def printed() -> Iterator[None]:
+    """Within it, figures get the fonts of a printed report; outside, nothing has changed."""
+    with mpl.rc_context(PRINT):
+        yield
+
+
+def page(height: float) -> Figure:
+    """A figure as wide as a printed page, `height` in inches, known to no window manager."""
+    return Figure(figsize=(WIDTH, height), dpi=200, layout="constrained")
+
+
+def finish(ax: Axes, *, xlabel: str, ylabel: str, legend: bool = True) -> Axes:
+    """Labels with units, a light grid, and a legend where there is something to tell apart."""
+    ax.set_xlabel(xlabel)
+    ax.set_ylabel(ylabel)
+    ax.grid(visible=True, color="0.9", linewidth=0.5)
+    ax.set_axisbelow(True)
+    if legend:
+        # Above the axes, beside the title: a legend inside would hide some of the data.
+        entries = len(ax.get_legend_handles_labels()[1])
+        ax.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=entries, frameon=False,
+            borderpad=0.1, borderaxespad=0.1, handlelength=2.2, columnspacing=1.4,
+        )  # fmt: skip
+    return ax

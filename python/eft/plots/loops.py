@@ -1,0 +1,34 @@
+"""One quantity of the structure against another."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from eft.plots._signals import inside, restoring_force
+from eft.plots._style import BLUE, axes_or_new, finish
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from eft import TestRun
+
+
+def hysteresis(
+    run: TestRun,
+    *,
+    mass: float,
+    damping: float,
+    window: tuple[float, float] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Restoring force `r(x) = F − m·ẍ − c·ẋ` in kN against displacement in mm.
+
+    `mass` in kg and `damping` in N·s/m are those of the structure; `window` in s.
+    """
+    ax = axes_or_new(ax)
+    part = inside(run.time, window)
+    force = restoring_force(run, mass, damping)
+    ax.plot(run.displacement[part] * 1e3, force[part] / 1e3, color=BLUE, linewidth=0.9)
+    ax.axhline(0, color="0.7", linewidth=0.6)
+    ax.axvline(0, color="0.7", linewidth=0.6)
+    return finish(ax, xlabel="displacement (mm)", ylabel="restoring force (kN)", legend=False)

@@ -1,0 +1,117 @@
+"""Whole figures in the manner of the paper's Figs. 8 to 11, laid out for a printed page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from eft.plots import histories, loops, spectra
+from eft.plots._signals import Response
+from eft.plots._style import page, printed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from eft import TestRun
+
+Runs = Mapping[str, "TestRun"]
+
+
+def figure_8(runs: Runs, *, window: tuple[float, float] = (4.0, 8.0)) -> Figure:
+    """A sine sweep under each scheme: force against command in a time window in s, and both spectra."""
+    with printed():
+        figure = page(1.75 * len(runs) + 2.3)
+        grid = figure.subplots(len(runs) + 1, 1, height_ratios=[1.0] * len(runs) + [1.5])
+        for ax, (label, run) in zip(grid, runs.items(), strict=False):
+            histories.force_history({label: run}, window=window, ax=ax)
+            ax.set_title(f"compensation {label}")
+        _same_scale(grid[:-1])
+        _only_last_has_xlabel(grid[:-1])
+        spectra.force_spectrum(runs, ax=grid[-1])
+        grid[-1].set_title("the whole sweep")
+        figure.align_ylabels()
+        return figure
+
+
+def figure_8_ratio(runs: Runs) -> Figure:
+    """The same sweeps: force over command around the resonance, and the spool opening."""
+    with printed():
+        figure = page(4.6)
+        top, bottom = figure.subplots(2, 1)
+        spectra.force_ratio(runs, ax=top)
+        histories.spool_history(runs, ax=bottom)
+        figure.align_ylabels()
+        return figure
+
+
+def figure_9(runs: Runs, *, window: tuple[float, float] | None = None) -> Figure:
+    """An earthquake test under each scheme: force against command in time, and the spectra of both."""
+    with printed():
+        figure = page(1.9 * len(runs))
+        grid = figure.subplots(len(runs), 2, squeeze=False, width_ratios=[1.7, 1.0])
+        for (left, right), (label, run) in zip(grid, runs.items(), strict=True):
+            histories.force_history({label: run}, window=window, ax=left)
+            left.set_title(f"compensation {label}")
+            spectra.force_spectrum({label: run}, band=(0.0, 5.0), ax=right)
+        _same_scale(grid[:, 0])
+        _only_last_has_xlabel(grid[:, 0])
+        _only_last_has_xlabel(grid[:, 1])
+        figure.align_ylabels()
+        return figure
+
+
+def figure_10(runs: Runs, ideal: Response, *, window: tuple[float, float] | None = None) -> Figure:
+    """An earthquake test under each scheme: displacement and velocity beside the ideal response."""
+    with printed():
+        figure = page(1.4 * 2 * len(runs))
+        grid = figure.subplots(2 * len(runs), 1)
+        for row, (label, run) in enumerate(runs.items()):
+            one = {label: run}
+            upper, lower = grid[row], grid[row + len(runs)]
+            histories.displacement_history(one, ideal=ideal, window=window, ax=upper)
+            histories.velocity_history(one, ideal=ideal, window=window, ax=lower)
+            upper.set_title(f"displacement, compensation {label}")
+            lower.set_title(f"velocity, compensation {label}")
+        _same_scale(grid[: len(runs)])
+        _same_scale(grid[len(runs) :])
+        _only_last_has_xlabel(grid)
+        figure.align_ylabels()
+        return figure
+
+
+def figure_11(runs: Runs, *, band: tuple[float, float] = (0.8, 2.4)) -> Figure:
+    """Sweeps with one setting varied: spectra of the force, and its ratio to the command, in a band in Hz."""
+    with printed():
+        figure = page(4.6)
+        top, bottom = figure.subplots(2, 1)
+        spectra.force_spectrum(runs, band=band, ax=top)
+        spectra.force_ratio(runs, band=band, ax=bottom)
+        _only_last_has_xlabel((top, bottom))
+        figure.align_ylabels()
+        return figure
+
+
+def figure_structure(
+    run: TestRun, *, mass: float, damping: float, window: tuple[float, float] | None = None
+) -> Figure:
+    """What the test asked of valve and structure: spool opening in time, and the restoring force r(x)."""
+    with printed():
+        figure = page(2.7)
+        left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
+        histories.spool_history(run, window=window, ax=left)
+        loops.hysteresis(run, mass=mass, damping=damping, window=window, ax=right)
+        figure.align_ylabels()
+        return figure
+
+
+def _only_last_has_xlabel(column: Sequence[Axes]) -> None:
+    for ax in column[:-1]:
+        ax.set_xlabel("")
+        ax.tick_params(labelbottom=False)
+
+
+def _same_scale(column: Sequence[Axes]) -> None:
+    highest = max(max(abs(limit) for limit in ax.get_ylim()) for ax in column)
+    for ax in column:
+        ax.set_ylim(-highest, highest)

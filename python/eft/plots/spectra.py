@@ -1,0 +1,49 @@
+"""Against frequency: |FFT| of force and command, and the ratio of the two."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from eft.plots._signals import amplitude_spectrum, first, labelled, sample_step
+from eft.plots._style import COMMAND, LIMIT, axes_or_new, finish, lines_for
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from eft import TestRun
+
+Band = tuple[float, float]
+
+
+def force_spectrum(
+    runs: TestRun | Mapping[str, TestRun], *, band: Band = (0.0, 10.0), ax: Axes | None = None
+) -> Axes:
+    """|Fourier transform| of force and command, in kN·s, over a band in Hz, as in Figs. 8, 9 and 11."""
+    ax = axes_or_new(ax)
+    runs = labelled(runs)
+    run = first(runs)
+    step = sample_step(run)
+    frequency, command = amplitude_spectrum(run.command / 1e3, step, band)
+    ax.plot(frequency, command, label="command", **COMMAND.keywords())
+    for (label, each), line in zip(runs.items(), lines_for(runs), strict=True):
+        frequency, force = amplitude_spectrum(each.force / 1e3, sample_step(each), band)
+        ax.plot(frequency, force, label=label, **line.keywords())
+    ax.set_xlim(*band)
+    ax.set_ylim(bottom=0)
+    return finish(ax, xlabel="frequency (Hz)", ylabel="|FFT| of force (kN s)")
+
+
+def force_ratio(
+    runs: TestRun | Mapping[str, TestRun], *, band: Band = (0.5, 3.0), ax: Axes | None = None
+) -> Axes:
+    """|FFT| of the force over |FFT| of the command, over a band in Hz; 1 is a force applied exactly."""
+    ax = axes_or_new(ax)
+    runs = labelled(runs)
+    ax.axhline(1.0, label="exact", **LIMIT.keywords())
+    for (label, run), line in zip(runs.items(), lines_for(runs), strict=True):
+        response = run.fft_ratio(*band)
+        ax.plot(response.frequency, response.ratio, label=label, **line.keywords())
+    ax.set_xlim(*band)
+    ax.set_ylim(bottom=0)
+    return finish(ax, xlabel="frequency (Hz)", ylabel="force / command")

@@ -1,0 +1,25 @@
+"""Files written beside and renamed."""
+
+import stat
+
+import pytest
+
+from eft._files import beside, write_text
+
+
+def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path):
+    path = tmp_path / "report.md"
+    write_text(path, "old")
+    with pytest.raises(RuntimeError), beside(path) as temporary:
+        temporary.write_text("half")
+        raise RuntimeError
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_new_file_can_be_read_by_those_the_umask_lets_in(tmp_path):
+    path = tmp_path / "report.md"
+    write_text(path, "new")
+    (tmp_path / "plain").touch()
+    assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE((tmp_path / "plain").stat().st_mode)
+    assert path.read_text() == "new"
