@@ -21,7 +21,8 @@ pub struct Controller<S: Scalar, const N: usize> {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct ControllerState<S> {
-    compensation: CompensationState<S>,
+    /// The compensation's part: all there is where an analog controller follows it.
+    pub compensation: CompensationState<S>,
     servovalve: ServovalveControllerState<S>,
     valve_command: S,
 }
@@ -53,23 +54,37 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         force: S,
         spool: S,
     ) -> ControllerOutput<S> {
-        let zero = S::splat(0.0);
+        self.step_via(state, command, velocity, force, spool, |compensation| compensation)
+    }
+
+    /// As [`step`](Self::step), with the compensation signal (V) passed through `path` on its way to the
+    /// servovalve controller: a computation delay, for example.
+    #[inline(always)]
+    pub fn step_via(
+        &self,
+        state: &mut ControllerState<S>,
+        command: S,
+        velocity: S,
+        force: S,
+        spool: S,
+        path: impl FnOnce(S) -> S,
+    ) -> ControllerOutput<S> {
         let commanded = command.abs().le(S::splat(f32::MAX as f64));
-        let mut next = *state;
-        let compensation = self.compensation.step(&mut next.compensation, velocity, force, spool, zero);
         let measured = self.compensation.accepts(velocity, force, spool);
-        let raw = self.servovalve.step(&mut next.servovalve, command, force, compensation.value);
+        let mut next = *state;
+        let computed = self.compensation.step(&mut next.compensation, velocity, force, spool, S::splat(0.0));
+        let compensation = path(computed.value);
+        let raw = self.servovalve.step(&mut next.servovalve, command, force, compensation);
         let (valve_command, limits) = self.limiter.apply(raw, state.valve_command);
         next.valve_command = valve_command;
         let good = commanded & measured;
         *state = ControllerState::select(good, next, *state);
-        let regular = compensation.status | limits;
         let faults =
             S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT);
         ControllerOutput {
             valve_command: state.valve_command,
-            compensation: state.compensation.output(),
-            status: S::select_flags(good, regular, faults),
+            compensation,
+            status: S::select_flags(good, computed.status | limits, faults),
         }
     }
 

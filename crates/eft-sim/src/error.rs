@@ -51,6 +51,9 @@ pub enum Error {
         /// The operating system's answer.
         source: std::io::Error,
     },
+    /// A configuration that the controller refuses.
+    #[error(transparent)]
+    Controller(#[from] eft_core::ConfigError),
     /// The run was interrupted by its caller.
     #[error("interrupted")]
     Interrupted,

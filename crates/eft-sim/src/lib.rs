@@ -1,11 +1,14 @@
 //! The virtual rig of effective force testing.
 
 mod checks;
+pub mod closed_loop;
 pub mod config;
 mod error;
 pub mod excitation;
 pub mod metrics;
 pub mod records;
+pub mod rig;
 
+pub use closed_loop::{SimulateOptions, TestRun, simulate};
 pub use config::RigConfig;
 pub use error::{Error, Result};

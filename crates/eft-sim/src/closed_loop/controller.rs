@@ -1,0 +1,86 @@
+//! The controller of a rig: what the configuration says about it, handed to `eft-core`.
+//!
+//! Only what a controller can know goes in: nothing of the true plant does.
+
+use eft_core::{
+    Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode, Real, ServovalveController,
+    SignFrom,
+};
+
+use crate::config::{self, RigConfig};
+use crate::error::Result;
+use crate::rig::TABLE_CAPACITY;
+
+/// The controller of a simulated rig; its tables have the simulator's capacity.
+pub type RigController<S> = Controller<S, TABLE_CAPACITY>;
+
+/// A precision the controller can run in.
+pub trait Precision: Real {
+    /// The controller of a rig at a sample rate (Hz).
+    ///
+    /// # Errors
+    /// What `eft-core` refuses.
+    fn controller(rig: &RigConfig, sample_rate: f64) -> Result<RigController<Self>>;
+}
+
+/// Everything the compensation is made from, at a sample rate (Hz).
+pub fn compensation_parameters(rig: &RigConfig, sample_rate: f64) -> CompensationParameters {
+    let c = &rig.compensation;
+    // Any plausible number passes where no range is set.
+    let unlimited = f64::from(f32::MAX);
+    CompensationParameters {
+        mode: match c.mode {
+            config::Mode::Off => Mode::Off,
+            config::Mode::Linear => Mode::Linear,
+            config::Mode::Nonlinear => Mode::Nonlinear,
+        },
+        level: c.level,
+        piston_area: rig.actuator.piston_area,
+        supply_pressure: rig.supply.pressure,
+        flow_gain: c.flow_gain,
+        valve_gain: c.valve_gain,
+        proportional_gain: rig.controller.proportional_gain,
+        response_delay: c.response_delay,
+        lead_alpha: c.lead_alpha,
+        sample_rate,
+        sign_from: match c.sign_from {
+            config::SignFrom::Spool => SignFrom::Spool,
+            config::SignFrom::Demand => SignFrom::Demand,
+        },
+        spool_warning: rig.limits.spool_warning,
+        velocity_range: rig.limits.velocity_range.unwrap_or(unlimited),
+        force_range: rig.limits.force_range.unwrap_or(unlimited),
+        spool_range: rig.limits.spool_range.unwrap_or(unlimited),
+    }
+}
+
+macro_rules! precision {
+    ($t:ty) => {
+        impl Precision for $t {
+            fn controller(rig: &RigConfig, sample_rate: f64) -> Result<RigController<Self>> {
+                let known = &rig.servovalve.flow_table;
+                let table = FlowTable::<$t, TABLE_CAPACITY>::new(&known.openings, &known.flows)?;
+                let c = &rig.controller;
+                Ok(Controller {
+                    compensation: Compensation::<$t, TABLE_CAPACITY>::new(
+                        &compensation_parameters(rig, sample_rate),
+                        &table,
+                    )?,
+                    servovalve: ServovalveController::<$t>::new(
+                        c.force_sensitivity,
+                        c.proportional_gain,
+                        c.derivative_gain,
+                        sample_rate,
+                    )?,
+                    limiter: Limiter::<$t>::new(
+                        rig.limits.valve_command.unwrap_or(f64::MAX),
+                        rig.limits.valve_command_rate.unwrap_or(f64::MAX),
+                        sample_rate,
+                    )?,
+                })
+            }
+        }
+    };
+}
+precision!(f32);
+precision!(f64);

@@ -1,0 +1,11 @@
+//! The sampled closed loop: `eft-core` around the continuous plant.
+
+mod controller;
+mod delay_line;
+mod loop_state;
+mod simulate;
+mod test_run;
+
+pub use controller::{Precision, RigController, compensation_parameters};
+pub use simulate::{DEFAULT_STEP, SimulateOptions, simulate};
+pub use test_run::TestRun;

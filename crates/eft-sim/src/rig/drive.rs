@@ -1,0 +1,73 @@
+//! What stands in front of the servovalve between two samples.
+
+use crate::config::RigConfig;
+use crate::rig::Num;
+
+/// A source of the valve command between two samples.
+pub(crate) trait Drive<S> {
+    /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
+    fn valve_command(&self, time: S, force: S, force_rate: S) -> S;
+}
+
+/// The digital realization: the command is held.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Held<S>(pub(crate) S);
+
+impl<S: Num> Drive<S> for Held<S> {
+    #[inline(always)]
+    fn valve_command(&self, _: S, _: S, _: S) -> S {
+        self.0
+    }
+}
+
+/// The analog realization, Eq. (1) in continuous time: the command is linear between samples, only the
+/// compensation is held.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Analog<S> {
+    proportional: S,
+    derivative: S,
+    gain: S,
+    amplitude: S,
+    command: S,
+    command_rate: S,
+    compensation: S,
+}
+
+impl<S: Num> Analog<S> {
+    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+        let zero = S::splat(0.0);
+        Self {
+            proportional: S::from_lanes(|i| {
+                rig(i).controller.proportional_gain * rig(i).controller.force_sensitivity
+            }),
+            derivative: S::from_lanes(|i| {
+                rig(i).controller.derivative_gain * rig(i).controller.force_sensitivity
+            }),
+            gain: S::from_lanes(|i| rig(i).controller.proportional_gain),
+            amplitude: S::from_lanes(|i| rig(i).limits.valve_command.unwrap_or(f64::MAX)),
+            command: zero,
+            command_rate: zero,
+            compensation: zero,
+        }
+    }
+
+    /// The same controller in the next interval: command (N) and its rate (N/s), compensation (V).
+    #[inline(always)]
+    pub(crate) fn at(mut self, command: S, command_rate: S, compensation: S) -> Self {
+        self.command = command;
+        self.command_rate = command_rate;
+        self.compensation = compensation;
+        self
+    }
+}
+
+impl<S: Num> Drive<S> for Analog<S> {
+    #[inline(always)]
+    fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
+        let error = self.command + self.command_rate * time - force;
+        let error_rate = self.command_rate - force_rate;
+        let command =
+            self.proportional * error + self.gain * self.compensation + self.derivative * error_rate;
+        command.limit(-self.amplitude, self.amplitude)
+    }
+}

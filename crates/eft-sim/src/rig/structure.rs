@@ -1,0 +1,45 @@
+//! The test structure, Fig. 7: `m·ẍ + c·ẋ + r(x) = F`, `r` linear or bilinear elastic.
+
+use crate::config::{RigConfig, StructureKind};
+use crate::rig::Num;
+
+/// Mass, viscous damper and spring.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Structure<S> {
+    per_mass: S,
+    damping: S,
+    /// Slope beyond the softening displacement; the whole slope of a linear spring.
+    outer_stiffness: S,
+    /// What the spring loses at the softening displacement.
+    lost_stiffness: S,
+    softening_displacement: S,
+}
+
+impl<S: Num> Structure<S> {
+    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+        let softening = |i: usize| match (rig(i).structure.kind, &rig(i).structure.softening) {
+            (StructureKind::Bilinear, Some(s)) => (s.displacement, s.stiffness),
+            _ => (0.0, rig(i).structure.stiffness),
+        };
+        Self {
+            per_mass: S::from_lanes(|i| 1.0 / rig(i).structure.mass),
+            damping: S::from_lanes(|i| rig(i).structure.damping),
+            outer_stiffness: S::from_lanes(|i| softening(i).1),
+            lost_stiffness: S::from_lanes(|i| rig(i).structure.stiffness - softening(i).1),
+            softening_displacement: S::from_lanes(|i| softening(i).0),
+        }
+    }
+
+    /// Acceleration (m/s²) under a force (N) at a displacement (m) and velocity (m/s).
+    #[inline(always)]
+    pub(crate) fn acceleration(&self, force: S, displacement: S, velocity: S) -> S {
+        (force - self.damping * velocity - self.restoring_force(displacement)) * self.per_mass
+    }
+
+    /// The spring's force (N) at a displacement (m), continuous at the kink.
+    #[inline(always)]
+    pub(crate) fn restoring_force(&self, displacement: S) -> S {
+        let inner = displacement.limit(-self.softening_displacement, self.softening_displacement);
+        self.outer_stiffness * displacement + self.lost_stiffness * inner
+    }
+}
