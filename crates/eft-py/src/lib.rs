@@ -1,7 +1,25 @@
 //! Python bindings of `eft`: conversion only.
+//!
+//! Every class is a thin wrapper of the Rust type of the same name; what it computes is computed there.
+
 use pyo3::prelude::*;
 
+mod arrays;
+mod errors;
+mod excitation;
+mod flow_table;
+mod rig;
+mod values;
+
 #[pymodule]
-fn _native(_m: &Bound<'_, PyModule>) -> PyResult<()> {
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<rig::Rig>()?;
+    module.add_class::<excitation::Command>()?;
+    module.add_class::<excitation::Record>()?;
+    module.add_class::<flow_table::FlowTable>()?;
+    module.add_function(wrap_pyfunction!(rig::rig_keys, module)?)?;
+    module.add_function(wrap_pyfunction!(excitation::sine_sweep, module)?)?;
+    module.add_function(wrap_pyfunction!(excitation::effective_force, module)?)?;
     Ok(())
 }

@@ -105,11 +105,7 @@ impl RigConfig {
     /// # Errors
     /// As [`Self::from_tree`]; all replacements are made before anything is checked.
     pub fn replace<K: AsRef<str>>(&self, changes: &[(K, toml::Value)]) -> Result<Self> {
-        let mut tree = self.to_tree();
-        for (key, value) in changes {
-            tree::set(&mut tree, key.as_ref(), value.clone())?;
-        }
-        Self::from_tree(tree)
+        self.edit(&[], changes)
     }
 
     /// A new configuration without some optional values (those with a default return to it).
@@ -117,11 +113,31 @@ impl RigConfig {
     /// # Errors
     /// As [`Self::from_tree`]; [`Error::UnknownKey`] for a key that the schema does not know.
     pub fn without<K: AsRef<str>>(&self, keys: &[K]) -> Result<Self> {
+        self.edit(keys, &[])
+    }
+
+    /// [`Self::without`] and [`Self::replace`] in one, checked once after both.
+    ///
+    /// # Errors
+    /// As those.
+    pub fn edit<K: AsRef<str>>(&self, removed: &[K], changes: &[(K, toml::Value)]) -> Result<Self> {
         let mut tree = self.to_tree();
-        for key in keys {
+        for key in removed {
             tree::remove(&mut tree, key.as_ref())?;
         }
+        for (key, value) in changes {
+            tree::set(&mut tree, key.as_ref(), value.clone())?;
+        }
         Self::from_tree(tree)
+    }
+
+    /// The value or section at a dotted key, if it is present.
+    ///
+    /// # Errors
+    /// [`Error::UnknownKey`] for a key that the schema does not know.
+    pub fn get(&self, key: &str) -> Result<Option<toml::Value>> {
+        tree::known(key)?;
+        Ok(tree::get(&self.to_tree(), key).cloned())
     }
 
     /// Checks values that were set field by field.

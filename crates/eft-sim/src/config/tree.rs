@@ -71,7 +71,8 @@ pub(super) fn is_section(key: &str) -> bool {
     KEYS.iter().any(|row| row.key.strip_prefix(key).is_some_and(|rest| rest.starts_with('.')))
 }
 
-fn known(key: &str) -> Result<()> {
+/// Refuses a key outside the schema.
+pub(super) fn known(key: &str) -> Result<()> {
     if is_leaf(key) || is_section(key) { Ok(()) } else { Err(unknown(key)) }
 }
 

@@ -1,0 +1,67 @@
+//! Arrays in and out of numpy.
+
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+
+use crate::errors::refuse;
+
+/// Anything numpy can read as a one-dimensional array of real numbers, as `f64`.
+pub(crate) fn vector(parameter: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let array = real(parameter, given)?;
+    let dimensions = array.getattr("ndim")?.extract::<usize>()?;
+    if dimensions != 1 {
+        return Err(refuse(
+            parameter,
+            format!("an array of {dimensions} dimensions"),
+            "must have one dimension",
+        ));
+    }
+    flat(&array)
+}
+
+/// Anything numpy can read as an array of real numbers, as one of `float64` with its shape.
+pub(crate) fn real<'py>(parameter: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let numpy = given.py().import("numpy")?;
+    let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
+        // Ragged lists; numpy's own words say where.
+        refuse(parameter, error.value(given.py()).to_string(), "must be an array of numbers")
+    })?;
+    let kind = array.getattr("dtype")?.getattr("kind")?.extract::<String>()?;
+    // An empty list reads as floats; what is empty is for the caller to judge.
+    if !matches!(kind.as_str(), "f" | "i" | "u") {
+        let found = format!("an array of {}", array.getattr("dtype")?.str()?);
+        return Err(refuse(parameter, found, "must be an array of real numbers"));
+    }
+    numpy.call_method1("asarray", (array, "float64", "C"))
+}
+
+/// The elements of a contiguous `float64` array in C order.
+pub(crate) fn flat(array: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let line = array.call_method0("ravel")?;
+    Ok(line.cast::<PyArray1<f64>>()?.try_readonly()?.as_slice()?.to_vec())
+}
+
+/// A read-only array, so that what was validated stays as it was.
+pub(crate) fn frozen(py: Python<'_>, values: &[f64]) -> PyResult<Py<PyArray1<f64>>> {
+    let array = PyArray1::from_slice(py, values);
+    array.call_method1("setflags", (false,))?;
+    Ok(array.unbind())
+}
+
+/// Applies `f` to every element, keeping the shape; a number gives a number.
+pub(crate) fn map<'py>(
+    parameter: &str,
+    given: &Bound<'py, PyAny>,
+    f: impl Fn(f64) -> f64,
+) -> PyResult<Bound<'py, PyAny>> {
+    let array = real(parameter, given)?;
+    let mut values = flat(&array)?;
+    if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+        let place = if values.len() == 1 { String::new() } else { format!(" at element {index}") };
+        return Err(refuse(parameter, format!("{}{place}", values[index]), "must be finite"));
+    }
+    values.iter_mut().for_each(|value| *value = f(*value));
+    let answer =
+        PyArray1::from_vec(given.py(), values).call_method1("reshape", (array.getattr("shape")?,))?;
+    if answer.getattr("ndim")?.extract::<usize>()? == 0 { answer.call_method0("item") } else { Ok(answer) }
+}

@@ -1,0 +1,210 @@
+//! `eft.Command`, `eft.Record` and the functions that make them.
+
+use eft_sim::{excitation, records};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+
+use crate::arrays;
+use crate::errors::to_python;
+
+/// A force command: samples in N at a constant rate; sample `i` belongs to the time `i / sample_rate`.
+///
+/// Parameters
+/// ----------
+/// values : array_like
+///     Commanded force in N, one dimension, finite.
+/// sample_rate : float
+///     Samples per second, in Hz.
+#[pyclass(frozen, module = "eft")]
+pub(crate) struct Command {
+    pub(crate) inner: excitation::Command,
+    values: PyOnceLock<Py<PyArray1<f64>>>,
+}
+
+fn command(result: eft_sim::Result<excitation::Command>) -> PyResult<Command> {
+    result.map(|inner| Command { inner, values: PyOnceLock::new() }).map_err(to_python)
+}
+
+#[pymethods]
+impl Command {
+    #[new]
+    fn new(values: &Bound<'_, PyAny>, sample_rate: f64) -> PyResult<Self> {
+        command(excitation::Command::new(arrays::vector("values", values)?, sample_rate))
+    }
+
+    /// Commanded force in N, read-only.
+    #[getter]
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let array = self.values.get_or_try_init(py, || arrays::frozen(py, &self.inner.values))?;
+        Ok(array.bind(py).clone())
+    }
+
+    /// Samples per second, in Hz.
+    #[getter]
+    fn sample_rate(&self) -> f64 {
+        self.inner.sample_rate
+    }
+
+    /// Time of each sample in s, from zero.
+    #[getter]
+    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.inner.time())
+    }
+
+    /// Length in s: the number of samples over the sample rate.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.inner.duration()
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.values.len()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.inner == other.inner
+    }
+
+    fn __repr__(&self) -> String {
+        let peak = self.inner.values.iter().fold(0.0, |peak: f64, force| peak.max(force.abs()));
+        format!(
+            "<eft.Command: {} samples at {} Hz, {} s, peak {peak:.6} N>",
+            self.inner.values.len(),
+            self.inner.sample_rate,
+            self.inner.duration(),
+        )
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, f64)> {
+        Ok((self.values(py)?, self.inner.sample_rate))
+    }
+}
+
+/// One component of a ground motion.
+///
+/// Parameters
+/// ----------
+/// acceleration : array_like
+///     Ground acceleration in m/s², one dimension, finite.
+/// dt : float
+///     Time between two points, in s.
+/// name : str
+///     What the record is called.
+#[pyclass(frozen, module = "eft")]
+pub(crate) struct Record {
+    pub(crate) inner: records::Record,
+    acceleration: PyOnceLock<Py<PyArray1<f64>>>,
+}
+
+pub(crate) fn record(result: eft_sim::Result<records::Record>) -> PyResult<Record> {
+    result.map(|inner| Record { inner, acceleration: PyOnceLock::new() }).map_err(to_python)
+}
+
+#[pymethods]
+impl Record {
+    #[new]
+    #[pyo3(signature = (acceleration, dt, name=""))]
+    fn new(acceleration: &Bound<'_, PyAny>, dt: f64, name: &str) -> PyResult<Self> {
+        record(records::Record::new(name, arrays::vector("acceleration", acceleration)?, dt))
+    }
+
+    /// Ground acceleration in m/s², read-only.
+    #[getter]
+    fn acceleration<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let array = self.acceleration.get_or_try_init(py, || arrays::frozen(py, &self.inner.acceleration))?;
+        Ok(array.bind(py).clone())
+    }
+
+    /// Time between two points, in s.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.inner.dt
+    }
+
+    /// What the file calls the record, or the file's own name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// Peak ground acceleration in m/s².
+    #[getter]
+    fn pga(&self) -> f64 {
+        self.inner.pga()
+    }
+
+    /// Time of each point in s, from zero.
+    #[getter]
+    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, (0..self.inner.acceleration.len()).map(|i| i as f64 * self.inner.dt))
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.acceleration.len()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.inner == other.inner
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<eft.Record {:?}: {} points, dt {} s, peak {:.4} m/s²>",
+            self.inner.name,
+            self.inner.acceleration.len(),
+            self.inner.dt,
+            self.inner.pga(),
+        )
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, &str)> {
+        Ok((self.acceleration(py)?, self.inner.dt, &self.inner.name))
+    }
+}
+
+/// Make a sine whose frequency runs linearly from `f_start` to `f_end`.
+///
+/// Parameters
+/// ----------
+/// amplitude : float
+///     Force amplitude in N.
+/// f_start, f_end : float
+///     Frequencies in Hz, from 0 to half the sample rate.
+/// duration : float
+///     Length in s.
+/// sample_rate : float
+///     Samples per second, in Hz.
+///
+/// Returns
+/// -------
+/// Command
+///     ``amplitude·sin(2π(f_start·t + (f_end − f_start)·t²/(2·duration)))``.
+#[pyfunction]
+pub(crate) fn sine_sweep(
+    amplitude: f64,
+    f_start: f64,
+    f_end: f64,
+    duration: f64,
+    sample_rate: f64,
+) -> PyResult<Command> {
+    command(excitation::sine_sweep(amplitude, f_start, f_end, duration, sample_rate))
+}
+
+/// Make the effective force ``−mass·scale·a_g`` of a ground motion, resampled linearly.
+///
+/// Parameters
+/// ----------
+/// record : Record
+///     The ground motion.
+/// mass : float
+///     Mass in kg.
+/// sample_rate : float
+///     Samples per second of the command, in Hz.
+/// scale : float
+///     Factor on the acceleration.
+#[pyfunction]
+#[pyo3(signature = (record, mass, sample_rate, scale=1.0))]
+pub(crate) fn effective_force(record: &Record, mass: f64, sample_rate: f64, scale: f64) -> PyResult<Command> {
+    command(excitation::effective_force(&record.inner, mass, sample_rate, scale))
+}

@@ -1,0 +1,156 @@
+//! `eft.Rig`.
+
+use std::path::PathBuf;
+
+use eft_sim::RigConfig;
+use eft_sim::config::{KEYS, Key, Need};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyMapping};
+use toml::Value;
+
+use crate::errors::to_python;
+use crate::values;
+
+/// A whole rig: plant, controller, sensors and limits, in SI units. It never changes; `replace` gives a new one.
+///
+/// Parameters
+/// ----------
+/// text : str
+///     A configuration in TOML, as `to_toml` writes it; `Rig.from_toml` reads a file.
+#[pyclass(frozen, module = "eft")]
+pub(crate) struct Rig {
+    pub(crate) config: RigConfig,
+}
+
+fn wrap(result: eft_sim::Result<RigConfig>) -> PyResult<Rig> {
+    result.map(|config| Rig { config }).map_err(to_python)
+}
+
+#[pymethods]
+impl Rig {
+    #[new]
+    fn new(text: &str) -> PyResult<Self> {
+        wrap(RigConfig::from_toml(text))
+    }
+
+    /// The rig of Zhao, Shield, French and Posbergh: Tables 1 and 2 and Fig. 7 of the paper.
+    #[staticmethod]
+    fn zhao2005() -> Self {
+        Self { config: RigConfig::zhao2005() }
+    }
+
+    /// Read a rig from a TOML file.
+    ///
+    /// Raises
+    /// ------
+    /// FileNotFoundError
+    ///     If there is no such file.
+    /// ValueError
+    ///     If the file is not TOML (with line and column), or a key or value is not allowed (by name).
+    #[staticmethod]
+    fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        wrap(py.detach(|| RigConfig::read(path)))
+    }
+
+    /// Build a rig from nested dictionaries, as `to_dict` gives them.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a key is unknown or missing, or a value is not allowed; the message names it.
+    #[staticmethod]
+    fn from_dict(mapping: &Bound<'_, PyMapping>) -> PyResult<Self> {
+        wrap(RigConfig::from_tree(values::tree_from_python(mapping)?))
+    }
+
+    /// Return the configuration as TOML text, with the meaning of every key if `comments` is true.
+    #[pyo3(signature = (*, comments=false))]
+    fn to_toml(&self, comments: bool) -> String {
+        if comments { self.config.to_commented_toml() } else { self.config.to_toml() }
+    }
+
+    /// Return the configuration as nested dictionaries of plain Python values.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        values::to_python(py, &Value::Table(self.config.to_tree()))
+    }
+
+    /// Return a new rig with some values replaced.
+    ///
+    /// Parameters
+    /// ----------
+    /// changes : mapping
+    ///     Dotted keys with their new values, such as ``{"compensation.mode": "linear"}``. A whole section may be
+    ///     given as a mapping, and `None` takes an optional value away. All changes are made before anything is
+    ///     checked.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a key is unknown or a value is not allowed; the message names it.
+    fn replace(&self, changes: &Bound<'_, PyMapping>) -> PyResult<Self> {
+        let (mut set, mut removed) = (Vec::new(), Vec::new());
+        for item in changes.items()?.iter() {
+            let (key, value) = item.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>()?;
+            let Ok(key) = key.extract::<String>() else {
+                return Err(crate::errors::refuse("key", key.repr()?, "must be a string"));
+            };
+            match values::from_python(&key, &value)? {
+                Some(value) => set.push((key, value)),
+                None => removed.push(key),
+            }
+        }
+        wrap(self.config.edit(&removed, &set))
+    }
+
+    /// Give the value at a dotted key, a dictionary for a section, or `None` for an absent optional value.
+    fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        match self.config.get(key) {
+            Ok(Some(value)) => values::to_python(py, &value),
+            Ok(None) => Ok(py.None().into_bound(py)),
+            Err(error) => Err(PyKeyError::new_err(error.to_string())),
+        }
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.config == other.config
+    }
+
+    fn __repr__(&self) -> String {
+        let config = &self.config;
+        let word = |key| match config.get(key) {
+            Ok(Some(Value::String(word))) => word,
+            _ => String::new(),
+        };
+        format!(
+            "<eft.Rig {}: {} compensation at level {}, {} controller at {} Hz, {} structure>",
+            config.name.as_deref().unwrap_or("without a name"),
+            word("compensation.mode"),
+            config.compensation.level,
+            word("controller.realization"),
+            config.controller.sample_rate,
+            word("structure.kind"),
+        )
+    }
+
+    fn __getnewargs__(&self) -> (String,) {
+        (self.config.to_toml(),)
+    }
+}
+
+/// Return the schema of the configuration: one dictionary per key, in the order of files.
+///
+/// Each has `key`, `unit`, `allowed`, `doc`, and `required` (bool).
+#[pyfunction]
+pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let row = |row: &Key| {
+        let entry = PyDict::new(py);
+        entry.set_item("key", row.key)?;
+        entry.set_item("unit", row.unit)?;
+        entry.set_item("allowed", row.allowed())?;
+        entry.set_item("doc", row.doc)?;
+        entry.set_item("required", matches!(row.need, Need::Required))?;
+        Ok(entry)
+    };
+    KEYS.iter().map(row).collect()
+}
