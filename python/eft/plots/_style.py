@@ -88,7 +88,7 @@ def axes_or_new(ax: Axes | None) -> Axes:
     if ax is not None:
         return ax
     # Only here, so that a program which passes its own axes never starts pyplot.
-    from matplotlib import pyplot  # noqa: PLC0415
+    from matplotlib import pyplot
 
     _, new = pyplot.subplots(figsize=(WIDTH, 2.4), layout="constrained")
     return new

@@ -1,0 +1,99 @@
+"""Every Python block of README and docs runs, and prints what the page says it prints.
+
+The blocks of one page share their names, as a reader would type them one after
+another. A block ```text output``` right after a Python block is what it prints.
+"""
+
+import contextlib
+import io
+import re
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FENCE = re.compile(r"^```(?P<info>[^\n`]+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass
+class Block:
+    """A Python block, where it stands and what it must print (None: anything)."""
+
+    line: int
+    source: str
+    output: str | None = None
+
+
+def blocks(text):
+    found = []
+    for fence in FENCE.finditer(text):
+        if fence["info"] == "python":
+            found.append(Block(text.count("\n", 0, fence.start()) + 1, fence["body"]))
+        elif fence["info"] == "text output":
+            assert found, "an output before any Python block"
+            found[-1].output = fence["body"]
+    return found
+
+
+WITH_CODE = [page for page in PAGES if blocks(page.read_text(encoding="utf-8"))]
+
+
+def test_the_collector_sees_blocks_lines_and_output():
+    text = "words\n\n```python\nprint(1)\n```\n\n```text output\n1\n```\n\n```sh\nmake\n```\n"
+    assert blocks(text) == [Block(3, "print(1)\n", "1\n")]
+
+
+@pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: page.name)
+def test_page_runs_as_printed(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {"__name__": "__main__"}
+    for block in blocks(page.read_text(encoding="utf-8")):
+        # Padded, so that a traceback points at the line of the page.
+        code = compile("\n" * block.line + block.source, str(page), "exec")
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(code, names)
+        if block.output is not None:
+            assert printed.getvalue() == block.output, f"{page.name}, line {block.line}"
+
+
+def test_readme_has_its_example():
+    assert any(block.output for block in blocks((ROOT / "README.md").read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_make_targets_named_on_a_page_exist(page):
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    named = set(re.findall(r"(?:^|`)make ([a-z-]+)", page.read_text(encoding="utf-8"), re.MULTILINE))
+    assert named <= targets
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_relative_links_lead_somewhere(page):
+    links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", page.read_text(encoding="utf-8"))
+    assert not [link for link in links if not (page.parent / link).exists()]
+
+
+def test_parameter_table_of_the_theory_is_that_of_the_rig():
+    import eft
+
+    rig = eft.Rig.zhao2005().to_dict()
+    rows = re.findall(
+        r"^\| \$[^|]+\| `([\w.]+)` \| ([\d.e+-]+)",
+        (ROOT / "docs" / "theory.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+    assert len(rows) == 19
+    for key, value in rows:
+        section, name = key.split(".")
+        assert rig[section][name] == pytest.approx(float(value), rel=1e-12), key
+
+
+def test_citation_names_the_version_of_the_package():
+    version = tomllib.loads((ROOT / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"][
+        "version"
+    ]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
