@@ -4,6 +4,7 @@ Functions that end in a number lay out a whole page in the manner of that
 figure of the paper and return the matplotlib figure, ready for `savefig`.
 """
 
+from eft.plots._signals import Response
 from eft.plots.histories import (
     SPOOL_ADVICE,
     displacement_history,
@@ -17,6 +18,7 @@ from eft.plots.spectra import force_ratio, force_spectrum
 
 __all__ = [
     "SPOOL_ADVICE",
+    "Response",
     "displacement_history",
     "figure_8",
     "figure_8_ratio",

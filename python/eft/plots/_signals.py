@@ -63,7 +63,8 @@ def amplitude_spectrum(signal: Array, step: float, band: tuple[float, float]) ->
     part = slice(
         int(np.searchsorted(frequency, band[0])), int(np.searchsorted(frequency, band[1], side="right"))
     )
-    return frequency[part], np.abs(np.fft.rfft(signal))[part] * step
+    amplitude: Array = np.abs(np.fft.rfft(signal))[part] * step
+    return np.asarray(frequency[part], dtype=np.float64), amplitude
 
 
 def restoring_force(run: TestRun, mass: float, damping: float) -> Array:

@@ -22,22 +22,6 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
 WIDTH = 6.7
 """Width in inches of a figure that spans the text of a printed page (170 mm)."""
 
-PRINT = {
-    "font.size": 8.5,
-    "axes.titlesize": 8.5,
-    "axes.titlelocation": "left",
-    "axes.titlepad": 3.0,
-    "axes.labelsize": 8.5,
-    "legend.fontsize": 7.5,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "axes.linewidth": 0.7,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "lines.linewidth": 1.1,
-    "figure.constrained_layout.use": True,
-}
-
 
 @dataclass(frozen=True)
 class Line:
@@ -97,7 +81,23 @@ def axes_or_new(ax: Axes | None) -> Axes:
 @contextmanager
 def printed() -> Iterator[None]:
     """Within it, figures get the fonts of a printed report; outside, nothing has changed."""
-    with mpl.rc_context(PRINT):
+    with mpl.rc_context(
+        {
+            "font.size": 8.5,
+            "axes.titlesize": 8.5,
+            "axes.titlelocation": "left",
+            "axes.titlepad": 3.0,
+            "axes.labelsize": 8.5,
+            "legend.fontsize": 7.5,
+            "xtick.labelsize": 7.5,
+            "ytick.labelsize": 7.5,
+            "axes.linewidth": 0.7,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "lines.linewidth": 1.1,
+            "figure.constrained_layout.use": True,
+        }
+    ):
         yield
 
 

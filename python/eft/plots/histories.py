@@ -72,9 +72,8 @@ def spool_history(
     for (label, run), line in zip(runs.items(), lines_for(runs), strict=True):
         part = inside(run.time, window)
         ax.plot(run.time[part], run.spool[part] * 100, label=label, **line.keywords())
-    for sign in (1, -1):
-        label = f"{advice:.0%} advised" if sign > 0 else None
-        ax.axhline(sign * advice * 100, label=label, **LIMIT.keywords())
+    ax.axhline(advice * 100, label=f"{advice:.0%} advised", **LIMIT.keywords())
+    ax.axhline(-advice * 100, **LIMIT.keywords())
     ax.margins(x=0)
     return finish(ax, xlabel="time (s)", ylabel="spool opening (% of stroke)")
 

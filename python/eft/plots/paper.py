@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from eft.plots import histories, loops, spectra
@@ -105,13 +105,15 @@ def figure_structure(
         return figure
 
 
-def _only_last_has_xlabel(column: Sequence[Axes]) -> None:
-    for ax in column[:-1]:
+def _only_last_has_xlabel(column: Iterable[Axes]) -> None:
+    *upper, _ = column
+    for ax in upper:
         ax.set_xlabel("")
         ax.tick_params(labelbottom=False)
 
 
-def _same_scale(column: Sequence[Axes]) -> None:
-    highest = max(max(abs(limit) for limit in ax.get_ylim()) for ax in column)
-    for ax in column:
+def _same_scale(column: Iterable[Axes]) -> None:
+    axes = list(column)
+    highest = max(max(abs(limit) for limit in ax.get_ylim()) for ax in axes)
+    for ax in axes:
         ax.set_ylim(-highest, highest)
