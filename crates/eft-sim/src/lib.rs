@@ -9,6 +9,6 @@ pub mod metrics;
 pub mod records;
 pub mod rig;
 
-pub use closed_loop::{SimulateOptions, TestRun, simulate};
+pub use closed_loop::{IdealResponse, SimulateOptions, TestRun, ideal_response, simulate};
 pub use config::RigConfig;
 pub use error::{Error, Result};

@@ -2,10 +2,12 @@
 
 mod controller;
 mod delay_line;
+mod ideal;
 mod loop_state;
 mod simulate;
 mod test_run;
 
 pub use controller::{Precision, RigController, compensation_parameters};
+pub use ideal::{IdealResponse, ideal_response};
 pub use simulate::{DEFAULT_STEP, SimulateOptions, simulate};
 pub use test_run::TestRun;

@@ -16,6 +16,7 @@ use eft_core::Scalar;
 pub(crate) use drive::{Analog, Held};
 pub use plant::Plant;
 pub use state::PlantState;
+pub(crate) use structure::Structure;
 
 /// Most points a flow curve may have.
 pub const TABLE_CAPACITY: usize = 64;
