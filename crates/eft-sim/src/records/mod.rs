@@ -1,4 +1,22 @@
 //! Ground motions: acceleration records and the files they come in.
+//!
+//! [`read_record`] looks at the content and recognises PEER's AT2, CSMIP's and COSMOS's V2, and columns of
+//! text (CSV). Each reader compares the number of points that a file declares with what it holds, and takes
+//! memory only for what it holds.
+
+mod at2;
+mod block;
+mod column_header;
+mod columns;
+mod cosmos_v2;
+mod csmip_v2;
+mod numbers;
+mod read;
+mod text;
+mod unit;
+
+pub use read::{MAX_FILE_SIZE, ReadOptions, parse, parse_with, read_record, read_record_with};
+pub use unit::Unit;
 
 use crate::checks;
 use crate::error::Result;
@@ -43,3 +61,15 @@ impl Record {
         self.acceleration.iter().fold(0.0, |peak: f64, a| peak.max(a.abs()))
     }
 }
+
+/// What a reader found: values in the file's unit, and what the file says of itself.
+#[derive(Debug)]
+struct Draft {
+    name: Option<String>,
+    values: Vec<f64>,
+    dt: Option<f64>,
+    unit: Option<Unit>,
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,189 @@
+//! What a column file says about itself: header names, and `key = value` notes in comments.
+
+use super::Unit;
+use super::numbers::{number, shown};
+use super::text::{Fault, Line};
+
+/// Relative difference beyond which a stated step and that of the times contradict each other.
+const STEP_TOLERANCE: f64 = 1e-3;
+/// The same for the whole length of the record, in steps: what print rounding does to a short one.
+const LENGTH_TOLERANCE: f64 = 0.1;
+
+/// The columns of interest, counted from zero.
+#[derive(Debug)]
+pub(super) struct Columns {
+    pub(super) time: Option<usize>,
+    /// Length of the time column's unit, in s.
+    pub(super) time_unit: f64,
+    /// Nothing where all fields belong to one series.
+    pub(super) acceleration: Option<usize>,
+    pub(super) unit: Option<Unit>,
+}
+
+impl Columns {
+    /// Columns without names: two are time (s) and acceleration, any other number is one series.
+    pub(super) fn unnamed(width: usize) -> Self {
+        let pair = width == 2;
+        Self { time: pair.then_some(0), time_unit: 1.0, acceleration: pair.then_some(1), unit: None }
+    }
+
+    /// Columns by the names of a header such as `t_s,ag_mps2` or `Time [s], Acceleration (g)`.
+    pub(super) fn named(line: &Line<'_>, names: &[&str], width: usize) -> Result<Self, Fault> {
+        if names.len() != width {
+            let message = format!("{} names, but the first row below has {width} columns", names.len());
+            return Err(Fault::at(line, message));
+        }
+        let time = names.iter().position(|name| is_time(name));
+        let likely: Vec<usize> =
+            (0..width).filter(|i| Some(*i) != time && is_acceleration(names[*i])).collect();
+        let acceleration = match (likely.as_slice(), width, time) {
+            ([only], ..) => *only,
+            ([], 1, None) => 0,
+            ([], 2, Some(time)) => 1 - time,
+            ([], 2, None) => return Ok(Self::unnamed(width)),
+            _ => {
+                let message = format!(
+                    "{} columns look like acceleration ({}): leave one",
+                    likely.len(),
+                    names.join(", ")
+                );
+                return Err(Fault::at(line, message));
+            }
+        };
+        let other = names[acceleration];
+        if likely.is_empty() && is_other_quantity(other) {
+            return Err(Fault::at(line, format!("`{}` is no acceleration", shown(other))));
+        }
+        let in_milliseconds = time.is_some_and(|at| unit_words(names[at]).any(|unit| unit == "ms"));
+        Ok(Self {
+            time,
+            time_unit: if in_milliseconds { 1e-3 } else { 1.0 },
+            acceleration: Some(acceleration),
+            unit: unit_of(other),
+        })
+    }
+}
+
+/// What comments state: the step, the number of points and the unit.
+#[derive(Debug, Default)]
+pub(super) struct Declared {
+    /// The last line that stated something.
+    pub(super) line: Option<usize>,
+    dt: Option<f64>,
+    npts: Option<(usize, u64)>,
+    unit: Option<Unit>,
+}
+
+impl Declared {
+    /// Takes note of `dt = 0.02 s`, `npts=3000` and `units: m/s^2` in a line.
+    pub(super) fn note(&mut self, line: &Line<'_>) -> Result<(), Fault> {
+        for (key, value, after) in assignments(line.text) {
+            match key.to_ascii_lowercase().as_str() {
+                "dt" => {
+                    let bare = value.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+                    let dt = number(bare).map_err(|message| Fault::at(line, format!("dt: {message}")))?;
+                    let unit = if bare.len() < value.len() { &value[bare.len()..] } else { after };
+                    let dt = if unit == "ms" { dt * 1e-3 } else { dt };
+                    if dt <= 0.0 {
+                        return Err(Fault::at(line, format!("dt = {dt}: must be positive, in s")));
+                    }
+                    self.dt = Some(dt);
+                }
+                "npts" => {
+                    let npts = value.parse().map_err(|_| {
+                        Fault::at(
+                            line,
+                            format!("npts = `{}`: must be a whole number above zero", shown(value)),
+                        )
+                    })?;
+                    self.npts = Some((line.number, npts));
+                }
+                "unit" | "units" => {
+                    let unit = Unit::from_name(value).ok_or_else(|| {
+                        Fault::at(line, format!("units `{}`: not a known unit of acceleration", shown(value)))
+                    })?;
+                    self.unit = Some(unit);
+                }
+                _ => continue,
+            }
+            self.line = Some(line.number);
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_count(&self, found: usize) -> Result<(), Fault> {
+        match self.npts {
+            Some((number, npts)) if npts != found as u64 => {
+                let line = Line { number, text: "" };
+                Err(Fault::at(&line, format!("npts is {npts}, but {found} values follow")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The step in s; a stated one is exact, one from printed times is rounded.
+    pub(super) fn reconcile_dt(&self, from_times: Option<f64>, points: usize) -> Result<Option<f64>, Fault> {
+        let tolerance = STEP_TOLERANCE.max(LENGTH_TOLERANCE / points as f64);
+        match (self.dt, from_times) {
+            (Some(stated), Some(found)) if (stated - found).abs() > tolerance * found => {
+                Err(Fault::new(format!("states dt = {stated} s, but its times are {found} s apart")))
+            }
+            (stated, found) => Ok(stated.or(found)),
+        }
+    }
+
+    pub(super) fn reconcile_unit(&self, from_header: Option<Unit>) -> Result<Option<Unit>, Fault> {
+        match (self.unit, from_header) {
+            (Some(stated), Some(named)) if stated != named => {
+                Err(Fault::new("the comment and the header name different units"))
+            }
+            (stated, named) => Ok(stated.or(named)),
+        }
+    }
+}
+
+/// The pairs `key=value` or `key: value` of a line, each with the word after it.
+fn assignments(text: &str) -> impl Iterator<Item = (&str, &str, &str)> {
+    let separator = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | '#' | '%' | '(' | ')');
+    let parts = text.split(['=', ':']);
+    parts.clone().zip(parts.skip(1)).filter_map(move |(left, right)| {
+        let key = left.split(separator).rfind(|word| !word.is_empty())?;
+        let mut words = right.split(separator).filter(|word| !word.is_empty());
+        Some((key, words.next()?, words.next().unwrap_or_default()))
+    })
+}
+
+fn words(name: &str) -> Vec<String> {
+    let separator = |c: char| c.is_whitespace() || matches!(c, '_' | '(' | ')' | '[' | ']' | ',' | ':');
+    name.split(separator).filter(|word| !word.is_empty()).map(str::to_lowercase).collect()
+}
+
+/// The parts of a name behind its first word, which may be a unit.
+fn unit_words(name: &str) -> impl Iterator<Item = String> {
+    words(name).into_iter().skip(1)
+}
+
+fn is_time(name: &str) -> bool {
+    words(name).first().is_some_and(|word| matches!(word.as_str(), "t" | "time" | "times" | "s" | "sec"))
+}
+
+fn is_acceleration(name: &str) -> bool {
+    unit_of(name).is_some()
+        || words(name).first().is_some_and(|word| {
+            matches!(word.as_str(), "a" | "ag" | "acc" | "accel" | "acceleration" | "ground")
+        })
+}
+
+fn is_other_quantity(name: &str) -> bool {
+    words(name)
+        .first()
+        .is_some_and(|word| ["vel", "disp", "force"].iter().any(|other| word.starts_with(other)))
+}
+
+/// The unit at the end of a name: `g` in `ag_g`, `m/s^2` in `Acceleration (m/s^2)`, or the whole name.
+fn unit_of(name: &str) -> Option<Unit> {
+    let ends = name.char_indices().filter(|(_, c)| matches!(c, '_' | '(' | '[' | ' ' | ','));
+    // No unit is longer than that: a header of a megabyte must not take the square of it.
+    let tails = std::iter::once(0).chain(ends.map(|(at, _)| at + 1)).filter(|at| name.len() - at <= 20);
+    tails.map(|at| &name[at..]).find_map(Unit::from_name)
+}

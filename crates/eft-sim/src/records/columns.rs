@@ -1,0 +1,118 @@
+//! Columns of text: CSV with or without a header, `#` comments, and rows of nothing but acceleration.
+
+use super::Draft;
+use super::column_header::{Columns, Declared};
+use super::numbers::{number, push_row};
+use super::text::{Fault, Line};
+
+/// How far a time may lie off the regular grid, in steps: beyond print rounding, a sample is missing.
+const TIME_TOLERANCE: f64 = 0.1;
+
+/// Reads columns; step and unit stay open where the file states none.
+pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
+    let mut declared = Declared::default();
+    let mut header = None;
+    let mut rows = Vec::new();
+    for line in lines.iter().filter(|line| !line.is_blank()) {
+        let text = line.text.trim_start();
+        if text.starts_with(['#', '%']) {
+            declared.note(line)?;
+        } else if rows.is_empty() && header.is_none() && is_header(line) {
+            declared.note(line)?;
+            header = Some(*line);
+        } else {
+            rows.push(*line);
+        }
+    }
+    let Some(first) = rows.first() else {
+        return Err(Fault::new("no rows of numbers"));
+    };
+    let width = fields(first).len();
+    let columns = match &header {
+        // A header such as `dt=0.01` names no columns.
+        Some(line) if declared.line != Some(line.number) => Columns::named(line, &fields(line), width)?,
+        _ => Columns::unnamed(width),
+    };
+    let (values, step) = match columns.acceleration {
+        None => (series(&rows)?, None),
+        Some(acceleration) => {
+            let values = column_of(&rows, acceleration, width)?;
+            let times = columns.time.map(|time| column_of(&rows, time, width)).transpose()?;
+            let step = times.map(|times| step_of(&rows, &times)).transpose()?.flatten();
+            (values, step.map(|step| step * columns.time_unit))
+        }
+    };
+    declared.check_count(values.len())?;
+    let dt = declared.reconcile_dt(step, values.len())?;
+    let unit = declared.reconcile_unit(columns.unit)?;
+    Ok(Draft { name: None, values, dt, unit })
+}
+
+/// A row whose first field is no number, though it may start like one.
+fn is_header(line: &Line<'_>) -> bool {
+    let mut unused = Vec::new();
+    let starts_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+');
+    let first = fields(line).into_iter().next().unwrap_or_default();
+    let not_finite = first.trim_start_matches(['-', '+']).parse::<f64>().is_ok_and(|v| !v.is_finite());
+    !first.starts_with(starts_number) && !not_finite && push_row(line, None, &mut unused).is_err()
+}
+
+/// The fields of a row: separated by semicolons, else commas, else tabs or blanks.
+fn fields<'a>(line: &Line<'a>) -> Vec<&'a str> {
+    let text = line.text.trim_matches(|c: char| c.is_whitespace() || c == '\u{1a}');
+    let clean = |field: &'a str| field.trim().trim_matches('"').trim();
+    let mut fields: Vec<&str> = match [';', ',', '\t'].into_iter().find(|c| text.contains(*c)) {
+        Some(separator) => text.split(separator).map(clean).collect(),
+        None => text.split_whitespace().map(clean).collect(),
+    };
+    if fields.len() > 1 && fields.last().is_some_and(|field| field.is_empty()) {
+        fields.pop();
+    }
+    fields
+}
+
+/// One column of rows that must all have as many fields as the first.
+fn column_of(rows: &[Line<'_>], column: usize, width: usize) -> Result<Vec<f64>, Fault> {
+    let value = |row: &Line<'_>| {
+        let fields = fields(row);
+        if fields.len() != width {
+            let message = format!("{} columns, but the first row has {width}", fields.len());
+            return Err(Fault::at(row, message));
+        }
+        let field = fields.get(column).copied().unwrap_or_default();
+        // Commas remain inside a field only where semicolons separate: there they are decimal points.
+        let value = if field.contains(',') { number(&field.replace(',', ".")) } else { number(field) };
+        value.map_err(|message| Fault::at(row, format!("column {}: {message}", column + 1)))
+    };
+    rows.iter().map(value).collect()
+}
+
+/// Rows that all belong to one series, read like a page.
+fn series(rows: &[Line<'_>]) -> Result<Vec<f64>, Fault> {
+    let mut values = Vec::new();
+    for row in rows {
+        push_row(row, None, &mut values)?;
+    }
+    Ok(values)
+}
+
+/// The step of times that must rise evenly; nothing where there is only one.
+fn step_of(rows: &[Line<'_>], times: &[f64]) -> Result<Option<f64>, Fault> {
+    let (Some(first), Some(last)) = (times.first(), times.last()) else { return Ok(None) };
+    if times.len() < 2 {
+        return Ok(None);
+    }
+    let step = (last - first) / (times.len() - 1) as f64;
+    if step <= 0.0 || !step.is_finite() {
+        return Err(Fault::new(format!("the time column runs from {first} to {last}: it must increase")));
+    }
+    for (i, (time, row)) in times.iter().zip(rows).enumerate() {
+        let regular = first + i as f64 * step;
+        if (time - regular).abs() > TIME_TOLERANCE * step {
+            let message = format!("time {time} where an even step of {step} leads to {regular}");
+            return Err(Fault::at(row, message));
+        }
+    }
+    // Subtraction leaves rounding in the last digits (0.019999999999999997), which the file never had.
+    Ok(Some(format!("{step:.11e}").parse().unwrap_or(step)))
+}

@@ -1,0 +1,148 @@
+//! From a path or bytes to a record: recognising the format, and what the file leaves open.
+
+use super::text::{self, Fault, Line};
+use super::{Draft, Record, Unit, at2, block, columns, cosmos_v2, csmip_v2};
+use crate::error::Error;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The largest file that is read, in bytes: 256 MiB, some twenty million points.
+pub const MAX_FILE_SIZE: u64 = 256 << 20;
+
+/// Relative difference beyond which a given step contradicts the file's own.
+const STEP_TOLERANCE: f64 = 1e-6;
+
+/// What the caller knows beyond the file.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Step in s, for a file that states none (columns of nothing but acceleration).
+    pub dt: Option<f64>,
+    /// Unit of the values, for a column file that states none.
+    pub unit: Option<Unit>,
+    /// Which channel of a V2 file, counted from 1; needed where there are several.
+    pub channel: Option<usize>,
+}
+
+/// Reads a ground motion; acceleration in m/s², step in s.
+///
+/// The format is recognised by content; the suffix decides only where that leaves a choice. Columns without
+/// a stated unit are in m/s², or in g where the file's suffix is `.at2`.
+///
+/// # Errors
+/// [`Error::Io`] when the file cannot be read; [`Error::File`], with the line where there is one, when it is
+/// empty, larger than [`MAX_FILE_SIZE`], not text, or not what its format promises: a count that disagrees
+/// with the data, a value that is no finite number, an unknown unit, uneven times, no step, several channels.
+pub fn read_record(path: impl AsRef<Path>) -> Result<Record, Error> {
+    read_record_with(path, &ReadOptions::default())
+}
+
+/// [`read_record`] with what the caller knows beyond the file.
+///
+/// # Errors
+/// As [`read_record`], and when an option contradicts the file.
+pub fn read_record_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Record, Error> {
+    let path = path.as_ref();
+    let io = |source| Error::Io { path: path.to_path_buf(), source };
+    let mut bytes = Vec::new();
+    // One byte more than allowed tells a file that is too large, whatever size the system reports.
+    let file = File::open(path).map_err(io)?;
+    file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes).map_err(io)?;
+    record(&bytes, path, options).map_err(|fault| fault.of(path))
+}
+
+/// A ground motion from the content of a file; `file_name` serves messages, the record's name and as a hint.
+///
+/// # Errors
+/// [`Error::File`], as [`read_record`].
+pub fn parse(bytes: &[u8], file_name: &str) -> Result<Record, Error> {
+    parse_with(bytes, file_name, &ReadOptions::default())
+}
+
+/// [`parse`] with what the caller knows beyond the file.
+///
+/// # Errors
+/// As [`parse`], and when an option contradicts the file.
+pub fn parse_with(bytes: &[u8], file_name: &str, options: &ReadOptions) -> Result<Record, Error> {
+    let path = Path::new(file_name);
+    record(bytes, path, options).map_err(|fault| fault.of(path))
+}
+
+fn record(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<Record, Fault> {
+    if bytes.len() as u64 > MAX_FILE_SIZE {
+        return Err(Fault::new(format!("is larger than {} MiB", MAX_FILE_SIZE >> 20)));
+    }
+    let text = text::decode(bytes)?;
+    let lines = text::lines(&text);
+    if lines.iter().all(Line::is_blank) {
+        return Err(Fault::new("is empty"));
+    }
+    let suffix = path.extension().map(|suffix| suffix.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let draft = chosen_channel(recognise(&lines, &suffix)?, options.channel)?;
+    let dt = agreed_dt(draft.dt, options.dt)?;
+    let factor = agreed_unit(draft.unit, options.unit, &suffix)?.in_metres_per_second_squared();
+    let acceleration = draft.values.iter().map(|value| value * factor).collect();
+    let stem = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = draft.name.unwrap_or_else(stem);
+    Record::new(name, acceleration, dt).map_err(|error| Fault::new(error.to_string()))
+}
+
+/// Content first; the suffix only tells what a file without any marks was meant to be.
+fn recognise(lines: &[Line<'_>], suffix: &str) -> Result<Vec<Draft>, Fault> {
+    let begins_with_text = lines
+        .iter()
+        .find(|line| !line.is_blank())
+        .is_some_and(|line| block::is_text(line) && !line.text.trim_start().starts_with('#'));
+    if csmip_v2::recognises(lines) {
+        csmip_v2::parse(lines)
+    } else if cosmos_v2::recognises(lines) {
+        cosmos_v2::parse(lines)
+    } else if at2::recognises(lines) || (suffix == "at2" && begins_with_text) {
+        Ok(vec![at2::parse(lines)?])
+    } else if matches!(suffix, "v2" | "v2c") && begins_with_text {
+        Err(Fault::new("no line announces acceleration data in the words of CSMIP or COSMOS"))
+    } else {
+        Ok(vec![columns::parse(lines)?])
+    }
+}
+
+fn chosen_channel(mut channels: Vec<Draft>, choice: Option<usize>) -> Result<Draft, Fault> {
+    let count = channels.len();
+    match choice {
+        _ if count == 0 => Err(Fault::new("holds no acceleration")),
+        None if count == 1 => Ok(channels.swap_remove(0)),
+        Some(channel) if (1..=count).contains(&channel) => Ok(channels.swap_remove(channel - 1)),
+        _ => {
+            let name = |(i, draft): (usize, &Draft)| {
+                format!("{} ({})", i + 1, draft.name.as_deref().unwrap_or("without a name"))
+            };
+            let names: Vec<String> = channels.iter().enumerate().map(name).collect();
+            let wrong = choice.map(|c| format!("channel = {c}: ")).unwrap_or_default();
+            Err(Fault::new(format!("{wrong}choose one of the channels {}", names.join(", "))))
+        }
+    }
+}
+
+fn agreed_dt(found: Option<f64>, given: Option<f64>) -> Result<f64, Fault> {
+    match (found, given) {
+        (Some(found), Some(given)) if (found - given).abs() <= STEP_TOLERANCE * found => Ok(found),
+        (Some(found), Some(given)) => {
+            Err(Fault::new(format!("states a step of {found} s, but dt = {given} s is given")))
+        }
+        (Some(dt), None) | (None, Some(dt)) => Ok(dt),
+        (None, None) => Err(Fault::new(
+            "states no time step: give dt, or add a comment such as `# dt = 0.01` or a column of times",
+        )),
+    }
+}
+
+fn agreed_unit(found: Option<Unit>, given: Option<Unit>, suffix: &str) -> Result<Unit, Fault> {
+    match (found, given) {
+        (Some(found), Some(given)) if found != given => {
+            Err(Fault::new(format!("is in {found:?}, but the unit given is {given:?}")))
+        }
+        (Some(unit), _) | (None, Some(unit)) => Ok(unit),
+        (None, None) if suffix == "at2" => Ok(Unit::Gravity),
+        (None, None) => Ok(Unit::MetrePerSecondSquared),
+    }
+}

@@ -1,0 +1,94 @@
+//! From bytes to numbered lines, and the fault that names one of them.
+
+use crate::error::Error;
+use std::borrow::Cow;
+use std::path::Path;
+
+/// What is wrong with a file, and on which line.
+#[derive(Debug)]
+pub(super) struct Fault(String);
+
+impl Fault {
+    /// A fault of the file as a whole.
+    pub(super) fn new(message: impl Into<String>) -> Self {
+        Self(message.into())
+    }
+
+    /// A fault on one line, counted from 1.
+    pub(super) fn at(line: &Line<'_>, message: impl AsRef<str>) -> Self {
+        Self(format!("line {}: {}", line.number, message.as_ref()))
+    }
+
+    /// The error of the crate, for the file of this name.
+    pub(super) fn of(self, file: &Path) -> Error {
+        Error::File { path: file.to_path_buf(), message: self.0 }
+    }
+}
+
+/// One line of a file without its end, counted from 1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line<'a> {
+    pub(super) number: usize,
+    pub(super) text: &'a str,
+}
+
+impl Line<'_> {
+    /// Whether the line contains a phrase, letter case aside; the phrase must be in lower case.
+    pub(super) fn has(&self, phrase: &str) -> bool {
+        find_phrase(self.text, phrase).is_some()
+    }
+
+    /// Whether nothing is written on the line (an end-of-file mark of DOS is nothing).
+    pub(super) fn is_blank(&self) -> bool {
+        self.text.trim_matches(|c: char| c.is_whitespace() || c == '\u{1a}').is_empty()
+    }
+}
+
+/// Byte offset of a lower-case ASCII phrase in a text, letter case aside.
+pub(super) fn find_phrase(text: &str, phrase: &str) -> Option<usize> {
+    let (text, phrase) = (text.as_bytes(), phrase.as_bytes());
+    text.windows(phrase.len().max(1)).position(|window| window.eq_ignore_ascii_case(phrase))
+}
+
+/// The text of a file; bytes that are not UTF-8 (accents in old headers) become replacement characters.
+pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, Fault> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(Fault::new("is UTF-16 text: save it as UTF-8 or plain text"));
+    }
+    if bytes.contains(&0) {
+        return Err(Fault::new("is not a text file (it contains zero bytes)"));
+    }
+    let bytes = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes);
+    Ok(String::from_utf8_lossy(bytes))
+}
+
+/// The lines of a text, with the line ends of Unix, DOS or the old Mac.
+pub(super) fn lines(text: &str) -> Vec<Line<'_>> {
+    let number = |(i, text)| Line { number: i + 1, text };
+    if text.contains('\n') {
+        text.lines().enumerate().map(number).collect()
+    } else {
+        text.split('\r').enumerate().map(number).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_line_ends_count_the_same() {
+        for text in ["a\nb\n\nc\n", "a\r\nb\r\n\r\nc\r\n", "a\rb\r\rc\r"] {
+            let lines = lines(text);
+            assert_eq!((lines[3].number, lines[3].text), (4, "c"));
+            assert!(lines[2].is_blank());
+        }
+    }
+
+    #[test]
+    fn binary_and_utf16_are_refused() {
+        assert!(decode(b"\x89PNG\r\n\x1a\n\0\0").is_err());
+        assert!(decode(b"\xff\xfe1\0").unwrap_err().0.contains("UTF-16"));
+        assert_eq!(decode(b"\xef\xbb\xbfNPTS").unwrap(), "NPTS");
+    }
+}
