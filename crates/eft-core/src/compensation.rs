@@ -106,7 +106,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     /// opening (1), and a further flow (m³/s) that is wanted on top of the piston's.
     ///
     /// # NaN
-    /// A measurement that is not finite or beyond its range leaves the state as it was, repeats the last output
+    /// A measurement that is not finite or beyond its range, or a flow that is not finite, leaves the state as it was, repeats the last output
     /// and raises [`status::INVALID_MEASUREMENT`]; the next good one continues.
     ///
     /// # Cost
@@ -120,13 +120,26 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         spool: S,
         further_flow: S,
     ) -> Output<S> {
-        let valid = self.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(f32::MAX as f64));
-        let (opening, flags) = self.required_opening(velocity, force, spool, further_flow);
+        let (next, regular, valid) = self.advance(state, velocity, force, spool, further_flow);
+        *state = CompensationState::select(valid, next, *state);
+        let invalid = S::flag(!valid, status::INVALID_MEASUREMENT);
+        Output { value: state.output, status: S::select_flags(valid, regular, invalid) }
+    }
+
+    /// What [`step`](Self::step) would make of valid measurements, and where they are valid.
+    #[inline(always)]
+    pub(crate) fn advance(
+        &self,
+        state: &CompensationState<S>,
+        velocity: S,
+        force: S,
+        spool: S,
+        further_flow: S,
+    ) -> (CompensationState<S>, S::Flags, S::Mask) {
+        let (opening, flags, valid) = self.required_opening(velocity, force, spool, further_flow);
         let mut lead = state.lead;
         let output = self.lead.step(&mut lead, opening);
-        *state = CompensationState::select(valid, CompensationState { lead, output }, *state);
-        let invalid = S::flag(!valid, status::INVALID_MEASUREMENT);
-        Output { value: state.output, status: S::select_flags(valid, flags, invalid) }
+        (CompensationState { lead, output }, flags, valid)
     }
 
     /// Repeats the last output and raises [`status::HELD`]; the state stays.
@@ -137,8 +150,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
     /// measurements gives the same output, without a bump. Invalid measurements give the state of a rig at rest.
     pub fn prime(&self, velocity: S, force: S, spool: S, further_flow: S) -> CompensationState<S> {
-        let valid = self.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(f32::MAX as f64));
-        let (opening, _) = self.required_opening(velocity, force, spool, further_flow);
+        let (opening, _, valid) = self.required_opening(velocity, force, spool, further_flow);
         let opening = S::select(valid, opening, S::splat(0.0));
         let mut lead = LeadNetwork::at_rest(opening);
         let output = self.lead.step(&mut lead, opening);
@@ -170,12 +182,14 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
             & spool.abs().le(self.spool_range)
     }
 
+    /// Required opening (1), flags, and where the measurements and the flow they ask for are valid.
     #[inline(always)]
-    fn required_opening(&self, velocity: S, force: S, spool: S, further_flow: S) -> (S, S::Flags) {
+    fn required_opening(&self, velocity: S, force: S, spool: S, further_flow: S) -> (S, S::Flags, S::Mask) {
         let flow = self.velocity_to_flow * velocity + further_flow;
+        let valid = self.accepts(velocity, force, spool) & flow.abs().le(S::splat(f32::MAX as f64));
         let (opening, flags) = self.inverse.required_opening(flow, force, spool);
         let wide = opening.abs().gt(self.spool_warning) | spool.abs().gt(self.spool_warning);
-        (opening, flags | S::flag(wide, status::SPOOL_WARNING))
+        (opening, flags | S::flag(wide, status::SPOOL_WARNING), valid)
     }
 }
 

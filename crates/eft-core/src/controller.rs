@@ -43,8 +43,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// and spool opening (1).
     ///
     /// # NaN
-    /// With an invalid command or measurement the last valve command is held, the state stays and
-    /// [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised.
+    /// With an invalid measurement or command (not finite, or so large that the valve command overflows) the last
+    /// valve command is held, the state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised.
     #[inline(always)]
     pub fn step(
         &self,
@@ -69,22 +69,27 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         spool: S,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let commanded = command.abs().le(S::splat(f32::MAX as f64));
-        let measured = self.compensation.accepts(velocity, force, spool);
-        let mut next = *state;
-        let computed = self.compensation.step(&mut next.compensation, velocity, force, spool, S::splat(0.0));
-        let compensation = path(computed.value);
-        let raw = self.servovalve.step(&mut next.servovalve, command, force, compensation);
+        let zero = S::splat(0.0);
+        let (next, flags, measured) =
+            self.compensation.advance(&state.compensation, velocity, force, spool, zero);
+        let next = CompensationState::select(measured, next, state.compensation);
+        let compensation = path(next.output());
+        let mut servovalve = state.servovalve;
+        let raw = self.servovalve.step(&mut servovalve, command, force, compensation);
         let (valve_command, limits) = self.limiter.apply(raw, state.valve_command);
-        next.valve_command = valve_command;
+        let commanded = finite(command) & (finite(raw) | !measured);
         let good = commanded & measured;
-        *state = ControllerState::select(good, next, *state);
+        *state = ControllerState::select(
+            good,
+            ControllerState { compensation: next, servovalve, valve_command },
+            *state,
+        );
         let faults =
             S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT);
         ControllerOutput {
             valve_command: state.valve_command,
             compensation,
-            status: S::select_flags(good, computed.status | limits, faults),
+            status: S::select_flags(good, flags | limits, faults),
         }
     }
 
@@ -100,12 +105,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
     /// arguments gives this state's output, without a bump. Invalid arguments give the state of a rig at rest.
     pub fn prime(&self, command: S, velocity: S, force: S, spool: S) -> ControllerState<S> {
-        let good =
-            command.abs().le(S::splat(f32::MAX as f64)) & self.compensation.accepts(velocity, force, spool);
         let compensation = self.compensation.prime(velocity, force, spool, S::splat(0.0));
         let mut servovalve = self.servovalve.at_rest(command, force);
         let raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
-        let (valve_command, _) = self.limiter.apply(raw, raw);
+        let valve_command = self.limiter.settled(raw);
+        let good = finite(raw) & self.compensation.accepts(velocity, force, spool);
         ControllerState::select(
             good,
             ControllerState { compensation, servovalve, valve_command },
@@ -124,6 +128,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             limiter: Limiter::pack(|i| &lane(i).limiter),
         }
     }
+}
+
+#[inline(always)]
+fn finite<S: Scalar>(x: S) -> S::Mask {
+    x.abs().le(S::splat(f32::MAX as f64))
 }
 
 impl<S: Scalar> ControllerState<S> {

@@ -36,6 +36,13 @@ pub enum ConfigError {
         /// The first entry that is not larger than the one before it.
         index: usize,
     },
+    /// A table with a segment whose slope overflows the scalar in use.
+    TooSteep {
+        /// The table's name.
+        parameter: &'static str,
+        /// The entry at the segment's upper end.
+        index: usize,
+    },
     /// A table whose length is not allowed, or two tables of different lengths.
     Length {
         /// The table's name.
@@ -62,6 +69,9 @@ impl fmt::Display for ConfigError {
                     f,
                     "{parameter}[{index}] is not larger than the entry before it: must increase strictly"
                 )
+            }
+            Self::TooSteep { parameter, index } => {
+                write!(f, "{parameter} rises too steeply to entry {index}: its slope must be a finite number")
             }
             Self::Length { parameter, length, shortest, longest } => {
                 write!(f, "{parameter} has {length} entries: must have {shortest} to {longest}")

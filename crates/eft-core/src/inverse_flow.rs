@@ -1,6 +1,6 @@
 //! From the flow that is wanted to the spool opening that passes it.
 
-use crate::error::{ConfigError, check, positive, within};
+use crate::error::{ConfigError, check, finite, positive, within};
 use crate::flow_table::FlowTable;
 use crate::load_pressure::LoadPressure;
 use crate::piecewise::PiecewiseLinear;
@@ -43,14 +43,14 @@ impl<S: Scalar, const N: usize> InverseFlow<S, N> {
     /// and the flags [`status::DEMAND_SATURATED`] and [`status::LOAD_PRESSURE_FLOORED`].
     ///
     /// # NaN
-    /// Finite and within ±1 for every input.
+    /// Finite and within ±1 for every input; a NaN flow gives an end of the range.
     #[inline(always)]
     pub fn required_opening(&self, flow: S, force: S, spool: S) -> (S, S::Flags) {
         let direction = S::select(self.sign_from_demand, flow, spool);
         let (factor, floored) = self.load_pressure.factor(force, direction);
         let demand = flow * factor;
-        let no_load = S::select(self.linear, flow * self.opening_per_flow, self.table.eval(demand));
-        let required = self.level * no_load;
+        let required =
+            S::select(self.linear, self.opening_per_flow * flow, self.level * self.table.eval(demand));
         let opening = required.limit(S::splat(-1.0), S::splat(1.0));
         let saturated = required.abs().gt(S::splat(1.0)) | (!self.linear & self.table.beyond(demand));
         let flags = S::flag(saturated, status::DEMAND_SATURATED)
@@ -102,11 +102,15 @@ macro_rules! constructor {
                 p: &InverseFlowParameters,
                 table: &FlowTable<$t, N>,
             ) -> Result<Self, ConfigError> {
+                let level = check!(within("level", p.level, 0.0, 10.0));
+                let opening_per_flow = (level / check!(positive("flow_gain", p.flow_gain))) as $t;
+                check!(finite("flow_gain", opening_per_flow as f64));
                 Ok(Self {
                     linear: matches!(p.inverse, Inverse::Linear),
                     sign_from_demand: matches!(p.sign_from, SignFrom::Demand),
-                    level: check!(within("level", p.level, 0.0, 10.0)) as $t,
-                    opening_per_flow: (1.0 / check!(positive("flow_gain", p.flow_gain))) as $t,
+                    level: level as $t,
+                    // With the level in it, one product: a finite flow never meets 0·∞ here.
+                    opening_per_flow,
                     load_pressure: check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure)),
                     table: *table.inverse(),
                 })

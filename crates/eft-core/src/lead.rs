@@ -14,6 +14,9 @@ pub struct LeadNetwork<S> {
     gain: S,
 }
 
+/// Far above any valve's, far below overflow.
+const LARGEST_GAIN: f64 = 1.0e12;
+
 /// What the lead network remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
@@ -73,23 +76,36 @@ macro_rules! constructor {
             /// in `f64` and rounded once.
             ///
             /// # Errors
-            /// `gain` or `sample_rate` not positive, `response_delay` outside [0, 1] s, `lead_alpha` outside
-            /// [0.001, 0.999].
+            /// `gain` or `sample_rate` not positive, `gain` above 1e12, `response_delay` outside [0, 1] s,
+            /// `lead_alpha` outside [0.001, 0.999], a sample so short that the pole rounds to 1.
             pub const fn new(
                 gain: f64,
                 response_delay: f64,
                 lead_alpha: f64,
                 sample_rate: f64,
             ) -> Result<Self, ConfigError> {
-                let gain = check!(positive("gain", gain));
+                let gain = check!(positive("gain", gain)) as $t;
+                check!(within("gain", gain as f64, 0.0, LARGEST_GAIN));
                 let delay = check!(within("response_delay", response_delay, 0.0, 1.0));
                 let alpha = check!(within("lead_alpha", lead_alpha, 0.001, 0.999));
                 let period = 1.0 / check!(positive("sample_rate", sample_rate));
                 let lag = 2.0 * alpha * delay / (1.0 - alpha);
-                // Without delay there is nothing to lead; Tustin would leave a pole at −1.
-                let pole = if delay > 0.0 { (lag - period) / (lag + period) } else { 0.0 };
-                let rate = 2.0 * delay / (lag + period);
-                Ok(Self { pole: pole as $t, rate: rate as $t, gain: gain as $t })
+                let (mut pole, mut rate) = ((lag - period) / (lag + period), 2.0 * delay / (lag + period));
+                // Tustin puts the pole of a vanishing lag at −1, where it would ring for ever: then a backward
+                // difference with the same lead.
+                if pole < -0.9999 {
+                    (pole, rate) = (0.0, delay / period);
+                }
+                let (pole, rate) = (pole as $t, rate as $t);
+                if pole >= 1.0 {
+                    return Err(ConfigError::OutOfRange {
+                        parameter: "sample_rate",
+                        value: sample_rate,
+                        lowest: 0.0,
+                        highest: 1.0e6 / lag,
+                    });
+                }
+                Ok(Self { pole, rate, gain })
             }
         }
     };

@@ -14,15 +14,22 @@ pub struct Limiter<S> {
 impl<S: Scalar> Limiter<S> {
     /// The command (V) that may follow `last` (V), and [`status::COMMAND_LIMITED`] and [`status::RATE_LIMITED`].
     ///
+    /// The amplitude goes before the rate: it holds even where `last` lies beyond it, after a change of limits.
+    ///
     /// # NaN
-    /// NaN becomes the lower limit, flagged.
+    /// A NaN command becomes the lowest one that may follow, flagged.
     #[inline(always)]
     pub fn apply(&self, command: S, last: S) -> (S, S::Flags) {
-        let limited = command.limit(-self.amplitude, self.amplitude);
-        let reached = limited.limit(last - self.change, last + self.change);
+        let limited = self.settled(command);
+        let reached = self.settled(command.limit(last - self.change, last + self.change));
         let flags = S::flag(!command.abs().le(self.amplitude), status::COMMAND_LIMITED)
-            | S::flag((limited - last).abs().gt(self.change), status::RATE_LIMITED);
+            | S::flag(limited.lt(reached) | limited.gt(reached), status::RATE_LIMITED);
         (reached, flags)
+    }
+    /// The command (V) after long: only the amplitude counts.
+    #[inline(always)]
+    pub fn settled(&self, command: S) -> S {
+        command.limit(-self.amplitude, self.amplitude)
     }
     /// Limits of single rigs side by side.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a Limiter<S::Element>) -> Self

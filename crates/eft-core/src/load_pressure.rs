@@ -1,6 +1,6 @@
 //! The load pressure's influence on the flow, Eq. (6) of the paper, as a factor on the demanded flow.
 
-use crate::error::{ConfigError, check, positive};
+use crate::error::{ConfigError, check, finite, positive};
 use crate::scalar::Scalar;
 
 /// The radicand is not let below this: there the valve cannot pass the flow anyway.
@@ -17,7 +17,8 @@ impl<S: Scalar> LoadPressure<S> {
     /// and where the radicand was raised to its floor.
     ///
     /// # NaN
-    /// A NaN force reads as floored: the factor is finite and within (0, 4.48) for every input.
+    /// The factor lies within [0, 4.48] for every input. A NaN force reads as floored (or, without a direction, as
+    /// no force).
     ///
     /// # Cost
     /// One multiplication, one subtraction, one square root, one division.
@@ -44,11 +45,12 @@ macro_rules! constructor {
             /// From piston area `A` (m²) and supply pressure `P_s` (Pa).
             ///
             /// # Errors
-            /// Either not positive and finite.
+            /// Either not positive and finite, or their product too far from 1 for the scalar in use.
             pub const fn new(piston_area: f64, supply_pressure: f64) -> Result<Self, ConfigError> {
                 let area = check!(positive("piston_area", piston_area));
                 let pressure = check!(positive("supply_pressure", supply_pressure));
-                Ok(Self { per_newton: (1.0 / (area * pressure)) as $t })
+                let per_newton = (1.0 / check!(positive("supply_pressure", area * pressure))) as $t;
+                Ok(Self { per_newton: check!(finite("supply_pressure", per_newton as f64)) as $t })
             }
         }
     };

@@ -5,11 +5,14 @@
 
 use core::array;
 
-use crate::error::{ConfigError, check, finite};
+use crate::error::{ConfigError, check, within};
 use crate::scalar::{Real, Scalar};
 
 /// Cells of the index: a power of two, so that an index wraps instead of being checked.
 pub const CELLS: usize = 64;
+
+/// Bound of every entry: no difference of two overflows, in either scalar.
+const LARGEST: f64 = f32::MAX as f64 / 4.0;
 
 /// A strictly increasing map through up to `N` knots.
 #[derive(Debug, Clone, Copy)]
@@ -96,9 +99,9 @@ macro_rules! constructor {
             /// A map through the knots `(x[i], y[i])`, each rounded once to the scalar in use.
             ///
             /// # Errors
-            /// Fewer than two knots, more than `N`, different lengths, non-finite entries, or entries that do
-            /// not increase strictly (after rounding), naming the table and the index. In a `const` context
-            /// each of these is a compile error.
+            /// Fewer than two knots, more than `N`, different lengths, entries that are not finite or beyond a
+            /// quarter of the largest `f32`, that do not increase strictly (after rounding), or whose slope
+            /// overflows, naming the table and the index. In a `const` context each is a compile error.
             // Every index below is bounded by `len <= N`; `get` is not constant yet.
             #[allow(clippy::indexing_slicing)]
             pub const fn new(
@@ -121,8 +124,8 @@ macro_rules! constructor {
                     });
                 }
                 let mut map = Self {
-                    lowest: x[0] as $t,
-                    highest: x[len - 1] as $t,
+                    lowest: 0.0,
+                    highest: 0.0,
                     cells_per_unit: 0.0,
                     walk: 0,
                     first: [0; CELLS],
@@ -133,12 +136,8 @@ macro_rules! constructor {
                 };
                 let mut i = 0;
                 while i < len {
-                    check!(finite(x_name, x[i]));
-                    check!(finite(y_name, y[i]));
-                    map.starts[i] = x[i] as $t;
-                    map.values[i] = y[i] as $t;
-                    check!(finite(x_name, map.starts[i] as f64));
-                    check!(finite(y_name, map.values[i] as f64));
+                    map.starts[i] = check!(within(x_name, x[i], -LARGEST, LARGEST)) as $t;
+                    map.values[i] = check!(within(y_name, y[i], -LARGEST, LARGEST)) as $t;
                     if i > 0 {
                         if map.starts[i] <= map.starts[i - 1] {
                             return Err(ConfigError::NotIncreasing { parameter: x_name, index: i });
@@ -148,7 +147,12 @@ macro_rules! constructor {
                         }
                         map.ends[i - 1] = map.starts[i];
                         let run = map.starts[i] - map.starts[i - 1];
-                        let mut slope = ((y[i] - y[i - 1]) / (x[i] - x[i - 1])) as $t;
+                        // Between the knots as rounded, so that the segment meets both of them.
+                        let rise = map.values[i] as f64 - map.values[i - 1] as f64;
+                        let mut slope = (rise / (map.starts[i] as f64 - map.starts[i - 1] as f64)) as $t;
+                        if !slope.is_finite() {
+                            return Err(ConfigError::TooSteep { parameter: y_name, index: i });
+                        }
                         // Rounded down until the segment ends at or below the next knot: the map is then
                         // monotone to the last bit, not only up to rounding.
                         while map.values[i - 1] + run * slope > map.values[i] {
@@ -158,8 +162,11 @@ macro_rules! constructor {
                     }
                     i += 1;
                 }
+                map.lowest = map.starts[0];
+                map.highest = map.starts[len - 1];
                 // Half a cell short of the full count, so that rounding cannot reach past the last cell.
-                map.cells_per_unit = ((CELLS as f64 - 0.5) / (x[len - 1] - x[0])) as $t;
+                let span = map.starts[len - 1] as f64 - map.starts[0] as f64;
+                map.cells_per_unit = ((CELLS as f64 - 0.5) / span) as $t;
                 map.index(len);
                 Ok(map)
             }
