@@ -5,22 +5,36 @@ All quantities are in SI units. Positive force pulls the structure (+x).
 
 from eft._native import (
     Command,
+    Compensator,
+    Controller,
     FlowTable,
     Record,
     Rig,
     __version__,
     effective_force,
+    read_record,
     rig_keys,
     sine_sweep,
 )
+from eft._run import FftRatio, IdealResponse, TestRun, ideal_response, simulate
+from eft._status import Status
 
 __all__ = [
     "Command",
+    "Compensator",
+    "Controller",
+    "FftRatio",
     "FlowTable",
+    "IdealResponse",
     "Record",
     "Rig",
+    "Status",
+    "TestRun",
     "__version__",
     "effective_force",
+    "ideal_response",
+    "read_record",
     "rig_keys",
+    "simulate",
     "sine_sweep",
 ]

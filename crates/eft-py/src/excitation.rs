@@ -1,12 +1,14 @@
 //! `eft.Command`, `eft.Record` and the functions that make them.
 
+use std::path::PathBuf;
+
 use eft_sim::{excitation, records};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
 use crate::arrays;
-use crate::errors::to_python;
+use crate::errors::{refuse, to_python};
 
 /// A force command: samples in N at a constant rate; sample `i` belongs to the time `i / sample_rate`.
 ///
@@ -207,4 +209,46 @@ pub(crate) fn sine_sweep(
 #[pyo3(signature = (record, mass, sample_rate, scale=1.0))]
 pub(crate) fn effective_force(record: &Record, mass: f64, sample_rate: f64, scale: f64) -> PyResult<Command> {
     command(excitation::effective_force(&record.inner, mass, sample_rate, scale))
+}
+
+/// Read a ground motion: PEER AT2, CSMIP and COSMOS V2, or columns; the format is recognised by content.
+///
+/// Parameters
+/// ----------
+/// path : str or path-like
+///     The file.
+/// dt : float, optional
+///     Step in s, for a file that states none.
+/// unit : str, optional
+///     Unit of the values (``"g"``, ``"m/s2"``, ``"cm/s2"``, ``"in/s2"``), for a column file that states none.
+/// channel : int, optional
+///     Which channel of a V2 file, counted from 1; needed where there are several.
+///
+/// Raises
+/// ------
+/// FileNotFoundError
+///     If there is no such file.
+/// ValueError
+///     If the file is not what its format promises, with the line where there is one.
+#[pyfunction]
+#[pyo3(signature = (path, *, dt=None, unit=None, channel=None))]
+pub(crate) fn read_record(
+    py: Python<'_>,
+    path: PathBuf,
+    dt: Option<f64>,
+    unit: Option<&str>,
+    channel: Option<usize>,
+) -> PyResult<Record> {
+    let unit = match unit {
+        None => None,
+        Some(name) => Some(records::Unit::from_name(name).ok_or_else(|| {
+            refuse(
+                "unit",
+                format!("{name:?}"),
+                "must be a unit of acceleration, such as \"g\", \"m/s2\" or \"cm/s2\"",
+            )
+        })?),
+    };
+    let options = records::ReadOptions { dt, unit, channel };
+    record(py.detach(|| records::read_record_with(&path, &options)))
 }

@@ -5,10 +5,12 @@
 use pyo3::prelude::*;
 
 mod arrays;
+mod controller;
 mod errors;
 mod excitation;
 mod flow_table;
 mod rig;
+mod run;
 mod values;
 
 #[pymodule]
@@ -18,8 +20,16 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<excitation::Command>()?;
     module.add_class::<excitation::Record>()?;
     module.add_class::<flow_table::FlowTable>()?;
+    module.add_class::<controller::Compensator>()?;
+    module.add_class::<controller::Controller>()?;
     module.add_function(wrap_pyfunction!(rig::rig_keys, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::sine_sweep, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::effective_force, module)?)?;
+    module.add_function(wrap_pyfunction!(excitation::read_record, module)?)?;
+    module.add_function(wrap_pyfunction!(run::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(run::metrics, module)?)?;
+    module.add_function(wrap_pyfunction!(run::fft_ratio, module)?)?;
+    module.add_function(wrap_pyfunction!(run::ideal_response, module)?)?;
+    module.add_function(wrap_pyfunction!(run::status_flags, module)?)?;
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use crate::closed_loop::simulate::SimulateOptions;
 use crate::config::RigConfig;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::excitation::Command;
 use crate::rig::Structure;
 
@@ -19,7 +19,7 @@ pub struct IdealResponse {
 /// than the options' largest step.
 ///
 /// # Errors
-/// An invalid command or configuration.
+/// An invalid command or configuration, or a structure too stiff for the step, whose motion grows without bound.
 pub fn ideal_response(
     rig: &RigConfig,
     command: &Command,
@@ -51,6 +51,86 @@ pub fn ideal_response(
             x += step / 6.0 * (v + 2.0 * (v2 + v3) + v4);
             v += step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4);
         }
+        if !(x.is_finite() && v.is_finite()) {
+            let allowed =
+                format!("must be short enough for the structure: its motion has no end at sample {i}");
+            return Err(Error::value("largest_step", step, allowed));
+        }
     }
     Ok(ideal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn respond(rig: &RigConfig, command: &Command) -> Result<IdealResponse> {
+        ideal_response(rig, command, &SimulateOptions::default())
+    }
+
+    fn linear(damping: f64) -> RigConfig {
+        let mut rig = RigConfig::zhao2005();
+        rig.structure.kind = crate::config::StructureKind::Linear;
+        rig.structure.damping = damping;
+        rig
+    }
+
+    #[test]
+    fn a_constant_force_gives_the_damped_step_response() {
+        let rig = linear(4330.0);
+        let (m, c, k) = (rig.structure.mass, rig.structure.damping, rig.structure.stiffness);
+        let command = Command::new(vec![10e3; 4096], 512.0).unwrap();
+        let response = respond(&rig, &command).unwrap();
+        let omega = (k / m).sqrt();
+        let zeta = c / (2.0 * (k * m).sqrt());
+        let damped = omega * (1.0 - zeta * zeta).sqrt();
+        let scale = 10e3 / k;
+        for (t, x) in command.time().into_iter().zip(&response.displacement) {
+            let (sin, cos) = (damped * t).sin_cos();
+            let exact = 1.0 - (-zeta * omega * t).exp() * (cos + zeta * omega / damped * sin);
+            assert!((x / scale - exact).abs() < 1e-7, "{t} s: {x} instead of {}", exact * scale);
+        }
+    }
+
+    #[test]
+    fn a_ramp_is_linear_between_samples() {
+        // x = a·(t − sin(ωt)/ω)/k for F = a·t without damping: exact only if the force has no steps.
+        let rig = linear(0.0);
+        let (m, k) = (rig.structure.mass, rig.structure.stiffness);
+        let omega = (k / m).sqrt();
+        let command = Command::new((0..20).map(|i| f64::from(i) * 1e3).collect(), 4.0).unwrap();
+        let response = respond(&rig, &command).unwrap();
+        for (t, x) in command.time().into_iter().zip(&response.displacement) {
+            let exact = 4e3 * (t - (omega * t).sin() / omega) / k;
+            assert!((x - exact).abs() < 1e-7 * 20e3 / k, "{t} s");
+        }
+    }
+
+    #[test]
+    fn a_softening_spring_keeps_the_energy() {
+        let mut rig = RigConfig::zhao2005();
+        rig.structure.damping = 0.0;
+        // From rest under a constant force F, the work F·x is kinetic and spring energy.
+        let force = 15e3;
+        let response = respond(&rig, &Command::new(vec![force; 2000], 500.0).unwrap()).unwrap();
+        assert!(response.displacement.iter().any(|x| *x > 0.03), "it must reach the soft part");
+        let spring = |x: f64| {
+            let (k, soft) = (693.8e3, 350e3);
+            let beyond = (x.abs() - 0.025).max(0.0);
+            0.5 * k * x * x - 0.5 * (k - soft) * beyond * beyond
+        };
+        for (x, v) in response.displacement.iter().zip(&response.velocity) {
+            let energy = 0.5 * 7040.0 * v * v + spring(*x) - force * x;
+            assert!(energy.abs() < 1e-5 * force * 0.05, "{energy} J at {x} m");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_integrated_is_refused() {
+        let mut rig = linear(0.0);
+        rig.structure.mass = 1e-3;
+        rig.structure.stiffness = 1e15;
+        let error = respond(&rig, &Command::new(vec![1.0; 100], 1.0).unwrap()).unwrap_err();
+        assert!(error.to_string().starts_with("largest_step = "), "{error}");
+    }
 }

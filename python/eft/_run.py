@@ -1,0 +1,304 @@
+"""A test on the virtual rig and what it leaves behind."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eft import _native
+from eft._files import beside
+from eft._native import Command, Rig, __version__
+from eft._status import Status
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["FftRatio", "IdealResponse", "TestRun", "ideal_response", "simulate"]
+
+Array = NDArray[np.float64]
+Dtype = Literal["f32", "f64"]
+
+_FORMAT = 1
+"""Of the files that `TestRun.save` writes."""
+
+
+class FftRatio(NamedTuple):
+    """Frequency response over a band."""
+
+    frequency: Array
+    """In Hz."""
+    ratio: Array
+    """abs(FFT(force)) / abs(FFT(command)), dimensionless."""
+
+
+class IdealResponse(NamedTuple):
+    """What the structure does under the command applied without error."""
+
+    time: Array
+    """In s."""
+    displacement: Array
+    """In m."""
+    velocity: Array
+    """In m/s."""
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class TestRun:
+    """The traces of one test, one value per command sample.
+
+    Value `i` is the plant's true value at time ``i / sample_rate``, before that tick's output acts; what the
+    sensors reported stands beside it as ``measured_...``. ``time, force = run`` unpacks the two.
+    """
+
+    __test__ = False  # pytest takes classes of this name for its own
+
+    rig: Rig
+    """The rig that was tested."""
+    sample_rate: float
+    """Ticks per second, Hz."""
+    dtype: Dtype
+    """Precision of the controller."""
+    version: str
+    """Version of the library that ran the test."""
+    command: Array
+    """Force command, N."""
+    force: Array
+    """Force on the structure, N."""
+    displacement: Array
+    """Displacement, m."""
+    velocity: Array
+    """Velocity, m/s."""
+    spool: Array
+    """Spool opening, 1."""
+    load_pressure: Array
+    """Load pressure, Pa."""
+    valve_command: Array
+    """Valve command, V."""
+    compensation: Array
+    """Compensation signal, V."""
+    flow_gain_estimate: Array
+    """The flow gain the controller believes in, 1 = as its table says."""
+    measured_force: Array
+    """Force as the sensor reported it, N."""
+    measured_velocity: Array
+    """Velocity as the sensor reported it, m/s."""
+    measured_displacement: Array
+    """Displacement as the sensor reported it, m."""
+    measured_spool: Array
+    """Spool opening as the sensor reported it, 1."""
+    status: NDArray[np.uint32]
+    """Bits of `Status`."""
+
+    @cached_property
+    def time(self) -> Array:
+        """Time of each sample in s, from zero."""
+        return np.arange(self.command.shape[-1]) / self.sample_rate
+
+    @property
+    def seed(self) -> int:
+        """Seed of the sensors' noise."""
+        return cast(int, self.rig["sensors.seed"])
+
+    @property
+    def success(self) -> bool:
+        """Whether the test ran to its end with finite values."""
+        return not self.flags & Status.DIVERGED
+
+    @cached_property
+    def flags(self) -> Status:
+        """Every flag that was raised at any time."""
+        return Status(int(np.bitwise_or.reduce(self.status, axis=None)))
+
+    @property
+    def message(self) -> str:
+        """How the test went, in words: every flag that was raised, since when and how often."""
+        parts = ["completed" if self.success else f"diverged after {self.time[-1]:.6g} s"]
+        for flag in self.flags & ~Status.DIVERGED:
+            raised = (self.status & flag) != 0
+            ticks = raised.reshape(-1, raised.shape[-1]).any(axis=0)
+            name = (flag.name or str(int(flag))).lower()
+            parts.append(
+                f"{name} from {self.time[ticks.argmax()]:.6g} s, in {ticks.mean():.2%} of the samples"
+            )
+        return "; ".join(parts)
+
+    def metrics(self) -> dict[str, float]:
+        """Judge the true force against the command.
+
+        Returns
+        -------
+        dict
+            At least ``nrmse`` (rms error over rms command), ``peak_error`` (largest error over the largest
+            command) and ``max_spool``.
+
+        Raises
+        ------
+        ValueError
+            If the command is zero throughout, which no error can be related to.
+        """
+        answer = _native.metrics(self.command, self.force)
+        answer["max_spool"] = float(np.abs(self.spool).max())
+        return answer
+
+    def fft_ratio(self, f_low: float, f_high: float) -> FftRatio:
+        """Divide the spectrum of the force by that of the command, over a band in Hz.
+
+        The spectra are taken over the whole test without a window; bins that the command does not excite are
+        left out.
+        """
+        return FftRatio(*_native.fft_ratio(self.command, self.force, self.sample_rate, f_low, f_high))
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the traces as a data frame indexed by time in s (needs pandas)."""
+        import pandas as pd
+
+        index = pd.Index(self.time, name="time")
+        return pd.DataFrame({name: getattr(self, name) for name in _TRACES}, index=index, copy=False)
+
+    def to_control(self) -> Any:
+        """Return force (output) under command (input) as a python-control ``TimeResponseData``."""
+        import control
+
+        return control.TimeResponseData(
+            self.time,
+            self.force,
+            inputs=self.command,
+            issiso=True,
+            output_labels=["force"],
+            input_labels=["command"],
+            title="effective force test",
+        )
+
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the test to a NumPy archive that `load` reads back bit for bit.
+
+        The file carries the rig as TOML, the library's version, the seed and the precision. It is written
+        beside and renamed, so that `path` is never half a file.
+
+        Returns
+        -------
+        pathlib.Path
+            `path`, as it was given: no suffix is added.
+        """
+        target = Path(path)
+        about: dict[str, Any] = {
+            "format": np.int64(_FORMAT),
+            "version": np.array(self.version),
+            "rig": np.array(self.rig.to_toml()),
+            "seed": np.int64(self.seed),
+            "dtype": np.array(self.dtype),
+            "sample_rate": np.float64(self.sample_rate),
+        }
+        with beside(target) as temporary, temporary.open("wb") as file:
+            np.savez(file, allow_pickle=False, **about, **{name: getattr(self, name) for name in _TRACES})
+        return target
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> TestRun:
+        """Read a test that `save` wrote.
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is no such file.
+        ValueError
+            If the file is not a saved test, is damaged, or was written by a later format; the message says which.
+        """
+        source = Path(path)
+        with source.open("rb") as file:
+            try:
+                with np.load(file, allow_pickle=False) as archive:
+                    if not isinstance(archive, np.lib.npyio.NpzFile):
+                        raise ValueError("a single array")
+                    return cls._from_archive({name: archive[name] for name in archive.files})
+            except (ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
+                reason = f"has no {error}" if isinstance(error, KeyError) else str(error)
+                raise ValueError(f"{source}: not a test saved by eft: {reason}") from None
+
+    @classmethod
+    def _from_archive(cls, stored: dict[str, NDArray[Any]]) -> TestRun:
+        if (version := int(stored["format"])) > _FORMAT:
+            raise ValueError(
+                f"format {version} is later than {_FORMAT}, the latest this version of eft reads"
+            )
+        shape = stored["command"].shape
+        for name in _TRACES:
+            wanted = np.uint32 if name == "status" else np.float64
+            if stored[name].dtype != wanted or stored[name].shape != shape or not shape:
+                raise ValueError(f"{name} is {stored[name].dtype} of shape {stored[name].shape}")
+        dtype = str(stored["dtype"])
+        if dtype not in ("f32", "f64"):
+            raise ValueError(f"dtype is {dtype!r}")
+        return cls(
+            rig=Rig(str(stored["rig"])),
+            sample_rate=float(stored["sample_rate"]),
+            dtype=cast(Dtype, dtype),
+            version=str(stored["version"]),
+            **{name: stored[name] for name in _TRACES},
+        )
+
+    def __iter__(self) -> Iterator[Array]:
+        return iter((self.time, self.force))
+
+    def __len__(self) -> int:
+        return int(self.command.shape[-1])
+
+    def __repr__(self) -> str:
+        name = self.rig["name"] or "rig without a name"
+        return f"<eft.TestRun of {name}: {len(self)} samples at {self.sample_rate:g} Hz, {self.message}>"
+
+
+_TRACES = tuple(field.name for field in fields(TestRun))[4:]
+"""The fields that are arrays: all behind `version`."""
+
+
+def simulate(
+    rig: Rig,
+    command: Command,
+    dtype: Dtype = "f64",
+    *,
+    progress: Callable[[int, int], object] | None = None,
+) -> TestRun:
+    """Run a test on the virtual rig; the digital side runs at the command's sample rate.
+
+    Other threads go on meanwhile, and Ctrl-C stops the run.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig to be tested.
+    command : Command
+        The force to be applied.
+    dtype : {"f64", "f32"}
+        Precision of the controller; the plant is always computed in double precision.
+    progress : callable, optional
+        Called a few times a second with the samples done and their total; an exception from it ends the run.
+
+    Returns
+    -------
+    TestRun
+        With as many samples as the command, or fewer where the state stopped being finite (see its `success`).
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed; the message names it.
+    """
+    traces = _native.simulate(rig, command, dtype, progress)
+    return TestRun(rig=rig, sample_rate=command.sample_rate, dtype=dtype, version=__version__, **traces)
+
+
+def ideal_response(rig: Rig, command: Command) -> IdealResponse:
+    """Compute what the rig's structure would do if the command were applied without error.
+
+    The structure starts at rest; the command is linear between samples.
+    """
+    return IdealResponse(command.time, *_native.ideal_response(rig, command))

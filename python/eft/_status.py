@@ -1,0 +1,32 @@
+"""The status flags of a step."""
+
+from __future__ import annotations
+
+from enum import IntFlag
+
+
+class Status(IntFlag):
+    """What a step has to report: one bit a fact, the same bits in Rust, C and files."""
+
+    SPOOL_WARNING = 1 << 0
+    """Measured or required spool opening beyond the warning level (the paper advises 60 %)."""
+    DEMAND_SATURATED = 1 << 1
+    """The demanded flow lies beyond the flow table, or the required opening beyond the spool's stroke."""
+    LOAD_PRESSURE_FLOORED = 1 << 2
+    """The radicand of the load-pressure correction was raised to its floor."""
+    COMMAND_LIMITED = 1 << 3
+    """The valve command was cut to its limit."""
+    RATE_LIMITED = 1 << 4
+    """The valve command's rate was cut to its limit."""
+    INVALID_MEASUREMENT = 1 << 5
+    """A measurement was not finite or out of its range; the last output was held."""
+    INVALID_COMMAND = 1 << 6
+    """The force command was not finite; the last output was held."""
+    HELD = 1 << 7
+    """The output was held on request."""
+    SPOOL_STOP = 1 << 8
+    """The true spool stood at a stop."""
+    STROKE_EXCEEDED = 1 << 9
+    """The piston was beyond its stroke."""
+    DIVERGED = 1 << 10
+    """The simulated state was no longer finite; the run ended here."""
