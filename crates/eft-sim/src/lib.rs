@@ -8,6 +8,7 @@ pub mod excitation;
 pub mod metrics;
 pub mod records;
 pub mod rig;
+mod sensors;
 
 pub use closed_loop::{IdealResponse, SimulateOptions, TestRun, ideal_response, simulate};
 pub use config::RigConfig;

@@ -3,34 +3,52 @@
 use eft_core::{ControllerState, Real, Scalar, status};
 
 use crate::closed_loop::controller::{Precision, RigController};
+use crate::closed_loop::dac::Dac;
 use crate::closed_loop::delay_line::DelayLine;
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
 use crate::rig::{Analog, Held, Num, Plant, PlantState};
+use crate::sensors::{Sensors, Signals, Wire};
 
 /// What is true, and what the controller made of it, at one tick, before the tick's output acts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tick<S: Num> {
     pub(crate) plant: PlantState<S>,
     pub(crate) force: S,
+    /// What the sensors reported; the truth where they are ideal.
+    pub(crate) measured: Signals<S>,
     pub(crate) valve_command: S,
     pub(crate) compensation: S,
     pub(crate) status: S::Flags,
 }
 
-/// What the sensors report at one tick.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Measured<S> {
-    pub(crate) velocity: S,
-    pub(crate) force: S,
-    pub(crate) spool: S,
-}
-
-impl<S: Num> Measured<S> {
-    /// As the controller reads it, rounded to its precision.
+impl<S: Num> Signals<S> {
+    /// What the controller reads, in its precision: velocity, force and spool opening.
     #[inline(always)]
-    fn rounded<C: Scalar>(&self) -> Measured<C> {
-        Measured { velocity: convert(self.velocity), force: convert(self.force), spool: convert(self.spool) }
+    fn rounded<C: Scalar>(&self) -> (C, C, C) {
+        (convert(self.velocity), convert(self.force), convert(self.spool))
+    }
+
+    /// One lane.
+    fn lane(&self, lane: usize) -> Signals<f64> {
+        Signals {
+            displacement: self.displacement.lane(lane),
+            velocity: self.velocity.lane(lane),
+            force: self.force.lane(lane),
+            spool: self.spool.lane(lane),
+            supply_pressure: self.supply_pressure.lane(lane),
+        }
+    }
+
+    /// Lanes put side by side.
+    fn from_lanes(f: impl Fn(usize) -> Signals<f64>) -> Self {
+        Self {
+            displacement: S::from_lanes(|i| f(i).displacement),
+            velocity: S::from_lanes(|i| f(i).velocity),
+            force: S::from_lanes(|i| f(i).force),
+            spool: S::from_lanes(|i| f(i).spool),
+            supply_pressure: S::from_lanes(|i| f(i).supply_pressure),
+        }
     }
 }
 
@@ -50,6 +68,12 @@ pub(crate) struct ClosedLoop<S: Num, C: Scalar> {
     realization: Realization,
     analog: Analog<S>,
     held: Held<S>,
+    supply_pressure: S,
+    /// One lane each; empty where every lane's are ideal.
+    sensors: Vec<Option<Sensors>>,
+    /// The load cell as the analog controller sees it, where it is not ideal.
+    wire: Option<(S, S)>,
+    dac: Dac<S>,
     sample_rate: f64,
     steps: u32,
 }
@@ -66,6 +90,10 @@ where
     ) -> Result<Self> {
         let controllers =
             (0..S::LANES).map(|i| C::Element::controller(rig(i), sample_rate)).collect::<Result<Vec<_>>>()?;
+        let mut sensors: Vec<_> = (0..S::LANES).map(|i| Sensors::new(rig(i), sample_rate, 0)).collect();
+        if sensors.iter().all(Option::is_none) {
+            sensors.clear();
+        }
         Ok(Self {
             plant: Plant::pack(&rig)?,
             state: PlantState::default(),
@@ -75,6 +103,10 @@ where
             realization: rig(0).controller.realization,
             analog: Analog::pack(&rig),
             held: Held(S::default()),
+            supply_pressure: S::from_lanes(|i| rig(i).supply.pressure),
+            sensors,
+            wire: None,
+            dac: Dac::new(|i| rig(i).dac.as_ref()),
             sample_rate,
             steps,
         })
@@ -84,55 +116,86 @@ where
     #[inline(always)]
     pub(crate) fn sample(&mut self, command: S, next_command: S) -> Tick<S> {
         let force = self.plant.force(&self.state);
-        let measured = Measured { velocity: self.state.velocity, force, spool: self.state.spool };
+        let measured = self.measure(Signals {
+            displacement: self.state.displacement,
+            velocity: self.state.velocity,
+            force,
+            spool: self.state.spool,
+            supply_pressure: self.supply_pressure,
+        });
         let (valve_command, compensation, flags) = match self.realization {
             Realization::Analog => self.sample_analog(command, next_command, &measured),
             Realization::Digital => self.sample_digital(command, &measured),
         };
         let (at_stop, beyond_stroke) = self.plant.at_limits(&self.state);
         let limits = S::flag(at_stop, status::SPOOL_STOP) | S::flag(beyond_stroke, status::STROKE_EXCEEDED);
-        Tick { plant: self.state, force, valve_command, compensation, status: flags | limits }
+        Tick { plant: self.state, force, measured, valve_command, compensation, status: flags | limits }
     }
 
     /// Carries the plant to the next tick.
     #[inline(always)]
     pub(crate) fn advance(&mut self) {
         let period = 1.0 / self.sample_rate;
-        self.state = match self.realization {
-            Realization::Analog => self.plant.advance_driven(self.state, &self.analog, period, self.steps),
-            Realization::Digital => self.plant.advance_driven(self.state, &self.held, period, self.steps),
+        let (state, steps) = (self.state, self.steps);
+        self.state = match (self.realization, self.wire) {
+            (Realization::Digital, _) => self.plant.advance_driven(state, &self.held, period, steps),
+            (Realization::Analog, None) => self.plant.advance_driven(state, &self.analog, period, steps),
+            (Realization::Analog, Some(wire)) => {
+                self.plant.advance_driven(state, &self.analog.through(wire), period, steps)
+            }
         };
     }
 
-    fn sample_analog(&mut self, command: S, next_command: S, measured: &Measured<S>) -> (S, S, S::Flags) {
-        let m = measured.rounded::<C>();
+    /// What the sensors make of the truth.
+    #[inline(always)]
+    fn measure(&mut self, truth: Signals<S>) -> Signals<S> {
+        if self.sensors.is_empty() { truth } else { self.read_sensors(truth) }
+    }
+
+    #[inline(never)]
+    fn read_sensors(&mut self, truth: Signals<S>) -> Signals<S> {
+        let read = |(i, sensors): (usize, &mut Option<Sensors>)| {
+            let ideal = Wire { gain: 1.0, offset: 0.0 };
+            sensors.as_mut().map_or((truth.lane(i), ideal), |sensors| sensors.read(&truth.lane(i)))
+        };
+        let readings: Vec<_> = self.sensors.iter_mut().enumerate().map(read).collect();
+        self.wire = Some((S::from_lanes(|i| readings[i].1.gain), S::from_lanes(|i| readings[i].1.offset)));
+        Signals::from_lanes(|i| readings[i].0)
+    }
+
+    fn sample_analog(&mut self, command: S, next_command: S, measured: &Signals<S>) -> (S, S, S::Flags) {
+        let (velocity, force, spool) = measured.rounded::<C>();
         let zero = C::splat(0.0);
         let computed = self.controller.compensation.step(
             &mut self.controller_state.compensation,
-            m.velocity,
-            m.force,
-            m.spool,
+            velocity,
+            force,
+            spool,
             zero,
         );
-        let compensation = self.computation.pass(convert(computed.value));
+        let (compensation, clipped) = self.dac.convert(self.computation.pass(convert(computed.value)));
         let rate = (next_command - command) * S::splat(self.sample_rate);
         self.analog = self.analog.at(command, rate, compensation);
-        let valve_command = self.plant.driven_command(&self.state, &self.analog);
-        (valve_command, compensation, computed.status)
+        let valve_command = match self.wire {
+            None => self.plant.driven_command(&self.state, &self.analog),
+            Some(wire) => self.plant.driven_command(&self.state, &self.analog.through(wire)),
+        };
+        (valve_command, compensation, computed.status | clipped)
     }
 
-    fn sample_digital(&mut self, command: S, measured: &Measured<S>) -> (S, S, S::Flags) {
-        let m = measured.rounded::<C>();
+    fn sample_digital(&mut self, command: S, measured: &Signals<S>) -> (S, S, S::Flags) {
+        let (velocity, force, spool) = measured.rounded::<C>();
         let computation = &mut self.computation;
         let output = self.controller.step_via(
             &mut self.controller_state,
             convert(command),
-            m.velocity,
-            m.force,
-            m.spool,
+            velocity,
+            force,
+            spool,
             |compensation| convert(computation.pass(convert(compensation))),
         );
-        self.held = Held(convert(output.valve_command));
-        (self.held.0, convert(output.compensation), output.status)
+        let (valve_command, clipped) = self.dac.convert(convert(output.valve_command));
+        self.held = Held(valve_command);
+        (valve_command, convert(output.compensation), output.status | clipped)
     }
 }

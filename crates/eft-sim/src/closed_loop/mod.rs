@@ -1,6 +1,7 @@
 //! The sampled closed loop: `eft-core` around the continuous plant.
 
 mod controller;
+mod dac;
 mod delay_line;
 mod ideal;
 mod loop_state;

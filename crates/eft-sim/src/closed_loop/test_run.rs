@@ -34,6 +34,18 @@ pub struct TestRun {
     pub flow_gain_estimate: Vec<f64>,
     /// Bits of [`eft_core::status`].
     pub status: Vec<u32>,
+    /// What the sensors reported; none where each is ideal.
+    measured: Option<Measured>,
+}
+
+/// What the sensors reported, beside the truth; a sample that got lost is NaN.
+#[derive(Debug, Clone, PartialEq)]
+struct Measured {
+    force: Vec<f64>,
+    displacement: Vec<f64>,
+    velocity: Vec<f64>,
+    spool: Vec<f64>,
+    supply_pressure: Vec<f64>,
 }
 
 impl TestRun {
@@ -52,6 +64,13 @@ impl TestRun {
             compensation: channel(),
             flow_gain_estimate: channel(),
             status: Vec::with_capacity(ticks),
+            measured: (!crate::sensors::are_ideal(rig)).then(|| Measured {
+                force: channel(),
+                displacement: channel(),
+                velocity: channel(),
+                spool: channel(),
+                supply_pressure: channel(),
+            }),
         }
     }
 
@@ -68,6 +87,38 @@ impl TestRun {
         self.compensation.push(tick.compensation.lane(lane));
         self.flow_gain_estimate.push(1.0);
         self.status.push(tick.status.lane(lane));
+        if let Some(measured) = &mut self.measured {
+            measured.force.push(tick.measured.force.lane(lane));
+            measured.displacement.push(tick.measured.displacement.lane(lane));
+            measured.velocity.push(tick.measured.velocity.lane(lane));
+            measured.spool.push(tick.measured.spool.lane(lane));
+            measured.supply_pressure.push(tick.measured.supply_pressure.lane(lane));
+        }
+    }
+
+    /// Force (N) as the load cell reported it.
+    pub fn measured_force(&self) -> &[f64] {
+        self.measured.as_ref().map_or(&self.force, |measured| &measured.force)
+    }
+
+    /// Displacement (m) as its sensor reported it.
+    pub fn measured_displacement(&self) -> &[f64] {
+        self.measured.as_ref().map_or(&self.displacement, |measured| &measured.displacement)
+    }
+
+    /// Velocity (m/s) as its sensor reported it.
+    pub fn measured_velocity(&self) -> &[f64] {
+        self.measured.as_ref().map_or(&self.velocity, |measured| &measured.velocity)
+    }
+
+    /// Spool opening (1) as its sensor reported it.
+    pub fn measured_spool(&self) -> &[f64] {
+        self.measured.as_ref().map_or(&self.spool, |measured| &measured.spool)
+    }
+
+    /// Supply pressure (Pa) as its sensor reported it; empty where every sensor is ideal and the supply constant.
+    pub fn measured_supply_pressure(&self) -> &[f64] {
+        self.measured.as_ref().map_or(&[], |measured| &measured.supply_pressure)
     }
 
     /// Every flag that was raised at any time.

@@ -6,7 +6,21 @@ use super::schema::{Key, Kind, Need, Short};
 use super::{KEYS, tree};
 use crate::{Error, Result};
 
-const SENSORS: [&str; 4] = ["force", "velocity", "displacement", "spool"];
+/// Keys that call for another beside them.
+const BESIDE: &[(&str, &str)] = &[
+    ("sensors.force.bits", "sensors.force.range"),
+    ("sensors.velocity.bits", "sensors.velocity.range"),
+    ("sensors.displacement.bits", "sensors.displacement.range"),
+    ("sensors.spool.bits", "sensors.spool.range"),
+    ("sensors.supply_pressure.bits", "sensors.supply_pressure.range"),
+    ("sensors.fault.signal", "sensors.fault.kind"),
+    ("sensors.fault.kind", "sensors.fault.start"),
+    ("sensors.fault.start", "sensors.fault.signal"),
+    ("sensors.fault.duration", "sensors.fault.signal"),
+    ("dac.bits", "dac.range"),
+    ("structure.softening.displacement", "structure.softening.stiffness"),
+    ("structure.softening.stiffness", "structure.softening.displacement"),
+];
 
 /// Checks every value against the schema and fills in the defaults.
 pub(super) fn complete(given: Table) -> Result<Table> {
@@ -69,15 +83,11 @@ fn accept(row: &Key, value: &Value) -> Result<Value> {
 
 /// Keys that mean something only together.
 fn together(whole: &Table) -> Result<()> {
-    let pairs = SENSORS.iter().map(|name| (format!("sensors.{name}.bits"), format!("sensors.{name}.range")));
-    let softening =
-        ("structure.softening.displacement".to_owned(), "structure.softening.stiffness".to_owned());
-    let both_ways = [(softening.1.clone(), softening.0.clone()), softening];
-    for (given, needed) in pairs.chain(both_ways) {
-        if tree::get(whole, &given).is_some() && tree::get(whole, &needed).is_none() {
+    for &(given, needed) in BESIDE {
+        if tree::get(whole, given).is_some() && tree::get(whole, needed).is_none() {
             let meaning = KEYS.iter().find(|row| row.key == needed).map(Key::meaning).unwrap_or_default();
             return Err(Error::MissingKey {
-                key: needed,
+                key: needed.to_owned(),
                 meaning: format!("{meaning}; needed beside `{given}`"),
             });
         }

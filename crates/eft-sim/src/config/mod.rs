@@ -15,8 +15,8 @@ mod zhao2005;
 pub use keys::KEYS;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
-    Actuator, Compensation, Controller, FlowCurve, Limits, Mode, Realization, Sensor, Sensors, Servovalve,
-    SignFrom, Softening, Structure, StructureKind, Supply,
+    Actuator, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode, Realization,
+    Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening, Structure, StructureKind, Supply,
 };
 
 use std::path::Path;
@@ -45,6 +45,8 @@ pub struct RigConfig {
     pub structure: Structure,
     /// What the sensors do to the signals; ideal by default.
     pub sensors: Sensors,
+    /// What the converter does to the controller's output; ideal by default.
+    pub dac: Option<Dac>,
     /// Limits and plausible measurement ranges; none by default.
     pub limits: Limits,
 }

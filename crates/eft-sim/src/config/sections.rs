@@ -178,6 +178,10 @@ pub struct Sensors {
     pub displacement: Sensor,
     /// Spool position sensor, opening.
     pub spool: Sensor,
+    /// Supply pressure sensor, Pa.
+    pub supply_pressure: Sensor,
+    /// A failure of one sensor during the test.
+    pub fault: Option<SensorFault>,
 }
 
 /// One sensor; ideal when every value is at its default.
@@ -196,6 +200,62 @@ pub struct Sensor {
     pub delay: u32,
     /// Constant offset, in the signal's unit.
     pub bias: f64,
+    /// Share of samples that get lost, dimensionless.
+    pub dropout: f64,
+}
+
+/// `[sensors.fault]`: a failure put in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorFault {
+    /// The sensor that fails.
+    pub signal: FaultSignal,
+    /// How it fails.
+    pub kind: FaultKind,
+    /// When it fails, s from the start of the test.
+    pub start: f64,
+    /// How long, s; to the end of the test where absent.
+    pub duration: Option<f64>,
+}
+
+/// The sensor that fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultSignal {
+    /// The load cell.
+    Force,
+    /// The velocity sensor.
+    Velocity,
+    /// The displacement sensor.
+    Displacement,
+    /// The spool position sensor.
+    Spool,
+    /// The supply pressure sensor.
+    SupplyPressure,
+}
+
+/// How a sensor fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultKind {
+    /// No valid reading, and the electronics know.
+    Lost,
+    /// Reads zero.
+    Zero,
+    /// Repeats the last reading.
+    Stuck,
+    /// Reads with the wrong sign.
+    Sign,
+}
+
+/// `[dac]`: the converter between the digital side and the valve's electronics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dac {
+    /// Range to either side, V.
+    pub range: f64,
+    /// Resolution over the range, bits.
+    pub bits: Option<u32>,
 }
 
 /// `[limits]`: absent means unlimited.

@@ -12,7 +12,8 @@ const EXTENDING: [f64; 10] = [102.2, 187.2, 260.4, 321.1, 369.8, 411.2, 441.0, 4
 const RETRACTING: [f64; 10] =
     [-101.0, -188.2, -260.9, -324.2, -377.1, -419.9, -452.3, -480.2, -508.2, -536.2];
 
-const IDEAL: Sensor = Sensor { noise: 0.0, bandwidth: None, bits: None, range: None, delay: 0, bias: 0.0 };
+const IDEAL: Sensor =
+    Sensor { noise: 0.0, bandwidth: None, bits: None, range: None, delay: 0, bias: 0.0, dropout: 0.0 };
 
 impl RigConfig {
     /// The rig of Zhao, Shield, French and Posbergh (Tables 1 and 2, Fig. 7), nonlinear
@@ -66,7 +67,16 @@ impl RigConfig {
                 stiffness: 693.8e3,
                 softening: Some(Softening { displacement: 25.0e-3, stiffness: 350.0e3 }),
             },
-            sensors: Sensors { seed: 0, force: IDEAL, velocity: IDEAL, displacement: IDEAL, spool: IDEAL },
+            sensors: Sensors {
+                seed: 0,
+                force: IDEAL,
+                velocity: IDEAL,
+                displacement: IDEAL,
+                spool: IDEAL,
+                supply_pressure: IDEAL,
+                fault: None,
+            },
+            dac: None,
             limits: Limits {
                 valve_command: None,
                 valve_command_rate: None,

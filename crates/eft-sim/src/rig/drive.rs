@@ -61,6 +61,28 @@ impl<S: Num> Analog<S> {
     }
 }
 
+impl<S: Num> Analog<S> {
+    /// The same controller behind a load cell that reports `gain·force + offset`.
+    pub(crate) fn through(self, (gain, offset): (S, S)) -> ThroughCell<S> {
+        ThroughCell { analog: self, gain, offset }
+    }
+}
+
+/// The analog realization behind a load cell that is not ideal; the offset (N) is held between samples.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ThroughCell<S> {
+    analog: Analog<S>,
+    gain: S,
+    offset: S,
+}
+
+impl<S: Num> Drive<S> for ThroughCell<S> {
+    #[inline(always)]
+    fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
+        self.analog.valve_command(time, self.gain * force + self.offset, self.gain * force_rate)
+    }
+}
+
 impl<S: Num> Drive<S> for Analog<S> {
     #[inline(always)]
     fn valve_command(&self, time: S, force: S, force_rate: S) -> S {

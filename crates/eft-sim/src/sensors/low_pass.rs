@@ -1,0 +1,50 @@
+//! A sensor's bandwidth: the first-order lag `ẏ = ω·(u − y)`, sampled.
+
+use std::f64::consts::TAU;
+
+/// Exact between samples for a signal that is straight between them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LowPass {
+    pole: f64,
+    older: f64,
+    newer: f64,
+    input: f64,
+    output: f64,
+}
+
+impl LowPass {
+    /// From the bandwidth (Hz) and the sample rate (Hz), at rest at a signal.
+    pub(crate) fn new(bandwidth: f64, sample_rate: f64, signal: f64) -> Self {
+        let z = TAU * bandwidth / sample_rate;
+        let pole = (-z).exp();
+        let mean = -(-z).exp_m1() / z;
+        Self { pole, older: mean - pole, newer: 1.0 - mean, input: signal, output: signal }
+    }
+
+    pub(crate) fn pass(&mut self, signal: f64) -> f64 {
+        self.output = self.pole * self.output + self.older * self.input + self.newer * signal;
+        self.input = signal;
+        self.output
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sine_comes_out_with_the_gain_and_phase_of_a_first_order_lag() {
+        let (bandwidth, frequency, rate) = (100.0, 40.0, 8192.0);
+        let mut filter = LowPass::new(bandwidth, rate, 0.0);
+        let ratio: f64 = frequency / bandwidth;
+        let (gain, lag) = (1.0 / (1.0 + ratio * ratio).sqrt(), ratio.atan());
+        for n in 0..8192 {
+            let phase = TAU * frequency * f64::from(n) / rate;
+            let out = filter.pass(phase.sin());
+            if n > 4096 {
+                // The chord of a sine lies (2πf/f_s)²/12 below it on average.
+                assert!((out - gain * (phase - lag).sin()).abs() < 1e-4);
+            }
+        }
+    }
+}
