@@ -1,6 +1,6 @@
 //! Velocity feedback compensation (Fig. 5 of the paper): one call a sample.
 
-use crate::error::{ConfigError, check, positive, within};
+use crate::error::{ConfigError, LARGEST, check, positive, range};
 use crate::flow_table::FlowTable;
 use crate::inverse_flow::{Inverse, InverseFlow, InverseFlowParameters, SignFrom};
 use crate::lead::{LeadNetwork, LeadState};
@@ -46,7 +46,7 @@ pub struct CompensationParameters {
     pub sign_from: SignFrom,
     /// Opening (1) beyond which [`status::SPOOL_WARNING`] is raised.
     pub spool_warning: f64,
-    /// Velocity (m/s) beyond which a measurement is invalid.
+    /// Velocity (m/s) beyond which a measurement is invalid; none beyond [`LARGEST`] is ever valid.
     pub velocity_range: f64,
     /// Force (N) beyond which a measurement is invalid.
     pub force_range: f64,
@@ -106,7 +106,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     /// opening (1), and a further flow (m³/s) that is wanted on top of the piston's.
     ///
     /// # NaN
-    /// A measurement that is not finite or beyond its range, or a flow that is not finite, leaves the state as it was, repeats the last output
+    /// A measurement that is not finite or beyond its range, or such a flow, leaves the state as it was, repeats the last output
     /// and raises [`status::INVALID_MEASUREMENT`]; the next good one continues.
     ///
     /// # Cost
@@ -186,7 +186,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     #[inline(always)]
     fn required_opening(&self, velocity: S, force: S, spool: S, further_flow: S) -> (S, S::Flags, S::Mask) {
         let flow = self.velocity_to_flow * velocity + further_flow;
-        let valid = self.accepts(velocity, force, spool) & flow.abs().le(S::splat(f32::MAX as f64));
+        let valid = self.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(LARGEST));
         let (opening, flags) = self.inverse.required_opening(flow, force, spool);
         let wide = opening.abs().gt(self.spool_warning) | spool.abs().gt(self.spool_warning);
         (opening, flags | S::flag(wide, status::SPOOL_WARNING), valid)
@@ -219,14 +219,12 @@ macro_rules! constructor {
                 let valve_gain = check!(positive("valve_gain", p.valve_gain));
                 let gain = 1.0 / (check!(positive("proportional_gain", p.proportional_gain)) * valve_gain);
                 let area = if matches!(p.mode, Mode::Off) { 0.0 } else { p.piston_area };
-                // Nothing beyond the largest f32 is plausible in any unit, so infinities stay out of f64 too.
-                let most = f32::MAX as f64;
                 Ok(Self {
                     velocity_to_flow: area as $t,
-                    velocity_range: check!(within("velocity_range", p.velocity_range, 0.0, most)) as $t,
-                    force_range: check!(within("force_range", p.force_range, 0.0, most)) as $t,
-                    spool_range: check!(within("spool_range", p.spool_range, 0.0, most)) as $t,
-                    spool_warning: check!(within("spool_warning", p.spool_warning, 0.0, most)) as $t,
+                    velocity_range: check!(range("velocity_range", p.velocity_range)) as $t,
+                    force_range: check!(range("force_range", p.force_range)) as $t,
+                    spool_range: check!(range("spool_range", p.spool_range)) as $t,
+                    spool_warning: check!(range("spool_warning", p.spool_warning)) as $t,
                     inverse: check!(InverseFlow::<$t, N>::new(&inverse, table)),
                     lead: check!(LeadNetwork::<$t>::new(gain, p.response_delay, p.lead_alpha, p.sample_rate)),
                 })

@@ -1,6 +1,7 @@
 //! The whole tick: compensation, servovalve controller, limits.
 
 use crate::compensation::{Compensation, CompensationState};
+use crate::error::LARGEST;
 use crate::limiter::Limiter;
 use crate::scalar::{Mask, Scalar};
 use crate::servovalve_controller::{ServovalveController, ServovalveControllerState};
@@ -43,8 +44,9 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// and spool opening (1).
     ///
     /// # NaN
-    /// With an invalid measurement or command (not finite, or so large that the valve command overflows) the last
-    /// valve command is held, the state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised.
+    /// With an invalid measurement or command (not finite, or beyond [`LARGEST`]) the last valve
+    /// command is held, the state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is
+    /// raised.
     #[inline(always)]
     pub fn step(
         &self,
@@ -72,13 +74,13 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let zero = S::splat(0.0);
         let (next, flags, measured) =
             self.compensation.advance(&state.compensation, velocity, force, spool, zero);
-        let next = CompensationState::select(measured, next, state.compensation);
+        let commanded = command.abs().le(S::splat(LARGEST));
+        let good = commanded & measured;
+        let next = CompensationState::select(good, next, state.compensation);
         let compensation = path(next.output());
         let mut servovalve = state.servovalve;
         let raw = self.servovalve.step(&mut servovalve, command, force, compensation);
         let (valve_command, limits) = self.limiter.apply(raw, state.valve_command);
-        let commanded = finite(command) & (finite(raw) | !measured);
-        let good = commanded & measured;
         *state = ControllerState::select(
             good,
             ControllerState { compensation: next, servovalve, valve_command },
@@ -109,7 +111,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let mut servovalve = self.servovalve.at_rest(command, force);
         let raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
         let valve_command = self.limiter.settled(raw);
-        let good = finite(raw) & self.compensation.accepts(velocity, force, spool);
+        let good = command.abs().le(S::splat(LARGEST)) & self.compensation.accepts(velocity, force, spool);
         ControllerState::select(
             good,
             ControllerState { compensation, servovalve, valve_command },
@@ -128,11 +130,6 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             limiter: Limiter::pack(|i| &lane(i).limiter),
         }
     }
-}
-
-#[inline(always)]
-fn finite<S: Scalar>(x: S) -> S::Mask {
-    x.abs().le(S::splat(f32::MAX as f64))
 }
 
 impl<S: Scalar> ControllerState<S> {

@@ -2,6 +2,11 @@
 
 use core::fmt;
 
+/// No parameter, measurement or command is larger, in SI units: products of three of them stay finite in `f32`.
+pub const LARGEST: f64 = 1.0e12;
+/// No positive parameter is smaller, in SI units.
+pub const SMALLEST: f64 = 1.0e-18;
+
 /// A refused configuration. Constructors return it; no step ever does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -87,12 +92,20 @@ pub(crate) const fn finite(parameter: &'static str, value: f64) -> Result<f64, C
     if value.is_finite() { Ok(value) } else { Err(ConfigError::NotFinite { parameter }) }
 }
 
-/// Refuses everything but positive finite values.
+/// Refuses everything but positive values of plausible size.
 pub(crate) const fn positive(parameter: &'static str, value: f64) -> Result<f64, ConfigError> {
     match finite(parameter, value) {
-        Ok(v) if v > 0.0 => Ok(v),
+        Ok(v) if v > 0.0 => within(parameter, v, SMALLEST, LARGEST),
         Ok(value) => Err(ConfigError::NotPositive { parameter, value }),
         Err(e) => Err(e),
+    }
+}
+
+/// A measuring range; what lies beyond [`LARGEST`] is never valid.
+pub(crate) const fn range(parameter: &'static str, value: f64) -> Result<f64, ConfigError> {
+    match within(parameter, value, 0.0, f64::MAX) {
+        Ok(v) if v > LARGEST => Ok(LARGEST),
+        other => other,
     }
 }
 

@@ -48,7 +48,21 @@ macro_rules! constructor {
             /// A table through the points `(openings[i], flows[i])`, openings normalised, flows in m³/s.
             ///
             /// # Errors
-            /// As [`PiecewiseLinear`]'s `new`: the table is named `openings` or `flows`.
+            /// As [`PiecewiseLinear`]'s `new`: the table is named `openings` or `flows`. In a `const` each of them is
+            /// a compile error:
+            /// ```
+            /// # use eft_core::FlowTable;
+            #[doc = concat!("const TABLE: FlowTable<", stringify!($t), ", 3> = match FlowTable::<", stringify!($t), ", 3>::new(")]
+            ///     &[-1.0, 0.0, 1.0], &[-8.0e-3, 0.0, 8.0e-3]) { Ok(table) => table, Err(_) => panic!("not increasing") };
+            /// assert_eq!(TABLE.flow(0.5), 4.0e-3);
+            /// ```
+            /// The same with its last flow below the one before does not compile:
+            /// ```compile_fail,E0080
+            /// # use eft_core::FlowTable;
+            #[doc = concat!("const TABLE: FlowTable<", stringify!($t), ", 3> = match FlowTable::<", stringify!($t), ", 3>::new(")]
+            ///     &[-1.0, 0.0, 1.0], &[-8.0e-3, 0.0, -1.0e-3]) { Ok(table) => table, Err(_) => panic!("not increasing") };
+            /// assert_eq!(TABLE.flow(0.5), 4.0e-3);
+            /// ```
             pub const fn new(openings: &[f64], flows: &[f64]) -> Result<Self, ConfigError> {
                 let forward = match PiecewiseLinear::<$t, N>::new("openings", openings, "flows", flows) {
                     Ok(map) => map,

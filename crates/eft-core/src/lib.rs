@@ -28,7 +28,7 @@ pub mod status;
 
 pub use compensation::{Compensation, CompensationParameters, CompensationState, Mode, Output};
 pub use controller::{Controller, ControllerOutput, ControllerState};
-pub use error::ConfigError;
+pub use error::{ConfigError, LARGEST, SMALLEST};
 pub use flow_table::FlowTable;
 pub use inverse_flow::{Inverse, InverseFlow, InverseFlowParameters, SignFrom};
 pub use lanes::{LaneFlags, LaneMask, Lanes};

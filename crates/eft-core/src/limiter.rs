@@ -63,3 +63,39 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_reached_flagged_and_not_passed() {
+        let limiter = Limiter::<f64>::new(10.0, 100.0, 100.0).unwrap();
+        let cases = [
+            (0.5, 0.0, 0.5, 0),
+            (1.0, 0.0, 1.0, 0),
+            (1.5, 0.0, 1.0, status::RATE_LIMITED),
+            (-1.5, 0.0, -1.0, status::RATE_LIMITED),
+            (12.0, 9.5, 10.0, status::COMMAND_LIMITED),
+            (12.0, 2.0, 3.0, status::COMMAND_LIMITED | status::RATE_LIMITED),
+            (-11.0, 15.0, 10.0, status::COMMAND_LIMITED | status::RATE_LIMITED),
+            (f64::INFINITY, 0.0, 1.0, status::COMMAND_LIMITED | status::RATE_LIMITED),
+        ];
+        for (command, last, expected, flags) in cases {
+            let (out, raised) = limiter.apply(command, last);
+            assert!((out - expected).abs() < 1e-15, "{command} after {last}: {out}");
+            assert_eq!(raised, flags, "{command} after {last}");
+        }
+        let (after_nan, raised) = limiter.apply(f64::NAN, 5.0);
+        assert!((after_nan - 4.0).abs() < 1e-15 && raised & status::COMMAND_LIMITED != 0);
+    }
+
+    #[test]
+    fn largest_limits_limit_nothing() {
+        let limiter = Limiter::<f32>::new(f64::MAX, f64::MAX, 4096.0).unwrap();
+        for command in [0.0, -1.0e30, 1.0e37] {
+            let (out, flags) = limiter.apply(command, -command);
+            assert_eq!((out.to_bits(), flags), (command.to_bits(), 0));
+        }
+    }
+}

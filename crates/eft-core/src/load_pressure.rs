@@ -1,6 +1,6 @@
 //! The load pressure's influence on the flow, Eq. (6) of the paper, as a factor on the demanded flow.
 
-use crate::error::{ConfigError, check, finite, positive};
+use crate::error::{ConfigError, check, positive};
 use crate::scalar::Scalar;
 
 /// The radicand is not let below this: there the valve cannot pass the flow anyway.
@@ -45,15 +45,51 @@ macro_rules! constructor {
             /// From piston area `A` (m²) and supply pressure `P_s` (Pa).
             ///
             /// # Errors
-            /// Either not positive and finite, or their product too far from 1 for the scalar in use.
+            /// Either not positive and finite.
             pub const fn new(piston_area: f64, supply_pressure: f64) -> Result<Self, ConfigError> {
                 let area = check!(positive("piston_area", piston_area));
                 let pressure = check!(positive("supply_pressure", supply_pressure));
-                let per_newton = (1.0 / check!(positive("supply_pressure", area * pressure))) as $t;
-                Ok(Self { per_newton: check!(finite("supply_pressure", per_newton as f64)) as $t })
+                Ok(Self { per_newton: (1.0 / (area * pressure)) as $t })
             }
         }
     };
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factor_is_the_root_of_equation_6() {
+        let correction = LoadPressure::<f64>::new(8.212e-3, 1.9e7).unwrap();
+        for percent in -100..=95 {
+            let share = f64::from(percent) / 100.0;
+            let force = share * 8.212e-3 * 1.9e7;
+            for direction in [1.0, 0.01] {
+                let (factor, floored) = correction.factor(force, direction);
+                assert!((factor * factor * (1.0 - share) - 1.0).abs() < 1e-13, "{share}");
+                assert!(!floored || percent == 95);
+                let (mirrored, _) = correction.factor(-force, -direction);
+                assert!((mirrored - factor).abs() < 1e-15);
+            }
+            let (closed, floored) = correction.factor(force, 0.0);
+            assert!((closed - 1.0).abs() < 1e-15 && !floored);
+        }
+    }
+
+    #[test]
+    fn factor_is_finite_and_floored_where_the_valve_cannot_follow() {
+        let correction = LoadPressure::<f32>::new(8.212e-3, 1.9e7).unwrap();
+        let most = 1.0 / libm::sqrtf(0.05);
+        for force in [1.6e5, 1.0e12, f32::MAX, f32::INFINITY, f32::NAN] {
+            let (factor, floored) = correction.factor(force, 1.0);
+            assert!(floored && factor.to_bits() == most.to_bits());
+        }
+        for force in [-1.6e5, -1.0e12, f32::MIN, f32::NEG_INFINITY] {
+            let (factor, floored) = correction.factor(force, 1.0);
+            assert!(!floored && (0.0..1.0).contains(&factor));
+        }
+    }
+}

@@ -5,14 +5,11 @@
 
 use core::array;
 
-use crate::error::{ConfigError, check, within};
+use crate::error::{ConfigError, LARGEST, check, within};
 use crate::scalar::{Real, Scalar};
 
 /// Cells of the index: a power of two, so that an index wraps instead of being checked.
 pub const CELLS: usize = 64;
-
-/// Bound of every entry: no difference of two overflows, in either scalar.
-const LARGEST: f64 = f32::MAX as f64 / 4.0;
 
 /// A strictly increasing map through up to `N` knots.
 #[derive(Debug, Clone, Copy)]
@@ -99,8 +96,8 @@ macro_rules! constructor {
             /// A map through the knots `(x[i], y[i])`, each rounded once to the scalar in use.
             ///
             /// # Errors
-            /// Fewer than two knots, more than `N`, different lengths, entries that are not finite or beyond a
-            /// quarter of the largest `f32`, that do not increase strictly (after rounding), or whose slope
+            /// Fewer than two knots, more than `N`, different lengths, entries that are not finite or beyond
+            /// ±[`LARGEST`], that do not increase strictly (after rounding), or whose slope
             /// overflows, naming the table and the index. In a `const` context each is a compile error.
             // Every index below is bounded by `len <= N`; `get` is not constant yet.
             #[allow(clippy::indexing_slicing)]

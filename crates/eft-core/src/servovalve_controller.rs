@@ -1,6 +1,6 @@
 //! The servovalve controller, Eq. (1) of the paper, sampled: `v = G_p·(C_F·(F_c − F) + v_c) + G_d·C_F·Δ(F_c − F)/Δt`.
 
-use crate::error::{ConfigError, check, finite, positive};
+use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::scalar::Scalar;
 
 /// Proportional and derivative action on the force error; the compensation enters behind the derivative.
@@ -70,7 +70,12 @@ macro_rules! constructor {
                 Ok(Self {
                     force_sensitivity: check!(positive("force_sensitivity", force_sensitivity)) as $t,
                     proportional_gain: check!(positive("proportional_gain", proportional_gain)) as $t,
-                    derivative_per_sample: (check!(finite("derivative_gain", derivative_gain)) * rate) as $t,
+                    derivative_per_sample: check!(within(
+                        "derivative_gain",
+                        derivative_gain * rate,
+                        -LARGEST,
+                        LARGEST
+                    )) as $t,
                 })
             }
         }
