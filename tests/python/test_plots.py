@@ -53,7 +53,8 @@ def test_hysteresis_recovers_the_spring_from_force_and_motion():
     mass, damping, stiffness, omega = 2.0, 3.0, 700.0, 2 * np.pi
     run = FakeRun(frequency=1.0, duration=4.0, sample_rate=2000.0)
     run.force = (stiffness - mass * omega**2) * run.displacement + damping * run.velocity
-    ax = plots.hysteresis(run, mass=mass, damping=damping, ax=new_axes())
+    run.rig = {"structure.mass": mass, "structure.damping": damping}
+    ax = plots.hysteresis(run, ax=new_axes())
     displacement, force = ax.get_lines()[0].get_data()
     np.testing.assert_allclose(force * 1e3, stiffness * displacement / 1e3, atol=1e-4 * stiffness * 0.05)
     assert ax.get_xlabel() == "displacement (mm)"
@@ -111,7 +112,7 @@ def test_whole_figures_draw_without_warning_and_change_no_global_style(tmp_path)
             plots.figure_9(runs),
             plots.figure_10(runs, FakeRun()),
             plots.figure_11(runs),
-            plots.figure_structure(runs["nonlinear"], mass=7040.0, damping=4330.0),
+            plots.figure_structure(runs["nonlinear"]),
         ]
         for index, figure in enumerate(figures):
             figure.savefig(tmp_path / f"{index}.png", dpi=50)

@@ -78,7 +78,6 @@ def _label(result: SweepResult, figure: str) -> str:
 
 def earthquake(test: Earthquake) -> Iterator[Shown]:
     """Figs. 9 and 10, and what the test asked of valve and structure."""
-    structure = test.rig.to_dict()["structure"]
     window = _strong_part(test)
     yield Shown(
         "fig09-force",
@@ -97,12 +96,7 @@ def earthquake(test: Earthquake) -> Iterator[Shown]:
         "earthquake-rig",
         "Earthquake test, nonlinear: spool opening, and the structure's restoring force",
         "The paper advises to stay below 60 % of the spool's stroke. The spring softens beyond 25 mm.",
-        plots.figure_structure(
-            test.runs["nonlinear"],
-            mass=structure["mass"],
-            damping=structure["damping"],
-            window=window,
-        ),
+        plots.figure_structure(test.runs["nonlinear"], window=window),
     )
 
 

@@ -13,21 +13,14 @@ if TYPE_CHECKING:
     from eft import TestRun
 
 
-def hysteresis(
-    run: TestRun,
-    *,
-    mass: float,
-    damping: float,
-    window: tuple[float, float] | None = None,
-    ax: Axes | None = None,
-) -> Axes:
-    """Restoring force `r(x) = F − m·ẍ − c·ẋ` in kN against displacement in mm.
+def hysteresis(run: TestRun, *, window: tuple[float, float] | None = None, ax: Axes | None = None) -> Axes:
+    """Restoring force `r(x) = F − m·ẍ − c·ẋ` in kN against displacement in mm; `window` in s.
 
-    `mass` in kg and `damping` in N·s/m are those of the structure; `window` in s.
+    Mass and damping are those of the rig that was tested.
     """
     ax = axes_or_new(ax)
     part = inside(run.time, window)
-    force = restoring_force(run, mass, damping)
+    force = restoring_force(run, run.rig["structure.mass"], run.rig["structure.damping"])
     ax.plot(run.displacement[part] * 1e3, force[part] / 1e3, color=BLUE, linewidth=0.9)
     ax.axhline(0, color="0.7", linewidth=0.6)
     ax.axvline(0, color="0.7", linewidth=0.6)

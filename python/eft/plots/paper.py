@@ -92,15 +92,13 @@ def figure_11(runs: Runs, *, band: tuple[float, float] = (0.8, 2.4)) -> Figure:
         return figure
 
 
-def figure_structure(
-    run: TestRun, *, mass: float, damping: float, window: tuple[float, float] | None = None
-) -> Figure:
+def figure_structure(run: TestRun, *, window: tuple[float, float] | None = None) -> Figure:
     """What the test asked of valve and structure: spool opening in time, and the restoring force r(x)."""
     with printed():
         figure = page(2.7)
         left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
         histories.spool_history(run, window=window, ax=left)
-        loops.hysteresis(run, mass=mass, damping=damping, window=window, ax=right)
+        loops.hysteresis(run, window=window, ax=right)
         figure.align_ylabels()
         return figure
 
