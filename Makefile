@@ -66,6 +66,7 @@ bench: $(VENV)/.built ## Measure: criterion, and the peers beside it
 	$(CARGO) bench --locked --workspace --exclude eft-py
 
 docs: $(VENV)/.extra-docs ## Build the documentation, warnings are errors
+	$(PY) docs/generate.py
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
@@ -75,7 +76,7 @@ dist: $(VENV)/.made ## Build the wheel and the source distribution
 
 clean: ## Remove everything that was built
 	$(CARGO) clean
-	rm -rf $(VENV) dist docs/_build demo-output
+	rm -rf $(VENV) dist docs/_build docs/_generated demo-output
 	rm -f python/eft/_native*.so
 
 $(VENV)/.made:

@@ -60,20 +60,26 @@ def _run(options: argparse.Namespace) -> int:
     cases = [case for case in paper.load().cases if "8" in case.figures or not options.short]
 
     results, runs = [], {}
-    with tqdm(total=len(cases) + len(experiments.SCHEMES), unit="test", file=sys.stderr) as progress:
-        for result in experiments.sweeps(cases):
-            results.append(result)
-            progress.set_postfix_str(result.case.title)
+    # A log needs no bar, hence `disable=None`.
+    with tqdm(
+        total=len(cases) + len(experiments.SCHEMES), unit="test", leave=False, disable=None
+    ) as progress:
+        for case in cases:
+            progress.set_postfix_str(case.title)
+            results.append(experiments.sweep(case))
             progress.update()
-        for scheme, run in test.runs():
-            runs[scheme] = run
+        for scheme in experiments.SCHEMES:
             progress.set_postfix_str(f"earthquake, {scheme}")
+            runs[scheme] = test.run(scheme)
             progress.update()
     quake = test.result(runs)
 
     sweep_table, quake_table = tables.sweeps(results), tables.earthquake(quake)
     console.print(sweep_table.rich())
     console.print(quake_table.rich())
+    for scheme, run in runs.items():
+        console.print(f"{scheme}: {run.message}", highlight=False)
+    console.print()
     verdict, passed = _verdict(results)
     console.print(verdict, highlight=False)
 
@@ -99,12 +105,14 @@ _SWEEPS = (
 
 def _about(quake: experiments.Earthquake) -> str:
     record = quake.record
+    messages = "\n".join(f"- {scheme}: {run.message}" for scheme, run in quake.runs.items())
     duration = len(record.acceleration) * record.dt
     peak = abs(quake.command.values).max() / 1e3
     return (
         f"{record.name}: peak ground acceleration {record.pga:.3g} m/s², {duration:.1f} s, "
         f"scaled by {quake.scale:g}; the command peaks at {peak:.1f} kN. "
-        "The paper's own test used another record, so its words stand beside, not its numbers."
+        "The paper's own test used another record, so its words stand beside, not its numbers. "
+        f"How the tests went:\n\n{messages}"
     )
 
 

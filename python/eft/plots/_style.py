@@ -36,8 +36,8 @@ class Line:
         return {"color": self.color, "linestyle": self.linestyle, "linewidth": self.linewidth}
 
 
-COMMAND = Line("0.6", "-", 2.6)
-IDEAL = Line("0.6", "-", 2.2)
+COMMAND = Line("0.62", "-", 2.2)
+IDEAL = Line("0.62", "-", 2.2)
 LIMIT = Line("0.35", (0, (5, 3)), 0.9)
 
 _SCHEMES = {

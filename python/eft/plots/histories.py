@@ -69,12 +69,15 @@ def spool_history(
     """Spool opening in percent of its stroke, against the line that the paper advises to stay below."""
     ax = axes_or_new(ax)
     runs = labelled(runs, alone="spool")
+    highest = advice
     for (label, run), line in zip(runs.items(), lines_for(runs), strict=True):
         part = inside(run.time, window)
         ax.plot(run.time[part], run.spool[part] * 100, label=label, **line.keywords())
+        highest = max(highest, float(abs(run.spool[part]).max()))
     ax.axhline(advice * 100, label=f"{advice:.0%} advised", **LIMIT.keywords())
     ax.axhline(-advice * 100, **LIMIT.keywords())
     ax.margins(x=0)
+    ax.set_ylim(-110 * highest, 110 * highest)
     return finish(ax, xlabel="time (s)", ylabel="spool opening (% of stroke)")
 
 

@@ -19,19 +19,8 @@ Runs = Mapping[str, "TestRun"]
 
 
 def figure_8(runs: Runs, *, window: tuple[float, float] = (4.0, 8.0)) -> Figure:
-    """A sine sweep under each scheme: force against command in a time window in s, and both spectra."""
-    with printed():
-        figure = page(1.75 * len(runs) + 2.3)
-        grid = figure.subplots(len(runs) + 1, 1, height_ratios=[1.0] * len(runs) + [1.5])
-        for ax, (label, run) in zip(grid, runs.items(), strict=False):
-            histories.force_history({label: run}, window=window, ax=ax)
-            ax.set_title(f"compensation {label}")
-        _same_scale(grid[:-1])
-        _only_last_has_xlabel(grid[:-1])
-        spectra.force_spectrum(runs, ax=grid[-1])
-        grid[-1].set_title("the whole sweep")
-        figure.align_ylabels()
-        return figure
+    """A sine sweep under each scheme: force against command in a time window in s, and all spectra."""
+    return _forces(runs, window, band=(0.0, 10.0), spectrum="the whole sweep")
 
 
 def figure_8_ratio(runs: Runs) -> Figure:
@@ -46,19 +35,8 @@ def figure_8_ratio(runs: Runs) -> Figure:
 
 
 def figure_9(runs: Runs, *, window: tuple[float, float] | None = None) -> Figure:
-    """An earthquake test under each scheme: force against command in time, and the spectra of both."""
-    with printed():
-        figure = page(1.9 * len(runs))
-        grid = figure.subplots(len(runs), 2, squeeze=False, width_ratios=[1.7, 1.0])
-        for (left, right), (label, run) in zip(grid, runs.items(), strict=True):
-            histories.force_history({label: run}, window=window, ax=left)
-            left.set_title(f"compensation {label}")
-            spectra.force_spectrum({label: run}, band=(0.0, 5.0), ax=right)
-        _same_scale(grid[:, 0])
-        _only_last_has_xlabel(grid[:, 0])
-        _only_last_has_xlabel(grid[:, 1])
-        figure.align_ylabels()
-        return figure
+    """An earthquake test under each scheme: force against command in a time window in s, and all spectra."""
+    return _forces(runs, window, band=(0.5, 3.0), spectrum="the whole test, around the natural frequency")
 
 
 def figure_10(runs: Runs, ideal: Response, *, window: tuple[float, float] | None = None) -> Figure:
@@ -80,7 +58,7 @@ def figure_10(runs: Runs, ideal: Response, *, window: tuple[float, float] | None
         return figure
 
 
-def figure_11(runs: Runs, *, band: tuple[float, float] = (0.8, 2.4)) -> Figure:
+def figure_11(runs: Runs, *, band: tuple[float, float] = (0.75, 2.5)) -> Figure:
     """Sweeps with one setting varied: spectra of the force, and its ratio to the command, in a band in Hz."""
     with printed():
         figure = page(4.6)
@@ -99,6 +77,23 @@ def figure_structure(run: TestRun, *, window: tuple[float, float] | None = None)
         left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
         histories.spool_history(run, window=window, ax=left)
         loops.hysteresis(run, window=window, ax=right)
+        figure.align_ylabels()
+        return figure
+
+
+def _forces(
+    runs: Runs, window: tuple[float, float] | None, *, band: tuple[float, float], spectrum: str
+) -> Figure:
+    with printed():
+        figure = page(1.6 * len(runs) + 2.3)
+        grid = figure.subplots(len(runs) + 1, 1, height_ratios=[1.0] * len(runs) + [1.5])
+        for ax, (label, run) in zip(grid, runs.items(), strict=False):
+            histories.force_history({label: run}, window=window, ax=ax)
+            ax.set_title(f"compensation {label}")
+        _same_scale(grid[:-1])
+        _only_last_has_xlabel(grid[:-1])
+        spectra.force_spectrum(runs, band=band, ax=grid[-1])
+        grid[-1].set_title(spectrum)
         figure.align_ylabels()
         return figure
 

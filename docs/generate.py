@@ -1,0 +1,26 @@
+"""Writes the pages that are generated: paper against result, and the keys of a rig."""
+
+import sys
+from pathlib import Path
+
+import eft
+from eft._files import write_text
+from eft.demo.__main__ import main
+
+FOLDER = Path(__file__).parent / "_generated"
+
+
+def keys() -> str:
+    """The table of configuration keys, straight from the schema that checks them."""
+    lines = ["| key | unit | allowed | meaning |", "| --- | --- | --- | --- |"]
+    for key in eft.rig_keys():
+        cells = (f"`{key['key']}`", key["unit"], key["allowed"], key["doc"])
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    write_text(FOLDER / "keys.md", keys())
+    # A number off its reference makes no page: the documentation must not show it as a result.
+    sys.exit(main(["--output", str(FOLDER)]))
