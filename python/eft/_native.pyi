@@ -2,17 +2,36 @@
 
 from collections.abc import Callable, Mapping
 from os import PathLike
-from typing import Any, ClassVar, Literal, TypedDict, final, overload
+from typing import Any, ClassVar, Literal, TypeAlias, TypedDict, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__: list[str]
 
+__all__ = [
+    "Command",
+    "Compensator",
+    "Controller",
+    "FlowTable",
+    "Record",
+    "Rig",
+    "__version__",
+    "effective_force",
+    "fft_ratio",
+    "ideal_response",
+    "metrics",
+    "read_record",
+    "rig_keys",
+    "simulate",
+    "sine_sweep",
+    "status_flags",
+]
+
 __version__: str
 
-type _Array = NDArray[np.float64]
-type _Dtype = Literal["f32", "f64"]
+_Array: TypeAlias = NDArray[np.float64]
+_Dtype: TypeAlias = Literal["f32", "f64"]
 
 class _Key(TypedDict):
     key: str

@@ -210,7 +210,8 @@ class TestRun:
         FileNotFoundError
             If there is no such file.
         ValueError
-            If the file is not a saved test, is damaged, or was written by a later format; the message says which.
+            If the file is not a saved test, is damaged, or was written by a later format; the message says
+            which.
         """
         source = Path(path)
         with source.open("rb") as file:
@@ -285,7 +286,8 @@ def simulate(
     Returns
     -------
     TestRun
-        With as many samples as the command, or fewer where the state stopped being finite (see its `success`).
+        With as many samples as the command, or fewer where the state stopped being finite (see its
+        `success`).
 
     Raises
     ------

@@ -1,6 +1,7 @@
 """The simulated plant against SciPy's DOP853, which stops at every kink of the plant and starts afresh.
 
-Plant and controller are written here from the paper's equations; nothing of the library enters but the command.
+Plant and controller are written here from the paper's equations; nothing of the library enters but the
+command.
 """
 
 import numpy as np
@@ -18,7 +19,7 @@ SOFT_AT, SOFT_STIFFNESS = 0.025, 350.0e3
 POSITIVE = [102.2, 187.2, 260.4, 321.1, 369.8, 411.2, 441.0, 468.3, 495.7, 523.0]
 NEGATIVE = [-101.0, -188.2, -260.9, -324.2, -377.1, -419.9, -452.3, -480.2, -508.2, -536.2]
 OPENINGS = np.linspace(-1.0, 1.0, 21)
-FLOWS = np.array(NEGATIVE[::-1] + [0.0] + POSITIVE) * 1.6387064e-5
+FLOWS = np.array([*NEGATIVE[::-1], 0.0, *POSITIVE]) * 1.6387064e-5
 
 # The state (q, x_v, P_L, x, v) in units in which each is of order one, so that one tolerance serves all.
 UNITS = np.array([1e-5, 1.0, 1e6, 1e-2, 1e-1])
