@@ -19,7 +19,7 @@ Band = tuple[float, float]
 def force_spectrum(
     runs: TestRun | Mapping[str, TestRun], *, band: Band = (0.0, 10.0), ax: Axes | None = None
 ) -> Axes:
-    """|Fourier transform| of force and command, in kN·s, over a band in Hz, as in Figs. 8, 9 and 11."""
+    """Modulus of the Fourier transform of force and command, in kN·s, over a band in Hz, as in Fig. 8."""
     ax = axes_or_new(ax)
     runs = labelled(runs)
     run = first(runs)
@@ -37,7 +37,7 @@ def force_spectrum(
 def force_ratio(
     runs: TestRun | Mapping[str, TestRun], *, band: Band = (0.5, 3.0), ax: Axes | None = None
 ) -> Axes:
-    """|FFT| of the force over |FFT| of the command, over a band in Hz; 1 is a force applied exactly."""
+    """Fourier modulus of the force over that of the command, over a band in Hz; 1 is exact."""
     ax = axes_or_new(ax)
     runs = labelled(runs)
     ax.axhline(1.0, label="exact", **LIMIT.keywords())
