@@ -56,12 +56,14 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         force: S,
         spool: S,
     ) -> ControllerOutput<S> {
-        self.step_via(state, command, velocity, force, spool, |compensation| compensation)
+        self.step_via(state, command, velocity, force, spool, S::splat(0.0), |compensation| compensation)
     }
 
-    /// As [`step`](Self::step), with the compensation signal (V) passed through `path` on its way to the
-    /// servovalve controller: a computation delay, for example.
+    /// As [`step`](Self::step), with a further flow (m³/s) wanted on top of the piston's (of a
+    /// [`Feedforward`](crate::Feedforward), for example), and with the compensation signal (V) passed through `path`
+    /// on its way to the servovalve controller (a computation delay, for example).
     #[inline(always)]
+    #[allow(clippy::too_many_arguments)] // one per wire
     pub fn step_via(
         &self,
         state: &mut ControllerState<S>,
@@ -69,11 +71,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         velocity: S,
         force: S,
         spool: S,
+        further_flow: S,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let zero = S::splat(0.0);
         let (next, flags, measured) =
-            self.compensation.advance(&state.compensation, velocity, force, spool, zero);
+            self.compensation.advance(&state.compensation, velocity, force, spool, further_flow);
         let commanded = command.abs().le(S::splat(LARGEST));
         let good = commanded & measured;
         let next = CompensationState::select(good, next, state.compensation);

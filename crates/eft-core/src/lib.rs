@@ -15,6 +15,7 @@
 mod compensation;
 mod controller;
 mod error;
+mod feedforward;
 mod flow_table;
 mod inverse_flow;
 mod lanes;
@@ -29,6 +30,7 @@ pub mod status;
 pub use compensation::{Compensation, CompensationParameters, CompensationState, Mode, Output};
 pub use controller::{Controller, ControllerOutput, ControllerState};
 pub use error::{ConfigError, LARGEST, SMALLEST};
+pub use feedforward::{Feedforward, FeedforwardState};
 pub use flow_table::FlowTable;
 pub use inverse_flow::{Inverse, InverseFlow, InverseFlowParameters, SignFrom};
 pub use lanes::{LaneFlags, LaneMask, Lanes};

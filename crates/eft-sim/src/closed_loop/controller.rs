@@ -3,8 +3,8 @@
 //! Only what a controller can know goes in: nothing of the true plant does.
 
 use eft_core::{
-    Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode, Real, ServovalveController,
-    SignFrom,
+    Compensation, CompensationParameters, Controller, Feedforward, FlowTable, Limiter, Mode, Real,
+    ServovalveController, SignFrom,
 };
 
 use crate::config::{self, RigConfig};
@@ -21,6 +21,12 @@ pub trait Precision: Real {
     /// # Errors
     /// What `eft-core` refuses.
     fn controller(rig: &RigConfig, sample_rate: f64) -> Result<RigController<Self>>;
+
+    /// The flow feedforward of a rig at a sample rate (Hz); off where its configuration says so.
+    ///
+    /// # Errors
+    /// What `eft-core` refuses.
+    fn feedforward(rig: &RigConfig, sample_rate: f64) -> Result<Feedforward<Self>>;
 }
 
 /// Everything the compensation is made from, at a sample rate (Hz).
@@ -78,6 +84,14 @@ macro_rules! precision {
                         sample_rate,
                     )?,
                 })
+            }
+
+            fn feedforward(rig: &RigConfig, sample_rate: f64) -> Result<Feedforward<Self>> {
+                if !rig.compensation.feedforward {
+                    return Ok(Feedforward::<$t>::OFF);
+                }
+                let a = &rig.actuator;
+                Ok(Feedforward::<$t>::new(a.piston_area, a.compressibility, a.leakage, sample_rate)?)
             }
         }
     };

@@ -1,6 +1,6 @@
 //! Plant and controller tied together: one tick at a time.
 
-use eft_core::{ControllerState, Real, Scalar, status};
+use eft_core::{ControllerState, Feedforward, FeedforwardState, Real, Scalar, status};
 
 use crate::closed_loop::controller::{Precision, RigController};
 use crate::closed_loop::dac::Dac;
@@ -64,6 +64,8 @@ pub(crate) struct ClosedLoop<S: Num, C: Scalar> {
     state: PlantState<S>,
     controller: RigController<C>,
     controller_state: ControllerState<C>,
+    feedforward: Feedforward<C>,
+    feedforward_state: FeedforwardState<C>,
     computation: DelayLine<S>,
     realization: Realization,
     analog: Analog<S>,
@@ -94,11 +96,16 @@ where
         if sensors.iter().all(Option::is_none) {
             sensors.clear();
         }
+        let feedforwards = (0..S::LANES)
+            .map(|i| C::Element::feedforward(rig(i), sample_rate))
+            .collect::<Result<Vec<_>>>()?;
         Ok(Self {
             plant: Plant::pack(&rig)?,
             state: PlantState::default(),
             controller: RigController::pack(|i| &controllers[i]),
             controller_state: ControllerState::default(),
+            feedforward: Feedforward::pack(|i| &feedforwards[i]),
+            feedforward_state: FeedforwardState::default(),
             computation: DelayLine::new(|i| rig(i).compensation.computation_delay as usize),
             realization: rig(0).controller.realization,
             analog: Analog::pack(&rig),
@@ -165,13 +172,13 @@ where
 
     fn sample_analog(&mut self, command: S, next_command: S, measured: &Signals<S>) -> (S, S, S::Flags) {
         let (velocity, force, spool) = measured.rounded::<C>();
-        let zero = C::splat(0.0);
+        let further_flow = self.feedforward.step(&mut self.feedforward_state, convert(command));
         let computed = self.controller.compensation.step(
             &mut self.controller_state.compensation,
             velocity,
             force,
             spool,
-            zero,
+            further_flow,
         );
         let (compensation, clipped) = self.dac.convert(self.computation.pass(convert(computed.value)));
         let rate = (next_command - command) * S::splat(self.sample_rate);
@@ -185,6 +192,7 @@ where
 
     fn sample_digital(&mut self, command: S, measured: &Signals<S>) -> (S, S, S::Flags) {
         let (velocity, force, spool) = measured.rounded::<C>();
+        let further_flow = self.feedforward.step(&mut self.feedforward_state, convert(command));
         let computation = &mut self.computation;
         let output = self.controller.step_via(
             &mut self.controller_state,
@@ -192,6 +200,7 @@ where
             velocity,
             force,
             spool,
+            further_flow,
             |compensation| convert(computation.pass(convert(compensation))),
         );
         let (valve_command, clipped) = self.dac.convert(convert(output.valve_command));
