@@ -7,7 +7,24 @@ from typing import Any, ClassVar, Literal, TypeAlias, TypedDict, final, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__: list[str]
+__all__ = [
+    "Command",
+    "Compensator",
+    "Controller",
+    "FlowTable",
+    "Record",
+    "Rig",
+    "__version__",
+    "effective_force",
+    "fft_ratio",
+    "ideal_response",
+    "metrics",
+    "read_record",
+    "rig_keys",
+    "simulate",
+    "sine_sweep",
+    "status_flags",
+]
 
 __all__ = [
     "Command",

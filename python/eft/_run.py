@@ -210,15 +210,15 @@ class TestRun:
         FileNotFoundError
             If there is no such file.
         ValueError
-            If the file is not a saved test, is damaged, or was written by a later format; the message says
-            which.
+            If the file is not a saved test, is damaged, or is of a later format; the message says which.
         """
         source = Path(path)
         with source.open("rb") as file:
             try:
-                with np.load(file, allow_pickle=False) as archive:
-                    if not isinstance(archive, np.lib.npyio.NpzFile):
-                        raise ValueError("a single array")
+                stored = np.load(file, allow_pickle=False)
+                if not isinstance(stored, np.lib.npyio.NpzFile):
+                    raise ValueError("a single array")
+                with stored as archive:
                     return cls._from_archive({name: archive[name] for name in archive.files})
             except (ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
                 reason = f"has no {error}" if isinstance(error, KeyError) else str(error)
@@ -286,8 +286,7 @@ def simulate(
     Returns
     -------
     TestRun
-        With as many samples as the command, or fewer where the state stopped being finite (see its
-        `success`).
+        With as many samples as the command, or fewer if the state stopped being finite (see `success`).
 
     Raises
     ------

@@ -1,0 +1,248 @@
+"""A test from Python: its traces, its judgement, its file; and that running it holds nobody up."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import eft
+from eft._run import _TRACES
+
+RIG = eft.Rig.zhao2005()
+SHORT = eft.sine_sweep(2200.0, 0.0, 10.0, 4.0, 1024.0)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return eft.simulate(RIG, SHORT)
+
+
+def test_every_trace_has_one_value_per_sample(run):
+    assert len(run) == len(SHORT)
+    for name in _TRACES:
+        trace = getattr(run, name)
+        assert trace.shape == (len(SHORT),)
+        assert trace.dtype == (np.uint32 if name == "status" else np.float64)
+    np.testing.assert_array_equal(run.time, SHORT.time)
+    np.testing.assert_array_equal(run.command, SHORT.values)
+    np.testing.assert_allclose(run.force, 8.212e-3 * run.load_pressure, rtol=1e-12)
+    assert run.force[0] == 0.0 and run.displacement[0] == 0.0
+    time, force = run
+    assert time is run.time and force is run.force
+
+
+def test_velocity_is_the_derivative_of_displacement(run):
+    slope = np.gradient(run.displacement, run.time)
+    assert np.abs(slope - run.velocity)[1:-1].max() < 1e-3 * np.abs(run.velocity).max()
+
+
+def test_ideal_sensors_report_what_is(run):
+    for name in ("force", "velocity", "displacement", "spool"):
+        np.testing.assert_array_equal(getattr(run, f"measured_{name}"), getattr(run, name))
+
+
+def test_metrics_are_what_their_formulas_say(run):
+    error = run.force - run.command
+    metrics = run.metrics()
+    assert metrics["nrmse"] == pytest.approx(np.sqrt((error**2).sum() / (run.command**2).sum()), rel=1e-12)
+    assert metrics["peak_error"] == pytest.approx(np.abs(error).max() / np.abs(run.command).max(), rel=1e-12)
+    assert metrics["max_spool"] == np.abs(run.spool).max()
+    assert all(isinstance(value, float) for value in metrics.values())
+
+
+def test_the_ratio_is_that_of_the_spectra(run):
+    frequency, ratio = run.fft_ratio(1.0, 5.0)
+    bins = np.fft.rfftfreq(len(run), 1 / 1024.0)
+    inside = (bins >= 1.0) & (bins <= 5.0)
+    expected = np.abs(np.fft.rfft(run.force) / np.fft.rfft(run.command))[inside]
+    np.testing.assert_allclose(frequency, bins[inside], rtol=1e-12)
+    np.testing.assert_allclose(ratio, expected, rtol=1e-9)
+    with pytest.raises(ValueError, match=r"^f_high = 600: must lie within"):
+        run.fft_ratio(1.0, 600.0)
+
+
+def test_a_command_of_zeros_runs_but_cannot_be_judged():
+    run = eft.simulate(RIG, eft.Command(np.zeros(100), 1000.0))
+    assert run.success
+    assert not run.force.any()
+    with pytest.raises(ValueError, match="zero at every sample"):
+        run.metrics()
+
+
+def test_a_run_says_how_it_went(run):
+    assert run.success and run.flags == 0 and run.message == "completed"
+    hard = eft.simulate(RIG, eft.sine_sweep(40e3, 0.0, 10.0, 8.0, 1024.0))
+    assert eft.Status.SPOOL_WARNING in hard.flags
+    opened = np.abs(hard.spool) > 0.6
+    assert ((hard.status & eft.Status.SPOOL_WARNING) != 0)[opened].all()
+    assert "spool_warning from " in hard.message and hard.message.startswith("completed; ")
+    assert "spool_warning" in repr(hard)
+
+
+def test_flags_have_the_names_of_the_core():
+    from eft import _native
+
+    assert {flag.name.lower(): int(flag) for flag in eft.Status} == _native.status_flags()
+
+
+def test_a_saved_run_comes_back_bit_for_bit(tmp_path):
+    rig = RIG.replace({"sensors.seed": 17, "name": "Fußgängerbrücke"})
+    run = eft.simulate(rig, SHORT, dtype="f32")
+    path = tmp_path / "test.eft"
+    assert run.save(path) == path
+    assert list(tmp_path.iterdir()) == [path]
+    for back in (eft.TestRun.load(str(path)), pickle.loads(pickle.dumps(run))):
+        for name in _TRACES:
+            np.testing.assert_array_equal(getattr(back, name), getattr(run, name))
+        assert back.rig == rig and back.seed == 17 and back.dtype == "f32"
+        assert back.version == eft.__version__ and back.sample_rate == 1024.0
+        assert back.metrics() == run.metrics()
+    with np.load(path, allow_pickle=False) as archive:
+        assert str(archive["version"]) == eft.__version__
+        assert int(archive["seed"]) == 17
+        assert eft.Rig(str(archive["rig"])) == rig
+
+
+def test_saving_over_a_file_leaves_the_old_one_when_it_fails(tmp_path, run, monkeypatch):
+    path = tmp_path / "test.npz"
+    run.save(path)
+    before = path.read_bytes()
+
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez", full)
+    with pytest.raises(OSError, match="No space left"):
+        run.save(path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_files_that_are_no_saved_runs_are_refused(tmp_path, run):
+    with pytest.raises(FileNotFoundError):
+        eft.TestRun.load(tmp_path / "nowhere.npz")
+    path = tmp_path / "test.npz"
+    run.save(path)
+    whole = path.read_bytes()
+    with np.load(path) as archive:
+        stored = dict(archive)
+
+    def refused(says):
+        with pytest.raises(ValueError, match=rf"test\.npz: not a test saved by eft: .*{says}"):
+            eft.TestRun.load(path)
+
+    for cut in (0, 1, 100, len(whole) // 2, len(whole) - 1):
+        path.write_bytes(whole[:cut])
+        refused("")
+    path.write_bytes(b"time,force\n0,1\n")
+    refused("")
+    with path.open("wb") as file:
+        np.save(file, np.zeros(3))
+    refused("a single array")
+    for spoil, says in [
+        ({"format": np.int64(99)}, "format 99 is later than 1"),
+        ({"force": stored["force"][:-1]}, "force is float64 of shape"),
+        ({"status": stored["status"].astype(float)}, "status is float64"),
+        ({"rig": np.array("a = ")}, "line 1, column"),
+        ({"dtype": np.array("f16")}, "dtype is 'f16'"),
+    ]:
+        np.savez(path, **(stored | spoil))
+        refused(says)
+    np.savez(path, **{name: value for name, value in stored.items() if name != "spool"})
+    refused("has no 'spool'")
+    np.savez(path, **(stored | {"force": np.array([{}], dtype=object)}))
+    refused("")
+
+
+def test_pandas_and_control_get_the_same_numbers(run):
+    frame = run.to_pandas()
+    assert frame.index.name == "time" and list(frame.columns) == list(_TRACES)
+    np.testing.assert_array_equal(frame["force"].to_numpy(), run.force)
+    np.testing.assert_array_equal(frame.index.to_numpy(), run.time)
+    response = run.to_control()
+    time, output = response
+    np.testing.assert_array_equal(time, run.time)
+    np.testing.assert_array_equal(output, run.force)
+    np.testing.assert_array_equal(np.ravel(response.inputs), run.command)
+
+
+def test_the_precision_is_the_controllers():
+    single, double = (eft.simulate(RIG, SHORT, dtype) for dtype in ("f32", "f64"))
+    apart = np.abs(single.force - double.force).max() / np.abs(double.force).max()
+    assert 0.0 < apart < 1e-4
+    np.testing.assert_array_equal(single.compensation, np.float32(single.compensation))
+    with pytest.raises(ValueError, match=r'^dtype = "f16": must be "f32" or "f64"$'):
+        eft.simulate(RIG, SHORT, "f16")
+
+
+def test_the_same_test_gives_the_same_bits(run):
+    again = eft.simulate(RIG, SHORT)
+    for name in _TRACES:
+        np.testing.assert_array_equal(getattr(run, name), getattr(again, name))
+
+
+def test_progress_is_told_and_may_stop_the_run():
+    calls = []
+    eft.simulate(RIG, SHORT, progress=lambda done, total: calls.append((done, total)))
+    assert calls[0] == (0, len(SHORT)) and calls[-1] == (len(SHORT), len(SHORT))
+    assert calls == sorted(calls)
+
+    def stop(done, total):
+        raise RuntimeError(f"enough at {done} of {total}")
+
+    with pytest.raises(RuntimeError, match="enough at 0"):
+        eft.simulate(RIG, SHORT, progress=stop)
+
+
+def test_other_threads_go_on_while_a_test_runs():
+    # A thread that counts must get on at nearly its own pace; with the interpreter held it would stand still.
+    command = eft.sine_sweep(2200.0, 0.0, 10.0, 60.0, 4096.0)
+    worker = threading.Thread(target=eft.simulate, args=(RIG, command))
+    worker.start()
+    ticks = 0
+    while worker.is_alive():
+        time.sleep(0.001)
+        ticks += 1
+    assert ticks > 20
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_ctrl_c_stops_a_long_test():
+    script = textwrap.dedent(
+        """
+        import eft
+        rig = eft.Rig.zhao2005()
+        command = eft.sine_sweep(2200.0, 0.0, 10.0, 2000.0, 10000.0)
+        print("ready", flush=True)
+        try:
+            eft.simulate(rig, command)
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        """
+    )
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.5)
+        asked = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        assert process.stdout.readline() == "interrupted\n"
+        assert time.monotonic() - asked < 2.0
+        assert process.wait(timeout=10) == 0
+
+
+def test_the_ideal_response_is_that_of_the_structure_alone():
+    # A slow ramp is followed statically: x = F/k but for the inertia at its start.
+    rig = RIG.replace({"structure.kind": "linear", "structure.damping": 5e4})
+    ramp = eft.Command(np.linspace(0.0, 10e3, 4000), 100.0)
+    time, displacement, velocity = eft.ideal_response(rig, ramp)
+    slope = 10e3 / time[-1] / 693.8e3
+    np.testing.assert_allclose(velocity[-100:], slope, rtol=1e-6)
+    lag = 5e4 / 693.8e3
+    np.testing.assert_allclose(displacement[-100:], slope * (time[-100:] - lag), rtol=1e-6)
