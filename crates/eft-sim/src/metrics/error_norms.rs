@@ -9,6 +9,11 @@ use crate::error::{Error, Result};
 /// When the signals are empty, unequal in length, not finite, or the command is zero throughout.
 pub fn nrmse(command: &[f64], measured: &[f64]) -> Result<f64> {
     check(command, measured)?;
+    nrmse_of(command, measured)
+}
+
+/// [`nrmse`] of signals that have passed [`check`].
+pub(super) fn nrmse_of(command: &[f64], measured: &[f64]) -> Result<f64> {
     let error: f64 = pairs(command, measured).map(|(c, m)| (m - c) * (m - c)).sum();
     let reference: f64 = command.iter().map(|c| c * c).sum();
     in_range("nrmse", (error / reference).sqrt())
@@ -23,6 +28,11 @@ pub fn nrmse_bias_free(command: &[f64], measured: &[f64]) -> Result<f64> {
     if command.iter().all(|c| *c == command[0]) {
         return Err(Error::value("command", format!("{} at every sample", command[0]), "must vary"));
     }
+    nrmse_bias_free_of(command, measured)
+}
+
+/// [`nrmse_bias_free`] of signals that have passed [`check`], the command not constant.
+pub(super) fn nrmse_bias_free_of(command: &[f64], measured: &[f64]) -> Result<f64> {
     let error = sum_of_squares_about_mean(pairs(command, measured).map(|(c, m)| m - c), command.len());
     let reference = sum_of_squares_about_mean(command.iter().copied(), command.len());
     in_range("nrmse_bias_free", (error / reference).sqrt())
@@ -34,6 +44,11 @@ pub fn nrmse_bias_free(command: &[f64], measured: &[f64]) -> Result<f64> {
 /// As [`nrmse`].
 pub fn peak_error(command: &[f64], measured: &[f64]) -> Result<f64> {
     check(command, measured)?;
+    peak_error_of(command, measured)
+}
+
+/// [`peak_error`] of signals that have passed [`check`].
+pub(super) fn peak_error_of(command: &[f64], measured: &[f64]) -> Result<f64> {
     let error = peak(pairs(command, measured).map(|(c, m)| m - c));
     in_range("peak_error", error / peak(command.iter().copied()))
 }

@@ -3,9 +3,20 @@
 //! Input that has no answer (empty, unequal, not finite, a command that is zero throughout) is an error;
 //! nothing here returns a NaN.
 
+mod coherence;
+mod delay;
 mod error_norms;
+mod fei;
+mod fft_ratio;
 mod pair;
 mod spectrum;
+mod summary;
+mod tracking;
 
+pub use coherence::{Coherence, coherence};
+pub use delay::{delay, nrmse_delay_removed};
 pub use error_norms::{nrmse, nrmse_bias_free, peak_error};
-pub use spectrum::{FftRatio, fft_ratio};
+pub use fei::{Fei, fei};
+pub use fft_ratio::{FftRatio, fft_ratio};
+pub use summary::Metrics;
+pub use tracking::tracking_indicator;

@@ -1,0 +1,128 @@
+//! All single numbers of a test at once.
+
+use super::pair::{check, in_range};
+use super::{delay, error_norms, fei, tracking};
+use crate::checks;
+use crate::error::Result;
+
+/// The single numbers that judge how a measured force followed its command.
+///
+/// What has no answer is absent: the delay of a force that stays zero, the bias-free error and the
+/// frequency-domain index of a constant command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Metrics {
+    /// Root-mean-square error over the command's root mean square, dimensionless.
+    pub nrmse: f64,
+    /// The same with the delay removed, dimensionless.
+    pub nrmse_delay_removed: Option<f64>,
+    /// Standard deviation of the error over that of the command, dimensionless.
+    pub nrmse_bias_free: Option<f64>,
+    /// Largest error over the largest command, dimensionless.
+    pub peak_error: f64,
+    /// Delay by cross-correlation in s, positive when the force lags.
+    pub delay: Option<f64>,
+    /// Amplitude of the frequency-domain evaluation index, dimensionless.
+    pub fei_amplitude: Option<f64>,
+    /// Delay of the frequency-domain evaluation index, in s.
+    pub fei_delay: Option<f64>,
+    /// Equivalent frequency of the frequency-domain evaluation index, in Hz.
+    pub fei_frequency: Option<f64>,
+    /// Mercan's tracking indicator at the end of the test, in N².
+    pub tracking_indicator: f64,
+}
+
+impl Metrics {
+    /// Judges a measured force (N) against its command (N), both sampled at `sample_rate` (Hz).
+    ///
+    /// # Errors
+    /// When the signals are empty, unequal in length or not finite, the command is zero throughout, or the
+    /// sample rate is not positive and finite.
+    pub fn new(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<Self> {
+        check(command, measured)?;
+        checks::positive("sample_rate", sample_rate, "Hz")?;
+        let varies = command.iter().any(|c| *c != command[0]);
+        let lag = delay::lag_if_any(command, measured)?;
+        let fei = varies.then(|| fei::fei_of(command, measured, sample_rate)).transpose()?;
+        let fei_delay = fei.filter(|fei| fei.amplitude > 0.0).map(|fei| fei.delay);
+        let without_bias = || error_norms::nrmse_bias_free_of(command, measured);
+        let without_lag = |lag| delay::nrmse_at_lag(command, measured, lag);
+        Ok(Self {
+            nrmse: error_norms::nrmse_of(command, measured)?,
+            nrmse_delay_removed: lag.map(without_lag).transpose()?,
+            nrmse_bias_free: varies.then(without_bias).transpose()?,
+            peak_error: error_norms::peak_error_of(command, measured)?,
+            delay: lag.map(|lag| in_range("delay", lag / sample_rate)).transpose()?,
+            fei_amplitude: fei.map(|fei| fei.amplitude),
+            fei_delay,
+            fei_frequency: fei.map(|fei| fei.frequency),
+            tracking_indicator: tracking::final_tracking_indicator(command, measured)?,
+        })
+    }
+
+    /// Name, value and unit of each metric that has a value; the unit of a ratio is empty.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64, &'static str)> {
+        let all = [
+            ("nrmse", Some(self.nrmse), ""),
+            ("nrmse_delay_removed", self.nrmse_delay_removed, ""),
+            ("nrmse_bias_free", self.nrmse_bias_free, ""),
+            ("peak_error", Some(self.peak_error), ""),
+            ("delay", self.delay, "s"),
+            ("fei_amplitude", self.fei_amplitude, ""),
+            ("fei_delay", self.fei_delay, "s"),
+            ("fei_frequency", self.fei_frequency, "Hz"),
+            ("tracking_indicator", Some(self.tracking_indicator), "N²"),
+        ];
+        all.into_iter().filter_map(|(name, value, unit)| Some((name, value?, unit)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values of NumPy 2 for the same formulas.
+    #[test]
+    fn agrees_with_numpy() {
+        let pair = |i: usize| {
+            let i = i as f64;
+            let c = (0.3 * i).sin() + 0.5 * (1e-3 * i * i).sin();
+            (c, 0.8 * (0.3 * i - 0.4).sin() + 0.2 * (2e-3 * i * i + 1.0).sin())
+        };
+        let (c, m): (Vec<f64>, Vec<f64>) = (0..1000).map(pair).unzip();
+        let metrics = Metrics::new(&c, &m, 50.0).unwrap();
+        assert!((metrics.nrmse - 0.6070146389303732).abs() < 1e-12);
+        assert!((metrics.nrmse_bias_free.unwrap() - 0.6070597344822596).abs() < 1e-12);
+        assert!((metrics.fei_amplitude.unwrap() - 0.6450938334071045).abs() < 1e-11);
+        assert!((metrics.fei_delay.unwrap() - 0.01746670331409834).abs() < 1e-12);
+        assert!((metrics.fei_frequency.unwrap() - 3.5763125806616483).abs() < 1e-10);
+    }
+
+    #[test]
+    fn the_parts_are_the_functions() {
+        let c: Vec<f64> = (0..512).map(|i| (0.1 * f64::from(i)).sin()).collect();
+        let m: Vec<f64> = (0..512).map(|i| 0.9 * (0.1 * f64::from(i) - 0.2).sin() + 0.01).collect();
+        let metrics = Metrics::new(&c, &m, 100.0).unwrap();
+        assert_eq!(metrics.delay.unwrap(), delay::delay(&c, &m, 100.0).unwrap());
+        assert_eq!(metrics.nrmse_delay_removed.unwrap(), delay::nrmse_delay_removed(&c, &m).unwrap());
+        assert!((metrics.delay.unwrap() - 0.02).abs() < 1e-3);
+        assert!(metrics.tracking_indicator < 0.0, "a lag");
+        assert_eq!(metrics.iter().count(), 9);
+        assert!(
+            metrics
+                .iter()
+                .any(|(name, value, unit)| name == "nrmse" && value == metrics.nrmse && unit.is_empty())
+        );
+    }
+
+    #[test]
+    fn what_has_no_answer_is_absent() {
+        let steady = Metrics::new(&[2.0; 20], &[1.0; 20], 10.0).unwrap();
+        assert_eq!((steady.nrmse, steady.delay), (0.5, Some(0.0)));
+        assert!(steady.nrmse_bias_free.is_none() && steady.fei_frequency.is_none());
+        let silent = Metrics::new(&[1.0, -2.0, 1.0], &[0.0; 3], 10.0).unwrap();
+        assert!(silent.delay.is_none() && silent.nrmse_delay_removed.is_none() && silent.fei_delay.is_none());
+        assert_eq!(silent.fei_amplitude, Some(0.0));
+        assert!(silent.iter().all(|(_, value, _)| value.is_finite()));
+        assert!(Metrics::new(&[], &[], 10.0).is_err() && Metrics::new(&[0.0], &[1.0], 10.0).is_err());
+    }
+}

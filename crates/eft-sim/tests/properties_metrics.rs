@@ -1,0 +1,45 @@
+//! A metric is a finite number or an error, whatever the signals.
+
+use eft_sim::metrics::{self, Metrics};
+use proptest::prelude::*;
+
+fn signal(length: std::ops::Range<usize>) -> impl Strategy<Value = Vec<f64>> {
+    prop_oneof![
+        proptest::collection::vec(-1e4..1e4_f64, length.clone()),
+        proptest::collection::vec(prop_oneof![Just(0.0), Just(1.0), Just(-1.0)], length.clone()),
+        proptest::collection::vec(any::<f64>(), length),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn never_a_nan(command in signal(0..40), measured in signal(0..40), fs in any::<f64>(), band in any::<[f64; 2]>()) {
+        for length in [command.len().min(measured.len()), usize::MAX] {
+            let (c, m) = (&command[..length.min(command.len())], &measured[..length.min(measured.len())]);
+            for fs in [fs, 100.0] {
+                if let Ok(all) = Metrics::new(c, m, fs) {
+                    prop_assert!(all.iter().all(|(_, value, _)| value.is_finite()), "{all:?}");
+                }
+                for [low, high] in [band, [0.0, 50.0]] {
+                    if let Ok(ratio) = metrics::fft_ratio(c, m, fs, low, high) {
+                        prop_assert!(ratio.ratio.iter().chain(&ratio.frequency).all(|v| v.is_finite()));
+                    }
+                }
+                if let Ok(found) = metrics::coherence(c, m, fs, 4) {
+                    prop_assert!(found.coherence.iter().all(|v| (0.0..=1.0).contains(v)));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_errors_scale_with_nothing(command in proptest::collection::vec(-1e4..1e4_f64, 2..60), gain in 0.1..3.0_f64) {
+        prop_assume!(command.iter().any(|c| c.abs() > 1.0));
+        let measured: Vec<f64> = command.iter().map(|c| gain * c).collect();
+        let expected = (gain - 1.0).abs();
+        for error in [metrics::nrmse(&command, &measured), metrics::peak_error(&command, &measured)] {
+            prop_assert!((error.unwrap() - expected).abs() < 1e-9);
+        }
+        prop_assert!((metrics::fei(&command, &measured, 10.0).unwrap().amplitude - gain).abs() < 1e-9);
+    }
+}
