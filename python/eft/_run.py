@@ -80,6 +80,8 @@ class TestRun:
     """Spool opening, 1."""
     load_pressure: Array
     """Load pressure, Pa."""
+    supply_pressure: Array
+    """Supply pressure, Pa."""
     valve_command: Array
     """Valve command, V."""
     compensation: Array
@@ -94,6 +96,8 @@ class TestRun:
     """Displacement as the sensor reported it, m."""
     measured_spool: Array
     """Spool opening as the sensor reported it, 1."""
+    measured_supply_pressure: Array
+    """Supply pressure as the sensor reported it, Pa."""
     status: NDArray[np.uint32]
     """Bits of `Status`."""
 

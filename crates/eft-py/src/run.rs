@@ -84,17 +84,18 @@ fn traces(py: Python<'_>, run: TestRun) -> PyResult<Bound<'_, PyDict>> {
         traces.set_item(name, PyArray1::from_vec(traces.py(), values))
     }
     let traces = PyDict::new(py);
-    // The simulated sensors are ideal: they report what is.
-    put(&traces, "measured_force", run.force.clone())?;
-    put(&traces, "measured_velocity", run.velocity.clone())?;
-    put(&traces, "measured_displacement", run.displacement.clone())?;
-    put(&traces, "measured_spool", run.spool.clone())?;
+    put(&traces, "measured_force", run.measured_force().to_vec())?;
+    put(&traces, "measured_velocity", run.measured_velocity().to_vec())?;
+    put(&traces, "measured_displacement", run.measured_displacement().to_vec())?;
+    put(&traces, "measured_spool", run.measured_spool().to_vec())?;
+    put(&traces, "measured_supply_pressure", run.measured_supply_pressure().to_vec())?;
     put(&traces, "command", run.command)?;
     put(&traces, "force", run.force)?;
     put(&traces, "displacement", run.displacement)?;
     put(&traces, "velocity", run.velocity)?;
     put(&traces, "spool", run.spool)?;
     put(&traces, "load_pressure", run.load_pressure)?;
+    put(&traces, "supply_pressure", run.supply_pressure)?;
     put(&traces, "valve_command", run.valve_command)?;
     put(&traces, "compensation", run.compensation)?;
     put(&traces, "flow_gain_estimate", run.flow_gain_estimate)?;

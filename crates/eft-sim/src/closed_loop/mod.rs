@@ -3,9 +3,10 @@
 mod controller;
 mod dac;
 mod delay_line;
+mod digital_side;
 mod ideal;
-mod loop_state;
 mod simulate;
+mod single;
 mod test_run;
 
 pub use controller::{Precision, RigController, compensation_parameters};

@@ -3,11 +3,12 @@
 use eft_core::{Mask, Scalar, status};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::loop_state::ClosedLoop;
+use crate::closed_loop::single::ClosedLoop;
 use crate::closed_loop::test_run::TestRun;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::excitation::Command;
+use crate::rig::Plant;
 
 /// The largest integration step by default (s): with it the force is within 1e-4 of its peak of the converged
 /// answer for the paper's tests, at any sample rate.
@@ -68,7 +69,7 @@ pub fn simulate<P: Precision>(
     let values = &command.values;
     let total = values.len();
     let steps = options.steps(command.sample_rate)?;
-    let mut test = ClosedLoop::<f64, P>::new(|_| rig, command.sample_rate, steps)?;
+    let mut test = ClosedLoop::<f64, P, Plant<f64>>::new(|_| rig, command.sample_rate, steps)?;
     let mut run = TestRun::with_capacity(rig, command.sample_rate, total);
     for (i, &now) in values.iter().enumerate() {
         if i % CHUNK == 0 && !go_on(i, total) {

@@ -2,7 +2,7 @@
 
 use eft_core::Flags;
 
-use crate::closed_loop::loop_state::Tick;
+use crate::closed_loop::single::Tick;
 use crate::config::RigConfig;
 use crate::rig::Num;
 
@@ -26,6 +26,8 @@ pub struct TestRun {
     pub spool: Vec<f64>,
     /// Load pressure (Pa).
     pub load_pressure: Vec<f64>,
+    /// Supply pressure (Pa).
+    pub supply_pressure: Vec<f64>,
     /// Valve command `v` (V).
     pub valve_command: Vec<f64>,
     /// Compensation signal `v_c` (V).
@@ -60,6 +62,7 @@ impl TestRun {
             velocity: channel(),
             spool: channel(),
             load_pressure: channel(),
+            supply_pressure: channel(),
             valve_command: channel(),
             compensation: channel(),
             flow_gain_estimate: channel(),
@@ -83,16 +86,17 @@ impl TestRun {
         self.velocity.push(tick.plant.velocity.lane(lane));
         self.spool.push(tick.plant.spool.lane(lane));
         self.load_pressure.push(tick.plant.load_pressure.lane(lane));
-        self.valve_command.push(tick.valve_command.lane(lane));
-        self.compensation.push(tick.compensation.lane(lane));
+        self.supply_pressure.push(tick.supply_pressure.lane(lane));
+        self.valve_command.push(tick.decision.valve_command.lane(lane));
+        self.compensation.push(tick.decision.compensation.lane(lane));
         self.flow_gain_estimate.push(1.0);
         self.status.push(tick.status.lane(lane));
         if let Some(measured) = &mut self.measured {
-            measured.force.push(tick.measured.force.lane(lane));
-            measured.displacement.push(tick.measured.displacement.lane(lane));
-            measured.velocity.push(tick.measured.velocity.lane(lane));
-            measured.spool.push(tick.measured.spool.lane(lane));
-            measured.supply_pressure.push(tick.measured.supply_pressure.lane(lane));
+            measured.force.push(tick.decision.measured.force.lane(lane));
+            measured.displacement.push(tick.decision.measured.displacement.lane(lane));
+            measured.velocity.push(tick.decision.measured.velocity.lane(lane));
+            measured.spool.push(tick.decision.measured.spool.lane(lane));
+            measured.supply_pressure.push(tick.decision.measured.supply_pressure.lane(lane));
         }
     }
 
@@ -116,9 +120,9 @@ impl TestRun {
         self.measured.as_ref().map_or(&self.spool, |measured| &measured.spool)
     }
 
-    /// Supply pressure (Pa) as its sensor reported it; empty where every sensor is ideal and the supply constant.
+    /// Supply pressure (Pa) as its sensor reported it.
     pub fn measured_supply_pressure(&self) -> &[f64] {
-        self.measured.as_ref().map_or(&[], |measured| &measured.supply_pressure)
+        self.measured.as_ref().map_or(&self.supply_pressure, |measured| &measured.supply_pressure)
     }
 
     /// Every flag that was raised at any time.

@@ -4,7 +4,7 @@ use crate::config::RigConfig;
 use crate::rig::Num;
 
 /// A source of the valve command between two samples.
-pub(crate) trait Drive<S> {
+pub(crate) trait Drive<S>: Copy {
     /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
     fn valve_command(&self, time: S, force: S, force_rate: S) -> S;
 }
@@ -92,4 +92,12 @@ impl<S: Num> Drive<S> for Analog<S> {
             self.proportional * error + self.gain * self.compensation + self.derivative * error_rate;
         command.limit(-self.amplitude, self.amplitude)
     }
+}
+
+/// Any of the drives, to be taken apart outside the step through time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Driver<S> {
+    Held(Held<S>),
+    Analog(Analog<S>),
+    ThroughCell(ThroughCell<S>),
 }

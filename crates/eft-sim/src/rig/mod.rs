@@ -5,6 +5,7 @@
 mod actuator;
 mod drive;
 mod load_flow;
+mod model;
 mod pilot_valve;
 mod plant;
 mod spool;
@@ -13,7 +14,8 @@ mod structure;
 
 use eft_core::Scalar;
 
-pub(crate) use drive::{Analog, Held};
+pub(crate) use drive::{Analog, Driver, Held};
+pub(crate) use model::PlantModel;
 pub use plant::Plant;
 pub use state::PlantState;
 pub(crate) use structure::Structure;

@@ -21,6 +21,7 @@ pub struct Plant<S: Num> {
     load_flow: LoadFlow<S>,
     actuator: Actuator<S>,
     structure: Structure<S>,
+    supply_pressure: S,
 }
 
 impl<S: Num> Plant<S> {
@@ -35,6 +36,7 @@ impl<S: Num> Plant<S> {
             load_flow: LoadFlow::pack(&rig)?,
             actuator: Actuator::pack(&rig),
             structure: Structure::pack(&rig),
+            supply_pressure: S::from_lanes(|i| rig(i).supply.pressure),
         })
     }
 
@@ -42,6 +44,12 @@ impl<S: Num> Plant<S> {
     #[inline(always)]
     pub fn force(&self, state: &PlantState<S>) -> S {
         self.actuator.force(state.load_pressure)
+    }
+
+    /// Supply pressure (Pa).
+    #[inline(always)]
+    pub(crate) fn supply_pressure(&self) -> S {
+        self.supply_pressure
     }
 
     /// Where the spool stands at a stop, and where the piston is beyond its stroke.

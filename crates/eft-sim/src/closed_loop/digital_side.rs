@@ -1,20 +1,18 @@
-//! Plant and controller tied together: one tick at a time.
+//! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
-use eft_core::{ControllerState, Feedforward, FeedforwardState, Real, Scalar, status};
+use eft_core::{ControllerState, Feedforward, FeedforwardState, Real, Scalar};
 
 use crate::closed_loop::controller::{Precision, RigController};
 use crate::closed_loop::dac::Dac;
 use crate::closed_loop::delay_line::DelayLine;
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
-use crate::rig::{Analog, Held, Num, Plant, PlantState};
+use crate::rig::{Analog, Driver, Held, Num};
 use crate::sensors::{Sensors, Signals, Wire};
 
-/// What is true, and what the controller made of it, at one tick, before the tick's output acts.
+/// What the digital side made of one tick.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tick<S: Num> {
-    pub(crate) plant: PlantState<S>,
-    pub(crate) force: S,
+pub(crate) struct Decision<S: Num> {
     /// What the sensors reported; the truth where they are ideal.
     pub(crate) measured: Signals<S>,
     pub(crate) valve_command: S,
@@ -58,10 +56,9 @@ fn convert<A: Scalar, B: Scalar>(from: A) -> B {
     B::from_lanes(|i| B::Element::from_f64(from.lane(i).to_f64()))
 }
 
-/// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
-pub(crate) struct ClosedLoop<S: Num, C: Scalar> {
-    plant: Plant<S>,
-    state: PlantState<S>,
+/// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
+/// number.
+pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     controller: RigController<C>,
     controller_state: ControllerState<C>,
     feedforward: Feedforward<C>,
@@ -70,29 +67,29 @@ pub(crate) struct ClosedLoop<S: Num, C: Scalar> {
     realization: Realization,
     analog: Analog<S>,
     held: Held<S>,
-    supply_pressure: S,
     /// One lane each; empty where every lane's are ideal.
     sensors: Vec<Option<Sensors>>,
     /// The load cell as the analog controller sees it, where it is not ideal.
     wire: Option<(S, S)>,
     dac: Dac<S>,
     sample_rate: f64,
-    steps: u32,
 }
 
-impl<S: Num, C: Scalar<Flags = S::Flags>> ClosedLoop<S, C>
+impl<S: Num, C: Scalar<Flags = S::Flags>> DigitalSide<S, C>
 where
     C::Element: Precision,
 {
-    /// The loops of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization.
+    /// Those of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization. `actuator` numbers the actuator
+    /// in its rig, whose noise is its own.
     pub(crate) fn new<'a>(
         rig: impl Fn(usize) -> &'a RigConfig,
         sample_rate: f64,
-        steps: u32,
+        actuator: u64,
     ) -> Result<Self> {
         let controllers =
             (0..S::LANES).map(|i| C::Element::controller(rig(i), sample_rate)).collect::<Result<Vec<_>>>()?;
-        let mut sensors: Vec<_> = (0..S::LANES).map(|i| Sensors::new(rig(i), sample_rate, 0)).collect();
+        let mut sensors: Vec<_> =
+            (0..S::LANES).map(|i| Sensors::new(rig(i), sample_rate, actuator)).collect();
         if sensors.iter().all(Option::is_none) {
             sensors.clear();
         }
@@ -100,8 +97,6 @@ where
             .map(|i| C::Element::feedforward(rig(i), sample_rate))
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
-            plant: Plant::pack(&rig)?,
-            state: PlantState::default(),
             controller: RigController::pack(|i| &controllers[i]),
             controller_state: ControllerState::default(),
             feedforward: Feedforward::pack(|i| &feedforwards[i]),
@@ -110,47 +105,39 @@ where
             realization: rig(0).controller.realization,
             analog: Analog::pack(&rig),
             held: Held(S::default()),
-            supply_pressure: S::from_lanes(|i| rig(i).supply.pressure),
             sensors,
             wire: None,
             dac: Dac::new(|i| rig(i).dac.as_ref()),
             sample_rate,
-            steps,
         })
     }
 
     /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
+    /// `driven` gives the valve command (V) that a drive makes of the plant's state now.
     #[inline(always)]
-    pub(crate) fn sample(&mut self, command: S, next_command: S) -> Tick<S> {
-        let force = self.plant.force(&self.state);
-        let measured = self.measure(Signals {
-            displacement: self.state.displacement,
-            velocity: self.state.velocity,
-            force,
-            spool: self.state.spool,
-            supply_pressure: self.supply_pressure,
-        });
-        let (valve_command, compensation, flags) = match self.realization {
-            Realization::Analog => self.sample_analog(command, next_command, &measured),
+    pub(crate) fn sample(
+        &mut self,
+        command: S,
+        next_command: S,
+        truth: Signals<S>,
+        driven: impl Fn(&Driver<S>) -> S,
+    ) -> Decision<S> {
+        let measured = self.measure(truth);
+        let (valve_command, compensation, status) = match self.realization {
+            Realization::Analog => self.sample_analog(command, next_command, &measured, driven),
             Realization::Digital => self.sample_digital(command, &measured),
         };
-        let (at_stop, beyond_stroke) = self.plant.at_limits(&self.state);
-        let limits = S::flag(at_stop, status::SPOOL_STOP) | S::flag(beyond_stroke, status::STROKE_EXCEEDED);
-        Tick { plant: self.state, force, measured, valve_command, compensation, status: flags | limits }
+        Decision { measured, valve_command, compensation, status }
     }
 
-    /// Carries the plant to the next tick.
+    /// What drives the valve until the next tick.
     #[inline(always)]
-    pub(crate) fn advance(&mut self) {
-        let period = 1.0 / self.sample_rate;
-        let (state, steps) = (self.state, self.steps);
-        self.state = match (self.realization, self.wire) {
-            (Realization::Digital, _) => self.plant.advance_driven(state, &self.held, period, steps),
-            (Realization::Analog, None) => self.plant.advance_driven(state, &self.analog, period, steps),
-            (Realization::Analog, Some(wire)) => {
-                self.plant.advance_driven(state, &self.analog.through(wire), period, steps)
-            }
-        };
+    pub(crate) fn driver(&self) -> Driver<S> {
+        match (self.realization, self.wire) {
+            (Realization::Digital, _) => Driver::Held(self.held),
+            (Realization::Analog, None) => Driver::Analog(self.analog),
+            (Realization::Analog, Some(wire)) => Driver::ThroughCell(self.analog.through(wire)),
+        }
     }
 
     /// What the sensors make of the truth.
@@ -170,7 +157,13 @@ where
         Signals::from_lanes(|i| readings[i].0)
     }
 
-    fn sample_analog(&mut self, command: S, next_command: S, measured: &Signals<S>) -> (S, S, S::Flags) {
+    fn sample_analog(
+        &mut self,
+        command: S,
+        next_command: S,
+        measured: &Signals<S>,
+        driven: impl Fn(&Driver<S>) -> S,
+    ) -> (S, S, S::Flags) {
         let (velocity, force, spool) = measured.rounded::<C>();
         let further_flow = self.feedforward.step(&mut self.feedforward_state, convert(command));
         let computed = self.controller.compensation.step(
@@ -183,11 +176,7 @@ where
         let (compensation, clipped) = self.dac.convert(self.computation.pass(convert(computed.value)));
         let rate = (next_command - command) * S::splat(self.sample_rate);
         self.analog = self.analog.at(command, rate, compensation);
-        let valve_command = match self.wire {
-            None => self.plant.driven_command(&self.state, &self.analog),
-            Some(wire) => self.plant.driven_command(&self.state, &self.analog.through(wire)),
-        };
-        (valve_command, compensation, computed.status | clipped)
+        (driven(&self.driver()), compensation, computed.status | clipped)
     }
 
     fn sample_digital(&mut self, command: S, measured: &Signals<S>) -> (S, S, S::Flags) {

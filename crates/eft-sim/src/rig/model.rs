@@ -1,0 +1,86 @@
+//! What the closed loop asks of a plant, whichever effects it has.
+
+use eft_core::Scalar;
+
+use crate::config::RigConfig;
+use crate::error::Result;
+use crate::rig::drive::Drive;
+use crate::rig::{Num, Plant, PlantState};
+use crate::sensors::Signals;
+
+/// One actuator and its structure, one rig or several side by side.
+pub(crate) trait PlantModel<S: Num>: Sized {
+    /// Everything that the plant remembers.
+    type State: Copy;
+
+    /// The plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
+    fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self>;
+    /// The state at rest.
+    fn at_rest(&self) -> Self::State;
+    /// Valve, pressure and motion.
+    fn core(state: &Self::State) -> &PlantState<S>;
+    /// Force (N) on the structure.
+    fn force(&self, state: &Self::State) -> S;
+    /// What the sensors look at.
+    fn signals(&self, state: &Self::State) -> Signals<S>;
+    /// Where the spool stands at a stop, and where the piston is beyond its stroke.
+    fn at_limits(&self, state: &Self::State) -> (<S as Scalar>::Mask, <S as Scalar>::Mask);
+    /// The valve command (V) that `drive` gives at the start of its interval.
+    fn driven_command(&self, state: &Self::State, drive: &impl Drive<S>) -> S;
+    /// The state a time `period` (s) later, in `steps` steps.
+    fn advance_driven(
+        &self,
+        state: Self::State,
+        drive: &impl Drive<S>,
+        period: f64,
+        steps: u32,
+    ) -> Self::State;
+}
+
+impl<S: Num> PlantModel<S> for Plant<S> {
+    type State = PlantState<S>;
+
+    fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
+        Self::pack(rig)
+    }
+    #[inline(always)]
+    fn at_rest(&self) -> PlantState<S> {
+        PlantState::default()
+    }
+    #[inline(always)]
+    fn core(state: &PlantState<S>) -> &PlantState<S> {
+        state
+    }
+    #[inline(always)]
+    fn force(&self, state: &PlantState<S>) -> S {
+        self.force(state)
+    }
+    #[inline(always)]
+    fn signals(&self, state: &PlantState<S>) -> Signals<S> {
+        Signals {
+            displacement: state.displacement,
+            velocity: state.velocity,
+            force: self.force(state),
+            spool: state.spool,
+            supply_pressure: self.supply_pressure(),
+        }
+    }
+    #[inline(always)]
+    fn at_limits(&self, state: &PlantState<S>) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
+        self.at_limits(state)
+    }
+    #[inline(always)]
+    fn driven_command(&self, state: &PlantState<S>, drive: &impl Drive<S>) -> S {
+        self.driven_command(state, drive)
+    }
+    #[inline(always)]
+    fn advance_driven(
+        &self,
+        state: PlantState<S>,
+        drive: &impl Drive<S>,
+        period: f64,
+        steps: u32,
+    ) -> PlantState<S> {
+        self.advance_driven(state, drive, period, steps)
+    }
+}
