@@ -1,5 +1,6 @@
 //! Figs. 8 and 11 of the paper: sweeps under each compensation scheme, level and delay, against the reference
 //! results of an independent model, which `python/eft/data/paper.toml` holds for every user of them.
+#![allow(clippy::unwrap_used)]
 
 use eft::core::status;
 use eft::sim::excitation::sine_sweep;
