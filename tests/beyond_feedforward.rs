@@ -1,4 +1,5 @@
 //! Flow feedforward: the force follows its command where the paper's scheme lags by its own flow demand.
+#![allow(clippy::unwrap_used)]
 
 use eft::sim::excitation::sine_sweep;
 use eft::sim::metrics::{fft_ratio, nrmse};
