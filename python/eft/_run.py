@@ -140,15 +140,19 @@ class TestRun:
         Returns
         -------
         dict
-            At least ``nrmse`` (rms error over rms command), ``peak_error`` (largest error over the largest
-            command) and ``max_spool``.
+            ``nrmse``: rms error over rms command; ``nrmse_delay_removed`` and ``nrmse_bias_free``: the same
+            without the delay, without the offset; ``peak_error``: largest error over the largest command;
+            ``delay``: by cross-correlation, s, positive when the force lags; ``fei_amplitude``,
+            ``fei_delay`` (s), ``fei_frequency`` (Hz): frequency-domain evaluation index;
+            ``tracking_indicator`` (N²): negative when the force lags; ``max_spool``: largest opening.
+            NaN where there is no answer, such as the delay of a force that stays zero.
 
         Raises
         ------
         ValueError
             If the command is zero throughout, which no error can be related to.
         """
-        answer = _native.metrics(self.command, self.force)
+        answer = _native.metrics(self.command, self.force, self.sample_rate)
         answer["max_spool"] = float(np.abs(self.spool).max())
         return answer
 

@@ -58,15 +58,25 @@ def test_one_sample_at_a_time_or_all_at_once_is_the_same():
         np.testing.assert_array_equal(stepped, all_.process(*columns))
 
 
+@pytest.mark.parametrize("feedforward", [False, True])
 @pytest.mark.parametrize("dtype", ["f32", "f64"])
-def test_the_controller_reproduces_the_simulated_one_bit_for_bit(dtype):
-    rig = RIG.replace({"controller.realization": "digital", "limits.valve_command": 5.0})
+def test_the_controller_reproduces_the_simulated_one_bit_for_bit(dtype, feedforward):
+    rig = RIG.replace(
+        {
+            "controller.realization": "digital",
+            "limits.valve_command": 5.0,
+            "compensation.feedforward": feedforward,
+            "sensors.velocity.noise": 1e-3,
+        }
+    )
     run = eft.simulate(rig, SWEEP, dtype)
     controller = eft.Controller(rig, dtype, sample_rate=SWEEP.sample_rate)
     commands = controller.process(run.command, run.measured_velocity, run.measured_force, run.measured_spool)
     np.testing.assert_array_equal(commands, run.valve_command)
     compensator = eft.Compensator(rig, dtype)
-    signal = compensator.process(run.measured_velocity, run.measured_force, run.measured_spool)
+    signal = compensator.process(
+        run.measured_velocity, run.measured_force, run.measured_spool, run.command if feedforward else None
+    )
     np.testing.assert_array_equal(signal, run.compensation)
 
 
@@ -135,6 +145,8 @@ def test_bad_arguments_are_named():
     with pytest.raises(ValueError, match=r"^supply_pressure = "):
         eft.Compensator(RIG).step(0.0, 0.0, 0.0, supply_pressure=1.8e7)
     assert eft.Compensator(RIG).process([], [], []).shape == (0,)
+    with pytest.raises(ValueError, match=r"^command = None: must be given"):
+        eft.Compensator(RIG.replace({"compensation.feedforward": True})).process([0.0], [0.0], [0.0])
 
 
 NUMBERS = st.floats(allow_nan=True, allow_infinity=True)

@@ -48,13 +48,49 @@ def test_ideal_sensors_report_what_is(run):
         np.testing.assert_array_equal(getattr(run, f"measured_{name}"), getattr(run, name))
 
 
+def test_sensors_report_beside_the_truth():
+    rig = RIG.replace({"sensors.force.noise": 50.0, "sensors.force.bias": 200.0, "sensors.seed": 3})
+    run = eft.simulate(rig, SHORT)
+    error = run.measured_force - run.force
+    assert error.mean() == pytest.approx(200.0, abs=5 * 50.0 / np.sqrt(len(run)))
+    assert error.std() == pytest.approx(50.0, rel=0.05)
+    np.testing.assert_array_equal(run.measured_spool, run.spool)
+    other = eft.simulate(rig.replace({"sensors.seed": 4}), SHORT)
+    assert not np.array_equal(other.measured_force, run.measured_force)
+
+
 def test_metrics_are_what_their_formulas_say(run):
     error = run.force - run.command
     metrics = run.metrics()
     assert metrics["nrmse"] == pytest.approx(np.sqrt((error**2).sum() / (run.command**2).sum()), rel=1e-12)
     assert metrics["peak_error"] == pytest.approx(np.abs(error).max() / np.abs(run.command).max(), rel=1e-12)
     assert metrics["max_spool"] == np.abs(run.spool).max()
-    assert all(isinstance(value, float) for value in metrics.values())
+    assert all(isinstance(value, float) and np.isfinite(value) for value in metrics.values())
+    spectrum, wanted = np.fft.rfft(run.force), np.fft.rfft(run.command)
+    power = np.abs(wanted) ** 2
+    index = (spectrum * wanted.conj()).sum() / power.sum()
+    frequency = (power * np.fft.rfftfreq(len(run), 1 / 1024.0)).sum() / power.sum()
+    assert metrics["fei_amplitude"] == pytest.approx(abs(index), rel=1e-3)
+    assert metrics["fei_delay"] == pytest.approx(-np.angle(index) / (2 * np.pi * frequency), rel=1e-2)
+
+
+def test_the_delay_is_signed_and_finer_than_a_sample(run):
+    # Against itself the force has none; shifted by three samples it has those.
+    from eft import _native
+
+    assert _native.metrics(run.force, run.force, 1024.0)["delay"] == pytest.approx(0.0, abs=1e-9)
+    later = _native.metrics(run.force[3:], run.force[:-3], 1024.0)["delay"]
+    earlier = _native.metrics(run.force[:-3], run.force[3:], 1024.0)["delay"]
+    assert later == pytest.approx(3 / 1024.0, rel=0.05)
+    assert earlier == pytest.approx(-3 / 1024.0, rel=0.05)
+
+
+def test_what_has_no_answer_is_nan_under_its_key():
+    from eft import _native
+
+    silent = _native.metrics([1.0, -2.0, 1.0], [0.0, 0.0, 0.0], 10.0)
+    assert np.isnan(silent["delay"]) and silent["nrmse"] == 1.0
+    assert silent.keys() == _native.metrics([1.0, -2.0, 1.0], [1.0, -1.0, 0.0], 10.0).keys()
 
 
 def test_the_ratio_is_that_of_the_spectra(run):

@@ -1,6 +1,6 @@
 //! `eft.Compensator` and `eft.Controller`: the core's own steps.
 
-use eft_core::{Compensation, CompensationState, ControllerState};
+use eft_core::{Compensation, CompensationState, ControllerState, Feedforward, FeedforwardState};
 use eft_sim::closed_loop::{Precision, RigController};
 use eft_sim::rig::TABLE_CAPACITY;
 use numpy::PyArray1;
@@ -20,6 +20,13 @@ struct Sample {
     spool: f64,
 }
 
+impl Sample {
+    /// In the precision of the controller: command, velocity, force, spool.
+    fn rounded<P: Precision>(&self) -> [P; 4] {
+        [self.command, self.velocity, self.force, self.spool].map(P::from_f64)
+    }
+}
+
 /// A step of the core in either precision: value in V and flags.
 trait Tick: Send + Sync {
     fn step(&mut self, sample: Sample) -> (f64, u32);
@@ -28,15 +35,40 @@ trait Tick: Send + Sync {
     fn reset(&mut self);
 }
 
+/// The flow that the command itself needs (none where the rig has the feedforward off).
+struct Forward<P> {
+    core: Feedforward<P>,
+    state: FeedforwardState<P>,
+}
+
+impl<P: Precision> Forward<P> {
+    fn new(rig: &Rig, rate: f64) -> PyResult<Self> {
+        let core = P::feedforward(&rig.config, rate).map_err(to_python)?;
+        Ok(Self { core, state: FeedforwardState::default() })
+    }
+
+    fn flow(&mut self, command: P) -> P {
+        self.core.step(&mut self.state, command)
+    }
+
+    /// At rest at this command; the flow it needs there.
+    fn rest(&mut self, command: P) -> P {
+        self.state = self.core.at_rest(command);
+        self.flow(command)
+    }
+}
+
 struct Compensating<P: Precision> {
     core: Compensation<P, TABLE_CAPACITY>,
     state: CompensationState<P>,
+    forward: Forward<P>,
 }
 
 impl<P: Precision<Flags = u32> + Send + Sync> Tick for Compensating<P> {
     fn step(&mut self, s: Sample) -> (f64, u32) {
-        let [velocity, force, spool] = [s.velocity, s.force, s.spool].map(P::from_f64);
-        let output = self.core.step(&mut self.state, velocity, force, spool, P::splat(0.0));
+        let [command, velocity, force, spool] = s.rounded();
+        let flow = self.forward.flow(command);
+        let output = self.core.step(&mut self.state, velocity, force, spool, flow);
         (output.value.to_f64(), output.status)
     }
 
@@ -46,24 +78,28 @@ impl<P: Precision<Flags = u32> + Send + Sync> Tick for Compensating<P> {
     }
 
     fn prime(&mut self, s: Sample) {
-        let [velocity, force, spool] = [s.velocity, s.force, s.spool].map(P::from_f64);
-        self.state = self.core.prime(velocity, force, spool, P::splat(0.0));
+        let [command, velocity, force, spool] = s.rounded();
+        let flow = self.forward.rest(command);
+        self.state = self.core.prime(velocity, force, spool, flow);
     }
 
     fn reset(&mut self) {
         self.state = CompensationState::default();
+        self.forward.state = FeedforwardState::default();
     }
 }
 
 struct Controlling<P: Precision> {
     core: RigController<P>,
     state: ControllerState<P>,
+    forward: Forward<P>,
 }
 
 impl<P: Precision<Flags = u32> + Send + Sync> Tick for Controlling<P> {
     fn step(&mut self, s: Sample) -> (f64, u32) {
-        let [command, velocity, force, spool] = [s.command, s.velocity, s.force, s.spool].map(P::from_f64);
-        let output = self.core.step(&mut self.state, command, velocity, force, spool);
+        let [command, velocity, force, spool] = s.rounded();
+        let flow = self.forward.flow(command);
+        let output = self.core.step_via(&mut self.state, command, velocity, force, spool, flow, |v_c| v_c);
         (output.valve_command.to_f64(), output.status)
     }
 
@@ -73,12 +109,14 @@ impl<P: Precision<Flags = u32> + Send + Sync> Tick for Controlling<P> {
     }
 
     fn prime(&mut self, s: Sample) {
-        let [command, velocity, force, spool] = [s.command, s.velocity, s.force, s.spool].map(P::from_f64);
+        let [command, velocity, force, spool] = s.rounded();
+        self.forward.rest(command);
         self.state = self.core.prime(command, velocity, force, spool);
     }
 
     fn reset(&mut self) {
         self.state = ControllerState::default();
+        self.forward.state = FeedforwardState::default();
     }
 }
 
@@ -94,7 +132,9 @@ impl Channel {
         rate: f64,
     ) -> PyResult<Self> {
         let core = P::controller(&rig.config, rate).map_err(to_python)?.compensation;
-        Ok(Self { tick: Box::new(Compensating { core, state: CompensationState::default() }), status: 0 })
+        let forward = Forward::<P>::new(rig, rate)?;
+        let tick = Compensating { core, state: CompensationState::default(), forward };
+        Ok(Self { tick: Box::new(tick), status: 0 })
     }
 
     fn controlling<P: Precision<Flags = u32> + Send + Sync + 'static>(
@@ -102,7 +142,9 @@ impl Channel {
         rate: f64,
     ) -> PyResult<Self> {
         let core = P::controller(&rig.config, rate).map_err(to_python)?;
-        Ok(Self { tick: Box::new(Controlling { core, state: ControllerState::default() }), status: 0 })
+        let forward = Forward::<P>::new(rig, rate)?;
+        let tick = Controlling { core, state: ControllerState::default(), forward };
+        Ok(Self { tick: Box::new(tick), status: 0 })
     }
 
     fn keep(&mut self, (value, status): (f64, u32)) -> f64 {
@@ -175,6 +217,7 @@ fn nothing_measured(supply_pressure: Option<f64>) -> PyResult<()> {
 #[pyclass(module = "eft")]
 pub(crate) struct Compensator {
     channel: Channel,
+    feedforward: bool,
 }
 
 #[pymethods]
@@ -187,7 +230,7 @@ impl Compensator {
             Dtype::F32 => Channel::compensating::<f32>(rig, rate)?,
             Dtype::F64 => Channel::compensating::<f64>(rig, rate)?,
         };
-        Ok(Self { channel })
+        Ok(Self { channel, feedforward: rig.config.compensation.feedforward })
     }
 
     /// Take one sample and return the compensation signal in V.
@@ -203,7 +246,7 @@ impl Compensator {
     /// spool : float
     ///     Measured spool opening.
     /// command : float
-    ///     Force command, N.
+    ///     Force command, N; only the flow feedforward looks at it.
     /// supply_pressure : float, optional
     ///     Measured supply pressure, Pa.
     #[pyo3(signature = (velocity, force, spool, command=0.0, supply_pressure=None))]
@@ -230,6 +273,9 @@ impl Compensator {
         spool: &Bound<'py, PyAny>,
         command: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        if self.feedforward && command.is_none() {
+            return Err(refuse("command", "None", "must be given: `compensation.feedforward` is on"));
+        }
         let given = [("velocity", Some(velocity)), ("force", Some(force)), ("spool", Some(spool))];
         self.channel.process(py, [("command", command), given[0], given[1], given[2]])
     }

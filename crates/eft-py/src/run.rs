@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use eft_core::status;
-use eft_sim::{Error, SimulateOptions, TestRun, metrics as judge};
+use eft_sim::metrics::{self as judge, Metrics};
+use eft_sim::{SimulateOptions, TestRun};
 use numpy::{Element, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -103,24 +104,24 @@ fn traces(py: Python<'_>, run: TestRun) -> PyResult<Bound<'_, PyDict>> {
     Ok(traces)
 }
 
-/// The metrics of a force against its command, by name.
+/// The metrics of a force against its command, by name; NaN where a metric has no answer.
 #[pyfunction]
 pub(crate) fn metrics<'py>(
     py: Python<'py>,
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
+    sample_rate: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
-    let values = py
-        .detach(|| -> Result<_, Error> {
-            Ok([
-                ("nrmse", judge::nrmse(&command, &force)?),
-                ("peak_error", judge::peak_error(&command, &force)?),
-            ])
-        })
-        .map_err(to_python)?;
+    let judged = py.detach(|| Metrics::new(&command, &force, sample_rate)).map_err(to_python)?;
     let answer = PyDict::new(py);
-    for (name, value) in values {
+    // Every key every time, so that the rows of a study have the same columns.
+    let open =
+        ["nrmse_delay_removed", "nrmse_bias_free", "delay", "fei_amplitude", "fei_delay", "fei_frequency"];
+    for name in open {
+        answer.set_item(name, f64::NAN)?;
+    }
+    for (name, value, _) in judged.iter() {
         answer.set_item(name, value)?;
     }
     Ok(answer)
