@@ -13,6 +13,12 @@ pub const MAX_FILE_SIZE: u64 = 256 << 20;
 /// Relative difference beyond which a given step contradicts the file's own.
 const STEP_TOLERANCE: f64 = 1e-6;
 
+/// The longest name that is taken from a file, in characters; headers without line ends exist.
+const NAME_LENGTH: usize = 120;
+
+/// As many channels are listed where one must be chosen.
+const SHOWN_CHANNELS: usize = 12;
+
 /// What the caller knows beyond the file.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ReadOptions {
@@ -78,7 +84,11 @@ fn record(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<Record, Fa
         return Err(Fault::new("is empty"));
     }
     let suffix = path.extension().map(|suffix| suffix.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let draft = chosen_channel(recognise(&lines, &suffix)?, options.channel)?;
+    let mut channels = recognise(&lines, &suffix)?;
+    for name in channels.iter_mut().filter_map(|draft| draft.name.as_mut()) {
+        *name = name.chars().take(NAME_LENGTH).collect();
+    }
+    let draft = chosen_channel(channels, options.channel)?;
     let dt = agreed_dt(draft.dt, options.dt)?;
     let factor = agreed_unit(draft.unit, options.unit, &suffix)?.in_metres_per_second_squared();
     let acceleration = draft.values.iter().map(|value| value * factor).collect();
@@ -116,7 +126,10 @@ fn chosen_channel(mut channels: Vec<Draft>, choice: Option<usize>) -> Result<Dra
             let name = |(i, draft): (usize, &Draft)| {
                 format!("{} ({})", i + 1, draft.name.as_deref().unwrap_or("without a name"))
             };
-            let names: Vec<String> = channels.iter().enumerate().map(name).collect();
+            let mut names: Vec<String> = channels.iter().enumerate().take(SHOWN_CHANNELS).map(name).collect();
+            if count > names.len() {
+                names.push(format!("… {count}"));
+            }
             let wrong = choice.map(|c| format!("channel = {c}: ")).unwrap_or_default();
             Err(Fault::new(format!("{wrong}choose one of the channels {}", names.join(", "))))
         }
