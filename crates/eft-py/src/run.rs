@@ -116,13 +116,8 @@ pub(crate) fn metrics<'py>(
     let judged = py.detach(|| Metrics::new(&command, &force, sample_rate)).map_err(to_python)?;
     let answer = PyDict::new(py);
     // Every key every time, so that the rows of a study have the same columns.
-    let open =
-        ["nrmse_delay_removed", "nrmse_bias_free", "delay", "fei_amplitude", "fei_delay", "fei_frequency"];
-    for name in open {
-        answer.set_item(name, f64::NAN)?;
-    }
-    for (name, value, _) in judged.iter() {
-        answer.set_item(name, value)?;
+    for (name, value, _) in judged.all() {
+        answer.set_item(name, value.unwrap_or(f64::NAN))?;
     }
     Ok(answer)
 }

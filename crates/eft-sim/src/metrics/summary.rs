@@ -61,7 +61,12 @@ impl Metrics {
 
     /// Name, value and unit of each metric that has a value; the unit of a ratio is empty.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64, &'static str)> {
-        let all = [
+        self.all().into_iter().filter_map(|(name, value, unit)| Some((name, value?, unit)))
+    }
+
+    /// Name, value and unit of every metric, the same names for every test; the unit of a ratio is empty.
+    pub fn all(&self) -> [(&'static str, Option<f64>, &'static str); 9] {
+        [
             ("nrmse", Some(self.nrmse), ""),
             ("nrmse_delay_removed", self.nrmse_delay_removed, ""),
             ("nrmse_bias_free", self.nrmse_bias_free, ""),
@@ -71,8 +76,7 @@ impl Metrics {
             ("fei_delay", self.fei_delay, "s"),
             ("fei_frequency", self.fei_frequency, "Hz"),
             ("tracking_indicator", Some(self.tracking_indicator), "N²"),
-        ];
-        all.into_iter().filter_map(|(name, value, unit)| Some((name, value?, unit)))
+        ]
     }
 }
 
