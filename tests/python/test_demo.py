@@ -44,6 +44,15 @@ def test_a_record_that_is_not_there_costs_one_line_and_no_run(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+def test_an_output_that_cannot_be_is_said_before_anything_runs(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    code = main(["--output", str(tmp_path / "file" / "out")])
+    said = capsys.readouterr()
+    assert code == 2
+    assert said.out == ""
+    assert "file" in said.err and said.err.count("\n") == 1
+
+
 @pytest.mark.parametrize("scale", ["0", "nan", "inf", "fast"])
 def test_a_scale_that_means_nothing_is_refused(scale, capsys):
     with pytest.raises(SystemExit) as stop:

@@ -55,8 +55,9 @@ def _scale(text: str) -> float:
 def _run(options: argparse.Namespace) -> int:
     start = time.perf_counter()
     console = Console(width=None if sys.stdout.isatty() else 150)
-    # The record first: a wrong file must not cost the user the sweeps.
+    # The files first: a wrong one must not cost the user the tests.
     test = experiments.EarthquakeTest(options.record, options.scale)
+    options.output.mkdir(parents=True, exist_ok=True)
     cases = [case for case in paper.load().cases if "8" in case.figures or not options.short]
 
     results, runs = [], {}

@@ -40,7 +40,6 @@ class Section:
 
 def write(folder: Path, verdict: str, sections: Sequence[Section], configuration: str) -> Path:
     """Write figures, ``report.md`` and ``report.html`` into `folder`; returns the HTML file."""
-    folder.mkdir(parents=True, exist_ok=True)
     for section in sections:
         for shown in section.figures:
             shown.save(folder)
