@@ -4,7 +4,7 @@ use crate::closed_loop::simulate::SimulateOptions;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::excitation::Command;
-use crate::rig::Structure;
+use crate::rig::{Specimen, Vector, longest_step, runge_kutta};
 
 /// Motion of the structure alone, one value per command sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,37 +27,61 @@ pub fn ideal_response(
 ) -> Result<IdealResponse> {
     rig.validate()?;
     command.validate()?;
-    let structure = Structure::<f64>::pack(|_| rig);
-    let steps = options.steps(command.sample_rate)?;
+    let specimen = Specimen::<f64>::pack(|_| rig);
+    let steps = options.steps(command.sample_rate)?.max(needed_steps(rig, command.sample_rate)?);
     let step = 1.0 / (command.sample_rate * f64::from(steps));
-    let (mut x, mut v) = (0.0, 0.0);
+    let mut motion = Motion::default();
     let mut ideal = IdealResponse {
         displacement: Vec::with_capacity(command.values.len()),
         velocity: Vec::with_capacity(command.values.len()),
     };
     for (i, &now) in command.values.iter().enumerate() {
-        ideal.displacement.push(x);
-        ideal.velocity.push(v);
-        let next = command.values.get(i + 1).copied().unwrap_or(now);
+        ideal.displacement.push(motion.displacement);
+        ideal.velocity.push(motion.velocity);
+        let rate = (command.values.get(i + 1).copied().unwrap_or(now) - now) * command.sample_rate;
         for n in 0..steps {
-            let force = |part: f64| now + (next - now) * (f64::from(n) + part) / f64::from(steps);
-            let a1 = structure.acceleration(force(0.0), x, v);
-            let v2 = v + step / 2.0 * a1;
-            let a2 = structure.acceleration(force(0.5), x + step / 2.0 * v, v2);
-            let v3 = v + step / 2.0 * a2;
-            let a3 = structure.acceleration(force(0.5), x + step / 2.0 * v2, v3);
-            let v4 = v + step * a3;
-            let a4 = structure.acceleration(force(1.0), x + step * v3, v4);
-            x += step / 6.0 * (v + 2.0 * (v2 + v3) + v4);
-            v += step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4);
+            motion = runge_kutta(motion, f64::from(n) * step, step, |at, time| Motion {
+                displacement: at.velocity,
+                velocity: specimen.acceleration(
+                    now + rate * time,
+                    at.displacement,
+                    at.velocity,
+                    at.hysteresis,
+                ),
+                hysteresis: specimen.hysteresis_rate(at.velocity, at.hysteresis),
+            });
         }
-        if !(x.is_finite() && v.is_finite()) {
+        if !(motion.displacement.is_finite() && motion.velocity.is_finite()) {
             let allowed =
                 format!("must be short enough for the structure: its motion has no end at sample {i}");
             return Err(Error::value("largest_step", step, allowed));
         }
     }
     Ok(ideal)
+}
+
+/// Steps per tick without which the structure's own parts would not be followed.
+fn needed_steps(rig: &RigConfig, sample_rate: f64) -> Result<u32> {
+    let largest_step = longest_step(rig).min(1.0 / sample_rate);
+    SimulateOptions { largest_step }.steps(sample_rate)
+}
+
+/// The structure's state.
+#[derive(Debug, Clone, Copy, Default)]
+struct Motion {
+    displacement: f64,
+    velocity: f64,
+    hysteresis: f64,
+}
+
+impl Vector<f64> for Motion {
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            displacement: f(self.displacement, other.displacement),
+            velocity: f(self.velocity, other.velocity),
+            hysteresis: f(self.hysteresis, other.hysteresis),
+        }
+    }
 }
 
 #[cfg(test)]

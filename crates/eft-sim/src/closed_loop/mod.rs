@@ -11,5 +11,5 @@ mod test_run;
 
 pub use controller::{Precision, RigController, compensation_parameters};
 pub use ideal::{IdealResponse, ideal_response};
-pub use simulate::{DEFAULT_STEP, SimulateOptions, simulate};
+pub use simulate::{DEFAULT_STEP, SimulateOptions, energy_balance, simulate};
 pub use test_run::TestRun;

@@ -8,7 +8,7 @@ use crate::closed_loop::test_run::TestRun;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::excitation::Command;
-use crate::rig::Plant;
+use crate::rig::{DetailedPlant, EnergyBalance, Plant, PlantModel, longest_step, needs_detail};
 
 /// The largest integration step by default (s): with it the force is within 1e-4 of its peak of the converged
 /// answer for the paper's tests, at any sample rate.
@@ -62,14 +62,46 @@ pub fn simulate<P: Precision>(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-    mut go_on: impl FnMut(usize, usize) -> bool,
+    go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     rig.validate()?;
     command.validate()?;
+    if needs_detail(rig) {
+        let (mut run, test) = run_through::<P, DetailedPlant<f64>>(rig, command, options, go_on)?;
+        run.energy = Some(test.balance());
+        Ok(run)
+    } else {
+        Ok(run_through::<P, Plant<f64>>(rig, command, options, go_on)?.0)
+    }
+}
+
+/// As [`simulate`], with the books of the energy: a rig without effects is run with them at nothing.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn energy_balance(
+    rig: &RigConfig,
+    command: &Command,
+    options: &SimulateOptions,
+) -> Result<EnergyBalance> {
+    rig.validate()?;
+    command.validate()?;
+    let (_, test) = run_through::<f64, DetailedPlant<f64>>(rig, command, options, |_, _| true)?;
+    Ok(test.balance())
+}
+
+fn run_through<P: Precision, M: PlantModel<f64>>(
+    rig: &RigConfig,
+    command: &Command,
+    options: &SimulateOptions,
+    mut go_on: impl FnMut(usize, usize) -> bool,
+) -> Result<(TestRun, ClosedLoop<f64, P, M>)> {
     let values = &command.values;
     let total = values.len();
-    let steps = options.steps(command.sample_rate)?;
-    let mut test = ClosedLoop::<f64, P, Plant<f64>>::new(|_| rig, command.sample_rate, steps)?;
+    let asked = options.steps(command.sample_rate)?;
+    let needed = SimulateOptions { largest_step: longest_step(rig).min(options.largest_step) };
+    let steps = needed.steps(command.sample_rate)?.max(asked);
+    let mut test = ClosedLoop::<f64, P, M>::new(|_| rig, command.sample_rate, steps)?;
     let mut run = TestRun::with_capacity(rig, command.sample_rate, total);
     for (i, &now) in values.iter().enumerate() {
         if i % CHUNK == 0 && !go_on(i, total) {
@@ -87,5 +119,5 @@ pub fn simulate<P: Precision>(
         test.advance();
     }
     go_on(total, total);
-    Ok(run)
+    Ok((run, test))
 }

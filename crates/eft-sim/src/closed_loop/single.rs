@@ -6,7 +6,7 @@ use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{Decision, DigitalSide};
 use crate::config::RigConfig;
 use crate::error::Result;
-use crate::rig::{Driver, Num, PlantModel, PlantState};
+use crate::rig::{DetailedPlant, Driver, EnergyBalance, Num, PlantModel, PlantState};
 
 /// What is true, and what the digital side made of it, at one tick, before the tick's output acts.
 #[derive(Debug, Clone, Copy)]
@@ -78,5 +78,12 @@ where
             Driver::Analog(analog) => plant.advance_driven(state, &analog, period, steps),
             Driver::ThroughCell(analog) => plant.advance_driven(state, &analog, period, steps),
         };
+    }
+}
+
+impl<C: Scalar<Flags = u32>> ClosedLoop<f64, C, DetailedPlant<f64>> {
+    /// Where the energy went so far.
+    pub(crate) fn balance(&self) -> EnergyBalance {
+        self.plant.balance(&self.plant.at_rest(), &self.state, 0)
     }
 }

@@ -4,7 +4,7 @@ use eft_core::Flags;
 
 use crate::closed_loop::single::Tick;
 use crate::config::RigConfig;
-use crate::rig::Num;
+use crate::rig::{EnergyBalance, Num};
 
 /// The traces of one test. Value `i` is the plant's true value at time `i / sample_rate`, before that tick's
 /// output acts.
@@ -36,6 +36,8 @@ pub struct TestRun {
     pub flow_gain_estimate: Vec<f64>,
     /// Bits of [`eft_core::status`].
     pub status: Vec<u32>,
+    /// Where the energy went, with a rig that has effects beyond the paper's model.
+    pub energy: Option<EnergyBalance>,
     /// What the sensors reported; none where each is ideal.
     measured: Option<Measured>,
 }
@@ -67,6 +69,7 @@ impl TestRun {
             compensation: channel(),
             flow_gain_estimate: channel(),
             status: Vec::with_capacity(ticks),
+            energy: None,
             measured: (!crate::sensors::are_ideal(rig)).then(|| Measured {
                 force: channel(),
                 displacement: channel(),

@@ -13,6 +13,18 @@ const BESIDE: &[(&str, &str)] = &[
     ("sensors.displacement.bits", "sensors.displacement.range"),
     ("sensors.spool.bits", "sensors.spool.range"),
     ("sensors.supply_pressure.bits", "sensors.supply_pressure.range"),
+    ("supply.droop", "supply.accumulator"),
+    ("supply.accumulator", "supply.droop"),
+    ("supply.pump_flow", "supply.droop"),
+    ("supply.schedule.times", "supply.schedule.pressures"),
+    ("supply.schedule.pressures", "supply.schedule.times"),
+    ("structure.power_damper.coefficient", "structure.power_damper.exponent"),
+    ("structure.power_damper.exponent", "structure.power_damper.coefficient"),
+    ("structure.bouc_wen.yield_displacement", "structure.bouc_wen.post_yield_ratio"),
+    ("structure.bouc_wen.post_yield_ratio", "structure.bouc_wen.exponent"),
+    ("structure.bouc_wen.exponent", "structure.bouc_wen.shape"),
+    ("structure.bouc_wen.shape", "structure.bouc_wen.yield_displacement"),
+    ("sensors.cell_mass", "sensors.force.bandwidth"),
     ("sensors.fault.signal", "sensors.fault.kind"),
     ("sensors.fault.kind", "sensors.fault.start"),
     ("sensors.fault.start", "sensors.fault.signal"),
@@ -50,6 +62,7 @@ pub(super) fn complete(given: Table) -> Result<Table> {
     }
     together(&whole)?;
     flow_table(&whole)?;
+    supply_schedule(&whole)?;
     Ok(whole)
 }
 
@@ -100,11 +113,7 @@ fn together(whole: &Table) -> Result<()> {
 fn flow_table(whole: &Table) -> Result<()> {
     const OPENINGS: &str = "servovalve.flow_table.openings";
     const FLOWS: &str = "servovalve.flow_table.flows";
-    let list = |key| -> Vec<f64> {
-        let items = tree::get(whole, key).and_then(Value::as_array);
-        items.map(|items| items.iter().filter_map(Value::as_float).collect()).unwrap_or_default()
-    };
-    let (openings, flows) = (list(OPENINGS), list(FLOWS));
+    let (openings, flows) = (list(whole, OPENINGS), list(whole, FLOWS));
     if openings.len() != flows.len() {
         let allowed = format!("must have as many values as `{OPENINGS}`, which has {}", openings.len());
         return Err(Error::value(FLOWS, format!("{} values", flows.len()), allowed));
@@ -143,6 +152,37 @@ fn flow_table(whole: &Table) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// The supply's schedule: as many pressures as times, the times strictly increasing, the pressures none negative.
+fn supply_schedule(whole: &Table) -> Result<()> {
+    const TIMES: &str = "supply.schedule.times";
+    const PRESSURES: &str = "supply.schedule.pressures";
+    let (times, pressures) = (list(whole, TIMES), list(whole, PRESSURES));
+    if times.len() != pressures.len() {
+        let allowed = format!("must have as many values as `{TIMES}`, which has {}", times.len());
+        return Err(Error::value(PRESSURES, format!("{} values", pressures.len()), allowed));
+    }
+    for (index, (before, time)) in times.iter().zip(times.iter().skip(1)).enumerate() {
+        if time <= before {
+            let allowed = format!("must increase strictly: [{index}] is {}", Short(*before));
+            return Err(Error::value(&format!("{TIMES}[{}]", index + 1), Short(*time), allowed));
+        }
+    }
+    match pressures.iter().enumerate().find(|(_, pressure)| !(0.0..=1e9).contains(*pressure)) {
+        None => Ok(()),
+        Some((index, pressure)) => Err(Error::value(
+            &format!("{PRESSURES}[{index}]"),
+            Short(*pressure),
+            "must be a number between 0 and 1e9 Pa",
+        )),
+    }
+}
+
+/// The numbers of a list, none where it is absent.
+fn list(whole: &Table, key: &str) -> Vec<f64> {
+    let items = tree::get(whole, key).and_then(Value::as_array);
+    items.map(|items| items.iter().filter_map(Value::as_float).collect()).unwrap_or_default()
 }
 
 fn number(value: &Value) -> Option<f64> {

@@ -21,6 +21,7 @@ const fn int(value: i64) -> Need {
 
 const OFF: Need = Need::Default(Preset::Bool(false));
 const BILINEAR: Need = When("structure.kind", "bilinear");
+const BOUC_WEN: Need = When("structure.kind", "bouc_wen");
 
 /// Every key of the configuration.
 #[rustfmt::skip]
@@ -31,8 +32,18 @@ pub static KEYS: &[Key] = &[
     key("actuator.compressibility", "m³/Pa", Float(1e-20, 1.0), Required, "oil compressibility of the chambers K_a, Eq. (7)"),
     key("actuator.leakage", "m³/(s·Pa)", Float(0.0, 1e-3), Required, "cross-piston leakage C_l, Eq. (7)"),
     key("actuator.stroke", "m", Float(1e-4, 1e2), Required, "stroke to either side of the middle"),
+    key("actuator.dead_length", "m", Float(1e-4, 1e3), Optional, "what is left of a chamber at the end of the stroke, volume over area; constant volumes where absent"),
+    key("actuator.friction", "N", Float(0.0, 1e9), float(0.0), "Coulomb friction of the seals"),
+    key("actuator.friction_velocity", "m/s", Float(1e-6, 1.0), float(1e-3), "velocity below which the friction falls to zero"),
+    key("actuator.stop_stiffness", "N/m", Float(1.0, 1e15), Optional, "stiffness of the stops at the ends of the stroke; no stops where absent"),
+    key("actuator.stop_damping", "s/m", Float(0.0, 1e3), float(0.0), "damping of the stops relative to their elastic force"),
 
     key("supply.pressure", "Pa", Float(1e3, 1e9), Required, "supply pressure P_s at which the flow curve was measured"),
+    key("supply.droop", "Pa·s/m³", Float(1e-3, 1e18), Optional, "fall of the pressure with the pump's flow; a pressure without droop where absent"),
+    key("supply.accumulator", "m³/Pa", Float(1e-18, 1.0), Optional, "capacity of the accumulator, gas volume over exponent times pressure"),
+    key("supply.pump_flow", "m³/s", Float(0.0, 1e3), Optional, "largest flow of the pump"),
+    key("supply.schedule.times", "s", Floats(1, 64), Optional, "times at which the set pressure is given, straight between them"),
+    key("supply.schedule.pressures", "Pa", Floats(1, 64), Optional, "set pressures at those times"),
 
     key("servovalve.pilot_time_constant", "s", Float(1e-6, 1.0), Required, "time constant of the pilot stage τ, Eq. (2)"),
     key("servovalve.pilot_flow_gain", "m³/(s·V)", Float(1e-12, 1.0), Required, "flow gain of the pilot stage K_vp, Eq. (2)"),
@@ -42,6 +53,11 @@ pub static KEYS: &[Key] = &[
     key("servovalve.flow_gain_scale", "", Float(1e-2, 1e2), float(1.0), "true flow over the flow that the controller's curve gives"),
     key("servovalve.flow_table.openings", "", Floats(2, 64), Required, "spool openings of the flow curve, Table 2"),
     key("servovalve.flow_table.flows", "m³/s", Floats(2, 64), Required, "no-load flows at those openings, Table 2"),
+    key("servovalve.pilot_flow_limit", "m³/s", Float(1e-12, 1e3), Optional, "largest flow of the pilot stage"),
+    key("servovalve.overlap", "", Float(0.0, 0.5), float(0.0), "overlap of the spool's lands, an opening that passes nothing"),
+    key("servovalve.leakage.proportional", "m³/(s·Pa)", Float(0.0, 1e-3), float(0.0), "leakage of the main stage proportional to the load pressure, Eq. (5)"),
+    key("servovalve.leakage.constant", "m³/s", Float(0.0, 1.0), float(0.0), "constant leakage of the main stage at `supply.pressure`, Eq. (5)"),
+    key("servovalve.leakage.null_region", "", Float(1e-6, 1.0), float(0.003), "opening within which the constant leakage changes its sign"),
 
     key("controller.force_sensitivity", "V/N", Float(1e-12, 1e3), Required, "force sensitivity C_F, Eq. (1)"),
     key("controller.proportional_gain", "", Float(1e-6, 1e6), Required, "proportional gain G_p, Eq. (1)"),
@@ -60,14 +76,21 @@ pub static KEYS: &[Key] = &[
     key("compensation.feedforward", "", Bool, OFF, "demand the command's own flow as well"),
     key("compensation.adaptive", "", Bool, OFF, "estimate flow gain and valve during the test"),
 
-    key("structure.kind", "", Choice(&["linear", "bilinear"]), Required, "kind of structure; parts it does not use are ignored"),
+    key("structure.kind", "", Choice(&["linear", "bilinear", "bouc_wen"]), Required, "kind of structure; parts it does not use are ignored"),
     key("structure.mass", "kg", Float(1e-3, 1e12), Required, "mass m"),
     key("structure.damping", "N·s/m", Float(0.0, 1e12), Required, "viscous damping c"),
     key("structure.stiffness", "N/m", Float(0.0, 1e15), Required, "stiffness k"),
     key("structure.softening.displacement", "m", Float(1e-6, 1e3), BILINEAR, "displacement beyond which the spring softens, Fig. 7"),
     key("structure.softening.stiffness", "N/m", Float(0.0, 1e15), BILINEAR, "stiffness beyond that displacement, Fig. 7"),
+    key("structure.bouc_wen.yield_displacement", "m", Float(1e-6, 1e3), BOUC_WEN, "yield displacement of the hysteretic spring"),
+    key("structure.bouc_wen.post_yield_ratio", "", Float(0.0, 1.0), BOUC_WEN, "stiffness after yielding over the stiffness before"),
+    key("structure.bouc_wen.exponent", "", Float(1.0, 100.0), BOUC_WEN, "sharpness of the yield point n"),
+    key("structure.bouc_wen.shape", "", Float(0.0, 1.0), BOUC_WEN, "shape of the loop β, with γ = 1 − β"),
+    key("structure.power_damper.coefficient", "N", Float(0.0, 1e12), Optional, "power-law damper: force at 1 m/s"),
+    key("structure.power_damper.exponent", "", Float(0.05, 3.0), Optional, "power-law damper: exponent of the velocity"),
 
     key("sensors.seed", "", Int(0, i64::MAX), int(0), "seed of all noise"),
+    key("sensors.cell_mass", "kg", Float(0.0, 1e9), Optional, "mass between load cell and piston, part of the structure's"),
     key("sensors.force.noise", "N", Float(0.0, 1e9), float(0.0), "load cell: standard deviation of the noise per sample"),
     key("sensors.force.bandwidth", "Hz", Float(1e-3, 1e6), Optional, "load cell: first-order bandwidth"),
     key("sensors.force.bits", "bits", Int(1, 32), Optional, "load cell: resolution over the range"),

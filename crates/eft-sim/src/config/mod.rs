@@ -15,8 +15,9 @@ mod zhao2005;
 pub use keys::KEYS;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
-    Actuator, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode, Realization,
-    Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening, Structure, StructureKind, Supply,
+    Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode,
+    PowerDamper, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening, Structure,
+    StructureKind, Supply, SupplySchedule, ValveLeakage,
 };
 
 use std::path::Path;

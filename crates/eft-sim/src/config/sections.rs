@@ -14,6 +14,17 @@ pub struct Actuator {
     pub leakage: f64,
     /// Stroke to either side of the middle, m.
     pub stroke: f64,
+    /// What is left of a chamber at the end of the stroke, its volume over the piston area, m; constant volumes
+    /// where absent.
+    pub dead_length: Option<f64>,
+    /// Coulomb friction of the seals, N.
+    pub friction: f64,
+    /// Velocity below which the friction falls to zero, m/s.
+    pub friction_velocity: f64,
+    /// Stiffness of the stops at the ends of the stroke, N/m; no stops where absent.
+    pub stop_stiffness: Option<f64>,
+    /// Damping of the stops relative to their elastic force, s/m.
+    pub stop_damping: f64,
 }
 
 /// `[supply]`.
@@ -22,6 +33,24 @@ pub struct Actuator {
 pub struct Supply {
     /// Supply pressure P_s at which the flow curve was measured, Pa.
     pub pressure: f64,
+    /// Fall of the pressure with the pump's flow, Pa·s/m³.
+    pub droop: Option<f64>,
+    /// Capacity of the accumulator, m³/Pa.
+    pub accumulator: Option<f64>,
+    /// The pump's largest flow, m³/s.
+    pub pump_flow: Option<f64>,
+    /// What the set pressure does during a test.
+    pub schedule: Option<SupplySchedule>,
+}
+
+/// `[supply.schedule]`: the set pressure against time, straight between its points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SupplySchedule {
+    /// Times of the points, strictly increasing, s.
+    pub times: Vec<f64>,
+    /// Set pressures at the points, Pa.
+    pub pressures: Vec<f64>,
 }
 
 /// `[servovalve]`: the true valve, Eqs. (2), (3) and (6).
@@ -42,6 +71,24 @@ pub struct Servovalve {
     pub flow_gain_scale: f64,
     /// The flow curve f, Table 2.
     pub flow_table: FlowCurve,
+    /// Largest flow of the pilot stage, m³/s.
+    pub pilot_flow_limit: Option<f64>,
+    /// Overlap of the spool's lands, an opening, dimensionless.
+    pub overlap: f64,
+    /// Leakage of the main stage, Eq. (5).
+    pub leakage: ValveLeakage,
+}
+
+/// `[servovalve.leakage]`, the second part of Eq. (5).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ValveLeakage {
+    /// Part proportional to the load pressure, m³/(s·Pa).
+    pub proportional: f64,
+    /// Constant part at `supply.pressure`, m³/s.
+    pub constant: f64,
+    /// Opening within which the constant part changes its sign, dimensionless.
+    pub null_region: f64,
 }
 
 /// A piecewise linear flow curve through (0, 0).
@@ -142,6 +189,10 @@ pub struct Structure {
     pub stiffness: f64,
     /// Softening of the bilinear elastic kind.
     pub softening: Option<Softening>,
+    /// Yielding of the Bouc–Wen kind.
+    pub bouc_wen: Option<BoucWen>,
+    /// A power-law damper beside the viscous one, with any kind.
+    pub power_damper: Option<PowerDamper>,
 }
 
 /// The kind of structure.
@@ -152,6 +203,8 @@ pub enum StructureKind {
     Linear,
     /// Two slopes, elastic, continuous.
     Bilinear,
+    /// Hysteretic.
+    BoucWen,
 }
 
 /// Where and how a bilinear elastic spring softens.
@@ -164,12 +217,38 @@ pub struct Softening {
     pub stiffness: f64,
 }
 
+/// How a Bouc–Wen spring yields.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoucWen {
+    /// Yield displacement, m.
+    pub yield_displacement: f64,
+    /// Stiffness after yielding over that before, dimensionless.
+    pub post_yield_ratio: f64,
+    /// Sharpness of the yield point n, dimensionless.
+    pub exponent: f64,
+    /// Share β of the loop's shape, 1 − β being γ, dimensionless.
+    pub shape: f64,
+}
+
+/// A fluid damper with a power law.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PowerDamper {
+    /// Force at a velocity of 1 m/s, N.
+    pub coefficient: f64,
+    /// Exponent of the velocity, dimensionless.
+    pub exponent: f64,
+}
+
 /// `[sensors]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensors {
     /// Seed of the noise.
     pub seed: u64,
+    /// Mass between load cell and piston, part of the structure's, kg.
+    pub cell_mass: Option<f64>,
     /// Load cell, N.
     pub force: Sensor,
     /// Velocity sensor, m/s.

@@ -3,22 +3,42 @@
 //! Blocks are written over [`Scalar`], so the same plant runs one rig or several side by side.
 
 mod actuator;
+mod bouc_wen;
+mod detailed_plant;
 mod drive;
+mod end_stop;
+mod energy;
+mod friction;
+mod load_cell;
 mod load_flow;
 mod model;
 mod pilot_valve;
 mod plant;
+mod power_damper;
+mod runge_kutta;
+mod servo_actuator;
+mod specimen;
 mod spool;
 mod state;
 mod structure;
+mod supply;
+mod valve_leakage;
 
 use eft_core::Scalar;
 
+pub(crate) use detailed_plant::{DetailedPlant, longest_step, needs_detail};
 pub(crate) use drive::{Analog, Driver, Held};
+pub use energy::EnergyBalance;
 pub(crate) use model::PlantModel;
 pub use plant::Plant;
+pub(crate) use runge_kutta::{Vector, runge_kutta};
+pub(crate) use specimen::Specimen;
 pub use state::PlantState;
-pub(crate) use structure::Structure;
+
+#[cfg(test)]
+fn changed(changes: &[(&str, toml::Value)]) -> crate::RigConfig {
+    crate::RigConfig::zhao2005().replace(changes).unwrap()
+}
 
 /// Most points a flow curve may have.
 pub const TABLE_CAPACITY: usize = 64;

@@ -9,6 +9,7 @@ pub(crate) struct PilotValve<S> {
     flow_gain: S,
     spool_feedback: S,
     per_time_constant: S,
+    flow_limit: S,
 }
 
 impl<S: Num> PilotValve<S> {
@@ -19,6 +20,7 @@ impl<S: Num> PilotValve<S> {
                 rig(i).servovalve.spool_sensitivity * rig(i).servovalve.spool_stroke
             }),
             per_time_constant: S::from_lanes(|i| 1.0 / rig(i).servovalve.pilot_time_constant),
+            flow_limit: S::from_lanes(|i| rig(i).servovalve.pilot_flow_limit.unwrap_or(f64::MAX)),
         }
     }
 
@@ -27,5 +29,33 @@ impl<S: Num> PilotValve<S> {
     pub(crate) fn rate(&self, valve_command: S, spool: S, pilot_flow: S) -> S {
         let error = valve_command - self.spool_feedback * spool;
         (self.flow_gain * error - pilot_flow) * self.per_time_constant
+    }
+
+    /// As [`rate`](Self::rate), the pilot's torque motor driven no further than its rated flow `q_max` (m³/s):
+    /// `τ·q̇ = sat(K_vp·e, q_max) − q`, so that the spool is no faster than `q_max/(A_v·x_vmax)`.
+    #[inline(always)]
+    pub(crate) fn saturating_rate(&self, valve_command: S, spool: S, pilot_flow: S) -> S {
+        let error = valve_command - self.spool_feedback * spool;
+        let wanted = (self.flow_gain * error).limit(-self.flow_limit, self.flow_limit);
+        (wanted - pilot_flow) * self.per_time_constant
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::changed;
+
+    #[test]
+    fn the_pilot_settles_at_its_largest_flow() {
+        let limit = 2e-6;
+        let rig = changed(&[("servovalve.pilot_flow_limit", limit.into())]);
+        let pilot = PilotValve::<f64>::pack(|_| &rig);
+        for (command, side) in [(5.0, 1.0), (-5.0, -1.0)] {
+            assert_eq!(pilot.saturating_rate(command, 0.0, side * limit), 0.0);
+            assert!(side * pilot.saturating_rate(command, 0.0, 0.0) > 0.0);
+        }
+        // Small commands do not notice.
+        assert_eq!(pilot.saturating_rate(0.1, 0.0, 1e-7), pilot.rate(0.1, 0.0, 1e-7));
     }
 }

@@ -19,6 +19,11 @@ impl<S: Num> Structure<S> {
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
         let softening = |i: usize| match (rig(i).structure.kind, &rig(i).structure.softening) {
             (StructureKind::Bilinear, Some(s)) => (s.displacement, s.stiffness),
+            // The elastic part; the one that yields is a block of its own.
+            (StructureKind::BoucWen, _) => {
+                let elastic = rig(i).structure.bouc_wen.as_ref().map_or(1.0, |b| b.post_yield_ratio);
+                (0.0, elastic * rig(i).structure.stiffness)
+            }
             _ => (0.0, rig(i).structure.stiffness),
         };
         Self {
@@ -41,5 +46,20 @@ impl<S: Num> Structure<S> {
     pub(crate) fn restoring_force(&self, displacement: S) -> S {
         let inner = displacement.limit(-self.softening_displacement, self.softening_displacement);
         self.outer_stiffness * displacement + self.lost_stiffness * inner
+    }
+
+    /// Force (N) of the viscous damper at a velocity (m/s).
+    #[inline(always)]
+    pub(crate) fn damping_force(&self, velocity: S) -> S {
+        self.damping * velocity
+    }
+
+    /// Kinetic energy and that of the spring (J).
+    pub(crate) fn stored(&self, displacement: S, velocity: S) -> S {
+        let half = S::splat(0.5);
+        let inner = displacement.limit(-self.softening_displacement, self.softening_displacement);
+        half * velocity * velocity / self.per_mass
+            + half * self.outer_stiffness * displacement * displacement
+            + self.lost_stiffness * inner * (displacement - half * inner)
     }
 }

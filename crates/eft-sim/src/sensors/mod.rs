@@ -48,7 +48,7 @@ impl Sensors {
             return None;
         }
         let sensors = &rig.sensors;
-        let channel = |sensor, signal, stream| {
+        let channel = |sensor: &Sensor, signal, stream| {
             let fault = sensors.fault.as_ref().filter(|fault| fault.signal == signal);
             let fault = fault.map(|fault| in_ticks(fault, sample_rate));
             Channel::new(sensor, fault, sample_rate, sensors.seed, STREAMS * actuator + stream)
@@ -56,7 +56,9 @@ impl Sensors {
         Some(Self {
             displacement: channel(&sensors.displacement, FaultSignal::Displacement, 0),
             velocity: channel(&sensors.velocity, FaultSignal::Velocity, 2),
-            force: channel(&sensors.force, FaultSignal::Force, 4),
+            // The load cell's bandwidth acts in continuous time, before an analog controller sees the force: the
+            // plant has it.
+            force: channel(&Sensor { bandwidth: None, ..sensors.force.clone() }, FaultSignal::Force, 4),
             spool: channel(&sensors.spool, FaultSignal::Spool, 6),
             supply_pressure: channel(&sensors.supply_pressure, FaultSignal::SupplyPressure, 8),
             tick: 0,
@@ -81,8 +83,16 @@ impl Sensors {
 
 /// Whether every sensor reports the truth.
 pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
-    let config::Sensors { seed: _, force, velocity, displacement, spool, supply_pressure, fault } =
-        &rig.sensors;
+    let config::Sensors {
+        seed: _,
+        cell_mass: _,
+        force,
+        velocity,
+        displacement,
+        spool,
+        supply_pressure,
+        fault,
+    } = &rig.sensors;
     [force, velocity, displacement, spool, supply_pressure].into_iter().all(is_ideal) && fault.is_none()
 }
 
