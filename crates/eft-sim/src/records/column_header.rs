@@ -72,6 +72,7 @@ pub(super) struct Declared {
     dt: Option<f64>,
     npts: Option<(usize, u64)>,
     unit: Option<Unit>,
+    unknown_unit: Option<(usize, String)>,
 }
 
 impl Declared {
@@ -98,12 +99,11 @@ impl Declared {
                     })?;
                     self.npts = Some((line.number, npts));
                 }
-                "unit" | "units" => {
-                    let unit = Unit::from_name(value).ok_or_else(|| {
-                        Fault::at(line, format!("units `{}`: not a known unit of acceleration", shown(value)))
-                    })?;
-                    self.unit = Some(unit);
-                }
+                "unit" | "units" => match Unit::from_name(value) {
+                    Some(unit) => self.unit = Some(unit),
+                    // `units: s, g` says less than the header's names may; it must only not be overheard.
+                    None => self.unknown_unit = Some((line.number, shown(value))),
+                },
                 _ => continue,
             }
             self.line = Some(line.number);
@@ -137,6 +137,13 @@ impl Declared {
             (Some(stated), Some(named)) if stated != named => {
                 Err(Fault::new("the comment and the header name different units"))
             }
+            (None, None) => match &self.unknown_unit {
+                Some((number, name)) => {
+                    let message = format!("units `{name}`: not a known unit of acceleration");
+                    Err(Fault::at(&Line { number: *number, text: "" }, message))
+                }
+                None => Ok(None),
+            },
             (stated, named) => Ok(stated.or(named)),
         }
     }

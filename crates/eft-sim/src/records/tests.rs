@@ -176,6 +176,14 @@ fn the_caller_fills_in_what_the_file_leaves_open() {
 }
 
 #[test]
+fn a_units_comment_may_say_less_than_the_header() {
+    let record = parse(b"# units: s, g\nt_s,a_g\n0,0.5\n0.1,0.25\n", "x.csv").unwrap();
+    assert_eq!(record.pga(), 0.5 * STANDARD_GRAVITY);
+    assert!(message("# units: s, g\n0,0.5\n0.1,0.25\n", "x.csv").contains("line 1: units `s`"));
+    assert!(message("# units: g\nt_s,a_mps2\n0,0.5\n0.1,0.25\n", "x.csv").contains("different units"));
+}
+
+#[test]
 fn missing_files_are_io_errors() {
     for path in ["/no/such/file.at2", "/"] {
         let error = read_record(path).unwrap_err();
