@@ -21,7 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Returns 0, or 1 when a number lies too far from its reference, or 2 for wrong input."""
     options = _parse(arguments)
     try:
-        return _run(options)
+        return run(options)
     except (OSError, ValueError) as error:
         print(f"eft.demo: {error}", file=sys.stderr)
         return 2
@@ -52,7 +52,8 @@ def _scale(text: str) -> float:
     return value
 
 
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Run, print and write; returns 1 when a number lies too far from its reference, otherwise 0."""
     start = time.perf_counter()
     console = Console(width=None if sys.stdout.isatty() else 150)
     # The files first: a wrong one must not cost the user the tests.

@@ -1,0 +1,214 @@
+"""A test as a file: the rig, and the command it is to follow."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from eft._native import Command, Rig, effective_force, read_record, sine_sweep
+
+EL_CENTRO = "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
+"""The record that ships with the package; the word `elcentro` stands for it."""
+
+TEMPLATE = """
+# what the force is to follow: a sine sweep,
+[command]
+kind = "sweep"
+# N
+amplitude = 8900.0
+# Hz
+f_start = 0.0
+f_end = 10.0
+# s
+duration = 32.0
+# or an earthquake: AT2, CSMIP or COSMOS V2, CSV; "elcentro" ships with the package
+# kind = "record"
+# file = "elcentro"
+# factor on the ground acceleration
+# scale = 1.0
+"""
+
+
+@dataclass(frozen=True)
+class TestPlan:
+    """A rig and the command it is to follow."""
+
+    __test__ = False  # pytest takes classes of this name for its own
+
+    rig: Rig
+    command: Command
+    about: str
+    """The command in words."""
+
+
+@dataclass(frozen=True)
+class _Kind:
+    required: dict[str, type]
+    optional: dict[str, type]
+    make: Callable[[Mapping[str, Any], Rig, Path], tuple[Command, str]] = field(repr=False)
+
+
+def read_test(path: Path, changes: Mapping[str, Any]) -> TestPlan:
+    """Read a test file: the sections of a rig, or ``rig = "file.toml"``, and a section ``[command]``."""
+    text = read_text(path)
+    tree = parse_toml(path, text)
+    section = tree.pop("command", None)
+    if section is None:
+        raise ValueError(f"{path}: no section [command]; it must say what the force is to follow")
+    if not isinstance(section, dict):
+        raise ValueError(f"{path}: command = {section!r}: must be a section [command]")
+    if "rig" in tree:
+        others = ", ".join(key for key in tree if key != "rig")
+        if others:
+            raise ValueError(
+                f"{path}: `rig` names a file, so that nothing else but [command] may stand here: {others}"
+            )
+        if not isinstance(tree["rig"], str):
+            raise ValueError(f"{path}: rig = {tree['rig']!r}: must be the name of a rig file")
+        rig = read_rig(path.parent / tree["rig"], changes)
+    else:
+        rig = _rig_of(path, text, tree, changes)
+    try:
+        command, about = make_command(section, rig, path.parent)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    return TestPlan(rig, command, about)
+
+
+def read_rig(path: Path, changes: Mapping[str, Any]) -> Rig:
+    """Read a rig file; a section ``[command]``, which makes it a test, is left aside."""
+    text = read_text(path)
+    tree = parse_toml(path, text)
+    tree.pop("command", None)
+    return _rig_of(path, text, tree, changes)
+
+
+def _rig_of(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, Any]) -> Rig:
+    try:
+        # From the text where that is possible, for then errors bring their line.
+        rest = _without_command(text)
+        rig = Rig(rest) if tomllib.loads(rest) == tree else Rig.from_dict(tree)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    return rig.replace(changes) if changes else rig
+
+
+def _without_command(text: str) -> str:
+    kept, inside = [], False
+    for line in text.splitlines():
+        if re.match(r"\s*\[", line):
+            inside = re.match(r"\s*\[\s*command\s*\]", line) is not None
+        kept.append("" if inside else line)
+    return "\n".join(kept)
+
+
+def read_text(path: Path) -> str:
+    """A configuration file as text; nobody writes one of 4 MiB by hand."""
+    if path.is_dir():
+        raise IsADirectoryError(21, "is a folder, must be a file", str(path))
+    with path.open("rb") as file:
+        data = file.read(4 * 1024**2 + 1)
+    if len(data) > 4 * 1024**2:
+        raise ValueError(f"{path}: larger than 4 MiB, which is no configuration")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: not a text file in UTF-8: byte {error.start + 1}") from None
+
+
+def parse_toml(path: Path, text: str) -> dict[str, Any]:
+    """Parse TOML; the error points at line and column."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        try:
+            # The parser of the core also knows the line of what ends too early.
+            Rig(text)
+        except ValueError as better:
+            if str(better).startswith("line "):
+                raise ValueError(f"{path}, {better}") from None
+        raise ValueError(f"{path}: {error}") from None
+    except RecursionError:
+        raise ValueError(f"{path}: nested too deeply for a configuration") from None
+
+
+def make_command(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command, str]:
+    """Build the command that a section ``[command]`` describes; files are relative to `folder`."""
+    name = section.get("kind")
+    if name not in _KINDS:
+        allowed = ", ".join(f'"{kind}"' for kind in _KINDS)
+        shown = "missing" if name is None else f"= {name!r}"
+        raise ValueError(f"command.kind {shown}: must be one of {allowed}")
+    kind = _KINDS[name]
+    allowed_keys = kind.required | kind.optional
+    for key, value in section.items():
+        if key == "kind":
+            continue
+        if key not in allowed_keys:
+            near = difflib.get_close_matches(key, allowed_keys, 1, 0.0)[0]
+            raise ValueError(f"unknown key `command.{key}`; the nearest of a {name} is `command.{near}`")
+        _check(key, value, allowed_keys[key])
+    for key in kind.required:
+        if key not in section:
+            raise ValueError(f"command.{key} is missing: a {name} needs {', '.join(kind.required)}")
+    try:
+        return kind.make(section, rig, folder)
+    except ValueError as error:
+        raise ValueError(f"command: {error}") from None
+
+
+def _check(key: str, value: object, wanted: type) -> None:
+    if wanted is float:
+        good = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        word = "a finite number"
+    elif wanted is int:
+        good, word = isinstance(value, int) and not isinstance(value, bool) and value >= 0, "a whole number"
+    else:
+        good, word = isinstance(value, str), "a string"
+    if not good:
+        raise ValueError(f"command.{key} = {value!r}: must be {word}")
+
+
+def _sample_rate(section: Mapping[str, Any], rig: Rig) -> float:
+    return float(section.get("sample_rate", rig["controller.sample_rate"]))
+
+
+def _sweep(section: Mapping[str, Any], rig: Rig, _folder: Path) -> tuple[Command, str]:
+    numbers = {key: float(section[key]) for key in ("amplitude", "f_start", "f_end", "duration")}
+    command = sine_sweep(**numbers, sample_rate=_sample_rate(section, rig))
+    about = (
+        f"sine sweep of {numbers['amplitude']:g} N, {numbers['f_start']:g} to {numbers['f_end']:g} Hz "
+        f"in {numbers['duration']:g} s"
+    )
+    return command, about
+
+
+def _record(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command, str]:
+    options = {key: section[key] for key in ("dt", "unit", "channel") if key in section}
+    if section["file"] == "elcentro":
+        with resources.as_file(resources.files("eft").joinpath("data", EL_CENTRO)) as shipped:
+            record = read_record(shipped)
+    else:
+        record = read_record(folder / section["file"], **options)
+    scale, mass = float(section.get("scale", 1.0)), float(section.get("mass", rig["structure.mass"]))
+    command = effective_force(record, mass=mass, sample_rate=_sample_rate(section, rig), scale=scale)
+    return command, f"{record.name}, ground acceleration of {record.pga:.3g} m/s² scaled by {scale:g}"
+
+
+_KINDS = {
+    "sweep": _Kind(
+        dict.fromkeys(("amplitude", "f_start", "f_end", "duration"), float), {"sample_rate": float}, _sweep
+    ),
+    "record": _Kind(
+        {"file": str},
+        {"scale": float, "mass": float, "sample_rate": float, "dt": float, "unit": str, "channel": int},
+        _record,
+    ),
+}

@@ -1,0 +1,44 @@
+"""What to think of a test, in one sentence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from eft._run import TestRun
+from eft._status import Status
+
+SPOOL_ADVICE = 0.6
+"""The paper's advice for the largest spool opening."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a test may count, and why."""
+
+    usable: bool
+    """False when the result is no longer that of a rig: diverged, or out of the stroke."""
+    concern: bool
+    """The test ran, but something deserves a look."""
+    text: str
+
+
+def judge(run: TestRun) -> Verdict:
+    """Judge a test by its flags, the spool opening and the force error."""
+    if not run.success:
+        return Verdict(False, True, "The simulated state diverged: no result.")
+    opening = float(np.abs(run.spool).max())
+    spool = f"the spool opens to {opening:.0%} (advised: at most {SPOOL_ADVICE:.0%})"
+    follows = (
+        f"The force follows the command within {run.metrics()['nrmse']:.1%} (rms); "
+        if run.command.any()
+        else ""
+    )
+    if run.flags & Status.STROKE_EXCEEDED:
+        return Verdict(False, True, f"The piston left its stroke: no result of a real rig. {follows}{spool}.")
+    if run.flags & (Status.SPOOL_STOP | Status.DEMAND_SATURATED):
+        text = f"The valve was asked for more than it has. {follows}{spool}."
+        return Verdict(True, True, text)
+    text = f"{follows}{spool}."
+    return Verdict(True, opening > SPOOL_ADVICE, text[0].upper() + text[1:])

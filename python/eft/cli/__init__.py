@@ -1,0 +1,5 @@
+"""The command line `eft`: the package without a line of Python."""
+
+from eft.cli._main import main
+
+__all__ = ["main"]

@@ -1,0 +1,73 @@
+"""The group of commands, and what becomes of errors: one line, exit code 2, never a traceback."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Sequence
+
+import click
+
+from eft._native import __version__
+from eft.cli._compare import compare
+from eft.cli._demo import demo
+from eft.cli._init import init
+from eft.cli._run import run
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+
+_HELP = """Effective force testing: controller, virtual rig and analysis.
+
+\b
+A first test:
+  eft init test.toml --test     a rig and a command, every key explained
+  eft run test.toml             the test on the virtual rig
+
+Exit codes: 0 done, 1 done but the answer is no, 2 wrong input (nothing written), 130 interrupted.
+"""
+
+
+@click.group(help=_HELP, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="eft", message="%(prog)s %(version)s")
+def cli() -> None:
+    """All commands."""
+
+
+for command in (init, run, compare, demo):
+    cli.add_command(command)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    names = list(sys.argv[1:] if arguments is None else arguments)
+    # Of the group alone; a command behind it is named by its context.
+    where = f"eft {names[0]}" if names and names[0] in cli.commands else "eft"
+    try:
+        return int(cli.main(args=names, prog_name="eft", standalone_mode=False) or 0)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return BAD_INPUT
+    except click.ClickException as error:
+        return _say(where, error.format_message())
+    except (click.Abort, KeyboardInterrupt):
+        click.echo(f"{where}: interrupted", err=True)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader of our output went away, as `head` does; no message, and none from the interpreter.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        named = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+        return _say(where, re.sub(r" \(os error \d+\)$", "", named))
+    except ModuleNotFoundError as error:
+        return _say(where, f"needs the package {error.name}, which is not installed")
+    except (ValueError, OverflowError, MemoryError) as error:
+        return _say(where, str(error) or "not enough memory")
+
+
+def _say(where: str, message: str) -> int:
+    click.echo(f"{where}: {' '.join(message.split())}", err=True)
+    return BAD_INPUT

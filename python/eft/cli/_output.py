@@ -1,0 +1,90 @@
+"""What the commands share: options, numbers in words, JSON, progress."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+from tqdm import tqdm
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+FILE = click.Path(path_type=Path)
+
+as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object, for scripts.")
+"""The option of every command whose answer a script may want."""
+
+
+def epilog(*examples: str) -> str:
+    """Examples for the end of a help page."""
+    return "\b\nExamples:\n" + "\n".join(f"  {example}" for example in examples)
+
+
+def _parse_settings(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> dict[str, Any]:
+    """`key=value`, the value in TOML; a bare word is a string."""
+    answer: dict[str, Any] = {}
+    for setting in values:
+        key, equals, text = (part.strip() for part in setting.partition("="))
+        if not (equals and key and text):
+            raise click.BadParameter(f"`{setting}` must be key=value, as in structure.mass=7040", ctx, param)
+        try:
+            answer[key] = tomllib.loads(f"value = {text}")["value"]
+        except (tomllib.TOMLDecodeError, RecursionError):
+            answer[key] = text
+    return answer
+
+
+settings = click.option(
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="KEY=VALUE",
+    callback=_parse_settings,
+    help="Change a key of the rig; may be repeated.",
+)
+
+
+def emit_json(answer: dict[str, Any]) -> None:
+    """Print an answer; what is not a number is null, as JSON knows no NaN."""
+    click.echo(json.dumps(_plain(answer), indent=2, ensure_ascii=False))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
+def table(rows: Sequence[Sequence[str]], header: Sequence[str] | None = None) -> str:
+    """Columns of text: the first to the left, the others to the right."""
+    lines = [header, *rows] if header else rows
+    widths = [max(len(line[i]) for line in lines) for i in range(len(rows[0]))]
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    )
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar on a terminal, nothing in a log; yields what takes the done and the total."""
+    with tqdm(desc=title, unit="sample", unit_scale=True, leave=False, disable=None) as bar:
+
+        def update(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield update

@@ -1,0 +1,153 @@
+"""`eft run`: a test on the virtual rig."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+import eft
+from eft._test_file import TestPlan, make_command, read_rig, read_test
+from eft._verdict import judge
+from eft.cli._output import FILE, as_json, emit_json, epilog, progress, settings, table
+from eft.traces import write_run
+from eft.traces._write import check_output
+
+
+@click.command(
+    short_help="Run a test on the virtual rig.",
+    epilog=epilog(
+        "eft run test.toml",
+        "eft run --record elcentro --scale 1.3 --set compensation.mode=linear -o linear.eft",
+        "eft run --rig rig.toml --sweep 8900 0 10 32 -o sweep.csv",
+    ),
+)
+@click.argument("test", type=FILE, required=False)
+@click.option("--rig", type=FILE, help="Rig file, instead of the paper's rig.")
+@click.option(
+    "--sweep", type=float, nargs=4, metavar="N HZ HZ S", help="Sine sweep: amplitude, from, to, duration."
+)
+@click.option("--record", metavar="FILE", help="Ground motion; `elcentro` ships with eft.")
+@click.option("--scale", type=float, help="Factor on the ground acceleration.")
+@click.option(
+    "--mass", type=float, metavar="KG", help="Mass of the effective force; default: the structure's."
+)
+@click.option("--sample-rate", type=float, metavar="HZ", help="Default: the rig's controller.sample_rate.")
+@settings
+@click.option(
+    "--dtype", type=click.Choice(["f64", "f32"]), default="f64", help="Precision of the controller."
+)
+@click.option("-o", "--output", type=FILE, help=".eft (all of it), .csv, .h5, .parquet; default: TEST.eft")
+@as_json
+def run(
+    test: Path | None,
+    rig: Path | None,
+    changes: dict[str, Any],
+    dtype: Any,
+    output: Path | None,
+    as_json: bool,
+    **command: Any,
+) -> None:
+    """Run the TEST of a file, or one put together from options, and write its traces.
+
+    A test file is a rig file with a section [command]; `eft init test.toml --test` writes one.
+    """
+    plan = _plan(test, rig, changes, {key: value for key, value in command.items() if value is not None})
+    target = output or (test.with_suffix(".eft") if test else Path("run.eft"))
+    check_output(target)
+    result, interrupted = _simulate(plan, dtype)
+    write_run(result, target)
+    answer = describe(result) | {"command": plan.about, "output": str(target), "interrupted": interrupted}
+    if as_json:
+        emit_json(answer)
+    else:
+        click.echo(f"{plan.about}\non {result.rig['name']}: {result.message}")
+        click.echo(f"\n{table(_rows(answer['metrics']))}\n")
+        click.echo(answer["verdict"])
+        click.echo(f"{target} written" + (", up to the interruption" if interrupted else ""))
+    if interrupted:
+        raise KeyboardInterrupt
+    if not judge(result).usable:
+        raise click.exceptions.Exit(1)
+
+
+def _plan(test: Path | None, rig: Path | None, changes: dict[str, Any], options: dict[str, Any]) -> TestPlan:
+    if test is not None:
+        if rig is not None or options:
+            given = ", ".join(
+                f"--{name.replace('_', '-')}" for name in (["rig"] if rig else []) + list(options)
+            )
+            raise click.UsageError(
+                f"{test} says all about the test; leave out {given}, or leave out the file"
+            )
+        return read_test(test, changes)
+    sweep, record = options.pop("sweep", None), options.pop("record", None)
+    if (sweep is None) == (record is None):
+        raise click.UsageError("give a test file, --sweep or --record, exactly one of them")
+    section = dict(options)
+    if record is not None:
+        section |= {"kind": "record", "file": record}
+    else:
+        section |= dict(zip(("amplitude", "f_start", "f_end", "duration"), sweep, strict=True), kind="sweep")
+    chosen = read_rig(rig, changes) if rig else eft.Rig.zhao2005().replace(changes)
+    return TestPlan(chosen, *make_command(section, chosen, Path()))
+
+
+def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:
+    done = 0
+    try:
+        with progress("test") as update:
+
+            def watch(samples: int, total: int) -> None:
+                nonlocal done
+                done = samples
+                update(samples, total)
+
+            return eft.simulate(plan.rig, plan.command, dtype, progress=watch), False
+    except KeyboardInterrupt:
+        if done < 2:
+            raise
+        # The same samples come again bit for bit: no later command reaches them.
+        click.echo("interrupted: keeping what was done; once more leaves without", err=True)
+        part = eft.Command(plan.command.values[:done], plan.command.sample_rate)
+        return eft.simulate(plan.rig, part, dtype), True
+
+
+def describe(result: eft.TestRun) -> dict[str, Any]:
+    """The answer of a test, for scripts."""
+    verdict = judge(result)
+    return {
+        "version": result.version,
+        "rig": result.rig["name"],
+        "samples": len(result),
+        "sample_rate": result.sample_rate,
+        "success": result.success,
+        "message": result.message,
+        "usable": verdict.usable,
+        "verdict": verdict.text,
+        "flags": [str(flag.name).lower() for flag in result.flags],
+        "metrics": metrics_of(result),
+    }
+
+
+def metrics_of(result: eft.TestRun) -> dict[str, float]:
+    """The metrics, or only those that need no command where the command is zero."""
+    if not result.command.any():
+        return {"max_spool": float(abs(result.spool).max())}
+    return result.metrics()
+
+
+def _rows(metrics: dict[str, float]) -> list[tuple[str, str]]:
+    shown = {
+        "nrmse": ("force error, rms over rms", "{:.2%}"),
+        "nrmse_delay_removed": ("  without the delay", "{:.2%}"),
+        "peak_error": ("largest force error over largest command", "{:.2%}"),
+        "delay": ("delay of the force, ms", "{:.2f}"),
+        "max_spool": ("largest spool opening", "{:.1%}"),
+    }
+    return [
+        (words, form.format(metrics[key] * (1e3 if key == "delay" else 1)))
+        for key, (words, form) in shown.items()
+        if key in metrics
+    ]

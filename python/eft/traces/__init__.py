@@ -1,0 +1,8 @@
+"""Signals of a test in the files of others: read with their units, written with ours."""
+
+from eft.traces._compare import Comparison, compare
+from eft.traces._read import read_traces
+from eft.traces._traces import Traces
+from eft.traces._write import write_run
+
+__all__ = ["Comparison", "Traces", "compare", "read_traces", "write_run"]

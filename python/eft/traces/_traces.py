@@ -1,0 +1,145 @@
+"""Signals of one test, wherever they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eft.traces._units import QUANTITIES, checked_quantity, parse_header, to_si
+
+if TYPE_CHECKING:
+    from eft import TestRun
+
+Array = NDArray[np.float64]
+
+_UNEVEN = 0.01
+"""How far a time step may be from the mean one, as a fraction of it: clocks are written with few digits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Traces:
+    """Signals of one test at one sample rate, all in SI units."""
+
+    name: str
+    sample_rate: float
+    """Samples per second, Hz."""
+    columns: Mapping[str, Array]
+    """By quantity: `force` in N, `displacement` in m and so on."""
+    start: float = 0.0
+    """Time of the first sample, s."""
+    ignored: tuple[str, ...] = field(default=())
+    """Columns of the file that hold no quantity known here."""
+
+    def __len__(self) -> int:
+        return next(iter(self.columns.values())).size
+
+    @property
+    def time(self) -> Array:
+        """Time of each sample, s."""
+        return self.start + np.arange(len(self)) / self.sample_rate
+
+    @classmethod
+    def from_run(cls, run: TestRun, name: str = "run") -> Traces:
+        """The traces of a run on the virtual rig."""
+        if run.command.ndim != 1:
+            raise ValueError(f"{name}: a run of {run.command.shape[0]} actuators; one at a time, please")
+        columns = {key: getattr(run, key) for key in QUANTITIES if key != "time" and hasattr(run, key)}
+        return cls(name, run.sample_rate, columns)
+
+    @classmethod
+    def from_columns(
+        cls,
+        name: str,
+        raw: Iterable[tuple[str, str | None, Array]],
+        *,
+        columns: Mapping[str, str],
+        units: Mapping[str, str],
+        sample_rate: float | None = None,
+    ) -> Traces:
+        """Bring columns as they stand in a file (header, unit if known, values) to SI and to one clock.
+
+        `columns` says which header holds a quantity, `units` the unit of a quantity whose header has none.
+        """
+        raw = list(raw)
+        chosen = {header: checked_quantity(quantity) for quantity, header in columns.items()}
+        headers = [header for header, _, _ in raw]
+        for header in chosen:
+            if header not in headers:
+                raise ValueError(f"{name}: no column `{header}`; there are {', '.join(headers)}")
+        given = {checked_quantity(quantity): unit for quantity, unit in units.items()}
+        found: dict[str, Array] = {}
+        ignored = []
+        for header, unit, values in raw:
+            quantity, written, _ = parse_header(header)
+            quantity = chosen.get(header, None if quantity in chosen.values() else quantity)
+            if quantity is None:
+                ignored.append(header)
+                continue
+            if quantity in found:
+                raise ValueError(f"{name}: two columns hold {quantity}; say which with {quantity}=HEADER")
+            found[quantity] = values * _factor(name, header, quantity, given.get(quantity, unit or written))
+            _all_finite(name, header, found[quantity])
+        if sample_rate is None:
+            if "time" not in found:
+                raise ValueError(f"{name}: no column `time (s)` among {', '.join(headers)}, no sample rate")
+            start, sample_rate = _clock(name, found["time"])
+        else:
+            start = 0.0
+        found.pop("time", None)
+        if not found:
+            known = ", ".join(list(QUANTITIES)[1:7])
+            raise ValueError(f"{name}: no known column among {', '.join(headers)}; known are {known}, ...")
+        return cls(name, sample_rate, found, start, tuple(ignored))
+
+
+def _factor(name: str, header: str, quantity: str, unit: str | None) -> float:
+    if unit is None or not unit.strip():
+        if QUANTITIES[quantity].dimension == "ratio":
+            return 1.0
+        raise ValueError(
+            f"{name}: column `{header}` has no unit; write it behind the name, as in `force (kN)`"
+        )
+    try:
+        return to_si(quantity, unit)
+    except ValueError as error:
+        raise ValueError(f"{name}: column `{header}`: {error}") from None
+
+
+def _all_finite(name: str, header: str, values: Array) -> None:
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise ValueError(f"{name}: column `{header}`, sample {bad[0] + 1} is not a finite number")
+
+
+def _clock(name: str, time: Array) -> tuple[float, float]:
+    """First time and sample rate of an evenly spaced clock."""
+    if time.size < 2:
+        raise ValueError(f"{name}: {time.size} sample, must be at least 2")
+    step = (time[-1] - time[0]) / (time.size - 1)
+    if step <= 0.0:
+        raise ValueError(
+            f"{name}: time must increase, and ends {-step * (time.size - 1):g} s before its start"
+        )
+    uneven = np.flatnonzero(
+        np.abs(time - (time[0] + step * np.arange(time.size))) > max(_UNEVEN, 1e-9) * step
+    )
+    if uneven.size and np.abs(np.diff(time) - step).max() > _UNEVEN * step + _digits(time):
+        where = int(np.abs(np.diff(time) - step).argmax())
+        raise ValueError(
+            f"{name}: time is not evenly spaced: sample {where + 2} comes "
+            f"{time[where + 1] - time[where]:g} s after the one before, the mean step is {step:g} s"
+        )
+    return float(time[0]), float(1.0 / step)
+
+
+def _digits(time: Array) -> float:
+    """How much the rounding of a written clock can move a step, s: one unit of its last digit."""
+    for digits in range(13):
+        rounded = np.round(time, digits)
+        if np.array_equal(rounded, time):
+            return float(10.0**-digits)
+    return 0.0

@@ -1,0 +1,118 @@
+"""Quantities, the names that laboratories give them, and the units they come in."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+
+_INCH = 0.0254
+_FOOT = 12 * _INCH
+_POUND = 4.4482216152605
+_GRAVITY = 9.80665
+_GALLON = 231 * _INCH**3
+_PSI = _POUND / _INCH**2
+
+_UNITS: dict[str, dict[str, float]] = {
+    "time": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "min": 60.0},
+    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": _POUND, "lb": _POUND, "kip": 1e3 * _POUND},
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": _INCH, "inch": _INCH, "ft": _FOOT},
+    "velocity": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "in/s": _INCH, "ft/s": _FOOT},
+    "acceleration": {"m/s2": 1.0, "cm/s2": 1e-2, "gal": 1e-2, "g": _GRAVITY, "in/s2": _INCH, "ft/s2": _FOOT},
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "psi": _PSI, "ksi": 1e3 * _PSI},
+    "flow": {"m3/s": 1.0, "L/s": 1e-3, "L/min": 1e-3 / 60, "lpm": 1e-3 / 60, "gpm": _GALLON / 60,
+             "in3/s": _INCH**3},
+    "voltage": {"V": 1.0, "mV": 1e-3},
+    "ratio": {"1": 1.0, "-": 1.0, "%": 1e-2},
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a column can hold."""
+
+    dimension: str
+    aliases: tuple[str, ...]
+
+
+QUANTITIES = {
+    "time": Quantity("time", ("t",)),
+    "command": Quantity("force", ("force command", "command force", "reference", "reference force", "cmd")),
+    "force": Quantity("force", ("load", "actuator force", "f")),
+    "displacement": Quantity("length", ("disp", "stroke", "x")),
+    "velocity": Quantity("velocity", ("vel", "v")),
+    "acceleration": Quantity("acceleration", ("acc", "accel", "a")),
+    "spool": Quantity("ratio", ("spool opening", "opening")),
+    "load_pressure": Quantity("pressure", ("differential pressure", "delta p")),
+    "supply_pressure": Quantity("pressure", ("supply",)),
+    "flow": Quantity("flow", ("q",)),
+    "valve_command": Quantity("voltage", ("valve", "servo command")),
+    "compensation": Quantity("voltage", ()),
+    "flow_gain_estimate": Quantity("ratio", ()),
+    "measured_force": Quantity("force", ()),
+    "measured_displacement": Quantity("length", ()),
+    "measured_velocity": Quantity("velocity", ()),
+    "measured_spool": Quantity("ratio", ()),
+    "measured_supply_pressure": Quantity("pressure", ()),
+}
+
+_SI = {name: next(iter(units)) for name, units in _UNITS.items()}
+_NAMES = {alias: name for name, quantity in QUANTITIES.items() for alias in (name, *quantity.aliases)}
+_BRACKETS = re.compile(r"^(?P<name>[^(\[]*?)\s*[(\[](?P<unit>[^)\]]*)[)\]]\s*$")
+
+
+def si_unit(quantity: str) -> str:
+    """The SI unit in which a quantity is kept."""
+    return _SI[QUANTITIES[quantity].dimension]
+
+
+def to_si(quantity: str, unit: str) -> float:
+    """Factor from `unit` to SI; a ValueError names what is allowed."""
+    dimension = QUANTITIES[quantity].dimension
+    known = _UNITS[dimension]
+    plain = unit.strip().replace("²", "2").replace("³", "3").replace("^", "").replace(" ", "")
+    for candidate in (plain, plain.removesuffix("s") if len(plain) > 2 else plain, plain.removesuffix("es")):
+        if candidate in known:
+            return known[candidate]
+        folded = [name for name in known if name.lower() == candidate.lower()]
+        # mN and MN are a thousand million apart, so that only units without such a twin are spelled freely.
+        if len(folded) == 1 and candidate.lower() not in ("mn", "mpa", "mv"):
+            return known[folded[0]]
+    raise ValueError(f"unit `{unit}` of {quantity}: must be one of {', '.join(known)}")
+
+
+def quantity_of(name: str) -> str | None:
+    """The quantity a column name means, or None."""
+    return _NAMES.get(re.sub(r"[\s_]+", " ", name).strip().lower()) or _NAMES.get(
+        re.sub(r"[\s_]+", "_", name).strip("_ ").lower()
+    )
+
+
+def parse_header(header: str) -> tuple[str | None, str | None, str]:
+    """Quantity, unit and bare name of `Force (kip)`, `force [kip]`, `force_kip` or `force`."""
+    text = header.strip().strip('"').strip()
+    if match := _BRACKETS.match(text):
+        return quantity_of(match["name"]), match["unit"].strip(), match["name"]
+    if quantity := quantity_of(text):
+        return quantity, None, text
+    name, _, unit = re.sub(r"\s+", "_", text).rpartition("_")
+    if name and (quantity := quantity_of(name)) and _is_unit(quantity, unit):
+        return quantity, unit, name
+    return None, None, text
+
+
+def _is_unit(quantity: str, unit: str) -> bool:
+    try:
+        to_si(quantity, unit)
+    except ValueError:
+        return False
+    return True
+
+
+def checked_quantity(name: str) -> str:
+    """`name` if it is a quantity; a ValueError names the nearest."""
+    quantity = quantity_of(name)
+    if quantity is None:
+        near = difflib.get_close_matches(name, QUANTITIES, 1, 0.0)[0]
+        raise ValueError(f"unknown quantity `{name}`; the nearest known one is `{near}`")
+    return quantity

@@ -1,0 +1,94 @@
+"""Writes the signals of a test for others: CSV, HDF5, Parquet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from eft._files import beside
+from eft._run import TestRun
+from eft.traces._traces import Traces
+from eft.traces._units import si_unit
+
+
+def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
+    """Write a run in the format that the suffix names, beside and renamed.
+
+    ``.csv``, ``.h5`` or ``.hdf5`` (needs h5py), ``.parquet`` (needs pandas and pyarrow); ``.eft`` and
+    ``.npz`` as `TestRun.save`, the only ones that bring the whole run back.
+    """
+    target = Path(path)
+    check_output(target)
+    if (write := _WRITERS[target.suffix.lower()]) is None:
+        return run.save(target)
+    with beside(target) as temporary:
+        write(run, temporary)
+    return target
+
+
+def check_output(path: Path) -> None:
+    """Say before the work what would go wrong after it.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is not one of those that are written.
+    OSError
+        If the folder is not there.
+    """
+    if path.suffix.lower() not in _WRITERS:
+        suffixes = ", ".join(_WRITERS)
+        raise ValueError(f"{path}: cannot write `{path.suffix}`; the suffix must be one of {suffixes}")
+    check_folder(path)
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a target whose folder is not there, or that is a folder itself."""
+    if not path.parent.is_dir():
+        raise FileNotFoundError(2, "no such folder", str(path.parent))
+    if path.is_dir():
+        raise IsADirectoryError(21, "is a folder, must be a file", str(path))
+
+
+def _columns(run: TestRun) -> dict[str, np.ndarray]:
+    traces = Traces.from_run(run)
+    return {"time": traces.time, **traces.columns}
+
+
+def _csv(run: TestRun, path: Path) -> None:
+    columns = _columns(run)
+    header = ",".join(f"{name} ({si_unit(name)})" for name in columns)
+    # Nine digits: more than any sensor of a laboratory has, and enough for f32.
+    np.savetxt(path, np.column_stack(list(columns.values())), "%.9g", ",", header=header, comments="")
+
+
+def _parquet(run: TestRun, path: Path) -> None:
+    import pandas as pd
+
+    columns = {f"{name} ({si_unit(name)})": values for name, values in _columns(run).items()}
+    pd.DataFrame(columns).to_parquet(path, index=False)
+
+
+def _hdf5(run: TestRun, path: Path) -> None:
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        for name, values in _columns(run).items():
+            file.create_dataset(name, data=values, compression="gzip").attrs["units"] = si_unit(name)
+        file.create_dataset("status", data=run.status, compression="gzip")
+        file.attrs.update(
+            rig=run.rig.to_toml(), version=run.version, dtype=run.dtype, sample_rate=run.sample_rate
+        )
+
+
+_WRITERS: dict[str, Callable[[TestRun, Path], None] | None] = {
+    ".eft": None,
+    ".npz": None,
+    ".csv": _csv,
+    ".h5": _hdf5,
+    ".hdf5": _hdf5,
+    ".parquet": _parquet,
+}

@@ -1,0 +1,141 @@
+"""The command line on good input: what it says, what it writes, how it ends."""
+
+import json
+
+import numpy as np
+import pytest
+
+import eft
+from eft.cli import main
+from eft.traces import read_traces
+
+SWEEP = ["--sweep", "2000", "0", "10", "4", "--sample-rate", "1024"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_every_command_explains_itself_with_an_example(capsys):
+    assert main(["--help"]) == 0
+    commands = capsys.readouterr().out.split("Commands:")[1].split()[::1]
+    for command in ("init", "run", "compare", "demo"):
+        assert command in commands
+        assert main([command, "--help"]) == 0
+        assert f"  eft {command}" in capsys.readouterr().out.split("Examples:")[1]
+
+
+def test_version_is_that_of_the_package(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"eft {eft.__version__}\n"
+
+
+def test_init_writes_the_rig_of_the_paper_and_keeps_what_is_there(folder, capsys):
+    assert main(["init"]) == 0
+    assert eft.Rig.from_toml(folder / "rig.toml") == eft.Rig.zhao2005()
+    (folder / "rig.toml").write_text("mine")
+    assert main(["init"]) == 2
+    assert (folder / "rig.toml").read_text() == "mine"
+    assert main(["init", "--force"]) == 0
+    assert eft.Rig.from_toml(folder / "rig.toml") == eft.Rig.zhao2005()
+
+
+def test_a_fresh_test_file_runs_the_sweep_of_the_paper(folder, capsys):
+    assert main(["init", "test.toml", "--test"]) == 0
+    assert main(["run", "test.toml"]) == 0
+    run = eft.TestRun.load(folder / "test.eft")
+    command = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0)
+    assert (run.force == eft.simulate(eft.Rig.zhao2005(), command).force).all()
+    said = capsys.readouterr().out
+    assert "5.89%" in said and "54.9%" in said
+
+
+def test_json_is_the_metrics_of_the_run(folder, capsys):
+    assert main(["run", *SWEEP, "--set", "compensation.mode=linear", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    run = eft.TestRun.load(folder / "run.eft")
+    assert run.rig["compensation.mode"] == "linear"
+    assert answer["metrics"] == pytest.approx(run.metrics())
+    assert (answer["samples"], answer["sample_rate"], answer["success"]) == (4096, 1024.0, True)
+
+
+def test_a_test_file_may_name_its_rig_and_a_record_beside_it(folder):
+    (folder / "sub").mkdir()
+    rig = eft.Rig.zhao2005().replace({"structure.mass": 5000.0})
+    (folder / "sub" / "mine.toml").write_text(rig.to_toml())
+    lines = [f"{0.01 * i:.2f},{0.5 if 50 <= i < 70 else 0.0}" for i in range(200)]
+    (folder / "sub" / "pulse.csv").write_text("time (s),acceleration (m/s2)\n" + "\n".join(lines) + "\n")
+    (folder / "sub" / "test.toml").write_text(
+        'rig = "mine.toml"\n[command]\nkind = "record"\nfile = "pulse.csv"\nscale = 2.0\n'
+    )
+    assert main(["run", "sub/test.toml", "-o", "out.eft"]) == 0
+    run = eft.TestRun.load(folder / "out.eft")
+    assert run.rig == rig
+    assert np.abs(run.command).max() == pytest.approx(5000.0 * 0.5 * 2.0)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".h5", ".parquet"])
+def test_what_is_written_for_others_reads_back(folder, suffix, capsys):
+    assert main(["run", *SWEEP]) == 0
+    assert main(["run", *SWEEP, "-o", f"out{suffix}"]) == 0
+    run = eft.TestRun.load(folder / "run.eft")
+    traces = read_traces(folder / f"out{suffix}")
+    assert traces.sample_rate == pytest.approx(run.sample_rate, rel=1e-6)
+    for name in ("command", "force", "displacement", "spool", "measured_supply_pressure"):
+        scale = np.abs(getattr(run, name)).max()
+        assert np.abs(traces.columns[name] - getattr(run, name)).max() <= 1e-8 * scale
+
+
+def test_compare_finds_the_gain_and_the_lag_it_was_given(folder, capsys):
+    time = np.arange(4000) / 1000.0
+    force = 1e3 * np.sin(2 * np.pi * 2.0 * time) * np.sin(np.pi * time / 4.0)
+    late = 1.1 * np.interp(time - 0.010, time, force)
+    np.savetxt("a.csv", np.c_[time, force / 4448.2216152605], "%.12g", ",", header="Time (s),Load [kip]")
+    np.savetxt("b.csv", np.c_[time * 1e3, late / 1e3], "%.12g", ",", header="t_ms,force_kN", comments="")
+    text = (folder / "a.csv").read_text()
+    (folder / "a.csv").write_text(text.removeprefix("# "))
+    assert main(["compare", "a.csv", "b.csv", "--json"]) == 0
+    (signal,) = json.loads(capsys.readouterr().out)["signals"]
+    assert signal["quantity"] == "force"
+    assert signal["peak"] / signal["reference_peak"] == pytest.approx(1.1, rel=1e-3)
+    assert signal["delay"] == pytest.approx(0.010, abs=2e-4)
+
+
+def test_compare_of_a_run_with_itself_is_zero(capsys):
+    assert main(["run", *SWEEP, "-o", "a.eft"]) == 0
+    capsys.readouterr()
+    assert main(["compare", "a.eft", "a.eft", "--json"]) == 0
+    for signal in json.loads(capsys.readouterr().out)["signals"]:
+        assert signal["nrmse"] == 0.0 and signal["peak_error"] == 0.0, signal["quantity"]
+
+
+def test_an_interrupted_run_keeps_its_samples_bit_for_bit(folder, monkeypatch, capsys):
+    simulate, calls = eft.simulate, []
+
+    def interrupted(rig, command, dtype, progress=None):
+        calls.append(len(command))
+        if progress:
+            progress(1500, len(command))
+            raise KeyboardInterrupt
+        return simulate(rig, command, dtype)
+
+    monkeypatch.setattr(eft, "simulate", interrupted)
+    assert main(["run", *SWEEP]) == 130
+    monkeypatch.undo()
+    whole = simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0))
+    kept = eft.TestRun.load(folder / "run.eft")
+    assert calls == [4096, 1500]
+    assert (kept.force == whole.force[:1500]).all()
+    assert "interrupted" in capsys.readouterr().err
+
+
+def test_a_rig_that_leaves_its_stroke_is_said_and_ends_with_one(capsys):
+    assert main(["run", *SWEEP, "--set", "compensation.level=2.0"]) == 1
+    assert "left its stroke" in capsys.readouterr().out
+
+
+def test_more_than_the_valve_has_is_a_concern_and_not_a_failure(capsys):
+    assert main(["run", *SWEEP, "--set", "controller.proportional_gain=10"]) == 0
+    assert "asked for more than it has" in capsys.readouterr().out

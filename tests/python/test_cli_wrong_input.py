@@ -1,0 +1,211 @@
+"""What the command line says to wrong input: one line, exit code 2, nothing written, never a traceback."""
+
+import os
+
+import numpy as np
+import pytest
+
+import eft
+from eft.cli import main
+
+CSV = "time (s),force (kN)\n0,1\n0.1,2\n0.2,1\n"
+COMMAND = '[command]\nkind = "sweep"\namplitude = 1.0\nf_start = 0.0\nf_end = 10.0\nduration = 1.0\n'
+SWEEP = ["run", "--sweep", "1", "0", "10", "1"]
+RECORD = ["run", "--record"]
+
+
+def paper(replace=("", ""), command=COMMAND):
+    text = eft.Rig.zhao2005().to_toml()
+    assert replace[0] in text
+    return text.replace(*replace) + command
+
+
+def test_toml(text):
+    return {"test.toml": text}
+
+
+test_toml.__test__ = False
+
+# name: (arguments, files to put there first, what the line must contain)
+WRONG = {
+    # the command line itself
+    "unknown command": (["rum"], {}, ["rum"]),
+    "unknown option": (["run", "--swep"], {}, ["--swep"]),
+    "no number": (["run", "--sweep", "1", "0", "ten", "1"], {}, ["ten", "--sweep"]),
+    "too few numbers": (["run", "--sweep", "1", "0"], {}, ["--sweep"]),
+    "nothing to run": (["run"], {}, ["--sweep", "--record"]),
+    "two commands": ([*SWEEP, "--record", "elcentro"], {}, ["exactly one"]),
+    "file and options": (["run", "test.toml", "--scale", "2"], {}, ["--scale", "test.toml"]),
+    "scale of a sweep": ([*SWEEP, "--scale", "2"], {}, ["command.scale"]),
+    "setting without a value": ([*SWEEP, "--set", "structure.mass"], {}, ["structure.mass", "key=value"]),
+    "unknown key": ([*SWEEP, "--set", "structure.mas=1"], {}, ["structure.mas", "`structure.mass`"]),
+    "key out of range": ([*SWEEP, "--set", "structure.mass=-1"], {}, ["structure.mass", "-1", "kg"]),
+    "key of a wrong type": ([*SWEEP, "--set", "structure.mass=heavy"], {}, ["heavy", "number"]),
+    "unknown mode": ([*SWEEP, "--set", "compensation.mode=magic"], {}, ["magic", "nonlinear"]),
+    "unknown precision": ([*SWEEP, "--dtype", "f16"], {}, ["f16", "f32"]),
+    # commands that cannot be
+    "negative amplitude": (["run", "--sweep", "nan", "0", "10", "1"], {}, ["amplitude", "nan", "finite"]),
+    "above half the rate": (["run", "--sweep", "1", "0", "4000", "1"], {}, ["f_end", "4000"]),
+    "no duration": (["run", "--sweep", "1", "0", "10", "0"], {}, ["duration", "0"]),
+    "too long to fit": (["run", "--sweep", "1", "0", "10", "1e9"], {}, ["4096000000000", "samples"]),
+    "sample rate of zero": ([*SWEEP, "--sample-rate", "0"], {}, ["sample_rate", "0"]),
+    "no such record": ([*RECORD, "nowhere.at2"], {}, ["nowhere.at2", "No such file"]),
+    "record of words": ([*RECORD, "a.at2"], {"a.at2": "one\ntwo\nthree\nfour\nfive\n"}, ["a.at2"]),
+    "record without numbers": ([*RECORD, "a.csv"], {"a.csv": ""}, ["a.csv"]),
+    "scale that is none": ([*RECORD, "elcentro", "--scale", "inf"], {}, ["scale", "inf"]),
+    "negative mass": ([*RECORD, "elcentro", "--mass", "-5"], {}, ["mass", "-5"]),
+    # files
+    "no such file": (["run", "nowhere.toml"], {}, ["nowhere.toml", "No such file"]),
+    "a folder": (["run", "."], {}, ["folder"]),
+    "not text": (["run", "test.toml"], {"test.toml": b"\xff\xfe\x00"}, ["test.toml", "UTF-8", "byte 1"]),
+    "broken TOML": (["run", "test.toml"], test_toml("a = [1,\n"), ["test.toml", "line 1, column"]),
+    "nested too deeply": (["run", "test.toml"], test_toml("a = " + "[" * 5000), ["test.toml"]),
+    "no command": (["run", "test.toml"], test_toml(paper(command="")), ["test.toml", "[command]"]),
+    "command of no kind": (
+        ["run", "test.toml"],
+        test_toml(paper(command="[command]\n")),
+        ["kind", '"sweep"'],
+    ),
+    "key missing in command": (
+        ["run", "test.toml"],
+        test_toml(paper(command=COMMAND.replace("f_end = 10.0\n", ""))),
+        ["command.f_end", "missing"],
+    ),
+    "key misspelt in command": (
+        ["run", "test.toml"],
+        test_toml(paper(command=COMMAND.replace("f_end", "fend"))),
+        ["`command.fend`", "`command.f_end`"],
+    ),
+    "word for a number": (
+        ["run", "test.toml"],
+        test_toml(paper(command=COMMAND.replace("= 1.0", '= "1 kN"', 1))),
+        ["command.amplitude", "1 kN", "number"],
+    ),
+    "rig key missing": (["run", "test.toml"], test_toml(COMMAND), ["test.toml", "missing"]),
+    "rig key misspelt": (
+        ["run", "test.toml"],
+        test_toml(paper(("piston_area", "pistonarea"))),
+        ["test.toml", "pistonarea", "piston_area"],
+    ),
+    "flow table not rising": (
+        ["run", "test.toml"],
+        test_toml(paper(("[-1.0, -0.9,", "[-0.9, -1.0,"))),
+        ["test.toml", "flow_table.openings"],
+    ),
+    "rig file and rig keys": (
+        ["run", "test.toml"],
+        test_toml('rig = "a.toml"\nname = "x"\n' + COMMAND),
+        ["test.toml", "name"],
+    ),
+    "rig file that is not there": (["run", "test.toml"], test_toml('rig = "a.toml"\n' + COMMAND), ["a.toml"]),
+    # outputs
+    "unknown suffix": ([*SWEEP, "-o", "out.xls"], {}, [".xls", ".csv"]),
+    "no such folder": ([*SWEEP, "-o", "no/where/out.csv"], {}, ["no/where", "folder"]),
+    "rig into no folder": (["init", "no/rig.toml"], {}, ["no", "folder"]),
+    "rig that is there": (["init"], {"rig.toml": ""}, ["rig.toml", "--force"]),
+    # data of others
+    "not a run": (["compare", "a.eft", "a.eft"], {"a.eft": "words"}, ["a.eft", "not a test saved by eft"]),
+    "only one": (["compare", "a.csv"], {"a.csv": CSV}, ["OTHER"]),
+    "no header": (["compare", "a.csv", "a.csv"], {"a.csv": "0,1\n1,2\n2,3\n"}, ["a.csv", "line 1", "header"]),
+    "no unit": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace(" (kN)", "")},
+        ["a.csv", "`force`", "no unit", "force (kN)"],
+    ),
+    "unknown unit": (["compare", "a.csv", "a.csv"], {"a.csv": CSV.replace("kN", "tons")}, ["tons", "kip"]),
+    "word among numbers": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.1,2", "0.1,two")},
+        ["a.csv", "line 3", "column 2", "two"],
+    ),
+    "a cell too few": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.1,2", "0.1")},
+        ["line 3", "2"],
+    ),
+    "not a number": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.1,2", "0.1,nan")},
+        ["`force", "2"],
+    ),
+    "time that jumps": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.2", "0.9")},
+        ["evenly", "sample 3"],
+    ),
+    "time that runs back": (["compare", "a.csv", "a.csv"], {"a.csv": CSV.replace("0.2", "-1")}, ["increase"]),
+    "no known column": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("force (kN)", "mood")},
+        ["mood"],
+    ),
+    "nothing in common": (
+        ["compare", "a.csv", "b.csv"],
+        {"a.csv": CSV, "b.csv": CSV.replace("force (kN)", "spool")},
+        ["in common", "spool"],
+    ),
+    "not a MAT file": (["compare", "a.mat", "a.mat"], {"a.mat": "words " * 40}, ["a.mat", "MAT"]),
+    "not an HDF5 file": (["compare", "a.h5", "a.h5"], {"a.h5": "words " * 40}, ["a.h5", "HDF5"]),
+    "not a Parquet file": (["compare", "a.parquet", "a.parquet"], {"a.parquet": "words"}, ["Parquet"]),
+    "column that is not there": (
+        ["compare", "a.csv", "a.csv", "--column", "force=Load 3"],
+        {"a.csv": CSV},
+        ["Load 3", "force (kN)"],
+    ),
+    "quantity that is none": (
+        ["compare", "a.csv", "a.csv", "--unit", "forse=kN"],
+        {"a.csv": CSV},
+        ["forse", "`force`"],
+    ),
+    # the demonstration
+    "demo scaled by nothing": (["demo", "--scale", "0"], {}, ["--scale 0", "other than zero"]),
+    "demo without its record": (["demo", "--record", "nowhere.at2"], {}, ["nowhere.at2"]),
+}
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_input_is_one_clear_line(name, tmp_path, monkeypatch, capfd):
+    arguments, files, expected = WRONG[name]
+    for file, text in files.items():
+        (tmp_path / file).write_bytes(text if isinstance(text, bytes) else text.encode())
+    before = contents(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    code = main(arguments)
+    said = capfd.readouterr()
+    assert code == 2, said
+    assert said.out == ""
+    assert said.err.startswith("eft") and said.err.count("\n") == 1, said.err
+    assert "Traceback" not in said.err and "Errno" not in said.err and "os error" not in said.err
+    for word in expected:
+        assert word in said.err
+    assert contents(tmp_path) == before
+
+
+def test_the_table_is_long_enough():
+    assert len(WRONG) >= 40
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
+def test_a_folder_that_lets_nobody_in(tmp_path, monkeypatch, capfd):
+    tmp_path.chmod(0o500)
+    monkeypatch.chdir(tmp_path)
+    assert main(SWEEP) == 2
+    assert capfd.readouterr().err.count("\n") == 1
+
+
+def test_a_full_disk_leaves_the_old_file(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "run.csv").write_text("old")
+
+    def full(*_args, **_options):
+        raise OSError(28, "No space left on device", "run.csv")
+
+    monkeypatch.setattr(np, "savetxt", full)
+    assert main([*SWEEP, "-o", "run.csv"]) == 2
+    assert (tmp_path / "run.csv").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["run.csv"]
+    assert "No space left" in capfd.readouterr().err
