@@ -12,43 +12,32 @@ __all__ = [
     "Compensator",
     "Controller",
     "FlowTable",
+    "LinearModel",
     "Record",
     "Rig",
     "__version__",
+    "delay_budget",
     "effective_force",
     "fft_ratio",
     "ideal_response",
+    "inverse_dynamics",
+    "linearize",
     "metrics",
     "read_record",
     "rig_keys",
     "simulate",
     "sine_sweep",
-    "status_flags",
-]
-
-__all__ = [
-    "Command",
-    "Compensator",
-    "Controller",
-    "FlowTable",
-    "Record",
-    "Rig",
-    "__version__",
-    "effective_force",
-    "fft_ratio",
-    "ideal_response",
-    "metrics",
-    "read_record",
-    "rig_keys",
-    "simulate",
-    "sine_sweep",
+    "stability_margin",
+    "stability_margins",
     "status_flags",
 ]
 
 __version__: str
 
 _Array: TypeAlias = NDArray[np.float64]
+_ComplexArray: TypeAlias = NDArray[np.complex128]
 _Dtype: TypeAlias = Literal["f32", "f64"]
+_FlowGain: TypeAlias = Literal["nominal", "steeper", "shallower", "mean"]
 
 class _Key(TypedDict):
     key: str
@@ -200,3 +189,44 @@ def fft_ratio(
 ) -> tuple[_Array, _Array]: ...
 def ideal_response(rig: Rig, command: Command) -> tuple[_Array, _Array]: ...
 def status_flags() -> dict[str, int]: ...
+
+@final
+class LinearModel:
+    @property
+    def A(self) -> _Array: ...
+    @property
+    def B(self) -> _Array: ...
+    @property
+    def C(self) -> _Array: ...
+    @property
+    def D(self) -> _Array: ...
+    @property
+    def states(self) -> list[str]: ...
+    @property
+    def inputs(self) -> list[str]: ...
+    @property
+    def outputs(self) -> list[str]: ...
+    @property
+    def sample_time(self) -> float | None: ...
+    @property
+    def stable(self) -> bool: ...
+    @property
+    def growth_rate(self) -> float: ...
+    def poles(self) -> _ComplexArray: ...
+    def modes(self) -> tuple[_Array, _Array, _ComplexArray]: ...
+    def response(self, frequency: ArrayLike, output: str = "force") -> _ComplexArray: ...
+    def to_control(self) -> Any: ...
+
+def linearize(
+    rig: Rig, *, sampled: bool = False, sample_rate: float | None = None, flow_gain: _FlowGain = "nominal"
+) -> LinearModel: ...
+def stability_margin(
+    rig: Rig, *, sampled: bool = False, sample_rate: float | None = None, flow_gain: _FlowGain = "nominal"
+) -> float: ...
+def stability_margins(
+    rig: Rig, *, sampled: bool = False, sample_rate: float | None = None, flow_gain: _FlowGain = "nominal"
+) -> dict[str, Any]: ...
+def delay_budget(
+    rig: Rig, sample_rate: float | None = None, band: tuple[float, float] = ...
+) -> dict[str, float]: ...
+def inverse_dynamics(rig: Rig, frequency: ArrayLike) -> tuple[_ComplexArray, _ComplexArray]: ...

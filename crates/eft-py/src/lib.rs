@@ -9,6 +9,7 @@ mod controller;
 mod errors;
 mod excitation;
 mod flow_table;
+mod linear;
 mod rig;
 mod run;
 mod values;
@@ -22,6 +23,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<flow_table::FlowTable>()?;
     module.add_class::<controller::Compensator>()?;
     module.add_class::<controller::Controller>()?;
+    module.add_class::<linear::LinearModel>()?;
     module.add_function(wrap_pyfunction!(rig::rig_keys, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::sine_sweep, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::effective_force, module)?)?;
@@ -31,5 +33,10 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::fft_ratio, module)?)?;
     module.add_function(wrap_pyfunction!(run::ideal_response, module)?)?;
     module.add_function(wrap_pyfunction!(run::status_flags, module)?)?;
+    module.add_function(wrap_pyfunction!(linear::linearize, module)?)?;
+    module.add_function(wrap_pyfunction!(linear::stability_margin, module)?)?;
+    module.add_function(wrap_pyfunction!(linear::stability_margins, module)?)?;
+    module.add_function(wrap_pyfunction!(linear::delay_budget, module)?)?;
+    module.add_function(wrap_pyfunction!(linear::inverse_dynamics, module)?)?;
     Ok(())
 }

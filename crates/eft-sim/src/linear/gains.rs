@@ -1,0 +1,99 @@
+//! Which slope of the flow curve stands for it near rest.
+
+use crate::config::{Mode, RigConfig};
+use crate::error::{Error, Result};
+
+/// The flow gain of a linear model. Plant and nonlinear compensation take the same slope, so that it cancels where
+/// the compensation is exact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FlowGain {
+    /// `K_v` of the configuration on plant and compensation, as in the paper.
+    #[default]
+    Nominal,
+    /// The flow curve's steeper slope at the origin.
+    Steeper,
+    /// The flow curve's shallower slope at the origin.
+    Shallower,
+    /// The mean of the two slopes: what a small symmetric signal sees.
+    Mean,
+}
+
+/// Gains between velocity, spool opening and flow near rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Gains {
+    /// Flow per spool opening (m³/s).
+    pub(super) flow: f64,
+    /// Required opening per demanded flow (s/m³), the level included.
+    pub(super) opening_per_flow: f64,
+    /// Area (m²) whose motion is compensated.
+    pub(super) compensated_area: f64,
+}
+
+impl FlowGain {
+    pub(super) fn gains(self, rig: &RigConfig) -> Result<Gains> {
+        let nominal = rig.compensation.flow_gain;
+        let slope = match self {
+            Self::Nominal => nominal,
+            Self::Steeper => slopes(rig)?.1,
+            Self::Shallower => slopes(rig)?.0,
+            Self::Mean => slopes(rig).map(|(shallower, steeper)| 0.5 * (shallower + steeper))?,
+        };
+        let known = match rig.compensation.mode {
+            Mode::Nonlinear | Mode::Off => slope,
+            Mode::Linear => nominal,
+        };
+        let off = rig.compensation.mode == Mode::Off;
+        Ok(Gains {
+            flow: slope * rig.servovalve.flow_gain_scale,
+            opening_per_flow: rig.compensation.level / known,
+            compensated_area: if off { 0.0 } else { rig.actuator.piston_area },
+        })
+    }
+}
+
+/// The flow curve's slopes (m³/s) to either side of the origin, the shallower first.
+fn slopes(rig: &RigConfig) -> Result<(f64, f64)> {
+    let table = &rig.servovalve.flow_table;
+    let slope =
+        |i: usize| (table.flows[i + 1] - table.flows[i]) / (table.openings[i + 1] - table.openings[i]);
+    let last = table.openings.len() - 1;
+    let origin = table.openings.iter().position(|x| *x == 0.0);
+    match origin.filter(|i| *i > 0 && *i < last) {
+        Some(i) => Ok((slope(i - 1).min(slope(i)), slope(i - 1).max(slope(i)))),
+        None => Err(Error::value(
+            "servovalve.flow_table.openings",
+            format!("{} to {}", table.openings[0], table.openings[last]),
+            "must reach to both sides of a point at 0",
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CUBIC_INCH: f64 = 1.6387064e-5;
+
+    #[test]
+    fn slopes_of_table_2() {
+        let rig = RigConfig::zhao2005();
+        let flow = |gain: FlowGain| gain.gains(&rig).unwrap().flow / CUBIC_INCH;
+        assert!((flow(FlowGain::Steeper) - 1022.0).abs() < 1e-9);
+        assert!((flow(FlowGain::Shallower) - 1010.0).abs() < 1e-9);
+        assert!((flow(FlowGain::Mean) - 1016.0).abs() < 1e-9);
+        assert!((flow(FlowGain::Nominal) - 1000.8).abs() < 0.05);
+    }
+
+    #[test]
+    fn the_linear_scheme_divides_by_its_own_gain_whatever_the_table_says() {
+        let mut rig = RigConfig::zhao2005();
+        rig.compensation.mode = Mode::Linear;
+        rig.compensation.level = 1.5;
+        rig.servovalve.flow_gain_scale = 0.9;
+        let gains = FlowGain::Steeper.gains(&rig).unwrap();
+        assert!((gains.flow - 0.9 * 1022.0 * CUBIC_INCH).abs() < 1e-12);
+        assert_eq!(gains.opening_per_flow, 1.5 / 1.64e-2);
+        rig.compensation.mode = Mode::Off;
+        assert_eq!(FlowGain::Steeper.gains(&rig).unwrap().compensated_area, 0.0);
+    }
+}

@@ -1,0 +1,264 @@
+//! How far a setting may go until the linear loop is no longer stable.
+
+use super::gains::FlowGain;
+use super::{Time, model};
+use crate::config::RigConfig;
+use crate::error::{Error, Result};
+
+/// Growth (1/s) that still counts as rest: a structure without a spring has a pole at the origin.
+const AT_REST: f64 = 1e-9;
+/// The largest level that a controller takes.
+const HIGHEST_LEVEL: f64 = 10.0;
+/// The longest response delay (s) that a controller takes.
+const LONGEST_RESPONSE_DELAY: f64 = 1.0;
+/// Factors on a gain are tried between these.
+const LARGEST_FACTOR: f64 = 1e3;
+const SMALLEST_FACTOR: f64 = 1e-3;
+/// Additional samples of delay that are tried.
+const MOST_SAMPLES: u32 = 64;
+/// Relative length of a step on the way to the edge: an unstable island shorter than this can be missed.
+const STEP: f64 = 0.02;
+
+/// What the linear loop tolerates, each setting changed alone; infinite where nothing destabilises it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Margins {
+    /// Growth rate (1/s) of the least damped mode as configured.
+    pub growth_rate: f64,
+    /// The largest stable compensation level (1).
+    pub level: f64,
+    /// The rest is about a loop that is stable as configured.
+    pub around: Option<MarginsAround>,
+}
+
+/// Margins about a stable configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarginsAround {
+    /// Stable range of the response delay (s) given to the lead network.
+    pub response_delay: (f64, f64),
+    /// Shortest additional delay (s) of the compensation that is no longer stable, in whole samples.
+    pub dead_time: f64,
+    /// Largest stable factor (1) on the force loop's gain.
+    pub loop_gain: f64,
+    /// Stable range of the true flow gain (1) over the configured one.
+    pub flow_gain: (f64, f64),
+}
+
+/// The largest stable compensation level (1) of the linear model: the upper end of the stable range that the rig's
+/// own level lies in or above, else of the next one above. Infinite where no level up to 10 is unstable, as with
+/// compensation switched off.
+///
+/// # Errors
+/// An invalid configuration, or a loop that no level makes stable.
+pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
+    rig.validate()?;
+    let growth = |level: f64| growth_with(rig, gain, time, |rig| rig.compensation.level = level);
+    let own = rig.compensation.level;
+    let below = edge(own, 0.0, Search { smallest: 0.5, seek: Stability::Stable }, growth)?;
+    let stable = match below {
+        Some((level, _)) => Some(level),
+        None => edge(own, HIGHEST_LEVEL, Search { smallest: 0.5, seek: Stability::Stable }, growth)?
+            .map(|(level, _)| level),
+    };
+    let Some(stable) = stable else {
+        let rate = growth(own)?;
+        let allowed = format!("no compensation level from 0 to {HIGHEST_LEVEL} makes the loop stable");
+        return Err(Error::value("growth rate", format!("{rate:.3} 1/s"), allowed));
+    };
+    let search = Search { smallest: 0.5, seek: Stability::Unstable };
+    let end = edge(stable, HIGHEST_LEVEL, search, growth)?;
+    Ok(end.map_or(f64::INFINITY, |(_, last_stable)| last_stable))
+}
+
+/// Every margin of the linear model.
+///
+/// # Errors
+/// As [`stability_margin`].
+pub fn stability_margins(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Margins> {
+    rig.validate()?;
+    let growth_rate = growth_with(rig, gain, time, |_| ())?;
+    let level = stability_margin(rig, gain, time)?;
+    let around = if growth_rate > AT_REST { None } else { Some(around(rig, gain, time)?) };
+    Ok(Margins { growth_rate, level, around })
+}
+
+fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> {
+    let set = rig.compensation.response_delay;
+    let by_delay = |delay: f64| growth_with(rig, gain, time, |rig| rig.compensation.response_delay = delay);
+    let by_loop =
+        |factor: f64| growth_with(rig, gain, time, |rig| rig.controller.force_sensitivity *= factor);
+    let by_flow = |factor: f64| growth_with(rig, gain, time, |rig| rig.servovalve.flow_gain_scale *= factor);
+    let unstable = |smallest| Search { smallest, seek: Stability::Unstable };
+    let low = |found: Option<(f64, f64)>| found.map_or(0.0, |(_, last_stable)| last_stable);
+    let high = |found: Option<(f64, f64)>| found.map_or(f64::INFINITY, |(_, last_stable)| last_stable);
+    Ok(MarginsAround {
+        response_delay: (
+            low(edge(set, 0.0, unstable(1e-3), by_delay)?),
+            high(edge(set, LONGEST_RESPONSE_DELAY, unstable(1e-3), by_delay)?),
+        ),
+        dead_time: dead_time(rig, gain, time)?,
+        loop_gain: high(edge(1.0, LARGEST_FACTOR, unstable(1.0), by_loop)?),
+        flow_gain: (
+            low(edge(1.0, SMALLEST_FACTOR, unstable(0.1), by_flow)?),
+            high(edge(1.0, LARGEST_FACTOR, unstable(1.0), by_flow)?),
+        ),
+    })
+}
+
+/// In continuous time the sampled loop at the rig's own rate answers: a delay has no finite continuous model.
+fn dead_time(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
+    let rate = match time {
+        Time::Continuous => rig.controller.sample_rate,
+        Time::Sampled(rate) => rate,
+    };
+    for more in 0..=MOST_SAMPLES {
+        let growth =
+            growth_with(rig, gain, Time::Sampled(rate), |rig| rig.compensation.computation_delay += more)?;
+        if growth > AT_REST {
+            return Ok(f64::from(more) / rate);
+        }
+    }
+    Ok(f64::INFINITY)
+}
+
+fn growth_with(
+    rig: &RigConfig,
+    gain: FlowGain,
+    time: Time,
+    change: impl FnOnce(&mut RigConfig),
+) -> Result<f64> {
+    let mut changed = rig.clone();
+    change(&mut changed);
+    model(&changed, gain, time)?.growth_rate()
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stability {
+    Stable,
+    Unstable,
+}
+
+/// What [`edge`] looks for, and the value at and below which its steps get no shorter.
+#[derive(Debug, Clone, Copy)]
+struct Search {
+    smallest: f64,
+    seek: Stability,
+}
+
+/// The first value on the way `from` … `to` where the loop is as sought, and the last one where it was not yet, the
+/// two bisected until they meet; nothing if there is none.
+fn edge(
+    from: f64,
+    to: f64,
+    search: Search,
+    growth: impl Fn(f64) -> Result<f64>,
+) -> Result<Option<(f64, f64)>> {
+    let found = |value: f64| -> Result<bool> {
+        let stable = growth(value)? <= AT_REST;
+        Ok(stable == (search.seek == Stability::Stable))
+    };
+    let (mut before, mut here) = (from, from);
+    while !found(here)? {
+        if here == to {
+            return Ok(None);
+        }
+        before = here;
+        let step = STEP * here.max(search.smallest);
+        here = if to > from { (here + step).min(to) } else { (here - step).max(to) };
+    }
+    loop {
+        let middle = 0.5 * (before + here);
+        if middle == before || middle == here {
+            return Ok(Some((here, before)));
+        }
+        if found(middle)? { here = middle } else { before = middle }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{Mode, Realization};
+
+    type Change<'a> = &'a dyn Fn(&mut RigConfig);
+
+    fn level(rig: &RigConfig) -> f64 {
+        stability_margin(rig, FlowGain::Nominal, Time::Continuous).unwrap()
+    }
+
+    #[test]
+    fn margin_of_the_reference_model() {
+        let rig = RigConfig::zhao2005();
+        assert!((level(&rig) - 1.0374).abs() < 5e-5, "{}", level(&rig));
+    }
+
+    #[test]
+    fn margin_grows_with_damping_as_to_first_order() {
+        // The level's margin grows by c/c_add, c_add = A²/(C_l + C_F·G_p·K_s·K_v·A); what is left over without
+        // damping comes from the phase that the lead network leaves.
+        let mut rig = RigConfig::zhao2005();
+        let (a, c) = (&rig.actuator, &rig.controller);
+        let yielding = a.leakage + c.force_sensitivity * c.proportional_gain * 0.1 * 1.64e-2 * a.piston_area;
+        let added = a.piston_area * a.piston_area / yielding;
+        let full = level(&rig);
+        rig.structure.damping = 433.0;
+        let slope = (full - level(&rig)) / (4330.0 - 433.0);
+        assert!((slope * added - 1.0).abs() < 0.01, "{slope} and {}", 1.0 / added);
+    }
+
+    #[test]
+    fn without_compensation_no_level_matters() {
+        let mut rig = RigConfig::zhao2005();
+        rig.compensation.mode = Mode::Off;
+        assert_eq!(level(&rig), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_loop_that_no_level_makes_stable_is_said_to_be_one() {
+        let mut rig = RigConfig::zhao2005();
+        rig.controller.force_sensitivity *= 20.0;
+        let error = stability_margin(&rig, FlowGain::Nominal, Time::Continuous).unwrap_err();
+        assert!(error.to_string().starts_with("growth rate = "), "{error}");
+    }
+
+    #[test]
+    fn the_margin_is_the_same_from_above_from_below_and_from_an_unstable_start() {
+        let mut rig = RigConfig::zhao2005();
+        rig.controller.realization = Realization::Digital;
+        // At this rate the sampled force loop alone is unstable; compensation damps its fast mode.
+        let mut at = |level: f64| {
+            rig.compensation.level = level;
+            stability_margin(&rig, FlowGain::Nominal, Time::Sampled(4096.0)).unwrap()
+        };
+        let margins = [0.0, 0.9, 1.0, 1.5].map(&mut at);
+        assert!(margins.iter().all(|margin| (margin / 1.0373 - 1.0).abs() < 1e-3), "{margins:?}");
+        assert!(margins.iter().all(|margin| (margin - margins[0]).abs() < 1e-9), "{margins:?}");
+        rig.compensation.level = 0.0;
+        assert!(model(&rig, FlowGain::Nominal, Time::Sampled(4096.0)).unwrap().growth_rate().unwrap() > 0.0);
+    }
+
+    #[test]
+    fn every_margin_lies_between_stable_and_unstable() {
+        let rig = RigConfig::zhao2005();
+        let time = Time::Sampled(4096.0);
+        let margins = stability_margins(&rig, FlowGain::Nominal, time).unwrap();
+        let around = margins.around.unwrap();
+        assert!(margins.growth_rate < 0.0);
+        let growth =
+            |change: &dyn Fn(&mut RigConfig)| growth_with(&rig, FlowGain::Nominal, time, change).unwrap();
+        for side in [-1.0, 1.0] {
+            let by = 1.0 + side * 1e-4;
+            let more: [(f64, Change); 4] = [
+                (side, &|rig| rig.compensation.level = by * margins.level),
+                (side, &|rig| rig.controller.force_sensitivity *= by * around.loop_gain),
+                (side, &|rig| rig.servovalve.flow_gain_scale *= by * around.flow_gain.1),
+                (side, &|rig| rig.compensation.response_delay = by * around.response_delay.1),
+            ];
+            for (number, (sign, change)) in more.iter().enumerate() {
+                assert!(growth(change) * sign > 0.0, "margin {number}, {by}: {}, {around:?}", growth(change));
+            }
+        }
+        let samples = (around.dead_time * 4096.0).round() as u32;
+        assert!(growth(&|rig| rig.compensation.computation_delay = samples) > 0.0);
+        assert!(growth(&|rig| rig.compensation.computation_delay = samples - 1) < 0.0);
+    }
+}

@@ -1,0 +1,50 @@
+//! The rig linearised about rest: poles, transfer functions, stability.
+//!
+//! Two models of the same loop: in continuous time, as the paper treats it, and exactly sampled, with the hold, the
+//! computation delay and the realization of the force loop that the simulator has.
+
+mod chain;
+mod continuous;
+mod delay_budget;
+mod gains;
+mod inverse_dynamics;
+mod margin;
+mod matrices;
+mod plant;
+mod sampled;
+mod state_space;
+
+pub use delay_budget::{DelayBudget, delay_budget, phase_delay};
+pub use gains::FlowGain;
+pub use inverse_dynamics::{lead_response, valve_response};
+pub use margin::{Margins, stability_margin, stability_margins};
+pub use state_space::{Mode, StateSpace};
+
+use crate::config::RigConfig;
+use crate::error::Result;
+
+/// In which time a rig is linearised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Time {
+    /// Continuous: neither hold nor computation delay.
+    Continuous,
+    /// Exactly sampled at a rate (Hz).
+    Sampled(f64),
+}
+
+/// The rig's closed loop linearised about rest, from force command (N) to the outputs of [`StateSpace`].
+///
+/// # Errors
+/// An invalid configuration or sample rate.
+pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
+    rig.validate()?;
+    model(rig, gain, time)
+}
+
+/// As [`linearize`], of a configuration known to be valid but for a factor on one of its values.
+fn model(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
+    match time {
+        Time::Continuous => continuous::continuous(rig, gain),
+        Time::Sampled(rate) => sampled::sampled(rig, gain, rate),
+    }
+}

@@ -1,0 +1,149 @@
+//! A linear model and what can be asked of it.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, DMatrix};
+
+use super::matrices::eigenvalues;
+use crate::checks;
+use crate::error::{Error, Result};
+
+/// `ẋ = A·x + B·u`, `y = C·x + D·u`, or the same with the next sample on the left; `u` is the force command (N).
+///
+/// Outputs: force (N), displacement (m), velocity (m/s), spool opening (1), load pressure (Pa); of a sampled model
+/// also the compensation signal (V).
+#[derive(Debug, Clone, PartialEq)]
+pub struct StateSpace {
+    /// State matrix.
+    pub a: DMatrix<f64>,
+    /// Input matrix, one column.
+    pub b: DMatrix<f64>,
+    /// Output matrix, one row for each of `outputs`.
+    pub c: DMatrix<f64>,
+    /// Feedthrough.
+    pub d: DMatrix<f64>,
+    /// Names of the states.
+    pub states: Vec<String>,
+    /// Names of the outputs.
+    pub outputs: Vec<String>,
+    /// Time between samples (s); none in continuous time.
+    pub sample_time: Option<f64>,
+}
+
+/// One pole, as an oscillation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mode {
+    /// The pole in continuous time (1/s): of a sampled model the logarithm of its pole over the sample time.
+    pub pole: Complex<f64>,
+    /// Natural frequency `|s|/2π` (Hz).
+    pub frequency: f64,
+    /// Damping ratio `−Re s/|s|` (1); negative where the mode grows.
+    pub damping: f64,
+}
+
+impl StateSpace {
+    /// Poles (1/s), of a sampled model in the z-plane (1), by magnitude.
+    ///
+    /// # Errors
+    /// Entries beyond double precision.
+    pub fn poles(&self) -> Result<Vec<Complex<f64>>> {
+        eigenvalues(&self.a)
+    }
+
+    /// The poles as oscillations, by natural frequency; poles that vanish within a sample are left out.
+    ///
+    /// # Errors
+    /// As [`poles`](Self::poles).
+    pub fn modes(&self) -> Result<Vec<Mode>> {
+        let continuous = |pole: Complex<f64>| match self.sample_time {
+            None => pole,
+            Some(step) => pole.ln() / step,
+        };
+        let mut modes: Vec<_> = self
+            .poles()?
+            .into_iter()
+            .filter(|pole| self.sample_time.is_none() || pole.norm() > 1e-12)
+            .map(continuous)
+            .map(|pole| Mode { pole, frequency: pole.norm() / TAU, damping: -pole.re / pole.norm() })
+            .collect();
+        modes.sort_by(|a, b| a.frequency.total_cmp(&b.frequency).then(a.pole.im.total_cmp(&b.pole.im)));
+        Ok(modes)
+    }
+
+    /// Growth rate (1/s) of the least damped mode: the loop is stable where it is negative.
+    ///
+    /// # Errors
+    /// As [`poles`](Self::poles).
+    pub fn growth_rate(&self) -> Result<f64> {
+        let poles = self.poles()?;
+        let rate = |pole: &Complex<f64>| match self.sample_time {
+            None => pole.re,
+            Some(step) => pole.norm().ln() / step,
+        };
+        Ok(poles.iter().map(rate).fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// Response of an output to the command at a frequency (Hz), in the output's unit per N.
+    ///
+    /// # Errors
+    /// An output that the model has not; a frequency that is not finite, negative, or on a pole.
+    pub fn response(&self, output: &str, frequency: f64) -> Result<Complex<f64>> {
+        let row = self.outputs.iter().position(|name| name == output).ok_or_else(|| {
+            Error::value("output", output, format!("must be one of {}", self.outputs.join(", ")))
+        })?;
+        checks::finite("frequency", frequency, "Hz")?;
+        let variable = match self.sample_time {
+            None => Complex::new(0.0, TAU * frequency),
+            Some(step) => Complex::from_polar(1.0, TAU * frequency * step),
+        };
+        let n = self.a.nrows();
+        let system =
+            DMatrix::from_diagonal_element(n, n, variable) - self.a.map(|entry| Complex::new(entry, 0.0));
+        let state = system
+            .lu()
+            .solve(&self.b.map(|entry| Complex::new(entry, 0.0)))
+            .ok_or_else(|| Error::value("frequency", frequency, "must not lie on a pole of the model"))?;
+        let answer = self.c.row(row).iter().zip(state.iter()).map(|(c, x)| x * *c).sum::<Complex<f64>>();
+        Ok(answer + self.d[(row, 0)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mass of 2 kg on a spring of 800 N/m with 5 % of critical damping: displacement under force.
+    fn oscillator() -> StateSpace {
+        let (m, c, k) = (2.0, 2.0 * 0.05 * 40.0, 800.0);
+        StateSpace {
+            a: DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -k / m, -c / m]),
+            b: DMatrix::from_row_slice(2, 1, &[0.0, 1.0 / m]),
+            c: DMatrix::from_row_slice(1, 2, &[1.0, 0.0]),
+            d: DMatrix::zeros(1, 1),
+            states: vec!["x".into(), "v".into()],
+            outputs: vec!["displacement".into()],
+            sample_time: None,
+        }
+    }
+
+    #[test]
+    fn an_oscillator_has_its_mode_and_its_response() {
+        let model = oscillator();
+        let modes = model.modes().unwrap();
+        assert!((modes[0].frequency - 20.0 / TAU).abs() < 1e-14 && (modes[1].damping - 0.05).abs() < 1e-15);
+        assert!((model.growth_rate().unwrap() + 1.0).abs() < 1e-14);
+        for frequency in [0.0, 1.0, 3.2, 50.0] {
+            let s = Complex::new(0.0, TAU * frequency);
+            let expected = (s * s * 2.0 + s * 4.0 + 800.0).inv();
+            let error = model.response("displacement", frequency).unwrap() - expected;
+            assert!(error.norm() < 1e-14 * expected.norm().max(1e-3));
+        }
+    }
+
+    #[test]
+    fn unknown_outputs_and_bad_frequencies_are_named() {
+        let text = |output, frequency| oscillator().response(output, frequency).unwrap_err().to_string();
+        assert!(text("force", 1.0).starts_with("output = force: must be one of displacement"));
+        assert!(text("displacement", f64::NAN).starts_with("frequency = NaN"));
+    }
+}
