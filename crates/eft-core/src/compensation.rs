@@ -56,14 +56,15 @@ pub struct CompensationParameters {
 
 /// The compensation's immutable configuration; one drives any number of channels.
 #[derive(Debug, Clone, Copy)]
+#[repr(C)]
 pub struct Compensation<S: Scalar, const N: usize> {
+    inverse: InverseFlow<S, N>,
+    lead: LeadNetwork<S>,
     velocity_to_flow: S,
     velocity_range: S,
     force_range: S,
     spool_range: S,
     spool_warning: S,
-    inverse: InverseFlow<S, N>,
-    lead: LeadNetwork<S>,
 }
 
 /// What the compensation remembers from sample to sample. `default()` is a rig at rest.
@@ -120,13 +121,17 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         spool: S,
         further_flow: S,
     ) -> Output<S> {
-        let (next, regular, valid) = self.advance(state, velocity, force, spool, further_flow);
-        *state = CompensationState::select(valid, next, *state);
+        let valid = self.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(LARGEST));
         let invalid = S::flag(!valid, status::INVALID_MEASUREMENT);
+        if !valid.any() {
+            return Output { value: state.output, status: invalid };
+        }
+        let (next, regular) = self.advance(state, velocity, force, spool, further_flow);
+        *state = CompensationState::select(valid, next, *state);
         Output { value: state.output, status: S::select_flags(valid, regular, invalid) }
     }
 
-    /// What [`step`](Self::step) would make of valid measurements, and where they are valid.
+    /// What [`step`](Self::step) makes of valid measurements.
     #[inline(always)]
     pub(crate) fn advance(
         &self,
@@ -135,11 +140,11 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         force: S,
         spool: S,
         further_flow: S,
-    ) -> (CompensationState<S>, S::Flags, S::Mask) {
-        let (opening, flags, valid) = self.required_opening(velocity, force, spool, further_flow);
+    ) -> (CompensationState<S>, S::Flags) {
+        let (opening, flags) = self.required_opening(velocity, force, spool, further_flow);
         let mut lead = state.lead;
         let output = self.lead.step(&mut lead, opening);
-        (CompensationState { lead, output }, flags, valid)
+        (CompensationState { lead, output }, flags)
     }
 
     /// Repeats the last output and raises [`status::HELD`]; the state stays.
@@ -150,7 +155,8 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
     /// measurements gives the same output, without a bump. Invalid measurements give the state of a rig at rest.
     pub fn prime(&self, velocity: S, force: S, spool: S, further_flow: S) -> CompensationState<S> {
-        let (opening, _, valid) = self.required_opening(velocity, force, spool, further_flow);
+        let valid = self.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(LARGEST));
+        let (opening, _) = self.required_opening(velocity, force, spool, further_flow);
         let opening = S::select(valid, opening, S::splat(0.0));
         let mut lead = LeadNetwork::at_rest(opening);
         let output = self.lead.step(&mut lead, opening);
@@ -182,14 +188,13 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
             & spool.abs().le(self.spool_range)
     }
 
-    /// Required opening (1), flags, and where the measurements and the flow they ask for are valid.
     #[inline(always)]
-    fn required_opening(&self, velocity: S, force: S, spool: S, further_flow: S) -> (S, S::Flags, S::Mask) {
+    fn required_opening(&self, velocity: S, force: S, spool: S, further_flow: S) -> (S, S::Flags) {
         let flow = self.velocity_to_flow * velocity + further_flow;
-        let valid = self.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(LARGEST));
         let (opening, flags) = self.inverse.required_opening(flow, force, spool);
-        let wide = opening.abs().gt(self.spool_warning) | spool.abs().gt(self.spool_warning);
-        (opening, flags | S::flag(wide, status::SPOOL_WARNING), valid)
+        let (required, measured) = (opening.abs(), spool.abs());
+        let wider = S::select(required.gt(measured), required, measured);
+        (opening, flags | S::flag(wider.gt(self.spool_warning), status::SPOOL_WARNING))
     }
 }
 

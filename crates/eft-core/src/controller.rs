@@ -74,10 +74,18 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         further_flow: S,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let (next, flags, measured) =
-            self.compensation.advance(&state.compensation, velocity, force, spool, further_flow);
+        let measured =
+            self.compensation.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(LARGEST));
         let commanded = command.abs().le(S::splat(LARGEST));
         let good = commanded & measured;
+        let faults =
+            S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT);
+        if !good.any() {
+            let compensation = path(state.compensation.output());
+            return ControllerOutput { valve_command: state.valve_command, compensation, status: faults };
+        }
+        let (next, flags) =
+            self.compensation.advance(&state.compensation, velocity, force, spool, further_flow);
         let next = CompensationState::select(good, next, state.compensation);
         let compensation = path(next.output());
         let mut servovalve = state.servovalve;
@@ -88,8 +96,6 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             ControllerState { compensation: next, servovalve, valve_command },
             *state,
         );
-        let faults =
-            S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT);
         ControllerOutput {
             valve_command: state.valve_command,
             compensation,

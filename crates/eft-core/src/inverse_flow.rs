@@ -4,7 +4,7 @@ use crate::error::{ConfigError, check, positive, within};
 use crate::flow_table::FlowTable;
 use crate::load_pressure::LoadPressure;
 use crate::piecewise::PiecewiseLinear;
-use crate::scalar::{Mask, Scalar};
+use crate::scalar::{Mask as _, Scalar};
 use crate::status;
 
 /// Which inverse turns flow into spool opening.
@@ -29,13 +29,12 @@ pub enum SignFrom {
 
 /// The inverse of the servovalve's flow property.
 #[derive(Debug, Clone, Copy)]
+#[repr(C)]
 pub struct InverseFlow<S: Scalar, const N: usize> {
-    linear: S::Mask,
-    sign_from_demand: S::Mask,
-    level: S,
-    opening_per_flow: S,
-    load_pressure: LoadPressure<S>,
+    /// From flow to required opening: level and stroke are in its values, and it ends where they end.
     table: PiecewiseLinear<S, N>,
+    load_pressure: LoadPressure<S>,
+    sign_from_demand: S::Mask,
 }
 
 impl<S: Scalar, const N: usize> InverseFlow<S, N> {
@@ -47,14 +46,11 @@ impl<S: Scalar, const N: usize> InverseFlow<S, N> {
     #[inline(always)]
     pub fn required_opening(&self, flow: S, force: S, spool: S) -> (S, S::Flags) {
         let direction = S::select(self.sign_from_demand, flow, spool);
-        let (factor, floored) = self.load_pressure.factor(force, direction);
-        let demand = flow * factor;
-        let required =
-            S::select(self.linear, self.opening_per_flow * flow, self.level * self.table.eval(demand));
-        let opening = required.limit(S::splat(-1.0), S::splat(1.0));
-        let saturated = required.abs().gt(S::splat(1.0)) | (!self.linear & self.table.beyond(demand));
-        let flags = S::flag(saturated, status::DEMAND_SATURATED)
-            | S::flag(floored & !self.linear, status::LOAD_PRESSURE_FLOORED);
+        let (root, floored) = self.load_pressure.root(force, direction);
+        let demand = flow / root;
+        let (opening, saturated) = self.table.eval_flagged(demand);
+        let flags =
+            S::flag(floored, status::LOAD_PRESSURE_FLOORED) | S::flag(saturated, status::DEMAND_SATURATED);
         (opening, flags)
     }
 
@@ -64,10 +60,7 @@ impl<S: Scalar, const N: usize> InverseFlow<S, N> {
         S::Element: 'a,
     {
         Self {
-            linear: S::Mask::from_lanes(|i| lane(i).linear),
             sign_from_demand: S::Mask::from_lanes(|i| lane(i).sign_from_demand),
-            level: S::from_lanes(|i| lane(i).level),
-            opening_per_flow: S::from_lanes(|i| lane(i).opening_per_flow),
             load_pressure: LoadPressure::pack(|i| &lane(i).load_pressure),
             table: PiecewiseLinear::pack(|i| &lane(i).table),
         }
@@ -97,19 +90,34 @@ macro_rules! constructor {
             /// From its parameters and the flow table.
             ///
             /// # Errors
-            /// A gain, area or pressure not positive and finite; a level outside [0, 10].
+            /// A gain, area or pressure not positive and finite; a level outside [0, 10]; fewer than three points of
+            /// capacity for the linear inverse.
             pub const fn new(
                 p: &InverseFlowParameters,
                 table: &FlowTable<$t, N>,
             ) -> Result<Self, ConfigError> {
                 let level = check!(within("level", p.level, 0.0, 10.0));
+                let flow_gain = check!(positive("flow_gain", p.flow_gain));
+                let load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
+                let (load_pressure, table) = match p.inverse {
+                    Inverse::Linear => {
+                        // The straight line, as far as the whole stroke is asked for.
+                        let reach = if level > 1.0e-3 { 1.0 / level } else { 1.0e3 };
+                        let (flow, opening) = (reach * flow_gain, reach);
+                        let line = PiecewiseLinear::<$t, N>::new(
+                            "flow_gain",
+                            &[-flow, 0.0, flow],
+                            "flow_gain",
+                            &[-opening, 0.0, opening],
+                        );
+                        (LoadPressure::<$t>::NONE, check!(line))
+                    }
+                    Inverse::Nonlinear => (load_pressure, *table.inverse()),
+                };
                 Ok(Self {
-                    linear: matches!(p.inverse, Inverse::Linear),
                     sign_from_demand: matches!(p.sign_from, SignFrom::Demand),
-                    level: level as $t,
-                    opening_per_flow: (level / check!(positive("flow_gain", p.flow_gain))) as $t,
-                    load_pressure: check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure)),
-                    table: *table.inverse(),
+                    load_pressure,
+                    table: check!(table.scaled_to_limit(level)),
                 })
             }
         }

@@ -3,6 +3,7 @@
 use core::array;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+use crate::piecewise::{CELLS, CROWDED, Row, search};
 use crate::scalar::{Flags, Mask, Real, Scalar};
 
 /// `L` numbers side by side.
@@ -133,7 +134,8 @@ impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
     type Element = T;
     type Mask = LaneMask<L>;
     type Flags = LaneFlags<L>;
-    type Index = [u8; L];
+    type Cell = [u8; L];
+    type Index = [u32; L];
     const LANES: usize = L;
 
     #[inline(always)]
@@ -177,30 +179,35 @@ impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
         LaneFlags(array::from_fn(|i| if mask.lane(i) { yes.lane(i) } else { no.lane(i) }))
     }
     #[inline(always)]
-    fn index_from_lanes(f: impl FnMut(usize) -> u8) -> [u8; L] {
+    fn cell_from_lanes(f: impl FnMut(usize) -> u8) -> [u8; L] {
         array::from_fn(f)
     }
     #[inline(always)]
-    fn truncate(self) -> [u8; L] {
-        self.0.map(T::truncate)
+    fn cell(self) -> ([u32; L], LaneMask<L>) {
+        let cells = self.0.map(T::cell);
+        (cells.map(|(cell, _)| cell), LaneMask(cells.map(|(_, inside)| inside)))
     }
     #[inline(always)]
-    fn index_at<const M: usize>(table: &[[u8; L]; M], index: [u8; L]) -> [u8; L] {
-        const { assert!(M.is_power_of_two()) };
-        let entry = |i: usize, cell: u8| table.get(usize::from(cell) & (M - 1))?.get(i).copied();
-        array::from_fn(|i| index.get(i).and_then(|&cell| entry(i, cell)).unwrap_or(0))
-    }
-    #[inline(always)]
-    fn at<const N: usize>(table: &[Self; N], index: [u8; L]) -> Self {
-        let entry = |i: usize| index.get(i).and_then(|&row| table.get(usize::from(row)));
-        Self(array::from_fn(|i| entry(i).map(|row| row.lane(i)).unwrap_or_default()))
-    }
-    #[inline(always)]
-    fn advance(index: [u8; L], mask: LaneMask<L>) -> [u8; L] {
-        let mut out = index;
-        for (i, m) in out.iter_mut().zip(mask.0) {
-            *i = i.wrapping_add(u8::from(m));
-        }
-        out
+    fn between<const N: usize>(
+        self,
+        cells: &[[u8; L]; CELLS],
+        rows: &[Row<Self>; N],
+        cell: [u32; L],
+        len: u32,
+    ) -> Self {
+        Self(array::from_fn(|i| {
+            let x = self.lane(i);
+            let row = |row: &Row<Self>| Row {
+                start: row.start.lane(i),
+                value: row.value.lane(i),
+                slope: row.slope.lane(i),
+            };
+            let entry = cell.get(i).and_then(|&cell| cells.get(cell as usize)?.get(i));
+            let first = usize::from(entry.copied().unwrap_or(CROWDED));
+            match rows.get(first..first + 2) {
+                Some([here, next]) => row(if x < next.start.lane(i) { here } else { next }).at(x),
+                _ => search(|n| rows.get(n).map(row), len, x),
+            }
+        }))
     }
 }

@@ -8,6 +8,7 @@ use crate::scalar::Scalar;
 /// Written as `gain · (1 + washout)`: at rest the washout is zero whatever the coefficients, so the DC gain is
 /// `gain` exactly and coefficients can change while it runs without a bump.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct LeadNetwork<S> {
     pole: S,
     rate: S,
@@ -29,9 +30,9 @@ impl<S: Scalar> LeadNetwork<S> {
     /// Three multiplications, three additions.
     #[inline(always)]
     pub fn step(&self, state: &mut LeadState<S>, input: S) -> S {
-        state.washout = self.pole * state.washout + self.rate * (input - state.input);
-        state.input = input;
-        self.gain * (input + state.washout)
+        let washout = self.pole * state.washout + self.rate * (input - state.input);
+        *state = LeadState { input, washout };
+        self.gain * (input + washout)
     }
     /// The state in which a constant `input` gives `gain · input` at once.
     #[inline(always)]

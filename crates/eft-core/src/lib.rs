@@ -37,6 +37,6 @@ pub use lanes::{LaneFlags, LaneMask, Lanes};
 pub use lead::{LeadNetwork, LeadState};
 pub use limiter::Limiter;
 pub use load_pressure::LoadPressure;
-pub use piecewise::{CELLS, PiecewiseLinear};
+pub use piecewise::{CELLS, PiecewiseLinear, Row};
 pub use scalar::{Flags, Mask, Real, Scalar};
 pub use servovalve_controller::{ServovalveController, ServovalveControllerState};

@@ -14,14 +14,17 @@ pub struct Limiter<S> {
 impl<S: Scalar> Limiter<S> {
     /// The command (V) that may follow `last` (V), and [`status::COMMAND_LIMITED`] and [`status::RATE_LIMITED`].
     ///
-    /// The amplitude goes before the rate: it holds even where `last` lies beyond it, after a change of limits.
+    /// The amplitude goes before the rate: where `last` lies beyond it, after a change of limits, the rate counts from
+    /// the amplitude.
     ///
     /// # NaN
     /// A NaN command becomes the lowest one that may follow, flagged.
     #[inline(always)]
     pub fn apply(&self, command: S, last: S) -> (S, S::Flags) {
         let limited = self.settled(command);
-        let reached = self.settled(command.limit(last - self.change, last + self.change));
+        let last = self.settled(last);
+        // Between two numbers within the amplitude, and so within it as well.
+        let reached = limited.limit(last - self.change, last + self.change);
         let flags = S::flag(!command.abs().le(self.amplitude), status::COMMAND_LIMITED)
             | S::flag(limited.lt(reached) | limited.gt(reached), status::RATE_LIMITED);
         (reached, flags)
@@ -78,7 +81,7 @@ mod tests {
             (-1.5, 0.0, -1.0, status::RATE_LIMITED),
             (12.0, 9.5, 10.0, status::COMMAND_LIMITED),
             (12.0, 2.0, 3.0, status::COMMAND_LIMITED | status::RATE_LIMITED),
-            (-11.0, 15.0, 10.0, status::COMMAND_LIMITED | status::RATE_LIMITED),
+            (-11.0, 15.0, 9.0, status::COMMAND_LIMITED | status::RATE_LIMITED),
             (f64::INFINITY, 0.0, 1.0, status::COMMAND_LIMITED | status::RATE_LIMITED),
         ];
         for (command, last, expected, flags) in cases {

@@ -8,6 +8,7 @@ const RADICAND_FLOOR: f64 = 0.05;
 
 /// `1/√(1 − sgn(x)·F/(A·P_s))`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct LoadPressure<S> {
     per_newton: S,
 }
@@ -24,11 +25,19 @@ impl<S: Scalar> LoadPressure<S> {
     /// One multiplication, one subtraction, one square root, one division.
     #[inline(always)]
     pub fn factor(&self, force: S, direction: S) -> (S, S::Mask) {
-        let one = S::splat(1.0);
-        let floor = S::splat(RADICAND_FLOOR);
-        let radicand = one - (force * self.per_newton).times_sign_of(direction);
+        let (root, floored) = self.root(force, direction);
+        (S::splat(1.0) / root, floored)
+    }
+
+    /// The factor's reciprocal, `√(1 − sgn(x)·F/(A·P_s))`: dividing by it spares a multiplication.
+    #[inline(always)]
+    pub fn root(&self, force: S, direction: S) -> (S, S::Mask) {
+        let (zero, one, floor) = (S::splat(0.0), S::splat(1.0), S::splat(RADICAND_FLOOR));
+        let share = force * self.per_newton;
+        let closing = S::select(direction.lt(zero), one + share, one);
+        let radicand = S::select(direction.gt(zero), one - share, closing);
         let regular = radicand.ge(floor);
-        (one / S::select(regular, radicand, floor).sqrt(), !regular)
+        (S::select(regular, radicand, floor).sqrt(), !regular)
     }
     /// Corrections of single rigs side by side.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a LoadPressure<S::Element>) -> Self
@@ -42,6 +51,9 @@ impl<S: Scalar> LoadPressure<S> {
 macro_rules! constructor {
     ($t:ty) => {
         impl LoadPressure<$t> {
+            /// No correction: the factor is 1 for every force.
+            pub const NONE: Self = Self { per_newton: 0.0 };
+
             /// From piston area `A` (m²) and supply pressure `P_s` (Pa).
             ///
             /// # Errors

@@ -1,28 +1,40 @@
-//! A strictly increasing piecewise linear map, evaluated without a divide and in bounded time.
+//! An increasing piecewise linear map, evaluated without a divide and in bounded time.
 //!
-//! A coarse index of equal cells gives the segment to start from; the rest is at most `walk` comparisons,
-//! one for a table whose knots are not crowded. Beyond its ends the map is constant.
+//! An index of equal cells gives the row to start from, and one comparison decides between it and the next. Where
+//! knots crowd into one cell, the rows are searched. Beyond its ends the map is constant.
 
 use core::array;
 
 use crate::error::{ConfigError, LARGEST, check, within};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Mask, Real, Scalar};
 
-/// Cells of the index: a power of two, so that an index wraps instead of being checked.
-pub const CELLS: usize = 64;
+/// Cells of the index.
+pub const CELLS: usize = 62;
+/// The entry of a cell with more than one knot; no table is so long.
+pub(crate) const CROWDED: u8 = 255;
+
+/// From `start` on: `value + (x - start)·slope`.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C)]
+pub struct Row<S> {
+    pub(crate) start: S,
+    pub(crate) value: S,
+    pub(crate) slope: S,
+}
 
 /// A strictly increasing map through up to `N` knots.
+// The rows come first: their address is then the table's own.
 #[derive(Debug, Clone, Copy)]
+#[repr(C)]
 pub struct PiecewiseLinear<S: Scalar, const N: usize> {
-    lowest: S,
-    highest: S,
+    rows: [Row<S>; N],
+    cells: [S::Cell; CELLS],
+    origin: S,
     cells_per_unit: S,
-    walk: usize,
-    first: [S::Index; CELLS],
-    starts: [S; N],
-    ends: [S; N],
-    values: [S; N],
-    slopes: [S; N],
+    middle: S,
+    below: S,
+    above: S,
+    len: u32,
 }
 
 impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
@@ -32,27 +44,24 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
     /// NaN reads the lower end: the result is finite for every input.
     ///
     /// # Cost
-    /// Six additions and multiplications and `walk` comparisons (one for a table without crowded knots).
+    /// Five additions and multiplications and two comparisons; up to `N` comparisons where knots are crowded.
     #[inline(always)]
     pub fn eval(&self, x: S) -> S {
-        let x = x.limit(self.lowest, self.highest);
-        let cell = ((x - self.lowest) * self.cells_per_unit).truncate();
-        let mut i = S::index_at(&self.first, cell);
-        for _ in 0..self.walk {
-            i = S::advance(i, x.ge(S::at(&self.ends, i)));
-        }
-        S::at(&self.values, i) + (x - S::at(&self.starts, i)) * S::at(&self.slopes, i)
+        self.eval_flagged(x).0
     }
 
-    /// Where `x` lies beyond the table (NaN does).
+    /// As [`eval`](Self::eval), and where `x` lies at or beyond an end (to within rounding; NaN does).
     #[inline(always)]
-    pub fn beyond(&self, x: S) -> S::Mask {
-        !(x.ge(self.lowest) & x.le(self.highest))
-    }
-
-    /// The largest number of comparisons one evaluation makes.
-    pub const fn walk(&self) -> usize {
-        self.walk
+    pub fn eval_flagged(&self, x: S) -> (S, S::Mask) {
+        let (cell, inside) = ((x - self.origin) * self.cells_per_unit).cell();
+        if inside.all() {
+            return (x.between(&self.cells, &self.rows, cell, self.len), !inside);
+        }
+        let outside = S::select(x.gt(self.middle), self.above, self.below);
+        if !inside.any() {
+            return (outside, !inside);
+        }
+        (S::select(inside, x.between(&self.cells, &self.rows, cell, self.len), outside), !inside)
     }
 
     /// Maps of single rigs side by side: lane `i` is `lanes[i]`.
@@ -60,17 +69,20 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
     where
         S::Element: 'a,
     {
-        let walks = (0..S::LANES).map(|i| lane(i).walk);
+        let row = |i: usize, n: usize| lane(i).rows.get(n).copied().unwrap_or_default();
         Self {
-            lowest: S::from_lanes(|i| lane(i).lowest),
-            highest: S::from_lanes(|i| lane(i).highest),
+            origin: S::from_lanes(|i| lane(i).origin),
             cells_per_unit: S::from_lanes(|i| lane(i).cells_per_unit),
-            walk: walks.fold(0, |most, w| if w > most { w } else { most }),
-            first: array::from_fn(|c| S::index_from_lanes(|i| lane(i).first.get(c).copied().unwrap_or(0))),
-            starts: pack_row(|i| &lane(i).starts),
-            ends: pack_row(|i| &lane(i).ends),
-            values: pack_row(|i| &lane(i).values),
-            slopes: pack_row(|i| &lane(i).slopes),
+            middle: S::from_lanes(|i| lane(i).middle),
+            below: S::from_lanes(|i| lane(i).below),
+            above: S::from_lanes(|i| lane(i).above),
+            len: (0..S::LANES).fold(0, |most, i| if lane(i).len > most { lane(i).len } else { most }),
+            rows: array::from_fn(|n| Row {
+                start: S::from_lanes(|i| row(i, n).start),
+                value: S::from_lanes(|i| row(i, n).value),
+                slope: S::from_lanes(|i| row(i, n).slope),
+            }),
+            cells: array::from_fn(|c| S::cell_from_lanes(|i| lane(i).cells.get(c).copied().unwrap_or(0))),
         }
     }
 }
@@ -78,16 +90,31 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
 impl<S: Real, const N: usize> PiecewiseLinear<S, N> {
     /// The knots: abscissae and values.
     pub fn knots(&self) -> impl Iterator<Item = (S, S)> + '_ {
-        let used = self.ends.iter().take_while(|e| e.is_finite()).count() + 1;
-        self.starts.iter().copied().zip(self.values.iter().copied()).take(used)
+        self.rows.iter().take(self.len as usize).map(|row| (row.start, row.value))
     }
 }
 
-fn pack_row<'a, S: Scalar, const N: usize>(row: impl Fn(usize) -> &'a [S::Element; N]) -> [S; N]
-where
-    S::Element: 'a,
-{
-    array::from_fn(|n| S::from_lanes(|i| row(i).get(n).copied().unwrap_or_default()))
+impl<S: Real> Row<S> {
+    #[inline(always)]
+    pub(crate) fn at(&self, x: S) -> S {
+        self.value + (x - self.start) * self.slope
+    }
+}
+
+/// The value at `x` on the last of the first `len` rows that starts at or below it.
+// A length that the compiler does not know keeps it from unrolling what is rarely run.
+#[inline(always)]
+pub(crate) fn search<S: Real>(row: impl Fn(usize) -> Option<Row<S>>, len: u32, x: S) -> S {
+    let mut n = len as usize;
+    while n > 0 {
+        n -= 1;
+        if let Some(row) = row(n)
+            && row.start <= x
+        {
+            return row.at(x);
+        }
+    }
+    S::default()
 }
 
 macro_rules! constructor {
@@ -97,8 +124,8 @@ macro_rules! constructor {
             ///
             /// # Errors
             /// Fewer than two knots, more than `N`, different lengths, entries that are not finite or beyond
-            /// ±[`LARGEST`], that do not increase strictly (after rounding), or whose slope
-            /// overflows, naming the table and the index. In a `const` context each is a compile error.
+            /// ±[`LARGEST`], that do not increase strictly (after rounding), or whose slope overflows, naming the
+            /// table and the index. In a `const` context each is a compile error.
             // Every index below is bounded by `len <= N`; `get` is not constant yet.
             #[allow(clippy::indexing_slicing)]
             pub const fn new(
@@ -108,7 +135,7 @@ macro_rules! constructor {
                 y: &[f64],
             ) -> Result<Self, ConfigError> {
                 let len = x.len();
-                let longest = if N < 256 { N } else { 255 };
+                let longest = if N < 255 { N } else { 255 };
                 if len < 2 || len > longest {
                     return Err(ConfigError::Length { parameter: x_name, length: len, shortest: 2, longest });
                 }
@@ -120,50 +147,115 @@ macro_rules! constructor {
                         longest: len,
                     });
                 }
-                let mut map = Self {
-                    lowest: 0.0,
-                    highest: 0.0,
-                    cells_per_unit: 0.0,
-                    walk: 0,
-                    first: [0; CELLS],
-                    starts: [<$t>::INFINITY; N],
-                    ends: [<$t>::INFINITY; N],
-                    values: [0.0; N],
-                    slopes: [0.0; N],
-                };
+                let mut rows = [Row { start: <$t>::INFINITY, value: 0.0, slope: 0.0 }; N];
                 let mut i = 0;
                 while i < len {
-                    map.starts[i] = check!(within(x_name, x[i], -LARGEST, LARGEST)) as $t;
-                    map.values[i] = check!(within(y_name, y[i], -LARGEST, LARGEST)) as $t;
-                    if i > 0 {
-                        if map.starts[i] <= map.starts[i - 1] {
-                            return Err(ConfigError::NotIncreasing { parameter: x_name, index: i });
-                        }
-                        if map.values[i] <= map.values[i - 1] {
-                            return Err(ConfigError::NotIncreasing { parameter: y_name, index: i });
-                        }
-                        map.ends[i - 1] = map.starts[i];
-                        let run = map.starts[i] - map.starts[i - 1];
-                        // Between the knots as rounded, so that the segment meets both of them.
-                        let rise = map.values[i] as f64 - map.values[i - 1] as f64;
-                        let mut slope = (rise / (map.starts[i] as f64 - map.starts[i - 1] as f64)) as $t;
-                        if !slope.is_finite() {
-                            return Err(ConfigError::TooSteep { parameter: y_name, index: i });
-                        }
-                        // Rounded down until the segment ends at or below the next knot: the map is then
-                        // monotone to the last bit, not only up to rounding.
-                        while map.values[i - 1] + run * slope > map.values[i] {
-                            slope = slope.next_down();
-                        }
-                        map.slopes[i - 1] = slope;
+                    rows[i].start = check!(within(x_name, x[i], -LARGEST, LARGEST)) as $t;
+                    rows[i].value = check!(within(y_name, y[i], -LARGEST, LARGEST)) as $t;
+                    if i > 0 && rows[i].start <= rows[i - 1].start {
+                        return Err(ConfigError::NotIncreasing { parameter: x_name, index: i });
+                    }
+                    if i > 0 && rows[i].value <= rows[i - 1].value {
+                        return Err(ConfigError::NotIncreasing { parameter: y_name, index: i });
                     }
                     i += 1;
                 }
-                map.lowest = map.starts[0];
-                map.highest = map.starts[len - 1];
-                // Half a cell short of the full count, so that rounding cannot reach past the last cell.
-                let span = map.starts[len - 1] as f64 - map.starts[0] as f64;
-                map.cells_per_unit = ((CELLS as f64 - 0.5) / span) as $t;
+                Self::through(rows, len, y_name)
+            }
+
+            /// The map times `factor` (not negative), cut off where it reaches ±1.
+            #[allow(clippy::indexing_slicing)]
+            pub(crate) const fn scaled_to_limit(&self, factor: f64) -> Result<Self, ConfigError> {
+                let mut rows = [Row { start: <$t>::INFINITY, value: 0.0, slope: 0.0 }; N];
+                let mut len = 0;
+                let mut i = 0;
+                while i < self.len as usize {
+                    let value = factor * self.rows[i].value as f64;
+                    let last = i + 1 == self.len as usize;
+                    let next = if last { value } else { factor * self.rows[i + 1].value as f64 };
+                    let previous = if i == 0 { value } else { factor * self.rows[i - 1].value as f64 };
+                    // A knot beyond a limit moves along its segment to where the map crosses the limit, or goes if
+                    // its neighbour towards the limit is beyond as well.
+                    let (limit, neighbour, j) =
+                        if value < -1.0 { (-1.0, next, i + 1) } else { (1.0, previous, i.wrapping_sub(1)) };
+                    let beyond = value > 1.0 || value < -1.0;
+                    let crossing = beyond && (neighbour - limit) * limit < 0.0;
+                    if crossing {
+                        let run = self.rows[j].start as f64 - self.rows[i].start as f64;
+                        let start = self.rows[i].start as f64 + (limit - value) / (neighbour - value) * run;
+                        rows[len] = Row { start: start as $t, value: limit as $t, slope: 0.0 };
+                    } else {
+                        rows[len] = Row { start: self.rows[i].start, value: value as $t, slope: 0.0 };
+                    }
+                    // Knots that rounding puts on one place are one.
+                    if (!beyond || crossing) && (len == 0 || rows[len].start > rows[len - 1].start) {
+                        len += 1;
+                    } else {
+                        rows[len] = Row { start: <$t>::INFINITY, value: 0.0, slope: 0.0 };
+                    }
+                    i += 1;
+                }
+                if len < 2 {
+                    return Err(ConfigError::Length {
+                        parameter: "openings",
+                        length: len,
+                        shortest: 2,
+                        longest: N,
+                    });
+                }
+                Self::through(rows, len, "openings")
+            }
+
+            /// The first `len` rows' starts and values are the knots: starts increase, values do not decrease.
+            #[allow(clippy::indexing_slicing)]
+            const fn through(
+                mut rows: [Row<$t>; N],
+                len: usize,
+                y_name: &'static str,
+            ) -> Result<Self, ConfigError> {
+                let mut i = 1;
+                while i < len {
+                    let (row, next) = (rows[i - 1], rows[i]);
+                    // Between the knots as rounded, so that the segment meets both of them.
+                    let rise = next.value as f64 - row.value as f64;
+                    let mut slope = (rise / (next.start as f64 - row.start as f64)) as $t;
+                    if !slope.is_finite() {
+                        return Err(ConfigError::TooSteep { parameter: y_name, index: i });
+                    }
+                    // Rounded down until the segment ends at or below the next knot: the map is then monotone to
+                    // the last bit, not only up to rounding.
+                    while row.value + (next.start - row.start) * slope > next.value {
+                        slope = slope.next_down();
+                    }
+                    rows[i - 1].slope = slope;
+                    i += 1;
+                }
+                let (first, last) = (rows[0], rows[len - 1]);
+                rows[len - 1].slope = 0.0;
+                let cells_per_unit = CELLS as f64 / (last.start as f64 - first.start as f64);
+                if !(cells_per_unit as $t).is_finite() {
+                    return Err(ConfigError::TooSteep { parameter: y_name, index: len - 1 });
+                }
+                let mut map = Self {
+                    origin: (first.start as f64 - 1.0 / cells_per_unit) as $t,
+                    cells_per_unit: cells_per_unit as $t,
+                    middle: (first.start as f64 / 2.0 + last.start as f64 / 2.0) as $t,
+                    below: first.value,
+                    above: last.value,
+                    len: len as u32,
+                    rows,
+                    cells: [0; CELLS],
+                };
+                // Whatever the rounding: the last knot is inside, and nothing below the table is.
+                while map.cell(last.start) >= CELLS as i32 {
+                    map.cells_per_unit = map.cells_per_unit.next_down();
+                }
+                let below = first.start.next_down();
+                while map.cell(below) >= 0 {
+                    // In steps that count beside the first knot, even where the origin itself is near zero.
+                    let raised = map.origin + (first.start - below);
+                    map.origin = if raised > map.origin { raised } else { map.origin.next_up() };
+                }
                 map.index(len);
                 Ok(map)
             }
@@ -174,26 +266,41 @@ macro_rules! constructor {
             const fn index(&mut self, len: usize) {
                 let mut cell = 0;
                 while cell < CELLS {
-                    let mut inside = 0;
+                    let (mut before, mut inside) = (0, 0);
                     let mut i = 1;
                     while i < len {
-                        let at = self.cell(self.starts[i]);
-                        if at < cell {
-                            self.first[cell] = i as u8;
-                        } else if at == cell {
+                        let at = self.cell(self.rows[i].start);
+                        if at < cell as i32 {
+                            before = i;
+                        } else if at == cell as i32 {
                             inside += 1;
                         }
                         i += 1;
                     }
-                    if inside > self.walk {
-                        self.walk = inside;
-                    }
+                    // The last row has no next one; the comparison with its own start leads to it as well.
+                    let first = if before > len - 2 { len - 2 } else { before };
+                    self.cells[cell] = if inside > 1 { CROWDED } else { first as u8 };
                     cell += 1;
                 }
             }
 
-            const fn cell(&self, x: $t) -> usize {
-                ((x - self.lowest) * self.cells_per_unit) as u8 as usize & (CELLS - 1)
+            /// The cell of `x`, as `eval` finds it: negative below the table.
+            const fn cell(&self, x: $t) -> i32 {
+                (((x - self.origin) * self.cells_per_unit) as i32).saturating_sub(1)
+            }
+
+            /// Whether some evaluations search, because knots crowd into one cell of the index.
+            pub const fn is_crowded(&self) -> bool {
+                let mut cell = 0;
+                while cell < CELLS {
+                    // Bounded by the array itself; `iter` is not constant yet.
+                    #[allow(clippy::indexing_slicing)]
+                    if self.cells[cell] == CROWDED {
+                        return true;
+                    }
+                    cell += 1;
+                }
+                false
             }
         }
     };

@@ -5,6 +5,8 @@
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+use crate::piecewise::{CELLS, CROWDED, Row, search};
+
 /// The outcome of a comparison, one truth value a lane.
 pub trait Mask:
     Copy + core::fmt::Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
@@ -48,7 +50,9 @@ pub trait Scalar:
     type Mask: Mask;
     /// Status words.
     type Flags: Flags;
-    /// A table index a lane.
+    /// A byte of a table's index a lane.
+    type Cell: Copy + core::fmt::Debug;
+    /// An index a lane.
     type Index: Copy + core::fmt::Debug;
     /// How many numbers stand side by side.
     const LANES: usize;
@@ -74,16 +78,19 @@ pub trait Scalar:
     /// `yes` where the mask is true, `no` elsewhere.
     fn select_flags(mask: Self::Mask, yes: Self::Flags, no: Self::Flags) -> Self::Flags;
 
-    /// Table indices from one a lane.
-    fn index_from_lanes(f: impl FnMut(usize) -> u8) -> Self::Index;
-    /// The integer part, saturating at 0 and 255; NaN gives 0.
-    fn truncate(self) -> Self::Index;
-    /// Entry `index` of a table of indices of power-of-two length, wrapping.
-    fn index_at<const M: usize>(table: &[Self::Index; M], index: Self::Index) -> Self::Index;
-    /// Entry `index` of a table; zero beyond its end.
-    fn at<const N: usize>(table: &[Self; N], index: Self::Index) -> Self;
-    /// One more where the mask is true.
-    fn advance(index: Self::Index, mask: Self::Mask) -> Self::Index;
+    /// Cell bytes from one a lane.
+    fn cell_from_lanes(f: impl FnMut(usize) -> u8) -> Self::Cell;
+    /// The integer part of `self - 1`, and whether it is a cell of a [`PiecewiseLinear`](crate::PiecewiseLinear)'s
+    /// index; NaN is in none.
+    fn cell(self) -> (Self::Index, Self::Mask);
+    /// The value of a table's map at `self`, which lies in `cell` of the index to its first `len` rows; finite where `cell` is none.
+    fn between<const N: usize>(
+        self,
+        cells: &[Self::Cell; CELLS],
+        rows: &[Row<Self>; N],
+        cell: Self::Index,
+        len: u32,
+    ) -> Self;
 
     /// self > other
     #[inline(always)]
@@ -111,7 +118,7 @@ pub trait Scalar:
 
 /// A single floating-point number.
 pub trait Real:
-    Scalar<Element = Self, Mask = bool, Flags = u32, Index = u8> + PartialOrd + PartialEq
+    Scalar<Element = Self, Mask = bool, Flags = u32, Cell = u8, Index = u32> + PartialOrd + PartialEq
 {
     /// Rounded to this type.
     fn from_f64(value: f64) -> Self;
@@ -157,7 +164,8 @@ macro_rules! real {
             type Element = $t;
             type Mask = bool;
             type Flags = u32;
-            type Index = u8;
+            type Cell = u8;
+            type Index = u32;
             const LANES: usize = 1;
 
             #[inline(always)]
@@ -201,25 +209,27 @@ macro_rules! real {
                 if mask { yes } else { no }
             }
             #[inline(always)]
-            fn index_from_lanes(mut f: impl FnMut(usize) -> u8) -> u8 {
+            fn cell_from_lanes(mut f: impl FnMut(usize) -> u8) -> u8 {
                 f(0)
             }
             #[inline(always)]
-            fn truncate(self) -> u8 {
-                self as u8
+            fn cell(self) -> (u32, bool) {
+                let cell = (self as i32).wrapping_sub(1) as u32;
+                (cell, cell < CELLS as u32)
             }
             #[inline(always)]
-            fn index_at<const M: usize>(table: &[u8; M], index: u8) -> u8 {
-                const { assert!(M.is_power_of_two()) };
-                table.get(usize::from(index) & (M - 1)).copied().unwrap_or(0)
-            }
-            #[inline(always)]
-            fn at<const N: usize>(table: &[Self; N], index: u8) -> Self {
-                table.get(usize::from(index)).copied().unwrap_or(0.0)
-            }
-            #[inline(always)]
-            fn advance(index: u8, mask: bool) -> u8 {
-                index.wrapping_add(u8::from(mask))
+            fn between<const N: usize>(
+                self,
+                cells: &[u8; CELLS],
+                rows: &[Row<Self>; N],
+                cell: u32,
+                len: u32,
+            ) -> Self {
+                let first = usize::from(cells.get(cell as usize).copied().unwrap_or(CROWDED));
+                match rows.get(first..first + 2) {
+                    Some([row, next]) => (if self < next.start { row } else { next }).at(self),
+                    _ => search(|n| rows.get(n).copied(), len, self),
+                }
             }
         }
 
@@ -239,5 +249,5 @@ macro_rules! real {
         }
     };
 }
-real!(f32, libm::sqrtf);
+real!(f32, eft_sqrt::sqrtf);
 real!(f64, libm::sqrt);

@@ -105,8 +105,11 @@ macro_rules! properties {
                     let gain = 1.0 / (proportional * valve);
                     let lead = LeadNetwork::<$t>::new(gain, delay, alpha, rate).unwrap();
                     let mut state = LeadState::default();
+                    let lag = 2.0 * alpha / (1.0 - alpha) * delay * rate;
+                    // A pole p decays by e⁻⁴⁰ in 40/|ln p| samples, one near −1 (ringing) as slowly as one near 1.
+                    let settled = 100 + (20.0 * f64::max(lag, 1.0 / lag).min(1.0e4)) as usize;
                     let mut output = 0.0;
-                    for _ in 0..(1000.0 + 50.0 * 2.0 * alpha / (1.0 - alpha) * delay * rate) as usize {
+                    for _ in 0..settled {
                         output = lead.step(&mut state, 1.0);
                     }
                     let nearest = gain as $t;
