@@ -1,6 +1,6 @@
 //! What the structure would do under exactly the commanded force: the answer every scheme is judged by.
 
-use crate::closed_loop::simulate::SimulateOptions;
+use crate::closed_loop::simulate::{SimulateOptions, one_actuator};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::excitation::Command;
@@ -26,6 +26,7 @@ pub fn ideal_response(
     options: &SimulateOptions,
 ) -> Result<IdealResponse> {
     rig.validate()?;
+    one_actuator(rig)?;
     command.validate()?;
     let specimen = Specimen::<f64>::pack(|_| rig);
     let steps = options.steps(command.sample_rate)?.max(needed_steps(rig, command.sample_rate)?);

@@ -1,5 +1,6 @@
 //! The sampled closed loop: `eft-core` around the continuous plant.
 
+mod building;
 mod controller;
 mod dac;
 mod delay_line;
@@ -7,9 +8,12 @@ mod digital_side;
 mod ideal;
 mod simulate;
 mod single;
+mod stepper;
 mod test_run;
 
+pub use building::{ideal_building_response, simulate_building, story_forces};
 pub use controller::{Precision, RigController, compensation_parameters};
 pub use ideal::{IdealResponse, ideal_response};
 pub use simulate::{DEFAULT_STEP, SimulateOptions, energy_balance, simulate};
+pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;

@@ -5,7 +5,7 @@ use eft_core::{Mask, Scalar, status};
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::single::ClosedLoop;
 use crate::closed_loop::test_run::TestRun;
-use crate::config::RigConfig;
+use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::excitation::Command;
 use crate::rig::{DetailedPlant, EnergyBalance, Plant, PlantModel, longest_step, needs_detail};
@@ -65,6 +65,7 @@ pub fn simulate<P: Precision>(
     go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     rig.validate()?;
+    one_actuator(rig)?;
     command.validate()?;
     if needs_detail(rig) {
         let (mut run, test) = run_through::<P, DetailedPlant<f64>>(rig, command, options, go_on)?;
@@ -85,9 +86,22 @@ pub fn energy_balance(
     options: &SimulateOptions,
 ) -> Result<EnergyBalance> {
     rig.validate()?;
+    one_actuator(rig)?;
     command.validate()?;
     let (_, test) = run_through::<f64, DetailedPlant<f64>>(rig, command, options, |_, _| true)?;
     Ok(test.balance())
+}
+
+/// Refuses a building, which takes one command a story.
+///
+/// # Errors
+/// A structure of that kind.
+pub(crate) fn one_actuator(rig: &RigConfig) -> Result<()> {
+    if rig.structure.kind != StructureKind::ShearBuilding {
+        return Ok(());
+    }
+    let allowed = "must be of another kind for one command: a building takes one a story";
+    Err(Error::value("structure.kind", "\"shear_building\"", allowed))
 }
 
 fn run_through<P: Precision, M: PlantModel<f64>>(

@@ -24,6 +24,9 @@ const BESIDE: &[(&str, &str)] = &[
     ("structure.bouc_wen.post_yield_ratio", "structure.bouc_wen.exponent"),
     ("structure.bouc_wen.exponent", "structure.bouc_wen.shape"),
     ("structure.bouc_wen.shape", "structure.bouc_wen.yield_displacement"),
+    ("structure.stories.masses", "structure.stories.dampings"),
+    ("structure.stories.dampings", "structure.stories.stiffnesses"),
+    ("structure.stories.stiffnesses", "structure.stories.masses"),
     ("sensors.cell_mass", "sensors.force.bandwidth"),
     ("sensors.fault.signal", "sensors.fault.kind"),
     ("sensors.fault.kind", "sensors.fault.start"),
@@ -63,6 +66,7 @@ pub(super) fn complete(given: Table) -> Result<Table> {
     together(&whole)?;
     flow_table(&whole)?;
     supply_schedule(&whole)?;
+    stories(&whole)?;
     Ok(whole)
 }
 
@@ -177,6 +181,30 @@ fn supply_schedule(whole: &Table) -> Result<()> {
             "must be a number between 0 and 1e9 Pa",
         )),
     }
+}
+
+/// The stories: as many dampings and stiffnesses as masses; masses and stiffnesses positive.
+fn stories(whole: &Table) -> Result<()> {
+    const MASSES: &str = "structure.stories.masses";
+    let rows = [
+        (MASSES, 1e-3, 1e12, "kg"),
+        ("structure.stories.dampings", 0.0, 1e12, "N·s/m"),
+        ("structure.stories.stiffnesses", 1e-3, 1e15, "N/m"),
+    ];
+    let count = list(whole, MASSES).len();
+    for (key, lowest, highest, unit) in rows {
+        let values = list(whole, key);
+        if values.len() != count {
+            let allowed = format!("must have as many values as `{MASSES}`, which has {count}");
+            return Err(Error::value(key, format!("{} values", values.len()), allowed));
+        }
+        if let Some((index, value)) = values.iter().enumerate().find(|v| !(lowest..=highest).contains(v.1)) {
+            let (lowest, highest) = (Short(lowest), Short(highest));
+            let allowed = format!("must be a number between {lowest} and {highest} {unit}");
+            return Err(Error::value(&format!("{key}[{index}]"), Short(*value), allowed));
+        }
+    }
+    Ok(())
 }
 
 /// The numbers of a list, none where it is absent.

@@ -21,6 +21,7 @@ const fn int(value: i64) -> Need {
 
 const OFF: Need = Need::Default(Preset::Bool(false));
 const BILINEAR: Need = When("structure.kind", "bilinear");
+const BUILDING: Need = When("structure.kind", "shear_building");
 const BOUC_WEN: Need = When("structure.kind", "bouc_wen");
 
 /// Every key of the configuration.
@@ -76,7 +77,7 @@ pub static KEYS: &[Key] = &[
     key("compensation.feedforward", "", Bool, OFF, "demand the command's own flow as well"),
     key("compensation.adaptive", "", Bool, OFF, "estimate flow gain and valve during the test"),
 
-    key("structure.kind", "", Choice(&["linear", "bilinear", "bouc_wen"]), Required, "kind of structure; parts it does not use are ignored"),
+    key("structure.kind", "", Choice(&["linear", "bilinear", "bouc_wen", "shear_building"]), Required, "kind of structure; parts it does not use are ignored"),
     key("structure.mass", "kg", Float(1e-3, 1e12), Required, "mass m"),
     key("structure.damping", "N·s/m", Float(0.0, 1e12), Required, "viscous damping c"),
     key("structure.stiffness", "N/m", Float(0.0, 1e15), Required, "stiffness k"),
@@ -88,6 +89,9 @@ pub static KEYS: &[Key] = &[
     key("structure.bouc_wen.shape", "", Float(0.0, 1.0), BOUC_WEN, "shape of the loop β, with γ = 1 − β"),
     key("structure.power_damper.coefficient", "N", Float(0.0, 1e12), Optional, "power-law damper: force at 1 m/s"),
     key("structure.power_damper.exponent", "", Float(0.05, 3.0), Optional, "power-law damper: exponent of the velocity"),
+    key("structure.stories.masses", "kg", Floats(1, 64), BUILDING, "masses of the floors of a shear building, from the ground up"),
+    key("structure.stories.dampings", "N·s/m", Floats(1, 64), BUILDING, "damping of the columns below each floor"),
+    key("structure.stories.stiffnesses", "N/m", Floats(1, 64), BUILDING, "stiffness of the columns below each floor"),
 
     key("sensors.seed", "", Int(0, i64::MAX), int(0), "seed of all noise"),
     key("sensors.cell_mass", "kg", Float(0.0, 1e9), Optional, "mass between load cell and piston, part of the structure's"),

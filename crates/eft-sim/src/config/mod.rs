@@ -16,8 +16,8 @@ pub use keys::KEYS;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode,
-    PowerDamper, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening, Structure,
-    StructureKind, Supply, SupplySchedule, ValveLeakage,
+    PowerDamper, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening, Stories,
+    Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
 };
 
 use std::path::Path;

@@ -191,8 +191,10 @@ pub struct Structure {
     pub softening: Option<Softening>,
     /// Yielding of the Bouc–Wen kind.
     pub bouc_wen: Option<BoucWen>,
-    /// A power-law damper beside the viscous one, with any kind.
+    /// A power-law damper beside the viscous one, with any kind but the shear building.
     pub power_damper: Option<PowerDamper>,
+    /// The stories of a shear building.
+    pub stories: Option<Stories>,
 }
 
 /// The kind of structure.
@@ -205,6 +207,8 @@ pub enum StructureKind {
     Bilinear,
     /// Hysteretic.
     BoucWen,
+    /// Several stories, each with an actuator.
+    ShearBuilding,
 }
 
 /// Where and how a bilinear elastic spring softens.
@@ -229,6 +233,18 @@ pub struct BoucWen {
     pub exponent: f64,
     /// Share β of the loop's shape, 1 − β being γ, dimensionless.
     pub shape: f64,
+}
+
+/// The stories of a shear building, from the ground up; one actuator on each floor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stories {
+    /// Masses of the floors, kg.
+    pub masses: Vec<f64>,
+    /// Damping of the columns below each floor, N·s/m.
+    pub dampings: Vec<f64>,
+    /// Stiffness of the columns below each floor, N/m.
+    pub stiffnesses: Vec<f64>,
 }
 
 /// A fluid damper with a power law.

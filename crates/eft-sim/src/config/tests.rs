@@ -16,7 +16,9 @@ fn everything() -> Table {
             Kind::Bool => Value::Boolean(true),
             Kind::Choice(words) => Value::String(words[0].into()),
             Kind::Text => Value::String("some text".into()),
-            Kind::Floats(least, _) => Value::Array((0..least).map(|i| Value::Float(i as f64)).collect()),
+            Kind::Floats(least, _) => {
+                Value::Array((0..least).map(|i| Value::Float(1.0 + i as f64)).collect())
+            }
         };
         tree::set(&mut whole, row.key, value).unwrap();
     }

@@ -82,6 +82,7 @@ impl RigConfig {
                 softening: Some(Softening { displacement: 25.0e-3, stiffness: 350.0e3 }),
                 bouc_wen: None,
                 power_damper: None,
+                stories: None,
             },
             sensors: Sensors {
                 seed: 0,

@@ -55,6 +55,14 @@ impl<S: Num> Vector<S> for DetailedState<S> {
     }
 }
 
+impl<S> DetailedState<S> {
+    /// Puts the piston to a displacement (m) and velocity (m/s).
+    pub(crate) fn set_motion(&mut self, displacement: S, velocity: S) {
+        self.core.displacement = displacement;
+        self.core.velocity = velocity;
+    }
+}
+
 impl<S: Num> DetailedPlant<S> {
     /// The balance of one lane's energies since `start`.
     pub(crate) fn balance(
@@ -96,13 +104,37 @@ impl<S: Num> DetailedPlant<S> {
         self.specimen.acceleration(force, displacement, velocity, state.hysteresis)
     }
 
+    /// One step (s) under a held command, the piston led at a constant acceleration (m/s²).
+    pub(crate) fn advance_led(
+        &self,
+        state: DetailedState<S>,
+        drive: &impl Drive<S>,
+        acceleration: S,
+        step: f64,
+    ) -> DetailedState<S> {
+        let mut state =
+            runge_kutta(state, 0.0, step, |state, time| self.rate_led(state, drive, acceleration, time));
+        state.core.spool = Spool::stop(state.core.spool);
+        state
+    }
+
     #[inline(always)]
     fn rate(&self, state: &DetailedState<S>, drive: &impl Drive<S>, time: S) -> DetailedState<S> {
+        self.rate_led(state, drive, self.acceleration(state), time)
+    }
+
+    #[inline(always)]
+    fn rate_led(
+        &self,
+        state: &DetailedState<S>,
+        drive: &impl Drive<S>,
+        acceleration: S,
+        time: S,
+    ) -> DetailedState<S> {
         let core = &state.core;
         let setting = self.supply.setting(state.time);
         let pressure = self.supply.pressure(setting, state.accumulator);
         let hydraulics = self.servo_actuator.hydraulics(core, pressure);
-        let acceleration = self.acceleration(state);
         let valve_command =
             self.servo_actuator.driven_command(core, state.cell, &hydraulics, acceleration, drive, time);
         let pump_flow = self.supply.pump_flow(setting, pressure, hydraulics.drawn());

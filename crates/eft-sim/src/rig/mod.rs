@@ -4,6 +4,7 @@
 
 mod actuator;
 mod bouc_wen;
+mod building_plant;
 mod detailed_plant;
 mod drive;
 mod end_stop;
@@ -17,6 +18,7 @@ mod plant;
 mod power_damper;
 mod runge_kutta;
 mod servo_actuator;
+mod shear_building;
 mod specimen;
 mod spool;
 mod state;
@@ -26,12 +28,14 @@ mod valve_leakage;
 
 use eft_core::Scalar;
 
-pub(crate) use detailed_plant::{DetailedPlant, longest_step, needs_detail};
+pub(crate) use building_plant::BuildingPlant;
+pub(crate) use detailed_plant::{DetailedPlant, DetailedState, longest_step, needs_detail};
 pub(crate) use drive::{Analog, Driver, Held};
 pub use energy::EnergyBalance;
 pub(crate) use model::PlantModel;
 pub use plant::Plant;
 pub(crate) use runge_kutta::{Vector, runge_kutta};
+pub(crate) use shear_building::ShearBuilding;
 pub(crate) use specimen::Specimen;
 pub use state::PlantState;
 

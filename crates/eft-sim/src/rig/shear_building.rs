@@ -1,0 +1,73 @@
+//! A shear building: `m_i·ẍ_i + f_i − f_{i+1} = F_i`, `f_i = c_i·(ẋ_i − ẋ_{i−1}) + k_i·(x_i − x_{i−1})`.
+//!
+//! Story 1 stands on the ground; `k_i` and `c_i` belong to the columns below floor `i`.
+
+use crate::config::RigConfig;
+use crate::error::{Error, Result};
+
+/// Masses and columns, from the ground up.
+#[derive(Debug, Clone)]
+pub(crate) struct ShearBuilding {
+    stories: Vec<Story>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Story {
+    mass: f64,
+    damping: f64,
+    stiffness: f64,
+}
+
+impl ShearBuilding {
+    /// The building of a rig.
+    ///
+    /// # Errors
+    /// A structure of another kind.
+    pub(crate) fn new(rig: &RigConfig) -> Result<Self> {
+        let Some(stories) = &rig.structure.stories else {
+            let allowed = "must be \"shear_building\", with `structure.stories`, for several actuators";
+            return Err(Error::value("structure.kind", "another kind", allowed));
+        };
+        let columns = stories.dampings.iter().zip(&stories.stiffnesses);
+        let stories = stories.masses.iter().zip(columns);
+        Ok(Self {
+            stories: stories
+                .map(|(&mass, (&damping, &stiffness))| Story { mass, damping, stiffness })
+                .collect(),
+        })
+    }
+
+    /// Number of stories.
+    pub(crate) fn len(&self) -> usize {
+        self.stories.len()
+    }
+
+    /// Accelerations (m/s²) under a force (N) on each floor, from displacements (m) and velocities (m/s): one pass
+    /// from the roof down.
+    pub(crate) fn accelerations(
+        &self,
+        force: impl Fn(usize) -> f64,
+        motion: impl Fn(usize) -> (f64, f64),
+        mut put: impl FnMut(usize, f64),
+    ) {
+        let mut from_above = 0.0;
+        for (i, story) in self.stories.iter().enumerate().rev() {
+            let (x, v) = motion(i);
+            let (x_below, v_below) = if i == 0 { (0.0, 0.0) } else { motion(i - 1) };
+            let columns = story.damping * (v - v_below) + story.stiffness * (x - x_below);
+            put(i, (force(i) + from_above - columns) / story.mass);
+            from_above = columns;
+        }
+    }
+
+    /// No mode is faster than this (rad/s): Gershgorin's circles.
+    pub(crate) fn fastest_rate(&self) -> f64 {
+        let above = |i: usize| self.stories.get(i + 1).copied();
+        let bound = |(i, story): (usize, &Story)| {
+            let (k, c) = above(i).map_or((0.0, 0.0), |s| (s.stiffness, s.damping));
+            let elastic = (2.0 * (story.stiffness + k) / story.mass).sqrt();
+            elastic.max(2.0 * (story.damping + c) / story.mass)
+        };
+        self.stories.iter().enumerate().map(bound).fold(0.0, f64::max)
+    }
+}
