@@ -23,8 +23,11 @@ pub const STROKE_EXCEEDED: u32 = 1 << 9;
 /// The simulated state was no longer finite; the run ends here (set by the rig).
 pub const DIVERGED: u32 = 1 << 10;
 
+/// The tick was missed; the last output is held (set by who runs the loop).
+pub const MISSED_TICK: u32 = 1 << 11;
+
 /// Every flag of this module with its name, lowest bit first.
-pub const NAMES: [(u32, &str); 11] = [
+pub const NAMES: [(u32, &str); 12] = [
     (SPOOL_WARNING, "spool_warning"),
     (DEMAND_SATURATED, "demand_saturated"),
     (LOAD_PRESSURE_FLOORED, "load_pressure_floored"),
@@ -36,4 +39,5 @@ pub const NAMES: [(u32, &str); 11] = [
     (SPOOL_STOP, "spool_stop"),
     (STROKE_EXCEEDED, "stroke_exceeded"),
     (DIVERGED, "diverged"),
+    (MISSED_TICK, "missed_tick"),
 ];
