@@ -157,6 +157,10 @@ WRONG = {
         {"a.csv": CSV},
         ["forse", "`force`"],
     ),
+    # the report
+    "report of nothing": (["report"], {}, ["RUNS"]),
+    "report of no run": (["report", "a.eft"], {"a.eft": "words"}, ["a.eft", "not a test saved by eft"]),
+    "report as a picture": (["report", "a.eft", "-o", "a.png"], {"a.eft": "words"}, ["a.png", ".html"]),
     # the demonstration
     "demo scaled by nothing": (["demo", "--scale", "0"], {}, ["--scale 0", "other than zero"]),
     "demo without its record": (["demo", "--record", "nowhere.at2"], {}, ["nowhere.at2"]),

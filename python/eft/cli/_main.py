@@ -13,6 +13,7 @@ from eft._native import __version__
 from eft.cli._compare import compare
 from eft.cli._demo import demo
 from eft.cli._init import init
+from eft.cli._report import report
 from eft.cli._run import run
 
 BAD_INPUT = 2
@@ -24,7 +25,8 @@ _HELP = """Effective force testing: controller, virtual rig and analysis.
 \b
 A first test:
   eft init test.toml --test     a rig and a command, every key explained
-  eft run test.toml             the test on the virtual rig
+  eft run test.toml             the test on the virtual rig, kept as test.eft
+  eft report test.eft           what came out, as test.html
 
 Exit codes: 0 done, 1 done but the answer is no, 2 wrong input (nothing written), 130 interrupted.
 """
@@ -36,7 +38,7 @@ def cli() -> None:
     """All commands."""
 
 
-for command in (init, run, compare, demo):
+for command in (init, run, report, compare, demo):
     cli.add_command(command)
 
 

@@ -1,0 +1,41 @@
+"""`eft report`: one HTML file about one test or several."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+import eft
+from eft.cli._output import FILE, epilog
+from eft.report import write_report
+from eft.traces._write import check_folder
+
+
+@click.command(
+    short_help="One HTML file about a test, or several.",
+    epilog=epilog(
+        "eft report run.eft", "eft report nonlinear.eft linear.eft -o schemes.html --title 'El Centro'"
+    ),
+)
+@click.argument("runs", type=FILE, nargs=-1, required=True)
+@click.option("-o", "--output", type=FILE, help="Default: the first run's name with .html")
+@click.option("--title", default="Effective force test", show_default=True)
+def report(runs: tuple[Path, ...], output: Path | None, title: str) -> None:
+    """Write a report of the RUNS that `eft run` saved, one HTML file without any network.
+
+    Verdict, metrics, time histories to zoom into, force over command by frequency, spool opening against the
+    advised 60 %, restoring force, configuration and versions. Several runs are drawn over each other.
+    """
+    target = output or runs[0].with_suffix(".html")
+    if target.suffix.lower() not in (".html", ".htm"):
+        raise click.UsageError(f"{target}: the suffix must be .html")
+    check_folder(target)
+    named: dict[str, eft.TestRun] = {}
+    for path in runs:
+        name = path.stem if path.stem not in named else str(path)
+        if name in named:
+            raise click.UsageError(f"{path} is given twice")
+        named[name] = eft.TestRun.load(path)
+    write_report(named, target, title)
+    click.echo(f"{target} written")

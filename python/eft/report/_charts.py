@@ -1,0 +1,159 @@
+"""The charts of a report: their data as text in the page, their looks as JSON."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eft._run import TestRun
+from eft._verdict import SPOOL_ADVICE
+from eft.plots._signals import restoring_force
+
+Array = NDArray[np.float64]
+
+MOST = 65536
+"""Points of one curve: more make the page heavy and nothing plainer."""
+
+_WEAKEST = 0.05
+"""Share of the command's largest amplitude below which no ratio is shown."""
+
+_COMMAND_COLOR = "#9a9a9a"
+_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+
+
+@dataclass
+class Page:
+    """Charts and their data, collected."""
+
+    figures: list[str] = field(default_factory=list)
+    data: list[str] = field(default_factory=list)
+    thinned: int = 1
+    """Samples that stand behind one pair of extremes in the longest curve; 1 when nothing was thinned."""
+
+    def store(self, values: Array) -> str:
+        """Keep an array in the page; returns its id. Single precision: seven digits are enough to look at."""
+        name = f"d{len(self.data)}"
+        text = base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
+        self.data.append(f'<script type="text/plain" id="{name}">{text}</script>')
+        return name
+
+    def history(
+        self, label: str, color: str, values: Array, run: TestRun, width: float = 1.2
+    ) -> dict[str, Any]:
+        """A curve over time."""
+        thin, step = _thin(values)
+        self.thinned = max(self.thinned, step)
+        pace = (step / 2 if step > 1 else 1) / run.sample_rate
+        x = {"start": 0.0, "step": pace}
+        return {"label": label, "color": color, "width": width, "x": x, "y": self.store(thin)}
+
+    def curve(self, label: str, color: str, x: Array, y: Array) -> dict[str, Any]:
+        """A curve over anything else."""
+        return {"label": label, "color": color, "width": 1.2, "x": self.store(x), "y": self.store(y)}
+
+    def add(self, title: str, labels: tuple[str, str], series: list[dict[str, Any]], **spec: Any) -> None:
+        """A figure with its legend."""
+        keys = "".join(
+            f'<span class="key" style="--c:{s["color"]}">{html.escape(s["label"])}</span>' for s in series
+        )
+        whole = {"xlabel": labels[0], "ylabel": labels[1], "rules": [], "link": None, "box": False} | spec
+        chart = html.escape(json.dumps(whole | {"series": series}), quote=True)
+        kind = ' class="square"' if whole["box"] else ""
+        name = html.escape(title)
+        self.figures.append(
+            f'<figure{kind} data-chart="{chart}"><canvas role="img" aria-label="{name}"></canvas>'
+            f"<figcaption><b>{name}</b>{keys}<output></output></figcaption></figure>"
+        )
+
+
+def draw(runs: Mapping[str, TestRun]) -> Page:
+    """Every chart of one or several runs under the same command."""
+    page = Page()
+    colors = dict(zip(runs, _cycle(len(runs)), strict=True))
+    first = next(iter(runs.values()))
+
+    def over_time(name: str, scale: float = 1.0) -> list[dict[str, Any]]:
+        return [page.history(k, colors[k], getattr(r, name) * scale, r) for k, r in runs.items()]
+
+    command = page.history("command", _COMMAND_COLOR, first.command / 1e3, first, width=2.4)
+    page.add("Force", ("time (s)", "force (kN)"), [command, *over_time("force", 1e-3)], link="time")
+    page.add("Displacement", ("time (s)", "displacement (mm)"), over_time("displacement", 1e3), link="time")
+    page.add("Velocity", ("time (s)", "velocity (m/s)"), over_time("velocity"), link="time")
+    advice = [
+        {"y": sign * SPOOL_ADVICE * 100, "label": f"{SPOOL_ADVICE:.0%} advised" if sign > 0 else ""}
+        for sign in (1, -1)
+    ]
+    page.add(
+        "Spool opening", ("time (s)", "spool opening (%)"), over_time("spool", 100), link="time", rules=advice
+    )
+    page.add("Valve command", ("time (s)", "valve command (V)"), over_time("valve_command"), link="time")
+    page.add(
+        "Load pressure", ("time (s)", "load pressure (MPa)"), over_time("load_pressure", 1e-6), link="time"
+    )
+    _ratio(page, runs, colors)
+    _hysteresis(page, runs, colors)
+    return page
+
+
+def _ratio(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -> None:
+    series = []
+    for name, run in runs.items():
+        if run.command.any() and len(run) > 2:
+            amplitude = np.abs(np.fft.rfft(run.command))
+            frequency, ratio = run.fft_ratio(*_band(amplitude, run))
+            # Where the command asks for next to nothing, the ratio says nothing.
+            bins = np.rint(frequency * len(run) / run.sample_rate).astype(int)
+            told = amplitude[bins] > _WEAKEST * amplitude[1:].max()
+            if np.count_nonzero(told) > 1:
+                series.append(page.curve(name, colors[name], frequency[told][:MOST], ratio[told][:MOST]))
+    if series:
+        rules = [{"y": 1.0, "label": "force = command"}]
+        labels = ("frequency (Hz)", "|FFT(force)| / |FFT(command)|")
+        page.add(
+            "Force over command, at the frequencies that the command excites", labels, series, rules=rules
+        )
+
+
+def _band(amplitude: Array, run: TestRun) -> tuple[float, float]:
+    """From above zero to where 99 % of the command's energy lies below, Hz."""
+    below = np.cumsum(amplitude[1:] ** 2)
+    bin_width = run.sample_rate / len(run)
+    high = float((np.searchsorted(below, 0.99 * below[-1]) + 2) * bin_width)
+    return bin_width / 2, min(high, run.sample_rate / 2)
+
+
+def _hysteresis(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -> None:
+    series = []
+    for name, run in runs.items():
+        if len(run) < 3:
+            continue
+        force = restoring_force(run, run.rig["structure.mass"], run.rig["structure.damping"])
+        every = -(-len(run) // (MOST // 2))
+        series.append(page.curve(name, colors[name], run.displacement[::every] * 1e3, force[::every] / 1e3))
+    if series:
+        labels = ("displacement (mm)", "restoring force (kN)")
+        page.add("Restoring force of the structure", labels, series, box=True)
+
+
+def _thin(values: Array) -> tuple[Array, int]:
+    """Lowest and highest value of each stretch, in their order; nothing is done to a short curve."""
+    if values.size <= MOST:
+        return values, 1
+    step = -(-values.size // (MOST // 2))
+    whole = np.concatenate([values, np.full(-values.size % step, values[-1])]).reshape(-1, step)
+    low, high = whole.argmin(axis=1), whole.argmax(axis=1)
+    rows = np.arange(whole.shape[0])
+    return np.stack(
+        [whole[rows, np.minimum(low, high)], whole[rows, np.maximum(low, high)]], axis=1
+    ).ravel(), step
+
+
+def _cycle(count: int) -> list[str]:
+    return [_COLORS[i % len(_COLORS)] for i in range(count)]

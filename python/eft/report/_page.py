@@ -1,0 +1,164 @@
+"""Puts the page together."""
+
+from __future__ import annotations
+
+import html
+import math
+import platform
+from collections.abc import Mapping, Sequence
+from importlib import metadata, resources
+from os import PathLike
+from pathlib import Path
+
+from eft._files import write_text
+from eft._run import TestRun
+from eft._verdict import judge
+from eft.report._charts import Page, draw
+
+_METRICS = {
+    "nrmse": ("force error, rms over rms of the command", 100.0, "%"),
+    "nrmse_delay_removed": ("the same without the delay", 100.0, "%"),
+    "nrmse_bias_free": ("the same without the offset", 100.0, "%"),
+    "peak_error": ("largest force error over the largest command", 100.0, "%"),
+    "delay": ("delay of the force", 1e3, "ms"),
+    "fei_amplitude": ("evaluation index: amplitude", 1.0, ""),
+    "fei_delay": ("evaluation index: delay", 1e3, "ms"),
+    "fei_frequency": ("evaluation index: frequency", 1.0, "Hz"),
+    "tracking_indicator": ("tracking indicator, negative when the force lags", 1e-6, "kN²"),
+    "max_spool": ("largest spool opening", 100.0, "%"),
+}
+
+
+def write_report(
+    runs: TestRun | Mapping[str, TestRun], path: str | PathLike[str], title: str = "Effective force test"
+) -> Path:
+    """Write the report of one test, or of several under the same command, as one HTML file.
+
+    It holds the verdict, the metrics, time histories to zoom into, the ratio of force to command over the
+    frequency, the spool opening against the advised 60 %, the restoring force, the configuration and the
+    versions, and reaches for no network. Written beside and renamed.
+
+    Raises
+    ------
+    ValueError
+        If there is no run, or a run of several actuators.
+    """
+    named = dict(runs) if isinstance(runs, Mapping) else {"force": runs}
+    if not named:
+        raise ValueError("runs is empty: a report needs at least one run")
+    for name, run in named.items():
+        if run.command.ndim != 1:
+            raise ValueError(f"{name}: a run of {run.command.shape[0]} actuators; one at a time, please")
+    target = Path(path)
+    write_text(target, _page(named, title))
+    return target
+
+
+def _page(runs: Mapping[str, TestRun], title: str) -> str:
+    charts = draw(runs)
+    here = resources.files("eft.report")
+    style, script = (here.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "chart.js"))
+    parts = [
+        f"<h1>{html.escape(title)}</h1>",
+        *(_verdict(name if len(runs) > 1 else "", run) for name, run in runs.items()),
+        "<h2>Metrics</h2>",
+        _table(["", *runs], _metrics(list(runs.values()))),
+        "<h2>Signals</h2>",
+        '<p class="hint">Drag to zoom, double-click to see all. <button id="reset">Show all</button></p>',
+        _thinned(charts),
+        *charts.figures,
+        "<h2>Configuration</h2>",
+        *_configuration(runs),
+        "<h2>Versions</h2>",
+        f"<p>{html.escape(_versions(list(runs.values())))}</p>",
+        *charts.data,
+        f"<script>{script}</script>",
+    ]
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        # Nothing is fetched, not even the icon that browsers ask for unasked.
+        '<link rel="icon" href="data:,">'
+        f"<title>{html.escape(title)}</title><style>{style}</style></head><body>\n"
+        + "\n".join(parts)
+        + "\n</body></html>\n"
+    )
+
+
+def _verdict(name: str, run: TestRun) -> str:
+    verdict = judge(run)
+    kind = "" if not verdict.concern else (" concern" if verdict.usable else " unusable")
+    head = f"<b>{html.escape(name)}</b>: " if name else ""
+    return (
+        f'<div class="verdict{kind}">{head}{html.escape(verdict.text)}<br>'
+        f"<small>{html.escape(run.message)}</small></div>"
+    )
+
+
+def _metrics(runs: Sequence[TestRun]) -> list[list[str]]:
+    found = [run.metrics() if run.command.any() else {} for run in runs]
+    rows = []
+    for key, (words, scale, unit) in _METRICS.items():
+        if any(key in metrics for metrics in found):
+            cells = [_number(metrics.get(key, math.nan) * scale, unit) for metrics in found]
+            rows.append([words, *cells])
+    rows.append(
+        ["largest displacement", *(_number(float(abs(r.displacement).max()) * 1e3, "mm") for r in runs)]
+    )
+    rows.append(["largest command", *(_number(float(abs(r.command).max()) / 1e3, "kN") for r in runs)])
+    rows.append(["duration", *(_number(len(r) / r.sample_rate, "s") for r in runs)])
+    return rows
+
+
+def _number(value: float, unit: str) -> str:
+    return "–" if math.isnan(value) else f"{value:.4g} {unit}".rstrip()
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in header)
+    body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _thinned(charts: Page) -> str:
+    if charts.thinned == 1:
+        return ""
+    return (
+        f'<p class="note">The longest histories show the extremes of each {charts.thinned} samples; '
+        "the metrics are those of all samples.</p>"
+    )
+
+
+def _configuration(runs: Mapping[str, TestRun]) -> list[str]:
+    """The first rig whole, of the others what differs from it."""
+    (name, first), *others = runs.items()
+    base = _flat(first.rig.to_dict())
+    parts = [f"<p>{html.escape(name)}:</p>"] if others else []
+    parts.append(f"<pre>{html.escape(first.rig.to_toml().strip())}</pre>")
+    for other, run in others:
+        keys = _flat(run.rig.to_dict())
+        changed = [k for k in sorted(base | keys) if base.get(k) != keys.get(k)]
+        lines = "\n".join(f"{key} = {keys.get(key, '(absent)')}" for key in changed) or "the same"
+        parts.append(f"<p>{html.escape(other)}, where it differs:</p><pre>{html.escape(lines)}</pre>")
+    return parts
+
+
+def _flat(tree: Mapping[str, object], prefix: str = "") -> dict[str, object]:
+    answer: dict[str, object] = {}
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            answer |= _flat(value, f"{prefix}{key}.")
+        else:
+            answer[prefix + key] = value
+    return answer
+
+
+def _versions(runs: Sequence[TestRun]) -> str:
+    simulated = ", ".join(dict.fromkeys(run.version for run in runs))
+    precision = ", ".join(dict.fromkeys(run.dtype for run in runs))
+    rates = ", ".join(dict.fromkeys(f"{run.sample_rate:g}" for run in runs))
+    return (
+        f"Simulated by eft {simulated}, controller in {precision} at {rates} Hz. "
+        f"Report by eft {metadata.version('eft')}, Python {platform.python_version()}, "
+        f"NumPy {metadata.version('numpy')}, {platform.system()} {platform.machine()}."
+    )

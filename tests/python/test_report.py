@@ -1,0 +1,166 @@
+"""The report: what stands in it, and in a headless Chromium (where there is one) what it draws."""
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import eft
+from eft.cli import main
+from eft.report import write_report
+from eft.report._charts import MOST, _thin
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.fixture(scope="module")
+def runs():
+    rig = eft.Rig.zhao2005()
+    command = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0)
+    return {
+        mode: eft.simulate(rig.replace({"compensation.mode": mode}), command)
+        for mode in ("nonlinear", "linear")
+    }
+
+
+@pytest.fixture(scope="module")
+def page(runs, tmp_path_factory):
+    return write_report(runs, tmp_path_factory.mktemp("report") / "both.html", "Sweep <8.9 kN> & co")
+
+
+def charts(text):
+    return [json.loads(_unescape(spec)) for spec in re.findall(r'data-chart="([^"]*)"', text)]
+
+
+def _unescape(text):
+    return text.replace("&quot;", '"').replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
+
+
+def stored(text, name):
+    data = re.search(rf'id="{name}">([^<]*)<', text)[1]
+    return np.frombuffer(base64.b64decode(data), dtype="<f4")
+
+
+def test_page_holds_all_and_reaches_for_nothing(page):
+    text = page.read_text(encoding="utf-8")
+    assert not re.search(r'(?:src|href|action)\s*=\s*"(?!data:)|url\(|@import|https?://|fetch\(', text)
+    for words in ("nonlinear", "largest spool opening", "flow_table.openings", f"eft {eft.__version__}"):
+        assert words in text
+    assert "compensation.mode = linear" in text
+    assert "<h1>Sweep &lt;8.9 kN&gt; &amp; co</h1>" in text
+
+
+def test_metrics_of_the_page_are_those_of_the_runs(page, runs):
+    text = page.read_text(encoding="utf-8")
+    row = re.search(r"<tr><td>largest spool opening</td>(.*?)</tr>", text)[1]
+    assert re.findall(r"<td>([\d.]+) %</td>", row) == [
+        f"{run.metrics()['max_spool'] * 100:.4g}" for run in runs.values()
+    ]
+
+
+def test_curves_are_those_of_the_runs(page, runs):
+    text = page.read_text(encoding="utf-8")
+    specs = {spec["ylabel"]: spec for spec in charts(text)}
+    assert len(specs) == 8
+    spool = specs["spool opening (%)"]
+    assert [rule["y"] for rule in spool["rules"]] == [60.0, -60.0]
+    for series in spool["series"]:
+        run = runs[series["label"]]
+        values = stored(text, series["y"])
+        assert np.abs(values).max() == pytest.approx(100 * np.abs(run.spool).max(), rel=1e-6)
+        assert values.size * series["x"]["step"] == pytest.approx(run.time[-1], rel=1e-3)
+    ratio = specs["|FFT(force)| / |FFT(command)|"]["series"][0]
+    frequency, values = stored(text, ratio["x"]), stored(text, ratio["y"])
+    wanted = runs["nonlinear"].fft_ratio(1.2, 2.0)
+    inside = (frequency >= 1.2) & (frequency <= 2.0)
+    assert values[inside] == pytest.approx(wanted.ratio, rel=1e-5)
+
+
+@pytest.mark.parametrize("size", [MOST, MOST + 1, 3 * MOST + 7])
+def test_thinning_loses_no_peak(size):
+    values = np.random.default_rng(1).normal(size=size)
+    thin, step = _thin(values)
+    assert thin.size <= MOST + 2
+    assert (thin.min(), thin.max()) == (values.min(), values.max())
+    if step > 1:
+        for part in range(0, size // step, 997):
+            stretch = values[part * step : (part + 1) * step]
+            assert set(thin[2 * part : 2 * part + 2]) == {stretch.min(), stretch.max()}
+
+
+def test_report_of_a_run_that_left_its_stroke_says_so(tmp_path):
+    rig = eft.Rig.zhao2005().replace({"compensation.level": 2.0})
+    run = eft.simulate(rig, eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0))
+    text = write_report(run, tmp_path / "a.html").read_text(encoding="utf-8")
+    assert '<div class="verdict unusable">The piston left its stroke' in text
+
+
+def test_command_line_writes_the_report(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "--sweep", "2000", "0", "10", "4", "-o", "a.eft"]) == 0
+    assert main(["report", "a.eft"]) == 0
+    assert len(charts((tmp_path / "a.html").read_text(encoding="utf-8"))) == 8
+
+
+PROBE = """
+<script>
+  const errors = [];
+  window.addEventListener("error", (event) => errors.push(event.message));
+  console.error = (...words) => errors.push(words.join(" "));
+</script>
+"""
+ACT = """
+<script>
+  const point = (type, target, x, y) => target.dispatchEvent(
+    new PointerEvent(type, { clientX: x, clientY: y, bubbles: true, cancelable: true }));
+  const painted = (canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const colors = new Set();
+    for (let i = 0; i < data.length; i += 4) if (data[i + 3] === 255) colors.add(data.slice(i, i + 3).join());
+    return [...colors];
+  };
+  const charts = window.eftCharts;
+  const before = charts.map((c) => painted(c.canvas).length);
+  const used = charts.map((c) => c.series.map((s) => s.color));
+  const first = charts[0], box = first.canvas.getBoundingClientRect();
+  const inner = first.map.inner;
+  point("pointerdown", first.canvas, box.left + 70 + inner.w * 0.25, box.top + 100);
+  point("pointermove", window, box.left + 70 + inner.w * 0.5, box.top + 100);
+  point("pointerup", window, box.left + 70 + inner.w * 0.5, box.top + 100);
+  const zoomed = charts.map((c) => c.view && c.view.x);
+  const vertical = [first.map.y0, first.map.y1];
+  first.canvas.dispatchEvent(new MouseEvent("dblclick", { bubbles: true }));
+  const after = charts.map((c) => c.view);
+  const answer = { errors, before, used, zoomed, vertical, after };
+  document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
+</script>
+"""
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, tmp_path):
+    text = page.read_text(encoding="utf-8")
+    probed = tmp_path / "probed.html"
+    # Inside its own scope, for names of ours must not meet those of the page.
+    text = text.replace("<head>", "<head>" + PROBE, 1).replace("</body>", ACT + "</body>", 1)
+    probed.write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}/profile",
+         "--window-size=1200,2400", "--dump-dom", probed.as_uri()],
+        capture_output=True, text=True, timeout=180, check=False,
+    )  # fmt: skip
+    found = re.search(r'<pre id="probe">([A-Za-z0-9+/=]+)</pre>', done.stdout)
+    assert found, done.stderr[-2000:]
+    answer = json.loads(base64.b64decode(found[1]))
+    assert answer["errors"] == []
+    assert len(answer["before"]) == 8 and min(answer["before"]) > 10
+    # A quarter to a half of 32 s, in every history and in nothing else.
+    time_charts, others = answer["zoomed"][:6], answer["zoomed"][6:]
+    for view in time_charts:
+        assert view == pytest.approx([8.0, 16.0], abs=0.1)
+    assert others == [None, None]
+    assert answer["after"] == [None] * 8
