@@ -117,6 +117,12 @@ pub(crate) fn search<S: Real>(row: impl Fn(usize) -> Option<Row<S>>, len: u32, x
     S::default()
 }
 
+/// An entry of a list; NaN beyond its end, which every check refuses.
+#[allow(clippy::indexing_slicing)]
+const fn item(list: &[f64], i: usize) -> f64 {
+    if i < list.len() { list[i] } else { f64::NAN }
+}
+
 macro_rules! constructor {
     ($t:ty) => {
         impl<const N: usize> PiecewiseLinear<$t, N> {
@@ -126,8 +132,6 @@ macro_rules! constructor {
             /// Fewer than two knots, more than `N`, different lengths, entries that are not finite or beyond
             /// ±[`LARGEST`], that do not increase strictly (after rounding), or whose slope overflows, naming the
             /// table and the index. In a `const` context each is a compile error.
-            // Every index below is bounded by `len <= N`; `get` is not constant yet.
-            #[allow(clippy::indexing_slicing)]
             pub const fn new(
                 x_name: &'static str,
                 x: &[f64],
@@ -150,12 +154,14 @@ macro_rules! constructor {
                 let mut rows = [Row { start: <$t>::INFINITY, value: 0.0, slope: 0.0 }; N];
                 let mut i = 0;
                 while i < len {
-                    rows[i].start = check!(within(x_name, x[i], -LARGEST, LARGEST)) as $t;
-                    rows[i].value = check!(within(y_name, y[i], -LARGEST, LARGEST)) as $t;
-                    if i > 0 && rows[i].start <= rows[i - 1].start {
+                    let (start, value) = (item(x, i), item(y, i));
+                    let start = check!(within(x_name, start, -LARGEST, LARGEST)) as $t;
+                    let value = check!(within(y_name, value, -LARGEST, LARGEST)) as $t;
+                    Self::put(&mut rows, i, start, value, 0.0);
+                    if i > 0 && start <= Self::row(&rows, i - 1).start {
                         return Err(ConfigError::NotIncreasing { parameter: x_name, index: i });
                     }
-                    if i > 0 && rows[i].value <= rows[i - 1].value {
+                    if i > 0 && value <= Self::row(&rows, i - 1).value {
                         return Err(ConfigError::NotIncreasing { parameter: y_name, index: i });
                     }
                     i += 1;
@@ -164,16 +170,16 @@ macro_rules! constructor {
             }
 
             /// The map times `factor` (not negative), cut off where it reaches ±1.
-            #[allow(clippy::indexing_slicing)]
             pub(crate) const fn scaled_to_limit(&self, factor: f64) -> Result<Self, ConfigError> {
                 let mut rows = [Row { start: <$t>::INFINITY, value: 0.0, slope: 0.0 }; N];
                 let mut len = 0;
                 let mut i = 0;
                 while i < self.len as usize {
-                    let value = factor * self.rows[i].value as f64;
+                    let value = factor * Self::row(&self.rows, i).value as f64;
                     let last = i + 1 == self.len as usize;
-                    let next = if last { value } else { factor * self.rows[i + 1].value as f64 };
-                    let previous = if i == 0 { value } else { factor * self.rows[i - 1].value as f64 };
+                    let next = if last { value } else { factor * Self::row(&self.rows, i + 1).value as f64 };
+                    let previous =
+                        if i == 0 { value } else { factor * Self::row(&self.rows, i - 1).value as f64 };
                     // A knot beyond a limit moves along its segment to where the map crosses the limit, or goes if
                     // its neighbour towards the limit is beyond as well.
                     let (limit, neighbour, j) =
@@ -181,17 +187,21 @@ macro_rules! constructor {
                     let beyond = value > 1.0 || value < -1.0;
                     let crossing = beyond && (neighbour - limit) * limit < 0.0;
                     if crossing {
-                        let run = self.rows[j].start as f64 - self.rows[i].start as f64;
-                        let start = self.rows[i].start as f64 + (limit - value) / (neighbour - value) * run;
-                        rows[len] = Row { start: start as $t, value: limit as $t, slope: 0.0 };
+                        let run =
+                            Self::row(&self.rows, j).start as f64 - Self::row(&self.rows, i).start as f64;
+                        let start = Self::row(&self.rows, i).start as f64
+                            + (limit - value) / (neighbour - value) * run;
+                        Self::put(&mut rows, len, start as $t, limit as $t, 0.0);
                     } else {
-                        rows[len] = Row { start: self.rows[i].start, value: value as $t, slope: 0.0 };
+                        Self::put(&mut rows, len, Self::row(&self.rows, i).start, value as $t, 0.0);
                     }
                     // Knots that rounding puts on one place are one.
-                    if (!beyond || crossing) && (len == 0 || rows[len].start > rows[len - 1].start) {
+                    if (!beyond || crossing)
+                        && (len == 0 || Self::row(&rows, len).start > Self::row(&rows, len - 1).start)
+                    {
                         len += 1;
                     } else {
-                        rows[len] = Row { start: <$t>::INFINITY, value: 0.0, slope: 0.0 };
+                        Self::put(&mut rows, len, <$t>::INFINITY, 0.0, 0.0);
                     }
                     i += 1;
                 }
@@ -206,8 +216,20 @@ macro_rules! constructor {
                 Self::through(rows, len, "openings")
             }
 
-            /// The first `len` rows' starts and values are the knots: starts increase, values do not decrease.
+            // Explicit bounds instead of a panic that a linker could find; `get` is not constant yet.
             #[allow(clippy::indexing_slicing)]
+            const fn row(rows: &[Row<$t>; N], i: usize) -> Row<$t> {
+                if i < N { rows[i] } else { Row { start: <$t>::INFINITY, value: 0.0, slope: 0.0 } }
+            }
+
+            #[allow(clippy::indexing_slicing)]
+            const fn put(rows: &mut [Row<$t>; N], i: usize, start: $t, value: $t, slope: $t) {
+                if i < N {
+                    rows[i] = Row { start, value, slope };
+                }
+            }
+
+            /// The first `len` rows' starts and values are the knots: starts increase, values do not decrease.
             const fn through(
                 mut rows: [Row<$t>; N],
                 len: usize,
@@ -215,7 +237,7 @@ macro_rules! constructor {
             ) -> Result<Self, ConfigError> {
                 let mut i = 1;
                 while i < len {
-                    let (row, next) = (rows[i - 1], rows[i]);
+                    let (row, next) = (Self::row(&rows, i - 1), Self::row(&rows, i));
                     // Between the knots as rounded, so that the segment meets both of them.
                     let rise = next.value as f64 - row.value as f64;
                     let mut slope = (rise / (next.start as f64 - row.start as f64)) as $t;
@@ -227,11 +249,11 @@ macro_rules! constructor {
                     while row.value + (next.start - row.start) * slope > next.value {
                         slope = slope.next_down();
                     }
-                    rows[i - 1].slope = slope;
+                    Self::put(&mut rows, i - 1, row.start, row.value, slope);
                     i += 1;
                 }
-                let (first, last) = (rows[0], rows[len - 1]);
-                rows[len - 1].slope = 0.0;
+                let (first, last) = (Self::row(&rows, 0), Self::row(&rows, len - 1));
+                Self::put(&mut rows, len - 1, last.start, last.value, 0.0);
                 let cells_per_unit = CELLS as f64 / (last.start as f64 - first.start as f64);
                 if !(cells_per_unit as $t).is_finite() {
                     return Err(ConfigError::TooSteep { parameter: y_name, index: len - 1 });
@@ -269,7 +291,7 @@ macro_rules! constructor {
                     let (mut before, mut inside) = (0, 0);
                     let mut i = 1;
                     while i < len {
-                        let at = self.cell(self.rows[i].start);
+                        let at = self.cell(Self::row(&self.rows, i).start);
                         if at < cell as i32 {
                             before = i;
                         } else if at == cell as i32 {

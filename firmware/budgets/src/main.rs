@@ -1,0 +1,35 @@
+//! Measures the core on the target.
+#![no_std]
+#![no_main]
+
+mod probe;
+mod subjects;
+
+use cortex_m::peripheral::{Peripherals, syst::SystClkSource};
+use cortex_m_rt::{entry, exception};
+use semihosting::{println, process};
+
+#[entry]
+fn main() -> ! {
+    if let Some(p) = Peripherals::take() {
+        let mut timer = p.SYST;
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(0x00ff_ffff);
+        timer.clear_current();
+        timer.enable_counter();
+        subjects::run();
+    }
+    process::exit(0)
+}
+
+#[exception]
+unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+    println!("hard fault");
+    process::exit(3)
+}
+
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    println!("{info}");
+    process::exit(2)
+}

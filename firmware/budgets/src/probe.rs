@@ -1,0 +1,82 @@
+//! Instructions and stack of one call.
+
+use core::arch::global_asm;
+
+#[repr(C)]
+struct Probe {
+    function: usize,
+    start: u32,
+    end: u32,
+    stack: u32,
+}
+
+#[unsafe(no_mangle)]
+static mut EFT_PROBE: Probe = Probe { function: 0, start: 0, end: 0, stack: 0 };
+
+global_asm!(
+    ".syntax unified",
+    ".thumb",
+    ".section .text.eft_probe_call, \"ax\"",
+    ".balign 4",
+    ".global eft_probe_call",
+    ".type eft_probe_call, %function",
+    ".thumb_func",
+    "eft_probe_call:",
+    "push {{r4-r10, lr}}",
+    "ldr r4, =0xC0DEC0DE",
+    "mov r5, sp",
+    "sub r6, r5, #512",
+    "1: str r4, [r5, #-4]!",
+    "cmp r5, r6",
+    "bne 1b",
+    "ldr r9, =EFT_PROBE",
+    "ldr r10, [r9]",
+    "ldr r6, =0xE000E018",
+    "ldr r7, [r6]",
+    "blx r10",
+    "ldr r8, [r6]",
+    "str r7, [r9, #4]",
+    "str r8, [r9, #8]",
+    "sub r5, sp, #512",
+    "2: ldr r6, [r5], #4",
+    "cmp r5, sp",
+    "beq 3f",
+    "cmp r6, r4",
+    "beq 2b",
+    "3: sub r5, r5, #4",
+    "sub r5, sp, r5",
+    "str r5, [r9, #12]",
+    "pop {{r4-r10, pc}}",
+    ".ltorg",
+);
+
+unsafe extern "C" {
+    fn eft_probe_call();
+}
+
+/// What one call cost.
+#[derive(Clone, Copy, Default)]
+pub struct Cost {
+    pub instructions: u32,
+    pub stack: u32,
+}
+
+/// Arms the probe for `function` and gives the trampoline's address, to be called with `function`'s signature.
+pub fn arm(function: usize) -> usize {
+    // Safety: single-threaded, no interrupt touches the probe.
+    unsafe { EFT_PROBE.function = function };
+    eft_probe_call as *const () as usize
+}
+
+pub fn cost() -> Cost {
+    // Safety: as above.
+    let (start, end, stack) = unsafe { (EFT_PROBE.start, EFT_PROBE.end, EFT_PROBE.stack) };
+    let ticks = start.wrapping_sub(end) & 0x00ff_ffff;
+    Cost { instructions: instructions(ticks), stack }
+}
+
+/// One instruction takes 2^6 ns under `-icount shift=6`, one tick of the timer 40 ns; the call and the reading of
+/// the timer are two of them.
+fn instructions(ticks: u32) -> u32 {
+    ((ticks * 40 + 32) / 64).wrapping_sub(2)
+}

@@ -1,0 +1,34 @@
+//! Links only if no exported function can panic: the panic handler calls what does not exist.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+
+use eft_ffi::{double, eft_abi_version, single};
+
+unsafe extern "C" {
+    fn a_panic_is_reachable() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    // Safety: never linked.
+    unsafe { a_panic_is_reachable() }
+}
+
+/// Every exported function, kept by its address.
+#[unsafe(no_mangle)]
+pub extern "C" fn eft_proof(n: usize) {
+    black_box(eft_abi_version as *const () as usize);
+    macro_rules! keep {
+        ($module:ident: $($function:ident)*) => { $(black_box($module::$function as *const () as usize);)* };
+    }
+    keep!(single: eft_configure_f32 eft_reset_f32 eft_prime_f32 eft_hold_f32 eft_missed_f32 eft_step_f32
+        eft_compensation_step_f32 eft_shadow_init_f32 eft_shadow_offer_f32 eft_shadow_take_f32);
+    keep!(double: eft_configure_f64 eft_reset_f64 eft_prime_f64 eft_hold_f64 eft_missed_f64 eft_step_f64
+        eft_compensation_step_f64 eft_shadow_init_f64 eft_shadow_offer_f64 eft_shadow_take_f64);
+    #[cfg(feature = "panic")]
+    black_box([1, 2, 3][black_box(n)]);
+    black_box(n);
+}
