@@ -93,6 +93,17 @@ impl<S: Scalar> CompensationState<S> {
     }
 }
 
+/// What an adaptive controller finds out about the rig while it runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Calibration<S> {
+    /// The table's flow over the true one (1).
+    pub(crate) per_flow_gain: S,
+    /// Supply pressure over the configured one (1).
+    pub(crate) supply: S,
+    /// The inverse of the valve as it is.
+    pub(crate) lead: LeadNetwork<S>,
+}
+
 /// One sample's result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output<S: Scalar> {
@@ -141,10 +152,31 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         spool: S,
         further_flow: S,
     ) -> (CompensationState<S>, S::Flags) {
-        let (opening, flags) = self.required_opening(velocity, force, spool, further_flow);
+        self.advance_calibrated(state, velocity, force, spool, further_flow, &self.nominal())
+    }
+
+    /// As [`advance`](Self::advance), by a calibration that was found while running.
+    #[inline(always)]
+    pub(crate) fn advance_calibrated(
+        &self,
+        state: &CompensationState<S>,
+        velocity: S,
+        force: S,
+        spool: S,
+        further_flow: S,
+        calibration: &Calibration<S>,
+    ) -> (CompensationState<S>, S::Flags) {
+        let (opening, flags) = self.required_opening(velocity, force, spool, further_flow, calibration);
         let mut lead = state.lead;
-        let output = self.lead.step(&mut lead, opening);
+        let output = calibration.lead.step(&mut lead, opening);
         (CompensationState { lead, output }, flags)
+    }
+
+    /// The calibration by the configuration.
+    #[inline(always)]
+    pub(crate) fn nominal(&self) -> Calibration<S> {
+        let one = S::splat(1.0);
+        Calibration { per_flow_gain: one, supply: one, lead: self.lead }
     }
 
     /// Repeats the last output and raises [`status::HELD`]; the state stays.
@@ -156,7 +188,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     /// measurements gives the same output, without a bump. Invalid measurements give the state of a rig at rest.
     pub fn prime(&self, velocity: S, force: S, spool: S, further_flow: S) -> CompensationState<S> {
         let valid = self.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(LARGEST));
-        let (opening, _) = self.required_opening(velocity, force, spool, further_flow);
+        let (opening, _) = self.required_opening(velocity, force, spool, further_flow, &self.nominal());
         let opening = S::select(valid, opening, S::splat(0.0));
         let mut lead = LeadNetwork::at_rest(opening);
         let output = self.lead.step(&mut lead, opening);
@@ -189,9 +221,16 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     }
 
     #[inline(always)]
-    fn required_opening(&self, velocity: S, force: S, spool: S, further_flow: S) -> (S, S::Flags) {
-        let flow = self.velocity_to_flow * velocity + further_flow;
-        let (opening, flags) = self.inverse.required_opening(flow, force, spool);
+    fn required_opening(
+        &self,
+        velocity: S,
+        force: S,
+        spool: S,
+        further_flow: S,
+        calibration: &Calibration<S>,
+    ) -> (S, S::Flags) {
+        let flow = (self.velocity_to_flow * velocity + further_flow) * calibration.per_flow_gain;
+        let (opening, flags) = self.inverse.required_opening_at(flow, force, spool, calibration.supply);
         let (required, measured) = (opening.abs(), spool.abs());
         let wider = S::select(required.gt(measured), required, measured);
         (opening, flags | S::flag(wider.gt(self.spool_warning), status::SPOOL_WARNING))

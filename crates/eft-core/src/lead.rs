@@ -39,6 +39,11 @@ impl<S: Scalar> LeadNetwork<S> {
     pub fn at_rest(input: S) -> LeadState<S> {
         LeadState { input, washout: S::splat(0.0) }
     }
+    /// From coefficients that were computed as it ran.
+    #[inline(always)]
+    pub(crate) fn of(pole: S, rate: S, gain: S) -> Self {
+        Self { pole, rate, gain }
+    }
     /// DC gain, V per unit opening.
     pub const fn gain(&self) -> S {
         self.gain

@@ -12,11 +12,18 @@
 //! displacement and velocity are then positive.
 #![no_std]
 
+mod adaptation;
+mod adaptive;
+mod adaptive_parameters;
+mod band_filter;
 mod compensation;
 mod controller;
 mod error;
 mod feedforward;
+mod flow_gain;
+mod flow_prediction;
 mod flow_table;
+mod guard;
 mod inverse_flow;
 mod lanes;
 mod lead;
@@ -26,7 +33,13 @@ mod piecewise;
 mod scalar;
 mod servovalve_controller;
 pub mod status;
+mod valve_estimator;
 
+pub use adaptation::Measurements;
+pub use adaptive::{
+    AdaptiveCompensation, AdaptiveCompensationState, AdaptiveController, AdaptiveControllerState,
+};
+pub use adaptive_parameters::{AdaptiveParameters, Tuning};
 pub use compensation::{Compensation, CompensationParameters, CompensationState, Mode, Output};
 pub use controller::{Controller, ControllerOutput, ControllerState};
 pub use error::{ConfigError, LARGEST, SMALLEST};

@@ -32,10 +32,16 @@ impl<S: Scalar> LoadPressure<S> {
     /// The factor's reciprocal, `√(1 − sgn(x)·F/(A·P_s))`: dividing by it spares a multiplication.
     #[inline(always)]
     pub fn root(&self, force: S, direction: S) -> (S, S::Mask) {
-        let (zero, one, floor) = (S::splat(0.0), S::splat(1.0), S::splat(RADICAND_FLOOR));
+        self.root_at(force, direction, S::splat(1.0))
+    }
+
+    /// As [`root`](Self::root), where the supply stands at a multiple `supply` (1) of its pressure.
+    #[inline(always)]
+    pub fn root_at(&self, force: S, direction: S, supply: S) -> (S, S::Mask) {
+        let (zero, floor) = (S::splat(0.0), S::splat(RADICAND_FLOOR));
         let share = force * self.per_newton;
-        let closing = S::select(direction.lt(zero), one + share, one);
-        let radicand = S::select(direction.gt(zero), one - share, closing);
+        let closing = S::select(direction.lt(zero), supply + share, supply);
+        let radicand = S::select(direction.gt(zero), supply - share, closing);
         let regular = radicand.ge(floor);
         (S::select(regular, radicand, floor).sqrt(), !regular)
     }

@@ -251,3 +251,18 @@ macro_rules! real {
 }
 real!(f32, eft_sqrt::sqrtf);
 real!(f64, libm::sqrt);
+
+/// Configurations of single rigs side by side, for a struct all of whose fields are numbers.
+macro_rules! pack_numbers {
+    ($name:ident: $($field:ident),* $(,)?) => {
+        impl<S: $crate::scalar::Scalar> $name<S> {
+            pub(crate) fn pack<'a>(lane: impl Fn(usize) -> &'a $name<S::Element>) -> Self
+            where
+                S::Element: 'a,
+            {
+                Self { $($field: S::from_lanes(|i| lane(i).$field)),* }
+            }
+        }
+    };
+}
+pub(crate) use pack_numbers;

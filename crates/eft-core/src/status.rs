@@ -22,12 +22,17 @@ pub const SPOOL_STOP: u32 = 1 << 8;
 pub const STROKE_EXCEEDED: u32 = 1 << 9;
 /// The simulated state was no longer finite; the run ends here (set by the rig).
 pub const DIVERGED: u32 = 1 << 10;
-
 /// The tick was missed; the last output is held (set by who runs the loop).
 pub const MISSED_TICK: u32 = 1 << 11;
+/// The estimators stand still: after a bad measurement, or where their models do not explain what is measured.
+pub const ADAPTATION_FROZEN: u32 = 1 << 12;
+/// An estimate stands at one of its bounds.
+pub const ESTIMATE_BOUNDED: u32 = 1 << 13;
+/// The overcompensation guard has taken the compensation level back.
+pub const LEVEL_REDUCED: u32 = 1 << 14;
 
 /// Every flag of this module with its name, lowest bit first.
-pub const NAMES: [(u32, &str); 12] = [
+pub const NAMES: [(u32, &str); 15] = [
     (SPOOL_WARNING, "spool_warning"),
     (DEMAND_SATURATED, "demand_saturated"),
     (LOAD_PRESSURE_FLOORED, "load_pressure_floored"),
@@ -40,4 +45,7 @@ pub const NAMES: [(u32, &str); 12] = [
     (STROKE_EXCEEDED, "stroke_exceeded"),
     (DIVERGED, "diverged"),
     (MISSED_TICK, "missed_tick"),
+    (ADAPTATION_FROZEN, "adaptation_frozen"),
+    (ESTIMATE_BOUNDED, "estimate_bounded"),
+    (LEVEL_REDUCED, "level_reduced"),
 ];

@@ -3,8 +3,8 @@
 //! Only what a controller can know goes in: nothing of the true plant does.
 
 use eft_core::{
-    Compensation, CompensationParameters, Controller, Feedforward, FlowTable, Limiter, Mode, Real,
-    ServovalveController, SignFrom,
+    AdaptiveCompensation, AdaptiveController, AdaptiveParameters, Compensation, CompensationParameters,
+    Controller, Feedforward, FlowTable, Limiter, Mode, Real, ServovalveController, SignFrom, Tuning,
 };
 
 use crate::config::{self, RigConfig};
@@ -13,6 +13,9 @@ use crate::rig::TABLE_CAPACITY;
 
 /// The controller of a simulated rig; its tables have the simulator's capacity.
 pub type RigController<S> = Controller<S, TABLE_CAPACITY>;
+
+/// The adaptive controller of a simulated rig.
+pub type RigAdaptiveController<S> = AdaptiveController<S, TABLE_CAPACITY>;
 
 /// A precision the controller can run in.
 pub trait Precision: Real {
@@ -27,6 +30,12 @@ pub trait Precision: Real {
     /// # Errors
     /// What `eft-core` refuses.
     fn feedforward(rig: &RigConfig, sample_rate: f64) -> Result<Feedforward<Self>>;
+
+    /// The adaptive controller of a rig at a sample rate (Hz).
+    ///
+    /// # Errors
+    /// What `eft-core` refuses.
+    fn adaptive(rig: &RigConfig, sample_rate: f64) -> Result<RigAdaptiveController<Self>>;
 }
 
 /// Everything the compensation is made from, at a sample rate (Hz).
@@ -60,6 +69,26 @@ pub fn compensation_parameters(rig: &RigConfig, sample_rate: f64) -> Compensatio
     }
 }
 
+/// Whether anything of the adaptive controller beyond the feedforward is asked for.
+pub(crate) fn adapts(rig: &RigConfig) -> bool {
+    rig.compensation.adaptive || rig.compensation.guard
+}
+
+/// Everything the adaptive compensation is made from, at a sample rate (Hz).
+pub fn adaptive_parameters(rig: &RigConfig, sample_rate: f64) -> AdaptiveParameters {
+    AdaptiveParameters {
+        compensation: compensation_parameters(rig, sample_rate),
+        compressibility: rig.actuator.compressibility,
+        leakage: rig.actuator.leakage,
+        force_sensitivity: rig.controller.force_sensitivity,
+        computation_delay: rig.compensation.computation_delay,
+        feedforward: rig.compensation.feedforward,
+        adaptive: rig.compensation.adaptive,
+        guard: adapts(rig),
+        tuning: Tuning::DEFAULT,
+    }
+}
+
 macro_rules! precision {
     ($t:ty) => {
         impl Precision for $t {
@@ -83,6 +112,18 @@ macro_rules! precision {
                         rig.limits.valve_command_rate.unwrap_or(f64::MAX),
                         sample_rate,
                     )?,
+                })
+            }
+
+            fn adaptive(rig: &RigConfig, sample_rate: f64) -> Result<RigAdaptiveController<Self>> {
+                let known = &rig.servovalve.flow_table;
+                let table = FlowTable::<$t, TABLE_CAPACITY>::new(&known.openings, &known.flows)?;
+                let parameters = adaptive_parameters(rig, sample_rate);
+                let fixed = Self::controller(rig, sample_rate)?;
+                Ok(AdaptiveController {
+                    compensation: AdaptiveCompensation::<$t, TABLE_CAPACITY>::new(&parameters, &table)?,
+                    servovalve: fixed.servovalve,
+                    limiter: fixed.limiter,
                 })
             }
 

@@ -1,8 +1,10 @@
 //! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
-use eft_core::{ControllerState, Feedforward, FeedforwardState, Real, Scalar};
+use eft_core::{
+    AdaptiveControllerState, ControllerState, Feedforward, FeedforwardState, Measurements, Real, Scalar,
+};
 
-use crate::closed_loop::controller::{Precision, RigController};
+use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
 use crate::closed_loop::dac::Dac;
 use crate::closed_loop::delay_line::DelayLine;
 use crate::config::{Realization, RigConfig};
@@ -17,7 +19,19 @@ pub(crate) struct Decision<S: Num> {
     pub(crate) measured: Signals<S>,
     pub(crate) valve_command: S,
     pub(crate) compensation: S,
+    pub(crate) calibration: Calibration<S>,
     pub(crate) status: S::Flags,
+}
+
+/// What the controller believes of its rig.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Calibration<S> {
+    /// True flow over the table's (1).
+    pub(crate) flow_gain: S,
+    /// Delay that the lead network makes up for (s).
+    pub(crate) response_delay: S,
+    /// The guard's factor on the compensation level (1).
+    pub(crate) level: S,
 }
 
 impl<S: Num> Signals<S> {
@@ -25,6 +39,18 @@ impl<S: Num> Signals<S> {
     #[inline(always)]
     fn rounded<C: Scalar>(&self) -> (C, C, C) {
         (convert(self.velocity), convert(self.force), convert(self.spool))
+    }
+
+    /// What the adaptive controller reads besides, with the valve command (V).
+    #[inline(always)]
+    fn measurements<C: Scalar>(&self, valve_command: S) -> Measurements<C> {
+        Measurements {
+            velocity: convert(self.velocity),
+            force: convert(self.force),
+            spool: convert(self.spool),
+            valve_command: convert(valve_command),
+            supply_pressure: convert(self.supply_pressure),
+        }
     }
 
     /// One lane.
@@ -63,6 +89,9 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     controller_state: ControllerState<C>,
     feedforward: Feedforward<C>,
     feedforward_state: FeedforwardState<C>,
+    /// In place of the two above where the rig adapts.
+    adaptive: Option<Box<(RigAdaptiveController<C>, AdaptiveControllerState<C>)>>,
+    nominal: Calibration<S>,
     computation: DelayLine<S>,
     realization: Realization,
     analog: Analog<S>,
@@ -96,7 +125,20 @@ where
         let feedforwards = (0..S::LANES)
             .map(|i| C::Element::feedforward(rig(i), sample_rate))
             .collect::<Result<Vec<_>>>()?;
+        let adaptives =
+            (0..S::LANES).map(|i| C::Element::adaptive(rig(i), sample_rate)).collect::<Result<Vec<_>>>()?;
+        let adaptive = adapts(rig(0)).then(|| {
+            let controller = RigAdaptiveController::pack(|i| &adaptives[i]);
+            let state = controller.at_rest();
+            Box::new((controller, state))
+        });
         Ok(Self {
+            adaptive,
+            nominal: Calibration {
+                flow_gain: S::splat(1.0),
+                response_delay: S::from_lanes(|i| rig(i).compensation.response_delay),
+                level: S::splat(1.0),
+            },
             controller: RigController::pack(|i| &controllers[i]),
             controller_state: ControllerState::default(),
             feedforward: Feedforward::pack(|i| &feedforwards[i]),
@@ -127,7 +169,15 @@ where
             Realization::Analog => self.sample_analog(command, next_command, &measured, driven),
             Realization::Digital => self.sample_digital(command, &measured),
         };
-        Decision { measured, valve_command, compensation, status }
+        let calibration = self.adaptive.as_ref().map_or(self.nominal, |adaptive| {
+            let state = &adaptive.1.compensation;
+            Calibration {
+                flow_gain: convert(state.flow_gain()),
+                response_delay: convert(state.response_delay()),
+                level: convert(state.level()),
+            }
+        });
+        Decision { measured, valve_command, compensation, calibration, status }
     }
 
     /// What drives the valve until the next tick.
@@ -164,15 +214,26 @@ where
         measured: &Signals<S>,
         driven: impl Fn(&Driver<S>) -> S,
     ) -> (S, S, S::Flags) {
-        let (velocity, force, spool) = measured.rounded::<C>();
-        let further_flow = self.feedforward.step(&mut self.feedforward_state, convert(command));
-        let computed = self.controller.compensation.step(
-            &mut self.controller_state.compensation,
-            velocity,
-            force,
-            spool,
-            further_flow,
-        );
+        let computed = if let Some(adaptive) = &mut self.adaptive {
+            let arrived = self.analog.arrived(command);
+            let before = match self.wire {
+                None => Driver::Analog(arrived),
+                Some(wire) => Driver::ThroughCell(arrived.through(wire)),
+            };
+            let (controller, state) = adaptive.as_mut();
+            let measurements = measured.measurements(driven(&before));
+            controller.compensation.step(&mut state.compensation, convert(command), &measurements)
+        } else {
+            let (velocity, force, spool) = measured.rounded::<C>();
+            let further_flow = self.feedforward.step(&mut self.feedforward_state, convert(command));
+            self.controller.compensation.step(
+                &mut self.controller_state.compensation,
+                velocity,
+                force,
+                spool,
+                further_flow,
+            )
+        };
         let (compensation, clipped) = self.dac.convert(self.computation.pass(convert(computed.value)));
         let rate = (next_command - command) * S::splat(self.sample_rate);
         self.analog = self.analog.at(command, rate, compensation);
@@ -180,18 +241,25 @@ where
     }
 
     fn sample_digital(&mut self, command: S, measured: &Signals<S>) -> (S, S, S::Flags) {
-        let (velocity, force, spool) = measured.rounded::<C>();
-        let further_flow = self.feedforward.step(&mut self.feedforward_state, convert(command));
         let computation = &mut self.computation;
-        let output = self.controller.step_via(
-            &mut self.controller_state,
-            convert(command),
-            velocity,
-            force,
-            spool,
-            further_flow,
-            |compensation| convert(computation.pass(convert(compensation))),
-        );
+        let path = |compensation: C| convert(computation.pass(convert(compensation)));
+        let output = if let Some(adaptive) = &mut self.adaptive {
+            let (controller, state) = adaptive.as_mut();
+            let measurements = measured.measurements(self.held.0);
+            controller.step_via(state, convert(command), &measurements, path)
+        } else {
+            let (velocity, force, spool) = measured.rounded::<C>();
+            let further_flow = self.feedforward.step(&mut self.feedforward_state, convert(command));
+            self.controller.step_via(
+                &mut self.controller_state,
+                convert(command),
+                velocity,
+                force,
+                spool,
+                further_flow,
+                path,
+            )
+        };
         let (valve_command, clipped) = self.dac.convert(convert(output.valve_command));
         self.held = Held(valve_command);
         (valve_command, convert(output.compensation), output.status | clipped)

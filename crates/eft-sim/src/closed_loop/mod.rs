@@ -12,7 +12,9 @@ mod stepper;
 mod test_run;
 
 pub use building::{ideal_building_response, simulate_building, story_forces};
-pub use controller::{Precision, RigController, compensation_parameters};
+pub use controller::{
+    Precision, RigAdaptiveController, RigController, adaptive_parameters, compensation_parameters,
+};
 pub use ideal::{IdealResponse, ideal_response};
 pub use simulate::{DEFAULT_STEP, SimulateOptions, energy_balance, simulate};
 pub use stepper::{PlantReading, PlantStepper};

@@ -34,6 +34,10 @@ pub struct TestRun {
     pub compensation: Vec<f64>,
     /// The flow gain the controller believes in, against its table (1).
     pub flow_gain_estimate: Vec<f64>,
+    /// The delay (s) that the controller makes up for.
+    pub response_delay_estimate: Vec<f64>,
+    /// The overcompensation guard's factor on the compensation level (1).
+    pub level: Vec<f64>,
     /// Bits of [`eft_core::status`].
     pub status: Vec<u32>,
     /// Where the energy went, with a rig that has effects beyond the paper's model.
@@ -68,6 +72,8 @@ impl TestRun {
             valve_command: channel(),
             compensation: channel(),
             flow_gain_estimate: channel(),
+            response_delay_estimate: channel(),
+            level: channel(),
             status: Vec::with_capacity(ticks),
             energy: None,
             measured: (!crate::sensors::are_ideal(rig)).then(|| Measured {
@@ -92,7 +98,9 @@ impl TestRun {
         self.supply_pressure.push(tick.supply_pressure.lane(lane));
         self.valve_command.push(tick.decision.valve_command.lane(lane));
         self.compensation.push(tick.decision.compensation.lane(lane));
-        self.flow_gain_estimate.push(1.0);
+        self.flow_gain_estimate.push(tick.decision.calibration.flow_gain.lane(lane));
+        self.response_delay_estimate.push(tick.decision.calibration.response_delay.lane(lane));
+        self.level.push(tick.decision.calibration.level.lane(lane));
         self.status.push(tick.status.lane(lane));
         if let Some(measured) = &mut self.measured {
             measured.force.push(tick.decision.measured.force.lane(lane));

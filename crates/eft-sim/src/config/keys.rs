@@ -75,7 +75,8 @@ pub static KEYS: &[Key] = &[
     key("compensation.computation_delay", "samples", Int(0, 1000), int(0), "delay of the compensation by computation"),
     key("compensation.sign_from", "", Choice(&["spool", "demand"]), Need::Default(Preset::Text("spool")), "signal that gives the sign of the load-pressure term"),
     key("compensation.feedforward", "", Bool, OFF, "demand the command's own flow as well"),
-    key("compensation.adaptive", "", Bool, OFF, "estimate flow gain and valve during the test"),
+    key("compensation.adaptive", "", Bool, OFF, "estimate flow gain and valve during the test, guarded against overcompensation"),
+    key("compensation.guard", "", Bool, OFF, "take the level back where overcompensation pumps the structure, also without estimates"),
 
     key("structure.kind", "", Choice(&["linear", "bilinear", "bouc_wen", "shear_building"]), Required, "kind of structure; parts it does not use are ignored"),
     key("structure.mass", "kg", Float(1e-3, 1e12), Required, "mass m"),

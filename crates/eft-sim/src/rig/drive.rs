@@ -62,6 +62,13 @@ impl<S: Num> Analog<S> {
 }
 
 impl<S: Num> Analog<S> {
+    /// The same controller at the end of its interval, where the command (N) has arrived at this.
+    #[inline(always)]
+    pub(crate) fn arrived(mut self, command: S) -> Self {
+        self.command = command;
+        self
+    }
+
     /// The same controller behind a load cell that reports `gain·force + offset`.
     pub(crate) fn through(self, (gain, offset): (S, S)) -> ThroughCell<S> {
         ThroughCell { analog: self, gain, offset }

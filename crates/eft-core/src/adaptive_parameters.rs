@@ -1,0 +1,244 @@
+//! What an adaptive compensation is made from.
+
+use crate::adaptation::{Adaptation, SLOTS, Trust};
+use crate::adaptive::AdaptiveCompensation;
+use crate::band_filter::BandFilter;
+use crate::compensation::{Compensation, CompensationParameters, Mode};
+use crate::error::{ConfigError, LARGEST, check, positive, within};
+use crate::feedforward::Feedforward;
+use crate::flow_gain::FlowGainEstimator;
+use crate::flow_prediction::FlowPrediction;
+use crate::flow_table::FlowTable;
+use crate::guard::Guard;
+use crate::load_pressure::LoadPressure;
+use crate::piecewise::PiecewiseLinear;
+use crate::valve_estimator::ValveEstimator;
+
+/// What an adaptive compensation is made from, in SI units: the nominal rig, as the paper's scheme knows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdaptiveParameters {
+    /// The paper's compensation, from which everything starts.
+    pub compensation: CompensationParameters,
+    /// Oil compressibility of the chambers `K_a` (m³/Pa).
+    pub compressibility: f64,
+    /// Cross-piston leakage `C_l` (m³/(s·Pa)).
+    pub leakage: f64,
+    /// Force sensitivity `C_F` (V/N) of the servovalve controller.
+    pub force_sensitivity: f64,
+    /// Delay of the compensation by computation (samples), beyond which the valve command shows it.
+    pub computation_delay: u32,
+    /// Whether the command's own flow is demanded as well.
+    pub feedforward: bool,
+    /// Whether flow gain and valve are estimated.
+    pub adaptive: bool,
+    /// Whether overcompensation takes the level back.
+    pub guard: bool,
+    /// How the estimators and the guard are set.
+    pub tuning: Tuning,
+}
+
+/// How estimators and guard are set; [`Tuning::DEFAULT`] suits sensors with noise of about 0.05 % of their range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tuning {
+    /// Corner of the estimators' two equal low-passes (Hz).
+    pub low_pass: f64,
+    /// Corner of the estimators' high-pass (Hz).
+    pub high_pass: f64,
+    /// Shortest memory (s), at strong motion.
+    pub memory: f64,
+    /// Evidence (squared opening × s) at which half of the forgetting of the shortest memory is reached.
+    pub half_evidence: f64,
+    /// Evidence (squared opening × s) that is never forgotten.
+    pub kept_evidence: f64,
+    /// Opening (1) below which nothing is learned.
+    pub excitation: f64,
+    /// Bounds of the flow gain over the table's (1).
+    pub flow_gain: (f64, f64),
+    /// Bounds of the spool's gain over the configured one (1).
+    pub valve_gain: (f64, f64),
+    /// Bounds of the response delay over the configured one (1).
+    pub response_delay: (f64, f64),
+    /// Largest rates of the calibration (1/s): flow gain, spool's gain, response delay over the configured one.
+    pub rates: (f64, f64, f64),
+    /// Weights of the configuration (squared opening × s): flow gain, spool's gain; and (1/s, of squared opening
+    /// rate) response delay.
+    pub priors: (f64, f64, f64),
+    /// Part of the signals' squares (1) that the models may miss before they are not believed.
+    pub error_share: f64,
+    /// Overcompensation (1) at which the guard begins to act.
+    pub tolerated: f64,
+    /// Corner of the guard's two equal low-passes (Hz), above the structure's frequency.
+    pub guard_low_pass: f64,
+    /// Time (s) over which the guard averages.
+    pub guard_average: f64,
+    /// Time (s) in which the guard takes overcompensation back.
+    pub guard_time: f64,
+    /// Velocity (m/s) below which the guard has no voice.
+    pub guard_quiet: f64,
+}
+
+impl Tuning {
+    /// Found on the paper's rig.
+    pub const DEFAULT: Self = Self {
+        low_pass: 12.0,
+        high_pass: 0.1,
+        memory: 0.25,
+        half_evidence: 1.0e-2,
+        kept_evidence: 1.0e-4,
+        excitation: 5.0e-4,
+        flow_gain: (0.7, 1.35),
+        valve_gain: (0.8, 1.25),
+        response_delay: (0.2, 4.0),
+        rates: (0.5, 0.2, 2.0),
+        priors: (1.0e-7, 1.0e-6, 6.0e-5),
+        error_share: 0.1,
+        tolerated: 1.0e-2,
+        guard_low_pass: 4.0,
+        guard_average: 0.2,
+        guard_time: 0.4,
+        guard_quiet: 5.0e-3,
+    };
+}
+
+/// Estimator steps per second that a window aims at, at the least (Hz).
+const SLOW_RATE: f64 = 200.0;
+
+/// Ticks of a window: a power of two, no shorter than the slots need.
+const fn window(sample_rate: f64) -> u32 {
+    let mut window = SLOTS;
+    while window < 1024 && sample_rate / (2.0 * window as f64) >= SLOW_RATE {
+        window *= 2;
+    }
+    window
+}
+
+/// Share of the way a first-order low-pass with this corner (rad/s) goes in a period (s), Tustin's without a zero.
+const fn share(corner: f64, period: f64) -> f64 {
+    let angle = corner * period;
+    angle / (1.0 + 0.5 * angle)
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl<const N: usize> AdaptiveCompensation<$t, N> {
+            /// From its parameters and the flow table.
+            ///
+            /// # Errors
+            /// A parameter that is not finite or out of its range, by name.
+            pub const fn new(p: &AdaptiveParameters, table: &FlowTable<$t, N>) -> Result<Self, ConfigError> {
+                let c = &p.compensation;
+                let compensation = check!(Compensation::<$t, N>::new(c, table));
+                let feedforward = if p.feedforward {
+                    check!(Feedforward::<$t>::new(c.piston_area, p.compressibility, p.leakage, c.sample_rate))
+                } else {
+                    Feedforward::<$t>::OFF
+                };
+                let ticks = window(c.sample_rate);
+                let sample = 1.0 / c.sample_rate;
+                let period = ticks as f64 * sample;
+                // The same actuator, seen once a window.
+                let volume = check!(positive("compressibility", p.compressibility)) / c.piston_area / period;
+                let leak = check!(within("leakage", p.leakage, 0.0, LARGEST)) / c.piston_area;
+                let force_sensitivity = check!(positive("force_sensitivity", p.force_sensitivity));
+                let loop_gain = force_sensitivity * c.proportional_gain * c.valve_gain * c.flow_gain;
+                let added_damping = c.piston_area / (leak + loop_gain);
+                let t = &p.tuning;
+                let tau = core::f64::consts::TAU;
+                let least_delay = t.response_delay.0 * c.response_delay;
+                let lowest_delay = if least_delay > 2.0 * sample { least_delay } else { 2.0 * sample };
+                let most_delay = t.response_delay.1 * c.response_delay;
+                let highest_delay = if most_delay > lowest_delay { most_delay } else { lowest_delay };
+                let nominal = if c.response_delay > lowest_delay { c.response_delay } else { lowest_delay };
+                let alpha = c.lead_alpha;
+                let prediction = match c.mode {
+                    Mode::Linear => FlowPrediction {
+                        load_pressure: LoadPressure::<$t>::NONE,
+                        curve: check!(PiecewiseLinear::<$t, N>::new(
+                            "openings",
+                            &[-1.0, 1.0],
+                            "flow_gain",
+                            &[-c.flow_gain, c.flow_gain],
+                        )),
+                    },
+                    _ => FlowPrediction {
+                        load_pressure: check!(LoadPressure::<$t>::new(c.piston_area, c.supply_pressure)),
+                        curve: *table.forward(),
+                    },
+                };
+                let adaptation = Adaptation {
+                    window: ticks,
+                    per_window: (1.0 / ticks as f64) as $t,
+                    adapting: p.adaptive,
+                    guarding: p.guard,
+                    piston_area: c.piston_area as $t,
+                    flow_per_force: leak as $t,
+                    flow_per_change: volume as $t,
+                    prediction,
+                    filter: BandFilter {
+                        low_pass: share(tau * t.low_pass, period) as $t,
+                        high_pass: share(tau * t.high_pass, period) as $t,
+                    },
+                    flow_gain: FlowGainEstimator {
+                        prior: (t.priors.0 * c.flow_gain) as $t,
+                        lowest: t.flow_gain.0 as $t,
+                        highest: t.flow_gain.1 as $t,
+                        change: (t.rates.0 * period) as $t,
+                    },
+                    valve: ValveEstimator {
+                        valve_gain: c.valve_gain as $t,
+                        lead_gain: (1.0 / (c.proportional_gain * c.valve_gain)) as $t,
+                        lag_per_delay: (2.0 * alpha / (1.0 - alpha)) as $t,
+                        sample: sample as $t,
+                        period: period as $t,
+                        per_period: (1.0 / period) as $t,
+                        nominal_delay: nominal as $t,
+                        sampling_delay: ((1.0 + p.computation_delay as f64) * sample) as $t,
+                        gain_prior: t.priors.1 as $t,
+                        delay_prior: (t.priors.2 * period * period) as $t,
+                        lowest_gain: t.valve_gain.0 as $t,
+                        highest_gain: t.valve_gain.1 as $t,
+                        lowest_delay: lowest_delay as $t,
+                        highest_delay: highest_delay as $t,
+                        gain_change: (t.rates.1 * period) as $t,
+                        delay_change: (t.rates.2 * nominal * period) as $t,
+                    },
+                    guard: Guard {
+                        per_added_damping: (1.0 / added_damping) as $t,
+                        force_per_flow: (1.0 / loop_gain) as $t,
+                        fed_forward: if p.feedforward { 1.0 } else { 0.0 },
+                        low_pass: share(tau * t.guard_low_pass, period) as $t,
+                        average: share(1.0 / t.guard_average, period) as $t,
+                        slow_average: share(0.25 / t.guard_average, period) as $t,
+                        quiet: (t.guard_quiet * t.guard_quiet) as $t,
+                        tolerated: t.tolerated as $t,
+                        correction: (period / t.guard_time) as $t,
+                        lowest: 0.5,
+                    },
+                    trust: Trust {
+                        linear_range: 0.9,
+                        excitation: (t.excitation * t.excitation) as $t,
+                        change_weight: (0.01 / (period * period)) as $t,
+                        per_square_flow: (1.0 / (c.flow_gain * c.flow_gain)) as $t,
+                        average: share(1.0 / 0.03, period) as $t,
+                        error_share: t.error_share as $t,
+                        period: period as $t,
+                        kept: t.kept_evidence as $t,
+                        half: t.half_evidence as $t,
+                        forgotten: (period / t.memory) as $t,
+                        quarantine: (0.1 / period) as $t,
+                    },
+                };
+                Ok(Self {
+                    compensation,
+                    feedforward,
+                    adaptation,
+                    per_supply_pressure: (1.0 / c.supply_pressure) as $t,
+                    lowest_supply: 0.05,
+                    highest_supply: 4.0,
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);

@@ -1,0 +1,72 @@
+//! The band in which an estimator looks at its signals: one filter for all of them, so that what it does to one it
+//! does to the others, and no estimate knows it is there.
+
+use crate::scalar::{Scalar, pack_numbers};
+
+/// Two equal first-order low-passes, then a first-order high-pass against offsets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct BandFilter<S> {
+    /// Share of the way that a low-pass goes to its input in a step.
+    pub(crate) low_pass: S,
+    /// Share of the way that the mean goes to its input in a step, long after the start.
+    pub(crate) high_pass: S,
+}
+
+pack_numbers!(BandFilter: low_pass, high_pass);
+
+/// What one signal's filter remembers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub(crate) struct BandState<S> {
+    first: S,
+    second: S,
+    mean: S,
+}
+
+impl<S: Scalar> BandFilter<S> {
+    /// The filtered signal in the middle between the last step and this one, and its change between them: both
+    /// belong to one instant, so that value and rate of a sine stand in quadrature exactly. `high_pass` is the share
+    /// of the way that the mean goes in this step.
+    #[inline(always)]
+    pub(crate) fn step(&self, state: &mut BandState<S>, input: S, high_pass: S) -> (S, S) {
+        let half = S::splat(0.5);
+        state.first = state.first + self.low_pass * (input - state.first);
+        let rise = self.low_pass * (state.first - state.second);
+        let drift = high_pass * (state.second - state.mean);
+        let change = rise - drift;
+        let value = state.second - state.mean + half * change;
+        state.second = state.second + rise;
+        state.mean = state.mean + drift;
+        (value, change)
+    }
+}
+
+impl<S: Scalar> BandFilter<S> {
+    /// The mean's share in the next step: 1, 1/2, 1/3, … from a restart on, so that the first mean is that of many
+    /// steps and not one step's noise.
+    #[inline(always)]
+    pub(crate) fn next_share(&self, share: S, restart: S::Mask) -> S {
+        let one = S::splat(1.0);
+        let next = share / (one + share);
+        let next = S::select(next.gt(self.high_pass), next, self.high_pass);
+        S::select(restart, one, next)
+    }
+}
+
+impl<S: Scalar> BandState<S> {
+    /// The state after long at this input.
+    #[inline(always)]
+    pub(crate) fn at_rest(input: S) -> Self {
+        Self { first: input, second: input, mean: input }
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            first: S::select(mask, yes.first, no.first),
+            second: S::select(mask, yes.second, no.second),
+            mean: S::select(mask, yes.mean, no.mean),
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Overcompensation guard: takes the level back before the structure swings up.
+//!
+//! Compensation above the piston's flow gives the force an error in phase with the velocity: the actuator then pumps
+//! energy into the structure, and past `c/c_add` more than its damping takes out. The guard watches that error
+//! itself, so it needs neither the structure's frequency nor its damping, and it sees the pump before the motion
+//! has had time to grow.
+
+use crate::scalar::{Scalar, pack_numbers};
+
+/// Constants of the guard.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Guard<S> {
+    /// Overcompensation (1) per force error in phase with a velocity (N·s/m): the inverse of the natural velocity
+    /// feedback `c_add`.
+    pub(crate) per_added_damping: S,
+    /// Force (N) that the loop leaves per flow (m³/s) that nobody demands.
+    pub(crate) force_per_flow: S,
+    /// 1 where the command's own flow is demanded, 0 where it is not.
+    pub(crate) fed_forward: S,
+    /// Share of the way that the two equal low-passes of error and velocity go in a step: above them the loop
+    /// follows its sensors' noise.
+    pub(crate) low_pass: S,
+    /// Share of the way that the averages go to their input in a step.
+    pub(crate) average: S,
+    /// The same of the slow average that the motion is held against.
+    pub(crate) slow_average: S,
+    /// Square of a velocity (m²/s²) below which the guard loses its voice.
+    pub(crate) quiet: S,
+    /// Overcompensation (1) that is tolerated.
+    pub(crate) tolerated: S,
+    /// Share of the overcompensation that is taken back in a step.
+    pub(crate) correction: S,
+    /// Lowest level (1) the guard goes to.
+    pub(crate) lowest: S,
+}
+
+pack_numbers!(Guard: per_added_damping, force_per_flow, fed_forward, low_pass, average, slow_average, quiet, tolerated, correction, lowest);
+
+/// What the guard remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub(crate) struct GuardState<S> {
+    error: LowPass<S>,
+    velocity: LowPass<S>,
+    pumped: S,
+    squares: S,
+    slow_squares: S,
+    pub(crate) level: S,
+}
+
+/// Two equal first-order low-passes in series.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+struct LowPass<S> {
+    first: S,
+    second: S,
+}
+
+impl<S: Scalar> LowPass<S> {
+    #[inline(always)]
+    fn after(self, input: S, share: S) -> Self {
+        let first = self.first + share * (input - self.first);
+        Self { first, second: self.second + share * (first - self.second) }
+    }
+    #[inline(always)]
+    fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+        Self { first: S::select(mask, yes.first, no.first), second: S::select(mask, yes.second, no.second) }
+    }
+}
+
+impl<S: Scalar> Default for GuardState<S> {
+    fn default() -> Self {
+        let zero = S::splat(0.0);
+        Self {
+            error: LowPass::default(),
+            velocity: LowPass::default(),
+            pumped: zero,
+            squares: zero,
+            slow_squares: zero,
+            level: S::splat(1.0),
+        }
+    }
+}
+
+impl<S: Scalar> Guard<S> {
+    /// One step: force error (N, measured less command), flow (m³/s) that the actuator took beyond what was demanded
+    /// for it, and velocity (m/s).
+    ///
+    /// The guard acts where the error pumps more than is tolerated into a motion that grows, and then until the level
+    /// is back at 1: it moves the level until the error neither pumps nor drains.
+    #[inline(always)]
+    pub(crate) fn step(&self, state: &mut GuardState<S>, error: S, undemanded: S, velocity: S, on: S::Mask) {
+        let (zero, one) = (S::splat(0.0), S::splat(1.0));
+        let error = state.error.after(error + self.force_per_flow * undemanded, self.low_pass);
+        let velocity = state.velocity.after(velocity, self.low_pass);
+        let square = velocity.second * velocity.second;
+        let pumped = state.pumped + self.average * (error.second * velocity.second - state.pumped);
+        let squares = state.squares + self.average * (square - state.squares);
+        let slow_squares = state.slow_squares + self.slow_average * (square - state.slow_squares);
+        let over = pumped * self.per_added_damping / (squares + self.quiet);
+        let tripped = over.gt(self.tolerated) & squares.gt(slow_squares);
+        let acting = tripped | state.level.lt(one);
+        let change = S::select(acting, self.correction * over, zero);
+        let level = (state.level - change).limit(self.lowest, one);
+        *state = GuardState {
+            error: LowPass::select(on, error, state.error),
+            velocity: LowPass::select(on, velocity, state.velocity),
+            pumped: S::select(on, pumped, state.pumped),
+            squares: S::select(on, squares, state.squares),
+            slow_squares: S::select(on, slow_squares, state.slow_squares),
+            level: S::select(on, level, state.level),
+        };
+    }
+}

@@ -1,0 +1,148 @@
+//! Valve estimator: response delay and gain of the spool behind its command.
+//!
+//! The measured command, taken back through the lead network, is the opening that a perfect inverse would give. What
+//! the spool does instead is explained by a gain and a further delay, by least squares. The regressors come from
+//! the command, which carries no sensor noise of the spool, so noise does not pull the delay down.
+
+use crate::lead::LeadNetwork;
+use crate::scalar::{Scalar, pack_numbers};
+
+/// Constants of the estimate; delays in s, periods in s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ValveEstimator<S> {
+    /// Unit opening per V by the configuration.
+    pub(crate) valve_gain: S,
+    /// DC gain of the lead network (V per unit opening) by the configuration.
+    pub(crate) lead_gain: S,
+    /// Lag of Tustin's lead network per response delay, 2α/(1 − α).
+    pub(crate) lag_per_delay: S,
+    /// Sample period of the lead network.
+    pub(crate) sample: S,
+    /// Period of the estimator.
+    pub(crate) period: S,
+    /// 1/`period`.
+    pub(crate) per_period: S,
+    /// Response delay by the configuration.
+    pub(crate) nominal_delay: S,
+    /// Delay between the lead network's output and the sample of the valve command that contains it.
+    pub(crate) sampling_delay: S,
+    /// Weight of the belief in the configured gain.
+    pub(crate) gain_prior: S,
+    /// Weight of the belief in the configured delay (per square of the period).
+    pub(crate) delay_prior: S,
+    /// Bounds of the spool's gain over the configured one (1).
+    pub(crate) lowest_gain: S,
+    /// See `lowest_gain`.
+    pub(crate) highest_gain: S,
+    /// Bounds of the delay.
+    pub(crate) lowest_delay: S,
+    /// See `lowest_delay`.
+    pub(crate) highest_delay: S,
+    /// Largest change of the gain in a step (1).
+    pub(crate) gain_change: S,
+    /// Largest change of the delay in a step.
+    pub(crate) delay_change: S,
+}
+
+pack_numbers!(ValveEstimator: valve_gain, lead_gain, lag_per_delay, sample, period, per_period, nominal_delay, sampling_delay, gain_prior, delay_prior, lowest_gain, highest_gain, lowest_delay, highest_delay, gain_change, delay_change);
+
+/// What the estimator remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub(crate) struct ValveState<S> {
+    opening: S,
+    washout: S,
+    openings: S,
+    crossed: S,
+    changes: S,
+    on_opening: S,
+    on_change: S,
+    pub(crate) gain: S,
+    pub(crate) delay: S,
+}
+
+impl<S: Scalar> ValveState<S> {
+    /// The opening (1) that was last asked.
+    pub(crate) fn opening(&self) -> S {
+        self.opening
+    }
+
+    pub(crate) fn new(delay: S) -> Self {
+        let zero = S::splat(0.0);
+        Self {
+            opening: zero,
+            washout: zero,
+            openings: zero,
+            crossed: zero,
+            changes: zero,
+            on_opening: zero,
+            on_change: zero,
+            gain: S::splat(1.0),
+            delay,
+        }
+    }
+}
+
+impl<S: Scalar> ValveEstimator<S> {
+    /// The opening (1) that the lead network was asked for when it gave this valve command (V): its inverse, by
+    /// Tustin at the estimator's period.
+    #[inline(always)]
+    pub(crate) fn asked(&self, state: &mut ValveState<S>, valve_command: S, restart: S::Mask) -> S {
+        let input = self.valve_gain * valve_command;
+        let lag = self.lag_per_delay * state.delay;
+        let lead = state.delay + state.delay;
+        let sum = lag + self.period;
+        let opening =
+            (sum * input - (lag - self.period) * state.washout + lead * state.opening) / (sum + lead);
+        state.opening = S::select(restart, input, opening);
+        state.washout = input - state.opening;
+        state.opening
+    }
+
+    /// Takes in one step: the asked opening (1) and its change, the measured spool (1), all through one filter.
+    /// `weight` is the step's time (s), the older ones are kept by the share `keep`.
+    #[inline(always)]
+    pub(crate) fn take(&self, state: &mut ValveState<S>, asked: S, change: S, spool: S, weight: S, keep: S) {
+        let known = (state.delay - self.nominal_delay + self.sampling_delay) * self.per_period;
+        let error = weight * (spool - asked - known * change);
+        state.openings = keep * state.openings + weight * asked * asked;
+        state.crossed = keep * state.crossed + weight * asked * change;
+        state.changes = keep * state.changes + weight * change * change;
+        state.on_opening = keep * state.on_opening + error * asked;
+        state.on_change = keep * state.on_change - error * change;
+    }
+
+    /// Gain and delay that explain what was taken in, within bounds and a rate. True where a bound holds.
+    #[inline(always)]
+    pub(crate) fn solve(&self, state: &mut ValveState<S>, on: S::Mask) -> S::Mask {
+        let openings = state.openings + self.gain_prior;
+        let changes = state.changes + self.delay_prior;
+        let determinant = openings * changes - state.crossed * state.crossed;
+        let per = S::splat(1.0) / determinant;
+        let excess = (changes * state.on_opening + state.crossed * state.on_change) * per;
+        let further = (openings * state.on_change + state.crossed * state.on_opening) * per;
+        let raw_gain = S::splat(1.0) + excess;
+        let raw_delay = self.nominal_delay + self.period * further;
+        let gain = raw_gain.limit(self.lowest_gain, self.highest_gain);
+        let delay = raw_delay.limit(self.lowest_delay, self.highest_delay);
+        let on = on & determinant.gt(S::splat(0.0));
+        let gain_now = gain.limit(state.gain - self.gain_change, state.gain + self.gain_change);
+        let delay_now = delay.limit(state.delay - self.delay_change, state.delay + self.delay_change);
+        state.gain = S::select(on, gain_now, state.gain);
+        state.delay = S::select(on, delay_now, state.delay);
+        let inside = raw_gain.ge(self.lowest_gain)
+            & raw_gain.le(self.highest_gain)
+            & raw_delay.ge(self.lowest_delay)
+            & raw_delay.le(self.highest_delay);
+        on & !inside
+    }
+
+    /// The lead network for the estimate, at a compensation level (1) on top of the configured one.
+    #[inline(always)]
+    pub(crate) fn lead(&self, state: &ValveState<S>, level: S) -> LeadNetwork<S> {
+        let lag = self.lag_per_delay * state.delay;
+        let per = S::splat(1.0) / (lag + self.sample);
+        let lead = state.delay + state.delay;
+        LeadNetwork::of((lag - self.sample) * per, lead * per, self.lead_gain * level / state.gain)
+    }
+}

@@ -1,0 +1,91 @@
+//! What the tests beyond the paper share: the rigs they misjudge, their sensors, their judgement.
+#![allow(dead_code, unreachable_pub)] // no test uses all of it
+
+use eft::core::status;
+use eft::sim::excitation::{Command, sine_sweep};
+use eft::sim::metrics::{fft_ratio, nrmse};
+use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
+use toml::Value;
+
+pub type Change = (String, Value);
+
+pub const RATE: f64 = 4096.0;
+
+pub fn sweep(amplitude: f64) -> Command {
+    sine_sweep(amplitude, 0.0, 10.0, 32.0, RATE).unwrap()
+}
+
+pub fn set(key: &str, value: impl Into<Value>) -> Change {
+    (key.into(), value.into())
+}
+
+/// Noise of 0.05 % of the range per sample and 16 bits, on every sensor.
+pub fn noise(seed: i64) -> Vec<Change> {
+    let ranges = [("force", 156e3), ("displacement", 0.127), ("spool", 1.0), ("velocity", 1.05)];
+    let sensor = |(name, range): (&str, f64)| {
+        [
+            set(&format!("sensors.{name}.noise"), 5e-4 * range),
+            set(&format!("sensors.{name}.range"), range),
+            set(&format!("sensors.{name}.bits"), 16),
+        ]
+    };
+    ranges.into_iter().flat_map(sensor).chain([set("sensors.seed", seed)]).collect()
+}
+
+/// The true flow over the curve that the controller has.
+pub fn flow_gain(scale: f64) -> Change {
+    set("servovalve.flow_gain_scale", scale)
+}
+
+/// A true valve of this response delay (s), 2ζ/ω_n = A_v/(K_3·K_vp), through the pilot's flow gain.
+pub fn valve_delay(delay: f64) -> Change {
+    set("servovalve.pilot_flow_gain", 1.964e-4 / (3579.13 * delay))
+}
+
+pub fn damping_ratio(ratio: f64) -> Change {
+    set("structure.damping", 2.0 * ratio * (693.8e3_f64 * 7040.0).sqrt())
+}
+
+/// The paper's rig with these changes.
+pub fn rig(changes: &[Change]) -> RigConfig {
+    RigConfig::zhao2005().replace(changes).unwrap()
+}
+
+/// Feedforward, estimators and guard on; the controller's configuration stays the nominal rig's.
+pub fn adaptive(changes: &[Change]) -> RigConfig {
+    rig(changes)
+        .replace(&[set("compensation.feedforward", true), set("compensation.adaptive", true)])
+        .unwrap()
+}
+
+pub fn run(rig: &RigConfig, command: &Command) -> TestRun {
+    simulate::<f64>(rig, command, &SimulateOptions::default(), |_, _| true).unwrap()
+}
+
+pub fn error(run: &TestRun) -> f64 {
+    nrmse(&run.command, &run.force).unwrap()
+}
+
+/// Least and largest ratio of the spectra in a band (Hz).
+pub fn ratio(run: &TestRun, low: f64, high: f64) -> (f64, f64) {
+    let ratio = fft_ratio(&run.command, &run.force, run.sample_rate, low, high).unwrap();
+    (ratio.min().0, ratio.max().0)
+}
+
+#[track_caller]
+pub fn assert_within(what: &str, (least, largest): (f64, f64), lowest: f64, highest: f64) {
+    assert!(
+        least >= lowest && largest <= highest,
+        "{what}: ratio {least:.4} to {largest:.4}, wanted {lowest} to {highest}"
+    );
+}
+
+#[track_caller]
+pub fn assert_quiet(run: &TestRun) {
+    let expected = status::SPOOL_WARNING;
+    assert_eq!(run.status_union() & !expected, 0, "flags");
+}
+
+pub fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, v| v.abs().max(most))
+}
