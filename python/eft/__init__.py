@@ -3,6 +3,15 @@
 All quantities are in SI units. Positive force pulls the structure (+x).
 """
 
+from eft._identification import (
+    Estimate,
+    FlowCurveEstimate,
+    flow_curve_estimate,
+    identify_damping,
+    identify_delay,
+    identify_flow_curve,
+    identify_flow_gain,
+)
 from eft._native import (
     Command,
     Compensator,
@@ -14,6 +23,8 @@ from eft._native import (
     __version__,
     delay_budget,
     effective_force,
+    flow_test,
+    free_vibration,
     inverse_dynamics,
     linearize,
     read_record,
@@ -21,6 +32,7 @@ from eft._native import (
     sine_sweep,
     stability_margin,
     stability_margins,
+    valve_test,
 )
 from eft._run import FftRatio, IdealResponse, TestRun, ideal_response, simulate
 from eft._status import Status
@@ -29,7 +41,9 @@ __all__ = [
     "Command",
     "Compensator",
     "Controller",
+    "Estimate",
     "FftRatio",
+    "FlowCurveEstimate",
     "FlowTable",
     "IdealResponse",
     "LinearModel",
@@ -40,7 +54,14 @@ __all__ = [
     "__version__",
     "delay_budget",
     "effective_force",
+    "flow_curve_estimate",
+    "flow_test",
+    "free_vibration",
     "ideal_response",
+    "identify_damping",
+    "identify_delay",
+    "identify_flow_curve",
+    "identify_flow_gain",
     "inverse_dynamics",
     "linearize",
     "read_record",
@@ -49,4 +70,5 @@ __all__ = [
     "sine_sweep",
     "stability_margin",
     "stability_margins",
+    "valve_test",
 ]

@@ -1,6 +1,6 @@
 """What the Rust side offers; held true by ``mypy.stubtest``."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any, ClassVar, Literal, TypeAlias, TypedDict, final, overload
 
@@ -19,7 +19,13 @@ __all__ = [
     "delay_budget",
     "effective_force",
     "fft_ratio",
+    "flow_test",
+    "free_vibration",
     "ideal_response",
+    "identify_damping",
+    "identify_delay",
+    "identify_flow_curve",
+    "identify_flow_gain",
     "inverse_dynamics",
     "linearize",
     "metrics",
@@ -30,6 +36,7 @@ __all__ = [
     "stability_margin",
     "stability_margins",
     "status_flags",
+    "valve_test",
 ]
 
 __version__: str
@@ -230,3 +237,35 @@ def delay_budget(
     rig: Rig, sample_rate: float | None = None, band: tuple[float, float] = ...
 ) -> dict[str, float]: ...
 def inverse_dynamics(rig: Rig, frequency: ArrayLike) -> tuple[_ComplexArray, _ComplexArray]: ...
+def identify_delay(
+    command: ArrayLike, response: ArrayLike, sample_rate: float, band: tuple[float, float]
+) -> dict[str, Any]: ...
+def identify_flow_curve(
+    spool: Sequence[ArrayLike],
+    displacement: Sequence[ArrayLike],
+    sample_rate: float,
+    piston_area: float,
+    knots: int,
+) -> dict[str, Any]: ...
+def identify_flow_gain(
+    spool: Sequence[ArrayLike],
+    displacement: Sequence[ArrayLike],
+    sample_rate: float,
+    piston_area: float,
+    limit: float,
+) -> tuple[float, float]: ...
+def identify_damping(
+    displacement: ArrayLike, sample_rate: float
+) -> tuple[float, float, float, float, float]: ...
+def valve_test(rig: Rig, amplitude: float = 0.0254, sample_rate: float = 2048.0) -> tuple[_Array, _Array]: ...
+def flow_test(
+    rig: Rig,
+    amplitude: float,
+    frequency: float = 3.0,
+    duration: float = 4.0,
+    piston_mass: float = 20.0,
+    sample_rate: float = 2048.0,
+) -> tuple[_Array, _Array, _Array]: ...
+def free_vibration(
+    rig: Rig, displacement: float, duration: float = 10.0, sample_rate: float = 512.0
+) -> _Array: ...

@@ -9,6 +9,7 @@ mod controller;
 mod errors;
 mod excitation;
 mod flow_table;
+mod identification;
 mod linear;
 mod rig;
 mod run;
@@ -38,5 +39,12 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(linear::stability_margins, module)?)?;
     module.add_function(wrap_pyfunction!(linear::delay_budget, module)?)?;
     module.add_function(wrap_pyfunction!(linear::inverse_dynamics, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::identify_delay, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::identify_flow_curve, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::identify_flow_gain, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::identify_damping, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::valve_test, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::flow_test, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::free_vibration, module)?)?;
     Ok(())
 }

@@ -5,6 +5,7 @@ pub mod closed_loop;
 pub mod config;
 mod error;
 pub mod excitation;
+pub mod identification;
 pub mod linear;
 pub mod metrics;
 pub mod records;

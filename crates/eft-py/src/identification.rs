@@ -1,0 +1,201 @@
+//! Identification from measured arrays, and the experiments that give such arrays.
+
+use eft_sim::identification::{self, Recording};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays;
+use crate::errors::to_python;
+use crate::rig::Rig;
+
+/// Return delay, uncertainty, intercept, coherence, frequencies and phase lags.
+#[pyfunction]
+pub(crate) fn identify_delay<'py>(
+    py: Python<'py>,
+    command: &Bound<'py, PyAny>,
+    response: &Bound<'py, PyAny>,
+    sample_rate: f64,
+    band: (f64, f64),
+) -> PyResult<Bound<'py, PyDict>> {
+    let (command, response) = (arrays::vector("command", command)?, arrays::vector("response", response)?);
+    let found = py
+        .detach(|| identification::identify_delay(&command, &response, sample_rate, band))
+        .map_err(to_python)?;
+    let answer = PyDict::new(py);
+    answer.set_item("value", found.delay)?;
+    answer.set_item("uncertainty", found.uncertainty)?;
+    answer.set_item("intercept", found.intercept)?;
+    answer.set_item("coherence", found.coherence)?;
+    answer.set_item("frequency", PyArray1::from_vec(py, found.frequency))?;
+    answer.set_item("lag", PyArray1::from_vec(py, found.lag))?;
+    Ok(answer)
+}
+
+fn vectors(parameter: &str, given: &[Bound<'_, PyAny>]) -> PyResult<Vec<Vec<f64>>> {
+    given.iter().map(|run| arrays::vector(parameter, run)).collect()
+}
+
+/// Spool and displacement, run by run; unequal numbers of runs leave an empty partner, which is refused by length.
+fn recordings<'a>(spool: &'a [Vec<f64>], displacement: &'a [Vec<f64>]) -> Vec<Recording<'a>> {
+    let of = |runs: &'a [Vec<f64>], i: usize| runs.get(i).map_or(&[][..], Vec::as_slice);
+    let runs = spool.len().max(displacement.len());
+    (0..runs).map(|i| Recording { spool: of(spool, i), displacement: of(displacement, i) }).collect()
+}
+
+/// Return openings, flows, uncertainties and whether each point was measured.
+#[pyfunction]
+pub(crate) fn identify_flow_curve<'py>(
+    py: Python<'py>,
+    spool: Vec<Bound<'py, PyAny>>,
+    displacement: Vec<Bound<'py, PyAny>>,
+    sample_rate: f64,
+    piston_area: f64,
+    knots: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (spool, displacement) = (vectors("spool", &spool)?, vectors("displacement", &displacement)?);
+    let found = py
+        .detach(|| {
+            let runs = recordings(&spool, &displacement);
+            identification::identify_flow_curve(&runs, sample_rate, piston_area, knots)
+        })
+        .map_err(to_python)?;
+    let answer = PyDict::new(py);
+    answer.set_item("openings", PyArray1::from_vec(py, found.openings))?;
+    answer.set_item("flows", PyArray1::from_vec(py, found.flows))?;
+    answer.set_item("uncertainty", PyArray1::from_vec(py, found.uncertainty))?;
+    answer.set_item("measured", PyArray1::from_vec(py, found.measured))?;
+    Ok(answer)
+}
+
+/// Return the flow gain at the origin in m³/s and its uncertainty.
+#[pyfunction]
+pub(crate) fn identify_flow_gain<'py>(
+    py: Python<'py>,
+    spool: Vec<Bound<'py, PyAny>>,
+    displacement: Vec<Bound<'py, PyAny>>,
+    sample_rate: f64,
+    piston_area: f64,
+    limit: f64,
+) -> PyResult<(f64, f64)> {
+    let (spool, displacement) = (vectors("spool", &spool)?, vectors("displacement", &displacement)?);
+    let found = py.detach(|| {
+        let runs = recordings(&spool, &displacement);
+        identification::identify_flow_gain(&runs, sample_rate, piston_area, limit)
+    });
+    found.map(|found| (found.value, found.uncertainty)).map_err(to_python)
+}
+
+/// Return damping ratio and uncertainty, natural frequency (Hz) and uncertainty, and the logarithmic decrement.
+#[pyfunction]
+pub(crate) fn identify_damping(
+    py: Python<'_>,
+    displacement: &Bound<'_, PyAny>,
+    sample_rate: f64,
+) -> PyResult<(f64, f64, f64, f64, f64)> {
+    let displacement = arrays::vector("displacement", displacement)?;
+    let found =
+        py.detach(|| identification::identify_damping(&displacement, sample_rate)).map_err(to_python)?;
+    let (ratio, frequency) = (found.ratio, found.frequency);
+    Ok((ratio.value, ratio.uncertainty, frequency.value, frequency.uncertainty, found.decrement))
+}
+
+type Array<'py> = Bound<'py, PyArray1<f64>>;
+
+/// Run the response delay test of Fig. 4a on the virtual rig: the main stage shut off, a 0–10 Hz sweep in 32 s.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     The rig.
+/// amplitude : float
+///     Of the displacement command in m; displacement control gives 10 V per full stroke.
+/// sample_rate : float
+///     In Hz.
+///
+/// Returns
+/// -------
+/// valve_command : numpy.ndarray
+///     In V.
+/// spool : numpy.ndarray
+///     Spool opening.
+#[pyfunction]
+#[pyo3(signature = (rig, amplitude=0.0254, sample_rate=2048.0))]
+pub(crate) fn valve_test<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    amplitude: f64,
+    sample_rate: f64,
+) -> PyResult<(Array<'py>, Array<'py>)> {
+    let test =
+        py.detach(|| identification::valve_test(&rig.config, amplitude, sample_rate)).map_err(to_python)?;
+    Ok((PyArray1::from_vec(py, test.valve_command), PyArray1::from_vec(py, test.spool)))
+}
+
+/// Run one flow test of Fig. 4b on the virtual rig: no structure, displacement control, a sine.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     The rig.
+/// amplitude : float
+///     Of the displacement command in m.
+/// frequency, duration : float
+///     Of the sine, in Hz and s.
+/// piston_mass : float
+///     In kg.
+/// sample_rate : float
+///     In Hz.
+///
+/// Returns
+/// -------
+/// command, displacement : numpy.ndarray
+///     In m.
+/// spool : numpy.ndarray
+///     Spool opening.
+#[pyfunction]
+#[pyo3(signature = (rig, amplitude, frequency=3.0, duration=4.0, piston_mass=20.0, sample_rate=2048.0))]
+#[allow(clippy::type_complexity, reason = "three arrays are three arrays")]
+pub(crate) fn flow_test<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    amplitude: f64,
+    frequency: f64,
+    duration: f64,
+    piston_mass: f64,
+    sample_rate: f64,
+) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
+    let run =
+        || identification::flow_test(&rig.config, amplitude, frequency, duration, piston_mass, sample_rate);
+    let test = py.detach(run).map_err(to_python)?;
+    Ok((
+        PyArray1::from_vec(py, test.command),
+        PyArray1::from_vec(py, test.displacement),
+        PyArray1::from_vec(py, test.spool),
+    ))
+}
+
+/// Release the rig's structure, disconnected from the actuator, and return its displacement in m.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     The rig.
+/// displacement : float
+///     From which it is released, in m.
+/// duration : float
+///     In s.
+/// sample_rate : float
+///     In Hz.
+#[pyfunction]
+#[pyo3(signature = (rig, displacement, duration=10.0, sample_rate=512.0))]
+pub(crate) fn free_vibration<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    displacement: f64,
+    duration: f64,
+    sample_rate: f64,
+) -> PyResult<Array<'py>> {
+    let run = || identification::free_vibration(&rig.config, displacement, duration, sample_rate);
+    Ok(PyArray1::from_vec(py, py.detach(run).map_err(to_python)?))
+}

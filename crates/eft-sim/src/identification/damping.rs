@@ -1,0 +1,212 @@
+//! Damping from free vibration: the logarithmic decrement, as the decay of a fitted sinusoid.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{SMatrix, SVector};
+
+use super::Estimate;
+use super::gaps::detrend;
+use crate::checks;
+use crate::error::{Error, Result};
+
+/// Cycles that must be there to tell decay from drift.
+const LEAST_CYCLES: f64 = 3.0;
+
+/// What a free vibration tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DampingEstimate {
+    /// Damping ratio (1).
+    pub ratio: Estimate,
+    /// Natural frequency (Hz), undamped.
+    pub frequency: Estimate,
+    /// Logarithmic decrement (1): the logarithm of one peak over the next of the same sign.
+    pub decrement: f64,
+}
+
+/// Damping and frequency of a free vibration sampled at a rate (Hz): `e^(−σt)·(a·cos ω_d t + b·sin ω_d t)` with offset
+/// and drift, by least squares over all samples that are there. Give the part after the release.
+///
+/// # Errors
+/// A signal that is too short, constant, not one decaying oscillation, or shorter than three cycles.
+pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<DampingEstimate> {
+    checks::positive("sample_rate", sample_rate, "Hz")?;
+    let there: Vec<usize> = (0..displacement.len()).filter(|i| displacement[*i].is_finite()).collect();
+    if there.len() < 20 {
+        return Err(Error::value(
+            "displacement",
+            format!("{} samples", there.len()),
+            "must have at least 20",
+        ));
+    }
+    let rest = detrend(displacement, |i| displacement[i].is_finite());
+    let energy: f64 = rest.iter().map(|v| v * v).sum();
+    if !energy.is_normal() {
+        return Err(Error::value("displacement", "constant", "must vibrate"));
+    }
+    let omega = strongest(&rest, sample_rate);
+    let duration = displacement.len() as f64 / sample_rate;
+    if omega * duration / TAU < LEAST_CYCLES {
+        let found = format!("{:.1} cycles", omega * duration / TAU);
+        return Err(Error::value("displacement", found, format!("must have at least {LEAST_CYCLES}")));
+    }
+    let half = rest.len() / 2;
+    let rms = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let decay =
+        ((rms(&rest[..half]) / rms(&rest[half..]).max(1e-300)).ln() / (0.5 * duration)).clamp(0.0, omega);
+    let mut best: Option<(f64, SVector<f64, 6>, SMatrix<f64, 6, 6>)> = None;
+    // A strongly damped start hides the frequency, a weak one the decay: a few starts are cheap.
+    for start in [decay, 0.3 * decay, 0.02 * omega, 0.1 * omega] {
+        let found = refine(displacement, &there, sample_rate, start, omega);
+        if let Some(found) = found.filter(|found| best.as_ref().is_none_or(|best| found.0 < best.0)) {
+            best = Some(found);
+        }
+    }
+    let refused = |found: String| Error::value("displacement", found, "must be one decaying oscillation");
+    let (cost, p, inverse) = best.ok_or_else(|| refused("no fit".into()))?;
+    if cost > 0.25 * energy {
+        return Err(refused(format!("{:.0} % of it is something else", 100.0 * cost / energy)));
+    }
+    let variance = cost / (there.len() - 6) as f64;
+    let (sigma, damped) = (p[4], p[5]);
+    let natural = sigma.hypot(damped);
+    if sigma <= 0.0 {
+        return Err(refused(format!("growth at {:.3} 1/s", -sigma)));
+    }
+    let of = |by_sigma: f64, by_damped: f64| {
+        let (a, b, c) = (inverse[(4, 4)], inverse[(4, 5)], inverse[(5, 5)]);
+        (variance * (by_sigma * by_sigma * a + 2.0 * by_sigma * by_damped * b + by_damped * by_damped * c))
+            .sqrt()
+    };
+    let cube = natural.powi(3);
+    Ok(DampingEstimate {
+        ratio: Estimate {
+            value: sigma / natural,
+            uncertainty: of(damped * damped / cube, -sigma * damped / cube),
+        },
+        frequency: Estimate {
+            value: natural / TAU,
+            uncertainty: of(sigma / natural, damped / natural) / TAU,
+        },
+        decrement: TAU * sigma / damped,
+    })
+}
+
+/// Angular frequency (rad/s) at which the signal is strongest, by zero crossings of its strong first part.
+fn strongest(signal: &[f64], sample_rate: f64) -> f64 {
+    let width = sample_rate / signal.len() as f64;
+    let mut planner = realfft::RealFftPlanner::<f64>::new();
+    let plan = planner.plan_fft_forward(signal.len());
+    let mut output = plan.make_output_vec();
+    if plan.process(&mut signal.to_vec(), &mut output).is_err() {
+        return 0.0;
+    }
+    let peak = (1..output.len()).max_by(|a, b| output[*a].norm_sqr().total_cmp(&output[*b].norm_sqr()));
+    TAU * width * peak.unwrap_or(0) as f64
+}
+
+type Fitted = (f64, SVector<f64, 6>, SMatrix<f64, 6, 6>);
+
+/// Levenberg–Marquardt on (a, b, offset, drift, σ, ω_d): cost, parameters, inverse normal matrix.
+fn refine(signal: &[f64], there: &[usize], sample_rate: f64, sigma: f64, omega: f64) -> Option<Fitted> {
+    let mut p = SVector::<f64, 6>::from_column_slice(&[0.0, 0.0, 0.0, 0.0, sigma, omega]);
+    let system = |p: &SVector<f64, 6>| {
+        let (mut normal, mut right, mut cost) =
+            (SMatrix::<f64, 6, 6>::zeros(), SVector::<f64, 6>::zeros(), 0.0);
+        for &i in there {
+            let t = i as f64 / sample_rate;
+            let decay = (-p[4] * t).exp();
+            let (sin, cos) = (p[5] * t).sin_cos();
+            let wave = decay * (p[0] * cos + p[1] * sin);
+            let rest = signal[i] - wave - p[2] - p[3] * t;
+            let turned = decay * (p[1] * cos - p[0] * sin);
+            let row = SVector::<f64, 6>::from_column_slice(&[
+                decay * cos,
+                decay * sin,
+                1.0,
+                t,
+                -t * wave,
+                t * turned,
+            ]);
+            normal += row * row.transpose();
+            right += row * rest;
+            cost += rest * rest;
+        }
+        (normal, right, cost)
+    };
+    let mut damping = 1e-3;
+    let (mut normal, mut right, mut cost) = system(&p);
+    for round in 0..100 {
+        let mut raised = normal;
+        for i in 0..6 {
+            raised[(i, i)] *= 1.0 + damping;
+            // Without an amplitude the last two do nothing; they wait for the first step.
+            if raised[(i, i)] == 0.0 {
+                raised[(i, i)] = 1.0;
+            }
+        }
+        let step = raised.cholesky()?.solve(&right);
+        let next = p + step;
+        let (n, r, c) = system(&next);
+        if c.is_finite() && c <= cost {
+            let settled = round > 2 && cost - c <= 1e-14 * cost;
+            (p, normal, right, cost) = (next, n, r, c);
+            damping = (damping * 0.2).max(1e-12);
+            if settled {
+                break;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e12 {
+                break;
+            }
+        }
+    }
+    Some((cost, p, normal.try_inverse()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn vibration(zeta: f64, frequency: f64, noise: f64) -> Vec<f64> {
+        let omega = TAU * frequency;
+        let damped = omega * (1.0 - zeta * zeta).sqrt();
+        let wobble = |i: usize| ((i * 7919 + 13) % 1000) as f64 / 500.0 - 1.0;
+        (0..8000)
+            .map(|i| {
+                let t = i as f64 / 500.0;
+                0.02 * (-zeta * omega * t).exp() * (damped * t).cos() + 1e-3 + 2e-5 * t + noise * wobble(i)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn damping_and_frequency_are_found_with_offset_drift_noise_and_gaps() {
+        for (zeta, frequency) in [(0.031, 1.58), (0.005, 3.0), (0.1, 1.0)] {
+            let clean = identify_damping(&vibration(zeta, frequency, 0.0), 500.0).unwrap();
+            assert!((clean.ratio.value / zeta - 1.0).abs() < 1e-6, "{clean:?}");
+            assert!((clean.frequency.value / frequency - 1.0).abs() < 1e-8);
+            let mut noisy = vibration(zeta, frequency, 4e-4);
+            noisy[100..150].fill(f64::NAN);
+            let found = identify_damping(&noisy, 500.0).unwrap();
+            assert!((found.ratio.value / zeta - 1.0).abs() < 0.02, "{zeta}: {found:?}");
+            assert!((found.ratio.value - zeta).abs() < 5.0 * found.ratio.uncertainty);
+        }
+    }
+
+    #[test]
+    fn what_does_not_decay_is_refused() {
+        let text = |signal: &[f64]| identify_damping(signal, 500.0).unwrap_err().to_string();
+        assert!(text(&[1.0; 10]).contains("at least 20"));
+        assert!(text(&[1.0; 1000]).contains("must vibrate"));
+        let grows: Vec<f64> = vibration(0.01, 2.0, 0.0).iter().rev().map(|v| v - 1e-3).collect();
+        assert!(text(&grows).contains("must be one decaying oscillation"));
+        let mut state = 1_u64;
+        let random = |_: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64
+        };
+        let noise: Vec<f64> = (0..2000).map(random).collect();
+        assert!(text(&noise).contains("must be one decaying oscillation"), "{}", text(&noise));
+    }
+}

@@ -1,0 +1,240 @@
+//! Response delay: the slope of the phase of response over command against frequency (Fig. 4a of the paper).
+
+use std::f64::consts::TAU;
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex64;
+
+use super::gaps::{check, detrend, stretches};
+use crate::checks;
+use crate::error::{Error, Result};
+
+/// A bin with less than this part of the band's largest power is not excited.
+const EXCITED: f64 = 1e-4;
+/// Fewer excited bins than this do not make a line.
+const LEAST_BINS: usize = 8;
+/// Below this, phases are scattered as by chance.
+const LEAST_COHERENCE: f64 = 0.6;
+
+/// A response delay and how it was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DelayEstimate {
+    /// The delay (s), positive where the response lags.
+    pub delay: f64,
+    /// Its standard uncertainty (s), from the scatter of the phases about their line.
+    pub uncertainty: f64,
+    /// Phase (rad) of the line at zero frequency.
+    pub intercept: f64,
+    /// How well the phases lie on the line: 1 is exactly, 0 by chance.
+    pub coherence: f64,
+    /// Frequencies (Hz) of the excited bins.
+    pub frequency: Vec<f64>,
+    /// Phase lag (rad) of the response there, unwrapped.
+    pub lag: Vec<f64>,
+}
+
+/// The delay of a response behind its command, sampled at a rate (Hz), over a band (Hz): phase regressed on
+/// frequency with an intercept, each bin weighted by the command's power in it.
+///
+/// Samples where either signal is not finite are gaps: both signals are faded out around them.
+///
+/// # Errors
+/// Unequal or too short signals, a band outside 0 to half the rate, more gaps than samples, a command that does not
+/// excite the band, or a response that does not follow it.
+pub fn identify_delay(
+    command: &[f64],
+    response: &[f64],
+    sample_rate: f64,
+    band: (f64, f64),
+) -> Result<DelayEstimate> {
+    check(("command", "response"), (command.len(), response.len()), 16)?;
+    checks::positive("sample_rate", sample_rate, "Hz")?;
+    let (low, high) = band;
+    if !(low >= 0.0 && low < high && high <= 0.5 * sample_rate) {
+        let allowed =
+            format!("must be two frequencies within 0 and {} Hz, the lower first", 0.5 * sample_rate);
+        return Err(Error::value("band", format!("({low}, {high})"), allowed));
+    }
+    let samples = command.len();
+    let valid = |i: usize| command[i].is_finite() && response[i].is_finite();
+    let mask = mask(samples, (2.0 * sample_rate / high) as usize, valid)?;
+    let x = transform(&faded(command, &mask))?;
+    let y = transform(&faded(response, &mask))?;
+
+    let width = sample_rate / samples as f64;
+    let first = ((low / width - 1e-9).ceil() as usize).max(1);
+    let last = ((high / width + 1e-9).floor() as usize).min(x.len() - 1);
+    let strongest = (first..=last).map(|k| x[k].norm_sqr()).fold(0.0, f64::max);
+    let bins: Vec<usize> = (first..=last).filter(|k| x[*k].norm_sqr() > EXCITED * strongest).collect();
+    if bins.len() < LEAST_BINS || !strongest.is_normal() {
+        let found = format!("{} excited frequencies within {low} to {high} Hz", bins.len());
+        let allowed = format!("must excite at least {LEAST_BINS}: a longer sweep, or a wider band");
+        return Err(Error::value("command", found, allowed));
+    }
+    let cross: Vec<(f64, Complex64)> = bins.iter().map(|&k| (k as f64 * width, y[k] * x[k].conj())).collect();
+    fit(&cross, &bins.iter().map(|&k| x[k].norm_sqr()).collect::<Vec<_>>(), width)
+}
+
+fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayEstimate> {
+    let refuse = |found: String| {
+        Err(Error::value("response", found, "must follow the command: its phases scatter as by chance"))
+    };
+    // The turn from bin to bin gives the delay to within a fraction of a turn over the band; what is left of the
+    // phase then needs no unwrapping.
+    let turn: Complex64 = cross
+        .windows(2)
+        .filter(|pair| pair[1].0 - pair[0].0 < 1.5 * width)
+        .map(|pair| pair[1].1 * pair[0].1.conj())
+        .sum();
+    let coarse = if turn.norm() > 0.0 { -turn.arg() / (TAU * width) } else { 0.0 };
+    let straight = |&(f, s): &(f64, Complex64)| s * Complex64::from_polar(1.0, TAU * f * coarse);
+    let mean: Complex64 = cross.iter().map(straight).sum();
+    let size: f64 = cross.iter().map(|(_, s)| s.norm()).sum();
+    if !(size > 0.0 && size.is_finite()) {
+        return refuse("constant or beyond double precision".into());
+    }
+    let level = Complex64::from_polar(1.0, -mean.arg());
+    let phases: Vec<f64> = cross.iter().map(|bin| (straight(bin) * level).arg()).collect();
+
+    let total: f64 = weights.iter().sum();
+    let weighted = |f: &dyn Fn(usize) -> f64| (0..cross.len()).map(|i| weights[i] * f(i)).sum::<f64>();
+    let frequency_mean = weighted(&|i| cross[i].0) / total;
+    let phase_mean = weighted(&|i| phases[i]) / total;
+    let spread = weighted(&|i| (cross[i].0 - frequency_mean).powi(2));
+    let slope = weighted(&|i| (cross[i].0 - frequency_mean) * (phases[i] - phase_mean)) / spread;
+    let rest = |i: usize| phases[i] - phase_mean - slope * (cross[i].0 - frequency_mean);
+    let variance = weighted(&|i| rest(i).powi(2)) / (cross.len() - 2) as f64;
+    let along: Complex64 = (0..cross.len()).map(|i| Complex64::from_polar(cross[i].1.norm(), rest(i))).sum();
+    let coherence = along.norm() / size;
+    if coherence.is_nan() || coherence < LEAST_COHERENCE {
+        return refuse(format!("coherence {coherence:.2}"));
+    }
+    let delay = coarse - slope / TAU;
+    let intercept = phase_mean - slope * frequency_mean - level.arg();
+    Ok(DelayEstimate {
+        delay,
+        uncertainty: (variance / spread).sqrt() / TAU,
+        intercept,
+        coherence,
+        frequency: cross.iter().map(|(f, _)| *f).collect(),
+        lag: (0..cross.len()).map(|i| TAU * cross[i].0 * coarse - phases[i] + level.arg()).collect(),
+    })
+}
+
+/// 1 where both signals are there, 0 in gaps, and raised cosines of `ramp` samples between. A window that is slow
+/// against the delay passes from command to response unchanged.
+fn mask(samples: usize, ramp: usize, valid: impl Fn(usize) -> bool) -> Result<Vec<f64>> {
+    let mut mask = vec![0.0; samples];
+    let ramp = ramp.max(1);
+    let mut kept = 0;
+    for part in stretches(samples, 2 * ramp, valid) {
+        kept += part.len();
+        let (from, to) = (part.start, part.end);
+        for i in part {
+            // No fading at the ends of the recording: nothing is missing there.
+            let before = if from == 0 { ramp } else { i - from };
+            let after = if to == samples { ramp } else { to - 1 - i };
+            let near = before.min(after).min(ramp) as f64 / ramp as f64;
+            mask[i] = 0.5 - 0.5 * (0.5 * TAU * near).cos();
+        }
+    }
+    if 2 * kept < samples {
+        let found = format!("{kept} of {samples} samples outside gaps");
+        return Err(Error::value("response", found, "at least half of the recording must be there"));
+    }
+    Ok(mask)
+}
+
+fn faded(signal: &[f64], mask: &[f64]) -> Vec<f64> {
+    let mut rest = detrend(signal, |i| mask[i] > 0.0);
+    rest.iter_mut().zip(mask).for_each(|(value, weight)| *value *= weight);
+    rest
+}
+
+fn transform(signal: &[f64]) -> Result<Vec<Complex64>> {
+    let plan = RealFftPlanner::new().plan_fft_forward(signal.len());
+    let mut output = plan.make_output_vec();
+    let done = plan.process(&mut signal.to_vec(), &mut output);
+    done.map_err(|error| Error::value("signal", format!("{} samples", signal.len()), error.to_string()))?;
+    Ok(output)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::sine_sweep;
+
+    const RATE: f64 = 1000.0;
+    const BAND: (f64, f64) = (0.25, 10.0);
+
+    /// A 0–10 Hz sweep, and the same late.
+    fn late(delay: f64) -> (Vec<f64>, Vec<f64>) {
+        let sweep = |shift: f64| {
+            let value = |i: usize| {
+                let t = i as f64 / RATE - shift;
+                (TAU * 0.5 * 10.0 / 32.0 * t * t).sin()
+            };
+            (0..32_000).map(value).collect()
+        };
+        (sweep(0.0), sweep(delay))
+    }
+
+    #[test]
+    fn a_pure_delay_of_either_sign_and_of_many_turns() {
+        for delay in [0.0, 4.7e-3, -3e-3, 0.3] {
+            let (x, y) = late(delay);
+            let found = identify_delay(&x, &y, RATE, BAND).unwrap();
+            assert!((found.delay - delay).abs() < 1e-4 + 0.01 * delay.abs(), "{delay}: {found:?}");
+            assert!(found.coherence > 0.9);
+        }
+    }
+
+    #[test]
+    fn gaps_offset_and_drift_do_not_matter() {
+        let (x, mut y) = late(5e-3);
+        let clean = identify_delay(&x, &y, RATE, BAND).unwrap().delay;
+        y.iter_mut().enumerate().for_each(|(i, v)| *v = 0.2 * *v + 3.0 + 1e-4 * i as f64);
+        for gap in [3000..3100, 12_000..13_000, 20_000..20_003] {
+            y[gap].fill(f64::NAN);
+        }
+        let found = identify_delay(&x, &y, RATE, BAND).unwrap().delay;
+        assert!((found - clean).abs() < 0.02 * clean, "{found}, without {clean}");
+    }
+
+    #[test]
+    fn the_uncertainty_is_what_noise_does() {
+        let (x, y) = late(5e-3);
+        let mut state = 1_u64;
+        let mut noise = || {
+            (0..12)
+                .map(|_| {
+                    state =
+                        state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    (state >> 11) as f64 / (1_u64 << 53) as f64
+                })
+                .sum::<f64>()
+                - 6.0
+        };
+        let (mut square, mut stated) = (0.0, 0.0);
+        for _ in 0..30 {
+            let noisy: Vec<f64> = y.iter().map(|v| v + 0.3 * noise()).collect();
+            let found = identify_delay(&x, &noisy, RATE, BAND).unwrap();
+            square += (found.delay - 5e-3).powi(2) / 30.0;
+            stated += found.uncertainty / 30.0;
+        }
+        assert!((0.6..1.7).contains(&(square.sqrt() / stated)), "{} and {stated}", square.sqrt());
+    }
+
+    #[test]
+    fn data_without_an_answer_is_refused_with_the_reason() {
+        let (x, y) = late(5e-3);
+        let text = |x: &[f64], y: &[f64], band| identify_delay(x, y, RATE, band).unwrap_err().to_string();
+        assert!(text(&x, &y[1..], BAND).starts_with("response = 31999 samples"));
+        assert!(text(&x, &y, (0.25, 600.0)).starts_with("band = (0.25, 600)"));
+        assert!(text(&[1.0; 32_000], &y, BAND).starts_with("command = "));
+        assert!(text(&x, &[1.0; 32_000], BAND).starts_with("response = "));
+        assert!(text(&x, &[f64::NAN; 32_000], BAND).contains("0 of 32000 samples outside gaps"));
+        let other = sine_sweep(1.0, 8.0, 0.3, 32.0, RATE).unwrap().values;
+        assert!(text(&x, &other, BAND).contains("must follow the command"));
+    }
+}

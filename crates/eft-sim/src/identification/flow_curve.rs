@@ -1,0 +1,278 @@
+//! The flow curve (Fig. 4b and Table 2 of the paper), from spool opening and displacement without load.
+//!
+//! Without load the piston's motion is the flow: `A·x(t) = A·x(0) + ∫f(x_v)dt`. A piecewise linear `f` makes this
+//! linear in its slopes, so nothing is differentiated and noise on the displacement stays what it is.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Estimate;
+use super::gaps::{check, stretches};
+use crate::checks;
+use crate::error::{Error, Result};
+
+/// Fewer samples than this within a cell or beyond a point say nothing about it.
+const LEAST_SAMPLES: usize = 20;
+/// Stretches between gaps that are shorter than this are left out: each has an offset and a drift of its own.
+const LEAST_STRETCH: usize = 100;
+/// Largest opening that can still be a fraction of the stroke.
+const LARGEST_OPENING: f64 = 1.2;
+
+/// One test: spool opening (1) and displacement (m), sample by sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Recording<'a> {
+    /// Spool opening (1).
+    pub spool: &'a [f64],
+    /// Displacement (m).
+    pub displacement: &'a [f64],
+}
+
+/// A flow curve and what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FlowCurveEstimate {
+    /// Spool openings (1) of the control points.
+    pub openings: Vec<f64>,
+    /// Flow (m³/s) at the control points.
+    pub flows: Vec<f64>,
+    /// Standard uncertainty (m³/s) at the control points; of extrapolated points it is that of the line.
+    pub uncertainty: Vec<f64>,
+    /// Whether the spool reached the point; the others are extrapolated.
+    pub measured: Vec<bool>,
+}
+
+/// The flow curve through `knots` evenly spaced control points from −1 to 1, from recordings at a rate (Hz) with a
+/// piston of an area (m²). Control points that the spool never reached lie on the line through the last two it did.
+///
+/// # Errors
+/// No recordings, unequal or too short ones, openings that are no fractions of the stroke, fewer than two points on a
+/// side reached, or a flow that does not rise with the opening.
+pub fn identify_flow_curve(
+    recordings: &[Recording<'_>],
+    sample_rate: f64,
+    piston_area: f64,
+    knots: usize,
+) -> Result<FlowCurveEstimate> {
+    if !(5..=63).contains(&knots) || knots.is_multiple_of(2) {
+        return Err(Error::value(
+            "knots",
+            knots,
+            "must be an odd number from 5 to 63, so that 0 is one of them",
+        ));
+    }
+    let half = (knots / 2) as f64;
+    let openings: Vec<f64> = (0..knots).map(|i| (i as f64 - half) / half).collect();
+    let fit = Fit::new(recordings, sample_rate, piston_area, &openings)?;
+    fit.curve(openings)
+}
+
+/// The flow gain `K_v` (m³/s) at the origin: one slope for all openings within ±`limit`.
+///
+/// # Errors
+/// As [`identify_flow_curve`]; a limit outside 0.01 to 0.5.
+pub fn identify_flow_gain(
+    recordings: &[Recording<'_>],
+    sample_rate: f64,
+    piston_area: f64,
+    limit: f64,
+) -> Result<Estimate> {
+    if !(0.01..=0.5).contains(&limit) {
+        return Err(Error::value("limit", limit, "must be an opening from 0.01 to 0.5"));
+    }
+    let cells = (0.9 / limit).floor().clamp(1.0, 9.0) as usize;
+    let outer = |i: usize| limit + (1.0 - limit) * i as f64 / cells as f64;
+    let negative = (0..=cells).rev().map(|i| -outer(i));
+    let openings: Vec<f64> = negative.chain((0..=cells).map(outer)).collect();
+    let fit = Fit::new(recordings, sample_rate, piston_area, &openings)?;
+    fit.slope(cells)
+}
+
+struct Fit {
+    knots: Vec<f64>,
+    /// Slope (m³/s) of each cell; zero where nothing was measured.
+    slopes: DVector<f64>,
+    covariance: DMatrix<f64>,
+    /// Samples within each cell.
+    inside: Vec<usize>,
+    /// Samples at or beyond each knot, outwards.
+    beyond: Vec<usize>,
+}
+
+impl Fit {
+    fn new(recordings: &[Recording<'_>], sample_rate: f64, piston_area: f64, knots: &[f64]) -> Result<Self> {
+        checks::positive("sample_rate", sample_rate, "Hz")?;
+        checks::positive("piston_area", piston_area, "m²")?;
+        if recordings.is_empty() {
+            return Err(Error::value("spool", "no recordings", "must have at least one"));
+        }
+        let cells = knots.len() - 1;
+        let mut inside = vec![0; cells];
+        let mut beyond = vec![0; knots.len()];
+        let mut stretches_of = Vec::new();
+        for recording in recordings {
+            let (spool, displacement) = (recording.spool, recording.displacement);
+            check(("spool", "displacement"), (spool.len(), displacement.len()), LEAST_STRETCH)?;
+            let there = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
+            for part in stretches(spool.len(), LEAST_STRETCH, there) {
+                for opening in &spool[part.clone()] {
+                    if opening.abs() > LARGEST_OPENING {
+                        let allowed = "must be a fraction of the spool's stroke, within ±1";
+                        return Err(Error::value("spool", opening, allowed));
+                    }
+                    let cell = knots[1..cells].iter().filter(|knot| **knot <= *opening).count();
+                    inside[cell] += 1;
+                    for (count, knot) in beyond.iter_mut().zip(knots) {
+                        *count += usize::from(opening * knot.signum() >= knot.abs() - 1e-3);
+                    }
+                }
+                stretches_of.push((&spool[part.clone()], &displacement[part]));
+            }
+        }
+        if stretches_of.is_empty() {
+            let allowed = format!("must have a stretch of {LEAST_STRETCH} samples without a gap");
+            return Err(Error::value("displacement", "gaps throughout", allowed));
+        }
+        let mut fit = Self {
+            knots: knots.to_vec(),
+            slopes: DVector::zeros(cells),
+            covariance: DMatrix::zeros(cells, cells),
+            inside,
+            beyond,
+        };
+        fit.solve(&stretches_of, sample_rate, piston_area)?;
+        Ok(fit)
+    }
+
+    /// Least squares on `A·x = Σ slope·∫ramp dt + offset + drift·t`, offset and drift of each stretch its own.
+    fn solve(&mut self, stretches: &[(&[f64], &[f64])], sample_rate: f64, area: f64) -> Result<()> {
+        let used: Vec<usize> = (0..self.inside.len()).filter(|c| self.inside[*c] >= LEAST_SAMPLES).collect();
+        let n = used.len();
+        let step = 1.0 / sample_rate;
+        let rows = |spool: &[f64]| -> Vec<DVector<f64>> {
+            let ramps = |opening: f64| {
+                DVector::from_iterator(
+                    n,
+                    used.iter().map(|&cell| {
+                        // The outermost cells go on: a noisy sensor may read beyond the stroke.
+                        let low = if cell == 0 { f64::NEG_INFINITY } else { self.knots[cell] };
+                        let high =
+                            if cell + 2 == self.knots.len() { f64::INFINITY } else { self.knots[cell + 1] };
+                        opening.clamp(low, high) - 0.0_f64.clamp(low, high)
+                    }),
+                )
+            };
+            let mut integral = DVector::zeros(n);
+            let mut last = ramps(spool[0]);
+            let mut all = vec![integral.clone()];
+            for opening in &spool[1..] {
+                let here = ramps(*opening);
+                integral += (&last + &here) * (0.5 * step);
+                last = here;
+                all.push(integral.clone());
+            }
+            all
+        };
+        let mut normal = DMatrix::zeros(n, n);
+        let mut right = DVector::zeros(n);
+        let mut projected = Vec::new();
+        let mut samples = 0;
+        for (spool, displacement) in stretches {
+            let rows = rows(spool);
+            let count = rows.len();
+            samples += count;
+            let time = |i: usize| 2.0 * i as f64 / (count - 1) as f64 - 1.0;
+            let square: f64 = (0..count).map(|i| time(i) * time(i)).sum();
+            let mean = rows.iter().fold(DVector::zeros(n), |sum, row| sum + row) / count as f64;
+            let drift =
+                rows.iter().enumerate().fold(DVector::zeros(n), |sum, (i, row)| sum + row * time(i)) / square;
+            let y_mean = displacement.iter().sum::<f64>() / count as f64;
+            let y_drift = displacement.iter().enumerate().map(|(i, x)| x * time(i)).sum::<f64>() / square;
+            let mut part = Vec::with_capacity(count);
+            for (i, row) in rows.into_iter().enumerate() {
+                let row = row - &mean - &drift * time(i);
+                let flow = area * (displacement[i] - y_mean - y_drift * time(i));
+                normal.ger(1.0, &row, &row, 1.0);
+                right.axpy(flow, &row, 1.0);
+                part.push((row, flow));
+            }
+            projected.push(part);
+        }
+        let refused = || {
+            Error::value("spool", format!("{n} cells reached"), "must move enough to tell their slopes apart")
+        };
+        let factor = normal.cholesky().filter(|_| n >= 2).ok_or_else(refused)?;
+        let solution = factor.solve(&right);
+        let (mut variance, mut product) = (0.0, 0.0);
+        for part in &projected {
+            let mut last = 0.0;
+            for (row, flow) in part {
+                let rest = flow - row.dot(&solution);
+                variance += rest * rest;
+                product += rest * last;
+                last = rest;
+            }
+        }
+        // Residuals that hang together count for fewer samples than there are.
+        let correlation = if variance > 0.0 { (product / variance).clamp(0.0, 0.9999) } else { 0.0 };
+        let inflation = (1.0 + correlation) / (1.0 - correlation);
+        let free = samples.saturating_sub(n + 2 * stretches.len()).max(1);
+        let covariance = factor.inverse() * (variance / free as f64 * inflation);
+        for (i, &cell) in used.iter().enumerate() {
+            self.slopes[cell] = solution[i];
+            for (j, &other) in used.iter().enumerate() {
+                self.covariance[(cell, other)] = covariance[(i, j)];
+            }
+        }
+        Ok(())
+    }
+
+    fn slope(&self, cell: usize) -> Result<Estimate> {
+        if self.inside[cell] < LEAST_SAMPLES || self.slopes[cell] <= 0.0 {
+            return Err(Error::value(
+                "spool",
+                "hardly moves about null",
+                "must pass the origin for a flow gain",
+            ));
+        }
+        Ok(Estimate { value: self.slopes[cell], uncertainty: self.covariance[(cell, cell)].sqrt() })
+    }
+
+    fn curve(&self, openings: Vec<f64>) -> Result<FlowCurveEstimate> {
+        let zero = openings.len() / 2;
+        let measured: Vec<bool> = self.beyond.iter().map(|count| *count >= LEAST_SAMPLES).collect();
+        for side in [-1_i32, 1] {
+            if !(measured[zero.saturating_add_signed(side as isize)]
+                && measured[zero.saturating_add_signed(2 * side as isize)])
+            {
+                let reached =
+                    openings.iter().zip(&measured).filter(|(x, m)| **m && x.signum() == f64::from(side));
+                let found = format!("{} control points on the side of {side}", reached.count());
+                return Err(Error::value("spool", found, "must reach at least two on either side"));
+            }
+        }
+        let mut flows = vec![0.0; openings.len()];
+        let mut uncertainty = vec![0.0; openings.len()];
+        // From the origin outwards, the flow is the sum of slopes times widths; past the data the last slope goes on.
+        for side in [-1_isize, 1] {
+            let mut widths = DVector::zeros(self.slopes.len());
+            let mut last_cell = zero;
+            for k in 1..=zero {
+                let knot = zero.saturating_add_signed(side * k as isize);
+                let cell = if side > 0 { knot - 1 } else { knot };
+                if measured[knot] {
+                    last_cell = cell;
+                }
+                widths[last_cell] += openings[knot] - openings[knot.saturating_add_signed(-side)];
+                flows[knot] = self.slopes.dot(&widths);
+                uncertainty[knot] = (&self.covariance * &widths).dot(&widths).max(0.0).sqrt();
+            }
+        }
+        if let Some(i) = (1..flows.len()).find(|&i| flows[i] <= flows[i - 1] || flows[i].is_nan()) {
+            let found = format!("does not rise from opening {:.3} to {:.3}", openings[i - 1], openings[i]);
+            return Err(Error::value(
+                "flow",
+                found,
+                "must rise with the opening: more data, less noise, fewer knots",
+            ));
+        }
+        Ok(FlowCurveEstimate { openings, flows, uncertainty, measured })
+    }
+}

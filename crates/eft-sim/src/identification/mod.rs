@@ -1,0 +1,25 @@
+//! What the paper measures on its rig, from measured arrays: response delay (Fig. 4a), flow curve and flow gain
+//! (Fig. 4b, Table 2), damping; and the paper's experiments on the virtual rig, which give such arrays.
+//!
+//! Samples that are not finite are gaps. Offsets and steady drifts are taken out. Data that cannot carry an answer
+//! is refused with the reason.
+
+mod damping;
+mod delay;
+mod experiments;
+mod flow_curve;
+mod gaps;
+
+pub use damping::{DampingEstimate, identify_damping};
+pub use delay::{DelayEstimate, identify_delay};
+pub use experiments::{FlowTest, ValveTest, flow_test, free_vibration, valve_test};
+pub use flow_curve::{FlowCurveEstimate, Recording, identify_flow_curve, identify_flow_gain};
+
+/// A number and its standard uncertainty, in the same unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The number.
+    pub value: f64,
+    /// One standard deviation.
+    pub uncertainty: f64,
+}
