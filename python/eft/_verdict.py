@@ -34,16 +34,15 @@ def judge(run: TestRun) -> Verdict:
         return Verdict(False, True, "The simulated state diverged: no result.")
     opening = float(np.abs(run.spool).max())
     spool = f"the spool opens to {opening:.0%} (advised: at most {SPOOL_ADVICE:.0%})"
-    follows = (
-        f"The force follows the command within {run.metrics()['nrmse']:.1%} (rms); "
-        if run.command.any()
-        else ""
-    )
+    follows, far = "", False
+    if run.command.any():
+        error = run.metrics()["nrmse"]
+        far = error > FORCE_ERROR
+        follows = f"The force misses the command by {error:.1%} (rms); "
     if run.flags & Status.STROKE_EXCEEDED:
         return Verdict(False, True, f"The piston left its stroke: no result of a real rig. {follows}{spool}.")
     if run.flags & (Status.SPOOL_STOP | Status.DEMAND_SATURATED):
         text = f"The valve was asked for more than it has. {follows}{spool}."
         return Verdict(True, True, text)
     text = f"{follows}{spool}."
-    far = run.command.any() and run.metrics()["nrmse"] > FORCE_ERROR
-    return Verdict(True, bool(far) or opening > SPOOL_ADVICE, text[0].upper() + text[1:])
+    return Verdict(True, far or opening > SPOOL_ADVICE, text[0].upper() + text[1:])

@@ -139,3 +139,34 @@ def test_a_rig_that_leaves_its_stroke_is_said_and_ends_with_one(capsys):
 def test_more_than_the_valve_has_is_a_concern_and_not_a_failure(capsys):
     assert main(["run", *SWEEP, "--set", "controller.proportional_gain=10"]) == 0
     assert "asked for more than it has" in capsys.readouterr().out
+
+
+def test_check_says_yes_with_the_margins_of_the_library(folder, capsys):
+    rig = eft.Rig.zhao2005()
+    assert main(["check", *SWEEP, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["feasible"] and answer["reasons"] == []
+    assert answer["margins"]["level"] == pytest.approx(
+        eft.stability_margin(rig, sampled=True, sample_rate=1024.0)
+    )
+    run = eft.simulate(rig, eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0))
+    assert answer["demands"]["spool"] == np.abs(run.spool).max()
+    assert answer["demands"]["flow"] == pytest.approx(0.008212 * np.abs(run.velocity).max())
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ("compensation.level=2.0", "unstable about rest"),
+        ("controller.proportional_gain=10", "more than it has"),
+    ],
+)
+def test_check_says_no_and_why(change, why, capsys):
+    assert main(["check", "--sweep", "20000", "0", "10", "4", "--set", change]) == 1
+    assert why in capsys.readouterr().out.split("Not feasible.")[1]
+
+
+def test_check_does_not_hide_a_force_that_stays_away(capsys):
+    assert main(["check", *SWEEP, "--set", "compensation.mode=off"]) == 0
+    assert "Feasible, with a concern. The force misses the command by" in capsys.readouterr().out

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import click
 
 from eft._native import __version__
+from eft.cli._check import check
 from eft.cli._compare import compare
 from eft.cli._demo import demo
 from eft.cli._init import init
@@ -25,6 +26,7 @@ _HELP = """Effective force testing: controller, virtual rig and analysis.
 \b
 A first test:
   eft init test.toml --test     a rig and a command, every key explained
+  eft check test.toml           whether the rig can do it
   eft run test.toml             the test on the virtual rig, kept as test.eft
   eft report test.eft           what came out, as test.html
 
@@ -38,7 +40,7 @@ def cli() -> None:
     """All commands."""
 
 
-for command in (init, run, report, compare, demo):
+for command in (init, check, run, report, compare, demo):
     cli.add_command(command)
 
 

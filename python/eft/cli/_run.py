@@ -8,9 +8,10 @@ from typing import Any
 import click
 
 import eft
-from eft._test_file import TestPlan, make_command, read_rig, read_test
+from eft._test_file import TestPlan
 from eft._verdict import judge
-from eft.cli._output import FILE, as_json, emit_json, epilog, progress, settings, table
+from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
+from eft.cli._plan import plan_of, test_options
 from eft.traces import write_run
 from eft.traces._write import check_output
 
@@ -23,18 +24,7 @@ from eft.traces._write import check_output
         "eft run --rig rig.toml --sweep 8900 0 10 32 -o sweep.csv",
     ),
 )
-@click.argument("test", type=FILE, required=False)
-@click.option("--rig", type=FILE, help="Rig file, instead of the paper's rig.")
-@click.option(
-    "--sweep", type=float, nargs=4, metavar="N HZ HZ S", help="Sine sweep: amplitude, from, to, duration."
-)
-@click.option("--record", metavar="FILE", help="Ground motion; `elcentro` ships with eft.")
-@click.option("--scale", type=float, help="Factor on the ground acceleration.")
-@click.option(
-    "--mass", type=float, metavar="KG", help="Mass of the effective force; default: the structure's."
-)
-@click.option("--sample-rate", type=float, metavar="HZ", help="Default: the rig's controller.sample_rate.")
-@settings
+@test_options
 @click.option(
     "--dtype", type=click.Choice(["f64", "f32"]), default="f64", help="Precision of the controller."
 )
@@ -53,7 +43,7 @@ def run(
 
     A test file is a rig file with a section [command]; `eft init test.toml --test` writes one.
     """
-    plan = _plan(test, rig, changes, {key: value for key, value in command.items() if value is not None})
+    plan = plan_of(test, rig, changes, command)
     target = output or (test.with_suffix(".eft") if test else Path("run.eft"))
     check_output(target)
     result, interrupted = _simulate(plan, dtype)
@@ -70,28 +60,6 @@ def run(
         raise KeyboardInterrupt
     if not judge(result).usable:
         raise click.exceptions.Exit(1)
-
-
-def _plan(test: Path | None, rig: Path | None, changes: dict[str, Any], options: dict[str, Any]) -> TestPlan:
-    if test is not None:
-        if rig is not None or options:
-            given = ", ".join(
-                f"--{name.replace('_', '-')}" for name in (["rig"] if rig else []) + list(options)
-            )
-            raise click.UsageError(
-                f"{test} says all about the test; leave out {given}, or leave out the file"
-            )
-        return read_test(test, changes)
-    sweep, record = options.pop("sweep", None), options.pop("record", None)
-    if (sweep is None) == (record is None):
-        raise click.UsageError("give a test file, --sweep or --record, exactly one of them")
-    section = dict(options)
-    if record is not None:
-        section |= {"kind": "record", "file": record}
-    else:
-        section |= dict(zip(("amplitude", "f_start", "f_end", "duration"), sweep, strict=True), kind="sweep")
-    chosen = read_rig(rig, changes) if rig else eft.Rig.zhao2005().replace(changes)
-    return TestPlan(chosen, *make_command(section, chosen, Path()))
 
 
 def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:

@@ -1,0 +1,50 @@
+"""What the commands that read measurements share: the options that say what a file holds."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import click
+
+from eft.cli._output import F
+from eft.traces import Traces, read_traces
+
+_OPTIONS = (
+    click.option(
+        "--column", "columns", multiple=True, metavar="QUANTITY=HEADER", help="Which column holds it."
+    ),
+    click.option(
+        "--unit", "units", multiple=True, metavar="QUANTITY=UNIT", help="Its unit, if not in the file."
+    ),
+    click.option("--sample-rate", type=float, metavar="HZ", help="For files without a time column."),
+)
+
+
+def data_options(function: F) -> F:
+    """Put the options on a command; `read_data` takes what they gather."""
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+def read_data(
+    file: Path, *, columns: tuple[str, ...], units: tuple[str, ...], sample_rate: float | None
+) -> Traces:
+    """Read a file of measurements as the options say."""
+    if sample_rate is not None and not (math.isfinite(sample_rate) and sample_rate > 0.0):
+        raise click.UsageError(f"--sample-rate {sample_rate:g}: must be a finite number above zero, in Hz")
+    return read_traces(
+        file, columns=_pairs("--column", columns), units=_pairs("--unit", units), sample_rate=sample_rate
+    )
+
+
+def _pairs(option: str, values: tuple[str, ...]) -> dict[str, str]:
+    """`QUANTITY=TEXT` options as a mapping."""
+    answer = {}
+    for value in values:
+        key, equals, text = value.partition("=")
+        if not (equals and key.strip() and text.strip()):
+            raise click.UsageError(f"{option} `{value}`: must be QUANTITY=TEXT, as in force=kN")
+        answer[key.strip()] = text.strip()
+    return answer

@@ -1,0 +1,63 @@
+"""What a command that needs a test shares: its options, and the test they describe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+import eft
+from eft._test_file import TestPlan, make_command, read_rig, read_test
+from eft.cli._output import FILE, F, settings
+
+_OPTIONS = (
+    click.argument("test", type=FILE, required=False),
+    click.option("--rig", type=FILE, help="Rig file, instead of the paper's rig."),
+    click.option(
+        "--sweep", type=float, nargs=4, metavar="N HZ HZ S", help="Sine sweep: amplitude, from, to, duration."
+    ),
+    click.option("--record", metavar="FILE", help="Ground motion; `elcentro` ships with eft."),
+    click.option("--scale", type=float, help="Factor on the ground acceleration."),
+    click.option(
+        "--mass", type=float, metavar="KG", help="Mass of the effective force; default: the structure's."
+    ),
+    click.option(
+        "--sample-rate", type=float, metavar="HZ", help="Default: the rig's controller.sample_rate."
+    ),
+    settings,
+)
+
+
+def test_options(function: F) -> F:
+    """The argument and the options that describe a test."""
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+def plan_of(
+    test: Path | None, rig: Path | None, changes: Mapping[str, Any], command: Mapping[str, Any]
+) -> TestPlan:
+    """The test of a file, or one put together from options."""
+    options = {key: value for key, value in command.items() if value is not None}
+    if test is not None:
+        if rig is not None or options:
+            given = ", ".join(
+                f"--{name.replace('_', '-')}" for name in (["rig"] if rig else []) + list(options)
+            )
+            raise click.UsageError(
+                f"{test} says all about the test; leave out {given}, or leave out the file"
+            )
+        return read_test(test, changes)
+    sweep, record = options.pop("sweep", None), options.pop("record", None)
+    if (sweep is None) == (record is None):
+        raise click.UsageError("give a test file, --sweep or --record, exactly one of them")
+    section = dict(options)
+    if record is not None:
+        section |= {"kind": "record", "file": record}
+    else:
+        section |= dict(zip(("amplitude", "f_start", "f_end", "duration"), sweep, strict=True), kind="sweep")
+    chosen = read_rig(rig, changes) if rig else eft.Rig.zhao2005().replace(changes)
+    return TestPlan(chosen, *make_command(section, chosen, Path()))

@@ -1,0 +1,48 @@
+"""Every `eft` command on a page runs as printed, one after another, and its TOML is what `eft run` reads."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from eft.cli import main
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def commands(page):
+    found = []
+    for block in re.findall(
+        r"^```sh\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    ):
+        found += [
+            shlex.split(line, comments=True)[1:] for line in block.splitlines() if line.startswith("eft ")
+        ]
+    return found
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+def test_commands_run_as_printed(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for arguments in commands(page):
+        assert main(arguments) == 0, arguments
+
+
+def test_the_pages_name_every_command():
+    from eft.cli._main import cli
+
+    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `eft (\w+)`", text, re.MULTILINE)) == set(cli.commands)
+
+
+def test_tests_of_the_page_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    sweep, quake = re.findall(r"^```toml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    assert main(["init"]) == 0
+    Path("quake.toml").write_text(quake, encoding="utf-8")
+    Path("sweep.toml").write_text(Path("rig.toml").read_text(encoding="utf-8") + sweep, encoding="utf-8")
+    assert main(["run", "sweep.toml"]) == 0
+    assert main(["run", "quake.toml"]) == 0
