@@ -157,6 +157,22 @@ WRONG = {
         {"a.csv": CSV},
         ["forse", "`force`"],
     ),
+    # identification
+    "delay of what is not there": (
+        ["identify", "delay", "a.csv"],
+        {"a.csv": CSV},
+        ["a.csv", "no command", "force"],
+    ),
+    "delay of too little": (
+        ["identify", "delay", "a.csv"],
+        {
+            "a.csv": CSV.replace("time (s)", "time (s),command (kN)")
+            .replace(",1", ",1,1")
+            .replace(",2", ",2,2")
+        },
+        ["eft identify"],
+    ),
+    "curve without an area": (["identify", "curve", "a.csv"], {"a.csv": CSV}, ["--piston-area", "--rig"]),
     # the report
     "report of nothing": (["report"], {}, ["RUNS"]),
     "report of no run": (["report", "a.eft"], {"a.eft": "words"}, ["a.eft", "not a test saved by eft"]),

@@ -13,6 +13,7 @@ from eft._native import __version__
 from eft.cli._check import check
 from eft.cli._compare import compare
 from eft.cli._demo import demo
+from eft.cli._identify import identify
 from eft.cli._init import init
 from eft.cli._report import report
 from eft.cli._run import run
@@ -40,7 +41,7 @@ def cli() -> None:
     """All commands."""
 
 
-for command in (init, check, run, report, compare, demo):
+for command in (init, check, identify, run, report, compare, demo):
     cli.add_command(command)
 
 

@@ -1,0 +1,156 @@
+"""`eft identify`: a rig's parameters from what was measured on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+import eft
+from eft._files import write_text
+from eft._test_file import read_rig
+from eft.cli._data import data_options, read_data
+from eft.cli._output import FILE, as_json, emit_json, epilog, table
+from eft.traces import Traces
+from eft.traces._write import check_folder
+
+
+@click.group(
+    short_help="A rig's parameters from measured data.",
+    epilog=epilog(
+        "eft identify delay test.csv", "eft identify curve slow.csv fast.csv --rig rig.toml -o curve.toml"
+    ),
+)
+def identify() -> None:
+    """Find parameters of a rig in CSV, MAT, HDF5 or Parquet files, whose columns carry their units."""
+
+
+def _signal(traces: Traces, quantity: str) -> np.ndarray:
+    if quantity not in traces.columns:
+        raise ValueError(f"{traces.name}: no {quantity} in it; there are {', '.join(traces.columns)}")
+    return traces.columns[quantity]
+
+
+@identify.command(
+    short_help="Delay of one signal behind another.",
+    epilog=epilog(
+        "eft identify delay test.csv",
+        "eft identify delay valve.csv --reference valve_command --response spool --band 0.5 15",
+    ),
+)
+@click.argument("file", type=FILE)
+@click.option("--reference", default="command", show_default=True, help="What is followed.")
+@click.option("--response", default="force", show_default=True, help="What follows.")
+@click.option("--band", type=float, nargs=2, default=(0.25, 10.0), show_default=True, metavar="HZ HZ")
+@data_options
+@as_json
+def delay(
+    file: Path, reference: str, response: str, band: tuple[float, float], as_json: bool, **data: Any
+) -> None:
+    """Delay of one signal of FILE behind another, from the slope of the phase."""
+    traces = read_data(file, **data)
+    found = eft.identify_delay(
+        _signal(traces, reference), _signal(traces, response), traces.sample_rate, band
+    )
+    if as_json:
+        emit_json({"delay": float(found), "uncertainty": found.uncertainty, "unit": "s"})
+    else:
+        click.echo(
+            f"delay of {response} behind {reference}: {found * 1e3:.3f} ± {found.uncertainty * 1e3:.3f} ms"
+        )
+
+
+@identify.command(
+    short_help="Flow curve of the valve.",
+    epilog=epilog(
+        "eft identify curve slow.csv fast.csv --piston-area 0.008212",
+        "eft identify curve slow.csv --rig rig.toml -o curve.toml",
+    ),
+)
+@click.argument("files", type=FILE, nargs=-1, required=True)
+@click.option("--piston-area", type=float, metavar="M2", help="Effective piston area.")
+@click.option("--rig", type=FILE, help="Rig file, for the piston area.")
+@click.option("--knots", type=int, default=21, show_default=True, help="Control points from -1 to 1, odd.")
+@click.option("-o", "--output", type=FILE, help="TOML file for the curve, ready for a rig file.")
+@data_options
+@as_json
+def curve(
+    files: tuple[Path, ...],
+    piston_area: float | None,
+    rig: Path | None,
+    knots: int,
+    output: Path | None,
+    as_json: bool,
+    **data: Any,
+) -> None:
+    """Flow curve of the valve, from spool and displacement of an actuator without load, one file a run."""
+    if rig is not None and piston_area is None:
+        area = float(read_rig(rig, {})["actuator.piston_area"])
+    elif piston_area is not None and rig is None:
+        area = piston_area
+    else:
+        raise click.UsageError("give --piston-area or --rig, exactly one of them")
+    if output is not None:
+        check_folder(output)
+    runs = [read_data(file, **data) for file in files]
+    rates = {round(run.sample_rate, 6) for run in runs}
+    if len(rates) > 1:
+        raise ValueError(
+            f"sample rates differ, must be one: {', '.join(f'{rate:g} Hz' for rate in sorted(rates))}"
+        )
+    found = eft.flow_curve_estimate(
+        [_signal(run, "spool") for run in runs],
+        [_signal(run, "displacement") for run in runs],
+        runs[0].sample_rate,
+        area,
+        knots,
+    )
+    openings, flows = (getattr(found.table, name).tolist() for name in ("openings", "flows"))
+    if output is not None:
+        write_text(output, f"[servovalve]\nflow_table.openings = {openings}\nflow_table.flows = {flows}\n")
+    if as_json:
+        emit_json(
+            {
+                "openings": openings,
+                "flows": flows,
+                "uncertainty": np.asarray(found.uncertainty).tolist(),
+                "measured": np.asarray(found.measured).tolist(),
+            }
+        )
+        return
+    rows = [
+        (f"{x:+.3f}", f"{q * 6e4:.2f}", f"{u * 6e4:.2f}", "yes" if seen else "extrapolated")
+        for x, q, u, seen in zip(openings, flows, found.uncertainty, found.measured, strict=True)
+    ]
+    click.echo(table(rows, ("opening", "flow, L/min", "±", "measured")))
+    if output is not None:
+        click.echo(f"{output} written")
+
+
+@identify.command(
+    short_help="Damping ratio and natural frequency.",
+    epilog=epilog("eft identify damping release.csv --start 1.2"),
+)
+@click.argument("file", type=FILE)
+@click.option("--start", type=float, metavar="S", help="Time of the release; default: the first sample.")
+@data_options
+@as_json
+def damping(file: Path, start: float | None, as_json: bool, **data: Any) -> None:
+    """Damping ratio and natural frequency from a free vibration's displacement."""
+    traces = read_data(file, **data)
+    part = slice(None) if start is None else traces.time >= start
+    found = eft.identify_damping(_signal(traces, "displacement")[part], traces.sample_rate)
+    frequency = found.details["frequency"]
+    if as_json:
+        emit_json(
+            {
+                "damping_ratio": float(found),
+                "uncertainty": found.uncertainty,
+                "frequency": float(frequency),
+                "frequency_uncertainty": frequency.uncertainty,
+            }
+        )
+    else:
+        click.echo(f"damping ratio {found:.3%} ± {found.uncertainty:.3%}, {frequency:.4g} Hz")
