@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 _UNEVEN = 0.01
 """How far a time step may be from the mean one, as a fraction of it: clocks are written with few digits."""
 
+_OUTLIERS = 0.1
+"""Share of steps that may be odd before they are taken for the rounding of the clock."""
+
 
 @dataclass(frozen=True, eq=False)
 class Traces:
@@ -124,19 +127,22 @@ def _clock(name: str, time: Array) -> tuple[float, float]:
         raise ValueError(
             f"{name}: time must increase, and ends {-step * (time.size - 1):g} s before its start"
         )
-    uneven = np.flatnonzero(
-        np.abs(time - (time[0] + step * np.arange(time.size))) > max(_UNEVEN, 1e-9) * step
-    )
-    if uneven.size and np.abs(np.diff(time) - step).max() > _UNEVEN * step + _digits(time):
-        where = int(np.abs(np.diff(time) - step).argmax())
+    steps = np.diff(time)
+    off = np.abs(steps - np.median(steps))
+    allowed = _UNEVEN * step
+    if np.mean(off > allowed) > _OUTLIERS:
+        # No single jump, so that it may be the rounding of a clock written with few digits.
+        off, allowed = np.abs(steps - step), allowed + _last_digit(time)
+    if off.max() > allowed:
+        where = int(off.argmax())
         raise ValueError(
-            f"{name}: time is not evenly spaced: sample {where + 2} comes "
-            f"{time[where + 1] - time[where]:g} s after the one before, the mean step is {step:g} s"
+            f"{name}: time is not evenly spaced: sample {where + 2} comes {steps[where]:.6g} s after the one "
+            f"before, the mean step is {step:.6g} s; mend it or give the sample rate"
         )
     return float(time[0]), float(1.0 / step)
 
 
-def _digits(time: Array) -> float:
+def _last_digit(time: Array) -> float:
     """How much the rounding of a written clock can move a step, s: one unit of its last digit."""
     for digits in range(13):
         rounded = np.round(time, digits)
