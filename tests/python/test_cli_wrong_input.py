@@ -209,6 +209,14 @@ def test_the_table_is_long_enough():
     assert len(WRONG) >= 40
 
 
+def test_a_test_larger_than_the_memory_is_refused_before_it_runs(monkeypatch, capfd, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, "sysconf", lambda _name: 1000)
+    assert main(["run", "--sweep", "1", "0", "10", "10"]) == 2
+    assert "40960 samples need" in capfd.readouterr().err
+    assert main(SWEEP) == 0
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
 def test_a_folder_that_lets_nobody_in(tmp_path, monkeypatch, capfd):
     tmp_path.chmod(0o500)

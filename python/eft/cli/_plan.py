@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,9 @@ import click
 import eft
 from eft._test_file import TestPlan, make_command, read_rig, read_test
 from eft.cli._output import FILE, F, settings
+
+_BYTES = 200
+"""Memory per sample of a test: its traces, and what the metrics take beside them."""
 
 _OPTIONS = (
     click.argument("test", type=FILE, required=False),
@@ -40,7 +44,20 @@ def test_options(function: F) -> F:
 def plan_of(
     test: Path | None, rig: Path | None, changes: Mapping[str, Any], command: Mapping[str, Any]
 ) -> TestPlan:
-    """The test of a file, or one put together from options."""
+    """The test of a file, or one put together from options; refused when memory cannot hold it."""
+    plan = _plan(test, rig, changes, command)
+    needed, there = len(plan.command) * _BYTES, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > there:
+        raise ValueError(
+            f"{plan.about}: {len(plan.command)} samples need {needed / 1024**3:.1f} GiB of memory, "
+            f"must be at most the {there / 1024**3:.1f} GiB of this machine; shorten it or lower the sample rate"
+        )
+    return plan
+
+
+def _plan(
+    test: Path | None, rig: Path | None, changes: Mapping[str, Any], command: Mapping[str, Any]
+) -> TestPlan:
     options = {key: value for key, value in command.items() if value is not None}
     if test is not None:
         if rig is not None or options:
