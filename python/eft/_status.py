@@ -30,3 +30,17 @@ class Status(IntFlag):
     """The piston was beyond its stroke."""
     DIVERGED = 1 << 10
     """The simulated state was no longer finite; the run ended here."""
+    MISSED_TICK = 1 << 11
+    """The tick was missed; the last output was held."""
+    ADAPTATION_FROZEN = 1 << 12
+    """The estimators stood still: after a bad measurement, or where their models did not explain it."""
+    ESTIMATE_BOUNDED = 1 << 13
+    """An estimate stood at one of its bounds."""
+    LEVEL_REDUCED = 1 << 14
+    """The overcompensation guard had taken the compensation level back."""
+    PROTECTION_WARNING = 1 << 15
+    """A measurement was beyond its warning level."""
+    TRIPPED = 1 << 16
+    """The protection had tripped: the force command was frozen and taken to zero."""
+    SHUT_DOWN = 1 << 17
+    """The protection took the whole valve command to zero."""

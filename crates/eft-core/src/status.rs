@@ -30,9 +30,15 @@ pub const ADAPTATION_FROZEN: u32 = 1 << 12;
 pub const ESTIMATE_BOUNDED: u32 = 1 << 13;
 /// The overcompensation guard has taken the compensation level back.
 pub const LEVEL_REDUCED: u32 = 1 << 14;
+/// A measurement is beyond its warning level.
+pub const PROTECTION_WARNING: u32 = 1 << 15;
+/// The protection has tripped: the force command is frozen and taken to zero.
+pub const TRIPPED: u32 = 1 << 16;
+/// The protection takes the whole valve command to zero.
+pub const SHUT_DOWN: u32 = 1 << 17;
 
 /// Every flag of this module with its name, lowest bit first.
-pub const NAMES: [(u32, &str); 15] = [
+pub const NAMES: [(u32, &str); 18] = [
     (SPOOL_WARNING, "spool_warning"),
     (DEMAND_SATURATED, "demand_saturated"),
     (LOAD_PRESSURE_FLOORED, "load_pressure_floored"),
@@ -48,4 +54,7 @@ pub const NAMES: [(u32, &str); 15] = [
     (ADAPTATION_FROZEN, "adaptation_frozen"),
     (ESTIMATE_BOUNDED, "estimate_bounded"),
     (LEVEL_REDUCED, "level_reduced"),
+    (PROTECTION_WARNING, "protection_warning"),
+    (TRIPPED, "tripped"),
+    (SHUT_DOWN, "shut_down"),
 ];

@@ -5,7 +5,7 @@ use eft_core::status;
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::DigitalSide;
 use crate::closed_loop::ideal::IdealResponse;
-use crate::closed_loop::simulate::SimulateOptions;
+use crate::closed_loop::simulate::{SimulateOptions, soft_end};
 use crate::closed_loop::single::Tick;
 use crate::closed_loop::test_run::TestRun;
 use crate::config::RigConfig;
@@ -40,6 +40,7 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
 ) -> Result<Vec<TestRun>> {
     let (sample_rate, total) = check(rig, commands)?;
     let steps = steps(rig, options, sample_rate)?;
+    let soft_end = soft_end(rig, sample_rate, total);
     let mut plant = BuildingPlant::new(rig)?;
     let floors = 0..commands.len();
     let mut digital: Vec<DigitalSide<f64, P>> = floors
@@ -59,6 +60,9 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
             break;
         }
         drivers.clear();
+        if Some(i) == soft_end {
+            digital.iter_mut().for_each(DigitalSide::end);
+        }
         for ((floor, command), (digital, run)) in
             commands.iter().enumerate().zip(digital.iter_mut().zip(&mut runs))
         {

@@ -7,6 +7,7 @@ use eft_core::{
 use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
 use crate::closed_loop::dac::Dac;
 use crate::closed_loop::delay_line::DelayLine;
+use crate::closed_loop::guarded::Guarded;
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
 use crate::rig::{Analog, Driver, Held, Num};
@@ -101,6 +102,7 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     /// The load cell as the analog controller sees it, where it is not ideal.
     wire: Option<(S, S)>,
     dac: Dac<S>,
+    protection: Option<Box<Guarded<S>>>,
     sample_rate: f64,
 }
 
@@ -150,6 +152,7 @@ where
             sensors,
             wire: None,
             dac: Dac::new(|i| rig(i).dac.as_ref()),
+            protection: Guarded::new(&rig, sample_rate)?.map(Box::new),
             sample_rate,
         })
     }
@@ -165,10 +168,19 @@ where
         driven: impl Fn(&Driver<S>) -> S,
     ) -> Decision<S> {
         let measured = self.measure(truth);
-        let (valve_command, compensation, status) = match self.realization {
+        let (command, next_command, protection) = match &mut self.protection {
+            None => (command, next_command, S::Flags::default()),
+            Some(guarded) => guarded.protect(command, next_command, &measured),
+        };
+        let (mut valve_command, compensation, status) = match self.realization {
             Realization::Analog => self.sample_analog(command, next_command, &measured, driven),
             Realization::Digital => self.sample_digital(command, &measured),
         };
+        if let (Some(guarded), Realization::Digital) = (&self.protection, self.realization) {
+            valve_command = valve_command * guarded.authority;
+            self.held = Held(valve_command);
+        }
+        let status = status | protection;
         let calibration = self.adaptive.as_ref().map_or(self.nominal, |adaptive| {
             let state = &adaptive.1.compensation;
             Calibration {
@@ -185,8 +197,20 @@ where
     pub(crate) fn driver(&self) -> Driver<S> {
         match (self.realization, self.wire) {
             (Realization::Digital, _) => Driver::Held(self.held),
+            (Realization::Analog, wire) if self.protection.is_some() => {
+                let authority = self.protection.as_ref().map_or(S::splat(1.0), |guarded| guarded.authority);
+                let wire = wire.unwrap_or((S::splat(1.0), S::splat(0.0)));
+                Driver::ThroughCell(self.analog.through(wire).limited_to(authority))
+            }
             (Realization::Analog, None) => Driver::Analog(self.analog),
             (Realization::Analog, Some(wire)) => Driver::ThroughCell(self.analog.through(wire)),
+        }
+    }
+
+    /// Asks the protection, where there is one, for the soft end.
+    pub(crate) fn end(&mut self) {
+        if let Some(guarded) = &mut self.protection {
+            guarded.end();
         }
     }
 

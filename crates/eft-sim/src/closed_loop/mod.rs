@@ -5,6 +5,7 @@ mod controller;
 mod dac;
 mod delay_line;
 mod digital_side;
+mod guarded;
 mod ideal;
 mod simulate;
 mod single;

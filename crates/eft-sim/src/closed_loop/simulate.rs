@@ -104,6 +104,13 @@ pub(crate) fn one_actuator(rig: &RigConfig) -> Result<()> {
     Err(Error::value("structure.kind", "\"shear_building\"", allowed))
 }
 
+/// The tick at which the soft end begins.
+pub(crate) fn soft_end(rig: &RigConfig, sample_rate: f64, total: usize) -> Option<usize> {
+    let protection = &rig.protection;
+    let ramp = (protection.ramp_time * sample_rate).ceil() as usize;
+    (protection.enabled && protection.soft_end).then(|| total.saturating_sub(ramp.saturating_add(1)))
+}
+
 fn run_through<P: Precision, M: PlantModel<f64>>(
     rig: &RigConfig,
     command: &Command,
@@ -116,12 +123,16 @@ fn run_through<P: Precision, M: PlantModel<f64>>(
     let needed = SimulateOptions { largest_step: longest_step(rig).min(options.largest_step) };
     let steps = needed.steps(command.sample_rate)?.max(asked);
     let mut test = ClosedLoop::<f64, P, M>::new(|_| rig, command.sample_rate, steps)?;
+    let soft_end = soft_end(rig, command.sample_rate, total);
     let mut run = TestRun::with_capacity(rig, command.sample_rate, total);
     for (i, &now) in values.iter().enumerate() {
         if i % CHUNK == 0 && !go_on(i, total) {
             return Err(Error::Interrupted);
         }
         let next = values.get(i + 1).copied().unwrap_or(now);
+        if Some(i) == soft_end {
+            test.end();
+        }
         let tick = test.sample(now, next);
         if !tick.plant.magnitude().le(f64::MAX).all() {
             if let Some(last) = run.status.last_mut() {

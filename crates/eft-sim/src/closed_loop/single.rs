@@ -68,6 +68,11 @@ where
         }
     }
 
+    /// Asks the protection, where there is one, for the soft end.
+    pub(crate) fn end(&mut self) {
+        self.digital.end();
+    }
+
     /// Carries the plant to the next tick.
     #[inline(always)]
     pub(crate) fn advance(&mut self) {

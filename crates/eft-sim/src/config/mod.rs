@@ -16,8 +16,8 @@ pub use keys::KEYS;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode,
-    PowerDamper, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening, Stories,
-    Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
+    PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening,
+    Stories, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
 };
 
 use std::path::Path;
@@ -48,6 +48,8 @@ pub struct RigConfig {
     pub sensors: Sensors,
     /// What the converter does to the controller's output; ideal by default.
     pub dac: Option<Dac>,
+    /// Protection of the specimen; none by default.
+    pub protection: Protection,
     /// Limits and plausible measurement ranges; none by default.
     pub limits: Limits,
 }

@@ -372,3 +372,37 @@ pub struct Limits {
     /// Largest plausible measured spool opening to either side, dimensionless.
     pub spool_range: Option<f64>,
 }
+
+/// `[protection]` of the specimen; absent levels never trip.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Protection {
+    /// Whether the protection is in the loop.
+    pub enabled: bool,
+    /// Force that raises a warning, N.
+    pub force_warning: Option<f64>,
+    /// Force that trips the test, N.
+    pub force_trip: Option<f64>,
+    /// Displacement that raises a warning, m.
+    pub displacement_warning: Option<f64>,
+    /// Displacement that trips the test, m.
+    pub displacement_trip: Option<f64>,
+    /// Velocity that raises a warning, m/s.
+    pub velocity_warning: Option<f64>,
+    /// Velocity that trips the test, m/s.
+    pub velocity_trip: Option<f64>,
+    /// Spool opening that raises a warning, dimensionless.
+    pub spool_warning: Option<f64>,
+    /// Spool opening that trips the test, dimensionless.
+    pub spool_trip: Option<f64>,
+    /// Soft start, s.
+    pub start_time: f64,
+    /// Ramp to zero force after a trip and at the soft end, s.
+    pub ramp_time: f64,
+    /// Whether the command fades along the ramp at its end.
+    pub soft_end: bool,
+    /// Ramp of the valve command to zero in a shutdown, s.
+    pub shutdown_time: f64,
+    /// Invalid samples in a row that are waited for.
+    pub lost_samples: u32,
+}

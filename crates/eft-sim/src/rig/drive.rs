@@ -71,7 +71,7 @@ impl<S: Num> Analog<S> {
 
     /// The same controller behind a load cell that reports `gain·force + offset`.
     pub(crate) fn through(self, (gain, offset): (S, S)) -> ThroughCell<S> {
-        ThroughCell { analog: self, gain, offset }
+        ThroughCell { analog: self, gain, offset, authority: S::splat(1.0) }
     }
 }
 
@@ -81,12 +81,22 @@ pub(crate) struct ThroughCell<S> {
     analog: Analog<S>,
     gain: S,
     offset: S,
+    authority: S,
+}
+
+impl<S: Num> ThroughCell<S> {
+    /// The same with a share (1) of the valve command.
+    pub(crate) fn limited_to(mut self, authority: S) -> Self {
+        self.authority = authority;
+        self
+    }
 }
 
 impl<S: Num> Drive<S> for ThroughCell<S> {
     #[inline(always)]
     fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
-        self.analog.valve_command(time, self.gain * force + self.offset, self.gain * force_rate)
+        let shown = self.gain * force + self.offset;
+        self.authority * self.analog.valve_command(time, shown, self.gain * force_rate)
     }
 }
 

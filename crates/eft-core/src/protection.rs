@@ -1,0 +1,380 @@
+//! Protection of the specimen: limits with warning and trip levels, soft start and end, ramp to zero force.
+//!
+//! Two stages. A *trip* freezes the force command and takes it to zero along a ramp, the force loop still closed:
+//! the specimen is let down gently. A *shutdown* takes the whole valve command to zero, for when the loop itself
+//! cannot be trusted: measurements stay lost, a signal goes well beyond its trip level, or the force stays when the
+//! ramp is over. A closed valve locks the piston, and a moving mass against locked oil makes a large force: the
+//! shutdown must be slow against the specimen's period, or act with a bypass valve across the actuator.
+
+use crate::error::{ConfigError, positive, range, within};
+use crate::scalar::{Mask, Real, Scalar};
+use crate::status;
+
+/// A signal this many times its trip level shuts down at once.
+const SHUTDOWN_AT: f64 = 1.25;
+
+/// Warning and trip level of one signal, in its unit; `f64::MAX` is no limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Levels {
+    /// Above it [`status::PROTECTION_WARNING`] is raised.
+    pub warning: f64,
+    /// Above it the test is tripped.
+    pub trip: f64,
+}
+
+impl Levels {
+    /// No limit.
+    pub const NONE: Self = Self { warning: f64::MAX, trip: f64::MAX };
+}
+
+/// What a protection is made from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProtectionParameters {
+    /// Levels of the force (N).
+    pub force: Levels,
+    /// Levels of the displacement (m).
+    pub displacement: Levels,
+    /// Levels of the velocity (m/s).
+    pub velocity: Levels,
+    /// Levels of the spool opening (1).
+    pub spool: Levels,
+    /// Time (s) from zero to the whole command at the start; 0 for none.
+    pub start_time: f64,
+    /// Time (s) from the whole command to zero after a trip or at the end.
+    pub ramp_time: f64,
+    /// Time (s) from the whole valve command to zero in a shutdown.
+    pub shutdown_time: f64,
+    /// So many invalid samples in a row (1) are waited for before the shutdown.
+    pub lost_samples: f64,
+    /// Sample rate (Hz).
+    pub sample_rate: f64,
+}
+
+/// One signal's levels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Limit<S> {
+    warning: S,
+    trip: S,
+    shutdown: S,
+}
+
+/// A protection's immutable configuration; one drives any number of channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Protection<S> {
+    force: Limit<S>,
+    displacement: Limit<S>,
+    velocity: Limit<S>,
+    spool: Limit<S>,
+    rise: S,
+    fall: S,
+    shut: S,
+    lost_samples: S,
+}
+
+/// What a protection remembers. `default()` is a rig at rest before the start.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct ProtectionState<S> {
+    /// Share of the command (1) that goes through.
+    scale: S,
+    /// Share of the valve command (1) that is taken away.
+    shut_share: S,
+    /// The command (N) at the trip.
+    frozen: S,
+    /// Invalid samples in a row (1).
+    lost: S,
+    /// 1 once tripped, once shut down, once the end is asked for.
+    tripped: S,
+    shut_down: S,
+    ending: S,
+}
+
+/// One sample's result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Protected<S: Scalar> {
+    /// The force command (N) that may be followed.
+    pub command: S,
+    /// Factor on the valve command (1).
+    pub authority: S,
+    /// [`status::PROTECTION_WARNING`], [`status::TRIPPED`], [`status::SHUT_DOWN`].
+    pub status: S::Flags,
+}
+
+impl<S: Scalar> Protection<S> {
+    /// One sample: the force command (N) and the measured force (N), displacement (m), velocity (m/s) and spool
+    /// opening (1).
+    ///
+    /// # NaN
+    /// A measurement that is not finite counts as lost; an invalid command is passed on as it is for the controller
+    /// to refuse.
+    ///
+    /// # Cost
+    /// Independent of history.
+    #[inline(always)]
+    pub fn step(
+        &self,
+        state: &mut ProtectionState<S>,
+        command: S,
+        force: S,
+        displacement: S,
+        velocity: S,
+        spool: S,
+    ) -> Protected<S> {
+        let (zero, one, half) = (S::splat(0.0), S::splat(1.0), S::splat(0.5));
+        let signals = [
+            (self.force, force),
+            (self.displacement, displacement),
+            (self.velocity, velocity),
+            (self.spool, spool),
+        ];
+        let none = S::Mask::splat(false);
+        let most = S::splat(f32::MAX as f64);
+        let over = |level: fn(&Limit<S>) -> S| {
+            // What is not finite is lost, not large.
+            signals
+                .iter()
+                .fold(none, |any, (limit, value)| any | (value.abs().gt(level(limit)) & value.abs().le(most)))
+        };
+        let valid = signals.iter().fold(!none, |all, (_, value)| all & value.abs().le(most));
+        state.lost = S::select(valid, zero, (state.lost + one).limit(zero, S::splat(1e6)));
+        let lost = state.lost.gt(self.lost_samples);
+        let before = state.tripped.gt(half);
+        // The ramp is over and the force is still there: the loop does not do what it should.
+        let stays = before & state.scale.le(zero) & force.abs().gt(self.force.warning);
+        let shut = state.shut_down.gt(half) | lost | over(|limit| limit.shutdown) | stays;
+        let tripped = before | shut | over(|limit| limit.trip);
+        state.frozen = S::select(before, state.frozen, command);
+        state.tripped = S::select(tripped, one, zero);
+        state.shut_down = S::select(shut, one, zero);
+        state.scale = self.next_scale(state);
+        state.shut_share = S::select(shut, (state.shut_share + self.shut).limit(zero, one), zero);
+        let warning = over(|limit| limit.warning);
+        Protected {
+            command: state.scale * S::select(tripped, state.frozen, command),
+            authority: one - state.shut_share,
+            status: S::flag(warning, status::PROTECTION_WARNING)
+                | S::flag(tripped, status::TRIPPED)
+                | S::flag(shut, status::SHUT_DOWN),
+        }
+    }
+
+    /// What the next [`step`](Self::step) will make of a command (N) if nothing new happens.
+    #[inline(always)]
+    pub fn preview(&self, state: &ProtectionState<S>, command: S) -> S {
+        let tripped = state.tripped.gt(S::splat(0.5));
+        self.next_scale(state) * S::select(tripped, state.frozen, command)
+    }
+
+    /// Protections of single rigs side by side.
+    pub fn pack<'a>(lane: impl Fn(usize) -> &'a Protection<S::Element>) -> Self
+    where
+        S::Element: 'a,
+    {
+        let limit = |pick: fn(&Protection<S::Element>) -> &Limit<S::Element>| Limit {
+            warning: S::from_lanes(|i| pick(lane(i)).warning),
+            trip: S::from_lanes(|i| pick(lane(i)).trip),
+            shutdown: S::from_lanes(|i| pick(lane(i)).shutdown),
+        };
+        Self {
+            force: limit(|p| &p.force),
+            displacement: limit(|p| &p.displacement),
+            velocity: limit(|p| &p.velocity),
+            spool: limit(|p| &p.spool),
+            rise: S::from_lanes(|i| lane(i).rise),
+            fall: S::from_lanes(|i| lane(i).fall),
+            shut: S::from_lanes(|i| lane(i).shut),
+            lost_samples: S::from_lanes(|i| lane(i).lost_samples),
+        }
+    }
+
+    #[inline(always)]
+    fn next_scale(&self, state: &ProtectionState<S>) -> S {
+        let down = (state.tripped + state.ending).gt(S::splat(0.5));
+        let change = S::select(down, -self.fall, self.rise);
+        (state.scale + change).limit(S::splat(0.0), S::splat(1.0))
+    }
+}
+
+impl<S: Scalar> ProtectionState<S> {
+    /// Trips from outside: an emergency stop, or a guard that saw the compensation grow unstable.
+    pub fn trip(&mut self, command: S) {
+        let before = self.tripped.gt(S::splat(0.5));
+        self.frozen = S::select(before, self.frozen, command);
+        self.tripped = S::splat(1.0);
+    }
+
+    /// Asks for the soft end: the command, still followed, fades along the ramp.
+    pub fn end(&mut self) {
+        self.ending = S::splat(1.0);
+    }
+
+    /// Where the ramp has reached zero.
+    pub fn is_down(&self) -> S::Mask {
+        self.scale.le(S::splat(0.0))
+    }
+}
+
+impl<S: Real> Protection<S> {
+    /// From its parameters.
+    ///
+    /// # Errors
+    /// A level that is negative or not a number, a warning above its trip, a time outside [0, 1e6] s, a sample rate
+    /// that is not positive.
+    pub fn new(p: &ProtectionParameters) -> Result<Self, ConfigError> {
+        let rate = positive("sample_rate", p.sample_rate)?;
+        let share = |name, time| {
+            let samples = within(name, time, 0.0, 1e6)? * rate;
+            Ok(S::from_f64(if samples > 1.0 { 1.0 / samples } else { 1.0 }))
+        };
+        Ok(Self {
+            force: limit("force_warning", "force_trip", p.force)?,
+            displacement: limit("displacement_warning", "displacement_trip", p.displacement)?,
+            velocity: limit("velocity_warning", "velocity_trip", p.velocity)?,
+            spool: limit("spool_warning", "spool_trip", p.spool)?,
+            rise: share("start_time", p.start_time)?,
+            fall: share("ramp_time", p.ramp_time)?,
+            shut: share("shutdown_time", p.shutdown_time)?,
+            lost_samples: S::from_f64(within("lost_samples", p.lost_samples, 0.0, 1e5)?),
+        })
+    }
+}
+
+fn limit<S: Real>(
+    warning: &'static str,
+    trip: &'static str,
+    levels: Levels,
+) -> Result<Limit<S>, ConfigError> {
+    let highest = range(trip, levels.trip)?;
+    let lowest = range(warning, levels.warning)?;
+    within(warning, lowest, 0.0, highest)?;
+    Ok(Limit {
+        warning: S::from_f64(lowest),
+        trip: S::from_f64(highest),
+        shutdown: S::from_f64(range(trip, SHUTDOWN_AT * highest)?),
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "shares of a power of two are exact")]
+mod tests {
+    use super::*;
+
+    fn protection() -> Protection<f64> {
+        Protection::new(&ProtectionParameters {
+            force: Levels { warning: 80.0, trip: 100.0 },
+            displacement: Levels { warning: 0.5, trip: 1.0 },
+            velocity: Levels::NONE,
+            spool: Levels::NONE,
+            start_time: 0.0,
+            ramp_time: 0.01,
+            shutdown_time: 0.004,
+            lost_samples: 3.0,
+            sample_rate: 1000.0,
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn within_the_limits_nothing_changes() {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        for command in [0.0, 40.0, -79.0] {
+            let out = p.step(&mut state, command, command, 0.1, 9.0, 1.0);
+            assert_eq!((out.command, out.authority, out.status), (command, 1.0, 0));
+        }
+        assert_eq!(p.step(&mut state, 1.0, -81.0, 0.1, 0.0, 0.0).status, status::PROTECTION_WARNING);
+    }
+
+    #[test]
+    fn a_trip_takes_the_frozen_command_to_zero_and_stays() {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        p.step(&mut state, 90.0, 90.0, 0.0, 0.0, 0.0);
+        for n in 1..=20 {
+            // The force obeys; the command would go on.
+            let out =
+                p.step(&mut state, 90.0 + f64::from(n), if n == 1 { 101.0 } else { 0.0 }, 0.0, 0.0, 0.0);
+            let expected = 91.0 * (1.0 - 0.1 * f64::from(n)).max(0.0);
+            assert!((out.command - expected).abs() < 1e-9, "sample {n}: {}", out.command);
+            assert_eq!((out.authority, out.status & status::TRIPPED), (1.0, status::TRIPPED));
+            assert_eq!(out.status & status::SHUT_DOWN, 0);
+        }
+    }
+
+    #[test]
+    fn far_beyond_the_trip_the_valve_is_shut() {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        let shares = [0.75, 0.5, 0.25, 0.0, 0.0];
+        for share in shares {
+            let out = p.step(&mut state, 50.0, -126.0, 0.0, 0.0, 0.0);
+            assert_eq!(out.authority, share);
+            assert_ne!(out.status & status::SHUT_DOWN, 0);
+        }
+    }
+
+    #[test]
+    fn a_force_that_stays_after_the_ramp_shuts_down() {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        let shut = |state: &mut _| p.step(state, 50.0, 101.0, 0.0, 0.0, 0.0).status & status::SHUT_DOWN != 0;
+        let first = (0..30).position(|_| shut(&mut state));
+        // The first step rises to the whole command and trips at once, so the ramp starts from 0.
+        assert!(first.is_some_and(|n| n <= 11), "{first:?}");
+    }
+
+    #[test]
+    fn lost_samples_are_waited_for_then_shut_down() {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        let mut status_of = |force: f64| p.step(&mut state, 50.0, force, 0.0, 0.0, 0.0).status;
+        for force in [1.0, f64::NAN, f64::INFINITY, f64::NAN, 1.0, f64::NAN, f64::NAN, f64::NAN] {
+            assert_eq!(status_of(force), 0);
+        }
+        assert_eq!(status_of(f64::NAN), status::TRIPPED | status::SHUT_DOWN);
+        assert_eq!(status_of(1.0), status::TRIPPED | status::SHUT_DOWN);
+    }
+
+    #[test]
+    fn start_and_end_are_soft_and_foreseen() {
+        let p = Protection::<f64>::new(&ProtectionParameters {
+            force: Levels::NONE,
+            displacement: Levels::NONE,
+            velocity: Levels::NONE,
+            spool: Levels::NONE,
+            start_time: 0.004,
+            ramp_time: 0.004,
+            shutdown_time: 0.0,
+            lost_samples: 0.0,
+            sample_rate: 1000.0,
+        })
+        .unwrap();
+        let mut state = ProtectionState::default();
+        let step = |state: &mut ProtectionState<f64>| {
+            let foreseen = p.preview(state, 8.0);
+            let out = p.step(state, 8.0, 0.0, 0.0, 0.0, 0.0);
+            assert_eq!(out.command, foreseen);
+            assert_eq!(out.status, 0);
+            out.command
+        };
+        assert_eq!([0; 5].map(|_| step(&mut state)), [2.0, 4.0, 6.0, 8.0, 8.0]);
+        state.end();
+        assert_eq!([0; 5].map(|_| step(&mut state)), [6.0, 4.0, 2.0, 0.0, 0.0]);
+        assert!(state.is_down());
+    }
+
+    #[test]
+    fn bad_parameters_are_named() {
+        let with = |force| {
+            Protection::<f32>::new(&ProtectionParameters {
+                force,
+                displacement: Levels::NONE,
+                velocity: Levels::NONE,
+                spool: Levels::NONE,
+                start_time: 0.0,
+                ramp_time: 0.0,
+                shutdown_time: 0.0,
+                lost_samples: 0.0,
+                sample_rate: 1000.0,
+            })
+        };
+        assert!(with(Levels::NONE).is_ok());
+        assert!(with(Levels { warning: 2.0, trip: 1.0 }).is_err());
+        assert!(with(Levels { warning: f64::NAN, trip: 1.0 }).is_err());
+    }
+}
