@@ -1,0 +1,222 @@
+//! From a rig to a ready configuration for firmware, as source text.
+
+use std::fmt::Write as _;
+
+use eft_core::{CompensationParameters, Mode, SignFrom};
+
+use crate::closed_loop::{Precision, compensation_parameters};
+use crate::config::RigConfig;
+use crate::error::{Error, Result};
+
+/// Points a flow table may have in the C interface.
+const C_CAPACITY: usize = 21;
+
+/// The language of the exported configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// A constant `eft_core::Controller`, checked by the compiler.
+    Rust,
+    /// A constant `eft_parameters` for `eft.h`, checked here and again by `eft_configure_f32`.
+    C,
+}
+
+impl std::str::FromStr for Target {
+    type Err = Error;
+    fn from_str(name: &str) -> Result<Self> {
+        match name {
+            "rust" => Ok(Self::Rust),
+            "c" => Ok(Self::C),
+            other => Err(Error::value("target", other, "must be \"rust\" or \"c\"")),
+        }
+    }
+}
+
+/// The configuration of a rig's controller as a source file; the digital side runs at `controller.sample_rate`.
+///
+/// # Errors
+/// A rig that the controller refuses, in `f32` or at all; parts that firmware has to build itself (feedforward,
+/// computation delay); for C, a flow table of more than 21 points.
+pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
+    rig.validate()?;
+    let rate = rig.controller.sample_rate;
+    <f32 as Precision>::controller(rig, rate)?;
+    if rig.compensation.feedforward {
+        return Err(Error::value("compensation.feedforward", true, "must be false to be exported"));
+    }
+    let delay = rig.compensation.computation_delay;
+    if delay != 0 {
+        return Err(Error::value("compensation.computation_delay", delay, "must be 0 to be exported"));
+    }
+    let points = rig.servovalve.flow_table.openings.len();
+    if target == Target::C && points > C_CAPACITY {
+        return Err(Error::value("servovalve.flow_table", points, "must have at most 21 points for C"));
+    }
+    let mut out = String::new();
+    let written = match target {
+        Target::Rust => rust(&mut out, rig, name, &compensation_parameters(rig, rate)),
+        Target::C => c(&mut out, rig, name, &compensation_parameters(rig, rate)),
+    };
+    written.map_err(|_| Error::value("name", name, "could not be written"))?;
+    Ok(out)
+}
+
+/// A number that reads back as itself.
+fn number(value: f64) -> String {
+    format!("{value:e}")
+}
+
+fn list(values: &[f64]) -> String {
+    values.iter().map(|&v| number(v)).collect::<Vec<_>>().join(", ")
+}
+
+fn rust(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameters) -> std::fmt::Result {
+    let table = &rig.servovalve.flow_table;
+    let n = table.openings.len();
+    let c = &rig.controller;
+    let limit = |value: Option<f64>| value.map_or("f64::MAX".to_owned(), number);
+    let mode = match p.mode {
+        Mode::Off => "Off",
+        Mode::Linear => "Linear",
+        Mode::Nonlinear => "Nonlinear",
+    };
+    let sign_from = match p.sign_from {
+        SignFrom::Spool => "Spool",
+        SignFrom::Demand => "Demand",
+    };
+    writeln!(out, "//! The controller of `{name}` at {} Hz, written by `eft export`.", c.sample_rate)?;
+    writeln!(
+        out,
+        "use eft_core::{{\n    Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode,\n    ServovalveController, SignFrom,\n}};\n"
+    )?;
+    writeln!(
+        out,
+        "/// Points of the flow table.\npub const POINTS: usize = {n};\n/// Sample rate (Hz).\npub const SAMPLE_RATE: f64 = {};\n",
+        number(c.sample_rate)
+    )?;
+    writeln!(
+        out,
+        "macro_rules! checked {{\n    ($made:expr) => {{\n        match $made {{\n            Ok(made) => made,\n            Err(_) => panic!(\"refused\"),\n        }}\n    }};\n}}\n"
+    )?;
+    writeln!(out, "/// Spool openings (1).\nconst OPENINGS: [f64; POINTS] = [{}];", list(&table.openings))?;
+    writeln!(out, "/// Flows (m³/s).\nconst FLOWS: [f64; POINTS] = [{}];\n", list(&table.flows))?;
+    writeln!(out, "/// The controller.\npub static CONTROLLER: Controller<f32, POINTS> = {{")?;
+    writeln!(out, "    let table = checked!(FlowTable::<f32, POINTS>::new(&OPENINGS, &FLOWS));")?;
+    writeln!(out, "    let parameters = CompensationParameters {{")?;
+    writeln!(out, "        mode: Mode::{mode},\n        sign_from: SignFrom::{sign_from},")?;
+    for (key, value, unit) in fields(p) {
+        writeln!(out, "        {key}: {}, // {unit}", number(value))?;
+    }
+    writeln!(
+        out,
+        "        sample_rate: SAMPLE_RATE,\n        proportional_gain: {}, // V/V\n    }};",
+        number(p.proportional_gain)
+    )?;
+    writeln!(out, "    Controller {{")?;
+    writeln!(out, "        compensation: checked!(Compensation::<f32, POINTS>::new(&parameters, &table)),")?;
+    writeln!(
+        out,
+        "        // Force sensitivity (V/N), proportional gain (V/V), derivative gain (s).\n        servovalve: checked!(ServovalveController::<f32>::new({}, {}, {}, SAMPLE_RATE)),",
+        number(c.force_sensitivity),
+        number(c.proportional_gain),
+        number(c.derivative_gain)
+    )?;
+    writeln!(
+        out,
+        "        // Largest valve command (V) and rate (V/s).\n        limiter: checked!(Limiter::<f32>::new({}, {}, SAMPLE_RATE)),",
+        limit(rig.limits.valve_command),
+        limit(rig.limits.valve_command_rate)
+    )?;
+    writeln!(out, "    }}\n}};")
+}
+
+fn c(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameters) -> std::fmt::Result {
+    let table = &rig.servovalve.flow_table;
+    let limit = |value: Option<f64>| value.map_or("DBL_MAX".to_owned(), number);
+    let mode = match p.mode {
+        Mode::Off => "OFF",
+        Mode::Linear => "LINEAR",
+        Mode::Nonlinear => "NONLINEAR",
+    };
+    let sign_from = match p.sign_from {
+        SignFrom::Spool => "SPOOL",
+        SignFrom::Demand => "DEMAND",
+    };
+    let comment = name.replace("*/", "* /");
+    writeln!(
+        out,
+        "/* The controller of {comment} at {} Hz, written by `eft export`. */",
+        rig.controller.sample_rate
+    )?;
+    writeln!(out, "#include <float.h>\n#include \"eft.h\"\n")?;
+    writeln!(out, "static const eft_parameters EFT_RIG = {{")?;
+    writeln!(out, "  .table_length = {},", table.openings.len())?;
+    writeln!(out, "  .mode = EFT_MODE_{mode},\n  .sign_from = EFT_SIGN_FROM_{sign_from},")?;
+    for (key, value, unit) in fields(p) {
+        writeln!(out, "  .{key} = {}, /* {unit} */", number(value))?;
+    }
+    for (key, value, unit) in [
+        ("sample_rate", number(p.sample_rate), "Hz"),
+        ("proportional_gain", number(p.proportional_gain), "V/V"),
+        ("force_sensitivity", number(rig.controller.force_sensitivity), "V/N"),
+        ("derivative_gain", number(rig.controller.derivative_gain), "s"),
+        ("valve_command", limit(rig.limits.valve_command), "V"),
+        ("valve_command_rate", limit(rig.limits.valve_command_rate), "V/s"),
+    ] {
+        writeln!(out, "  .{key} = {value}, /* {unit} */")?;
+    }
+    writeln!(
+        out,
+        "  .openings = {{{}}},\n  .flows = {{{}}}, /* m3/s */\n}};",
+        list(&table.openings),
+        list(&table.flows)
+    )
+}
+
+/// The fields that both languages name alike.
+fn fields(p: &CompensationParameters) -> [(&'static str, f64, &'static str); 11] {
+    [
+        ("level", p.level, "1"),
+        ("piston_area", p.piston_area, "m2"),
+        ("supply_pressure", p.supply_pressure, "Pa"),
+        ("flow_gain", p.flow_gain, "m3/s"),
+        ("valve_gain", p.valve_gain, "1/V"),
+        ("response_delay", p.response_delay, "s"),
+        ("lead_alpha", p.lead_alpha, "1"),
+        ("spool_warning", p.spool_warning, "1"),
+        ("velocity_range", p.velocity_range, "m/s"),
+        ("force_range", p.force_range, "N"),
+        ("spool_range", p.spool_range, "1"),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn firmware_holds_what_the_papers_rig_exports() {
+        let firmware = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/");
+        for (target, path) in [(Target::Rust, "image/src/zhao2005.rs"), (Target::C, "c/zhao2005.h")] {
+            let committed = std::fs::read_to_string(format!("{firmware}{path}")).unwrap();
+            assert_eq!(committed, export(&RigConfig::zhao2005(), "zhao2005", target).unwrap(), "{path}");
+        }
+    }
+
+    #[test]
+    fn numbers_read_back_as_themselves() {
+        for value in [0.0, -1.0, 8.212e-3, 1.9e7, 1.0 / 3.0, f64::MAX, 5.0e-324] {
+            assert_eq!(number(value).parse::<f64>().unwrap().to_bits(), value.to_bits());
+        }
+    }
+
+    #[test]
+    fn what_firmware_must_build_itself_is_refused() {
+        let mut rig = RigConfig::zhao2005();
+        rig.compensation.feedforward = true;
+        let refusal = export(&rig, "rig", Target::C).unwrap_err().to_string();
+        assert_eq!(refusal, "compensation.feedforward = true: must be false to be exported");
+        rig = RigConfig::zhao2005();
+        rig.compensation.level = -1.0;
+        assert!(export(&rig, "rig", Target::Rust).is_err());
+    }
+}
