@@ -50,7 +50,7 @@ def plan_of(
     if needed > there:
         raise ValueError(
             f"{plan.about}: {len(plan.command)} samples need {needed / 1024**3:.1f} GiB of memory, "
-            f"must be at most the {there / 1024**3:.1f} GiB of this machine; shorten it or lower the sample rate"
+            f"must be at most the {there / 1024**3:.1f} GiB of this machine; shorten it or sample less often"
         )
     return plan
 
