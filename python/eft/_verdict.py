@@ -22,7 +22,7 @@ class Verdict:
     """Whether a test may count, and why."""
 
     usable: bool
-    """False when the result is no longer that of a rig: diverged, or out of the stroke."""
+    """False when there is no whole test: diverged, out of the stroke, or tripped."""
     concern: bool
     """The test ran, but something deserves a look."""
     text: str
@@ -41,6 +41,8 @@ def judge(run: TestRun) -> Verdict:
         follows = f"The force misses the command by {error:.1%} (rms); "
     if run.flags & Status.STROKE_EXCEEDED:
         return Verdict(False, True, f"The piston left its stroke: no result of a real rig. {follows}{spool}.")
+    if run.flags & (Status.TRIPPED | Status.SHUT_DOWN):
+        return Verdict(False, True, f"The protection tripped and ended the test. {follows}{spool}.")
     if run.flags & (Status.SPOOL_STOP | Status.DEMAND_SATURATED):
         text = f"The valve was asked for more than it has. {follows}{spool}."
         return Verdict(True, True, text)

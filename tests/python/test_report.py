@@ -1,6 +1,7 @@
 """The report: what stands in it, and in a headless Chromium (where there is one) what it draws."""
 
 import base64
+import dataclasses
 import json
 import re
 import shutil
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import eft
+from eft._verdict import judge
 from eft.cli import main
 from eft.report import write_report
 from eft.report._charts import MOST, _thin
@@ -97,6 +99,15 @@ def test_report_of_a_run_that_left_its_stroke_says_so(tmp_path):
     run = eft.simulate(rig, eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0))
     text = write_report(run, tmp_path / "a.html").read_text(encoding="utf-8")
     assert '<div class="verdict unusable">The piston left its stroke' in text
+
+
+def test_a_run_that_tripped_is_no_whole_test(runs):
+    run = runs["nonlinear"]
+    status = run.status.copy()
+    status[5000:] |= np.uint32(eft.Status.TRIPPED)
+    assert judge(run).usable
+    verdict = judge(dataclasses.replace(run, status=status))
+    assert not verdict.usable and "tripped" in verdict.text
 
 
 def test_command_line_writes_the_report(tmp_path, monkeypatch, capsys):
