@@ -88,6 +88,10 @@ class TestRun:
     """Compensation signal, V."""
     flow_gain_estimate: Array
     """The flow gain the controller believes in, 1 = as its table says."""
+    response_delay_estimate: Array
+    """The delay that the controller makes up for, s."""
+    level: Array
+    """The overcompensation guard's factor on the compensation level; 1 where it does not act."""
     measured_force: Array
     """Force as the sensor reported it, N."""
     measured_velocity: Array

@@ -326,7 +326,7 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
             state.means.spool.abs().lt(t.linear_range) & state.valve.opening().abs().lt(t.linear_range);
         let settled = !state.quarantine.gt(zero) & state.means.ticks.gt(zero);
         let suspicious = state.signal.gt(t.excitation) & !consistent;
-        state.quarantine = S::select(suspicious & settled, one, state.quarantine);
+        state.quarantine = S::select(suspicious & settled, t.quarantine, state.quarantine);
         let on = excited & consistent & linear & settled & self.adapting;
         state.weight = S::select(on, t.period, zero);
         let evidence = state.asked * state.asked * t.period;

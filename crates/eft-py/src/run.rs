@@ -100,6 +100,8 @@ fn traces(py: Python<'_>, run: TestRun) -> PyResult<Bound<'_, PyDict>> {
     put(&traces, "valve_command", run.valve_command)?;
     put(&traces, "compensation", run.compensation)?;
     put(&traces, "flow_gain_estimate", run.flow_gain_estimate)?;
+    put(&traces, "response_delay_estimate", run.response_delay_estimate)?;
+    put(&traces, "level", run.level)?;
     put(&traces, "status", run.status)?;
     Ok(traces)
 }

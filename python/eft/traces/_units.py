@@ -49,6 +49,8 @@ QUANTITIES = {
     "valve_command": Quantity("voltage", ("valve", "servo command")),
     "compensation": Quantity("voltage", ()),
     "flow_gain_estimate": Quantity("ratio", ()),
+    "response_delay_estimate": Quantity("time", ()),
+    "level": Quantity("ratio", ()),
     "measured_force": Quantity("force", ()),
     "measured_displacement": Quantity("length", ()),
     "measured_velocity": Quantity("velocity", ()),

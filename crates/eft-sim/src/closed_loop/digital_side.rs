@@ -42,15 +42,16 @@ impl<S: Num> Signals<S> {
         (convert(self.velocity), convert(self.force), convert(self.spool))
     }
 
-    /// What the adaptive controller reads besides, with the valve command (V).
+    /// What the adaptive controller reads besides, with the valve command (V), and the supply pressure (Pa) that it
+    /// takes for granted where none is measured.
     #[inline(always)]
-    fn measurements<C: Scalar>(&self, valve_command: S) -> Measurements<C> {
+    fn measurements<C: Scalar>(&self, valve_command: S, unmeasured: Option<S>) -> Measurements<C> {
         Measurements {
             velocity: convert(self.velocity),
             force: convert(self.force),
             spool: convert(self.spool),
             valve_command: convert(valve_command),
-            supply_pressure: convert(self.supply_pressure),
+            supply_pressure: convert(unmeasured.unwrap_or(self.supply_pressure)),
         }
     }
 
@@ -93,6 +94,8 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     /// In place of the two above where the rig adapts.
     adaptive: Option<Box<(RigAdaptiveController<C>, AdaptiveControllerState<C>)>>,
     nominal: Calibration<S>,
+    /// The configured supply pressure (Pa), where the controller has no transducer.
+    unmeasured_supply: Option<S>,
     computation: DelayLine<S>,
     realization: Realization,
     analog: Analog<S>,
@@ -136,6 +139,8 @@ where
         });
         Ok(Self {
             adaptive,
+            unmeasured_supply: (!rig(0).compensation.supply_correction)
+                .then(|| S::from_lanes(|i| rig(i).supply.pressure)),
             nominal: Calibration {
                 flow_gain: S::splat(1.0),
                 response_delay: S::from_lanes(|i| rig(i).compensation.response_delay),
@@ -245,7 +250,7 @@ where
                 Some(wire) => Driver::ThroughCell(arrived.through(wire)),
             };
             let (controller, state) = adaptive.as_mut();
-            let measurements = measured.measurements(driven(&before));
+            let measurements = measured.measurements(driven(&before), self.unmeasured_supply);
             controller.compensation.step(&mut state.compensation, convert(command), &measurements)
         } else {
             let (velocity, force, spool) = measured.rounded::<C>();
@@ -269,7 +274,7 @@ where
         let path = |compensation: C| convert(computation.pass(convert(compensation)));
         let output = if let Some(adaptive) = &mut self.adaptive {
             let (controller, state) = adaptive.as_mut();
-            let measurements = measured.measurements(self.held.0);
+            let measurements = measured.measurements(self.held.0, self.unmeasured_supply);
             controller.step_via(state, convert(command), &measurements, path)
         } else {
             let (velocity, force, spool) = measured.rounded::<C>();

@@ -151,6 +151,8 @@ pub struct Compensation {
     pub feedforward: bool,
     /// Whether flow gain and valve are estimated during the test.
     pub adaptive: bool,
+    /// Whether a measured supply pressure scales the flow.
+    pub supply_correction: bool,
     /// Whether overcompensation takes the level back without estimates as well.
     pub guard: bool,
 }

@@ -73,6 +73,7 @@ impl RigConfig {
                 sign_from: SignFrom::Spool,
                 feedforward: false,
                 adaptive: false,
+                supply_correction: false,
                 guard: false,
             },
             structure: Structure {
