@@ -13,6 +13,8 @@ __all__ = [
     "Controller",
     "FlowTable",
     "LinearModel",
+    "Plant",
+    "PlantState",
     "Record",
     "Rig",
     "__version__",
@@ -269,3 +271,35 @@ def flow_test(
 def free_vibration(
     rig: Rig, displacement: float, duration: float = 10.0, sample_rate: float = 512.0
 ) -> _Array: ...
+
+@final
+class PlantState:
+    @property
+    def time(self) -> float: ...
+    @property
+    def force(self) -> float: ...
+    @property
+    def displacement(self) -> float: ...
+    @property
+    def velocity(self) -> float: ...
+    @property
+    def spool(self) -> float: ...
+    @property
+    def load_pressure(self) -> float: ...
+    @property
+    def supply_pressure(self) -> float: ...
+    @property
+    def status(self) -> int: ...
+
+@final
+class Plant:
+    def __new__(
+        cls,
+        rig: Rig,
+        sample_rate: float | None = None,
+        structure: Callable[[float, float], tuple[float, float]] | None = None,
+    ) -> Plant: ...
+    def step(self, valve_command: float) -> PlantState: ...
+    def reset(self) -> None: ...
+    @property
+    def state(self) -> PlantState: ...

@@ -11,6 +11,7 @@ mod excitation;
 mod flow_table;
 mod identification;
 mod linear;
+mod plant;
 mod rig;
 mod run;
 mod values;
@@ -25,6 +26,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<controller::Compensator>()?;
     module.add_class::<controller::Controller>()?;
     module.add_class::<linear::LinearModel>()?;
+    module.add_class::<plant::Plant>()?;
+    module.add_class::<plant::PlantState>()?;
     module.add_function(wrap_pyfunction!(rig::rig_keys, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::sine_sweep, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::effective_force, module)?)?;

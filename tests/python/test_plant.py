@@ -1,0 +1,59 @@
+"""The plant sample by sample, and a structure from outside."""
+
+import math
+
+import eft
+import numpy as np
+import pytest
+
+RATE = 4096.0
+RIG = eft.Rig.zhao2005().replace({"controller.realization": "digital", "structure.kind": "linear"})
+
+
+def test_a_controller_written_in_python_gives_the_simulated_test():
+    command = eft.sine_sweep(8900.0, 0.0, 10.0, 2.0, RATE)
+    run = eft.simulate(RIG, command)
+    plant, controller = eft.Plant(RIG, RATE), eft.Controller(RIG.replace({"controller.sample_rate": RATE}))
+    force = []
+    for wanted in command.values:
+        now = plant.state
+        force.append(now.force)
+        plant.step(controller.step(wanted, now.velocity, now.force, now.spool))
+    np.testing.assert_allclose(force, run.force, atol=1e-5)
+    plant.reset()
+    assert plant.state.time == 0.0
+    assert plant.state.force == 0.0
+
+
+def test_a_structure_in_python_takes_the_place_of_the_rigs():
+    values = RIG.to_dict()["structure"]
+    mass, damping, stiffness = values["mass"], values["damping"], values["stiffness"]
+    state = np.zeros(2)
+
+    def structure(force, dt):
+        # Exact for a constant force, by the state's series.
+        system = np.array([[0.0, 1.0], [-stiffness / mass, -damping / mass]])
+        step, total = np.array([0.0, force / mass]) + system @ state, np.zeros(2)
+        factor = dt
+        for n in range(2, 8):
+            total = total + step * factor
+            step, factor = system @ step, factor * dt / n
+        state[:] = state + total
+        return state[0], state[1]
+
+    own, theirs = eft.Plant(RIG, RATE), eft.Plant(RIG, RATE, structure)
+    worst = largest = 0.0
+    for i in range(int(2 * RATE)):
+        command = 0.1 * math.sin(2 * math.pi * 1.6 * i / RATE)
+        truth, found = own.step(command), theirs.step(command)
+        worst, largest = max(worst, abs(truth.force - found.force)), max(largest, abs(truth.force))
+    assert worst < 2e-3 * largest
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(ValueError, match=r"^valve_command = NaN"):
+        eft.Plant(RIG).step(float("nan"))
+    with pytest.raises(ValueError, match=r"^sample_rate = -1"):
+        eft.Plant(RIG, -1.0)
+    with pytest.raises(ValueError, match=r"^displacement = "):
+        eft.Plant(RIG, RATE, lambda force, dt: (math.inf, 0.0)).step(0.1)
