@@ -1,7 +1,7 @@
 //! The effects beyond the paper's model in a whole test: what each does to the force, and that the energy adds up.
 #![allow(clippy::unwrap_used)]
 
-use eft::sim::closed_loop::energy_balance;
+use eft::sim::closed_loop::{Method, energy_balance};
 use eft::sim::excitation::{Command, sine_sweep};
 use eft::sim::metrics::nrmse;
 use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
@@ -61,9 +61,10 @@ fn everything() -> RigConfig {
 
 #[test]
 fn effects_that_are_off_change_nothing() {
-    // Friction of nothing needs the detailed plant all the same.
+    // A schedule of one pressure needs the detailed plant, and with it Runge–Kutta, all the same.
     let command = sine_sweep(8900.0, 0.0, 10.0, 8.0, RATE).unwrap();
-    let plain = run(&changed(&[]), &command);
+    let runge_kutta = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
+    let plain = simulate::<f64>(&changed(&[]), &command, &runge_kutta, |_, _| true).unwrap();
     let detailed = run(
         &changed(&[
             ("supply.schedule.times", numbers(&[0.0])),
@@ -84,7 +85,7 @@ fn energy_adds_up_with_every_effect_and_the_gap_shrinks_with_the_step() {
     let largest = run(&rig, &command).displacement.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     assert!(largest > 0.05, "the test must reach the stops: {largest} m");
     let gap = |divisor: f64| {
-        let options = SimulateOptions { largest_step: 1.0 / (RATE * divisor) };
+        let options = SimulateOptions { largest_step: 1.0 / (RATE * divisor), ..SimulateOptions::default() };
         let balance = energy_balance(&rig, &command, &options).unwrap();
         println!("{balance:?}");
         for part in

@@ -1,4 +1,5 @@
 //! The linear models against the simulator, which shares no equation with them but the configuration.
+#![allow(clippy::unwrap_used)]
 
 use std::f64::consts::TAU;
 
@@ -11,7 +12,7 @@ const RATE: f64 = 4096.0;
 
 fn run(rig: &RigConfig, values: Vec<f64>) -> TestRun {
     let command = Command::new(values, RATE).unwrap();
-    let options = SimulateOptions { largest_step: 1.0 / 16384.0 };
+    let options = SimulateOptions { largest_step: 1.0 / 16384.0, ..SimulateOptions::default() };
     simulate::<f64>(rig, &command, &options, |_, _| true).unwrap()
 }
 

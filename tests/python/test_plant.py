@@ -19,7 +19,8 @@ def test_a_controller_written_in_python_gives_the_simulated_test():
         now = plant.state
         force.append(now.force)
         plant.step(controller.step(wanted, now.velocity, now.force, now.spool))
-    np.testing.assert_allclose(force, run.force, atol=1e-5)
+    # Two integration methods, each within 1e-4 of the peak of the converged answer.
+    np.testing.assert_allclose(force, run.force, atol=1e-4 * np.abs(run.force).max())
     plant.reset()
     assert plant.state.time == 0.0
     assert plant.state.force == 0.0

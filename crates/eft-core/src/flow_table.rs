@@ -17,6 +17,12 @@ impl<S: Scalar, const N: usize> FlowTable<S, N> {
     pub fn flow(&self, x: S) -> S {
         self.forward.eval(x)
     }
+    /// As [`flow`](Self::flow), and the slope there (m³/s per unit opening).
+    #[inline(always)]
+    pub fn flow_and_slope(&self, x: S) -> (S, S) {
+        let (flow, slope, _) = self.forward.eval_with_slope(x);
+        (flow, slope)
+    }
     /// Spool opening (1) that passes the flow `q` (m³/s) at no load, held constant beyond the table.
     #[inline(always)]
     pub fn opening(&self, q: S) -> S {

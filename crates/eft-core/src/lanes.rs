@@ -188,14 +188,14 @@ impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
         (cells.map(|(cell, _)| cell), LaneMask(cells.map(|(_, inside)| inside)))
     }
     #[inline(always)]
-    fn between<const N: usize>(
+    fn row<const N: usize>(
         self,
         cells: &[[u8; L]; CELLS],
         rows: &[Row<Self>; N],
         cell: [u32; L],
         len: u32,
-    ) -> Self {
-        Self(array::from_fn(|i| {
+    ) -> Row<Self> {
+        let found: [Row<T>; L] = array::from_fn(|i| {
             let x = self.lane(i);
             let row = |row: &Row<Self>| Row {
                 start: row.start.lane(i),
@@ -205,9 +205,14 @@ impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
             let entry = cell.get(i).and_then(|&cell| cells.get(cell as usize)?.get(i));
             let first = usize::from(entry.copied().unwrap_or(CROWDED));
             match rows.get(first..first + 2) {
-                Some([here, next]) => row(if x < next.start.lane(i) { here } else { next }).at(x),
+                Some([here, next]) => row(if x < next.start.lane(i) { here } else { next }),
                 _ => search(|n| rows.get(n).map(row), len, x),
             }
-        }))
+        });
+        Row {
+            start: Self(found.map(|row| row.start)),
+            value: Self(found.map(|row| row.value)),
+            slope: Self(found.map(|row| row.slope)),
+        }
     }
 }

@@ -53,15 +53,24 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
     /// As [`eval`](Self::eval), and where `x` lies at or beyond an end (to within rounding; NaN does).
     #[inline(always)]
     pub fn eval_flagged(&self, x: S) -> (S, S::Mask) {
+        let (value, _, outside) = self.eval_with_slope(x);
+        (value, outside)
+    }
+
+    /// As [`eval_flagged`](Self::eval_flagged), the slope of the segment between the value and the flag.
+    #[inline(always)]
+    pub fn eval_with_slope(&self, x: S) -> (S, S, S::Mask) {
         let (cell, inside) = ((x - self.origin) * self.cells_per_unit).cell();
         if inside.all() {
-            return (x.between(&self.cells, &self.rows, cell, self.len), !inside);
+            let row = x.row(&self.cells, &self.rows, cell, self.len);
+            return (row.at(x), row.slope, !inside);
         }
-        let outside = S::select(x.gt(self.middle), self.above, self.below);
+        let (outside, level) = (S::select(x.gt(self.middle), self.above, self.below), S::splat(0.0));
         if !inside.any() {
-            return (outside, !inside);
+            return (outside, level, !inside);
         }
-        (S::select(inside, x.between(&self.cells, &self.rows, cell, self.len), outside), !inside)
+        let row = x.row(&self.cells, &self.rows, cell, self.len);
+        (S::select(inside, row.at(x), outside), S::select(inside, row.slope, level), !inside)
     }
 
     /// Maps of single rigs side by side: lane `i` is `lanes[i]`.
@@ -94,27 +103,27 @@ impl<S: Real, const N: usize> PiecewiseLinear<S, N> {
     }
 }
 
-impl<S: Real> Row<S> {
+impl<S: Scalar> Row<S> {
     #[inline(always)]
     pub(crate) fn at(&self, x: S) -> S {
         self.value + (x - self.start) * self.slope
     }
 }
 
-/// The value at `x` on the last of the first `len` rows that starts at or below it.
+/// The last of the first `len` rows that starts at or below it.
 // A length that the compiler does not know keeps it from unrolling what is rarely run.
 #[inline(always)]
-pub(crate) fn search<S: Real>(row: impl Fn(usize) -> Option<Row<S>>, len: u32, x: S) -> S {
+pub(crate) fn search<S: Real>(row: impl Fn(usize) -> Option<Row<S>>, len: u32, x: S) -> Row<S> {
     let mut n = len as usize;
     while n > 0 {
         n -= 1;
         if let Some(row) = row(n)
             && row.start <= x
         {
-            return row.at(x);
+            return row;
         }
     }
-    S::default()
+    Row::default()
 }
 
 /// An entry of a list; NaN beyond its end, which every check refuses.

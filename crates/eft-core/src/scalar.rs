@@ -83,14 +83,15 @@ pub trait Scalar:
     /// The integer part of `self - 1`, and whether it is a cell of a [`PiecewiseLinear`](crate::PiecewiseLinear)'s
     /// index; NaN is in none.
     fn cell(self) -> (Self::Index, Self::Mask);
-    /// The value of a table's map at `self`, which lies in `cell` of the index to its first `len` rows; finite where `cell` is none.
-    fn between<const N: usize>(
+    /// The row of a table's map that `self` lies on, in `cell` of the index to its first `len` rows; finite where
+    /// `cell` is none.
+    fn row<const N: usize>(
         self,
         cells: &[Self::Cell; CELLS],
         rows: &[Row<Self>; N],
         cell: Self::Index,
         len: u32,
-    ) -> Self;
+    ) -> Row<Self>;
 
     /// self > other
     #[inline(always)]
@@ -218,16 +219,16 @@ macro_rules! real {
                 (cell, cell < CELLS as u32)
             }
             #[inline(always)]
-            fn between<const N: usize>(
+            fn row<const N: usize>(
                 self,
                 cells: &[u8; CELLS],
                 rows: &[Row<Self>; N],
                 cell: u32,
                 len: u32,
-            ) -> Self {
+            ) -> Row<Self> {
                 let first = usize::from(cells.get(cell as usize).copied().unwrap_or(CROWDED));
                 match rows.get(first..first + 2) {
-                    Some([row, next]) => (if self < next.start { row } else { next }).at(self),
+                    Some([row, next]) => *(if self < next.start { row } else { next }),
                     _ => search(|n| rows.get(n).copied(), len, self),
                 }
             }
@@ -249,8 +250,27 @@ macro_rules! real {
         }
     };
 }
-real!(f32, eft_sqrt::sqrtf);
-real!(f64, libm::sqrt);
+/// Square roots; every one of them is correctly rounded.
+#[cfg(not(feature = "std"))]
+mod root {
+    pub(super) use eft_sqrt::sqrtf;
+    pub(super) use libm::sqrt;
+}
+/// The compiler's own, which it can put into vector instructions.
+#[cfg(feature = "std")]
+mod root {
+    extern crate std;
+    #[inline(always)]
+    pub(super) fn sqrt(x: f64) -> f64 {
+        x.sqrt()
+    }
+    #[inline(always)]
+    pub(super) fn sqrtf(x: f32) -> f32 {
+        x.sqrt()
+    }
+}
+real!(f32, root::sqrtf);
+real!(f64, root::sqrt);
 
 /// Configurations of single rigs side by side, for a struct all of whose fields are numbers.
 macro_rules! pack_numbers {

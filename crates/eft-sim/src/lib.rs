@@ -3,6 +3,7 @@
 mod checks;
 pub mod closed_loop;
 pub mod config;
+mod dispatch;
 mod error;
 pub mod excitation;
 pub mod export;

@@ -3,7 +3,7 @@
 use eft_core::status;
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::DigitalSide;
+use crate::closed_loop::digital_side::{DigitalSide, DigitalState};
 use crate::closed_loop::ideal::IdealResponse;
 use crate::closed_loop::simulate::{SimulateOptions, soft_end};
 use crate::closed_loop::single::Tick;
@@ -47,6 +47,7 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
         .clone()
         .map(|floor| DigitalSide::new(|_| rig, sample_rate, floor as u64))
         .collect::<Result<_>>()?;
+    let mut states = vec![DigitalState::default(); commands.len()];
     let mut runs: Vec<_> = floors.clone().map(|_| TestRun::with_capacity(rig, sample_rate, total)).collect();
     let mut drivers = Vec::with_capacity(commands.len());
     for i in 0..total {
@@ -63,13 +64,14 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
         if Some(i) == soft_end {
             digital.iter_mut().for_each(DigitalSide::end);
         }
-        for ((floor, command), (digital, run)) in
-            commands.iter().enumerate().zip(digital.iter_mut().zip(&mut runs))
+        let sides = digital.iter_mut().zip(&mut states);
+        for ((floor, command), ((digital, state), run)) in
+            commands.iter().enumerate().zip(sides.zip(&mut runs))
         {
             let value = |i: usize| command.values.get(i).copied();
             let now = value(i).unwrap_or_default();
             let truth = plant.signals(floor);
-            let decision = digital.sample(now, value(i + 1).unwrap_or(now), truth, |driver| {
+            let decision = digital.sample(state, now, value(i + 1).unwrap_or(now), truth, |driver| {
                 plant.driven_command(floor, driver)
             });
             let (at_stop, beyond_stroke) = plant.at_limits(floor);
@@ -83,8 +85,8 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
                 decision,
                 status: flags,
             };
-            run.push(&tick, 0, now);
-            drivers.push(digital.driver());
+            run.extend(1).set(0, &tick, 0, now);
+            drivers.push(tick.decision.driver);
         }
         plant.advance(&drivers, 1.0 / sample_rate, steps);
     }
@@ -168,12 +170,13 @@ fn steps(rig: &RigConfig, options: &SimulateOptions, sample_rate: f64) -> Result
     let asked = options.steps(sample_rate)?;
     let building = 0.2 / ShearBuilding::new(rig)?.fastest_rate();
     let largest_step = longest_step(rig).min(building).min(options.largest_step);
-    Ok(SimulateOptions { largest_step }.steps(sample_rate)?.max(asked))
+    Ok(SimulateOptions { largest_step, ..*options }.steps(sample_rate)?.max(asked))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closed_loop::Method;
     use crate::excitation::sine_sweep;
     use crate::simulate;
 
@@ -206,7 +209,9 @@ mod tests {
             let one = run(&building(1, &changes), std::slice::from_ref(&command)).remove(0);
             let rig =
                 building(1, &changes).replace(&[("structure.kind", toml::Value::from("linear"))]).unwrap();
-            let single = simulate::<f64>(&rig, &command, &SimulateOptions::default(), |_, _| true).unwrap();
+            // The building's own method, or the two would differ by the error of both.
+            let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
+            let single = simulate::<f64>(&rig, &command, &options, |_, _| true).unwrap();
             let distance =
                 one.force.iter().zip(&single.force).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
             assert!(distance < 1e-6, "{realization}: {distance} N");

@@ -22,6 +22,21 @@ pub(crate) struct Decision<S: Num> {
     pub(crate) compensation: S,
     pub(crate) calibration: Calibration<S>,
     pub(crate) status: S::Flags,
+    /// What drives the valve until the next tick.
+    pub(crate) driver: Driver<S>,
+}
+
+/// What the controller remembers from tick to tick, apart from all that is too large to stay in registers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DigitalState<C: Scalar> {
+    controller: ControllerState<C>,
+    feedforward: FeedforwardState<C>,
+}
+
+impl<C: Scalar> Default for DigitalState<C> {
+    fn default() -> Self {
+        Self { controller: ControllerState::default(), feedforward: FeedforwardState::default() }
+    }
 }
 
 /// What the controller believes of its rig.
@@ -84,26 +99,40 @@ fn convert<A: Scalar, B: Scalar>(from: A) -> B {
     B::from_lanes(|i| B::Element::from_f64(from.lane(i).to_f64()))
 }
 
+/// The controller of a rig that adapts, and what it remembers.
+struct Adaptive<S: Num, C: Scalar> {
+    controller: RigAdaptiveController<C>,
+    state: AdaptiveControllerState<C>,
+    /// What drove the valve since the last tick.
+    before: Option<Driver<S>>,
+}
+
+impl<S: Num, C: Scalar> Adaptive<S, C> {
+    fn calibration(&self) -> Calibration<S> {
+        let state = &self.state.compensation;
+        Calibration {
+            flow_gain: convert(state.flow_gain()),
+            response_delay: convert(state.response_delay()),
+            level: convert(state.level()),
+        }
+    }
+}
+
 /// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
 /// number.
 pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     controller: RigController<C>,
-    controller_state: ControllerState<C>,
     feedforward: Feedforward<C>,
-    feedforward_state: FeedforwardState<C>,
     /// In place of the two above where the rig adapts.
-    adaptive: Option<Box<(RigAdaptiveController<C>, AdaptiveControllerState<C>)>>,
+    adaptive: Option<Box<Adaptive<S, C>>>,
     nominal: Calibration<S>,
     /// The configured supply pressure (Pa), where the controller has no transducer.
     unmeasured_supply: Option<S>,
     computation: DelayLine<S>,
     realization: Realization,
     analog: Analog<S>,
-    held: Held<S>,
     /// One lane each; empty where every lane's are ideal.
     sensors: Vec<Option<Sensors>>,
-    /// The load cell as the analog controller sees it, where it is not ideal.
-    wire: Option<(S, S)>,
     dac: Dac<S>,
     protection: Option<Box<Guarded<S>>>,
     sample_rate: f64,
@@ -135,7 +164,7 @@ where
         let adaptive = adapts(rig(0)).then(|| {
             let controller = RigAdaptiveController::pack(|i| &adaptives[i]);
             let state = controller.at_rest();
-            Box::new((controller, state))
+            Box::new(Adaptive { controller, state, before: None })
         });
         Ok(Self {
             adaptive,
@@ -147,15 +176,11 @@ where
                 level: S::splat(1.0),
             },
             controller: RigController::pack(|i| &controllers[i]),
-            controller_state: ControllerState::default(),
             feedforward: Feedforward::pack(|i| &feedforwards[i]),
-            feedforward_state: FeedforwardState::default(),
             computation: DelayLine::new(|i| rig(i).compensation.computation_delay as usize),
             realization: rig(0).controller.realization,
             analog: Analog::pack(&rig),
-            held: Held(S::default()),
             sensors,
-            wire: None,
             dac: Dac::new(|i| rig(i).dac.as_ref()),
             protection: Guarded::new(&rig, sample_rate)?.map(Box::new),
             sample_rate,
@@ -167,49 +192,27 @@ where
     #[inline(always)]
     pub(crate) fn sample(
         &mut self,
+        state: &mut DigitalState<C>,
         command: S,
         next_command: S,
         truth: Signals<S>,
         driven: impl Fn(&Driver<S>) -> S,
     ) -> Decision<S> {
-        let measured = self.measure(truth);
+        let (measured, wire) = self.measure(truth);
         let (command, next_command, protection) = match &mut self.protection {
             None => (command, next_command, S::Flags::default()),
             Some(guarded) => guarded.protect(command, next_command, &measured),
         };
-        let (mut valve_command, compensation, status) = match self.realization {
-            Realization::Analog => self.sample_analog(command, next_command, &measured, driven),
-            Realization::Digital => self.sample_digital(command, &measured),
+        let mut decision = match self.realization {
+            Realization::Analog => self.sample_analog(state, command, next_command, measured, wire, driven),
+            Realization::Digital => self.sample_digital(state, command, measured),
         };
-        if let (Some(guarded), Realization::Digital) = (&self.protection, self.realization) {
-            valve_command = valve_command * guarded.authority;
-            self.held = Held(valve_command);
+        decision.status = decision.status | protection;
+        if let Some(adaptive) = &mut self.adaptive {
+            decision.calibration = adaptive.calibration();
+            adaptive.before = Some(decision.driver);
         }
-        let status = status | protection;
-        let calibration = self.adaptive.as_ref().map_or(self.nominal, |adaptive| {
-            let state = &adaptive.1.compensation;
-            Calibration {
-                flow_gain: convert(state.flow_gain()),
-                response_delay: convert(state.response_delay()),
-                level: convert(state.level()),
-            }
-        });
-        Decision { measured, valve_command, compensation, calibration, status }
-    }
-
-    /// What drives the valve until the next tick.
-    #[inline(always)]
-    pub(crate) fn driver(&self) -> Driver<S> {
-        match (self.realization, self.wire) {
-            (Realization::Digital, _) => Driver::Held(self.held),
-            (Realization::Analog, wire) if self.protection.is_some() => {
-                let authority = self.protection.as_ref().map_or(S::splat(1.0), |guarded| guarded.authority);
-                let wire = wire.unwrap_or((S::splat(1.0), S::splat(0.0)));
-                Driver::ThroughCell(self.analog.through(wire).limited_to(authority))
-            }
-            (Realization::Analog, None) => Driver::Analog(self.analog),
-            (Realization::Analog, Some(wire)) => Driver::ThroughCell(self.analog.through(wire)),
-        }
+        decision
     }
 
     /// Asks the protection, where there is one, for the soft end.
@@ -219,44 +222,52 @@ where
         }
     }
 
-    /// What the sensors make of the truth.
+    /// What the sensors make of the truth, and the load cell (gain and offset in N) as an analog controller sees it,
+    /// where it is not ideal.
     #[inline(always)]
-    fn measure(&mut self, truth: Signals<S>) -> Signals<S> {
-        if self.sensors.is_empty() { truth } else { self.read_sensors(truth) }
+    fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, Option<(S, S)>) {
+        if self.sensors.is_empty() { (truth, None) } else { self.read_sensors(truth) }
     }
 
     #[inline(never)]
-    fn read_sensors(&mut self, truth: Signals<S>) -> Signals<S> {
+    fn read_sensors(&mut self, truth: Signals<S>) -> (Signals<S>, Option<(S, S)>) {
         let read = |(i, sensors): (usize, &mut Option<Sensors>)| {
             let ideal = Wire { gain: 1.0, offset: 0.0 };
             sensors.as_mut().map_or((truth.lane(i), ideal), |sensors| sensors.read(&truth.lane(i)))
         };
         let readings: Vec<_> = self.sensors.iter_mut().enumerate().map(read).collect();
-        self.wire = Some((S::from_lanes(|i| readings[i].1.gain), S::from_lanes(|i| readings[i].1.offset)));
-        Signals::from_lanes(|i| readings[i].0)
+        let wire = (S::from_lanes(|i| readings[i].1.gain), S::from_lanes(|i| readings[i].1.offset));
+        (Signals::from_lanes(|i| readings[i].0), Some(wire))
     }
 
+    #[inline(always)]
     fn sample_analog(
         &mut self,
+        state: &mut DigitalState<C>,
         command: S,
         next_command: S,
-        measured: &Signals<S>,
+        measured: Signals<S>,
+        wire: Option<(S, S)>,
         driven: impl Fn(&Driver<S>) -> S,
-    ) -> (S, S, S::Flags) {
+    ) -> Decision<S> {
         let computed = if let Some(adaptive) = &mut self.adaptive {
-            let arrived = self.analog.arrived(command);
-            let before = match self.wire {
+            let arrived = match adaptive.before {
+                Some(Driver::Analog(analog)) => analog.arrived(command),
+                Some(Driver::ThroughCell(cell)) => cell.analog().arrived(command),
+                _ => self.analog.arrived(command),
+            };
+            let before = match wire {
                 None => Driver::Analog(arrived),
                 Some(wire) => Driver::ThroughCell(arrived.through(wire)),
             };
-            let (controller, state) = adaptive.as_mut();
             let measurements = measured.measurements(driven(&before), self.unmeasured_supply);
-            controller.compensation.step(&mut state.compensation, convert(command), &measurements)
+            let (controller, state) = (&adaptive.controller.compensation, &mut adaptive.state.compensation);
+            controller.step(state, convert(command), &measurements)
         } else {
             let (velocity, force, spool) = measured.rounded::<C>();
-            let further_flow = self.feedforward.step(&mut self.feedforward_state, convert(command));
+            let further_flow = self.feedforward.step(&mut state.feedforward, convert(command));
             self.controller.compensation.step(
-                &mut self.controller_state.compensation,
+                &mut state.controller.compensation,
                 velocity,
                 force,
                 spool,
@@ -265,22 +276,47 @@ where
         };
         let (compensation, clipped) = self.dac.convert(self.computation.pass(convert(computed.value)));
         let rate = (next_command - command) * S::splat(self.sample_rate);
-        self.analog = self.analog.at(command, rate, compensation);
-        (driven(&self.driver()), compensation, computed.status | clipped)
+        let analog = self.analog.at(command, rate, compensation);
+        let driver = match (&self.protection, wire) {
+            (Some(guarded), wire) => {
+                let wire = wire.unwrap_or((S::splat(1.0), S::splat(0.0)));
+                Driver::ThroughCell(analog.through(wire).limited_to(guarded.authority))
+            }
+            (None, None) => Driver::Analog(analog),
+            (None, Some(wire)) => Driver::ThroughCell(analog.through(wire)),
+        };
+        let valve_command = driven(&driver);
+        Decision {
+            measured,
+            valve_command,
+            compensation,
+            calibration: self.nominal,
+            status: computed.status | clipped,
+            driver,
+        }
     }
 
-    fn sample_digital(&mut self, command: S, measured: &Signals<S>) -> (S, S, S::Flags) {
+    #[inline(always)]
+    fn sample_digital(
+        &mut self,
+        state: &mut DigitalState<C>,
+        command: S,
+        measured: Signals<S>,
+    ) -> Decision<S> {
         let computation = &mut self.computation;
         let path = |compensation: C| convert(computation.pass(convert(compensation)));
         let output = if let Some(adaptive) = &mut self.adaptive {
-            let (controller, state) = adaptive.as_mut();
-            let measurements = measured.measurements(self.held.0, self.unmeasured_supply);
-            controller.step_via(state, convert(command), &measurements, path)
+            let held = match adaptive.before {
+                Some(Driver::Held(held)) => held.0,
+                _ => S::splat(0.0),
+            };
+            let measurements = measured.measurements(held, self.unmeasured_supply);
+            adaptive.controller.step_via(&mut adaptive.state, convert(command), &measurements, path)
         } else {
             let (velocity, force, spool) = measured.rounded::<C>();
-            let further_flow = self.feedforward.step(&mut self.feedforward_state, convert(command));
+            let further_flow = self.feedforward.step(&mut state.feedforward, convert(command));
             self.controller.step_via(
-                &mut self.controller_state,
+                &mut state.controller,
                 convert(command),
                 velocity,
                 force,
@@ -289,8 +325,17 @@ where
                 path,
             )
         };
-        let (valve_command, clipped) = self.dac.convert(convert(output.valve_command));
-        self.held = Held(valve_command);
-        (valve_command, convert(output.compensation), output.status | clipped)
+        let (mut valve_command, clipped) = self.dac.convert(convert(output.valve_command));
+        if let Some(guarded) = &self.protection {
+            valve_command = valve_command * guarded.authority;
+        }
+        Decision {
+            measured,
+            valve_command,
+            compensation: convert(output.compensation),
+            calibration: self.nominal,
+            status: output.status | clipped,
+            driver: Driver::Held(Held(valve_command)),
+        }
     }
 }

@@ -64,7 +64,7 @@ pub fn ideal_response(
 /// Steps per tick without which the structure's own parts would not be followed.
 fn needed_steps(rig: &RigConfig, sample_rate: f64) -> Result<u32> {
     let largest_step = longest_step(rig).min(1.0 / sample_rate);
-    SimulateOptions { largest_step }.steps(sample_rate)
+    SimulateOptions { largest_step, ..SimulateOptions::default() }.steps(sample_rate)
 }
 
 /// The structure's state.

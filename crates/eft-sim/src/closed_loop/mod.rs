@@ -17,6 +17,6 @@ pub use controller::{
     Precision, RigAdaptiveController, RigController, adaptive_parameters, compensation_parameters,
 };
 pub use ideal::{IdealResponse, ideal_response};
-pub use simulate::{DEFAULT_STEP, SimulateOptions, energy_balance, simulate};
+pub use simulate::{CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;

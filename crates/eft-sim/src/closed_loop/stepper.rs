@@ -5,7 +5,7 @@ use eft_core::status;
 use crate::closed_loop::simulate::{SimulateOptions, one_actuator};
 use crate::config::RigConfig;
 use crate::error::Result;
-use crate::rig::{DetailedPlant, DetailedState, Held, PlantModel, PlantState, longest_step};
+use crate::rig::{DetailedPlant, DetailedState, Held, Pace, PlantModel, PlantState, longest_step};
 
 /// What is true of the plant at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,8 +38,7 @@ pub struct PlantReading {
 pub struct PlantStepper {
     plant: DetailedPlant<f64>,
     state: DetailedState<f64>,
-    sample_rate: f64,
-    steps: u32,
+    pace: Pace,
     ticks: u64,
     last_velocity: f64,
 }
@@ -54,16 +53,11 @@ impl PlantStepper {
         crate::checks::positive("sample_rate", sample_rate, "Hz")?;
         one_actuator(rig)?;
         let asked = options.steps(sample_rate)?;
-        let needed = SimulateOptions { largest_step: longest_step(rig).min(options.largest_step) };
-        let plant = DetailedPlant::pack(|_| rig)?;
-        Ok(Self {
-            state: plant.at_rest(),
-            plant,
-            sample_rate,
-            steps: needed.steps(sample_rate)?.max(asked),
-            ticks: 0,
-            last_velocity: 0.0,
-        })
+        let needed =
+            SimulateOptions { largest_step: longest_step(rig).min(options.largest_step), ..*options };
+        let pace = Pace { sample_rate, steps: needed.steps(sample_rate)?.max(asked) };
+        let plant = DetailedPlant::pack(|_| rig, pace)?;
+        Ok(Self { state: plant.at_rest(), plant, pace, ticks: 0, last_velocity: 0.0 })
     }
 
     /// Back to rest.
@@ -85,7 +79,7 @@ impl PlantStepper {
             (!finite, status::DIVERGED),
         ];
         PlantReading {
-            time: self.ticks as f64 / self.sample_rate,
+            time: self.ticks as f64 / self.pace.sample_rate,
             force: self.plant.force(&self.state),
             displacement,
             velocity,
@@ -102,8 +96,7 @@ impl PlantStepper {
     /// A command that is not finite.
     pub fn step(&mut self, valve_command: f64) -> Result<PlantReading> {
         crate::checks::finite("valve_command", valve_command, "V")?;
-        let period = 1.0 / self.sample_rate;
-        self.state = self.plant.advance_driven(self.state, &Held(valve_command), period, self.steps);
+        self.state = self.plant.advance_driven(self.state, &Held(valve_command), self.pace);
         self.ticks += 1;
         Ok(self.reading())
     }
@@ -116,18 +109,18 @@ impl PlantStepper {
     pub fn push(&mut self, valve_command: f64) -> Result<f64> {
         crate::checks::finite("valve_command", valve_command, "V")?;
         let velocity = DetailedPlant::core(&self.state).velocity;
-        let acceleration = (velocity - self.last_velocity) * self.sample_rate;
+        let acceleration = (velocity - self.last_velocity) * self.pace.sample_rate;
         self.last_velocity = velocity;
-        let step = 1.0 / self.sample_rate / f64::from(self.steps);
+        let step = self.pace.step();
         let held = Held(valve_command);
         let mut sum = 0.0;
-        for _ in 0..self.steps {
+        for _ in 0..self.pace.steps {
             let before = self.plant.force(&self.state);
             self.state = self.plant.advance_led(self.state, &held, acceleration, step);
             sum += 0.5 * (before + self.plant.force(&self.state));
         }
         self.ticks += 1;
-        Ok(sum / f64::from(self.steps))
+        Ok(sum / f64::from(self.pace.steps))
     }
 
     /// The motion (m, m/s) that the structure outside has reached at the end of the sample.
@@ -145,6 +138,7 @@ impl PlantStepper {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closed_loop::Method;
     use crate::excitation::sine_sweep;
     use crate::simulate;
 
@@ -155,8 +149,10 @@ mod tests {
     #[test]
     fn stepping_under_the_commands_of_a_test_gives_the_test() {
         let command = sine_sweep(8900.0, 0.0, 10.0, 4.0, 4096.0).unwrap();
-        let run = simulate::<f64>(&digital(), &command, &SimulateOptions::default(), |_, _| true).unwrap();
-        let mut plant = PlantStepper::new(&digital(), 4096.0, &SimulateOptions::default()).unwrap();
+        // The stepper's own method, or the two would differ by the error of both.
+        let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
+        let run = simulate::<f64>(&digital(), &command, &options, |_, _| true).unwrap();
+        let mut plant = PlantStepper::new(&digital(), 4096.0, &options).unwrap();
         for (i, v) in run.valve_command.iter().enumerate() {
             let now = plant.reading();
             assert!((now.force - run.force[i]).abs() < 1e-6, "sample {i}");

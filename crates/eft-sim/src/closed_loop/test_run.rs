@@ -86,29 +86,66 @@ impl TestRun {
         }
     }
 
-    /// Appends one lane of a tick.
-    #[inline(always)]
-    pub(crate) fn push<S: Num>(&mut self, tick: &Tick<S>, lane: usize, command: f64) {
-        self.command.push(command);
-        self.force.push(tick.force.lane(lane));
-        self.displacement.push(tick.plant.displacement.lane(lane));
-        self.velocity.push(tick.plant.velocity.lane(lane));
-        self.spool.push(tick.plant.spool.lane(lane));
-        self.load_pressure.push(tick.plant.load_pressure.lane(lane));
-        self.supply_pressure.push(tick.supply_pressure.lane(lane));
-        self.valve_command.push(tick.decision.valve_command.lane(lane));
-        self.compensation.push(tick.decision.compensation.lane(lane));
-        self.flow_gain_estimate.push(tick.decision.calibration.flow_gain.lane(lane));
-        self.response_delay_estimate.push(tick.decision.calibration.response_delay.lane(lane));
-        self.level.push(tick.decision.calibration.level.lane(lane));
-        self.status.push(tick.status.lane(lane));
-        if let Some(measured) = &mut self.measured {
-            measured.force.push(tick.decision.measured.force.lane(lane));
-            measured.displacement.push(tick.decision.measured.displacement.lane(lane));
-            measured.velocity.push(tick.decision.measured.velocity.lane(lane));
-            measured.spool.push(tick.decision.measured.spool.lane(lane));
-            measured.supply_pressure.push(tick.decision.measured.supply_pressure.lane(lane));
+    /// Room for `ticks` more samples, to be filled in.
+    pub(crate) fn extend(&mut self, ticks: usize) -> Rows<'_> {
+        fn more<T: Copy + Default>(channel: &mut Vec<T>, ticks: usize) -> &mut [T] {
+            let from = channel.len();
+            channel.resize(from + ticks, T::default());
+            &mut channel[from..]
         }
+        Rows {
+            command: more(&mut self.command, ticks),
+            force: more(&mut self.force, ticks),
+            displacement: more(&mut self.displacement, ticks),
+            velocity: more(&mut self.velocity, ticks),
+            spool: more(&mut self.spool, ticks),
+            load_pressure: more(&mut self.load_pressure, ticks),
+            supply_pressure: more(&mut self.supply_pressure, ticks),
+            valve_command: more(&mut self.valve_command, ticks),
+            compensation: more(&mut self.compensation, ticks),
+            flow_gain_estimate: more(&mut self.flow_gain_estimate, ticks),
+            response_delay_estimate: more(&mut self.response_delay_estimate, ticks),
+            level: more(&mut self.level, ticks),
+            status: more(&mut self.status, ticks),
+            measured: self.measured.as_mut().map(|measured| MeasuredRows {
+                force: more(&mut measured.force, ticks),
+                displacement: more(&mut measured.displacement, ticks),
+                velocity: more(&mut measured.velocity, ticks),
+                spool: more(&mut measured.spool, ticks),
+                supply_pressure: more(&mut measured.supply_pressure, ticks),
+            }),
+        }
+    }
+
+    /// Keeps the first `ticks` samples.
+    pub(crate) fn truncate(&mut self, ticks: usize) {
+        let channels = [
+            &mut self.command,
+            &mut self.force,
+            &mut self.displacement,
+            &mut self.velocity,
+            &mut self.spool,
+            &mut self.load_pressure,
+            &mut self.supply_pressure,
+            &mut self.valve_command,
+            &mut self.compensation,
+            &mut self.flow_gain_estimate,
+            &mut self.response_delay_estimate,
+            &mut self.level,
+        ];
+        let measured = self.measured.as_mut().map(|measured| {
+            [
+                &mut measured.force,
+                &mut measured.displacement,
+                &mut measured.velocity,
+                &mut measured.spool,
+                &mut measured.supply_pressure,
+            ]
+        });
+        for channel in channels.into_iter().chain(measured.into_iter().flatten()) {
+            channel.truncate(ticks);
+        }
+        self.status.truncate(ticks);
     }
 
     /// Force (N) as the load cell reported it.
@@ -139,5 +176,60 @@ impl TestRun {
     /// Every flag that was raised at any time.
     pub fn status_union(&self) -> u32 {
         self.status.iter().fold(0, |all, s| all | s)
+    }
+}
+
+/// Some samples of every trace, to be written.
+pub(crate) struct Rows<'a> {
+    command: &'a mut [f64],
+    force: &'a mut [f64],
+    displacement: &'a mut [f64],
+    velocity: &'a mut [f64],
+    spool: &'a mut [f64],
+    load_pressure: &'a mut [f64],
+    supply_pressure: &'a mut [f64],
+    valve_command: &'a mut [f64],
+    compensation: &'a mut [f64],
+    flow_gain_estimate: &'a mut [f64],
+    response_delay_estimate: &'a mut [f64],
+    level: &'a mut [f64],
+    status: &'a mut [u32],
+    measured: Option<MeasuredRows<'a>>,
+}
+
+struct MeasuredRows<'a> {
+    force: &'a mut [f64],
+    displacement: &'a mut [f64],
+    velocity: &'a mut [f64],
+    spool: &'a mut [f64],
+    supply_pressure: &'a mut [f64],
+}
+
+impl Rows<'_> {
+    /// Writes one lane of a tick as sample `i`.
+    #[inline(always)]
+    pub(crate) fn set<S: Num>(&mut self, i: usize, tick: &Tick<S>, lane: usize, command: f64) {
+        self.command[i] = command;
+        self.force[i] = tick.force.lane(lane);
+        self.displacement[i] = tick.plant.displacement.lane(lane);
+        self.velocity[i] = tick.plant.velocity.lane(lane);
+        self.spool[i] = tick.plant.spool.lane(lane);
+        self.load_pressure[i] = tick.plant.load_pressure.lane(lane);
+        self.supply_pressure[i] = tick.supply_pressure.lane(lane);
+        self.valve_command[i] = tick.decision.valve_command.lane(lane);
+        self.compensation[i] = tick.decision.compensation.lane(lane);
+        let calibration = &tick.decision.calibration;
+        self.flow_gain_estimate[i] = calibration.flow_gain.lane(lane);
+        self.response_delay_estimate[i] = calibration.response_delay.lane(lane);
+        self.level[i] = calibration.level.lane(lane);
+        self.status[i] = tick.status.lane(lane);
+        if let Some(measured) = &mut self.measured {
+            let reported = &tick.decision.measured;
+            measured.force[i] = reported.force.lane(lane);
+            measured.displacement[i] = reported.displacement.lane(lane);
+            measured.velocity[i] = reported.velocity.lane(lane);
+            measured.spool[i] = reported.spool.lane(lane);
+            measured.supply_pressure[i] = reported.supply_pressure.lane(lane);
+        }
     }
 }

@@ -198,11 +198,35 @@ impl State {
 
 impl Drive<f64> for Driver<f64> {
     #[inline]
-    fn valve_command(&self, time: f64, force: f64, force_rate: f64) -> f64 {
+    fn demand(&self, time: f64, force: f64, force_rate: f64) -> f64 {
         match self {
-            Self::Held(held) => held.valve_command(time, force, force_rate),
-            Self::Analog(analog) => analog.valve_command(time, force, force_rate),
-            Self::ThroughCell(analog) => analog.valve_command(time, force, force_rate),
+            Self::Held(held) => held.demand(time, force, force_rate),
+            Self::Analog(analog) => analog.demand(time, force, force_rate),
+            Self::ThroughCell(analog) => analog.demand(time, force, force_rate),
+        }
+    }
+    #[inline]
+    fn slope(&self) -> f64 {
+        match self {
+            Self::Held(held) => held.slope(),
+            Self::Analog(analog) => analog.slope(),
+            Self::ThroughCell(analog) => analog.slope(),
+        }
+    }
+    #[inline]
+    fn is_sound(&self) -> bool {
+        match self {
+            Self::Held(held) => held.is_sound(),
+            Self::Analog(analog) => analog.is_sound(),
+            Self::ThroughCell(analog) => analog.is_sound(),
+        }
+    }
+    #[inline]
+    fn limit(&self, demand: f64) -> f64 {
+        match self {
+            Self::Held(held) => held.limit(demand),
+            Self::Analog(analog) => analog.limit(demand),
+            Self::ThroughCell(analog) => analog.limit(demand),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::config::RigConfig;
 use crate::error::Result;
 use crate::rig::drive::Drive;
 use crate::rig::energy::{Energy, EnergyBalance};
-use crate::rig::model::PlantModel;
+use crate::rig::model::{Pace, PlantModel};
 use crate::rig::runge_kutta::{Vector, runge_kutta};
 use crate::rig::servo_actuator::ServoActuator;
 use crate::rig::specimen::{self, Specimen};
@@ -159,7 +159,7 @@ impl<S: Num> DetailedPlant<S> {
 impl<S: Num> PlantModel<S> for DetailedPlant<S> {
     type State = DetailedState<S>;
 
-    fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
+    fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, _: Pace) -> Result<Self> {
         Ok(Self {
             servo_actuator: ServoActuator::pack(&rig)?,
             supply: Supply::pack(&rig),
@@ -217,11 +217,10 @@ impl<S: Num> PlantModel<S> for DetailedPlant<S> {
         &self,
         mut state: DetailedState<S>,
         drive: &impl Drive<S>,
-        period: f64,
-        steps: u32,
+        pace: Pace,
     ) -> DetailedState<S> {
-        let step = period / f64::from(steps);
-        for n in 0..steps {
+        let step = pace.step();
+        for n in 0..pace.steps {
             let start = f64::from(n) * step;
             state = runge_kutta(state, start, step, |state, time| self.rate(state, drive, time));
             state.core.spool = Spool::stop(state.core.spool);

@@ -1,12 +1,30 @@
 //! What stands in front of the servovalve between two samples.
 
+use eft_core::Mask;
+
 use crate::config::RigConfig;
 use crate::rig::Num;
 
 /// A source of the valve command between two samples.
-pub(crate) trait Drive<S>: Copy {
+pub(crate) trait Drive<S: Num>: Copy {
+    /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then, before any limit:
+    /// linear in time, force and rate.
+    fn demand(&self, time: S, force: S, force_rate: S) -> S;
+
+    /// How fast (V/s) the demand changes at constant force.
+    fn slope(&self) -> S;
+
+    /// Where the demand hangs on force and rate as it does on a sound rig.
+    fn is_sound(&self) -> S::Mask;
+
+    /// What a demand (V) becomes at the output.
+    fn limit(&self, demand: S) -> S;
+
     /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
-    fn valve_command(&self, time: S, force: S, force_rate: S) -> S;
+    #[inline(always)]
+    fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
+        self.limit(self.demand(time, force, force_rate))
+    }
 }
 
 /// The digital realization: the command is held.
@@ -15,8 +33,20 @@ pub(crate) struct Held<S>(pub(crate) S);
 
 impl<S: Num> Drive<S> for Held<S> {
     #[inline(always)]
-    fn valve_command(&self, _: S, _: S, _: S) -> S {
+    fn demand(&self, _: S, _: S, _: S) -> S {
         self.0
+    }
+    #[inline(always)]
+    fn slope(&self) -> S {
+        S::splat(0.0)
+    }
+    #[inline(always)]
+    fn is_sound(&self) -> S::Mask {
+        S::Mask::splat(true)
+    }
+    #[inline(always)]
+    fn limit(&self, demand: S) -> S {
+        demand
     }
 }
 
@@ -90,24 +120,51 @@ impl<S: Num> ThroughCell<S> {
         self.authority = authority;
         self
     }
+
+    /// The controller behind the cell.
+    pub(crate) fn analog(&self) -> Analog<S> {
+        self.analog
+    }
 }
 
 impl<S: Num> Drive<S> for ThroughCell<S> {
     #[inline(always)]
-    fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
-        let shown = self.gain * force + self.offset;
-        self.authority * self.analog.valve_command(time, shown, self.gain * force_rate)
+    fn demand(&self, time: S, force: S, force_rate: S) -> S {
+        self.analog.demand(time, self.gain * force + self.offset, self.gain * force_rate)
+    }
+    #[inline(always)]
+    fn slope(&self) -> S {
+        self.analog.slope()
+    }
+    #[inline(always)]
+    fn is_sound(&self) -> S::Mask {
+        let one = S::splat(1.0);
+        self.gain.le(one) & self.gain.ge(one)
+    }
+    #[inline(always)]
+    fn limit(&self, demand: S) -> S {
+        self.authority * self.analog.limit(demand)
     }
 }
 
 impl<S: Num> Drive<S> for Analog<S> {
     #[inline(always)]
-    fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
+    fn demand(&self, time: S, force: S, force_rate: S) -> S {
         let error = self.command + self.command_rate * time - force;
         let error_rate = self.command_rate - force_rate;
-        let command =
-            self.proportional * error + self.gain * self.compensation + self.derivative * error_rate;
-        command.limit(-self.amplitude, self.amplitude)
+        self.proportional * error + self.gain * self.compensation + self.derivative * error_rate
+    }
+    #[inline(always)]
+    fn slope(&self) -> S {
+        self.proportional * self.command_rate
+    }
+    #[inline(always)]
+    fn is_sound(&self) -> S::Mask {
+        S::Mask::splat(true)
+    }
+    #[inline(always)]
+    fn limit(&self, demand: S) -> S {
+        demand.limit(-self.amplitude, self.amplitude)
     }
 }
 

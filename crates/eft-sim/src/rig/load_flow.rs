@@ -26,14 +26,16 @@ impl<S: Num> LoadFlow<S> {
         })
     }
 
-    /// Load flow (m³/s) at a spool opening (1) and a load pressure (Pa). Where the load pressure exceeds the
-    /// supply the flow runs backwards: the root keeps the sign of its radicand.
+    /// Load flow (m³/s) at a spool opening (1) and a load pressure (Pa), and its slope over the opening (m³/s per
+    /// unit opening). Where the load pressure exceeds the supply the flow runs backwards: the root keeps the sign of
+    /// its radicand.
     #[inline(always)]
-    pub(crate) fn flow(&self, opening: S, load_pressure: S) -> S {
+    pub(crate) fn flow_and_gain(&self, opening: S, load_pressure: S) -> (S, S) {
         let ratio = (load_pressure * self.per_supply_pressure).times_sign_of(opening);
         let radicand = S::splat(1.0) - ratio;
         let root = radicand.abs().sqrt().times_sign_of(radicand);
-        self.scale * self.curve.flow(opening) * root
+        let (flow, slope) = self.curve.flow_and_slope(opening);
+        (self.scale * flow * root, self.scale * slope * root)
     }
 
     /// Load flow (m³/s) at a supply pressure (Pa) that departs from the one at which the curve was measured, and
@@ -69,7 +71,8 @@ mod tests {
         let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();
         for opening in [-0.8, -0.13, 0.0, 0.05, 0.6] {
             for load in [-2.2e7, -9e6, 0.0, 5e6, 2.5e7] {
-                let (plain, (flow, drawn)) = (valve.flow(opening, load), valve.flow_at(opening, load, 1.9e7));
+                let (plain, (flow, drawn)) =
+                    (valve.flow_and_gain(opening, load).0, valve.flow_at(opening, load, 1.9e7));
                 assert!((flow - plain).abs() <= 1e-14 * plain.abs().max(1e-3));
                 assert_eq!(drawn, if opening < 0.0 { -flow } else { flow });
             }

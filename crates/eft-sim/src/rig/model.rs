@@ -8,13 +8,35 @@ use crate::rig::drive::Drive;
 use crate::rig::{Num, Plant, PlantState};
 use crate::sensors::Signals;
 
+/// How time is cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pace {
+    /// Ticks per second (Hz).
+    pub(crate) sample_rate: f64,
+    /// Integration steps a tick.
+    pub(crate) steps: u32,
+}
+
+impl Pace {
+    /// Length of a tick (s).
+    #[inline(always)]
+    pub(crate) fn period(&self) -> f64 {
+        1.0 / self.sample_rate
+    }
+    /// Length of an integration step (s).
+    #[inline(always)]
+    pub(crate) fn step(&self) -> f64 {
+        self.period() / f64::from(self.steps)
+    }
+}
+
 /// One actuator and its structure, one rig or several side by side.
 pub(crate) trait PlantModel<S: Num>: Sized {
     /// Everything that the plant remembers.
     type State: Copy;
 
     /// The plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
-    fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self>;
+    fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, pace: Pace) -> Result<Self>;
     /// The state at rest.
     fn at_rest(&self) -> Self::State;
     /// Valve, pressure and motion.
@@ -27,20 +49,14 @@ pub(crate) trait PlantModel<S: Num>: Sized {
     fn at_limits(&self, state: &Self::State) -> (<S as Scalar>::Mask, <S as Scalar>::Mask);
     /// The valve command (V) that `drive` gives at the start of its interval.
     fn driven_command(&self, state: &Self::State, drive: &impl Drive<S>) -> S;
-    /// The state a time `period` (s) later, in `steps` steps.
-    fn advance_driven(
-        &self,
-        state: Self::State,
-        drive: &impl Drive<S>,
-        period: f64,
-        steps: u32,
-    ) -> Self::State;
+    /// The state one tick later.
+    fn advance_driven(&self, state: Self::State, drive: &impl Drive<S>, pace: Pace) -> Self::State;
 }
 
 impl<S: Num> PlantModel<S> for Plant<S> {
     type State = PlantState<S>;
 
-    fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
+    fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, _: Pace) -> Result<Self> {
         Self::pack(rig)
     }
     #[inline(always)]
@@ -71,16 +87,10 @@ impl<S: Num> PlantModel<S> for Plant<S> {
     }
     #[inline(always)]
     fn driven_command(&self, state: &PlantState<S>, drive: &impl Drive<S>) -> S {
-        self.driven_command(state, drive)
+        self.driven_command(state, self.flow_and_gain(state).0, drive)
     }
     #[inline(always)]
-    fn advance_driven(
-        &self,
-        state: PlantState<S>,
-        drive: &impl Drive<S>,
-        period: f64,
-        steps: u32,
-    ) -> PlantState<S> {
-        self.advance_driven(state, drive, period, steps)
+    fn advance_driven(&self, state: PlantState<S>, drive: &impl Drive<S>, pace: Pace) -> PlantState<S> {
+        self.advance_driven(state, drive, 0.0, pace.period(), pace.steps)
     }
 }

@@ -13,6 +13,15 @@ use crate::rig::spool::Spool;
 use crate::rig::state::PlantState;
 use crate::rig::structure::Structure;
 
+/// What the plant's equations are not linear in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Terms<S> {
+    /// Load flow (m³/s).
+    pub(crate) flow: S,
+    /// What softening adds to the spring's force (N).
+    pub(crate) softening: S,
+}
+
 /// The whole plant, one rig or several side by side.
 #[derive(Debug, Clone, Copy)]
 pub struct Plant<S: Num> {
@@ -58,20 +67,38 @@ impl<S: Num> Plant<S> {
         (Spool::at_stop(state.spool), self.actuator.beyond_stroke(state.displacement))
     }
 
-    /// The valve command (V) that `drive` gives at the start of its interval.
+    /// The load flow (m³/s) in this state, and its slope over the spool opening (m³/s per unit opening).
     #[inline(always)]
-    pub(crate) fn driven_command(&self, state: &PlantState<S>, drive: &impl Drive<S>) -> S {
-        let flow = self.load_flow.flow(Spool::stop(state.spool), state.load_pressure);
+    pub(crate) fn flow_and_gain(&self, state: &PlantState<S>) -> (S, S) {
+        self.load_flow.flow_and_gain(Spool::stop(state.spool), state.load_pressure)
+    }
+
+    /// What softening adds to the spring's force (N) in this state.
+    #[inline(always)]
+    pub(crate) fn softening_force(&self, state: &PlantState<S>) -> S {
+        self.structure.softening_force(state.displacement)
+    }
+
+    /// The valve command (V) that `drive` gives at the start of its interval, where the load flow is `flow` (m³/s).
+    #[inline(always)]
+    pub(crate) fn driven_command(&self, state: &PlantState<S>, flow: S, drive: &impl Drive<S>) -> S {
+        drive.limit(self.driven_demand(state, flow, drive, S::splat(0.0)))
+    }
+
+    /// What `drive` would give a time (s) after its sample without its limit (V).
+    #[inline(always)]
+    pub(crate) fn driven_demand(&self, state: &PlantState<S>, flow: S, drive: &impl Drive<S>, time: S) -> S {
         let pressure_rate = self.actuator.rate(flow, state.load_pressure, state.velocity);
-        drive.valve_command(S::splat(0.0), self.force(state), self.actuator.force(pressure_rate))
+        drive.demand(time, self.force(state), self.actuator.force(pressure_rate))
     }
 
     /// The state a time `period` (s) later under a held valve command (V), in `steps` steps.
     pub fn advance(&self, state: PlantState<S>, valve_command: S, period: f64, steps: u32) -> PlantState<S> {
-        self.advance_driven(state, &Held(valve_command), period, steps)
+        self.advance_driven(state, &Held(valve_command), 0.0, period, steps)
     }
 
-    /// The state a time `period` (s) later, in `steps` classical Runge–Kutta steps.
+    /// The state a time `period` (s) later, in `steps` classical Runge–Kutta steps, the first of which starts a time
+    /// `from` (s) after the sample.
     ///
     /// The table's kinks, the sign in the load pressure's root and the spool's stops are stepped over: they
     /// bound the order locally, and the default step is chosen with them counted in.
@@ -80,6 +107,7 @@ impl<S: Num> Plant<S> {
         &self,
         mut state: PlantState<S>,
         drive: &impl Drive<S>,
+        from: f64,
         period: f64,
         steps: u32,
     ) -> PlantState<S> {
@@ -87,7 +115,7 @@ impl<S: Num> Plant<S> {
         let (h, half, sixth) = (S::splat(step), S::splat(step / 2.0), S::splat(step / 6.0));
         let two = S::splat(2.0);
         for n in 0..steps {
-            let start = f64::from(n) * step;
+            let start = from + f64::from(n) * step;
             let (t, t_half, t_end) = (S::splat(start), S::splat(start + step / 2.0), S::splat(start + step));
             let k1 = self.rate(&state, drive, t);
             let k2 = self.rate(&state.after(k1, half), drive, t_half);
@@ -103,16 +131,32 @@ impl<S: Num> Plant<S> {
 
     #[inline(always)]
     fn rate(&self, state: &PlantState<S>, drive: &impl Drive<S>, time: S) -> PlantState<S> {
+        let terms = Terms { flow: self.flow_and_gain(state).0, softening: self.softening_force(state) };
+        self.rate_under(state, &terms, |force, rate| drive.valve_command(time, force, rate))
+    }
+
+    /// The state's rate where the terms are given and `command` makes the valve command (V) of force (N) and force
+    /// rate (N/s). Off the spool's stops it is linear in state, terms and command.
+    #[inline(always)]
+    pub(crate) fn rate_under(
+        &self,
+        state: &PlantState<S>,
+        terms: &Terms<S>,
+        command: impl FnOnce(S, S) -> S,
+    ) -> PlantState<S> {
         let force = self.actuator.force(state.load_pressure);
-        let flow = self.load_flow.flow(Spool::stop(state.spool), state.load_pressure);
-        let pressure_rate = self.actuator.rate(flow, state.load_pressure, state.velocity);
-        let valve_command = drive.valve_command(time, force, self.actuator.force(pressure_rate));
+        let pressure_rate = self.actuator.rate(terms.flow, state.load_pressure, state.velocity);
+        let valve_command = command(force, self.actuator.force(pressure_rate));
         PlantState {
             pilot_flow: self.pilot_valve.rate(valve_command, state.spool, state.pilot_flow),
             spool: self.spool.rate(state.pilot_flow, state.spool),
             load_pressure: pressure_rate,
             displacement: state.velocity,
-            velocity: self.structure.acceleration(force, state.displacement, state.velocity),
+            velocity: self.structure.linear_acceleration(
+                force - terms.softening,
+                state.displacement,
+                state.velocity,
+            ),
         }
     }
 }

@@ -17,7 +17,26 @@ pub struct PlantState<S> {
     pub velocity: S,
 }
 
+/// How many numbers they are.
+pub(crate) const STATES: usize = 5;
+
 impl<S: Num> PlantState<S> {
+    pub(crate) fn to_array(self) -> [S; STATES] {
+        [self.pilot_flow, self.spool, self.load_pressure, self.displacement, self.velocity]
+    }
+
+    pub(crate) fn from_array(
+        [pilot_flow, spool, load_pressure, displacement, velocity]: [S; STATES],
+    ) -> Self {
+        Self { pilot_flow, spool, load_pressure, displacement, velocity }
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+        yes.zip(no, |yes, no| S::select(mask, yes, no))
+    }
+
     /// `self + rate·step`.
     #[inline(always)]
     pub(crate) fn after(self, rate: Self, step: S) -> Self {

@@ -8,8 +8,8 @@ use crate::rig::Num;
 pub(crate) struct Structure<S> {
     per_mass: S,
     damping: S,
-    /// Slope beyond the softening displacement; the whole slope of a linear spring.
-    outer_stiffness: S,
+    /// Slope to the softening displacement.
+    stiffness: S,
     /// What the spring loses at the softening displacement.
     lost_stiffness: S,
     softening_displacement: S,
@@ -29,7 +29,7 @@ impl<S: Num> Structure<S> {
         Self {
             per_mass: S::from_lanes(|i| 1.0 / rig(i).structure.mass),
             damping: S::from_lanes(|i| rig(i).structure.damping),
-            outer_stiffness: S::from_lanes(|i| softening(i).1),
+            stiffness: S::from_lanes(|i| rig(i).structure.stiffness),
             lost_stiffness: S::from_lanes(|i| rig(i).structure.stiffness - softening(i).1),
             softening_displacement: S::from_lanes(|i| softening(i).0),
         }
@@ -38,14 +38,21 @@ impl<S: Num> Structure<S> {
     /// Acceleration (m/s²) under a force (N) at a displacement (m) and velocity (m/s).
     #[inline(always)]
     pub(crate) fn acceleration(&self, force: S, displacement: S, velocity: S) -> S {
-        (force - self.damping * velocity - self.restoring_force(displacement)) * self.per_mass
+        self.linear_acceleration(force - self.softening_force(displacement), displacement, velocity)
     }
 
-    /// The spring's force (N) at a displacement (m), continuous at the kink.
+    /// Acceleration (m/s²) under a force (N) of the same structure without softening.
     #[inline(always)]
-    pub(crate) fn restoring_force(&self, displacement: S) -> S {
+    pub(crate) fn linear_acceleration(&self, force: S, displacement: S, velocity: S) -> S {
+        (force - self.damping * velocity - self.stiffness * displacement) * self.per_mass
+    }
+
+    /// What softening adds to the spring's force (N) at a displacement (m): zero up to the softening displacement,
+    /// continuous there.
+    #[inline(always)]
+    pub(crate) fn softening_force(&self, displacement: S) -> S {
         let inner = displacement.limit(-self.softening_displacement, self.softening_displacement);
-        self.outer_stiffness * displacement + self.lost_stiffness * inner
+        self.lost_stiffness * (inner - displacement)
     }
 
     /// Force (N) of the viscous damper at a velocity (m/s).
@@ -58,8 +65,8 @@ impl<S: Num> Structure<S> {
     pub(crate) fn stored(&self, displacement: S, velocity: S) -> S {
         let half = S::splat(0.5);
         let inner = displacement.limit(-self.softening_displacement, self.softening_displacement);
-        half * velocity * velocity / self.per_mass
-            + half * self.outer_stiffness * displacement * displacement
-            + self.lost_stiffness * inner * (displacement - half * inner)
+        let beyond = displacement - inner;
+        half * velocity * velocity / self.per_mass + half * self.stiffness * displacement * displacement
+            - half * self.lost_stiffness * beyond * beyond
     }
 }
