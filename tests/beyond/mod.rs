@@ -1,4 +1,5 @@
 //! What the tests beyond the paper share: the rigs they misjudge, their sensors, their judgement.
+#![allow(clippy::unwrap_used)]
 #![allow(dead_code, unreachable_pub)] // no test uses all of it
 
 use eft::core::status;
