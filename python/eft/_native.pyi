@@ -18,7 +18,11 @@ __all__ = [
     "Record",
     "Rig",
     "__version__",
+    "band_passed",
+    "baseline_corrected",
+    "check_feasibility",
     "delay_budget",
+    "displacement_spectrum",
     "effective_force",
     "fft_ratio",
     "flow_test",
@@ -32,12 +36,15 @@ __all__ = [
     "linearize",
     "metrics",
     "read_record",
+    "resampled",
     "rig_keys",
+    "scaled",
     "simulate",
     "sine_sweep",
     "stability_margin",
     "stability_margins",
     "status_flags",
+    "tapered",
     "valve_test",
 ]
 
@@ -271,6 +278,13 @@ def flow_test(
 def free_vibration(
     rig: Rig, displacement: float, duration: float = 10.0, sample_rate: float = 512.0
 ) -> _Array: ...
+def baseline_corrected(record: Record, degree: int = 1) -> Record: ...
+def band_passed(record: Record, low: float, high: float, order: int = 4) -> Record: ...
+def resampled(record: Record, rate: float) -> Record: ...
+def scaled(record: Record, acceleration: float = 1.0, time: float = 1.0) -> Record: ...
+def tapered(record: Record, start: float, end: float) -> Record: ...
+def displacement_spectrum(record: Record, periods: ArrayLike, damping: float = 0.05) -> _Array: ...
+def check_feasibility(rig: Rig, command: Command) -> dict[str, Any]: ...
 
 @final
 class PlantState:

@@ -11,6 +11,7 @@ mod excitation;
 mod flow_table;
 mod identification;
 mod linear;
+mod planning;
 mod plant;
 mod rig;
 mod run;
@@ -49,5 +50,12 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(identification::valve_test, module)?)?;
     module.add_function(wrap_pyfunction!(identification::flow_test, module)?)?;
     module.add_function(wrap_pyfunction!(identification::free_vibration, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::band_passed, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::baseline_corrected, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::check_feasibility, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::displacement_spectrum, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::resampled, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::scaled, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::tapered, module)?)?;
     Ok(())
 }

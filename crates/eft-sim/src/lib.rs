@@ -7,13 +7,16 @@ mod dispatch;
 mod error;
 pub mod excitation;
 pub mod export;
+pub mod feasibility;
 pub mod identification;
 pub mod linear;
 pub mod metrics;
+pub mod preparation;
 pub mod processor_in_the_loop;
 pub mod records;
 pub mod rig;
 mod sensors;
+pub mod spectra;
 
 pub use closed_loop::{IdealResponse, SimulateOptions, TestRun, ideal_response, simulate};
 pub use config::RigConfig;

@@ -14,6 +14,7 @@ from eft.plots.histories import (
 )
 from eft.plots.loops import hysteresis
 from eft.plots.paper import figure_8, figure_8_ratio, figure_9, figure_10, figure_11, figure_structure
+from eft.plots.planning import flow_curve, inverse_dynamics, response_delay, stability_map
 from eft.plots.spectra import force_ratio, force_spectrum
 
 __all__ = [
@@ -26,10 +27,14 @@ __all__ = [
     "figure_10",
     "figure_11",
     "figure_structure",
+    "flow_curve",
     "force_history",
     "force_ratio",
     "force_spectrum",
     "hysteresis",
+    "inverse_dynamics",
+    "response_delay",
     "spool_history",
+    "stability_map",
     "velocity_history",
 ]

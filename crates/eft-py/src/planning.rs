@@ -1,0 +1,129 @@
+//! Records prepared, spectra, and the check before a test.
+
+use eft_sim::config::Mode;
+use eft_sim::feasibility::{self, Verdict};
+use eft_sim::{preparation, spectra};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::arrays;
+use crate::errors::to_python;
+use crate::excitation::{Command, Record, record};
+use crate::rig::Rig;
+
+/// Return the record less the polynomial of a degree (0 to 5) that fits its acceleration best.
+#[pyfunction]
+#[pyo3(signature = (record, degree=1))]
+pub(crate) fn baseline_corrected(record: &Record, degree: usize) -> PyResult<Record> {
+    self::record(preparation::baseline_corrected(&record.inner, degree))
+}
+
+/// Return the record within `low` to `high` (Hz): a Butterworth filter run both ways, without phase.
+#[pyfunction]
+#[pyo3(signature = (record, low, high, order=4))]
+pub(crate) fn band_passed(
+    py: Python<'_>,
+    record: &Record,
+    low: f64,
+    high: f64,
+    order: i32,
+) -> PyResult<Record> {
+    self::record(py.detach(|| preparation::band_passed(&record.inner, low, high, order)))
+}
+
+/// Return the record at another sample rate (Hz), frequencies beyond half of it taken out first.
+#[pyfunction]
+pub(crate) fn resampled(py: Python<'_>, record: &Record, rate: f64) -> PyResult<Record> {
+    self::record(py.detach(|| preparation::resampled(&record.inner, rate)))
+}
+
+/// Return the record with its acceleration and its time multiplied by factors.
+///
+/// A model at the length scale `S` with unchanged accelerations has the time factor ``sqrt(S)``.
+#[pyfunction]
+#[pyo3(signature = (record, acceleration=1.0, time=1.0))]
+pub(crate) fn scaled(record: &Record, acceleration: f64, time: f64) -> PyResult<Record> {
+    self::record(preparation::scaled(&record.inner, acceleration, time))
+}
+
+/// Return the record faded in over `start` and out over `end` seconds by raised cosines.
+#[pyfunction]
+pub(crate) fn tapered(record: &Record, start: f64, end: f64) -> PyResult<Record> {
+    self::record(preparation::tapered(&record.inner, start, end))
+}
+
+/// Return the largest relative displacement in m of oscillators on the ground motion.
+///
+/// Times ``(2π/period)²`` it is the pseudo-acceleration.
+///
+/// Parameters
+/// ----------
+/// record : Record
+///     The ground motion.
+/// periods : array_like
+///     Natural periods in s, one dimension.
+/// damping : float
+///     Damping ratio.
+#[pyfunction]
+#[pyo3(signature = (record, periods, damping=0.05))]
+pub(crate) fn displacement_spectrum<'py>(
+    py: Python<'py>,
+    record: &Record,
+    periods: &Bound<'py, PyAny>,
+    damping: f64,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let periods = arrays::vector("periods", periods)?;
+    let found = py.detach(|| spectra::displacement_spectrum(&record.inner, &periods, damping));
+    Ok(PyArray1::from_vec(py, found.map_err(to_python)?))
+}
+
+/// Check before a test what a force command asks of a rig, and whether the rig has it.
+///
+/// Returns
+/// -------
+/// dict
+///     ``verdict`` ("go", "caution" or "no"), ``reasons`` (sentences), ``demands`` (one dictionary each: ``name``,
+///     ``unit``, ``required``, ``available``, ``advised``), ``scheme`` (the simplest that suffices), ``margin`` (the
+///     largest stable compensation level) and ``smallest_sample_rate`` (Hz, or `None` where no rate is safe).
+#[pyfunction]
+pub(crate) fn check_feasibility<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    command: &Command,
+) -> PyResult<Bound<'py, PyDict>> {
+    let found =
+        py.detach(|| feasibility::check_feasibility(&rig.config, &command.inner)).map_err(to_python)?;
+    let demands = PyList::empty(py);
+    for demand in &found.demands {
+        let entry = PyDict::new(py);
+        entry.set_item("name", demand.name)?;
+        entry.set_item("unit", demand.unit)?;
+        entry.set_item("required", demand.required)?;
+        entry.set_item("available", demand.available)?;
+        entry.set_item("advised", demand.advised)?;
+        demands.append(entry)?;
+    }
+    let answer = PyDict::new(py);
+    answer.set_item(
+        "verdict",
+        match found.verdict {
+            Verdict::Go => "go",
+            Verdict::Caution => "caution",
+            Verdict::No => "no",
+        },
+    )?;
+    answer.set_item("reasons", found.reasons)?;
+    answer.set_item("demands", demands)?;
+    answer.set_item(
+        "scheme",
+        match found.scheme {
+            Mode::Off => "off",
+            Mode::Linear => "linear",
+            Mode::Nonlinear => "nonlinear",
+        },
+    )?;
+    answer.set_item("margin", found.margin)?;
+    answer.set_item("smallest_sample_rate", found.smallest_sample_rate)?;
+    Ok(answer)
+}

@@ -1,0 +1,264 @@
+//! Before the pumps start: what a test asks of a rig, and whether the rig has it.
+
+use eft_core::FlowTable;
+
+use crate::closed_loop::{SimulateOptions, ideal_response};
+use crate::config::{Mode, RigConfig};
+use crate::error::Result;
+use crate::excitation::Command;
+use crate::linear::{FlowGain, Time, linearize, stability_margin};
+use crate::rig::TABLE_CAPACITY;
+
+/// Beyond this opening the paper advises against a test.
+const ADVISED_OPENING: f64 = 0.6;
+/// Up to this opening and this share of the supply pressure the paper finds the linear scheme viable.
+const LINEAR_OPENING: f64 = 0.1;
+const LINEAR_PRESSURE: f64 = 0.05;
+/// Share of the stall force beyond which the valve passes little flow.
+const ADVISED_FORCE: f64 = 0.67;
+/// A stability margin of the level below this leaves no room for the flow gain's own uncertainty.
+const ADVISED_MARGIN: f64 = 1.02;
+/// Without compensation the force may fall by this much within 0.1 to 10 Hz before it counts.
+const TOLERATED_DROP: f64 = 0.05;
+
+/// One quantity the test asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Demand {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What the test asks for at most.
+    pub required: f64,
+    /// What the rig has.
+    pub available: f64,
+    /// What one should stay below.
+    pub advised: f64,
+}
+
+/// How the answer reads in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// Nothing speaks against it.
+    Go,
+    /// Possible, but beyond what is advised.
+    Caution,
+    /// The rig cannot do it, or the loop is not stable.
+    No,
+}
+
+/// The answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Feasibility {
+    /// In a word.
+    pub verdict: Verdict,
+    /// Why, one sentence each; empty for a plain go.
+    pub reasons: Vec<String>,
+    /// Force, displacement, velocity, flow, opening, power and, where the pump's flow is known, its mean.
+    pub demands: Vec<Demand>,
+    /// The simplest scheme that suffices.
+    pub scheme: Mode,
+    /// The largest stable compensation level at the command's sample rate (1).
+    pub margin: f64,
+    /// The smallest sample rate (Hz) of those tried from which on the loop stays stable with at least half of the
+    /// margin it has at the highest; none if there is none.
+    pub smallest_sample_rate: Option<f64>,
+}
+
+/// Checks a rig against a force command, from the structure's response to exactly that force.
+///
+/// # Errors
+/// An invalid configuration or command, or a loop that no level makes stable.
+pub fn check_feasibility(rig: &RigConfig, command: &Command) -> Result<Feasibility> {
+    let ideal = ideal_response(rig, command, &SimulateOptions::default())?;
+    let (demands, pressure) = demands(rig, command, &ideal.displacement, &ideal.velocity)?;
+    let scheme = scheme(rig, &demands, pressure)?;
+    let at = |rate: f64| stability_margin(rig, FlowGain::Steeper, Time::Sampled(rate));
+    let margin = at(command.sample_rate)?;
+    let smallest_sample_rate = smallest_sample_rate(rig)?;
+    let mut feasibility = Feasibility {
+        verdict: Verdict::Go,
+        reasons: Vec::new(),
+        demands,
+        scheme,
+        margin,
+        smallest_sample_rate,
+    };
+    judge(&mut feasibility, rig, command.sample_rate)?;
+    Ok(feasibility)
+}
+
+fn demands(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Result<(Vec<Demand>, f64)> {
+    let actuator = &rig.actuator;
+    let table = &rig.servovalve.flow_table;
+    let curve = FlowTable::<f64, TABLE_CAPACITY>::new(&table.openings, &table.flows)?;
+    let (least, most) = (curve.flow(-1.0), curve.flow(1.0));
+    let stall = actuator.piston_area * rig.supply.pressure;
+    let scale = rig.servovalve.flow_gain_scale;
+    let (mut force, mut stroke, mut velocity) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let (mut flow, mut opening, mut mean) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (i, now) in command.values.iter().enumerate() {
+        let before = if i == 0 { *now } else { command.values[i - 1] };
+        let rate = (now - before) * command.sample_rate;
+        let pushed = (actuator.compressibility * rate + actuator.leakage * now) / actuator.piston_area;
+        let q = actuator.piston_area * v[i] + pushed;
+        let radicand = 1.0 - q.signum() * now / stall;
+        // Opening beyond 1 stands for what no opening passes.
+        let no_load = q / scale / radicand.max(1e-6).sqrt();
+        let end = if no_load < 0.0 { least } else { most };
+        let needed = if no_load / end > 1.0 { no_load / end } else { curve.opening(no_load).abs() };
+        force = force.max(now.abs());
+        stroke = stroke.max(x[i].abs());
+        velocity = velocity.max(v[i].abs());
+        flow = flow.max(q.abs());
+        opening = opening.max(needed);
+        mean += q.abs() / command.values.len() as f64;
+    }
+    let passed = scale * most.min(-least);
+    let demand = |name, unit, required, available: f64, advised: f64| Demand {
+        name,
+        unit,
+        required,
+        available,
+        advised: advised * available,
+    };
+    let fastest = passed / actuator.piston_area;
+    let mut all = vec![
+        demand("force", "N", force, stall, ADVISED_FORCE),
+        demand("displacement", "m", stroke, actuator.stroke, 0.95),
+        demand("velocity", "m/s", velocity, fastest, 1.0),
+        demand("flow", "m³/s", flow, passed, 1.0),
+        demand("spool opening", "", opening, 1.0, ADVISED_OPENING),
+        demand("hydraulic power", "W", flow * rig.supply.pressure, passed * rig.supply.pressure, 1.0),
+    ];
+    if let Some(pump) = rig.supply.pump_flow {
+        all.push(demand("mean flow of the pump", "m³/s", mean, pump, 1.0));
+    }
+    Ok((all, force / stall))
+}
+
+fn scheme(rig: &RigConfig, demands: &[Demand], pressure: f64) -> Result<Mode> {
+    let mut off = rig.clone();
+    off.compensation.mode = Mode::Off;
+    let model = linearize(&off, FlowGain::Nominal, Time::Continuous)?;
+    let rest = model.response("force", 0.0)?.norm();
+    for i in 0..=200 {
+        let frequency = 0.1 * 100.0_f64.powf(f64::from(i) / 200.0);
+        if model.response("force", frequency)?.norm() < (1.0 - TOLERATED_DROP) * rest {
+            let opening =
+                demands.iter().find(|demand| demand.unit.is_empty()).map_or(1.0, |demand| demand.required);
+            let linear = opening <= LINEAR_OPENING && pressure <= LINEAR_PRESSURE;
+            return Ok(if linear { Mode::Linear } else { Mode::Nonlinear });
+        }
+    }
+    Ok(Mode::Off)
+}
+
+fn smallest_sample_rate(rig: &RigConfig) -> Result<Option<f64>> {
+    let rates: Vec<f64> = (0..=36).map(|i| 200.0 * 2.0_f64.powf(f64::from(i) / 6.0)).collect();
+    let surplus = |rate: f64| -> Result<f64> {
+        let growth = linearize(rig, FlowGain::Steeper, Time::Sampled(rate))?.growth_rate()?;
+        if growth > 0.0 {
+            return Ok(f64::NEG_INFINITY);
+        }
+        Ok(stability_margin(rig, FlowGain::Steeper, Time::Sampled(rate))? - 1.0)
+    };
+    let highest = surplus(rates[rates.len() - 1])?;
+    let mut smallest = None;
+    for rate in rates.into_iter().rev() {
+        let here = surplus(rate)?;
+        // An infinite margin is as good as another one.
+        if here == f64::NEG_INFINITY || here < 0.5 * highest && here.is_finite() {
+            break;
+        }
+        smallest = Some(rate);
+    }
+    Ok(smallest)
+}
+
+fn judge(answer: &mut Feasibility, rig: &RigConfig, sample_rate: f64) -> Result<()> {
+    let mut say = |verdict: Verdict, reason: String| {
+        answer.verdict = answer.verdict.max(verdict);
+        answer.reasons.push(reason);
+    };
+    for demand in &answer.demands {
+        let part = |limit: f64| format!("{:.3e} {} of {limit:.3e}", demand.required, demand.unit);
+        if demand.required > demand.available {
+            say(Verdict::No, format!("{} exceeds what the rig has: {}", demand.name, part(demand.available)));
+        } else if demand.required > demand.advised {
+            say(
+                Verdict::Caution,
+                format!("{} exceeds what is advised: {}", demand.name, part(demand.advised)),
+            );
+        }
+    }
+    let growth = linearize(rig, FlowGain::Steeper, Time::Sampled(sample_rate))?.growth_rate()?;
+    if growth > 0.0 {
+        say(Verdict::No, format!("the loop is unstable at {sample_rate} Hz: it grows at {growth:.3} 1/s"));
+    } else if answer.margin / rig.compensation.level.max(1e-12) < ADVISED_MARGIN {
+        let text = format!(
+            "the largest stable level is {:.4}: the flow gain must be known that well",
+            answer.margin
+        );
+        say(Verdict::Caution, text);
+    }
+    let rank = |mode: Mode| match mode {
+        Mode::Off => 0,
+        Mode::Linear => 1,
+        Mode::Nonlinear => 2,
+    };
+    if rank(rig.compensation.mode) < rank(answer.scheme) {
+        say(
+            Verdict::Caution,
+            format!("{:?} compensation is needed, {:?} is set", answer.scheme, rig.compensation.mode),
+        );
+    }
+    match answer.smallest_sample_rate {
+        None => say(
+            Verdict::Caution,
+            "no sample rate from 200 to 12800 Hz keeps half of the stability margin".into(),
+        ),
+        Some(rate) if rate > sample_rate => {
+            say(
+                Verdict::Caution,
+                format!("the sample rate {sample_rate} Hz is below the smallest safe one, {rate:.0} Hz"),
+            );
+        }
+        Some(_) => (),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::sine_sweep;
+
+    fn sweep(amplitude: f64) -> Command {
+        sine_sweep(amplitude, 0.0, 10.0, 32.0, 4096.0).unwrap()
+    }
+
+    #[test]
+    fn the_paper_s_sweep_is_a_go_with_the_opening_it_reports() {
+        let answer = check_feasibility(&RigConfig::zhao2005(), &sweep(8900.0)).unwrap();
+        let opening = answer.demands.iter().find(|d| d.name == "spool opening").unwrap().required;
+        assert!((opening - 0.55).abs() < 0.06, "{opening}");
+        assert_eq!(answer.scheme, Mode::Nonlinear);
+        assert!((answer.margin - 1.037).abs() < 2e-3);
+        assert_eq!(answer.verdict, Verdict::Go, "{:?}", answer.reasons);
+        assert!(answer.smallest_sample_rate.unwrap() < 4096.0);
+    }
+
+    #[test]
+    fn too_much_is_refused_with_the_reason() {
+        let answer = check_feasibility(&RigConfig::zhao2005(), &sweep(40e3)).unwrap();
+        assert_eq!(answer.verdict, Verdict::No);
+        assert!(answer.reasons.iter().any(|r| r.starts_with("displacement exceeds")), "{:?}", answer.reasons);
+        let mut rig = RigConfig::zhao2005();
+        rig.compensation.level = 1.1;
+        let answer = check_feasibility(&rig, &sweep(100.0)).unwrap();
+        assert_eq!(answer.verdict, Verdict::No);
+        assert!(answer.reasons[0].contains("unstable"), "{:?}", answer.reasons);
+        assert_eq!(answer.scheme, Mode::Linear, "a sweep of 100 N stays in the linear range");
+    }
+}

@@ -1,0 +1,44 @@
+//! Band-pass without phase: a Butterworth filter run forwards and backwards.
+
+use realfft::RealFftPlanner;
+
+use crate::error::{Error, Result};
+use crate::records::Record;
+
+/// The record within `low` to `high` (Hz): a Butterworth filter of an order, applied both ways, so that the phase
+/// stays and the gain is 1/2 at the corners.
+///
+/// # Errors
+/// An invalid record, corners that are not ordered within 0 and half its rate, an order outside 1 to 10.
+pub fn band_passed(record: &Record, low: f64, high: f64, order: i32) -> Result<Record> {
+    record.validate()?;
+    let nyquist = 0.5 / record.dt;
+    if !(low > 0.0 && low < high && high < nyquist) {
+        let allowed = format!("must be two frequencies between 0 and {nyquist} Hz, the lower first");
+        return Err(Error::value("band", format!("({low}, {high})"), allowed));
+    }
+    if !(1..=10).contains(&order) {
+        return Err(Error::value("order", order, "must be from 1 to 10"));
+    }
+    // Zeros behind the record take up what the filter smears, so that nothing wraps around to the start.
+    let count = record.acceleration.len();
+    let length = (count + (20.0 / (low * record.dt)).min(1e7) as usize + count).next_power_of_two();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let mut signal = record.acceleration.clone();
+    signal.resize(length, 0.0);
+    let mut spectrum = forward.make_output_vec();
+    let failed =
+        |error: realfft::FftError| Error::value("record", format!("{count} points"), error.to_string());
+    forward.process(&mut signal, &mut spectrum).map_err(failed)?;
+    let width = 1.0 / (length as f64 * record.dt);
+    for (k, bin) in spectrum.iter_mut().enumerate() {
+        let frequency = k as f64 * width;
+        let below = if k == 0 { 0.0 } else { 1.0 / (1.0 + (low / frequency).powi(2 * order)) };
+        let above = 1.0 / (1.0 + (frequency / high).powi(2 * order));
+        *bin *= below * above / length as f64;
+    }
+    backward.process(&mut spectrum, &mut signal).map_err(failed)?;
+    signal.truncate(count);
+    Record::new(record.name.clone(), signal, record.dt)
+}

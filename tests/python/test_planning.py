@@ -1,0 +1,92 @@
+"""Prepared records, spectra and the feasibility check, against SciPy and the paper."""
+
+import numpy as np
+import pytest
+from scipy import integrate, signal
+
+import eft
+
+RIG = eft.Rig.zhao2005()
+RNG = np.random.default_rng(5)
+RECORD = eft.Record(signal.lfilter([0.2], [1, -0.8], RNG.standard_normal(3000)), 0.01, "noise")
+
+
+def test_spectrum_is_that_of_an_integrated_oscillator():
+    periods, damping = np.array([0.2, 0.8, 2.0]), 0.05
+    found = eft.displacement_spectrum(RECORD, periods, damping)
+    for period, peak in zip(periods, found, strict=True):
+        omega = 2 * np.pi / period
+
+        def rate(t, y, omega=omega):
+            ground = np.interp(t, RECORD.time, RECORD.acceleration)
+            return [y[1], -ground - 2 * damping * omega * y[1] - omega**2 * y[0]]
+
+        grid = np.linspace(0, RECORD.time[-1], 20 * len(RECORD))
+        answer = integrate.solve_ivp(
+            rate, (0, grid[-1]), [0, 0], t_eval=grid, max_step=0.01, rtol=1e-6, atol=1e-10
+        )
+        assert peak == pytest.approx(abs(answer.y[0]).max(), rel=5e-3)
+
+
+def test_band_pass_is_that_of_scipy_run_both_ways():
+    found = eft.band_passed(RECORD, 0.5, 15.0, order=4).acceleration
+    high = signal.butter(4, 0.5, "high", fs=100.0, output="sos")
+    low = signal.butter(4, 15.0, "low", fs=100.0, output="sos")
+    expected = signal.sosfiltfilt(low, signal.sosfiltfilt(high, RECORD.acceleration))
+    inside = slice(600, -600)
+    # SciPy's filter is warped by the bilinear transform; the corner at 15 Hz of 50 feels it a little.
+    error = np.linalg.norm((found - expected)[inside]) / np.linalg.norm(expected[inside])
+    assert error < 0.05
+
+
+def test_resampling_is_the_fourier_interpolation():
+    smooth = eft.band_passed(RECORD, 0.5, 15.0)
+    found = eft.resampled(smooth, 250.0)
+    assert found.dt == 1 / 250
+    expected = signal.resample(smooth.acceleration, int(len(smooth) * 2.5))
+    inside = slice(500, 6500)
+    np.testing.assert_allclose(found.acceleration[inside], expected[inside], atol=5e-3 * smooth.pga)
+
+
+def test_baseline_scale_and_taper():
+    drifting = eft.Record(RECORD.acceleration + 0.2 - 1e-4 * np.arange(len(RECORD)), RECORD.dt)
+    np.testing.assert_allclose(
+        eft.baseline_corrected(drifting).acceleration, signal.detrend(drifting.acceleration), atol=1e-9
+    )
+    half = eft.scaled(RECORD, acceleration=2.0, time=np.sqrt(0.25))
+    assert half.dt == pytest.approx(0.005)
+    np.testing.assert_array_equal(half.acceleration, 2 * RECORD.acceleration)
+    faded = eft.tapered(RECORD, 1.0, 2.0)
+    assert faded.acceleration[0] == faded.acceleration[-1] == 0
+    np.testing.assert_array_equal(faded.acceleration[100:-201], RECORD.acceleration[100:-201])
+
+
+def test_feasibility_of_the_paper_s_sweeps():
+    sweep = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0)
+    answer = eft.check_feasibility(RIG, sweep)
+    assert answer["verdict"] == "go"
+    demands = {demand["name"]: demand for demand in answer["demands"]}
+    run = eft.simulate(RIG, sweep)
+    assert demands["spool opening"]["required"] == pytest.approx(abs(run.spool).max(), rel=0.1)
+    assert demands["displacement"]["required"] == pytest.approx(abs(run.displacement).max(), rel=0.1)
+    assert demands["force"]["required"] == pytest.approx(8900.0, rel=1e-3)
+    assert answer["scheme"] == "nonlinear"
+    assert answer["smallest_sample_rate"] < 4096
+    refused = eft.check_feasibility(RIG, eft.sine_sweep(40e3, 0.0, 10.0, 32.0, 4096.0))
+    assert refused["verdict"] == "no"
+    assert any("displacement exceeds what the rig has" in reason for reason in refused["reasons"])
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: eft.band_passed(RECORD, 5.0, 1.0), "band = "),
+        (lambda: eft.resampled(RECORD, 0.0), "rate = 0"),
+        (lambda: eft.tapered(RECORD, 100.0, 0.0), "start = 100"),
+        (lambda: eft.scaled(RECORD, time=-1.0), "time = -1"),
+        (lambda: eft.displacement_spectrum(RECORD, [0.0]), "period = 0"),
+    ],
+)
+def test_bad_arguments_are_named(call, says):
+    with pytest.raises(ValueError, match=says):
+        call()
