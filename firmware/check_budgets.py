@@ -2,7 +2,8 @@
 """Measures every function of budgets.toml on the target and holds it against its budget.
 
 usage: check_budgets.py IMAGE MEASUREMENTS [LOOP_TABLE]
-IMAGE is the measuring image (for sizes), MEASUREMENTS what it printed, LOOP_TABLE where to write the docs table.
+IMAGE is the measuring image (for sizes), MEASUREMENTS what it printed, LOOP_TABLE where to write the
+docs table.
 """
 
 import subprocess
@@ -11,8 +12,8 @@ import tomllib
 from pathlib import Path
 
 HERE = Path(__file__).parent
-# Bound on cycles per instruction used in the table: no instruction of the tick but divide and root (14 each on a
-# Cortex-M4F) takes more than 3, most take 1; flash wait states behind a prefetch are within it.
+# Bound on cycles per instruction used in the table: no instruction of the tick but divide and root (14 each
+# on a Cortex-M4F) takes more than 3, most take 1; flash wait states behind a prefetch are within it.
 CYCLES_PER_INSTRUCTION = 2.5
 
 
@@ -32,10 +33,10 @@ def loop_table(rows: dict[str, tuple[int, int, int]]) -> str:
         "<!-- Written by firmware/check_budgets.py; do not edit. -->",
         "# Loop budget",
         "",
-        f"One `eft_step_f32` takes at most {instructions} instructions on a Cortex-M4F, counted under QEMU over all "
-        "inputs tried. They are instructions, not cycles of silicon; the table assumes "
-        f"{CYCLES_PER_INSTRUCTION} cycles per instruction ({cycles:.0f} cycles), and gives the share of the sample "
-        "period that the tick takes.",
+        f"One `eft_step_f32` takes at most {instructions} instructions on a Cortex-M4F, counted under QEMU "
+        "over all inputs tried. They are instructions, not cycles of silicon; the table assumes "
+        f"{CYCLES_PER_INSTRUCTION} cycles per instruction ({cycles:.0f} cycles), and gives the share of the "
+        "sample period that the tick takes.",
         "",
         "| sample rate, Hz | " + " | ".join(f"{c} MHz" for c in clocks) + " |",
         "| --- |" + " --- |" * len(clocks),
@@ -49,6 +50,7 @@ def loop_table(rows: dict[str, tuple[int, int, int]]) -> str:
 
 
 def main(image: str, measurements: str, table: str | None = None) -> int:
+    """Print budgets against measurements; 1 if any is exceeded."""
     budgets = tomllib.loads((HERE / "budgets.toml").read_text())
     pinned = budgets.pop("toolchain")
     size = sizes(image)

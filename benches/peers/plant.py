@@ -1,14 +1,42 @@
-"""The paper's rig as plain numbers, for the peers: independent of the package, so that agreement means something."""
+"""The paper's rig as plain numbers, for the peers.
+
+Independent of the package, so that agreement means something.
+"""
 
 import ctypes
 
 import numpy as np
 
 KNOTS = 21
-FIELDS = "A Av c Cl CF Gp Gd k K3 Ka Kv_per Ks Kvp m Ps Td xvmax alpha tau kink k2 level mode".split()
+FIELDS = [
+    "A",
+    "Av",
+    "c",
+    "Cl",
+    "CF",
+    "Gp",
+    "Gd",
+    "k",
+    "K3",
+    "Ka",
+    "Kv_per",
+    "Ks",
+    "Kvp",
+    "m",
+    "Ps",
+    "Td",
+    "xvmax",
+    "alpha",
+    "tau",
+    "kink",
+    "k2",
+    "level",
+    "mode",
+]
 VALUES = {
     "A": 8.212e-3, "Av": 1.964e-4, "c": 4330.0, "Cl": 1.3e-11, "CF": 5.6e-5, "Gp": 0.8059, "Gd": 2.0e-4,
-    "k": 693.8e3, "K3": 3579.13, "Ka": 7.56e-13, "Kv_per": 1 / 1.64e-2, "Ks": 0.1, "Kvp": 1.06e-5, "m": 7040.0,
+    "k": 693.8e3, "K3": 3579.13, "Ka": 7.56e-13, "Kv_per": 1 / 1.64e-2, "Ks": 0.1,
+    "Kvp": 1.06e-5, "m": 7040.0,
     "Ps": 1.9e7, "Td": 5.0e-3, "xvmax": 2.79e-3, "alpha": 0.1, "tau": 1.4e-3, "kink": 25e-3, "k2": 350e3,
     "level": 1.0, "mode": 2.0,
 }  # fmt: skip

@@ -2,9 +2,10 @@
 
 import math
 
-import eft
 import numpy as np
 import pytest
+
+import eft
 
 RATE = 4096.0
 RIG = eft.Rig.zhao2005().replace({"controller.realization": "digital", "structure.kind": "linear"})
