@@ -1,4 +1,4 @@
-/* The controller of zhao2005 at 4096 Hz, written by `eft export`. */
+/* The controller of zhao2005 at 4096 Hz, exported by eft. */
 #include <float.h>
 #include "eft.h"
 

@@ -87,7 +87,7 @@ fn main() -> ! {
     }
 }
 
-/// The same controller with one more bit in its lead network.
+/// The same controller with another force sensitivity: the run must not equal the host's.
 #[cfg(feature = "flipped")]
 fn flipped(controller: &Controller<f32, POINTS>) -> Controller<f32, POINTS> {
     let mut other = *controller;

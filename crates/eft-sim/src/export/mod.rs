@@ -83,7 +83,7 @@ fn rust(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameter
         SignFrom::Spool => "Spool",
         SignFrom::Demand => "Demand",
     };
-    writeln!(out, "//! The controller of `{name}` at {} Hz, written by `eft export`.", c.sample_rate)?;
+    writeln!(out, "//! The controller of `{name}` at {} Hz, exported by eft.", c.sample_rate)?;
     writeln!(
         out,
         "use eft_core::{{\n    Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode,\n    ServovalveController, SignFrom,\n}};\n"
@@ -144,7 +144,7 @@ fn c(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameters) 
     let comment = name.replace("*/", "* /");
     writeln!(
         out,
-        "/* The controller of {comment} at {} Hz, written by `eft export`. */",
+        "/* The controller of {comment} at {} Hz, exported by eft. */",
         rig.controller.sample_rate
     )?;
     writeln!(out, "#include <float.h>\n#include \"eft.h\"\n")?;

@@ -74,9 +74,9 @@ mod tests {
     fn a_step_of_acceleration_gives_the_overshoot_of_the_textbook() {
         // Under constant acceleration the peak is (1 + e^(−πζ/√(1−ζ²)))·a/ω².
         let record = Record::new("step", vec![1.0; 2000], 0.01).unwrap();
-        for zeta in [0.0, 0.05, 0.2] {
+        for zeta in [0.0_f64, 0.05, 0.2] {
             let omega = TAU / 0.8;
-            let overshoot = (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta as f64).sqrt()).exp();
+            let overshoot = (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
             let found = displacement_spectrum(&record, &[0.8], zeta).unwrap()[0];
             // The undamped oscillator swings on after the ground stops, at most twice as far.
             let expected = (1.0 + overshoot) / (omega * omega);
