@@ -1,7 +1,7 @@
 //! `eft.Compensator` and `eft.Controller`: the core's own steps.
 
 use eft_core::{Compensation, CompensationState, ControllerState, Feedforward, FeedforwardState};
-use eft_sim::closed_loop::{Precision, RigController};
+use eft_sim::closed_loop::{Precision, RigController, only_plain};
 use eft_sim::rig::TABLE_CAPACITY;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -225,6 +225,7 @@ impl Compensator {
     #[new]
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
     fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>) -> PyResult<Self> {
+        only_plain(&rig.config).map_err(to_python)?;
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
         let channel = match Dtype::parse(dtype)? {
             Dtype::F32 => Channel::compensating::<f32>(rig, rate)?,
@@ -325,6 +326,7 @@ impl Controller {
     #[new]
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
     fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>) -> PyResult<Self> {
+        only_plain(&rig.config).map_err(to_python)?;
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
         let channel = match Dtype::parse(dtype)? {
             Dtype::F32 => Channel::controlling::<f32>(rig, rate)?,

@@ -8,7 +8,7 @@ use eft_core::{
 };
 
 use crate::config::{self, RigConfig};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::rig::TABLE_CAPACITY;
 
 /// The controller of a simulated rig; its tables have the simulator's capacity.
@@ -66,6 +66,24 @@ pub fn compensation_parameters(rig: &RigConfig, sample_rate: f64) -> Compensatio
         velocity_range: rig.limits.velocity_range.unwrap_or(unlimited),
         force_range: rig.limits.force_range.unwrap_or(unlimited),
         spool_range: rig.limits.spool_range.unwrap_or(unlimited),
+    }
+}
+
+/// Refuses a rig whose controller is more than compensation, feedforward and Eq. (1), for callers that run or
+/// export only those: what a rig asks for is never left out in silence.
+///
+/// # Errors
+/// The first key that asks for more, by name.
+pub fn only_plain(rig: &RigConfig) -> Result<()> {
+    let asked = [
+        ("compensation.adaptive", rig.compensation.adaptive),
+        ("compensation.guard", rig.compensation.guard),
+        ("compensation.supply_correction", rig.compensation.supply_correction),
+        ("protection.enabled", rig.protection.enabled),
+    ];
+    match asked.into_iter().find(|(_, on)| *on) {
+        None => Ok(()),
+        Some((key, _)) => Err(Error::value(key, true, "must be false here; only `simulate` runs it so far")),
     }
 }
 

@@ -14,7 +14,7 @@ mod test_run;
 
 pub use building::{ideal_building_response, simulate_building, story_forces};
 pub use controller::{
-    Precision, RigAdaptiveController, RigController, adaptive_parameters, compensation_parameters,
+    Precision, RigAdaptiveController, RigController, adaptive_parameters, compensation_parameters, only_plain,
 };
 pub use ideal::{IdealResponse, ideal_response};
 pub use simulate::{CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate};

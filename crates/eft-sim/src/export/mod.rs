@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use eft_core::{CompensationParameters, Mode, SignFrom};
 
-use crate::closed_loop::{Precision, compensation_parameters};
+use crate::closed_loop::{Precision, compensation_parameters, only_plain};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 
@@ -40,6 +40,7 @@ pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
     rig.validate()?;
     let rate = rig.controller.sample_rate;
     <f32 as Precision>::controller(rig, rate)?;
+    only_plain(rig)?;
     if rig.compensation.feedforward {
         return Err(Error::value("compensation.feedforward", true, "must be false to be exported"));
     }
@@ -215,6 +216,10 @@ mod tests {
         rig.compensation.feedforward = true;
         let refusal = export(&rig, "rig", Target::C).unwrap_err().to_string();
         assert_eq!(refusal, "compensation.feedforward = true: must be false to be exported");
+        rig = RigConfig::zhao2005();
+        rig.compensation.adaptive = true;
+        let refusal = export(&rig, "rig", Target::Rust).unwrap_err().to_string();
+        assert!(refusal.starts_with("compensation.adaptive = true: must be false"), "{refusal}");
         rig = RigConfig::zhao2005();
         rig.compensation.level = -1.0;
         assert!(export(&rig, "rig", Target::Rust).is_err());
