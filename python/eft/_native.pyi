@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "BatchResult",
     "Command",
     "Compensator",
     "Controller",
@@ -40,6 +41,7 @@ __all__ = [
     "rig_keys",
     "scaled",
     "simulate",
+    "simulate_batch",
     "sine_sweep",
     "stability_margin",
     "stability_margins",
@@ -53,6 +55,7 @@ __version__: str
 _Array: TypeAlias = NDArray[np.float64]
 _ComplexArray: TypeAlias = NDArray[np.complex128]
 _Dtype: TypeAlias = Literal["f32", "f64"]
+_Method: TypeAlias = Literal["exponential", "runge-kutta"]
 _FlowGain: TypeAlias = Literal["nominal", "steeper", "shallower", "mean"]
 
 class _Key(TypedDict):
@@ -198,7 +201,35 @@ def simulate(
     command: Command,
     dtype: _Dtype,
     progress: Callable[[int, int], object] | None = None,
+    *,
+    method: _Method = "exponential",
+    largest_step: float | None = None,
 ) -> dict[str, NDArray[Any]]: ...
+
+@final
+class BatchResult:
+    @property
+    def metrics(self) -> dict[str, float]: ...
+    @property
+    def status(self) -> int: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def finished(self) -> bool: ...
+    @property
+    def traces(self) -> dict[str, NDArray[Any]] | None: ...
+
+def simulate_batch(
+    rigs: Sequence[Rig],
+    commands: Command | Sequence[Command],
+    *,
+    dtype: _Dtype = "f64",
+    method: _Method = "exponential",
+    largest_step: float | None = None,
+    threads: int | None = None,
+    traces: bool = False,
+    fft: bool = True,
+) -> list[BatchResult | str]: ...
 def metrics(command: ArrayLike, force: ArrayLike, sample_rate: float) -> dict[str, float]: ...
 def fft_ratio(
     command: ArrayLike, force: ArrayLike, sample_rate: float, f_low: float, f_high: float

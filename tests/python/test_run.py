@@ -282,3 +282,20 @@ def test_the_ideal_response_is_that_of_the_structure_alone():
     np.testing.assert_allclose(velocity[-100:], slope, rtol=1e-6)
     lag = 5e4 / 693.8e3
     np.testing.assert_allclose(displacement[-100:], slope * (time[-100:] - lag), rtol=1e-6)
+
+
+def test_the_converged_run_is_one_switch_away():
+    rig, command = RIG, eft.sine_sweep(8900.0, 0.0, 10.0, 4.0, 4096.0)
+    converged = eft.simulate(rig, command, converged=True).force
+    peak = np.abs(converged).max()
+
+    def error(**choice):
+        return float(np.abs(eft.simulate(rig, command, **choice).force - converged).max() / peak)
+
+    assert 0.0 < error() < 1e-4
+    assert error(largest_step=1 / 8192) < error() / 3
+    assert 0.0 < error(method="runge-kutta") < error()
+    with pytest.raises(ValueError, match=r"^method = 'runge-kutta': must be left out"):
+        eft.simulate(rig, command, method="runge-kutta", converged=True)
+    with pytest.raises(ValueError, match=r"^largest_step = 0"):
+        eft.simulate(rig, command, largest_step=0.0)

@@ -5,6 +5,7 @@
 use pyo3::prelude::*;
 
 mod arrays;
+mod batch;
 mod controller;
 mod errors;
 mod excitation;
@@ -27,6 +28,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<controller::Compensator>()?;
     module.add_class::<controller::Controller>()?;
     module.add_class::<linear::LinearModel>()?;
+    module.add_class::<batch::BatchResult>()?;
     module.add_class::<plant::Plant>()?;
     module.add_class::<plant::PlantState>()?;
     module.add_function(wrap_pyfunction!(rig::rig_keys, module)?)?;
@@ -34,6 +36,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(excitation::effective_force, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::read_record, module)?)?;
     module.add_function(wrap_pyfunction!(run::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::simulate_batch, module)?)?;
     module.add_function(wrap_pyfunction!(run::metrics, module)?)?;
     module.add_function(wrap_pyfunction!(run::fft_ratio, module)?)?;
     module.add_function(wrap_pyfunction!(run::ideal_response, module)?)?;

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use eft_core::status;
+use eft_sim::closed_loop::{DEFAULT_STEP, Method};
 use eft_sim::metrics::{self as judge, Metrics};
 use eft_sim::{SimulateOptions, TestRun};
 use numpy::{Element, PyArray1};
@@ -35,17 +36,32 @@ impl Dtype {
     }
 }
 
+/// The integration by its method's name and largest step in s; the default step where there is none.
+pub(crate) fn options(method: &str, largest_step: Option<f64>) -> PyResult<SimulateOptions> {
+    let method = match method {
+        "exponential" => Method::Exponential,
+        "runge-kutta" => Method::RungeKutta,
+        _ => {
+            let allowed = "must be \"exponential\" or \"runge-kutta\"";
+            return Err(refuse("method", format!("{method:?}"), allowed));
+        }
+    };
+    Ok(SimulateOptions { method, largest_step: largest_step.unwrap_or(DEFAULT_STEP) })
+}
+
 /// Run `command` on `rig`; the traces by name, each an array with one value per sample.
 ///
 /// `progress`, if given, is called now and then with the samples done and their total.
 #[pyfunction]
-#[pyo3(signature = (rig, command, dtype, progress=None))]
+#[pyo3(signature = (rig, command, dtype, progress=None, *, method="exponential", largest_step=None))]
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     rig: &Rig,
     command: &Command,
     dtype: &str,
     progress: Option<Py<PyAny>>,
+    method: &str,
+    largest_step: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let dtype = Dtype::parse(dtype)?;
     let mut stopped = None;
@@ -68,7 +84,7 @@ pub(crate) fn simulate<'py>(
             }
         }
     };
-    let options = SimulateOptions::default();
+    let options = options(method, largest_step)?;
     let run = py.detach(|| match dtype {
         Dtype::F32 => eft_sim::simulate::<f32>(&rig.config, &command.inner, &options, go_on),
         Dtype::F64 => eft_sim::simulate::<f64>(&rig.config, &command.inner, &options, go_on),
@@ -80,7 +96,7 @@ pub(crate) fn simulate<'py>(
     }
 }
 
-fn traces(py: Python<'_>, run: TestRun) -> PyResult<Bound<'_, PyDict>> {
+pub(crate) fn traces(py: Python<'_>, run: TestRun) -> PyResult<Bound<'_, PyDict>> {
     fn put<T: Element>(traces: &Bound<'_, PyDict>, name: &str, values: Vec<T>) -> PyResult<()> {
         traces.set_item(name, PyArray1::from_vec(traces.py(), values))
     }

@@ -1,5 +1,6 @@
 //! The virtual rig of effective force testing.
 
+pub mod batch;
 mod checks;
 pub mod closed_loop;
 pub mod config;

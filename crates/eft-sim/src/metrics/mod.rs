@@ -1,4 +1,4 @@
-//! How well a measured force followed its command ; every function takes two equal slices.
+//! How well a measured force followed its command; every function takes two equal slices.
 //!
 //! Input that has no answer (empty, unequal, not finite, a command that is zero throughout) is an error;
 //! nothing here returns a NaN.
@@ -18,5 +18,5 @@ pub use delay::{delay, nrmse_delay_removed};
 pub use error_norms::{nrmse, nrmse_bias_free, peak_error};
 pub use fei::{Fei, fei};
 pub use fft_ratio::{FftRatio, fft_ratio};
-pub use summary::Metrics;
+pub use summary::{Metrics, TimeMetrics};
 pub use tracking::tracking_indicator;

@@ -31,31 +31,88 @@ pub struct Metrics {
     pub tracking_indicator: f64,
 }
 
+/// The single numbers that need no Fourier transform; each is the one of the same name in [`Metrics`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeMetrics {
+    /// Root-mean-square error over the command's root mean square, dimensionless.
+    pub nrmse: f64,
+    /// Standard deviation of the error over that of the command, dimensionless; none of a constant command.
+    pub nrmse_bias_free: Option<f64>,
+    /// Largest error over the largest command, dimensionless.
+    pub peak_error: f64,
+    /// Mercan's tracking indicator at the end of the test, in N².
+    pub tracking_indicator: f64,
+}
+
+impl TimeMetrics {
+    /// Of a test that cannot be judged.
+    pub(crate) const UNANSWERED: Self =
+        Self { nrmse: f64::NAN, nrmse_bias_free: None, peak_error: f64::NAN, tracking_indicator: f64::NAN };
+
+    /// Judges a measured force (N) against its command (N).
+    ///
+    /// # Errors
+    /// When the signals are empty, unequal in length or not finite, or the command is zero throughout.
+    pub fn new(command: &[f64], measured: &[f64]) -> Result<Self> {
+        check(command, measured)?;
+        let varies = command.iter().any(|c| *c != command[0]);
+        let without_bias = || error_norms::nrmse_bias_free_of(command, measured);
+        Ok(Self {
+            nrmse: error_norms::nrmse_of(command, measured)?,
+            nrmse_bias_free: varies.then(without_bias).transpose()?,
+            peak_error: error_norms::peak_error_of(command, measured)?,
+            tracking_indicator: tracking::final_tracking_indicator(command, measured)?,
+        })
+    }
+
+    /// Name, value and unit of every metric, the same names for every test; the unit of a ratio is empty.
+    pub fn all(&self) -> [(&'static str, Option<f64>, &'static str); 4] {
+        [
+            ("nrmse", Some(self.nrmse), ""),
+            ("nrmse_bias_free", self.nrmse_bias_free, ""),
+            ("peak_error", Some(self.peak_error), ""),
+            ("tracking_indicator", Some(self.tracking_indicator), "N²"),
+        ]
+    }
+}
+
 impl Metrics {
+    /// Of a test that cannot be judged.
+    pub(crate) const UNANSWERED: Self = Self {
+        nrmse: f64::NAN,
+        nrmse_delay_removed: None,
+        nrmse_bias_free: None,
+        peak_error: f64::NAN,
+        delay: None,
+        fei_amplitude: None,
+        fei_delay: None,
+        fei_frequency: None,
+        tracking_indicator: f64::NAN,
+    };
+
     /// Judges a measured force (N) against its command (N), both sampled at `sample_rate` (Hz).
     ///
     /// # Errors
     /// When the signals are empty, unequal in length or not finite, the command is zero throughout, or the
     /// sample rate is not positive and finite.
     pub fn new(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<Self> {
-        check(command, measured)?;
+        let TimeMetrics { nrmse, nrmse_bias_free, peak_error, tracking_indicator } =
+            TimeMetrics::new(command, measured)?;
         checks::positive("sample_rate", sample_rate, "Hz")?;
-        let varies = command.iter().any(|c| *c != command[0]);
         let lag = delay::lag_if_any(command, measured)?;
-        let fei = varies.then(|| fei::fei_of(command, measured, sample_rate)).transpose()?;
+        let fei = nrmse_bias_free.map(|_| fei::fei_of(command, measured, sample_rate)).transpose()?;
         let fei_delay = fei.filter(|fei| fei.amplitude > 0.0).map(|fei| fei.delay);
-        let without_bias = || error_norms::nrmse_bias_free_of(command, measured);
         let without_lag = |lag| delay::nrmse_at_lag(command, measured, lag);
         Ok(Self {
-            nrmse: error_norms::nrmse_of(command, measured)?,
+            nrmse,
             nrmse_delay_removed: lag.map(without_lag).transpose()?,
-            nrmse_bias_free: varies.then(without_bias).transpose()?,
-            peak_error: error_norms::peak_error_of(command, measured)?,
+            nrmse_bias_free,
+            peak_error,
             delay: lag.map(|lag| in_range("delay", lag / sample_rate)).transpose()?,
             fei_amplitude: fei.map(|fei| fei.amplitude),
             fei_delay,
             fei_frequency: fei.map(|fei| fei.frequency),
-            tracking_indicator: tracking::final_tracking_indicator(command, measured)?,
+            tracking_indicator,
         })
     }
 

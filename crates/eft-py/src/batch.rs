@@ -1,0 +1,127 @@
+//! Many tests in one call.
+
+use eft_sim::RigConfig;
+use eft_sim::batch::{self, BatchOptions, Outcome, Test};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::errors::{refuse, to_python};
+use crate::excitation::Command;
+use crate::rig::Rig;
+use crate::run::{Dtype, options, traces};
+
+/// How one test of a batch went.
+#[pyclass(frozen, module = "eft._native")]
+pub(crate) struct BatchResult {
+    metrics: Py<PyDict>,
+    traces: Option<Py<PyDict>>,
+    status: u32,
+    samples: usize,
+    finished: bool,
+}
+
+#[pymethods]
+impl BatchResult {
+    /// The metrics by name, as `TestRun.metrics` gives them; without those that need a Fourier transform if `fft` was
+    /// false. All are NaN where the force of a test that diverged is too large to be judged.
+    #[getter]
+    fn metrics<'py>(&self, py: Python<'py>) -> Bound<'py, PyDict> {
+        self.metrics.bind(py).clone()
+    }
+    /// Every status bit that was raised at any time.
+    #[getter]
+    fn status(&self) -> u32 {
+        self.status
+    }
+    /// Samples that were run: the command's, or fewer where the test diverged.
+    #[getter]
+    fn samples(&self) -> usize {
+        self.samples
+    }
+    /// Whether the test ran to its end with finite values.
+    #[getter]
+    fn finished(&self) -> bool {
+        self.finished
+    }
+    /// The traces by name, as `simulate` gives them; `None` where they were not asked for.
+    #[getter]
+    fn traces<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyDict>> {
+        self.traces.as_ref().map(|traces| traces.bind(py).clone())
+    }
+}
+
+impl BatchResult {
+    fn new(py: Python<'_>, outcome: Outcome) -> PyResult<Self> {
+        let metrics = PyDict::new(py);
+        for (name, value) in &outcome.metrics {
+            metrics.set_item(name, value)?;
+        }
+        Ok(Self {
+            metrics: metrics.unbind(),
+            status: outcome.status,
+            samples: outcome.samples,
+            finished: outcome.finished(),
+            traces: outcome.run.map(|run| traces(py, run).map(Bound::unbind)).transpose()?,
+        })
+    }
+}
+
+/// Run many tests, one a rig, on `threads` threads (all cores if `None`).
+///
+/// `commands` is one command for all rigs or a sequence of as many. One entry a rig, in order: a `BatchResult`, or the
+/// reason why that test failed. The numbers do not depend on the tests beside it nor on the threads.
+#[pyfunction]
+#[pyo3(signature = (rigs, commands, *, dtype="f64", method="exponential", largest_step=None, threads=None,
+                    traces=false, fft=true))]
+#[allow(clippy::too_many_arguments, reason = "keywords")]
+pub(crate) fn simulate_batch<'py>(
+    py: Python<'py>,
+    rigs: Vec<Py<Rig>>,
+    commands: &Bound<'py, PyAny>,
+    dtype: &str,
+    method: &str,
+    largest_step: Option<f64>,
+    threads: Option<usize>,
+    traces: bool,
+    fft: bool,
+) -> PyResult<Bound<'py, PyList>> {
+    let dtype = Dtype::parse(dtype)?;
+    let options = BatchOptions { simulate: options(method, largest_step)?, threads, traces, fft };
+    let one = commands.extract::<Py<Command>>().ok();
+    let commands: Vec<Py<Command>> = match one {
+        Some(command) => rigs.iter().map(|_| command.clone_ref(py)).collect(),
+        None => commands.extract()?,
+    };
+    if commands.len() != rigs.len() {
+        let allowed = format!("must be one, or one for each of the {} rigs", rigs.len());
+        return Err(refuse("commands", format!("{} commands", commands.len()), allowed));
+    }
+    let pairs: Vec<(&RigConfig, &eft_sim::excitation::Command)> =
+        rigs.iter().zip(&commands).map(|(rig, command)| (&rig.get().config, &command.get().inner)).collect();
+    let mut stopped = None;
+    let go_on = |_, _| match Python::attach(|py| py.check_signals()) {
+        Ok(()) => true,
+        Err(error) => {
+            stopped = Some(error);
+            false
+        }
+    };
+    let outcomes = py.detach(|| {
+        let tests: Vec<_> = pairs.into_iter().map(|(rig, command)| Test { rig, command }).collect();
+        match dtype {
+            Dtype::F32 => batch::simulate_batch::<f32>(&tests, &options, go_on),
+            Dtype::F64 => batch::simulate_batch::<f64>(&tests, &options, go_on),
+        }
+    });
+    if let Some(error) = stopped {
+        return Err(error);
+    }
+    let entries = PyList::empty(py);
+    for outcome in outcomes.map_err(to_python)? {
+        match outcome {
+            Ok(outcome) => entries.append(BatchResult::new(py, outcome)?)?,
+            Err(error) => entries.append(error.to_string())?,
+        }
+    }
+    Ok(entries)
+}

@@ -1,0 +1,64 @@
+//! Many tests at once, on all cores: what studies run on.
+//!
+//! A test's outcome does not depend on the tests beside it, on their order or on the number of threads.
+
+mod outcome;
+mod pool;
+
+use crate::closed_loop::{Precision, SimulateOptions, simulate};
+use crate::config::RigConfig;
+use crate::error::{Error, Result};
+use crate::excitation::Command;
+
+pub use outcome::Outcome;
+
+/// One test of a batch.
+#[derive(Debug, Clone, Copy)]
+pub struct Test<'a> {
+    /// The rig to be tested.
+    pub rig: &'a RigConfig,
+    /// The force (N) to be applied.
+    pub command: &'a Command,
+}
+
+/// How a batch is run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BatchOptions {
+    /// How each test is run.
+    pub simulate: SimulateOptions,
+    /// Threads; `None` is one a core.
+    pub threads: Option<usize>,
+    /// Whether the outcomes carry the traces.
+    pub traces: bool,
+    /// Whether to compute the metrics that need a Fourier transform, which take longer than the test.
+    pub fft: bool,
+}
+
+/// Runs every test, the controllers in the precision `P`; one outcome each, in order. A test that fails is an error
+/// in its place and loses no other.
+///
+/// `go_on(done, total)` is asked a few times a second, on the calling thread; when it says no, the batch ends
+/// with [`Error::Interrupted`].
+///
+/// # Errors
+/// No threads; an interruption.
+pub fn simulate_batch<P: Precision>(
+    tests: &[Test<'_>],
+    options: &BatchOptions,
+    go_on: impl FnMut(usize, usize) -> bool,
+) -> Result<Vec<Result<Outcome>>> {
+    let cores = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let threads = options.threads.unwrap_or_else(cores);
+    if threads == 0 {
+        return Err(Error::value("threads", 0, "must be at least 1"));
+    }
+    let work = |n: usize, stopped: &dyn Fn() -> bool| {
+        let Test { rig, command } = tests[n];
+        let run = simulate::<P>(rig, command, &options.simulate, |_, _| !stopped());
+        vec![(n, run.and_then(|run| Outcome::new(run, options)))]
+    };
+    pool::run(threads, tests.len(), tests.len(), work, go_on)
+}
+
+#[cfg(test)]
+mod tests;
