@@ -12,6 +12,14 @@ from eft._identification import (
     identify_flow_curve,
     identify_flow_gain,
 )
+from eft._maps import (
+    STABILITY_MAPS,
+    StabilityMap,
+    delay_rate_map,
+    level_damping_map,
+    rate_realization_map,
+    stability_map,
+)
 from eft._native import (
     Command,
     Compensator,
@@ -47,6 +55,7 @@ from eft._run import FftRatio, IdealResponse, TestRun, ideal_response, simulate
 from eft._status import Status
 
 __all__ = [
+    "STABILITY_MAPS",
     "Command",
     "Compensator",
     "Controller",
@@ -60,6 +69,7 @@ __all__ = [
     "PlantState",
     "Record",
     "Rig",
+    "StabilityMap",
     "Status",
     "TestRun",
     "__version__",
@@ -67,6 +77,7 @@ __all__ = [
     "baseline_corrected",
     "check_feasibility",
     "delay_budget",
+    "delay_rate_map",
     "displacement_spectrum",
     "effective_force",
     "flow_curve_estimate",
@@ -78,13 +89,16 @@ __all__ = [
     "identify_flow_curve",
     "identify_flow_gain",
     "inverse_dynamics",
+    "level_damping_map",
     "linearize",
+    "rate_realization_map",
     "read_record",
     "resampled",
     "rig_keys",
     "scaled",
     "simulate",
     "sine_sweep",
+    "stability_map",
     "stability_margin",
     "stability_margins",
     "tapered",

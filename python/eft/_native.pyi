@@ -43,6 +43,7 @@ __all__ = [
     "simulate",
     "simulate_batch",
     "sine_sweep",
+    "stability_map",
     "stability_margin",
     "stability_margins",
     "status_flags",
@@ -273,6 +274,13 @@ def stability_margin(
 def stability_margins(
     rig: Rig, *, sampled: bool = False, sample_rate: float | None = None, flow_gain: _FlowGain = "nominal"
 ) -> dict[str, Any]: ...
+def stability_map(
+    rig: Rig,
+    horizontal: tuple[str, Sequence[Any]],
+    vertical: tuple[str, Sequence[Any]],
+    quantity: str,
+    flow_gain: str,
+) -> _Array: ...
 def delay_budget(
     rig: Rig, sample_rate: float | None = None, band: tuple[float, float] = ...
 ) -> dict[str, float]: ...

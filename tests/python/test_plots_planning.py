@@ -50,13 +50,61 @@ def test_figure_6_is_flat_to_20_hz():
 
 def test_map_of_level_and_damping_shows_where_it_is_stable():
     levels, dampings = np.linspace(0.95, 1.1, 7), [1000.0, 4330.0, 10e3]
-    ax = plots.stability_map(
-        RIG, ("compensation.level", levels), ("structure.damping", dampings), ax=Figure().subplots()
-    )
+    found = eft.level_damping_map(RIG, levels, dampings)
+    ax = plots.stability_map(found, ax=Figure().subplots())
     growth = np.asarray(ax.collections[0].get_array()).reshape(3, 7)
     margins = [
         eft.stability_margin(RIG.replace({"structure.damping": damping}), sampled=True)
         for damping in dampings
     ]
     np.testing.assert_array_equal(growth < 0, levels < np.array(margins)[:, None])
+    np.testing.assert_array_equal(found.stable, growth < 0)
     assert np.diff(margins).min() > 0, "the paper: higher damping raises the tolerable level"
+    assert ax.get_xlabel() == "level" and ax.get_ylabel() == "damping (N·s/m)"
+
+
+def test_map_of_delay_and_rate_is_the_linear_model_at_each_point():
+    delays, rates = [0.0, 5e-3, 0.02], np.geomspace(300.0, 10e3, 4)
+    found = eft.delay_rate_map(RIG, delays, rates)
+    for row, delay in zip(found.values, delays, strict=True):
+        for value, rate in zip(row, rates, strict=True):
+            model = eft.linearize(RIG.replace({"compensation.response_delay": delay}), sample_rate=rate)
+            assert value == pytest.approx(model.growth_rate, rel=1e-9)
+    ax = plots.stability_map(found, ax=Figure().subplots())
+    assert ax.get_xscale() == "log" and ax.get_yscale() == "linear"
+    frame = found.to_pandas()
+    assert frame.loc[5e-3, rates[1]] == found.values[1, 1]
+    assert (frame.index.name, frame.columns.name) == (found.vertical_key, found.horizontal_key)
+
+
+def test_map_of_rate_and_realization_is_the_margin_of_each():
+    rates = [500.0, 2048.0]
+    found = eft.rate_realization_map(RIG, rates)
+    digital = RIG.replace({"controller.realization": "digital"})
+    for rig, row, at in ((RIG, 0, 0), (RIG, 0, 1), (digital, 1, 1)):
+        expected = eft.stability_margin(rig, sample_rate=rates[at])
+        assert found.values[row, at] == pytest.approx(expected, rel=1e-12)
+    # No level helps a digital force loop as slow as this.
+    assert np.isnan(found.values[1, 0])
+    with pytest.raises(ValueError, match="no compensation level"):
+        eft.stability_margin(digital, sample_rate=rates[0])
+    drawn = lines(plots.stability_map(found, ax=Figure().subplots()))
+    assert list(drawn) == ["analog", "digital"]
+
+
+def test_the_maps_of_every_day_need_nothing_but_a_rig():
+    for name, make in eft.STABILITY_MAPS.items():
+        found = make(RIG)
+        assert found.values.shape == (found.vertical.size, found.horizontal.size), name
+        assert found.stable.any()
+        if name != "rate-realization":
+            assert not found.stable.all(), f"{name} must show the edge"
+
+
+def test_what_cannot_be_mapped_is_named():
+    with pytest.raises(ValueError, match=r"quantity = .speed.: must be"):
+        eft.stability_map(RIG, ("compensation.level", [1.0]), ("structure.mass", [1e3]), quantity="speed")
+    with pytest.raises(ValueError, match=r"structure.mass = -1"):
+        eft.stability_map(RIG, ("compensation.level", [1.0]), ("structure.mass", [-1.0]))
+    with pytest.raises(ValueError, match="must have at least one value"):
+        eft.stability_map(RIG, ("compensation.level", []), ("structure.mass", [1.0]))

@@ -44,6 +44,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(linear::linearize, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_margin, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_margins, module)?)?;
+    module.add_function(wrap_pyfunction!(linear::stability_map, module)?)?;
     module.add_function(wrap_pyfunction!(linear::delay_budget, module)?)?;
     module.add_function(wrap_pyfunction!(linear::inverse_dynamics, module)?)?;
     module.add_function(wrap_pyfunction!(identification::identify_delay, module)?)?;

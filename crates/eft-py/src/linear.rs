@@ -1,6 +1,6 @@
 //! `eft.linearize` and what is asked of linear models.
 
-use eft_sim::linear::{self, FlowGain, StateSpace, Time};
+use eft_sim::linear::{self, FlowGain, MapAxis, MapQuantity, StateSpace, Time};
 use numpy::{Complex64, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::errors::{refuse, to_python};
 use crate::rig::Rig;
+use crate::values;
 
 /// A rig's closed loop, linear about rest: ``dx/dt = A x + B u``, ``y = C x + D u``, sampled or continuous.
 ///
@@ -278,6 +279,48 @@ pub(crate) fn stability_margins<'py>(
         answer.set_item("flow_gain", around.flow_gain)?;
     }
     Ok(answer)
+}
+
+/// Return a quantity of the sampled loop over two settings: one row for each value of `vertical`.
+#[pyfunction]
+pub(crate) fn stability_map<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    horizontal: (String, Vec<Bound<'py, PyAny>>),
+    vertical: (String, Vec<Bound<'py, PyAny>>),
+    quantity: &str,
+    flow_gain: &str,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let quantity = match quantity {
+        "growth_rate" => MapQuantity::GrowthRate,
+        "level" => MapQuantity::Level,
+        _ => {
+            let allowed = "must be \"growth_rate\" or \"level\"";
+            return Err(refuse("quantity", format!("{quantity:?}"), allowed));
+        }
+    };
+    let gain = self::flow_gain(flow_gain)?;
+    let (horizontal, vertical) = (axis(horizontal)?, axis(vertical)?);
+    let mut stopped = None;
+    let rows = py.detach(|| {
+        linear::stability_map(&rig.config, &horizontal, &vertical, quantity, gain, || {
+            stopped = Python::attach(|py| py.check_signals()).err();
+            stopped.is_none()
+        })
+    });
+    match (rows, stopped) {
+        (_, Some(error)) => Err(error),
+        (Err(error), None) => Err(to_python(error)),
+        (Ok(rows), None) => Ok(PyArray2::from_vec2(py, &rows)?),
+    }
+}
+
+fn axis((key, values): (String, Vec<Bound<'_, PyAny>>)) -> PyResult<MapAxis> {
+    let value = |given: &Bound<'_, PyAny>| {
+        values::from_python(&key, given)?.ok_or_else(|| refuse(&key, "None", "must be a value"))
+    };
+    let values = values.iter().map(value).collect::<PyResult<_>>()?;
+    Ok(MapAxis { key, values })
 }
 
 /// Return the parts of the delay that the lead network has to give back, in s.

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import eft
-from eft.plots._style import BLUE, GREEN, LIMIT, VERMILION, axes_or_new, finish
+from eft.plots._style import BLACK, BLUE, GREEN, VERMILION, axes_or_new, finish, lines_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
-    from eft import Estimate, FlowTable, Rig
+    from eft import Estimate, FlowTable, Rig, StabilityMap
 
 
 def response_delay(delay: Estimate, *, ax: Axes | None = None) -> Axes:
@@ -70,30 +70,52 @@ def inverse_dynamics(
     return axes
 
 
-def stability_map(
-    rig: Rig,
-    horizontal: tuple[str, Sequence[float]],
-    vertical: tuple[str, Sequence[float]],
-    *,
-    ax: Axes | None = None,
-) -> Axes:
-    """Growth rate (1/s) of the least damped mode of the sampled loop over two settings, and where it is zero.
+def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
+    """Stability: growth rates (1/s) in colour, with the line where they are zero, or levels as curves.
 
-    Each setting is a dotted key of the rig, such as ``"compensation.level"`` or
-    ``"controller.sample_rate"``, with its values.
+    Levels of `rate_realization_map` and its like are drawn against the horizontal setting, one curve for each
+    value of the vertical one.
     """
     ax = axes_or_new(ax)
-    (x_key, x_values), (y_key, y_values) = horizontal, vertical
-    growth = np.array(
-        [
-            [eft.linearize(rig.replace({x_key: x, y_key: y}), sampled=True).growth_rate for x in x_values]
-            for y in y_values
-        ]
-    )
-    # Beyond that, how fast it grows no longer matters.
-    shown = np.clip(growth, -2.0, 2.0)
-    mesh = ax.pcolormesh(x_values, y_values, shown, cmap="RdBu_r", vmin=-2.0, vmax=2.0, shading="nearest")
-    if growth.min() < 0 < growth.max():
-        ax.contour(x_values, y_values, growth, levels=[0.0], colors=LIMIT.color)
-    ax.figure.colorbar(mesh, ax=ax, label="growth rate (1/s)", extend="both")
-    return finish(ax, xlabel=x_key, ylabel=y_key, legend=False)
+    if found.quantity == "level" or found.vertical.dtype.kind not in "fiu":
+        for label, row, line in zip(
+            found.vertical, found.values, lines_for(map(str, found.vertical)), strict=True
+        ):
+            shown = np.where(np.isfinite(row), row, np.nan)
+            ax.plot(found.horizontal, shown, label=str(label), **line.keywords())
+        finish(ax, xlabel=_axis_label(found.horizontal_key), ylabel=_QUANTITIES[found.quantity])
+        ax.ticklabel_format(axis="y", useOffset=False)
+        _logarithmic(ax.set_xscale, found.horizontal)
+        return ax
+    # Beyond that, how fast it grows or decays no longer matters.
+    shown = np.clip(found.values, -2.0, 2.0)
+    mesh = ax.pcolormesh(
+        found.horizontal, found.vertical, shown, cmap="RdBu_r", vmin=-2.0, vmax=2.0, shading="nearest",
+        rasterized=True,
+    )  # fmt: skip
+    if min(found.values.shape) > 1 and found.values.min() < 0 < found.values.max():
+        ax.contour(found.horizontal, found.vertical, found.values, levels=[0.0], colors=BLACK, linewidths=1.2)
+    ax.figure.colorbar(mesh, ax=ax, label=_QUANTITIES[found.quantity], extend="both")
+    finish(ax, xlabel=_axis_label(found.horizontal_key), ylabel=_axis_label(found.vertical_key), legend=False)
+    _logarithmic(ax.set_xscale, found.horizontal)
+    _logarithmic(ax.set_yscale, found.vertical)
+    return ax
+
+
+_QUANTITIES = {"growth_rate": "growth rate (1/s)", "level": "largest stable level"}
+
+
+def _axis_label(key: str) -> str:
+    """The last part of a dotted key in words, with its unit."""
+    unit = next((row["unit"] for row in eft.rig_keys() if row["key"] == key), "")
+    words = key.rpartition(".")[2].replace("_", " ")
+    return f"{words} ({unit})" if unit else words
+
+
+def _logarithmic(set_scale: Callable[[str], object], values: NDArray[Any]) -> None:
+    """A logarithmic axis for values chosen so: positive, over a decade or more in even ratios."""
+    if values.size < 3 or values.dtype.kind not in "fiu" or values.min() <= 0.0:
+        return
+    steps = np.diff(np.log(values))
+    if values.max() > 10.0 * values.min() and np.ptp(steps) < 0.5 * abs(steps.mean()):
+        set_scale("log")

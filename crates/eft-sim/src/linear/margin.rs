@@ -51,6 +51,16 @@ pub struct MarginsAround {
 /// An invalid configuration, or a loop that no level makes stable.
 pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
     rig.validate()?;
+    if let Some(level) = largest_stable_level(rig, gain, time)? {
+        return Ok(level);
+    }
+    let rate = growth_with(rig, gain, time, |_| ())?;
+    let allowed = format!("no compensation level from 0 to {HIGHEST_LEVEL} makes the loop stable");
+    Err(Error::value("growth rate", format!("{rate:.3} 1/s"), allowed))
+}
+
+/// As [`stability_margin`], of a configuration known to be valid; none where no level makes the loop stable.
+pub(super) fn largest_stable_level(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Option<f64>> {
     let growth = |level: f64| growth_with(rig, gain, time, |rig| rig.compensation.level = level);
     let own = rig.compensation.level;
     let below = edge(own, 0.0, Search { smallest: 0.5, seek: Stability::Stable }, growth)?;
@@ -59,14 +69,10 @@ pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f
         None => edge(own, HIGHEST_LEVEL, Search { smallest: 0.5, seek: Stability::Stable }, growth)?
             .map(|(level, _)| level),
     };
-    let Some(stable) = stable else {
-        let rate = growth(own)?;
-        let allowed = format!("no compensation level from 0 to {HIGHEST_LEVEL} makes the loop stable");
-        return Err(Error::value("growth rate", format!("{rate:.3} 1/s"), allowed));
-    };
+    let Some(stable) = stable else { return Ok(None) };
     let search = Search { smallest: 0.5, seek: Stability::Unstable };
     let end = edge(stable, HIGHEST_LEVEL, search, growth)?;
-    Ok(end.map_or(f64::INFINITY, |(_, last_stable)| last_stable))
+    Ok(Some(end.map_or(f64::INFINITY, |(_, last_stable)| last_stable)))
 }
 
 /// Every margin of the linear model.

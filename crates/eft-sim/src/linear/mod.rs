@@ -8,6 +8,7 @@ mod continuous;
 mod delay_budget;
 mod gains;
 mod inverse_dynamics;
+mod map;
 mod margin;
 mod matrices;
 mod plant;
@@ -17,6 +18,7 @@ mod state_space;
 pub use delay_budget::{DelayBudget, delay_budget, phase_delay};
 pub use gains::FlowGain;
 pub use inverse_dynamics::{lead_response, valve_response};
+pub use map::{MapAxis, MapQuantity, stability_map};
 pub use margin::{Margins, stability_margin, stability_margins};
 pub use state_space::{Mode, StateSpace};
 

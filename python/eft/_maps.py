@@ -1,0 +1,150 @@
+"""Stability maps: how far from its edge the sampled loop is, over two settings of a rig."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eft import _native
+from eft._native import Rig
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = [
+    "STABILITY_MAPS",
+    "StabilityMap",
+    "delay_rate_map",
+    "level_damping_map",
+    "rate_realization_map",
+    "stability_map",
+]
+
+Quantity = Literal["growth_rate", "level"]
+FlowGain = Literal["nominal", "steeper", "shallower", "mean"]
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityMap:
+    """A quantity of the sampled loop over two settings of a rig; `eft.plots.stability_map` draws it."""
+
+    quantity: Quantity
+    """``"growth_rate"``: of the least damped mode in 1/s, stable where negative. ``"level"``: the largest
+    stable compensation level, NaN where no level is stable."""
+    horizontal_key: str
+    """Dotted key of the rig that varies along a row."""
+    horizontal: NDArray[Any]
+    """Its values."""
+    vertical_key: str
+    """Dotted key of the rig that varies from row to row."""
+    vertical: NDArray[Any]
+    """Its values."""
+    values: NDArray[np.float64]
+    """One row for each value of `vertical`."""
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Where the loop is stable (of a map of levels: at some level)."""
+        return np.asarray(self.values < 0 if self.quantity == "growth_rate" else ~np.isnan(self.values))
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the map as a data frame, `horizontal` along its columns (needs pandas)."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            self.values,
+            index=pd.Index(self.vertical, name=self.vertical_key),
+            columns=pd.Index(self.horizontal, name=self.horizontal_key),
+        )
+
+
+def stability_map(
+    rig: Rig,
+    horizontal: tuple[str, Sequence[Any] | NDArray[Any]],
+    vertical: tuple[str, Sequence[Any] | NDArray[Any]],
+    *,
+    quantity: Quantity = "growth_rate",
+    flow_gain: FlowGain = "nominal",
+) -> StabilityMap:
+    """Map a quantity of the exactly sampled loop over any two settings of a rig.
+
+    Each point is `linearize` with ``sampled=True`` of the rig with both settings, at that rig's
+    ``controller.sample_rate``. `level_damping_map`, `delay_rate_map` and `rate_realization_map` are the maps
+    of every day.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    horizontal, vertical : tuple of str and sequence
+        A dotted key of the rig, such as ``"compensation.level"``, with the values it takes.
+    quantity : {"growth_rate", "level"}
+        The growth rate of the least damped mode in 1/s, or the largest stable compensation level.
+    flow_gain : {"nominal", "steeper", "shallower", "mean"}
+        As of `linearize`.
+
+    Raises
+    ------
+    ValueError
+        If a key or a value is not allowed; the message names it.
+    """
+    (x_key, x), (y_key, y) = horizontal, vertical
+    values = _native.stability_map(rig, (x_key, list(x)), (y_key, list(y)), quantity, flow_gain)
+    return StabilityMap(quantity, x_key, np.asarray(x), y_key, np.asarray(y), values)
+
+
+def level_damping_map(
+    rig: Rig, levels: ArrayLike | None = None, dampings: ArrayLike | None = None
+) -> StabilityMap:
+    """Growth rate (1/s) over compensation level (1) and viscous damping of the structure (N·s/m).
+
+    Without values: levels from 0.9 to 1.15, dampings from 0.5 to 10 % of critical.
+    """
+    structure = rig["structure"]
+    if structure["kind"] == "shear_building":
+        raise ValueError('structure.kind = "shear_building": must have one mass and one damper for this map')
+    critical = 2.0 * np.sqrt(structure["stiffness"] * structure["mass"])
+    x = np.linspace(0.9, 1.15, 51) if levels is None else np.asarray(levels)
+    y = critical * np.linspace(0.005, 0.1, 39) if dampings is None else np.asarray(dampings)
+    return stability_map(rig, ("compensation.level", x), ("structure.damping", y))
+
+
+def delay_rate_map(rig: Rig, delays: ArrayLike | None = None, rates: ArrayLike | None = None) -> StabilityMap:
+    """Growth rate (1/s) over sample rate (Hz) and the response delay given to the lead network (s).
+
+    Without values: delays from 0 to ten times the rig's own (at least 50 ms), rates from 200 Hz to 12.8 kHz.
+    """
+    longest = max(10.0 * rig["compensation.response_delay"], 0.05)
+    y = np.linspace(0.0, longest, 41) if delays is None else np.asarray(delays)
+    return stability_map(rig, ("controller.sample_rate", _rates(rates)), ("compensation.response_delay", y))
+
+
+def rate_realization_map(rig: Rig, rates: ArrayLike | None = None) -> StabilityMap:
+    """Largest stable compensation level (1) over sample rate (Hz), of both realizations of the force loop.
+
+    NaN where the loop is unstable at any level: a digital force loop needs a rate of its own.
+
+    Without values: rates from 200 Hz to 12.8 kHz.
+    """
+    return stability_map(
+        rig,
+        ("controller.sample_rate", _rates(rates)),
+        ("controller.realization", ["analog", "digital"]),
+        quantity="level",
+    )
+
+
+def _rates(given: ArrayLike | None) -> NDArray[Any]:
+    return np.geomspace(200.0, 12800.0, 49) if given is None else np.asarray(given)
+
+
+STABILITY_MAPS: Mapping[str, Callable[[Rig], StabilityMap]] = {
+    "level-damping": level_damping_map,
+    "delay-rate": delay_rate_map,
+    "rate-realization": rate_realization_map,
+}
+"""The maps of every day by name, each of a rig alone."""
