@@ -365,7 +365,13 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         let on = state.weight.gt(S::splat(0.0));
         let bounded = self.valve.solve(&mut state.valve, on);
         state.bounded = S::select(bounded, S::splat(1.0), state.bounded);
-        state.lead = self.valve.lead(&state.valve, state.guard.level);
+        // Without estimates the configured network stays as it is, only its level moves.
+        let lead = self.valve.lead(&state.valve, state.guard.level);
+        state.lead = LeadNetwork::of(
+            S::select(self.adapting, lead.pole(), state.lead.pole()),
+            S::select(self.adapting, lead.rate(), state.lead.rate()),
+            lead.gain(),
+        );
     }
 }
 

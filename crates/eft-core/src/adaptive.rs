@@ -1,14 +1,11 @@
-//! The adaptive controller: the paper's compensation, with flow feedforward, and with flow gain, valve and supply
-//! pressure as they are found to be while the test runs.
+//! The adaptive compensation: the paper's, with flow feedforward, and with flow gain, valve and supply pressure as
+//! they are found to be while the test runs.
 
 use crate::adaptation::{Adaptation, AdaptationState, Measurements};
 use crate::compensation::{Calibration, Compensation, CompensationState, Output};
-use crate::controller::ControllerOutput;
 use crate::error::LARGEST;
 use crate::feedforward::{Feedforward, FeedforwardState};
-use crate::limiter::Limiter;
 use crate::scalar::{Mask, Scalar};
-use crate::servovalve_controller::{ServovalveController, ServovalveControllerState};
 use crate::status;
 
 /// An adaptive compensation's immutable configuration; one drives any number of channels.
@@ -26,7 +23,7 @@ pub struct AdaptiveCompensation<S: Scalar, const N: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct AdaptiveCompensationState<S> {
-    compensation: CompensationState<S>,
+    pub(crate) compensation: CompensationState<S>,
     feedforward: FeedforwardState<S>,
     adaptation: AdaptationState<S>,
 }
@@ -89,7 +86,7 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
     }
 
     #[inline(always)]
-    fn faults(&self, command: S) -> S::Flags {
+    pub(crate) fn faults(&self, command: S) -> S::Flags {
         let commanded = command.abs().le(S::splat(LARGEST));
         S::select_flags(
             commanded,
@@ -98,23 +95,30 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
         )
     }
 
+    /// Where command and measurements are finite and within their ranges.
+    #[inline(always)]
+    pub(crate) fn valid(&self, command: S, measured: &Measurements<S>) -> S::Mask {
+        let largest = S::splat(LARGEST);
+        let supply = measured.supply_pressure * self.per_supply_pressure;
+        command.abs().le(largest)
+            & self.compensation.accepts(measured.velocity, measured.force, measured.spool)
+            & measured.valve_command.abs().le(largest)
+            & supply.ge(self.lowest_supply)
+            & supply.le(self.highest_supply)
+    }
+
     /// Everything but the output's state; the returned one is the next where all was valid, the old elsewhere.
     #[inline(always)]
-    fn advance(
+    pub(crate) fn advance(
         &self,
         state: &mut AdaptiveCompensationState<S>,
         command: S,
         measured: &Measurements<S>,
     ) -> (CompensationState<S>, S::Flags, S::Mask) {
         let supply = measured.supply_pressure * self.per_supply_pressure;
-        let largest = S::splat(LARGEST);
-        let good = command.abs().le(largest)
-            & self.compensation.accepts(measured.velocity, measured.force, measured.spool)
-            & measured.valve_command.abs().le(largest)
-            & supply.ge(self.lowest_supply)
-            & supply.le(self.highest_supply);
+        let good = self.valid(command, measured);
         let further_flow = self.feedforward.step(&mut state.feedforward, command);
-        let good = good & further_flow.abs().le(largest);
+        let good = good & further_flow.abs().le(S::splat(LARGEST));
         let calibration = Calibration {
             per_flow_gain: state.adaptation.flow_gain.per_gain,
             supply,
@@ -147,7 +151,10 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
         let mut feedforward = state.feedforward;
         let further_flow = self.feedforward.step(&mut feedforward, command);
         let m = measured;
-        state.compensation = self.compensation.prime(m.velocity, m.force, m.spool, further_flow);
+        let supply = m.supply_pressure * self.per_supply_pressure;
+        let calibration = Calibration { supply, ..self.compensation.nominal() };
+        state.compensation =
+            self.compensation.prime_calibrated(m.velocity, m.force, m.spool, further_flow, &calibration);
         state
     }
 }
@@ -165,93 +172,6 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
             per_supply_pressure: S::from_lanes(|i| lane(i).per_supply_pressure),
             lowest_supply: S::from_lanes(|i| lane(i).lowest_supply),
             highest_supply: S::from_lanes(|i| lane(i).highest_supply),
-        }
-    }
-}
-
-/// The whole adaptive tick: compensation, servovalve controller, limits.
-#[derive(Debug, Clone, Copy)]
-pub struct AdaptiveController<S: Scalar, const N: usize> {
-    /// Compensation with feedforward and estimators.
-    pub compensation: AdaptiveCompensation<S, N>,
-    /// Eq. (1).
-    pub servovalve: ServovalveController<S>,
-    /// Limits of the valve command.
-    pub limiter: Limiter<S>,
-}
-
-/// What the adaptive controller remembers; made by [`AdaptiveController::at_rest`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C)]
-pub struct AdaptiveControllerState<S> {
-    /// The compensation's part: all there is where an analog controller follows it.
-    pub compensation: AdaptiveCompensationState<S>,
-    servovalve: ServovalveControllerState<S>,
-    valve_command: S,
-}
-
-impl<S: Scalar, const N: usize> AdaptiveController<S, N> {
-    /// A rig at rest, nothing learned yet.
-    pub fn at_rest(&self) -> AdaptiveControllerState<S> {
-        AdaptiveControllerState {
-            compensation: self.compensation.at_rest(),
-            servovalve: ServovalveControllerState::default(),
-            valve_command: S::splat(0.0),
-        }
-    }
-
-    /// Controllers of single rigs side by side, all sampled at one rate.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a AdaptiveController<S::Element, N>) -> Self
-    where
-        S::Element: 'a,
-    {
-        Self {
-            compensation: AdaptiveCompensation::pack(|i| &lane(i).compensation),
-            servovalve: ServovalveController::pack(|i| &lane(i).servovalve),
-            limiter: Limiter::pack(|i| &lane(i).limiter),
-        }
-    }
-
-    /// One tick: the valve command (V) for the force command (N) and the measurements, of which the valve command is
-    /// replaced by the controller's own last one.
-    ///
-    /// # NaN
-    /// With an invalid command or measurement the last valve command is held, and
-    /// [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised.
-    #[inline(always)]
-    pub fn step(
-        &self,
-        state: &mut AdaptiveControllerState<S>,
-        command: S,
-        measured: &Measurements<S>,
-    ) -> ControllerOutput<S> {
-        self.step_via(state, command, measured, |compensation| compensation)
-    }
-
-    /// As [`step`](Self::step), with the compensation signal (V) passed through `path` on its way to the servovalve
-    /// controller.
-    #[inline(always)]
-    pub fn step_via(
-        &self,
-        state: &mut AdaptiveControllerState<S>,
-        command: S,
-        measured: &Measurements<S>,
-        path: impl FnOnce(S) -> S,
-    ) -> ControllerOutput<S> {
-        let measured = Measurements { valve_command: state.valve_command, ..*measured };
-        let (next, flags, good) = self.compensation.advance(&mut state.compensation, command, &measured);
-        state.compensation.compensation = next;
-        let compensation = path(next.output());
-        let mut servovalve = state.servovalve;
-        let raw = self.servovalve.step(&mut servovalve, command, measured.force, compensation);
-        let (valve_command, limits) = self.limiter.apply(raw, state.valve_command);
-        state.servovalve = ServovalveControllerState::select(good, servovalve, state.servovalve);
-        state.valve_command = S::select(good, valve_command, state.valve_command);
-        let faults = self.compensation.faults(command) | flags;
-        ControllerOutput {
-            valve_command: state.valve_command,
-            compensation,
-            status: S::select_flags(good, flags | limits, faults),
         }
     }
 }

@@ -187,11 +187,23 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
     /// measurements gives the same output, without a bump. Invalid measurements give the state of a rig at rest.
     pub fn prime(&self, velocity: S, force: S, spool: S, further_flow: S) -> CompensationState<S> {
+        self.prime_calibrated(velocity, force, spool, further_flow, &self.nominal())
+    }
+
+    /// As [`prime`](Self::prime), by a calibration that was found while running.
+    pub(crate) fn prime_calibrated(
+        &self,
+        velocity: S,
+        force: S,
+        spool: S,
+        further_flow: S,
+        calibration: &Calibration<S>,
+    ) -> CompensationState<S> {
         let valid = self.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(LARGEST));
-        let (opening, _) = self.required_opening(velocity, force, spool, further_flow, &self.nominal());
+        let (opening, _) = self.required_opening(velocity, force, spool, further_flow, calibration);
         let opening = S::select(valid, opening, S::splat(0.0));
         let mut lead = LeadNetwork::at_rest(opening);
-        let output = self.lead.step(&mut lead, opening);
+        let output = calibration.lead.step(&mut lead, opening);
         CompensationState { lead, output }
     }
 

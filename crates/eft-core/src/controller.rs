@@ -112,14 +112,17 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
     }
 
-    /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
-    /// arguments gives this state's output, without a bump. Invalid arguments give the state of a rig at rest.
-    pub fn prime(&self, command: S, velocity: S, force: S, spool: S) -> ControllerState<S> {
-        let compensation = self.compensation.prime(velocity, force, spool, S::splat(0.0));
+    /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) (or
+    /// [`step_via`](Self::step_via), with the same further flow in m³/s) with the same arguments gives this state's
+    /// output, without a bump. Invalid arguments give the state of a rig at rest.
+    pub fn prime(&self, command: S, velocity: S, force: S, spool: S, further_flow: S) -> ControllerState<S> {
+        let compensation = self.compensation.prime(velocity, force, spool, further_flow);
         let mut servovalve = self.servovalve.at_rest(command, force);
         let raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
         let valve_command = self.limiter.settled(raw);
-        let good = command.abs().le(S::splat(LARGEST)) & self.compensation.accepts(velocity, force, spool);
+        let good = command.abs().le(S::splat(LARGEST))
+            & self.compensation.accepts(velocity, force, spool)
+            & further_flow.abs().le(S::splat(LARGEST));
         ControllerState::select(
             good,
             ControllerState { compensation, servovalve, valve_command },

@@ -44,6 +44,14 @@ impl<S: Scalar> LeadNetwork<S> {
     pub(crate) fn of(pole: S, rate: S, gain: S) -> Self {
         Self { pole, rate, gain }
     }
+    /// What the washout keeps from sample to sample (1).
+    pub(crate) const fn pole(&self) -> S {
+        self.pole
+    }
+    /// What the washout takes of a change of the input (1).
+    pub(crate) const fn rate(&self) -> S {
+        self.rate
+    }
     /// DC gain, V per unit opening.
     pub const fn gain(&self) -> S {
         self.gain

@@ -14,6 +14,7 @@
 
 mod adaptation;
 mod adaptive;
+mod adaptive_controller;
 mod adaptive_parameters;
 mod band_filter;
 mod compensation;
@@ -37,9 +38,8 @@ pub mod status;
 mod valve_estimator;
 
 pub use adaptation::Measurements;
-pub use adaptive::{
-    AdaptiveCompensation, AdaptiveCompensationState, AdaptiveController, AdaptiveControllerState,
-};
+pub use adaptive::{AdaptiveCompensation, AdaptiveCompensationState};
+pub use adaptive_controller::{AdaptiveController, AdaptiveControllerState};
 pub use adaptive_parameters::{AdaptiveParameters, Tuning};
 pub use compensation::{Compensation, CompensationParameters, CompensationState, Mode, Output};
 pub use controller::{Controller, ControllerOutput, ControllerState};

@@ -106,7 +106,7 @@ macro_rules! totality {
                 ) {
                     let c = controller!($t, &p, amplitude, rate);
                     let [command, v, f, x] = [command, v, f, x].map(|a| a as $t);
-                    let primed = c.prime(command, v, f, x);
+                    let primed = c.prime(command, v, f, x, 0.0);
                     let mut state = primed;
                     let held = c.hold(&primed);
                     let out = c.step(&mut state, command, v, f, x);

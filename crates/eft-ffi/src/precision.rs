@@ -142,7 +142,7 @@ macro_rules! precision {
                 let (Some(core), Some(i), false) = (core, input, state.is_null()) else {
                     return status::NULL_POINTER;
                 };
-                let primed = core.prime(i.command, i.velocity, i.force, i.spool);
+                let primed = core.prime(i.command, i.velocity, i.force, i.spool, i.further_flow);
                 // Safety: not null, and as large and aligned as a state.
                 unsafe { state.cast::<ControllerState<$t>>().write(primed) };
                 status::OK

@@ -34,6 +34,13 @@ impl Dtype {
             _ => Err(refuse("dtype", format!("{text:?}"), "must be \"f32\" or \"f64\"")),
         }
     }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
 }
 
 /// The integration by its method's name and largest step in s; the default step where there is none.

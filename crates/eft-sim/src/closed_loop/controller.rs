@@ -69,8 +69,8 @@ pub fn compensation_parameters(rig: &RigConfig, sample_rate: f64) -> Compensatio
     }
 }
 
-/// Refuses a rig whose controller is more than compensation, feedforward and Eq. (1), for callers that run or
-/// export only those: what a rig asks for is never left out in silence.
+/// Refuses a rig whose controller is more than compensation, feedforward and Eq. (1), for callers that export only
+/// those: what a rig asks for is never left out in silence.
 ///
 /// # Errors
 /// The first key that asks for more, by name.
@@ -83,13 +83,14 @@ pub fn only_plain(rig: &RigConfig) -> Result<()> {
     ];
     match asked.into_iter().find(|(_, on)| *on) {
         None => Ok(()),
-        Some((key, _)) => Err(Error::value(key, true, "must be false here; only `simulate` runs it so far")),
+        Some((key, _)) => Err(Error::value(key, true, "must be false to be exported")),
     }
 }
 
 /// Whether anything of the adaptive controller beyond the feedforward is asked for.
 pub(crate) fn adapts(rig: &RigConfig) -> bool {
-    rig.compensation.adaptive || rig.compensation.guard
+    let c = &rig.compensation;
+    c.adaptive || c.guard || c.supply_correction
 }
 
 /// Everything the adaptive compensation is made from, at a sample rate (Hz).
@@ -102,7 +103,7 @@ pub fn adaptive_parameters(rig: &RigConfig, sample_rate: f64) -> AdaptiveParamet
         computation_delay: rig.compensation.computation_delay,
         feedforward: rig.compensation.feedforward,
         adaptive: rig.compensation.adaptive,
-        guard: adapts(rig),
+        guard: rig.compensation.adaptive || rig.compensation.guard,
         tuning: Tuning::DEFAULT,
     }
 }

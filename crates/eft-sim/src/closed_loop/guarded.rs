@@ -42,9 +42,22 @@ impl<S: Num> Guarded<S> {
         (command, self.protection.preview(&self.state, next), status)
     }
 
+    /// Back to the start, nothing tripped.
+    pub(crate) fn reset(&mut self) {
+        self.state = ProtectionState::default();
+        self.authority = S::splat(1.0);
+    }
+
     /// Asks for the soft end.
     pub(crate) fn end(&mut self) {
         self.state.end();
+    }
+}
+
+impl Guarded<f64> {
+    /// Whether nothing has happened since the start.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.state == ProtectionState::default()
     }
 }
 

@@ -1,6 +1,7 @@
 //! The sampled closed loop: `eft-core` around the continuous plant.
 
 mod building;
+mod channel;
 mod controller;
 mod dac;
 mod delay_line;
@@ -13,6 +14,7 @@ mod stepper;
 mod test_run;
 
 pub use building::{ideal_building_response, simulate_building, story_forces};
+pub use channel::{Channel, ChannelOutput, Reach, Sample};
 pub use controller::{
     Precision, RigAdaptiveController, RigController, adaptive_parameters, compensation_parameters, only_plain,
 };

@@ -76,7 +76,7 @@ pub static KEYS: &[Key] = &[
     key("compensation.sign_from", "", Choice(&["spool", "demand"]), Need::Default(Preset::Text("spool")), "signal that gives the sign of the load-pressure term"),
     key("compensation.feedforward", "", Bool, OFF, "demand the command's own flow as well"),
     key("compensation.adaptive", "", Bool, OFF, "estimate flow gain and valve during the test, guarded against overcompensation"),
-    key("compensation.supply_correction", "", Bool, OFF, "scale the flow by a measured supply pressure; read where the controller adapts or guards"),
+    key("compensation.supply_correction", "", Bool, OFF, "scale the flow by a measured supply pressure, also without estimates"),
     key("compensation.guard", "", Bool, OFF, "take the level back where overcompensation pumps the structure, also without estimates"),
 
     key("structure.kind", "", Choice(&["linear", "bilinear", "bouc_wen", "shear_building"]), Required, "kind of structure; parts it does not use are ignored"),

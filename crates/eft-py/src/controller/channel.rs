@@ -1,0 +1,219 @@
+//! What both classes share: a channel of the simulator in either precision, its arguments, its arrays.
+
+use eft_sim::RigConfig;
+use eft_sim::closed_loop::{Channel as Core, ChannelOutput, Reach, Sample};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use crate::arrays;
+use crate::errors::{refuse, to_python};
+use crate::rig::Rig;
+use crate::run::Dtype;
+
+enum Precision {
+    F32(Core<f32>),
+    F64(Core<f64>),
+}
+
+/// The same expression on the channel of either precision.
+macro_rules! each {
+    ($self:expr, $core:ident => $what:expr) => {
+        match $self {
+            Precision::F32($core) => $what,
+            Precision::F64($core) => $what,
+        }
+    };
+}
+
+/// A rig's controller, what it was made from, and what its last call said.
+pub(super) struct Channel {
+    core: Precision,
+    rig: RigConfig,
+    dtype: Dtype,
+    sample_rate: f64,
+    reach: Reach,
+    last: ChannelOutput,
+}
+
+/// What a call may leave out.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Further {
+    pub(super) supply_pressure: Option<f64>,
+    pub(super) valve_command: Option<f64>,
+    pub(super) displacement: Option<f64>,
+}
+
+/// Nothing asked, nothing said yet.
+const SILENT: ChannelOutput = ChannelOutput { value: 0.0, permitted_command: 0.0, authority: 1.0, status: 0 };
+
+/// A signal by its name in the interface, with where its samples go.
+type Column<'a, 'py> = (&'a str, Option<&'a Bound<'py, PyAny>>, fn(&mut Sample) -> &mut f64);
+
+impl Channel {
+    pub(super) fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>, reach: Reach) -> PyResult<Self> {
+        let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
+        let dtype = Dtype::parse(dtype)?;
+        let core = match dtype {
+            Dtype::F32 => Precision::F32(Core::new(&rig.config, rate, reach).map_err(to_python)?),
+            Dtype::F64 => Precision::F64(Core::new(&rig.config, rate, reach).map_err(to_python)?),
+        };
+        Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, reach, last: SILENT })
+    }
+
+    /// What `pickle` makes a new object from; only one at rest can be made again.
+    pub(super) fn arguments(&self) -> PyResult<(Rig, &'static str, f64)> {
+        if !each!(&self.core, core => core.is_at_rest()) {
+            let allowed = "must be at rest to be pickled or copied: call reset() first";
+            return Err(refuse("state", "in the middle of a test", allowed));
+        }
+        Ok((Rig { config: self.rig.clone() }, self.dtype.name(), self.sample_rate))
+    }
+
+    /// Whether the flow of the command, or its error, is looked at by a compensation.
+    pub(super) fn needs_command(&self) -> Option<&'static str> {
+        let c = &self.rig.compensation;
+        let asked = [
+            (c.feedforward, "compensation.feedforward"),
+            (c.adaptive, "compensation.adaptive"),
+            (c.guard, "compensation.guard"),
+            (self.rig.protection.enabled, "protection.enabled"),
+        ];
+        asked.into_iter().find_map(|(on, key)| on.then_some(key))
+    }
+
+    /// Refuses what is left out though the rig looks at it; `given` is by the names of [`Further`].
+    fn required(&self, given: [bool; 3]) -> PyResult<()> {
+        let (c, p) = (&self.rig.compensation, &self.rig.protection);
+        let limited = p.displacement_warning.or(p.displacement_trip).is_some();
+        let asked = [
+            ("supply_pressure", "compensation.supply_correction", c.supply_correction),
+            ("valve_command", "compensation.adaptive", c.adaptive && self.reach == Reach::Compensation),
+            ("displacement", "protection.enabled", p.enabled && limited),
+        ];
+        for ((name, key, on), given) in asked.into_iter().zip(given) {
+            if on && !given {
+                return Err(refuse(name, "None", format!("must be given: `{key}` is on")));
+            }
+        }
+        Ok(())
+    }
+
+    /// A sample of a rig at rest.
+    fn rest(&self) -> Sample {
+        Sample {
+            command: 0.0,
+            velocity: 0.0,
+            force: 0.0,
+            spool: 0.0,
+            displacement: 0.0,
+            valve_command: 0.0,
+            supply_pressure: self.rig.supply.pressure,
+        }
+    }
+
+    /// The sample that a call brings, complete.
+    fn sample(&self, values: [f64; 4], further: Further) -> PyResult<Sample> {
+        let Further { supply_pressure, valve_command, displacement } = further;
+        self.required([supply_pressure.is_some(), valve_command.is_some(), displacement.is_some()])?;
+        let [command, velocity, force, spool] = values;
+        Ok(Sample {
+            command,
+            velocity,
+            force,
+            spool,
+            displacement: displacement.unwrap_or(0.0),
+            valve_command: valve_command.unwrap_or(0.0),
+            supply_pressure: supply_pressure.unwrap_or(self.rig.supply.pressure),
+        })
+    }
+
+    /// One sample; `values` are command, velocity, force and spool.
+    pub(super) fn step(&mut self, values: [f64; 4], further: Further) -> PyResult<f64> {
+        let sample = self.sample(values, further)?;
+        self.last = each!(&mut self.core, core => core.step(&sample));
+        Ok(self.last.value)
+    }
+
+    pub(super) fn hold(&mut self) -> f64 {
+        let (value, status) = each!(&self.core, core => core.hold());
+        self.last = ChannelOutput { value, status, ..self.last };
+        value
+    }
+
+    pub(super) fn prime(&mut self, values: [f64; 4], supply_pressure: Option<f64>) {
+        let [command, velocity, force, spool] = values;
+        let rest = self.rest();
+        let supply_pressure = supply_pressure.unwrap_or(rest.supply_pressure);
+        let sample = Sample { command, velocity, force, spool, supply_pressure, ..rest };
+        each!(&mut self.core, core => core.prime(&sample));
+    }
+
+    pub(super) fn reset(&mut self) {
+        each!(&mut self.core, core => core.reset());
+        self.last = SILENT;
+    }
+
+    pub(super) fn end(&mut self) {
+        each!(&mut self.core, core => core.end());
+    }
+
+    pub(super) fn last(&self) -> &ChannelOutput {
+        &self.last
+    }
+
+    /// Flow gain over the table's, response delay (s), and the guard's level, as the controller believes them.
+    pub(super) fn learned(&self) -> (f64, f64, f64) {
+        let learned = match &self.core {
+            Precision::F32(core) => core
+                .learned()
+                .map(|l| (f64::from(l.flow_gain()), f64::from(l.response_delay()), f64::from(l.level()))),
+            Precision::F64(core) => core.learned().map(|l| (l.flow_gain(), l.response_delay(), l.level())),
+        };
+        learned.unwrap_or((1.0, self.rig.compensation.response_delay, 1.0))
+    }
+
+    /// One sample after the other; the flags of all of them stay.
+    pub(super) fn process<'py>(
+        &mut self,
+        py: Python<'py>,
+        signals: [Option<&Bound<'py, PyAny>>; 7],
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let [command, velocity, force, spool, supply_pressure, valve_command, displacement] = signals;
+        self.required([supply_pressure.is_some(), valve_command.is_some(), displacement.is_some()])?;
+        let columns: [Column<'_, 'py>; 7] = [
+            ("velocity", velocity, |s| &mut s.velocity),
+            ("force", force, |s| &mut s.force),
+            ("spool", spool, |s| &mut s.spool),
+            ("command", command, |s| &mut s.command),
+            ("supply_pressure", supply_pressure, |s| &mut s.supply_pressure),
+            ("valve_command", valve_command, |s| &mut s.valve_command),
+            ("displacement", displacement, |s| &mut s.displacement),
+        ];
+        let rest = self.rest();
+        let mut samples: Option<(&str, Vec<Sample>)> = None;
+        for (name, given, place) in columns {
+            let Some(given) = given else { continue };
+            let values = arrays::vector(name, given)?;
+            let (first, samples) = samples.get_or_insert_with(|| (name, vec![rest; values.len()]));
+            if values.len() != samples.len() {
+                let allowed = format!("must have as many samples as {first}, {}", samples.len());
+                return Err(refuse(name, format!("{} samples", values.len()), allowed));
+            }
+            for (sample, value) in samples.iter_mut().zip(values) {
+                *place(sample) = value;
+            }
+        }
+        let samples = samples.map(|(_, samples)| samples).unwrap_or_default();
+        let (core, mut last) = (&mut self.core, SILENT);
+        let values = py.detach(|| {
+            let mut step = |sample: &Sample| {
+                let output = each!(&mut *core, core => core.step(sample));
+                last = ChannelOutput { status: last.status | output.status, ..output };
+                output.value
+            };
+            samples.iter().map(&mut step).collect::<Vec<_>>()
+        });
+        self.last = last;
+        Ok(PyArray1::from_vec(py, values))
+    }
+}

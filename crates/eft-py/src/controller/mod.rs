@@ -1,0 +1,8 @@
+//! `eft.Compensator` and `eft.Controller`: the core's own steps.
+
+mod channel;
+mod compensator;
+mod whole;
+
+pub(crate) use compensator::Compensator;
+pub(crate) use whole::Controller;

@@ -1,0 +1,157 @@
+//! `eft.Controller`.
+
+use eft_sim::closed_loop::Reach;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::controller::channel::{Channel, Further};
+use crate::rig::Rig;
+
+/// The whole digital controller, one tick at a time: compensation, Eq. (1) and limits, the same code as in firmware.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     Its controller, compensation, limits and flow table are used; nothing of the true valve. With ``compensation.adaptive``,
+///     ``compensation.guard``, ``compensation.supply_correction`` or ``protection.enabled`` that part runs as well.
+/// dtype : {"f64", "f32"}
+///     The precision of the arithmetic.
+/// sample_rate : float, optional
+///     In Hz; ``controller.sample_rate`` of the rig if left out.
+///
+/// Notes
+/// -----
+/// It can be pickled and copied at rest only: what it has learned stays with it.
+#[pyclass(module = "eft")]
+pub(crate) struct Controller {
+    channel: Channel,
+}
+
+#[pymethods]
+impl Controller {
+    #[new]
+    #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
+    fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>) -> PyResult<Self> {
+        Ok(Self { channel: Channel::new(rig, dtype, sample_rate, Reach::ValveCommand)? })
+    }
+
+    /// Take one sample and return the valve command in V.
+    ///
+    /// An invalid command or measurement leaves the state, repeats the last output and raises a flag in `status`.
+    ///
+    /// Parameters
+    /// ----------
+    /// command : float
+    ///     Force command, N.
+    /// velocity : float
+    ///     Measured piston velocity, m/s.
+    /// force : float
+    ///     Measured force, N.
+    /// spool : float
+    ///     Measured spool opening.
+    /// supply_pressure : float, optional
+    ///     Measured supply pressure, Pa; read, and then needed, where ``compensation.supply_correction`` is on.
+    /// displacement : float, optional
+    ///     Measured displacement, m; needed where the protection limits it.
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None))]
+    fn step(
+        &mut self,
+        command: f64,
+        velocity: f64,
+        force: f64,
+        spool: f64,
+        supply_pressure: Option<f64>,
+        displacement: Option<f64>,
+    ) -> PyResult<f64> {
+        let further = Further { supply_pressure, displacement, ..Further::default() };
+        self.channel.step([command, velocity, force, spool], further)
+    }
+
+    /// Take a whole array of samples and return the valve commands in V; `status` collects their flags.
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None))]
+    #[allow(clippy::too_many_arguments)] // Python's, some of them optional
+    fn process<'py>(
+        &mut self,
+        py: Python<'py>,
+        command: &Bound<'py, PyAny>,
+        velocity: &Bound<'py, PyAny>,
+        force: &Bound<'py, PyAny>,
+        spool: &Bound<'py, PyAny>,
+        supply_pressure: Option<&Bound<'py, PyAny>>,
+        displacement: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let measured = [Some(command), Some(velocity), Some(force), Some(spool)];
+        let [command, velocity, force, spool] = measured;
+        self.channel.process(py, [command, velocity, force, spool, supply_pressure, None, displacement])
+    }
+
+    /// Go to the state of a rig that has long been at this operating point, nothing learned yet, so that the next
+    /// step has no bump; the protection goes on where it is.
+    #[pyo3(signature = (command=0.0, velocity=0.0, force=0.0, spool=0.0, supply_pressure=None))]
+    fn prime(&mut self, command: f64, velocity: f64, force: f64, spool: f64, supply_pressure: Option<f64>) {
+        self.channel.prime([command, velocity, force, spool], supply_pressure);
+    }
+
+    /// Return the last output once more, in V; the state stays.
+    fn hold(&mut self) -> f64 {
+        self.channel.hold()
+    }
+
+    /// Go back to the state of a new object: a rig at rest.
+    fn reset(&mut self) {
+        self.channel.reset();
+    }
+
+    /// Ask the rig's protection, where it is on, for the soft end: the command fades along its ramp.
+    fn end(&mut self) {
+        self.channel.end();
+    }
+
+    /// Flags of the last call, bits of `eft.Status`.
+    #[getter]
+    fn status(&self) -> u32 {
+        self.channel.last().status
+    }
+
+    /// Force command that the protection lets be followed, N; the command itself where it is off.
+    #[getter]
+    fn permitted_command(&self) -> f64 {
+        self.channel.last().permitted_command
+    }
+
+    /// Factor on the valve command in a shutdown, 1 to 0; in the output already.
+    #[getter]
+    fn authority(&self) -> f64 {
+        self.channel.last().authority
+    }
+
+    /// True flow over the table's, as the estimator has it; 1 where the rig does not adapt.
+    #[getter]
+    fn flow_gain_estimate(&self) -> f64 {
+        self.channel.learned().0
+    }
+
+    /// Delay that the lead network makes up for, s.
+    #[getter]
+    fn response_delay_estimate(&self) -> f64 {
+        self.channel.learned().1
+    }
+
+    /// The overcompensation guard's factor on the compensation level; 1 where it does not act.
+    #[getter]
+    fn level(&self) -> f64 {
+        self.channel.learned().2
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (rig, dtype, sample_rate) = slf.borrow().channel.arguments()?;
+        let make = slf.get_type().getattr("_made")?;
+        Ok((make, (rig, dtype, sample_rate).into_pyobject(slf.py())?))
+    }
+
+    #[staticmethod]
+    fn _made(rig: &Rig, dtype: &str, sample_rate: f64) -> PyResult<Self> {
+        Self::new(rig, dtype, Some(sample_rate))
+    }
+}

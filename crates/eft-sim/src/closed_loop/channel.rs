@@ -1,0 +1,256 @@
+//! A rig's controller for a loop that someone else closes: one sample at a time, with all that its configuration
+//! asks for.
+
+use eft_core::{
+    AdaptiveCompensationState, AdaptiveControllerState, ControllerState, Feedforward, FeedforwardState,
+    Measurements,
+};
+
+use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
+use crate::closed_loop::guarded::Guarded;
+use crate::config::RigConfig;
+use crate::error::Result;
+use crate::sensors::Signals;
+
+/// What one sample brings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Force command (N).
+    pub command: f64,
+    /// Piston velocity (m/s).
+    pub velocity: f64,
+    /// Force (N).
+    pub force: f64,
+    /// Spool opening (1).
+    pub spool: f64,
+    /// Displacement (m); only the protection looks at it.
+    pub displacement: f64,
+    /// Valve command (V) that stood when the others were sampled; only the estimators of a compensation alone look at
+    /// it, a whole controller knows its own.
+    pub valve_command: f64,
+    /// Supply pressure (Pa); the configured one where there is no transducer.
+    pub supply_pressure: f64,
+}
+
+/// What a channel makes of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChannelOutput {
+    /// Valve command of a controller, compensation signal of a compensation (V).
+    pub value: f64,
+    /// Force command (N) that the protection lets be followed.
+    pub permitted_command: f64,
+    /// Factor (1) that the protection puts on the valve command, in `value` already where that is one.
+    pub authority: f64,
+    /// Bits of [`eft_core::status`].
+    pub status: u32,
+}
+
+/// How far a rig's controller reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reach {
+    /// The compensation signal alone, for an analog servovalve controller behind it.
+    Compensation,
+    /// The whole tick, to the valve command.
+    ValveCommand,
+}
+
+/// A rig's controller and what it remembers.
+#[derive(Debug, Clone)]
+pub struct Channel<P: Precision> {
+    core: Core<P>,
+    protection: Option<Guarded<f64>>,
+    configured_supply: Option<P>,
+    reach: Reach,
+}
+
+/// The paper's scheme with feedforward, or the adaptive one: what is off does not run.
+#[derive(Debug, Clone)]
+enum Core<P: Precision> {
+    Fixed {
+        controller: Box<RigController<P>>,
+        feedforward: Feedforward<P>,
+        state: ControllerState<P>,
+        forward: FeedforwardState<P>,
+    },
+    Adaptive {
+        controller: Box<RigAdaptiveController<P>>,
+        state: Box<AdaptiveControllerState<P>>,
+    },
+}
+
+impl<P: Precision<Flags = u32>> Channel<P> {
+    /// The controller of a rig at a sample rate (Hz), at rest.
+    ///
+    /// # Errors
+    /// An invalid configuration; what `eft-core` refuses.
+    pub fn new(rig: &RigConfig, sample_rate: f64, reach: Reach) -> Result<Self> {
+        rig.validate()?;
+        crate::checks::positive("sample_rate", sample_rate, "Hz")?;
+        let core = if adapts(rig) {
+            let controller = Box::new(P::adaptive(rig, sample_rate)?);
+            let state = Box::new(controller.at_rest());
+            Core::Adaptive { controller, state }
+        } else {
+            Core::Fixed {
+                controller: Box::new(P::controller(rig, sample_rate)?),
+                feedforward: P::feedforward(rig, sample_rate)?,
+                state: ControllerState::default(),
+                forward: FeedforwardState::default(),
+            }
+        };
+        let configured = P::from_f64(rig.supply.pressure);
+        Ok(Self {
+            core,
+            protection: Guarded::new(|_| rig, sample_rate)?,
+            configured_supply: (!rig.compensation.supply_correction).then_some(configured),
+            reach,
+        })
+    }
+
+    /// One sample.
+    ///
+    /// # NaN
+    /// A sample that is not finite, or beyond its range, repeats the last output and is flagged.
+    pub fn step(&mut self, sample: &Sample) -> ChannelOutput {
+        let (command, authority, protection) = match &mut self.protection {
+            None => (sample.command, 1.0, 0),
+            Some(guarded) => {
+                let (command, _, flags) = guarded.protect(sample.command, sample.command, &signals(sample));
+                (command, guarded.authority, flags)
+            }
+        };
+        let measured = self.measured(sample);
+        let (value, status) = match (&mut self.core, self.reach) {
+            (Core::Fixed { controller, feedforward, state, forward }, reach) => {
+                let command = P::from_f64(command);
+                let flow = feedforward.step(forward, command);
+                let m = &measured;
+                match reach {
+                    Reach::Compensation => {
+                        let compensation = &controller.compensation;
+                        let out =
+                            compensation.step(&mut state.compensation, m.velocity, m.force, m.spool, flow);
+                        (out.value.to_f64(), out.status)
+                    }
+                    Reach::ValveCommand => {
+                        let out = controller.step_via(
+                            state,
+                            command,
+                            m.velocity,
+                            m.force,
+                            m.spool,
+                            flow,
+                            |compensation| compensation,
+                        );
+                        (out.valve_command.to_f64() * authority, out.status)
+                    }
+                }
+            }
+            (Core::Adaptive { controller, state }, Reach::Compensation) => {
+                let out =
+                    controller.compensation.step(&mut state.compensation, P::from_f64(command), &measured);
+                (out.value.to_f64(), out.status)
+            }
+            (Core::Adaptive { controller, state }, Reach::ValveCommand) => {
+                let out = controller.step(state, P::from_f64(command), &measured);
+                (out.valve_command.to_f64() * authority, out.status)
+            }
+        };
+        ChannelOutput { value, permitted_command: command, authority, status: status | protection }
+    }
+
+    /// The last output once more; the state stays.
+    pub fn hold(&self) -> (f64, u32) {
+        let authority = self.protection.as_ref().map_or(1.0, |guarded| guarded.authority);
+        let (valve_command, compensation, status) = match &self.core {
+            Core::Fixed { controller, state, .. } => {
+                let out = controller.hold(state);
+                (out.valve_command, out.compensation, out.status)
+            }
+            Core::Adaptive { controller, state } => {
+                let out = controller.hold(state);
+                (out.valve_command, out.compensation, out.status)
+            }
+        };
+        match self.reach {
+            Reach::Compensation => (compensation.to_f64(), status),
+            Reach::ValveCommand => (valve_command.to_f64() * authority, status),
+        }
+    }
+
+    /// Goes to the state of a rig that has long been at this operating point, nothing learned yet: the next step with
+    /// the same sample has no bump. The protection goes on where it is.
+    pub fn prime(&mut self, sample: &Sample) {
+        let m = self.measured(sample);
+        let command = P::from_f64(sample.command);
+        match &mut self.core {
+            Core::Fixed { controller, feedforward, state, forward } => {
+                *forward = feedforward.at_rest(command);
+                let flow = feedforward.step(forward, command);
+                *state = controller.prime(command, m.velocity, m.force, m.spool, flow);
+            }
+            Core::Adaptive { controller, state } => **state = controller.prime(command, &m),
+        }
+    }
+
+    /// Back to rest.
+    pub fn reset(&mut self) {
+        match &mut self.core {
+            Core::Fixed { state, forward, .. } => {
+                *state = ControllerState::default();
+                *forward = FeedforwardState::default();
+            }
+            Core::Adaptive { controller, state } => **state = controller.at_rest(),
+        }
+        if let Some(guarded) = &mut self.protection {
+            guarded.reset();
+        }
+    }
+
+    /// Whether no sample has been taken in since the start or a reset.
+    pub fn is_at_rest(&self) -> bool {
+        let resting = self.protection.as_ref().is_none_or(Guarded::is_at_rest);
+        resting
+            && match &self.core {
+                Core::Fixed { state, forward, .. } => {
+                    *state == ControllerState::default() && *forward == FeedforwardState::default()
+                }
+                Core::Adaptive { controller, state } => **state == controller.at_rest(),
+            }
+    }
+
+    /// Asks the protection, where there is one, for the soft end.
+    pub fn end(&mut self) {
+        if let Some(guarded) = &mut self.protection {
+            guarded.end();
+        }
+    }
+
+    /// What was learned, where the rig adapts or guards.
+    pub fn learned(&self) -> Option<&AdaptiveCompensationState<P>> {
+        match &self.core {
+            Core::Fixed { .. } => None,
+            Core::Adaptive { state, .. } => Some(&state.compensation),
+        }
+    }
+
+    fn measured(&self, sample: &Sample) -> Measurements<P> {
+        Measurements {
+            velocity: P::from_f64(sample.velocity),
+            force: P::from_f64(sample.force),
+            spool: P::from_f64(sample.spool),
+            valve_command: P::from_f64(sample.valve_command),
+            supply_pressure: self.configured_supply.unwrap_or_else(|| P::from_f64(sample.supply_pressure)),
+        }
+    }
+}
+
+fn signals(sample: &Sample) -> Signals<f64> {
+    Signals {
+        displacement: sample.displacement,
+        velocity: sample.velocity,
+        force: sample.force,
+        spool: sample.spool,
+        supply_pressure: sample.supply_pressure,
+    }
+}
