@@ -62,6 +62,7 @@ _FlowGain: TypeAlias = Literal["nominal", "steeper", "shallower", "mean"]
 class _Key(TypedDict):
     key: str
     unit: str
+    type: Literal["float", "int", "bool", "str", "list"]
     allowed: str
     doc: str
     required: bool

@@ -32,7 +32,8 @@ pub(crate) fn real<'py>(parameter: &str, given: &Bound<'py, PyAny>) -> PyResult<
         let found = format!("an array of {}", array.getattr("dtype")?.str()?);
         return Err(refuse(parameter, found, "must be an array of real numbers"));
     }
-    numpy.call_method1("asarray", (array, "float64", "C"))
+    // Aligned too: what comes out of a network buffer may start at any byte.
+    numpy.call_method1("require", (array, "float64", ["C", "A"]))
 }
 
 /// The elements of a contiguous `float64` array in C order.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use eft_sim::RigConfig;
-use eft_sim::config::{KEYS, Key, Need};
+use eft_sim::config::{KEYS, Key, Kind, Need};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
@@ -140,13 +140,21 @@ impl Rig {
 
 /// Return the schema of the configuration: one dictionary per key, in the order of files.
 ///
-/// Each has `key`, `unit`, `allowed`, `doc`, and `required` (bool).
+/// Each has `key`, `unit`, `type` ("float", "int", "bool", "str" or "list"), `allowed`, `doc`, and `required` (bool).
 #[pyfunction]
 pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let row = |row: &Key| {
         let entry = PyDict::new(py);
         entry.set_item("key", row.key)?;
         entry.set_item("unit", row.unit)?;
+        let kind = match row.kind {
+            Kind::Float(..) => "float",
+            Kind::Int(..) => "int",
+            Kind::Bool => "bool",
+            Kind::Choice(_) | Kind::Text => "str",
+            Kind::Floats(..) => "list",
+        };
+        entry.set_item("type", kind)?;
         entry.set_item("allowed", row.allowed())?;
         entry.set_item("doc", row.doc)?;
         entry.set_item("required", matches!(row.need, Need::Required))?;
