@@ -53,6 +53,7 @@ from eft._native import (
 )
 from eft._run import FftRatio, IdealResponse, TestRun, ideal_response, simulate
 from eft._status import Status
+from eft._study import LatinHypercube, Sobol, Study, study
 
 __all__ = [
     "STABILITY_MAPS",
@@ -64,13 +65,16 @@ __all__ = [
     "FlowCurveEstimate",
     "FlowTable",
     "IdealResponse",
+    "LatinHypercube",
     "LinearModel",
     "Plant",
     "PlantState",
     "Record",
     "Rig",
+    "Sobol",
     "StabilityMap",
     "Status",
+    "Study",
     "TestRun",
     "__version__",
     "band_passed",
@@ -101,6 +105,7 @@ __all__ = [
     "stability_map",
     "stability_margin",
     "stability_margins",
+    "study",
     "tapered",
     "valve_test",
 ]

@@ -1,0 +1,179 @@
+"""Runs a study, here or on the workers of an executor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from contextlib import ExitStack
+from itertools import islice
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from eft._native import Command, Rig
+from eft._run import Dtype
+from eft._study._combinations import combinations_of
+from eft._study._plan import Batch, Plan
+from eft._study._result import Study
+from eft._study._rows import Outcome, WrongVersionError, columns, failed_row, run_batch
+from eft._study._samplers import Sampler
+from eft._study._store import Folder, Memory
+
+_PARTS = 256
+"""Chunks of a study, about: enough for every worker, and few enough files."""
+_LEAST = 32
+"""Tests of a chunk at least: below that its overhead would show."""
+_IN_FLIGHT = 128
+"""Chunks that an executor holds at once; more would only take memory."""
+
+
+def study(
+    rig: Rig,
+    command: Command | Mapping[str, Command],
+    parameters: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]] | Sampler,
+    *,
+    executor: Executor | None = None,
+    output: str | PathLike[str] | None = None,
+    dtype: Dtype = "f64",
+    traces: bool = False,
+    fft: bool = True,
+    chunk: int | None = None,
+    progress: bool | Callable[[int, int], object] | None = None,
+) -> Study:
+    """Run a test for every combination of settings and judge each: one row a test.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig on which the settings are changed.
+    command : Command or mapping of names to commands
+        The force to be applied; with several commands every combination is run under each.
+    parameters : mapping, list of mappings, or sampler
+        Dotted keys of the rig with lists of values (every value with every other); combinations one by one;
+        or `LatinHypercube` or `Sobol`. The key ``command.scale`` is a factor on the command.
+    executor : concurrent.futures.Executor, optional
+        Where the tests run: a process pool, ``Client.get_executor()`` of Dask distributed, any other. Without
+        one, on all cores of this machine. The rows are the same.
+    output : path, optional
+        A folder for the rows, as Parquet (needs pyarrow). If it holds the beginning of the same study, that
+        is taken up again; a kill at any moment loses at most the chunks at work. Without it rows stay in
+        memory.
+    dtype : {"f64", "f32"}
+        Precision of the controller.
+    traces : bool
+        Keep the traces of every test, in memory or in the folder: see `Study.run`.
+    fft : bool
+        Compute the metrics that need a Fourier transform too, such as the delay; they take longer than a
+        test. Without them their columns stay empty.
+    chunk : int, optional
+        Tests that are sent, and written, together.
+    progress : bool or callable, optional
+        A bar with the time left: None shows it on a terminal only. Or called with the tests done and their
+        total.
+
+    Returns
+    -------
+    Study
+        In the order of the combinations, whatever the order in which they finished.
+
+    Raises
+    ------
+    ValueError
+        If a key is unknown, a value is of a wrong type, or the folder holds another study. A value that the
+        rig refuses raises nothing: its row says so.
+    """
+    commands = _commands(command)
+    combinations = combinations_of(parameters, rig)
+    total = len(commands) * len(combinations)
+    if chunk is None:
+        chunk = max(_LEAST, -(-total // (_PARTS * _LEAST)) * _LEAST)
+    elif not isinstance(chunk, int) or isinstance(chunk, bool) or chunk < 1:
+        raise ValueError(f"chunk = {chunk!r}: must be a whole number of at least 1")
+    if dtype not in ("f32", "f64"):
+        raise ValueError(f'dtype = {dtype!r}: must be "f32" or "f64"')
+    plan = Plan(rig, commands, combinations, dtype, traces, fft, chunk)
+    table = columns(combinations.keys, rig)
+    with ExitStack() as stack:
+        store: Folder | Memory = Memory()
+        done: Sequence[int] = ()
+        if output is not None:
+            store = Folder(Path(output))
+            stack.enter_context(store.locked())
+            chunk = store.begin(plan.describe(), table, chunk)
+            plan = Plan(rig, commands, combinations, dtype, traces, fft, chunk)
+            done = store.complete()
+        update = stack.enter_context(_Progress(progress, sum(map(plan.size, done)), len(plan)))
+        todo = sorted(set(range(plan.chunks)) - set(done))
+        for number, outcomes in _run(plan, todo, executor):
+            store.put(number, outcomes)
+            update(plan.size(number))
+    return Study(plan.describe(), table, chunk, store)
+
+
+def _commands(command: Command | Mapping[str, Command]) -> dict[str, Command]:
+    commands = {"command": command} if isinstance(command, Command) else command
+    if not isinstance(commands, Mapping) or not commands:
+        raise ValueError(f"command = {command!r}: must be a Command, or names with their Commands")
+    for name, value in commands.items():
+        if not isinstance(name, str) or not isinstance(value, Command):
+            raise ValueError(f"command[{name!r}] = {value!r}: must be a name with its Command")
+    return dict(commands)
+
+
+def _run(plan: Plan, todo: Iterable[int], executor: Executor | None) -> Iterator[tuple[int, list[Outcome]]]:
+    """Chunks with their outcomes, as they finish."""
+    if executor is None:
+        for number in todo:
+            yield number, run_batch(plan.batch(number))
+        return
+    waiting = iter(todo)
+    flying: dict[Future[list[Outcome]], int] = {}
+    try:
+        while True:
+            for number in islice(waiting, _IN_FLIGHT - len(flying)):
+                flying[executor.submit(run_batch, plan.batch(number), 1)] = number
+            if not flying:
+                return
+            for future in wait(flying, return_when=FIRST_COMPLETED).done:
+                number = flying.pop(future)
+                yield number, _result(future, plan.batch(number), executor)
+    finally:
+        for future in flying:
+            future.cancel()
+
+
+def _result(future: Future[list[Outcome]], batch: Batch, executor: Executor) -> list[Outcome]:
+    """What came back; from a chunk that took its worker along, each test once more, alone."""
+    try:
+        return future.result()
+    except (BrokenExecutor, CancelledError, WrongVersionError):
+        raise
+    except Exception as error:
+        if len(batch.tests) == 1:
+            return [Outcome(failed_row(batch.tests[0], "failed", error), None)]
+    alone = [(executor.submit(run_batch, single, 1), single) for single in batch.alone()]
+    return [outcome for lone, single in alone for outcome in _result(lone, single, executor)]
+
+
+class _Progress:
+    """A bar, a callback, or neither."""
+
+    def __init__(self, wanted: bool | Callable[[int, int], object] | None, done: int, total: int) -> None:
+        self._call = wanted if callable(wanted) else None
+        self._done, self._total = done, total
+        hidden = None if wanted is None else wanted is not True
+        self._bar = tqdm(desc="study", total=total, initial=done, unit="test", disable=hidden)
+
+    def __enter__(self) -> Callable[[int], None]:
+        return self._update
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+    def _update(self, more: int) -> None:
+        self._done += more
+        self._bar.update(more)
+        if self._call is not None:
+            self._call(self._done, self._total)

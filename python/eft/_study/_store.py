@@ -1,0 +1,248 @@
+"""Where the rows of a study go: memory, or a folder of Parquet files that a kill cannot spoil."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import reprlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol
+
+from eft._files import beside, write_text
+from eft._run import TestRun
+from eft._study._plan import FORMAT, configuration_hash
+from eft._study._rows import Column, Outcome, Row
+
+ABOUT = "_study.json"
+"""Names that begin with `_` are left aside by whatever reads a folder of Parquet files."""
+_TRACES = "_traces"
+_LOCK = "_lock"
+
+Columns = dict[str, list[Any]]
+
+
+class Store(Protocol):
+    """Takes chunks and gives them back."""
+
+    def numbers(self) -> Sequence[int]:
+        """Which chunks are there, in their order."""
+
+    def put(self, number: int, outcomes: Sequence[Outcome]) -> None:
+        """Keep a chunk."""
+
+    def read(self, number: int, names: Sequence[str] | None = None) -> Columns:
+        """A chunk by columns."""
+
+    def run(self, index: int) -> TestRun:
+        """The traces of a test."""
+
+
+class Memory:
+    """Rows in memory, column by column."""
+
+    def __init__(self) -> None:
+        self._chunks: dict[int, Columns] = {}
+        self._runs: dict[int, TestRun] = {}
+
+    def numbers(self) -> Sequence[int]:
+        """Which chunks are there, in their order."""
+        return sorted(self._chunks)
+
+    def put(self, number: int, outcomes: Sequence[Outcome]) -> None:
+        """Keep a chunk."""
+        self._chunks[number] = by_column([outcome.row for outcome in outcomes])
+        self._runs |= {outcome.row["index"]: outcome.run for outcome in outcomes if outcome.run is not None}
+
+    def read(self, number: int, names: Sequence[str] | None = None) -> Columns:
+        """A chunk by columns."""
+        chunk = self._chunks[number]
+        return chunk if names is None else {name: chunk[name] for name in names}
+
+    def run(self, index: int) -> TestRun:
+        """The traces of a test."""
+        return self._runs[index]
+
+
+class Folder:
+    """One Parquet file a chunk, each written beside and renamed."""
+
+    def __init__(self, path: Path) -> None:
+        # Here, so that a missing package is known before the first test runs.
+        import pyarrow.parquet
+
+        self.path = path
+        self._parquet = pyarrow.parquet
+        self._schema: Any = None
+
+    @classmethod
+    def open(cls, path: Path) -> tuple[Folder, dict[str, Any]]:
+        """A folder that a study wrote, and what it says of itself."""
+        folder = cls(path)
+        about = folder._about()
+        if about is None:
+            raise ValueError(f"{path}: not a study: there is no {ABOUT} in it")
+        return folder, about
+
+    def begin(self, description: Mapping[str, Any], table: Sequence[Column], chunk: int) -> int:
+        """Begin an empty folder, or take up again what is in it; returns the size of its chunks.
+
+        Raises
+        ------
+        ValueError
+            If it holds another study; the message says what differs.
+        """
+        about = self._about()
+        if about is None:
+            about = {
+                "format": FORMAT,
+                "configuration": configuration_hash(description),
+                "chunk": chunk,
+                "study": description,
+                "columns": [column._asdict() for column in table],
+            }
+            write_text(self.path / ABOUT, json.dumps(about, indent=1, ensure_ascii=False) + "\n")
+        elif differences := list(_differences(about["study"], json.loads(json.dumps(description)))):
+            shown = "; ".join(differences[:5]) + ("; and more" if len(differences) > 5 else "")
+            raise ValueError(f"{self.path}: holds another study and cannot be resumed with this one: {shown}")
+        self._schema = _schema(table, about)
+        self._sweep()
+        return int(about["chunk"])
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Make the folder and keep a second process out of it, as long as this one lives.
+
+        Raises
+        ------
+        ValueError
+            If it holds something else than a study.
+        """
+        if self.path.exists() and not self.path.is_dir():
+            raise NotADirectoryError(20, "is a file, must be a folder or nothing yet", str(self.path))
+        self.path.mkdir(exist_ok=True)
+        others = {entry.name for entry in self.path.iterdir()} - {_LOCK}
+        if others and ABOUT not in others and not all(name.startswith("._study-") for name in others):
+            raise ValueError(f"{self.path}: holds other files: must be a study, empty, or not there yet")
+        with (self.path / _LOCK).open("w") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise ValueError(f"{self.path}: another process is at work on this study") from None
+            except OSError:
+                pass  # A file system without locks; two at once do the same work twice and spoil nothing.
+            yield
+
+    def numbers(self) -> Sequence[int]:
+        """Which chunks are there, in their order."""
+        return sorted(int(part.stem.removeprefix("part-")) for part in self.path.glob("part-*.parquet"))
+
+    def complete(self) -> Sequence[int]:
+        """Which chunks need no second attempt: those in which nothing failed by accident."""
+        return [n for n in self.numbers() if "failed" not in self.read(n, ["status"])["status"]]
+
+    def put(self, number: int, outcomes: Sequence[Outcome]) -> None:
+        """Keep a chunk."""
+        import pyarrow as pa
+
+        # The traces first: a part that is there has all that belongs to it.
+        for outcome in outcomes:
+            if outcome.run is not None:
+                (self.path / _TRACES).mkdir(exist_ok=True)
+                outcome.run.save(self._trace(outcome.row["index"]))
+        table = pa.Table.from_pydict(by_column([outcome.row for outcome in outcomes]), schema=self._schema)
+        with beside(self._part(number)) as temporary:
+            self._parquet.write_table(table, temporary, compression="zstd")
+
+    def read(self, number: int, names: Sequence[str] | None = None) -> Columns:
+        """A chunk by columns."""
+        part = self._part(number)
+        try:
+            columns: Columns = self._parquet.ParquetFile(part).read(columns=names).to_pydict()
+        except (OSError, ValueError) as error:
+            if isinstance(error, FileNotFoundError):
+                raise
+            raise ValueError(
+                f"{part}: damaged: {error}; remove it, and the study computes its rows again"
+            ) from None
+        return columns
+
+    def run(self, index: int) -> TestRun:
+        """The traces of a test."""
+        return TestRun.load(self._trace(index))
+
+    def _part(self, number: int) -> Path:
+        return self.path / f"part-{number:06d}.parquet"
+
+    def _trace(self, index: int) -> Path:
+        return self.path / _TRACES / f"{index:08d}.eft"
+
+    def _about(self) -> dict[str, Any] | None:
+        try:
+            text = (self.path / ABOUT).read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return None
+        try:
+            about = dict(json.loads(text))
+            later = int(about["format"]) > FORMAT
+            about["study"], about["columns"], about["chunk"]
+        except (ValueError, TypeError, KeyError) as error:
+            raise ValueError(f"{self.path / ABOUT}: damaged: {error}") from None
+        if later:
+            raise ValueError(
+                f"{self.path}: format {about['format']} is later than {FORMAT}, "
+                "the latest this version of eft reads"
+            )
+        return about
+
+    def _sweep(self) -> None:
+        """Take away what a killed process left half written; the lock says that none is at work."""
+        patterns = (".part-*.parquet", "._study-*.json", f"{_TRACES}/.*.eft")
+        for leftover in [file for pattern in patterns for file in self.path.glob(pattern)]:
+            with contextlib.suppress(FileNotFoundError):
+                leftover.unlink()
+
+
+def by_column(rows: Sequence[Row]) -> Columns:
+    """Rows turned into columns."""
+    return {name: [row[name] for row in rows] for name in rows[0]}
+
+
+def _schema(table: Sequence[Column], about: Mapping[str, Any]) -> Any:
+    import pyarrow as pa
+
+    types = {
+        "int": pa.int64(), "flags": pa.uint32(), "float": pa.float64(), "bool": pa.bool_(),
+        "str": pa.string(), "list": pa.list_(pa.float64()),
+    }  # fmt: skip
+    study = about["study"]
+    metadata = {
+        "eft.format": str(FORMAT),
+        "eft.version": study["version"],
+        "eft.configuration": about["configuration"],
+        "eft.seed": str(study["parameters"].get("seed", "")),
+        "eft.rig": json.dumps(study["rig"], ensure_ascii=False),
+    }
+    return pa.schema(
+        [
+            pa.field(column.name, types[column.type], metadata={"unit": column.unit, "doc": column.doc})
+            for column in table
+        ],
+        metadata=metadata,
+    )
+
+
+def _differences(there: Any, here: Any, name: str = "") -> Iterator[str]:
+    """What differs between two descriptions, each by its dotted name."""
+    if isinstance(there, dict) and isinstance(here, dict):
+        for key in [*there, *(key for key in here if key not in there)]:
+            below = f"{name}.{key}" if name else key
+            if key not in here or key not in there:
+                where = "there" if key in there else "here"
+                yield f"{below} is only {where}"
+            else:
+                yield from _differences(there[key], here[key], below)
+    elif there != here:
+        yield f"{name} is {reprlib.repr(there)} there, {reprlib.repr(here)} here"

@@ -1,0 +1,96 @@
+"""Values of settings: their types, and plain data that can be compared."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from eft._native import Rig, rig_keys
+
+SCALE = "command.scale"
+"""The key that is none of the rig's: a factor on the command."""
+
+Value = bool | int | float | str | list[float] | None
+Changes = dict[str, Value]
+
+
+def _number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+_TYPES: dict[str, tuple[Callable[[object], bool], str]] = {
+    "float": (_number, "must be a number"),
+    "int": (lambda value: isinstance(value, int) and not isinstance(value, bool), "must be a whole number"),
+    "bool": (lambda value: isinstance(value, bool), "must be true or false"),
+    "str": (lambda value: isinstance(value, str), "must be a string"),
+    "list": (
+        lambda value: isinstance(value, list) and all(map(_number, value)),
+        "must be a list of numbers",
+    ),
+}
+
+
+def type_of(key: str, rig: Rig) -> str:
+    """The type of a key's values: "float", "int", "bool", "str" or "list".
+
+    Raises
+    ------
+    ValueError
+        If there is no such key, with the nearest one that there is, or if it is a section.
+    """
+    if key == SCALE:
+        return "float"
+    for entry in rig_keys():
+        if entry["key"] == key:
+            return entry["type"]
+    if difflib.get_close_matches(key, [SCALE], 1, 0.8):
+        raise ValueError(f"unknown key `{key}`; the nearest known key is `{SCALE}`")
+    own_value(rig, key)
+    raise ValueError(f"`{key}` is a section: name one of its keys, such as `{_first_below(key)}`")
+
+
+def own_value(rig: Rig, key: str) -> Any:
+    """The rig's value of a key; the command as it is has the scale 1."""
+    if key == SCALE:
+        return 1.0
+    try:
+        return rig[key]
+    except KeyError as error:
+        raise ValueError(str(error.args[0])) from None
+
+
+def _first_below(section: str) -> str:
+    return next(entry["key"] for entry in rig_keys() if entry["key"].startswith(f"{section}."))
+
+
+def plain(name: str, value: Any, kind: str) -> Value:
+    """A value of a type without NumPy in it; None takes an optional value away.
+
+    Raises
+    ------
+    ValueError
+        If it is of another type.
+    """
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if isinstance(value, tuple):
+        value = list(value)
+    fits, allowed = _TYPES[kind]
+    if value is None:
+        return None
+    if not fits(value):
+        raise ValueError(f"{name} = {value!r}: {allowed}")
+    if kind == "float":
+        return float(value)
+    return [float(item) for item in value] if kind == "list" else value
+
+
+def digest(value: Any) -> str:
+    """SHA-256 of plain data, the same whatever the order of its keys."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
+    return hashlib.sha256(text.encode()).hexdigest()

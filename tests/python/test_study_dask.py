@@ -1,0 +1,54 @@
+"""A study on Dask distributed, two worker processes on loopback, against the same study here."""
+
+import os
+import signal
+
+import distributed
+import pytest
+
+import eft
+
+RIG = eft.Rig.zhao2005()
+COMMAND = eft.sine_sweep(amplitude=8900.0, f_start=0.5, f_end=4.0, duration=4.0, sample_rate=2048.0)
+SAMPLER = eft.LatinHypercube(
+    {"servovalve.flow_gain_scale": (0.9, 1.1), "structure.damping": (1e3, 9e3)}, n=60, seed=1
+)
+
+
+@pytest.fixture(scope="module")
+def client():
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster, timeout="60s") as client,
+    ):
+        yield client
+
+
+@pytest.fixture(scope="module")
+def here():
+    return list(eft.study(RIG, COMMAND, SAMPLER))
+
+
+def test_rows_are_those_of_this_machine(client, here, tmp_path):
+    study = eft.study(
+        RIG, COMMAND, SAMPLER, executor=client.get_executor(pure=False), chunk=4, output=tmp_path / "s"
+    )
+    assert list(study) == here
+
+
+def test_a_worker_killed_in_the_middle_loses_no_row(client, here):
+    victims = client.run(os.getpid)
+    killed = []
+
+    def kill_once(done, total):
+        if not killed:
+            assert done < total
+            killed.append(next(iter(victims.values())))
+            os.kill(killed[0], signal.SIGKILL)
+
+    study = eft.study(RIG, COMMAND, SAMPLER, executor=client.get_executor(), chunk=2, progress=kill_once)
+    assert list(study) == here
+    client.wait_for_workers(2, timeout=60)
+    assert killed[0] not in client.run(os.getpid).values(), "the worker was never killed"
