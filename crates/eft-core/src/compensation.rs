@@ -55,7 +55,7 @@ pub struct CompensationParameters {
 }
 
 /// The compensation's immutable configuration; one drives any number of channels.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Compensation<S: Scalar, const N: usize> {
     inverse: InverseFlow<S, N>,

@@ -8,7 +8,9 @@ use crate::servovalve_controller::{ServovalveController, ServovalveControllerSta
 use crate::status;
 
 /// A controller's immutable configuration; one drives any number of channels.
-#[derive(Debug, Clone, Copy)]
+// The compensation comes first: its address is then the controller's own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct Controller<S: Scalar, const N: usize> {
     /// Velocity feedback compensation.
     pub compensation: Compensation<S, N>,

@@ -28,7 +28,7 @@ pub enum SignFrom {
 }
 
 /// The inverse of the servovalve's flow property.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct InverseFlow<S: Scalar, const N: usize> {
     /// From flow to required opening: level and stroke are in its values, and it ends where they end.

@@ -14,7 +14,7 @@ pub const CELLS: usize = 62;
 pub(crate) const CROWDED: u8 = 255;
 
 /// From `start` on: `value + (x - start)·slope`.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Row<S> {
     pub(crate) start: S,
@@ -24,7 +24,7 @@ pub struct Row<S> {
 
 /// A strictly increasing map through up to `N` knots.
 // The rows come first: their address is then the table's own.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct PiecewiseLinear<S: Scalar, const N: usize> {
     rows: [Row<S>; N],

@@ -9,7 +9,7 @@ use crate::piecewise::{CELLS, CROWDED, Row, search};
 
 /// The outcome of a comparison, one truth value a lane.
 pub trait Mask:
-    Copy + core::fmt::Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+    Copy + PartialEq + core::fmt::Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
     /// The same truth value in every lane.
     fn splat(value: bool) -> Self;
@@ -37,6 +37,7 @@ pub trait Flags: Copy + core::fmt::Debug + Default + BitOr<Output = Self> {
 pub trait Scalar:
     Copy
     + Default
+    + PartialEq
     + core::fmt::Debug
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -51,7 +52,7 @@ pub trait Scalar:
     /// Status words.
     type Flags: Flags;
     /// A byte of a table's index a lane.
-    type Cell: Copy + core::fmt::Debug;
+    type Cell: Copy + PartialEq + core::fmt::Debug;
     /// An index a lane.
     type Index: Copy + core::fmt::Debug;
     /// How many numbers stand side by side.
@@ -119,7 +120,7 @@ pub trait Scalar:
 
 /// A single floating-point number.
 pub trait Real:
-    Scalar<Element = Self, Mask = bool, Flags = u32, Cell = u8, Index = u32> + PartialOrd + PartialEq
+    Scalar<Element = Self, Mask = bool, Flags = u32, Cell = u8, Index = u32> + PartialOrd
 {
     /// Rounded to this type.
     fn from_f64(value: f64) -> Self;

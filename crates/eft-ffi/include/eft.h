@@ -1,16 +1,16 @@
-/* Effective force testing: the controller for firmware.
+/* Effective force testing: the controller for firmware. Made by cbindgen from crates/eft-ffi; do not edit.
 
    Everything is owned by the caller and passed by pointer; there are no globals, so every function is re-entrant.
    A null pointer gives EFT_NULL_POINTER and nothing else happens. SI units throughout. Signs: a positive spool
    opening lets flow into the chamber that pulls the structure; force and velocity are then positive. */
+
 #ifndef EFT_H
 #define EFT_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
+#if defined(__cplusplus)
 #define EFT_STATIC_ASSERT(fact) static_assert(fact, #fact)
 #elif defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L
 #define EFT_STATIC_ASSERT(fact) _Static_assert(fact, #fact)
@@ -20,203 +20,375 @@ extern "C" {
 #define EFT_STATIC_ASSERT(fact) typedef char EFT_PASTE(eft_assert_, __LINE__)[(fact) ? 1 : -1]
 #endif
 
-/* Compare with eft_abi_version() once at start-up. */
-#define EFT_ABI_VERSION 1u
-uint32_t eft_abi_version(void);
+// Changes with every incompatible change of the header.
+#define EFT_ABI_VERSION 2
 
-/* What a call returns. */
-#define EFT_OK 0u
-#define EFT_NULL_POINTER 1u
-#define EFT_NOT_FINITE 2u
-#define EFT_NOT_POSITIVE 3u
-#define EFT_OUT_OF_RANGE 4u
-#define EFT_NOT_INCREASING 5u
-#define EFT_LENGTH 6u
-#define EFT_TOO_STEEP 7u
-#define EFT_BUSY 8u
-#define EFT_REFUSED 9u
-
-/* Bits of an output's status. */
-#define EFT_SPOOL_WARNING (UINT32_C(1) << 0)         /* measured or required opening beyond the warning level */
-#define EFT_DEMAND_SATURATED (UINT32_C(1) << 1)      /* the demanded flow lies beyond table or stroke */
-#define EFT_LOAD_PRESSURE_FLOORED (UINT32_C(1) << 2) /* the load-pressure correction is at its limit */
-#define EFT_COMMAND_LIMITED (UINT32_C(1) << 3)
-#define EFT_RATE_LIMITED (UINT32_C(1) << 4)
-#define EFT_INVALID_MEASUREMENT (UINT32_C(1) << 5) /* the last output is held */
-#define EFT_INVALID_COMMAND (UINT32_C(1) << 6)     /* the last output is held */
-#define EFT_HELD (UINT32_C(1) << 7)
-#define EFT_MISSED_TICK (UINT32_C(1) << 11)
-
-/* eft_parameters.mode and .sign_from */
-#define EFT_MODE_OFF 0u
-#define EFT_MODE_LINEAR 1u
-#define EFT_MODE_NONLINEAR 2u
-#define EFT_SIGN_FROM_SPOOL 0u
-#define EFT_SIGN_FROM_DEMAND 1u
-
+// Points a flow table may have.
 #define EFT_TABLE_CAPACITY 21
 
-/* A controller's parameters; plain data, so that a constant one can stay in flash. */
+// eft_parameters.mode: the piston's motion is not compensated.
+#define EFT_MODE_OFF 0
+
+// eft_parameters.mode: through the initial flow gain.
+#define EFT_MODE_LINEAR 1
+
+// eft_parameters.mode: through the inverse flow table and the load-pressure correction.
+#define EFT_MODE_NONLINEAR 2
+
+// eft_parameters.sign_from: the load-pressure correction takes its sign from the measured spool, as in the paper.
+#define EFT_SIGN_FROM_SPOOL 0
+
+// eft_parameters.sign_from: the sign of the demanded flow, free of chatter.
+#define EFT_SIGN_FROM_DEMAND 1
+
+// Done.
+#define EFT_OK 0
+
+// A pointer was null; nothing was done.
+#define EFT_NULL_POINTER 1
+
+// A parameter is NaN or infinite.
+#define EFT_NOT_FINITE 2
+
+// A parameter is zero or negative.
+#define EFT_NOT_POSITIVE 3
+
+// A parameter is outside its range.
+#define EFT_OUT_OF_RANGE 4
+
+// A table does not increase strictly.
+#define EFT_NOT_INCREASING 5
+
+// A table's length is not allowed.
+#define EFT_LENGTH 6
+
+// A table rises too steeply.
+#define EFT_TOO_STEEP 7
+
+// Another configuration is still waiting to be taken over.
+#define EFT_BUSY 8
+
+// The configuration was refused for a reason this version of the interface has no name for.
+#define EFT_REFUSED 9
+
+// The configuration is not what its parameters make.
+#define EFT_CORRUPT 10
+
+// Measured or required spool opening beyond the warning level.
+#define EFT_SPOOL_WARNING (1 << 0)
+
+// The demanded flow lies beyond the flow table, or the required opening beyond the spool's stroke.
+#define EFT_DEMAND_SATURATED (1 << 1)
+
+// The load-pressure correction is at its limit.
+#define EFT_LOAD_PRESSURE_FLOORED (1 << 2)
+
+// The valve command was cut to its limit.
+#define EFT_COMMAND_LIMITED (1 << 3)
+
+// The valve command's rate was cut to its limit.
+#define EFT_RATE_LIMITED (1 << 4)
+
+// A measurement was not finite or out of its range; the last output is held.
+#define EFT_INVALID_MEASUREMENT (1 << 5)
+
+// The force command was not finite; the last output is held.
+#define EFT_INVALID_COMMAND (1 << 6)
+
+// The output was held on request.
+#define EFT_HELD (1 << 7)
+
+// The tick was missed; the last output is held.
+#define EFT_MISSED_TICK (1 << 11)
+
+// A controller's parameters in SI units; plain data, so that a constant one can stay in flash.
 typedef struct eft_parameters {
-  uint32_t table_length;      /* points of the flow table in use */
-  uint8_t mode;               /* EFT_MODE_... */
-  uint8_t sign_from;          /* EFT_SIGN_FROM_... */
-  uint16_t reserved;          /* 0 */
-  double level;               /* compensation level, 1 */
-  double piston_area;         /* m2 */
-  double supply_pressure;     /* Pa */
-  double flow_gain;           /* of the linear mode, m3/s */
-  double valve_gain;          /* 1/V */
-  double response_delay;      /* s */
-  double lead_alpha;          /* 1 */
-  double sample_rate;         /* Hz */
-  double force_sensitivity;   /* V/N */
-  double proportional_gain;   /* V/V */
-  double derivative_gain;     /* s */
-  double valve_command;       /* largest, V; DBL_MAX for no limit */
-  double valve_command_rate;  /* largest, V/s; DBL_MAX for no limit */
-  double spool_warning;       /* opening that raises EFT_SPOOL_WARNING, 1 */
-  double velocity_range;      /* beyond it a measurement is invalid, m/s */
-  double force_range;         /* beyond it a measurement is invalid, N */
-  double spool_range;         /* beyond it a measurement is invalid, 1 */
-  double openings[EFT_TABLE_CAPACITY]; /* spool openings, strictly increasing, 1 */
-  double flows[EFT_TABLE_CAPACITY];    /* flows, strictly increasing, m3/s */
+  // Points of the flow table in use.
+  uint32_t table_length;
+  // EFT_MODE_...
+  uint8_t mode;
+  // EFT_SIGN_FROM_...
+  uint8_t sign_from;
+  // Zero.
+  uint16_t reserved;
+  // Compensation level, 1.
+  double level;
+  // Piston area, m².
+  double piston_area;
+  // Supply pressure, Pa.
+  double supply_pressure;
+  // Flow gain of the linear mode, m³/s.
+  double flow_gain;
+  // Valve gain, 1/V.
+  double valve_gain;
+  // Response delay, s.
+  double response_delay;
+  // The lead network's α, 1.
+  double lead_alpha;
+  // Sample rate, Hz.
+  double sample_rate;
+  // Force sensitivity, V/N.
+  double force_sensitivity;
+  // Proportional gain, V/V.
+  double proportional_gain;
+  // Derivative gain, s.
+  double derivative_gain;
+  // Largest valve command, V; DBL_MAX for no limit.
+  double valve_command;
+  // Largest rate of the valve command, V/s; DBL_MAX for no limit.
+  double valve_command_rate;
+  // Opening that raises EFT_SPOOL_WARNING, 1.
+  double spool_warning;
+  // Velocity beyond which a measurement is invalid, m/s.
+  double velocity_range;
+  // Force beyond which a measurement is invalid, N.
+  double force_range;
+  // Spool opening beyond which a measurement is invalid, 1.
+  double spool_range;
+  // Spool openings of the flow table, strictly increasing, 1.
+  double openings[EFT_TABLE_CAPACITY];
+  // Flows of the flow table, strictly increasing, m³/s.
+  double flows[EFT_TABLE_CAPACITY];
 } eft_parameters;
 
-/* Why a configuration was refused. */
-typedef struct eft_error {
-  double value;       /* the refused value */
-  double lowest;      /* the lowest allowed */
-  double highest;     /* the highest allowed */
-  uint32_t index;     /* the entry of a table */
-  char parameter[28]; /* its name */
-} eft_error;
-
-/* A configuration: opaque, filled by eft_configure_f32 only. One drives any number of states. */
+// A configuration: opaque, filled by eft_configure only. One drives any number of states.
 typedef struct eft_controller_f32 {
   float words[100];
 } eft_controller_f32;
-/* What the controller remembers; all zero bytes are a rig at rest. */
+
+// Why a configuration was refused.
+typedef struct eft_error {
+  // The refused value (lengths as numbers); zero where there is none.
+  double value;
+  // The lowest value allowed.
+  double lowest;
+  // The highest value allowed.
+  double highest;
+  // The entry of a table.
+  uint32_t index;
+  // The parameter's name, ended by a zero byte.
+  char parameter[28];
+} eft_error;
+
+// What the controller remembers; all zero bytes are a rig at rest.
 typedef struct eft_state_f32 {
   float words[5];
 } eft_state_f32;
-/* One tick's command and measurements. */
+
+// One tick's command and measurements.
 typedef struct eft_input_f32 {
-  float command;      /* force command, N */
-  float velocity;     /* piston velocity, m/s */
-  float force;        /* N */
-  float spool;        /* spool opening, 1 */
-  float further_flow; /* wanted on top of the piston's, m3/s; 0 for none */
+  // Force command, N.
+  float command;
+  // Piston velocity, m/s.
+  float velocity;
+  // Force, N.
+  float force;
+  // Spool opening, 1.
+  float spool;
+  // Flow wanted on top of the piston's, m³/s; 0 for none.
+  float further_flow;
 } eft_input_f32;
-/* One tick's result. */
+
+// One tick's result.
 typedef struct eft_output_f32 {
-  float valve_command; /* V */
-  float compensation;  /* the part of it that compensates the piston's motion, V */
-  uint32_t status;   /* EFT_SPOOL_WARNING and its siblings */
+  // Valve command, V.
+  float valve_command;
+  // The part of it that compensates the piston's motion, V.
+  float compensation;
+  // EFT_SPOOL_WARNING and its siblings.
+  uint32_t status;
 } eft_output_f32;
-/* Two configurations: the interrupt steps with one while the other is written. */
+
+// Which copy is in use and which was last offered: 0 or 1 each.
+typedef struct eft_turn {
+  uint32_t active;
+  uint32_t offered;
+} eft_turn;
+
+// Two configurations: the interrupt steps with one while the other is written.
 typedef struct eft_shadow_f32 {
-  eft_controller_f32 copies[2];
-  uint32_t turn[2];
+  struct eft_controller_f32 copies[2];
+  struct eft_turn turn;
 } eft_shadow_f32;
 
-/* Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and *why (may be
-   null) says what was wrong. Not for the interrupt: it computes in double precision. */
-uint8_t eft_configure_f32(const eft_parameters *parameters, eft_controller_f32 *config, eft_error *why);
-/* Puts a state to rest. */
-uint8_t eft_reset_f32(eft_state_f32 *state);
-/* The state of a rig that has long been at this operating point: the next step starts without a bump. */
-uint8_t eft_prime_f32(const eft_controller_f32 *config, eft_state_f32 *state, const eft_input_f32 *input);
-/* Repeats the last valve command; the state stays. */
-uint8_t eft_hold_f32(const eft_controller_f32 *config, const eft_state_f32 *state, eft_output_f32 *output);
-/* In place of a tick that was missed: the last valve command stays, and the output says so. */
-uint8_t eft_missed_f32(const eft_controller_f32 *config, const eft_state_f32 *state, eft_output_f32 *output);
-/* One tick. A measurement or command that is NaN, infinite or out of its range leaves the state as it was, repeats the
-   last valve command and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the next good tick continues. */
-uint8_t eft_step_f32(const eft_controller_f32 *config, eft_state_f32 *state, const eft_input_f32 *input,
-                     eft_output_f32 *output);
-/* The compensation alone, for a force loop that another controller closes: the command does not count, and
-   output->valve_command is the compensation signal. */
-uint8_t eft_compensation_step_f32(const eft_controller_f32 *config, eft_state_f32 *state,
-                                  const eft_input_f32 *input, eft_output_f32 *output);
-/* Both copies become *config, and none waits. Before the interrupt is enabled. */
-uint8_t eft_shadow_init_f32(eft_shadow_f32 *shadow, const eft_controller_f32 *config);
-/* Offers a configuration to the interrupt; EFT_BUSY while the one before still waits. From one thread at a time. */
-uint8_t eft_shadow_offer_f32(eft_shadow_f32 *shadow, const eft_controller_f32 *config);
-/* In the interrupt, before the step: the configuration to step with. */
-const eft_controller_f32 *eft_shadow_take_f32(const eft_shadow_f32 *shadow);
-
-/* A configuration: opaque, filled by eft_configure_f64 only. One drives any number of states. */
+// A configuration: opaque, filled by eft_configure only. One drives any number of states.
 typedef struct eft_controller_f64 {
   double words[92];
 } eft_controller_f64;
-/* What the controller remembers; all zero bytes are a rig at rest. */
+
+// What the controller remembers; all zero bytes are a rig at rest.
 typedef struct eft_state_f64 {
   double words[5];
 } eft_state_f64;
-/* One tick's command and measurements. */
+
+// One tick's command and measurements.
 typedef struct eft_input_f64 {
-  double command;      /* force command, N */
-  double velocity;     /* piston velocity, m/s */
-  double force;        /* N */
-  double spool;        /* spool opening, 1 */
-  double further_flow; /* wanted on top of the piston's, m3/s; 0 for none */
+  // Force command, N.
+  double command;
+  // Piston velocity, m/s.
+  double velocity;
+  // Force, N.
+  double force;
+  // Spool opening, 1.
+  double spool;
+  // Flow wanted on top of the piston's, m³/s; 0 for none.
+  double further_flow;
 } eft_input_f64;
-/* One tick's result. */
+
+// One tick's result.
 typedef struct eft_output_f64 {
-  double valve_command; /* V */
-  double compensation;  /* the part of it that compensates the piston's motion, V */
-  uint32_t status;   /* EFT_SPOOL_WARNING and its siblings */
+  // Valve command, V.
+  double valve_command;
+  // The part of it that compensates the piston's motion, V.
+  double compensation;
+  // EFT_SPOOL_WARNING and its siblings.
+  uint32_t status;
 } eft_output_f64;
-/* Two configurations: the interrupt steps with one while the other is written. */
+
+// Two configurations: the interrupt steps with one while the other is written.
 typedef struct eft_shadow_f64 {
-  eft_controller_f64 copies[2];
-  uint32_t turn[2];
+  struct eft_controller_f64 copies[2];
+  struct eft_turn turn;
 } eft_shadow_f64;
 
-/* Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and *why (may be
-   null) says what was wrong. Not for the interrupt: it computes in double precision. */
-uint8_t eft_configure_f64(const eft_parameters *parameters, eft_controller_f64 *config, eft_error *why);
-/* Puts a state to rest. */
-uint8_t eft_reset_f64(eft_state_f64 *state);
-/* The state of a rig that has long been at this operating point: the next step starts without a bump. */
-uint8_t eft_prime_f64(const eft_controller_f64 *config, eft_state_f64 *state, const eft_input_f64 *input);
-/* Repeats the last valve command; the state stays. */
-uint8_t eft_hold_f64(const eft_controller_f64 *config, const eft_state_f64 *state, eft_output_f64 *output);
-/* In place of a tick that was missed: the last valve command stays, and the output says so. */
-uint8_t eft_missed_f64(const eft_controller_f64 *config, const eft_state_f64 *state, eft_output_f64 *output);
-/* One tick. A measurement or command that is NaN, infinite or out of its range leaves the state as it was, repeats the
-   last valve command and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the next good tick continues. */
-uint8_t eft_step_f64(const eft_controller_f64 *config, eft_state_f64 *state, const eft_input_f64 *input,
-                     eft_output_f64 *output);
-/* The compensation alone, for a force loop that another controller closes: the command does not count, and
-   output->valve_command is the compensation signal. */
-uint8_t eft_compensation_step_f64(const eft_controller_f64 *config, eft_state_f64 *state,
-                                  const eft_input_f64 *input, eft_output_f64 *output);
-/* Both copies become *config, and none waits. Before the interrupt is enabled. */
-uint8_t eft_shadow_init_f64(eft_shadow_f64 *shadow, const eft_controller_f64 *config);
-/* Offers a configuration to the interrupt; EFT_BUSY while the one before still waits. From one thread at a time. */
-uint8_t eft_shadow_offer_f64(eft_shadow_f64 *shadow, const eft_controller_f64 *config);
-/* In the interrupt, before the step: the configuration to step with. */
-const eft_controller_f64 *eft_shadow_take_f64(const eft_shadow_f64 *shadow);
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
 
+// The version this library was built with: compare it with EFT_ABI_VERSION once at start-up.
+uint32_t eft_abi_version(void);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_configure_f32(const struct eft_parameters *parameters,
+                          struct eft_controller_f32 *config,
+                          struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or without eft_configure. Not for the interrupt.
+uint8_t eft_check_f32(const struct eft_controller_f32 *config, const struct eft_parameters *parameters);
+
+// Puts a state to rest.
+uint8_t eft_reset_f32(struct eft_state_f32 *state);
+
+// The state of a rig that has long been at this operating point: the next step starts without a bump.
+uint8_t eft_prime_f32(const struct eft_controller_f32 *config,
+                      struct eft_state_f32 *state,
+                      const struct eft_input_f32 *input);
+
+// Repeats the last valve command; the state stays.
+uint8_t eft_hold_f32(const struct eft_controller_f32 *config,
+                     const struct eft_state_f32 *state,
+                     struct eft_output_f32 *output);
+
+// In place of a tick that was missed: the last valve command stays, and the output says so.
+uint8_t eft_missed_f32(const struct eft_controller_f32 *config,
+                       const struct eft_state_f32 *state,
+                       struct eft_output_f32 *output);
+
+// One tick. A measurement or command that is NaN, infinite or out of its range leaves the state as it
+// was, repeats the last valve command and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the
+// next good tick continues.
+uint8_t eft_step_f32(const struct eft_controller_f32 *config,
+                     struct eft_state_f32 *state,
+                     const struct eft_input_f32 *input,
+                     struct eft_output_f32 *output);
+
+// The compensation alone, for a force loop that another controller closes: the command does not count,
+// and output->valve_command is the compensation signal.
+uint8_t eft_compensation_step_f32(const struct eft_controller_f32 *config,
+                                  struct eft_state_f32 *state,
+                                  const struct eft_input_f32 *input,
+                                  struct eft_output_f32 *output);
+
+// Both copies become *config, and none waits. Before the interrupt is enabled.
+uint8_t eft_shadow_init_f32(struct eft_shadow_f32 *shadow, const struct eft_controller_f32 *config);
+
+// Offers a configuration to the interrupt; EFT_BUSY while the one before still waits. From one thread at
+// a time.
+uint8_t eft_shadow_offer_f32(struct eft_shadow_f32 *shadow, const struct eft_controller_f32 *config);
+
+// In the interrupt, before the step: the configuration to step with; null for null.
+const struct eft_controller_f32 *eft_shadow_take_f32(const struct eft_shadow_f32 *shadow);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_configure_f64(const struct eft_parameters *parameters,
+                          struct eft_controller_f64 *config,
+                          struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or without eft_configure. Not for the interrupt.
+uint8_t eft_check_f64(const struct eft_controller_f64 *config, const struct eft_parameters *parameters);
+
+// Puts a state to rest.
+uint8_t eft_reset_f64(struct eft_state_f64 *state);
+
+// The state of a rig that has long been at this operating point: the next step starts without a bump.
+uint8_t eft_prime_f64(const struct eft_controller_f64 *config,
+                      struct eft_state_f64 *state,
+                      const struct eft_input_f64 *input);
+
+// Repeats the last valve command; the state stays.
+uint8_t eft_hold_f64(const struct eft_controller_f64 *config,
+                     const struct eft_state_f64 *state,
+                     struct eft_output_f64 *output);
+
+// In place of a tick that was missed: the last valve command stays, and the output says so.
+uint8_t eft_missed_f64(const struct eft_controller_f64 *config,
+                       const struct eft_state_f64 *state,
+                       struct eft_output_f64 *output);
+
+// One tick. A measurement or command that is NaN, infinite or out of its range leaves the state as it
+// was, repeats the last valve command and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the
+// next good tick continues.
+uint8_t eft_step_f64(const struct eft_controller_f64 *config,
+                     struct eft_state_f64 *state,
+                     const struct eft_input_f64 *input,
+                     struct eft_output_f64 *output);
+
+// The compensation alone, for a force loop that another controller closes: the command does not count,
+// and output->valve_command is the compensation signal.
+uint8_t eft_compensation_step_f64(const struct eft_controller_f64 *config,
+                                  struct eft_state_f64 *state,
+                                  const struct eft_input_f64 *input,
+                                  struct eft_output_f64 *output);
+
+// Both copies become *config, and none waits. Before the interrupt is enabled.
+uint8_t eft_shadow_init_f64(struct eft_shadow_f64 *shadow, const struct eft_controller_f64 *config);
+
+// Offers a configuration to the interrupt; EFT_BUSY while the one before still waits. From one thread at
+// a time.
+uint8_t eft_shadow_offer_f64(struct eft_shadow_f64 *shadow, const struct eft_controller_f64 *config);
+
+// In the interrupt, before the step: the configuration to step with; null for null.
+const struct eft_controller_f64 *eft_shadow_take_f64(const struct eft_shadow_f64 *shadow);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* EFT_H */
+
+/* The same are asserted where the library is built. */
+#ifndef EFT_H_ASSERTED
+#define EFT_H_ASSERTED
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 480);
 EFT_STATIC_ASSERT(offsetof(eft_parameters, level) == 8);
 EFT_STATIC_ASSERT(offsetof(eft_parameters, openings) == 144);
 EFT_STATIC_ASSERT(offsetof(eft_parameters, flows) == 312);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
+EFT_STATIC_ASSERT(offsetof(eft_error, parameter) == 28);
 EFT_STATIC_ASSERT(sizeof(eft_controller_f32) == 400);
 EFT_STATIC_ASSERT(sizeof(eft_controller_f64) == 736);
 EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 20);
 EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 40);
 EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 20);
 EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 40);
+EFT_STATIC_ASSERT(offsetof(eft_input_f32, further_flow) == 16);
 EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 12);
 EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 24);
+EFT_STATIC_ASSERT(offsetof(eft_output_f32, status) == 8);
 EFT_STATIC_ASSERT(sizeof(eft_shadow_f32) == 808);
 EFT_STATIC_ASSERT(sizeof(eft_shadow_f64) == 1480);
-
-#ifdef __cplusplus
-}
-#endif
 #endif

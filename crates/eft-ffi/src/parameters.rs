@@ -1,11 +1,24 @@
 //! What a configuration is made from, and why it was refused.
 
+use core::ffi::c_char;
+
 use eft_core::{CompensationParameters, ConfigError, Mode, SignFrom};
 
 use crate::status;
 
 /// Points a flow table may have.
-pub const TABLE_CAPACITY: usize = 21;
+pub const EFT_TABLE_CAPACITY: usize = 21;
+
+/// eft_parameters.mode: the piston's motion is not compensated.
+pub const EFT_MODE_OFF: u8 = 0;
+/// eft_parameters.mode: through the initial flow gain.
+pub const EFT_MODE_LINEAR: u8 = 1;
+/// eft_parameters.mode: through the inverse flow table and the load-pressure correction.
+pub const EFT_MODE_NONLINEAR: u8 = 2;
+/// eft_parameters.sign_from: the load-pressure correction takes its sign from the measured spool, as in the paper.
+pub const EFT_SIGN_FROM_SPOOL: u8 = 0;
+/// eft_parameters.sign_from: the sign of the demanded flow, free of chatter.
+pub const EFT_SIGN_FROM_DEMAND: u8 = 1;
 
 /// A controller's parameters in SI units; plain data, so that a constant one can stay in flash.
 #[repr(C)]
@@ -13,50 +26,50 @@ pub const TABLE_CAPACITY: usize = 21;
 pub struct eft_parameters {
     /// Points of the flow table in use.
     pub table_length: u32,
-    /// 0 off, 1 linear, 2 nonlinear.
+    /// EFT_MODE_...
     pub mode: u8,
-    /// 0 measured spool, 1 demanded flow.
+    /// EFT_SIGN_FROM_...
     pub sign_from: u8,
     /// Zero.
     pub reserved: u16,
-    /// Compensation level (1).
+    /// Compensation level, 1.
     pub level: f64,
-    /// Piston area (m²).
+    /// Piston area, m².
     pub piston_area: f64,
-    /// Supply pressure (Pa).
+    /// Supply pressure, Pa.
     pub supply_pressure: f64,
-    /// Flow gain (m³/s) of the linear mode.
+    /// Flow gain of the linear mode, m³/s.
     pub flow_gain: f64,
-    /// Valve gain (1/V).
+    /// Valve gain, 1/V.
     pub valve_gain: f64,
-    /// Response delay (s).
+    /// Response delay, s.
     pub response_delay: f64,
-    /// The lead network's α (1).
+    /// The lead network's α, 1.
     pub lead_alpha: f64,
-    /// Sample rate (Hz).
+    /// Sample rate, Hz.
     pub sample_rate: f64,
-    /// Force sensitivity (V/N).
+    /// Force sensitivity, V/N.
     pub force_sensitivity: f64,
-    /// Proportional gain (V/V).
+    /// Proportional gain, V/V.
     pub proportional_gain: f64,
-    /// Derivative gain (s).
+    /// Derivative gain, s.
     pub derivative_gain: f64,
-    /// Largest valve command (V).
+    /// Largest valve command, V; DBL_MAX for no limit.
     pub valve_command: f64,
-    /// Largest rate of the valve command (V/s).
+    /// Largest rate of the valve command, V/s; DBL_MAX for no limit.
     pub valve_command_rate: f64,
-    /// Opening (1) that raises the warning.
+    /// Opening that raises EFT_SPOOL_WARNING, 1.
     pub spool_warning: f64,
-    /// Velocity (m/s) beyond which a measurement is invalid.
+    /// Velocity beyond which a measurement is invalid, m/s.
     pub velocity_range: f64,
-    /// Force (N) beyond which a measurement is invalid.
+    /// Force beyond which a measurement is invalid, N.
     pub force_range: f64,
-    /// Spool opening (1) beyond which a measurement is invalid.
+    /// Spool opening beyond which a measurement is invalid, 1.
     pub spool_range: f64,
-    /// Spool openings (1) of the flow table, strictly increasing.
-    pub openings: [f64; TABLE_CAPACITY],
-    /// Flows (m³/s) of the flow table, strictly increasing.
-    pub flows: [f64; TABLE_CAPACITY],
+    /// Spool openings of the flow table, strictly increasing, 1.
+    pub openings: [f64; EFT_TABLE_CAPACITY],
+    /// Flows of the flow table, strictly increasing, m³/s.
+    pub flows: [f64; EFT_TABLE_CAPACITY],
 }
 
 impl eft_parameters {
@@ -69,15 +82,15 @@ impl eft_parameters {
         };
         Ok(CompensationParameters {
             mode: match self.mode {
-                0 => Mode::Off,
-                1 => Mode::Linear,
-                2 => Mode::Nonlinear,
-                other => return Err(choice("mode", other, 2)),
+                EFT_MODE_OFF => Mode::Off,
+                EFT_MODE_LINEAR => Mode::Linear,
+                EFT_MODE_NONLINEAR => Mode::Nonlinear,
+                other => return Err(choice("mode", other, EFT_MODE_NONLINEAR)),
             },
             sign_from: match self.sign_from {
-                0 => SignFrom::Spool,
-                1 => SignFrom::Demand,
-                other => return Err(choice("sign_from", other, 1)),
+                EFT_SIGN_FROM_SPOOL => SignFrom::Spool,
+                EFT_SIGN_FROM_DEMAND => SignFrom::Demand,
+                other => return Err(choice("sign_from", other, EFT_SIGN_FROM_DEMAND)),
             },
             level: self.level,
             piston_area: self.piston_area,
@@ -104,7 +117,7 @@ impl eft_parameters {
                 parameter: "table_length",
                 length,
                 shortest: 2,
-                longest: TABLE_CAPACITY,
+                longest: EFT_TABLE_CAPACITY,
             }),
         }
     }
@@ -123,7 +136,7 @@ pub struct eft_error {
     /// The entry of a table.
     pub index: u32,
     /// The parameter's name, ended by a zero byte.
-    pub parameter: [u8; 28],
+    pub parameter: [c_char; 28],
 }
 
 impl eft_error {
@@ -144,7 +157,7 @@ impl eft_error {
         };
         let mut parameter = [0; 28];
         for (to, from) in parameter.iter_mut().take(27).zip(name.bytes()) {
-            *to = from;
+            *to = from as c_char;
         }
         Self { value, lowest, highest, index: index as u32, parameter }
     }

@@ -2,80 +2,101 @@
 
 use core::mem::{MaybeUninit, align_of, size_of};
 
-use eft_core::{Compensation, Controller, ControllerState, FlowTable, Limiter, ServovalveController};
+use eft_core::{
+    Compensation, CompensationState, Controller, ControllerOutput, ControllerState, FlowTable, Limiter,
+    ServovalveController,
+};
 
-use crate::parameters::{TABLE_CAPACITY, eft_error, eft_parameters, refuse};
-use crate::shadow::Turn;
-use crate::status;
+use crate::parameters::{EFT_TABLE_CAPACITY, eft_error, eft_parameters, refuse};
+use crate::shadow::eft_turn;
+use crate::status::{EFT_BUSY, EFT_CORRUPT, EFT_MISSED_TICK, EFT_NULL_POINTER, EFT_OK};
+
+/// [`EFT_OK`], hidden from the caller of a step's inner half: it would otherwise return its own copy of the code
+/// instead of jumping into that half.
+#[inline(always)]
+fn done() -> u8 {
+    #[cfg(target_arch = "arm")]
+    {
+        let mut code = u32::from(EFT_OK);
+        // Safety: no instruction at all, so the code is what it was.
+        unsafe {
+            core::arch::asm!("/* {0} */", inout(reg) code, options(pure, nomem, nostack, preserves_flags));
+            core::hint::assert_unchecked(code <= 0xff);
+        }
+        code as u8
+    }
+    #[cfg(not(target_arch = "arm"))]
+    EFT_OK
+}
 
 macro_rules! precision {
     (
         $module:ident, $t:ty, controller: $controller_words:literal, state: $state_words:literal,
-        $configure:ident $reset:ident $prime:ident $hold:ident $missed:ident $step:ident $compensation:ident
-        $shadow_init:ident $shadow_offer:ident $shadow_take:ident
+        $Config:ident $State:ident $Input:ident $Output:ident $Shadow:ident
+        $configure:ident $check:ident $reset:ident $prime:ident $hold:ident $missed:ident $step:ident
+        $compensation:ident $shadow_init:ident $shadow_offer:ident $shadow_take:ident
     ) => {
-        /// One precision of the interface.
-        pub mod $module {
+        mod $module {
             use super::*;
 
-            type Core = Controller<$t, TABLE_CAPACITY>;
+            type Core = Controller<$t, EFT_TABLE_CAPACITY>;
 
-            /// A configuration; opaque, filled by `configure` only.
+            /// A configuration: opaque, filled by eft_configure only. One drives any number of states.
             #[repr(C)]
             #[derive(Debug, Clone, Copy)]
-            pub struct Config {
+            pub struct $Config {
                 words: [MaybeUninit<$t>; $controller_words],
             }
             /// What the controller remembers; all zero bytes are a rig at rest.
             #[repr(C)]
             #[derive(Debug, Clone, Copy)]
-            pub struct State {
+            pub struct $State {
                 words: [MaybeUninit<$t>; $state_words],
             }
             /// One tick's command and measurements.
             #[repr(C)]
             #[derive(Debug, Clone, Copy)]
-            pub struct Input {
-                /// Force command (N).
+            pub struct $Input {
+                /// Force command, N.
                 pub command: $t,
-                /// Piston velocity (m/s).
+                /// Piston velocity, m/s.
                 pub velocity: $t,
-                /// Force (N).
+                /// Force, N.
                 pub force: $t,
-                /// Spool opening (1).
+                /// Spool opening, 1.
                 pub spool: $t,
-                /// Further flow (m³/s) wanted on top of the piston's.
+                /// Flow wanted on top of the piston's, m³/s; 0 for none.
                 pub further_flow: $t,
             }
             /// One tick's result.
             #[repr(C)]
             #[derive(Debug, Clone, Copy)]
-            pub struct Output {
-                /// Valve command (V).
+            pub struct $Output {
+                /// Valve command, V.
                 pub valve_command: $t,
-                /// Compensation signal (V) in it.
+                /// The part of it that compensates the piston's motion, V.
                 pub compensation: $t,
-                /// Bits of `eft_core::status`.
+                /// EFT_SPOOL_WARNING and its siblings.
                 pub status: u32,
             }
-            /// Two configurations, one in use and one in waiting.
+            /// Two configurations: the interrupt steps with one while the other is written.
             #[repr(C)]
             #[derive(Debug)]
-            pub struct Shadow {
-                copies: [Config; 2],
-                turn: Turn,
+            pub struct $Shadow {
+                copies: [$Config; 2],
+                turn: eft_turn,
             }
 
-            const _: () = assert!(size_of::<Config>() == size_of::<Core>());
-            const _: () = assert!(align_of::<Config>() >= align_of::<Core>());
-            const _: () = assert!(size_of::<State>() == size_of::<ControllerState<$t>>());
-            const _: () = assert!(align_of::<State>() >= align_of::<ControllerState<$t>>());
+            const _: () = assert!(size_of::<$Config>() == size_of::<Core>());
+            const _: () = assert!(align_of::<$Config>() >= align_of::<Core>());
+            const _: () = assert!(size_of::<$State>() == size_of::<ControllerState<$t>>());
+            const _: () = assert!(align_of::<$State>() >= align_of::<ControllerState<$t>>());
 
             fn build(p: &eft_parameters) -> Result<Core, eft_core::ConfigError> {
                 let (openings, flows) = p.table()?;
-                let table = FlowTable::<$t, TABLE_CAPACITY>::new(openings, flows)?;
+                let table = FlowTable::<$t, EFT_TABLE_CAPACITY>::new(openings, flows)?;
                 Ok(Controller {
-                    compensation: Compensation::<$t, TABLE_CAPACITY>::new(&p.compensation()?, &table)?,
+                    compensation: Compensation::<$t, EFT_TABLE_CAPACITY>::new(&p.compensation()?, &table)?,
                     servovalve: ServovalveController::<$t>::new(
                         p.force_sensitivity,
                         p.proportional_gain,
@@ -86,77 +107,87 @@ macro_rules! precision {
                 })
             }
 
-            /// Checks parameters and makes a configuration of them; on refusal `config` stays as it was and `why`,
-            /// if not null, says what was wrong. Not for the interrupt: it computes in double precision.
-            ///
-            /// # Safety
-            /// See the crate.
+            /// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+            /// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $configure(
                 parameters: *const eft_parameters,
-                config: *mut Config,
+                config: *mut $Config,
                 why: *mut eft_error,
             ) -> u8 {
                 // Safety: null or valid, as the crate asks of its callers.
                 let (parameters, why) = unsafe { (parameters.as_ref(), why.as_mut()) };
-                let Some(parameters) = parameters else { return status::NULL_POINTER };
+                let Some(parameters) = parameters else { return EFT_NULL_POINTER };
                 if config.is_null() {
-                    return status::NULL_POINTER;
+                    return EFT_NULL_POINTER;
                 }
                 match build(parameters) {
                     Ok(core) => {
                         // Safety: not null, and as large and aligned as a `Core` (asserted above).
                         unsafe { config.cast::<Core>().write(core) };
-                        status::OK
+                        EFT_OK
                     }
                     Err(error) => refuse(&error, why),
                 }
             }
 
-            /// Puts a state to rest.
-            ///
-            /// # Safety
-            /// See the crate.
+            /// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+            /// after a memory fault or without eft_configure. Not for the interrupt.
             #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $reset(state: *mut State) -> u8 {
+            pub unsafe extern "C" fn $check(config: *const $Config, parameters: *const eft_parameters) -> u8 {
+                // Safety: null or valid.
+                let (core, parameters) = unsafe { (config.cast::<Core>().as_ref(), parameters.as_ref()) };
+                let (Some(core), Some(parameters)) = (core, parameters) else { return EFT_NULL_POINTER };
+                match build(parameters) {
+                    Ok(made) if made == *core => EFT_OK,
+                    Ok(_) => EFT_CORRUPT,
+                    Err(error) => refuse(&error, None),
+                }
+            }
+
+            /// Puts a state to rest.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $reset(state: *mut $State) -> u8 {
                 if state.is_null() {
-                    return status::NULL_POINTER;
+                    return EFT_NULL_POINTER;
                 }
                 // Safety: not null, and as large and aligned as a state (asserted above).
                 unsafe { state.cast::<ControllerState<$t>>().write(ControllerState::default()) };
-                status::OK
+                EFT_OK
             }
 
             /// The state of a rig that has long been at this operating point: the next step starts without a bump.
-            ///
-            /// # Safety
-            /// See the crate.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $prime(
-                config: *const Config,
-                state: *mut State,
-                input: *const Input,
+                config: *const $Config,
+                state: *mut $State,
+                input: *const $Input,
             ) -> u8 {
                 // Safety: null or valid.
                 let (core, input) = unsafe { (config.cast::<Core>().as_ref(), input.as_ref()) };
                 let (Some(core), Some(i), false) = (core, input, state.is_null()) else {
-                    return status::NULL_POINTER;
+                    return EFT_NULL_POINTER;
                 };
                 let primed = core.prime(i.command, i.velocity, i.force, i.spool, i.further_flow);
                 // Safety: not null, and as large and aligned as a state.
                 unsafe { state.cast::<ControllerState<$t>>().write(primed) };
-                status::OK
+                EFT_OK
+            }
+
+            fn give(output: &mut $Output, out: &ControllerOutput<$t>) {
+                *output = $Output {
+                    valve_command: out.valve_command,
+                    compensation: out.compensation,
+                    status: out.status,
+                };
             }
 
             /// Repeats the last valve command; the state stays.
-            ///
-            /// # Safety
-            /// See the crate.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $hold(
-                config: *const Config,
-                state: *const State,
-                output: *mut Output,
+                config: *const $Config,
+                state: *const $State,
+                output: *mut $Output,
             ) -> u8 {
                 // Safety: null or valid.
                 let (core, state, output) = unsafe {
@@ -167,165 +198,161 @@ macro_rules! precision {
                     )
                 };
                 let (Some(core), Some(state), Some(output)) = (core, state, output) else {
-                    return status::NULL_POINTER;
+                    return EFT_NULL_POINTER;
                 };
-                let out = core.hold(state);
-                *output = Output {
-                    valve_command: out.valve_command,
-                    compensation: out.compensation,
-                    status: out.status,
-                };
-                status::OK
+                give(output, &core.hold(state));
+                EFT_OK
             }
 
-            /// For a tick that was missed, in its place: the last valve command stays, and the output says so.
-            ///
-            /// # Safety
-            /// See the crate.
+            /// In place of a tick that was missed: the last valve command stays, and the output says so.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $missed(
-                config: *const Config,
-                state: *const State,
-                output: *mut Output,
+                config: *const $Config,
+                state: *const $State,
+                output: *mut $Output,
             ) -> u8 {
                 // Safety: as the caller promises.
                 let code = unsafe { $hold(config, state, output) };
                 // Safety: null or valid.
-                if code == status::OK
+                if code == EFT_OK
                     && let Some(output) = unsafe { output.as_mut() }
                 {
-                    output.status |= eft_core::status::MISSED_TICK;
+                    output.status |= EFT_MISSED_TICK;
                 }
                 code
             }
 
-            /// One tick.
-            ///
-            /// # Safety
-            /// See the crate.
+            /// One tick. A measurement or command that is NaN, infinite or out of its range leaves the state as it
+            /// was, repeats the last valve command and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the
+            /// next good tick continues.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $step(
-                config: *const Config,
-                state: *mut State,
-                input: *const Input,
-                output: *mut Output,
+                config: *const $Config,
+                state: *mut $State,
+                input: *const $Input,
+                output: *mut $Output,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, input, output) = unsafe {
-                    (
-                        config.cast::<Core>().as_ref(),
-                        state.cast::<ControllerState<$t>>().as_mut(),
-                        input.as_ref(),
-                        output.as_mut(),
-                    )
-                };
-                let (Some(core), Some(state), Some(i), Some(output)) = (core, state, input, output) else {
-                    return status::NULL_POINTER;
-                };
-                let out =
-                    core.step_via(state, i.command, i.velocity, i.force, i.spool, i.further_flow, |v| v);
-                *output = Output {
-                    valve_command: out.valve_command,
-                    compensation: out.compensation,
-                    status: out.status,
-                };
-                status::OK
+                if config.is_null() || state.is_null() || input.is_null() || output.is_null() {
+                    return EFT_NULL_POINTER;
+                }
+                // Safety: not null, so valid.
+                let (core, state, i, output) =
+                    unsafe { (&*config.cast::<Core>(), &mut *state.cast(), &*input, &mut *output) };
+                stepped(core, state, output, i.velocity, i.force, i.spool, i.further_flow, i.command)
             }
 
-            /// The compensation alone, for a force loop that another controller closes; `input->command` does not
-            /// count, and `output->valve_command` is the compensation signal.
-            ///
-            /// # Safety
-            /// See the crate.
+            // Behind the checks, with what it takes in registers: cheaper than one function for both.
+            #[inline(never)]
+            #[allow(clippy::too_many_arguments)] // one per wire
+            extern "C" fn stepped(
+                core: &Core,
+                state: &mut ControllerState<$t>,
+                output: &mut $Output,
+                velocity: $t,
+                force: $t,
+                spool: $t,
+                further_flow: $t,
+                command: $t,
+            ) -> u8 {
+                let out = core.step_via(state, command, velocity, force, spool, further_flow, |v| v);
+                give(output, &out);
+                done()
+            }
+
+            /// The compensation alone, for a force loop that another controller closes: the command does not count,
+            /// and output->valve_command is the compensation signal.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $compensation(
-                config: *const Config,
-                state: *mut State,
-                input: *const Input,
-                output: *mut Output,
+                config: *const $Config,
+                state: *mut $State,
+                input: *const $Input,
+                output: *mut $Output,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, input, output) = unsafe {
+                if config.is_null() || state.is_null() || input.is_null() || output.is_null() {
+                    return EFT_NULL_POINTER;
+                }
+                // Safety: not null, so valid.
+                let (core, state, i, output) = unsafe {
                     (
-                        config.cast::<Core>().as_ref(),
-                        state.cast::<ControllerState<$t>>().as_mut(),
-                        input.as_ref(),
-                        output.as_mut(),
+                        &*config.cast::<Core>(),
+                        &mut *state.cast::<ControllerState<$t>>(),
+                        &*input,
+                        &mut *output,
                     )
                 };
-                let (Some(core), Some(state), Some(i), Some(output)) = (core, state, input, output) else {
-                    return status::NULL_POINTER;
-                };
-                let out = core.compensation.step(
-                    &mut state.compensation,
-                    i.velocity,
-                    i.force,
-                    i.spool,
-                    i.further_flow,
-                );
-                *output = Output { valve_command: out.value, compensation: out.value, status: out.status };
-                status::OK
+                let (compensation, state) = (&core.compensation, &mut state.compensation);
+                compensated(compensation, state, output, i.velocity, i.force, i.spool, i.further_flow)
             }
 
-            /// Both copies become `config`, and none waits. Before the interrupt is enabled.
-            ///
-            /// # Safety
-            /// See the crate.
+            #[inline(never)]
+            extern "C" fn compensated(
+                core: &Compensation<$t, EFT_TABLE_CAPACITY>,
+                state: &mut CompensationState<$t>,
+                output: &mut $Output,
+                velocity: $t,
+                force: $t,
+                spool: $t,
+                further_flow: $t,
+            ) -> u8 {
+                let out = core.step(state, velocity, force, spool, further_flow);
+                *output = $Output { valve_command: out.value, compensation: out.value, status: out.status };
+                done()
+            }
+
+            /// Both copies become *config, and none waits. Before the interrupt is enabled.
             #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $shadow_init(shadow: *mut Shadow, config: *const Config) -> u8 {
+            pub unsafe extern "C" fn $shadow_init(shadow: *mut $Shadow, config: *const $Config) -> u8 {
                 // Safety: null or valid.
                 let (Some(shadow), Some(config)) = (unsafe { shadow.as_mut() }, unsafe { config.as_ref() })
                 else {
-                    return status::NULL_POINTER;
+                    return EFT_NULL_POINTER;
                 };
                 shadow.copies = [*config; 2];
                 shadow.turn.reset();
-                status::OK
+                EFT_OK
             }
 
-            /// Offers a configuration to the interrupt; `BUSY` while the one before still waits.
-            ///
-            /// # Safety
-            /// See the crate; one thread offers at a time.
+            /// Offers a configuration to the interrupt; EFT_BUSY while the one before still waits. From one thread at
+            /// a time.
             #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $shadow_offer(shadow: *mut Shadow, config: *const Config) -> u8 {
+            pub unsafe extern "C" fn $shadow_offer(shadow: *mut $Shadow, config: *const $Config) -> u8 {
                 // Safety: null or valid.
-                let Some(config) = (unsafe { config.as_ref() }) else { return status::NULL_POINTER };
+                let Some(config) = (unsafe { config.as_ref() }) else { return EFT_NULL_POINTER };
                 if shadow.is_null() {
-                    return status::NULL_POINTER;
+                    return EFT_NULL_POINTER;
                 }
                 // Safety: the turn is atomic, and only the copy that the interrupt does not read is written.
                 unsafe {
                     let turn = &(*shadow).turn;
-                    let Some(free) = turn.free() else { return status::BUSY };
-                    (&raw mut (*shadow).copies).cast::<Config>().add(free).write(*config);
+                    let Some(free) = turn.free() else { return EFT_BUSY };
+                    (&raw mut (*shadow).copies).cast::<$Config>().add(free).write(*config);
                     turn.offer(free);
                 }
-                status::OK
+                EFT_OK
             }
 
             /// In the interrupt, before the step: the configuration to step with; null for null.
-            ///
-            /// # Safety
-            /// See the crate.
             #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $shadow_take(shadow: *const Shadow) -> *const Config {
+            pub unsafe extern "C" fn $shadow_take(shadow: *const $Shadow) -> *const $Config {
                 if shadow.is_null() {
                     return core::ptr::null();
                 }
                 // Safety: not null; the index is 0 or 1.
-                unsafe { (&raw const (*shadow).copies).cast::<Config>().add((*shadow).turn.take()) }
+                unsafe { (&raw const (*shadow).copies).cast::<$Config>().add((*shadow).turn.take()) }
             }
         }
+        pub use $module::*;
     };
 }
 precision!(
     single, f32, controller: 100, state: 5,
-    eft_configure_f32 eft_reset_f32 eft_prime_f32 eft_hold_f32 eft_missed_f32 eft_step_f32 eft_compensation_step_f32
-    eft_shadow_init_f32 eft_shadow_offer_f32 eft_shadow_take_f32
+    eft_controller_f32 eft_state_f32 eft_input_f32 eft_output_f32 eft_shadow_f32
+    eft_configure_f32 eft_check_f32 eft_reset_f32 eft_prime_f32 eft_hold_f32 eft_missed_f32 eft_step_f32
+    eft_compensation_step_f32 eft_shadow_init_f32 eft_shadow_offer_f32 eft_shadow_take_f32
 );
 precision!(
     double, f64, controller: 92, state: 5,
-    eft_configure_f64 eft_reset_f64 eft_prime_f64 eft_hold_f64 eft_missed_f64 eft_step_f64 eft_compensation_step_f64
-    eft_shadow_init_f64 eft_shadow_offer_f64 eft_shadow_take_f64
+    eft_controller_f64 eft_state_f64 eft_input_f64 eft_output_f64 eft_shadow_f64
+    eft_configure_f64 eft_check_f64 eft_reset_f64 eft_prime_f64 eft_hold_f64 eft_missed_f64 eft_step_f64
+    eft_compensation_step_f64 eft_shadow_init_f64 eft_shadow_offer_f64 eft_shadow_take_f64
 );

@@ -5,12 +5,12 @@ use core::sync::atomic::{AtomicU32, Ordering};
 /// Which copy is in use and which was last offered: 0 or 1 each.
 #[repr(C)]
 #[derive(Debug, Default)]
-pub(crate) struct Turn {
+pub struct eft_turn {
     active: AtomicU32,
     offered: AtomicU32,
 }
 
-impl Turn {
+impl eft_turn {
     pub(crate) fn reset(&self) {
         self.active.store(0, Ordering::Relaxed);
         self.offered.store(0, Ordering::Relaxed);

@@ -5,31 +5,22 @@
 //! outside `eft-core`, which forbids them.
 #![no_std]
 
-/// √x in the unit's root, correctly rounded on every target.
-///
-/// # NaN
-/// NaN for NaN and for negative numbers; −0 for −0.
-///
-/// # Cost
-/// On ARM with a hardware float ABI: `vsqrt.f32` and two to four register moves. `libm` elsewhere.
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-#[inline(always)]
-#[allow(unsafe_code)]
-pub fn sqrtf(x: f32) -> f32 {
-    let mut bits = x.to_bits();
-    // `sreg` operands are refused on these targets, so the number goes through a core register.
-    // Safety: every target with this ABI has an FPU with `vsqrt.f32`; it touches no memory, and `s0` is declared.
-    unsafe {
-        core::arch::asm!(
-            "vmov s0, {bits}",
-            "vsqrt.f32 s0, s0",
-            "vmov {bits}, s0",
-            bits = inout(reg) bits,
-            out("s0") _,
-            options(pure, nomem, nostack, preserves_flags),
-        );
+mod unit {
+    // What a call is answered with where the compiler leaves one. Weak: a C library may bring its own.
+    core::arch::global_asm!(
+        ".section .text.sqrtf, \"ax\"",
+        ".weak sqrtf",
+        ".type sqrtf, %function",
+        ".thumb_func",
+        "sqrtf:",
+        ".inst.w 0xeeb10ac0", // vsqrt.f32 s0, s0; the assembler is not told of the FPU
+        "bx lr",
+        ".size sqrtf, . - sqrtf",
+    );
+    unsafe extern "C" {
+        pub(crate) safe fn sqrtf(x: f32) -> f32;
     }
-    f32::from_bits(bits)
 }
 
 /// √x in the unit's root, correctly rounded on every target.
@@ -38,9 +29,12 @@ pub fn sqrtf(x: f32) -> f32 {
 /// NaN for NaN and for negative numbers; −0 for −0.
 ///
 /// # Cost
-/// On ARM with a hardware float ABI: `vsqrt.f32` and two to four register moves. `libm` elsewhere.
-#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+/// On ARM with a hardware float ABI: `vsqrt.f32` alone where the compiler sees that `x` is not negative (at opt-level
+/// 3), a call of it elsewhere. On other targets `libm`.
 #[inline(always)]
 pub fn sqrtf(x: f32) -> f32 {
-    libm::sqrtf(x)
+    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+    return unit::sqrtf(x);
+    #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+    return libm::sqrtf(x);
 }

@@ -75,8 +75,8 @@ pub fn cost() -> Cost {
     Cost { instructions: instructions(ticks), stack }
 }
 
-/// One instruction takes 2^6 ns under `-icount shift=6`, one tick of the timer 40 ns; the call and the reading of
-/// the timer are two of them.
+/// One instruction takes 2^8 ns under `-icount shift=8`, one tick of the timer 40 ns, so that a tick more or less does
+/// not count; the call and the reading of the timer are two of them.
 fn instructions(ticks: u32) -> u32 {
-    ((ticks * 40 + 32) / 64).wrapping_sub(2)
+    ((ticks * 40 + 128) / 256).wrapping_sub(2)
 }

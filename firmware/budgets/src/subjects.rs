@@ -5,12 +5,12 @@ use core::mem::{MaybeUninit, transmute};
 use core::ptr::null_mut;
 
 use eft_core::{
-    Compensation, CompensationParameters, CompensationState, Controller, ControllerState, FlowTable, LeadNetwork,
-    LeadState, Limiter, LoadPressure, Mode, PiecewiseLinear, ServovalveController, SignFrom,
+    Compensation, CompensationParameters, CompensationState, Controller, ControllerState, FlowTable,
+    LeadNetwork, LeadState, Limiter, LoadPressure, Mode, PiecewiseLinear, ServovalveController, SignFrom,
 };
-use eft_ffi::eft_parameters;
-use eft_ffi::single::{
-    Config, Input, Output, State, eft_compensation_step_f32, eft_configure_f32, eft_reset_f32, eft_step_f32,
+use eft_ffi::{
+    eft_compensation_step_f32, eft_configure_f32, eft_controller_f32, eft_input_f32, eft_output_f32,
+    eft_parameters, eft_reset_f32, eft_state_f32, eft_step_f32,
 };
 use semihosting::println;
 
@@ -18,13 +18,13 @@ use crate::probe::{self, Cost};
 
 const IN3: f64 = 1.6387064e-5;
 const OPENINGS: [f64; 21] = [
-    -1.0, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9,
-    1.0,
+    -1.0, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8,
+    0.9, 1.0,
 ];
 const FLOWS: [f64; 21] = {
     let mut flows = [
-        -536.2, -508.2, -480.2, -452.3, -419.9, -377.1, -324.2, -260.9, -188.2, -101.0, 0.0, 102.2, 187.2, 260.4,
-        321.1, 369.8, 411.2, 441.0, 468.3, 495.7, 523.0,
+        -536.2, -508.2, -480.2, -452.3, -419.9, -377.1, -324.2, -260.9, -188.2, -101.0, 0.0, 102.2, 187.2,
+        260.4, 321.1, 369.8, 411.2, 441.0, 468.3, 495.7, 523.0,
     ];
     let mut i = 0;
     while i < 21 {
@@ -225,9 +225,15 @@ pub fn run() {
         black_box(f(&CONTROLLER, &mut state, &mut status, c, v, f_, x));
     });
 
-    type Step = unsafe extern "C" fn(*const Config, *mut State, *const Input, *mut Output) -> u8;
-    let (mut config, mut state) = (MaybeUninit::<Config>::uninit(), MaybeUninit::<State>::uninit());
-    let mut output = Output { valve_command: 0.0, compensation: 0.0, status: 0 };
+    type Step = unsafe extern "C" fn(
+        *const eft_controller_f32,
+        *mut eft_state_f32,
+        *const eft_input_f32,
+        *mut eft_output_f32,
+    ) -> u8;
+    let (mut config, mut state) =
+        (MaybeUninit::<eft_controller_f32>::uninit(), MaybeUninit::<eft_state_f32>::uninit());
+    let mut output = eft_output_f32 { valve_command: 0.0, compensation: 0.0, status: 0 };
     // Safety: every pointer is valid.
     let code = unsafe { eft_configure_f32(&parameters(), config.as_mut_ptr(), null_mut()) };
     assert!(code == 0, "refused");
@@ -239,7 +245,7 @@ pub fn run() {
         unsafe { eft_reset_f32(state.as_mut_ptr()) };
         let f = probed!(function, Step);
         worst(name, |r| {
-            let input = Input {
+            let input = eft_input_f32 {
                 command: r.sample(1.0e4),
                 velocity: r.sample(1.0),
                 force: r.sample(1.5e5),

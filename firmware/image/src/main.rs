@@ -45,7 +45,8 @@ fn sample(input: &mut File) -> Option<[f32; 4]> {
 fn main() -> ! {
     let Some(peripherals) = Peripherals::take() else { process::exit(2) };
     let Ok(mut input) = File::open(c"to-firmware") else { process::exit(2) };
-    let Ok(mut output) = OpenOptions::new().write(true).truncate(true).create(true).open(c"from-firmware") else {
+    let Ok(mut output) = OpenOptions::new().write(true).truncate(true).create(true).open(c"from-firmware")
+    else {
         process::exit(2)
     };
     let controller: &Controller<f32, POINTS> = &CONTROLLER;
@@ -91,7 +92,9 @@ fn main() -> ! {
 #[cfg(feature = "flipped")]
 fn flipped(controller: &Controller<f32, POINTS>) -> Controller<f32, POINTS> {
     let mut other = *controller;
-    if let Ok(limits) = eft_core::ServovalveController::<f32>::new(5.6e-5 * 1.000_000_1, 0.8059, 2.0e-4, SAMPLE_RATE) {
+    if let Ok(limits) =
+        eft_core::ServovalveController::<f32>::new(5.6e-5 * 1.000_000_1, 0.8059, 2.0e-4, SAMPLE_RATE)
+    {
         other.servovalve = limits;
     }
     other

@@ -1,7 +1,7 @@
 //! The controller of `zhao2005` at 4096 Hz, exported by eft.
 use eft_core::{
-    Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode,
-    ServovalveController, SignFrom,
+    Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode, ServovalveController,
+    SignFrom,
 };
 
 /// Points of the flow table.
@@ -19,9 +19,34 @@ macro_rules! checked {
 }
 
 /// Spool openings (1).
-const OPENINGS: [f64; POINTS] = [-1e0, -9e-1, -8e-1, -7e-1, -6e-1, -5e-1, -4e-1, -3e-1, -2e-1, -1e-1, 0e0, 1e-1, 2e-1, 3e-1, 4e-1, 5e-1, 6e-1, 7e-1, 8e-1, 9e-1, 1e0];
+const OPENINGS: [f64; POINTS] = [
+    -1e0, -9e-1, -8e-1, -7e-1, -6e-1, -5e-1, -4e-1, -3e-1, -2e-1, -1e-1, 0e0, 1e-1, 2e-1, 3e-1, 4e-1, 5e-1,
+    6e-1, 7e-1, 8e-1, 9e-1, 1e0,
+];
 /// Flows (m³/s).
-const FLOWS: [f64; POINTS] = [-8.786743716800001e-3, -8.327905924799999e-3, -7.8690681328e-3, -7.4118690472e-3, -6.8809281735999995e-3, -6.1795618344e-3, -5.3126861488e-3, -4.275384997599999e-3, -3.0840454447999995e-3, -1.655093464e-3, 0e0, 1.6747579408e-3, 3.0676583807999996e-3, 4.2671914656e-3, 5.2618862504e-3, 6.0599362672e-3, 6.738360716799999e-3, 7.226695224e-3, 7.6740620712e-3, 8.1230676248e-3, 8.570434472e-3];
+const FLOWS: [f64; POINTS] = [
+    -8.786743716800001e-3,
+    -8.327905924799999e-3,
+    -7.8690681328e-3,
+    -7.4118690472e-3,
+    -6.8809281735999995e-3,
+    -6.1795618344e-3,
+    -5.3126861488e-3,
+    -4.275384997599999e-3,
+    -3.0840454447999995e-3,
+    -1.655093464e-3,
+    0e0,
+    1.6747579408e-3,
+    3.0676583807999996e-3,
+    4.2671914656e-3,
+    5.2618862504e-3,
+    6.0599362672e-3,
+    6.738360716799999e-3,
+    7.226695224e-3,
+    7.6740620712e-3,
+    8.1230676248e-3,
+    8.570434472e-3,
+];
 
 /// The controller.
 pub static CONTROLLER: Controller<f32, POINTS> = {
@@ -29,17 +54,17 @@ pub static CONTROLLER: Controller<f32, POINTS> = {
     let parameters = CompensationParameters {
         mode: Mode::Nonlinear,
         sign_from: SignFrom::Spool,
-        level: 1e0, // 1
-        piston_area: 8.212e-3, // m2
-        supply_pressure: 1.9e7, // Pa
-        flow_gain: 1.64e-2, // m3/s
-        valve_gain: 1e-1, // 1/V
-        response_delay: 5e-3, // s
-        lead_alpha: 1e-1, // 1
-        spool_warning: 6e-1, // 1
+        level: 1e0,                            // 1
+        piston_area: 8.212e-3,                 // m2
+        supply_pressure: 1.9e7,                // Pa
+        flow_gain: 1.64e-2,                    // m3/s
+        valve_gain: 1e-1,                      // 1/V
+        response_delay: 5e-3,                  // s
+        lead_alpha: 1e-1,                      // 1
+        spool_warning: 6e-1,                   // 1
         velocity_range: 3.4028234663852886e38, // m/s
-        force_range: 3.4028234663852886e38, // N
-        spool_range: 3.4028234663852886e38, // 1
+        force_range: 3.4028234663852886e38,    // N
+        spool_range: 3.4028234663852886e38,    // 1
         sample_rate: SAMPLE_RATE,
         proportional_gain: 8.059e-1, // V/V
     };

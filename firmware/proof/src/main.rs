@@ -5,7 +5,7 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use eft_ffi::{double, eft_abi_version, single};
+use eft_ffi::*;
 
 unsafe extern "C" {
     fn a_panic_is_reachable() -> !;
@@ -22,11 +22,11 @@ fn panic(_: &PanicInfo) -> ! {
 pub extern "C" fn eft_proof(n: usize) {
     black_box(eft_abi_version as *const () as usize);
     macro_rules! keep {
-        ($module:ident: $($function:ident)*) => { $(black_box($module::$function as *const () as usize);)* };
+        ($($function:ident)*) => { $(black_box($function as *const () as usize);)* };
     }
-    keep!(single: eft_configure_f32 eft_reset_f32 eft_prime_f32 eft_hold_f32 eft_missed_f32 eft_step_f32
+    keep!(eft_configure_f32 eft_check_f32 eft_reset_f32 eft_prime_f32 eft_hold_f32 eft_missed_f32 eft_step_f32
         eft_compensation_step_f32 eft_shadow_init_f32 eft_shadow_offer_f32 eft_shadow_take_f32);
-    keep!(double: eft_configure_f64 eft_reset_f64 eft_prime_f64 eft_hold_f64 eft_missed_f64 eft_step_f64
+    keep!(eft_configure_f64 eft_check_f64 eft_reset_f64 eft_prime_f64 eft_hold_f64 eft_missed_f64 eft_step_f64
         eft_compensation_step_f64 eft_shadow_init_f64 eft_shadow_offer_f64 eft_shadow_take_f64);
     #[cfg(feature = "panic")]
     black_box([1, 2, 3][black_box(n)]);
