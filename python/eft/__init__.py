@@ -51,7 +51,15 @@ from eft._native import (
     tapered,
     valve_test,
 )
-from eft._run import FftRatio, IdealResponse, TestRun, ideal_response, simulate
+from eft._run import (
+    EnergyBalance,
+    FftRatio,
+    IdealResponse,
+    TestRun,
+    energy_balance,
+    ideal_response,
+    simulate,
+)
 from eft._status import Status
 from eft._study import LatinHypercube, Sobol, Study, study
 
@@ -60,6 +68,7 @@ __all__ = [
     "Command",
     "Compensator",
     "Controller",
+    "EnergyBalance",
     "Estimate",
     "FftRatio",
     "FlowCurveEstimate",
@@ -84,6 +93,7 @@ __all__ = [
     "delay_rate_map",
     "displacement_spectrum",
     "effective_force",
+    "energy_balance",
     "flow_curve_estimate",
     "flow_test",
     "free_vibration",

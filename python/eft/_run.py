@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
-from functools import cached_property
+from dataclasses import dataclass, fields, replace
+from functools import cached_property, reduce
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
@@ -21,7 +21,15 @@ from eft._status import Status
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["FftRatio", "IdealResponse", "TestRun", "ideal_response", "simulate"]
+__all__ = [
+    "EnergyBalance",
+    "FftRatio",
+    "IdealResponse",
+    "TestRun",
+    "energy_balance",
+    "ideal_response",
+    "simulate",
+]
 
 Array = NDArray[np.float64]
 Dtype = Literal["f32", "f64"]
@@ -56,7 +64,7 @@ class IdealResponse(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class TestRun:
-    """The traces of one test, one value per command sample.
+    """The traces of one test, one value per command sample; for several actuators (actuators, samples).
 
     Value `i` is the plant's true value at time ``i / sample_rate``, before that tick's output acts; what the
     sensors reported stands beside it as ``measured_...``. ``time, force = run`` unpacks the two.
@@ -142,12 +150,32 @@ class TestRun:
             )
         return "; ".join(parts)
 
-    def metrics(self) -> dict[str, float]:
+    def actuator(self, index: int) -> TestRun:
+        """Return the traces of one actuator, counted from 0 at the ground, as a run of their own.
+
+        Raises
+        ------
+        IndexError
+            If there is no such actuator.
+        """
+        actuators = self.command.shape[0] if self.command.ndim > 1 else 1
+        if not 0 <= index < actuators:
+            raise IndexError(f"actuator = {index}: must be from 0 to {actuators - 1}")
+        if self.command.ndim == 1:
+            return self
+        return replace(self, **{name: getattr(self, name)[index] for name in _TRACES})
+
+    @property
+    def _actuators(self) -> list[TestRun]:
+        return [self.actuator(index) for index in range(self.command.shape[0])]
+
+    def metrics(self) -> dict[str, Any]:
         """Judge the true force against the command.
 
         Returns
         -------
         dict
+            Numbers; for several actuators arrays with one number each.
             ``nrmse``: rms error over rms command; ``nrmse_delay_removed`` and ``nrmse_bias_free``: the same
             without the delay, without the offset; ``peak_error``: largest error over the largest command;
             ``delay``: by cross-correlation, s, positive when the force lags; ``fei_amplitude``,
@@ -160,6 +188,9 @@ class TestRun:
         ValueError
             If the command is zero throughout, which no error can be related to.
         """
+        if self.command.ndim > 1:
+            each = [run.metrics() for run in self._actuators]
+            return {name: np.array([metrics[name] for metrics in each]) for name in each[0]}
         answer = _native.metrics(self.command, self.force, self.sample_rate)
         answer["max_spool"] = float(np.abs(self.spool).max())
         return answer
@@ -168,28 +199,45 @@ class TestRun:
         """Divide the spectrum of the force by that of the command, over a band in Hz.
 
         The spectra are taken over the whole test without a window; bins that the command does not excite are
-        left out.
+        left out. For several actuators the ratio has a row for each, at the frequencies that all commands
+        excite.
         """
+        if self.command.ndim > 1:
+            each = [run.fft_ratio(f_low, f_high) for run in self._actuators]
+            shared = reduce(np.intersect1d, (response.frequency for response in each))
+            rows = [response.ratio[np.isin(response.frequency, shared)] for response in each]
+            return FftRatio(shared, np.array(rows))
         return FftRatio(*_native.fft_ratio(self.command, self.force, self.sample_rate, f_low, f_high))
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return the traces as a data frame indexed by time in s (needs pandas)."""
+        """Return the traces as a data frame indexed by time in s (needs pandas).
+
+        For several actuators the columns have two levels, the signal and the actuator counted from 1.
+        """
         import pandas as pd
 
         index = pd.Index(self.time, name="time")
+        if self.command.ndim > 1:
+            columns = {
+                (name, number): trace
+                for name in _TRACES
+                for number, trace in enumerate(getattr(self, name), start=1)
+            }
+            return pd.DataFrame(columns, index=index, copy=False).rename_axis(columns=["signal", "actuator"])
         return pd.DataFrame({name: getattr(self, name) for name in _TRACES}, index=index, copy=False)
 
     def to_control(self) -> Any:
         """Return force (output) under command (input) as a python-control ``TimeResponseData``."""
         import control
 
+        numbers = [""] if self.command.ndim == 1 else [f"_{n + 1}" for n in range(self.command.shape[0])]
         return control.TimeResponseData(
             self.time,
             self.force,
             inputs=self.command,
-            issiso=True,
-            output_labels=["force"],
-            input_labels=["command"],
+            issiso=self.command.ndim == 1,
+            output_labels=[f"force{number}" for number in numbers],
+            input_labels=[f"command{number}" for number in numbers],
             title="effective force test",
         )
 
@@ -296,7 +344,9 @@ def simulate(
     rig : Rig
         The rig to be tested.
     command : Command
-        The force to be applied.
+        The force to be applied; for a shear building (actuators, samples), the ground floor's first. There
+        every floor has the rig's actuator and noise of its own, all share the supply, and when the
+        protection of one trips, all others trip at the next sample.
     dtype : {"f64", "f32"}
         Precision of the controller; the plant is always computed in double precision.
     method : {"exponential", "runge-kutta"}, optional
@@ -340,6 +390,46 @@ def simulate(
 def ideal_response(rig: Rig, command: Command) -> IdealResponse:
     """Compute what the rig's structure would do if the command were applied without error.
 
-    The structure starts at rest; the command is linear between samples.
+    The structure starts at rest; the command is linear between samples. Of a shear building displacement and
+    velocity are (actuators, samples).
     """
     return IdealResponse(command.time, *_native.ideal_response(rig, command))
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnergyBalance:
+    """Where the hydraulic work of a test went, all in J: ``supplied + swept = dissipated + stored``."""
+
+    supplied: float
+    """Work of the pump."""
+    swept: float
+    """Work of chambers that change their volume while under pressure, which Eq. (7) leaves out."""
+    droop: float
+    """Lost by the droop of the supply."""
+    valve: float
+    """Throttled in the main stage."""
+    leakage: float
+    """Lost by leakage, in the valve and across the piston."""
+    friction: float
+    """Lost in the seals."""
+    stops: float
+    """Lost in the end stops."""
+    damping: float
+    """Lost in the structure's dampers."""
+    hysteresis: float
+    """Taken by the part of the structure that yields, most of it for good."""
+    stored: float
+    """What oil, accumulator, structure and stops hold more than at the start."""
+    dissipated: float
+    """All that was lost: from `droop` to `hysteresis`."""
+    gap: float
+    """What the books leave open, over the work supplied; zero but for the error of the integration."""
+
+
+def energy_balance(rig: Rig, command: Command, *, largest_step: float | None = None) -> EnergyBalance:
+    """Run a test with the books of its energy, in Runge–Kutta steps no longer than `largest_step` (s).
+
+    The default of 1/4096 s is that of `simulate`. The gap shrinks with the step: it tells how far the
+    integration can be trusted. The actuators of a shear building share one balance.
+    """
+    return EnergyBalance(**_native.energy_balance(rig, command, largest_step))

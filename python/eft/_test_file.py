@@ -197,7 +197,12 @@ def _record(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command
             record = read_record(shipped)
     else:
         record = read_record(folder / section["file"], **options)
-    scale, mass = float(section.get("scale", 1.0)), float(section.get("mass", rig["structure.mass"]))
+    scale = float(section.get("scale", 1.0))
+    building = rig["structure.kind"] == "shear_building"
+    own = rig["structure.stories.masses" if building else "structure.mass"]
+    if building and "mass" in section:
+        raise ValueError("command.mass: must be left out for a shear building, whose floors have their own")
+    mass = float(section["mass"]) if "mass" in section else own
     command = effective_force(record, mass=mass, sample_rate=_sample_rate(section, rig), scale=scale)
     return command, f"{record.name}, ground acceleration of {record.pga:.3g} m/s² scaled by {scale:g}"
 

@@ -22,7 +22,7 @@ class FakeRun:
     share: float = 0.5
 
     def __post_init__(self):
-        self.rig = {"structure.mass": 7040.0, "structure.damping": 4330.0}
+        self.rig = {"structure.kind": "linear", "structure.mass": 7040.0, "structure.damping": 4330.0}
         self.time = np.arange(round(self.duration * self.sample_rate)) / self.sample_rate
         angle = 2 * np.pi * self.frequency * self.time
         omega = 2 * np.pi * self.frequency

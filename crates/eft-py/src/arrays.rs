@@ -1,6 +1,6 @@
 //! Arrays in and out of numpy.
 
-use numpy::{PyArray1, PyArrayMethods};
+use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::errors::refuse;
@@ -40,6 +40,30 @@ pub(crate) fn real<'py>(parameter: &str, given: &Bound<'py, PyAny>) -> PyResult<
 pub(crate) fn flat(array: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let line = array.call_method0("ravel")?;
     Ok(line.cast::<PyArray1<f64>>()?.try_readonly()?.as_slice()?.to_vec())
+}
+
+/// The rows of a contiguous `float64` array of two dimensions.
+pub(crate) fn rows(parameter: &str, array: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<f64>>> {
+    let shape = array.getattr("shape")?.extract::<Vec<usize>>()?;
+    let [rows, columns] = shape.as_slice() else {
+        let found = format!("an array of {} dimensions", shape.len());
+        return Err(refuse(parameter, found, "must have one dimension, or two: (actuators, samples)"));
+    };
+    let values = flat(array)?;
+    Ok((0..*rows).map(|row| values[row * columns..(row + 1) * columns].to_vec()).collect())
+}
+
+/// Channels of equal length as an array: of one dimension, or with a leading axis.
+pub(crate) fn stacked<T: Element + Clone>(
+    py: Python<'_>,
+    mut channels: Vec<Vec<T>>,
+    leading_axis: bool,
+) -> PyResult<Bound<'_, PyAny>> {
+    if !leading_axis {
+        return Ok(PyArray1::from_vec(py, channels.pop().unwrap_or_default()).into_any());
+    }
+    let shape = (channels.len(), channels.first().map_or(0, Vec::len));
+    PyArray1::from_vec(py, channels.concat()).call_method1("reshape", (shape,))
 }
 
 /// A read-only array, so that what was validated stays as it was.

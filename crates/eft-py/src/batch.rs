@@ -61,7 +61,7 @@ impl BatchResult {
             status: outcome.status,
             samples: outcome.samples,
             finished: outcome.finished(),
-            traces: outcome.run.map(|run| traces(py, run).map(Bound::unbind)).transpose()?,
+            traces: outcome.run.map(|run| traces(py, vec![run], false).map(Bound::unbind)).transpose()?,
         })
     }
 }
@@ -96,8 +96,11 @@ pub(crate) fn simulate_batch<'py>(
         let allowed = format!("must be one, or one for each of the {} rigs", rigs.len());
         return Err(refuse("commands", format!("{} commands", commands.len()), allowed));
     }
-    let pairs: Vec<(&RigConfig, &eft_sim::excitation::Command)> =
-        rigs.iter().zip(&commands).map(|(rig, command)| (&rig.get().config, &command.get().inner)).collect();
+    let pairs: Vec<(&RigConfig, &eft_sim::excitation::Command)> = rigs
+        .iter()
+        .zip(&commands)
+        .map(|(rig, command)| Ok((&rig.get().config, command.get().single()?)))
+        .collect::<PyResult<_>>()?;
     let mut stopped = None;
     let go_on = |_, _| match Python::attach(|py| py.check_signals()) {
         Ok(()) => true,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use eft_sim::{excitation, records};
+use eft_sim::{RigConfig, excitation, records};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -15,71 +15,124 @@ use crate::errors::{refuse, to_python};
 /// Parameters
 /// ----------
 /// values : array_like
-///     Commanded force in N, one dimension, finite.
+///     Commanded force in N, finite: one dimension, or (actuators, samples) for several actuators.
 /// sample_rate : float
 ///     Samples per second, in Hz.
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct Command {
-    pub(crate) inner: excitation::Command,
-    values: PyOnceLock<Py<PyArray1<f64>>>,
+    /// One an actuator; at least one.
+    pub(crate) channels: Vec<excitation::Command>,
+    /// Whether the values have a leading axis.
+    pub(crate) stacked: bool,
+    values: PyOnceLock<Py<PyAny>>,
 }
 
-fn command(result: eft_sim::Result<excitation::Command>) -> PyResult<Command> {
-    result.map(|inner| Command { inner, values: PyOnceLock::new() }).map_err(to_python)
+impl Command {
+    fn of_one(result: eft_sim::Result<excitation::Command>) -> PyResult<Self> {
+        Ok(Self { channels: vec![result.map_err(to_python)?], stacked: false, values: PyOnceLock::new() })
+    }
+
+    fn of_several(results: impl Iterator<Item = eft_sim::Result<excitation::Command>>) -> PyResult<Self> {
+        let channels = results.collect::<eft_sim::Result<Vec<_>>>().map_err(to_python)?;
+        if channels.is_empty() {
+            return Err(refuse("values", "no actuators", "must have at least one"));
+        }
+        Ok(Self { channels, stacked: true, values: PyOnceLock::new() })
+    }
+
+    /// The command of the only actuator.
+    pub(crate) fn single(&self) -> PyResult<&excitation::Command> {
+        match (self.channels.as_slice(), self.stacked) {
+            ([one], false) => Ok(one),
+            _ => {
+                let allowed =
+                    "must be of one actuator, in one dimension, for a rig that is no shear building";
+                Err(refuse("command", format!("{} actuators", self.channels.len()), allowed))
+            }
+        }
+    }
+
+    /// The commands of a building's actuators.
+    pub(crate) fn several(&self, rig: &RigConfig) -> PyResult<&[excitation::Command]> {
+        if self.stacked {
+            return Ok(&self.channels);
+        }
+        let stories = rig.structure.stories.as_ref().map_or(0, |stories| stories.masses.len());
+        let allowed = format!("must have one row for each of {stories} stories: (actuators, samples)");
+        Err(refuse("command", "one actuator", allowed))
+    }
+
+    fn first(&self) -> &excitation::Command {
+        &self.channels[0]
+    }
 }
 
 #[pymethods]
 impl Command {
     #[new]
     fn new(values: &Bound<'_, PyAny>, sample_rate: f64) -> PyResult<Self> {
-        command(excitation::Command::new(arrays::vector("values", values)?, sample_rate))
+        let array = arrays::real("values", values)?;
+        if array.getattr("ndim")?.extract::<usize>()? == 1 {
+            return Self::of_one(excitation::Command::new(arrays::flat(&array)?, sample_rate));
+        }
+        let rows = arrays::rows("values", &array)?;
+        Self::of_several(rows.into_iter().map(|row| excitation::Command::new(row, sample_rate)))
     }
 
-    /// Commanded force in N, read-only.
+    /// Commanded force in N, read-only; (actuators, samples) for several actuators.
     #[getter]
-    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let array = self.values.get_or_try_init(py, || arrays::frozen(py, &self.inner.values))?;
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let array = self.values.get_or_try_init(py, || {
+            let channels = self.channels.iter().map(|channel| channel.values.clone()).collect();
+            let array = arrays::stacked(py, channels, self.stacked)?;
+            array.call_method1("setflags", (false,))?;
+            PyResult::Ok(array.unbind())
+        })?;
         Ok(array.bind(py).clone())
     }
 
     /// Samples per second, in Hz.
     #[getter]
     fn sample_rate(&self) -> f64 {
-        self.inner.sample_rate
+        self.first().sample_rate
     }
 
     /// Time of each sample in s, from zero.
     #[getter]
     fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, self.inner.time())
+        PyArray1::from_vec(py, self.first().time())
     }
 
     /// Length in s: the number of samples over the sample rate.
     #[getter]
     fn duration(&self) -> f64 {
-        self.inner.duration()
+        self.first().duration()
     }
 
     fn __len__(&self) -> usize {
-        self.inner.values.len()
+        self.first().values.len()
     }
 
     fn __eq__(&self, other: &Self) -> bool {
-        self.inner == other.inner
+        (self.stacked, &self.channels) == (other.stacked, &other.channels)
     }
 
     fn __repr__(&self) -> String {
-        let peak = self.inner.values.iter().fold(0.0, |peak: f64, force| peak.max(force.abs()));
+        let forces = self.channels.iter().flat_map(|channel| &channel.values);
+        let peak = forces.fold(0.0, |peak: f64, force| peak.max(force.abs()));
+        let actuators =
+            if self.stacked { format!("{} actuators, ", self.channels.len()) } else { String::new() };
+        let first = self.first();
         format!(
-            "<eft.Command: {} samples at {} Hz, {} s, peak {peak:.6} N>",
-            self.inner.values.len(),
-            self.inner.sample_rate,
-            self.inner.duration(),
+            "<eft.Command: {actuators}{} samples at {} Hz, {} s, peak {peak:.6} N>",
+            first.values.len(),
+            first.sample_rate,
+            first.duration(),
         )
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, f64)> {
-        Ok((self.values(py)?, self.inner.sample_rate))
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, f64)> {
+        Ok((self.values(py)?, self.first().sample_rate))
     }
 }
 
@@ -190,7 +243,7 @@ pub(crate) fn sine_sweep(
     duration: f64,
     sample_rate: f64,
 ) -> PyResult<Command> {
-    command(excitation::sine_sweep(amplitude, f_start, f_end, duration, sample_rate))
+    Command::of_one(excitation::sine_sweep(amplitude, f_start, f_end, duration, sample_rate))
 }
 
 /// Make the effective force ``−mass·scale·a_g`` of a ground motion, resampled linearly.
@@ -199,16 +252,25 @@ pub(crate) fn sine_sweep(
 /// ----------
 /// record : Record
 ///     The ground motion.
-/// mass : float
-///     Mass in kg.
+/// mass : float or array_like
+///     Mass in kg; the masses of a building's floors, from the ground up, give a command of as many actuators.
 /// sample_rate : float
 ///     Samples per second of the command, in Hz.
 /// scale : float
 ///     Factor on the acceleration.
 #[pyfunction]
 #[pyo3(signature = (record, mass, sample_rate, scale=1.0))]
-pub(crate) fn effective_force(record: &Record, mass: f64, sample_rate: f64, scale: f64) -> PyResult<Command> {
-    command(excitation::effective_force(&record.inner, mass, sample_rate, scale))
+pub(crate) fn effective_force(
+    record: &Record,
+    mass: &Bound<'_, PyAny>,
+    sample_rate: f64,
+    scale: f64,
+) -> PyResult<Command> {
+    let force = |mass| excitation::effective_force(&record.inner, mass, sample_rate, scale);
+    match mass.extract::<f64>() {
+        Ok(mass) => Command::of_one(force(mass)),
+        Err(_) => Command::of_several(arrays::vector("mass", mass)?.into_iter().map(force)),
+    }
 }
 
 /// Read a ground motion: PEER AT2, CSMIP and COSMOS V2, or columns; the format is recognised by content.

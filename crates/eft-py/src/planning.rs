@@ -92,8 +92,8 @@ pub(crate) fn check_feasibility<'py>(
     rig: &Rig,
     command: &Command,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let found =
-        py.detach(|| feasibility::check_feasibility(&rig.config, &command.inner)).map_err(to_python)?;
+    let command = command.single()?;
+    let found = py.detach(|| feasibility::check_feasibility(&rig.config, command)).map_err(to_python)?;
     let demands = PyList::empty(py);
     for demand in &found.demands {
         let entry = PyDict::new(py);

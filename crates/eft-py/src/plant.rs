@@ -1,13 +1,18 @@
 //! `eft.Plant`: the plant alone, sample by sample.
 
 use eft_sim::SimulateOptions;
-use eft_sim::closed_loop::{PlantReading, PlantStepper};
+use eft_sim::closed_loop::{BuildingStepper, PlantReading, PlantStepper};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
+use crate::arrays;
 use crate::errors::to_python;
 use crate::rig::Rig;
+use crate::run::is_building;
 
 /// Valve, actuator and structure of a rig, carried on sample by sample under a held valve command.
+///
+/// For a shear building every number below is an array with one value an actuator.
 ///
 /// Parameters
 /// ----------
@@ -22,9 +27,25 @@ use crate::rig::Rig;
 ///     a quarter of the error of the exchange.
 #[pyclass(module = "eft")]
 pub(crate) struct Plant {
-    inner: PlantStepper,
+    inner: Stepper,
     period: f64,
     structure: Option<Py<PyAny>>,
+}
+
+// One of a kind, and on the heap already: their sizes do not matter.
+#[allow(clippy::large_enum_variant, reason = "one at a time, and on the heap already")]
+enum Stepper {
+    One(PlantStepper),
+    Building(BuildingStepper),
+}
+
+impl Stepper {
+    fn state(&self) -> PlantState {
+        match self {
+            Self::One(plant) => PlantState { readings: vec![plant.reading()], stacked: false },
+            Self::Building(plant) => PlantState { readings: plant.readings(), stacked: true },
+        }
+    }
 }
 
 #[pymethods]
@@ -33,95 +54,141 @@ impl Plant {
     #[pyo3(signature = (rig, sample_rate=None, structure=None))]
     fn new(rig: &Rig, sample_rate: Option<f64>, structure: Option<Py<PyAny>>) -> PyResult<Self> {
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
-        let inner = PlantStepper::new(&rig.config, rate, &SimulateOptions::default()).map_err(to_python)?;
-        Ok(Self { inner, period: 1.0 / rate, structure })
+        let options = SimulateOptions::default();
+        let inner = if is_building(&rig.config) {
+            BuildingStepper::new(&rig.config, rate, &options).map(Stepper::Building)
+        } else {
+            PlantStepper::new(&rig.config, rate, &options).map(Stepper::One)
+        };
+        Ok(Self { inner: inner.map_err(to_python)?, period: 1.0 / rate, structure })
     }
 
     /// Carry the plant on by one sample under `valve_command` (V); what is true after it.
-    fn step(&mut self, py: Python<'_>, valve_command: f64) -> PyResult<PlantState> {
-        match &self.structure {
-            None => self.inner.step(valve_command).map(PlantState).map_err(to_python),
-            Some(structure) => {
-                let force = self.inner.push(valve_command).map_err(to_python)?;
+    fn step(&mut self, py: Python<'_>, valve_command: &Bound<'_, PyAny>) -> PyResult<PlantState> {
+        match (&mut self.inner, &self.structure) {
+            (Stepper::One(plant), None) => {
+                plant.step(valve_command.extract()?).map_err(to_python)?;
+            }
+            (Stepper::One(plant), Some(structure)) => {
+                let force = plant.push(valve_command.extract()?).map_err(to_python)?;
                 let (displacement, velocity) =
                     structure.call1(py, (force, self.period))?.extract::<(f64, f64)>(py)?;
-                self.inner.follow(displacement, velocity).map_err(to_python)?;
-                Ok(PlantState(self.inner.reading()))
+                plant.follow(displacement, velocity).map_err(to_python)?;
+            }
+            (Stepper::Building(plant), None) => {
+                plant.step(&arrays::vector("valve_command", valve_command)?).map_err(to_python)?;
+            }
+            (Stepper::Building(plant), Some(structure)) => {
+                let commands = arrays::vector("valve_command", valve_command)?;
+                let forces = PyArray1::from_vec(py, plant.push(&commands).map_err(to_python)?);
+                let answer = structure.call1(py, (forces, self.period))?;
+                let (displacements, velocities) =
+                    answer.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>(py)?;
+                let displacements = arrays::vector("displacement", &displacements)?;
+                let velocities = arrays::vector("velocity", &velocities)?;
+                plant.follow(&displacements, &velocities).map_err(to_python)?;
             }
         }
+        Ok(self.inner.state())
     }
 
     /// Put the plant back to rest; a structure of one's own is not told.
     fn reset(&mut self) {
-        self.inner.reset();
+        match &mut self.inner {
+            Stepper::One(plant) => plant.reset(),
+            Stepper::Building(plant) => plant.reset(),
+        }
     }
 
     /// What is true now.
     #[getter]
     fn state(&self) -> PlantState {
-        PlantState(self.inner.reading())
+        self.inner.state()
     }
 }
 
-/// What is true of a plant at one tick.
+/// What is true of a plant at one tick; for a shear building arrays with one value an actuator.
 #[pyclass(frozen, module = "eft")]
-pub(crate) struct PlantState(PlantReading);
+pub(crate) struct PlantState {
+    /// One an actuator.
+    readings: Vec<PlantReading>,
+    stacked: bool,
+}
+
+type Numbers<'py> = PyResult<Bound<'py, PyAny>>;
+
+impl PlantState {
+    fn of<'py>(&self, py: Python<'py>, value: fn(&PlantReading) -> f64) -> Numbers<'py> {
+        let values: Vec<f64> = self.readings.iter().map(value).collect();
+        match (values.as_slice(), self.stacked) {
+            ([one], false) => Ok(one.into_pyobject(py)?.into_any()),
+            _ => arrays::stacked(py, vec![values], false),
+        }
+    }
+}
 
 #[pymethods]
 impl PlantState {
     /// Time since the start in s.
     #[getter]
     fn time(&self) -> f64 {
-        self.0.time
+        self.readings.first().map_or(0.0, |reading| reading.time)
     }
 
     /// Force on the structure in N.
     #[getter]
-    fn force(&self) -> f64 {
-        self.0.force
+    fn force<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        self.of(py, |reading| reading.force)
     }
 
     /// Displacement in m.
     #[getter]
-    fn displacement(&self) -> f64 {
-        self.0.displacement
+    fn displacement<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        self.of(py, |reading| reading.displacement)
     }
 
     /// Velocity in m/s.
     #[getter]
-    fn velocity(&self) -> f64 {
-        self.0.velocity
+    fn velocity<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        self.of(py, |reading| reading.velocity)
     }
 
     /// Spool opening.
     #[getter]
-    fn spool(&self) -> f64 {
-        self.0.spool
+    fn spool<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        self.of(py, |reading| reading.spool)
     }
 
     /// Load pressure in Pa.
     #[getter]
-    fn load_pressure(&self) -> f64 {
-        self.0.load_pressure
+    fn load_pressure<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        self.of(py, |reading| reading.load_pressure)
     }
 
     /// Supply pressure in Pa.
     #[getter]
-    fn supply_pressure(&self) -> f64 {
-        self.0.supply_pressure
+    fn supply_pressure<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        self.of(py, |reading| reading.supply_pressure)
     }
 
     /// Bits of `Status`.
     #[getter]
-    fn status(&self) -> u32 {
-        self.0.status
+    fn status<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        let values: Vec<u32> = self.readings.iter().map(|reading| reading.status).collect();
+        match (values.as_slice(), self.stacked) {
+            ([one], false) => Ok(one.into_pyobject(py)?.into_any()),
+            _ => arrays::stacked(py, vec![values], false),
+        }
     }
 
     fn __repr__(&self) -> String {
-        let PlantReading { time, force, displacement, velocity, spool, .. } = self.0;
-        format!(
-            "<eft.PlantState at {time:.6} s: force {force:.6} N, displacement {displacement:.6} m, velocity \
-             {velocity:.6} m/s, spool {spool:.6}>"
-        )
+        let actuator = |reading: &PlantReading| {
+            let PlantReading { force, displacement, velocity, spool, .. } = reading;
+            format!(
+                "force {force:.6} N, displacement {displacement:.6} m, velocity {velocity:.6} m/s, spool {spool:.6}"
+            )
+        };
+        let all: Vec<_> = self.readings.iter().map(actuator).collect();
+        format!("<eft.PlantState at {:.6} s: {}>", self.time(), all.join("; "))
     }
 }

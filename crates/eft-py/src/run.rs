@@ -3,10 +3,13 @@
 use std::time::{Duration, Instant};
 
 use eft_core::status;
-use eft_sim::closed_loop::{DEFAULT_STEP, Method};
+use eft_sim::closed_loop::{
+    self, DEFAULT_STEP, Method, building_energy_balance, ideal_building_response, simulate_building,
+};
+use eft_sim::config::StructureKind;
 use eft_sim::metrics::{self as judge, Metrics};
-use eft_sim::{SimulateOptions, TestRun};
-use numpy::{Element, PyArray1};
+use eft_sim::{RigConfig, SimulateOptions, TestRun};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -92,40 +95,63 @@ pub(crate) fn simulate<'py>(
         }
     };
     let options = options(method, largest_step)?;
-    let run = py.detach(|| match dtype {
-        Dtype::F32 => eft_sim::simulate::<f32>(&rig.config, &command.inner, &options, go_on),
-        Dtype::F64 => eft_sim::simulate::<f64>(&rig.config, &command.inner, &options, go_on),
-    });
-    match (run, stopped) {
+    let rig = &rig.config;
+    let building = is_building(rig);
+    let runs = if building {
+        let commands = command.several(rig)?;
+        py.detach(|| match dtype {
+            Dtype::F32 => simulate_building::<f32>(rig, commands, &options, go_on),
+            Dtype::F64 => simulate_building::<f64>(rig, commands, &options, go_on),
+        })
+    } else {
+        let command = command.single()?;
+        let run = py.detach(|| match dtype {
+            Dtype::F32 => eft_sim::simulate::<f32>(rig, command, &options, go_on),
+            Dtype::F64 => eft_sim::simulate::<f64>(rig, command, &options, go_on),
+        });
+        run.map(|run| vec![run])
+    };
+    match (runs, stopped) {
         (_, Some(error)) => Err(error),
         (Err(error), None) => Err(to_python(error)),
-        (Ok(run), None) => traces(py, run),
+        (Ok(runs), None) => traces(py, runs, building),
     }
 }
 
-pub(crate) fn traces(py: Python<'_>, run: TestRun) -> PyResult<Bound<'_, PyDict>> {
-    fn put<T: Element>(traces: &Bound<'_, PyDict>, name: &str, values: Vec<T>) -> PyResult<()> {
-        traces.set_item(name, PyArray1::from_vec(traces.py(), values))
-    }
+/// Whether a rig has an actuator on each of several floors.
+pub(crate) fn is_building(rig: &RigConfig) -> bool {
+    rig.structure.kind == StructureKind::ShearBuilding
+}
+
+/// The traces of one run an actuator, with a leading axis where there can be several.
+pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> PyResult<Bound<'_, PyDict>> {
+    type Trace = fn(&mut TestRun) -> Vec<f64>;
+    // What was measured first: an ideal sensor's trace is the true one, which is then taken out.
+    let all: [(&str, Trace); 17] = [
+        ("measured_force", |run| run.measured_force().to_vec()),
+        ("measured_velocity", |run| run.measured_velocity().to_vec()),
+        ("measured_displacement", |run| run.measured_displacement().to_vec()),
+        ("measured_spool", |run| run.measured_spool().to_vec()),
+        ("measured_supply_pressure", |run| run.measured_supply_pressure().to_vec()),
+        ("command", |run| std::mem::take(&mut run.command)),
+        ("force", |run| std::mem::take(&mut run.force)),
+        ("displacement", |run| std::mem::take(&mut run.displacement)),
+        ("velocity", |run| std::mem::take(&mut run.velocity)),
+        ("spool", |run| std::mem::take(&mut run.spool)),
+        ("load_pressure", |run| std::mem::take(&mut run.load_pressure)),
+        ("supply_pressure", |run| std::mem::take(&mut run.supply_pressure)),
+        ("valve_command", |run| std::mem::take(&mut run.valve_command)),
+        ("compensation", |run| std::mem::take(&mut run.compensation)),
+        ("flow_gain_estimate", |run| std::mem::take(&mut run.flow_gain_estimate)),
+        ("response_delay_estimate", |run| std::mem::take(&mut run.response_delay_estimate)),
+        ("level", |run| std::mem::take(&mut run.level)),
+    ];
     let traces = PyDict::new(py);
-    put(&traces, "measured_force", run.measured_force().to_vec())?;
-    put(&traces, "measured_velocity", run.measured_velocity().to_vec())?;
-    put(&traces, "measured_displacement", run.measured_displacement().to_vec())?;
-    put(&traces, "measured_spool", run.measured_spool().to_vec())?;
-    put(&traces, "measured_supply_pressure", run.measured_supply_pressure().to_vec())?;
-    put(&traces, "command", run.command)?;
-    put(&traces, "force", run.force)?;
-    put(&traces, "displacement", run.displacement)?;
-    put(&traces, "velocity", run.velocity)?;
-    put(&traces, "spool", run.spool)?;
-    put(&traces, "load_pressure", run.load_pressure)?;
-    put(&traces, "supply_pressure", run.supply_pressure)?;
-    put(&traces, "valve_command", run.valve_command)?;
-    put(&traces, "compensation", run.compensation)?;
-    put(&traces, "flow_gain_estimate", run.flow_gain_estimate)?;
-    put(&traces, "response_delay_estimate", run.response_delay_estimate)?;
-    put(&traces, "level", run.level)?;
-    put(&traces, "status", run.status)?;
+    for (name, take) in all {
+        traces.set_item(name, arrays::stacked(py, runs.iter_mut().map(take).collect(), stacked)?)?;
+    }
+    let status = runs.into_iter().map(|run| run.status).collect();
+    traces.set_item("status", arrays::stacked(py, status, stacked)?)?;
     Ok(traces)
 }
 
@@ -166,16 +192,60 @@ pub(crate) fn fft_ratio<'py>(
 
 /// Displacement (m) and velocity (m/s) of the rig's structure under the command applied exactly.
 #[pyfunction]
-#[allow(clippy::type_complexity, reason = "two arrays are two arrays")]
 pub(crate) fn ideal_response<'py>(
     py: Python<'py>,
     rig: &Rig,
     command: &Command,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
-    let response = py
-        .detach(|| eft_sim::ideal_response(&rig.config, &command.inner, &SimulateOptions::default()))
-        .map_err(to_python)?;
-    Ok((PyArray1::from_vec(py, response.displacement), PyArray1::from_vec(py, response.velocity)))
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    let (rig, options) = (&rig.config, SimulateOptions::default());
+    let building = is_building(rig);
+    let responses = if building {
+        let commands = command.several(rig)?;
+        py.detach(|| ideal_building_response(rig, commands, &options))
+    } else {
+        let command = command.single()?;
+        py.detach(|| eft_sim::ideal_response(rig, command, &options)).map(|response| vec![response])
+    };
+    let responses = responses.map_err(to_python)?;
+    let (displacements, velocities) = responses.into_iter().map(|r| (r.displacement, r.velocity)).unzip();
+    Ok((arrays::stacked(py, displacements, building)?, arrays::stacked(py, velocities, building)?))
+}
+
+/// Where the energy of a test went, in J by name, with what was dissipated in all and the relative gap of the books.
+#[pyfunction]
+pub(crate) fn energy_balance<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    command: &Command,
+    largest_step: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (rig, options) = (&rig.config, options("runge-kutta", largest_step)?);
+    let balance = if is_building(rig) {
+        let commands = command.several(rig)?;
+        py.detach(|| building_energy_balance(rig, commands, &options))
+    } else {
+        let command = command.single()?;
+        py.detach(|| closed_loop::energy_balance(rig, command, &options))
+    };
+    let balance = balance.map_err(to_python)?;
+    let answer = PyDict::new(py);
+    for (name, value) in [
+        ("supplied", balance.supplied),
+        ("swept", balance.swept),
+        ("droop", balance.droop),
+        ("valve", balance.valve),
+        ("leakage", balance.leakage),
+        ("friction", balance.friction),
+        ("stops", balance.stops),
+        ("damping", balance.damping),
+        ("hysteresis", balance.hysteresis),
+        ("stored", balance.stored),
+        ("dissipated", balance.dissipated()),
+        ("gap", balance.gap()),
+    ] {
+        answer.set_item(name, value)?;
+    }
+    Ok(answer)
 }
 
 /// The status flags by name, with the bit of each.

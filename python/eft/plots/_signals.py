@@ -31,15 +31,34 @@ class Response(Protocol):
 
 
 def labelled(runs: TestRun | Mapping[str, TestRun], alone: str = "measured") -> Mapping[str, TestRun]:
-    """A single run is a set of one."""
-    return runs if isinstance(runs, Mapping) else {alone: runs}
+    """A single run is a set of one; a run of several actuators is as many runs."""
+    answer: dict[str, TestRun] = {}
+    named = runs if isinstance(runs, Mapping) else {alone: runs}
+    for label, run in named.items():
+        if run.command.ndim == 1:
+            answer[label] = run
+            continue
+        prefix = f"{label}, " if isinstance(runs, Mapping) else ""
+        for index in range(run.command.shape[0]):
+            answer[f"{prefix}actuator {index + 1}"] = run.actuator(index)
+    return answer
 
 
-def first(runs: Mapping[str, TestRun]) -> TestRun:
-    """The run whose command stands for all."""
-    if not runs:
+def commands(runs: Mapping[str, TestRun]) -> list[tuple[str, TestRun]]:
+    """The runs whose commands differ, each with the label of its command."""
+    found: list[tuple[str, TestRun]] = []
+    for label, run in runs.items():
+        # A run that diverged has only the beginning of its command.
+        if not any(_begin_alike(run.command, other.command) for _, other in found):
+            found.append((f"command, {label}", run))
+    if not found:
         raise ValueError("runs is empty: at least one run is needed for a figure")
-    return next(iter(runs.values()))
+    return found if len(found) > 1 else [("command", found[0][1])]
+
+
+def _begin_alike(one: Array, other: Array) -> bool:
+    shared = min(one.size, other.size)
+    return np.array_equal(one[:shared], other[:shared])
 
 
 def inside(time: Array, window: tuple[float, float] | None) -> slice:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from eft.plots._signals import Array, Response, first, inside, labelled
+from eft.plots._signals import Array, Response, commands, inside, labelled
 from eft.plots._style import COMMAND, IDEAL, LIMIT, axes_or_new, finish, lines_for
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ def force_history(
     """Force command against force, in kN, as in Figs. 8 and 9; `window` in s."""
     ax = axes_or_new(ax)
     runs = labelled(runs)
-    run = first(runs)
-    part = inside(run.time, window)
-    ax.plot(run.time[part], run.command[part] / 1e3, label="command", **COMMAND.keywords())
+    for label, run in commands(runs):
+        part = inside(run.time, window)
+        ax.plot(run.time[part], run.command[part] / 1e3, label=label, **COMMAND.keywords())
     for (label, each), line in zip(runs.items(), lines_for(runs), strict=True):
         part = inside(each.time, window)
         ax.plot(each.time[part], each.force[part] / 1e3, label=label, **line.keywords())

@@ -18,6 +18,10 @@ def hysteresis(run: TestRun, *, window: tuple[float, float] | None = None, ax: A
 
     Mass and damping are those of the rig that was tested.
     """
+    if run.rig["structure.kind"] == "shear_building":
+        raise ValueError(
+            'structure.kind = "shear_building": must be of one mass, whose restoring force this is'
+        )
     ax = axes_or_new(ax)
     part = inside(run.time, window)
     force = restoring_force(run, run.rig["structure.mass"], run.rig["structure.damping"])

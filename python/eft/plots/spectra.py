@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from eft.plots._signals import amplitude_spectrum, first, labelled, sample_step
+from eft.plots._signals import amplitude_spectrum, commands, labelled, sample_step
 from eft.plots._style import COMMAND, LIMIT, axes_or_new, finish, lines_for
 
 if TYPE_CHECKING:
@@ -22,10 +22,9 @@ def force_spectrum(
     """Modulus of the Fourier transform of force and command, in kN·s, over a band in Hz, as in Fig. 8."""
     ax = axes_or_new(ax)
     runs = labelled(runs)
-    run = first(runs)
-    step = sample_step(run)
-    frequency, command = amplitude_spectrum(run.command / 1e3, step, band)
-    ax.plot(frequency, command, label="command", **COMMAND.keywords())
+    for label, run in commands(runs):
+        frequency, command = amplitude_spectrum(run.command / 1e3, sample_step(run), band)
+        ax.plot(frequency, command, label=label, **COMMAND.keywords())
     for (label, each), line in zip(runs.items(), lines_for(runs), strict=True):
         frequency, force = amplitude_spectrum(each.force / 1e3, sample_step(each), band)
         ax.plot(frequency, force, label=label, **line.keywords())

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from eft._run import TestRun
 from eft._verdict import SPOOL_ADVICE
-from eft.plots._signals import restoring_force
+from eft.plots._signals import commands, restoring_force
 
 Array = NDArray[np.float64]
 
@@ -77,13 +77,15 @@ def draw(runs: Mapping[str, TestRun]) -> Page:
     """Every chart of one or several runs under the same command."""
     page = Page()
     colors = dict(zip(runs, _cycle(len(runs)), strict=True))
-    first = next(iter(runs.values()))
 
     def over_time(name: str, scale: float = 1.0) -> list[dict[str, Any]]:
         return [page.history(k, colors[k], getattr(r, name) * scale, r) for k, r in runs.items()]
 
-    command = page.history("command", _COMMAND_COLOR, first.command / 1e3, first, width=2.4)
-    page.add("Force", ("time (s)", "force (kN)"), [command, *over_time("force", 1e-3)], link="time")
+    wanted = [
+        page.history(label, _COMMAND_COLOR, run.command / 1e3, run, width=2.4)
+        for label, run in commands(runs)
+    ]
+    page.add("Force", ("time (s)", "force (kN)"), [*wanted, *over_time("force", 1e-3)], link="time")
     page.add("Displacement", ("time (s)", "displacement (mm)"), over_time("displacement", 1e3), link="time")
     page.add("Velocity", ("time (s)", "velocity (m/s)"), over_time("velocity"), link="time")
     advice = [
@@ -132,7 +134,7 @@ def _band(amplitude: Array, run: TestRun) -> tuple[float, float]:
 def _hysteresis(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -> None:
     series = []
     for name, run in runs.items():
-        if len(run) < 3:
+        if len(run) < 3 or run.rig["structure.kind"] == "shear_building":
             continue
         force = restoring_force(run, run.rig["structure.mass"], run.rig["structure.damping"])
         every = -(-len(run) // (MOST // 2))

@@ -13,6 +13,7 @@ from pathlib import Path
 from eft._files import write_text
 from eft._run import TestRun
 from eft._verdict import judge
+from eft.plots._signals import labelled
 from eft.report._charts import Page, draw
 
 _METRICS = {
@@ -34,6 +35,8 @@ def write_report(
 ) -> Path:
     """Write the report of one test, or of several under the same command, as one HTML file.
 
+    The actuators of a shear building are shown like tests of their own.
+
     It holds the verdict, the metrics, time histories to zoom into, the ratio of force to command over the
     frequency, the spool opening against the advised 60 %, the restoring force, the configuration and the
     versions, and reaches for no network. Written beside and renamed.
@@ -41,14 +44,11 @@ def write_report(
     Raises
     ------
     ValueError
-        If there is no run, or a run of several actuators.
+        If there is no run.
     """
-    named = dict(runs) if isinstance(runs, Mapping) else {"force": runs}
+    named = labelled(runs, alone="force")
     if not named:
         raise ValueError("runs is empty: a report needs at least one run")
-    for name, run in named.items():
-        if run.command.ndim != 1:
-            raise ValueError(f"{name}: a run of {run.command.shape[0]} actuators; one at a time, please")
     target = Path(path)
     write_text(target, _page(named, title))
     return target

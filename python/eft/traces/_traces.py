@@ -49,7 +49,9 @@ class Traces:
     def from_run(cls, run: TestRun, name: str = "run") -> Traces:
         """The traces of a run on the virtual rig."""
         if run.command.ndim != 1:
-            raise ValueError(f"{name}: a run of {run.command.shape[0]} actuators; one at a time, please")
+            raise ValueError(
+                f"{name}: a run of {run.command.shape[0]} actuators; must be of one, as `run.actuator(0)` is"
+            )
         columns = {key: getattr(run, key) for key in QUANTITIES if key != "time" and hasattr(run, key)}
         return cls(name, run.sample_rate, columns)
 

@@ -12,7 +12,7 @@ use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::excitation::{Command, effective_force};
 use crate::records::Record;
-use crate::rig::{BuildingPlant, ShearBuilding, longest_step};
+use crate::rig::{BuildingPlant, EnergyBalance, ShearBuilding, longest_step};
 
 /// Ticks between two looks at whether to go on.
 const CHUNK: usize = 1024;
@@ -28,7 +28,8 @@ pub fn story_forces(rig: &RigConfig, record: &Record, sample_rate: f64, scale: f
 }
 
 /// Runs one command a floor on a rig whose structure is a shear building; one [`TestRun`] a floor, the ground
-/// floor's first. Each floor has the rig's actuator, and noise of its own; all share the supply.
+/// floor's first. Each floor has the rig's actuator, and noise of its own; all share the supply. When the protection
+/// of one trips, all others trip at the next sample.
 ///
 /// # Errors
 /// As [`simulate`](crate::simulate); not one command a floor, or commands of different lengths or rates.
@@ -36,8 +37,29 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    mut go_on: impl FnMut(usize, usize) -> bool,
+    go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
+    Ok(run_through::<P>(rig, commands, options, go_on)?.0)
+}
+
+/// Where the energy of such a test went, all floors together.
+///
+/// # Errors
+/// As [`simulate_building`].
+pub fn building_energy_balance(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+) -> Result<EnergyBalance> {
+    Ok(run_through::<f64>(rig, commands, options, |_, _| true)?.1.balance())
+}
+
+fn run_through<P: Precision<Flags = u32>>(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+    mut go_on: impl FnMut(usize, usize) -> bool,
+) -> Result<(Vec<TestRun>, BuildingPlant)> {
     let (sample_rate, total) = check(rig, commands)?;
     let steps = steps(rig, options, sample_rate)?;
     let soft_end = soft_end(rig, sample_rate, total);
@@ -50,6 +72,7 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
     let mut states = vec![DigitalState::default(); commands.len()];
     let mut runs: Vec<_> = floors.clone().map(|_| TestRun::with_capacity(rig, sample_rate, total)).collect();
     let mut drivers = Vec::with_capacity(commands.len());
+    let mut tripped = false;
     for i in 0..total {
         if i % CHUNK == 0 && !go_on(i, total) {
             return Err(Error::Interrupted);
@@ -64,6 +87,12 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
         if Some(i) == soft_end {
             digital.iter_mut().for_each(DigitalSide::end);
         }
+        if tripped {
+            // One floor let down alone would twist the others off it.
+            for (side, command) in digital.iter_mut().zip(commands) {
+                side.trip(command.values.get(i).copied().unwrap_or_default());
+            }
+        }
         let sides = digital.iter_mut().zip(&mut states);
         for ((floor, command), ((digital, state), run)) in
             commands.iter().enumerate().zip(sides.zip(&mut runs))
@@ -76,6 +105,7 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
             });
             let (at_stop, beyond_stroke) = plant.at_limits(floor);
             let mut flags = decision.status;
+            tripped |= flags & status::TRIPPED != 0;
             flags |= if at_stop { status::SPOOL_STOP } else { 0 };
             flags |= if beyond_stroke { status::STROKE_EXCEEDED } else { 0 };
             let tick = Tick {
@@ -88,10 +118,10 @@ pub fn simulate_building<P: Precision<Flags = u32>>(
             run.extend(1).set(0, &tick, 0, now);
             drivers.push(tick.decision.driver);
         }
-        plant.advance(&drivers, 1.0 / sample_rate, steps);
+        plant.advance(&drivers, 1.0 / sample_rate, steps, None);
     }
     go_on(total, total);
-    Ok(runs)
+    Ok((runs, plant))
 }
 
 /// The building's motion under exactly the commanded forces, one response a floor.
@@ -166,7 +196,7 @@ fn check(rig: &RigConfig, commands: &[Command]) -> Result<(f64, usize)> {
 }
 
 /// Steps per tick: the options', or what the effects and the building's fastest mode need.
-fn steps(rig: &RigConfig, options: &SimulateOptions, sample_rate: f64) -> Result<u32> {
+pub(crate) fn steps(rig: &RigConfig, options: &SimulateOptions, sample_rate: f64) -> Result<u32> {
     let asked = options.steps(sample_rate)?;
     let building = 0.2 / ShearBuilding::new(rig)?.fastest_rate();
     let largest_step = longest_step(rig).min(building).min(options.largest_step);
@@ -250,6 +280,33 @@ mod tests {
         for (with, without) in with.iter().zip(&without) {
             assert!(*with < 0.15 && *without > 0.5, "{with} against {without}");
         }
+    }
+
+    #[test]
+    fn energy_of_a_building_adds_up_and_closer_with_a_smaller_step() {
+        let command = sine_sweep(6000.0, 0.2, 6.0, 4.0, RATE).unwrap();
+        let rig = building(
+            3,
+            &[
+                ("actuator.dead_length", 0.01.into()),
+                ("actuator.friction", 200.0.into()),
+                ("supply.droop", 3e8.into()),
+                ("supply.accumulator", 5e-10.into()),
+                ("servovalve.leakage.proportional", 2e-12.into()),
+                ("servovalve.leakage.constant", 4e-5.into()),
+            ],
+        );
+        let gap = |divisor: f64| {
+            let options =
+                SimulateOptions { largest_step: 1.0 / (4096.0 * divisor), ..SimulateOptions::default() };
+            let balance = building_energy_balance(&rig, &vec![command.clone(); 3], &options).unwrap();
+            for part in [balance.droop, balance.valve, balance.leakage, balance.friction, balance.damping] {
+                assert!(part > 1e-4 * balance.supplied, "{balance:?}");
+            }
+            balance.gap().abs()
+        };
+        let gaps = [0.5, 2.0].map(gap);
+        assert!(gaps[0] < 1e-6 && gaps[1] < gaps[0] / 4.0, "{gaps:?}");
     }
 
     #[test]

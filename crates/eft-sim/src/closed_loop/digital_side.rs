@@ -222,6 +222,13 @@ where
         }
     }
 
+    /// Trips the protection, where there is one, from outside, at a command (N).
+    pub(crate) fn trip(&mut self, command: S) {
+        if let Some(guarded) = &mut self.protection {
+            guarded.trip(command);
+        }
+    }
+
     /// What the sensors make of the truth, and the load cell (gain and offset in N) as an analog controller sees it,
     /// where it is not ideal.
     #[inline(always)]

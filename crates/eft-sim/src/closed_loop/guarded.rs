@@ -48,6 +48,11 @@ impl<S: Num> Guarded<S> {
         self.authority = S::splat(1.0);
     }
 
+    /// Trips from outside, at a command (N).
+    pub(crate) fn trip(&mut self, command: S) {
+        self.state.trip(command);
+    }
+
     /// Asks for the soft end.
     pub(crate) fn end(&mut self) {
         self.state.end();

@@ -1,6 +1,7 @@
 //! The sampled closed loop: `eft-core` around the continuous plant.
 
 mod building;
+mod building_stepper;
 mod channel;
 mod controller;
 mod dac;
@@ -13,12 +14,14 @@ mod single;
 mod stepper;
 mod test_run;
 
-pub use building::{ideal_building_response, simulate_building, story_forces};
+pub use building::{building_energy_balance, ideal_building_response, simulate_building, story_forces};
+pub use building_stepper::BuildingStepper;
 pub use channel::{Channel, ChannelOutput, Reach, Sample};
 pub use controller::{
     Precision, RigAdaptiveController, RigController, adaptive_parameters, compensation_parameters, only_plain,
 };
 pub use ideal::{IdealResponse, ideal_response};
+pub(crate) use simulate::one_actuator;
 pub use simulate::{CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;

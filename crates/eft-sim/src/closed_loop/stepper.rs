@@ -28,6 +28,28 @@ pub struct PlantReading {
     pub status: u32,
 }
 
+impl PlantReading {
+    /// At a time (s): state, force (N), supply pressure (Pa), and whether the spool is at a stop and the piston
+    /// beyond its stroke.
+    pub(crate) fn new(
+        time: f64,
+        core: &PlantState<f64>,
+        force: f64,
+        supply_pressure: f64,
+        (at_stop, beyond_stroke): (bool, bool),
+    ) -> Self {
+        let PlantState { spool, load_pressure, displacement, velocity, .. } = *core;
+        let finite = core.magnitude() <= f64::MAX;
+        let flags = [
+            (at_stop, status::SPOOL_STOP),
+            (beyond_stroke, status::STROKE_EXCEEDED),
+            (!finite, status::DIVERGED),
+        ];
+        let status = flags.iter().filter(|flag| flag.0).fold(0, |all, flag| all | flag.1);
+        Self { time, force, displacement, velocity, spool, load_pressure, supply_pressure, status }
+    }
+}
+
 /// A plant that is carried on sample by sample under a held valve command.
 ///
 /// Instead of the rig's own structure another one may follow the actuator: [`push`](Self::push) carries the
@@ -69,25 +91,13 @@ impl PlantStepper {
 
     /// What is true now.
     pub fn reading(&self) -> PlantReading {
-        let PlantState { spool, load_pressure, displacement, velocity, .. } =
-            *DetailedPlant::core(&self.state);
-        let (at_stop, beyond_stroke) = self.plant.at_limits(&self.state);
-        let finite = DetailedPlant::core(&self.state).magnitude() <= f64::MAX;
-        let flags = [
-            (at_stop, status::SPOOL_STOP),
-            (beyond_stroke, status::STROKE_EXCEEDED),
-            (!finite, status::DIVERGED),
-        ];
-        PlantReading {
-            time: self.ticks as f64 / self.pace.sample_rate,
-            force: self.plant.force(&self.state),
-            displacement,
-            velocity,
-            spool,
-            load_pressure,
-            supply_pressure: self.plant.signals(&self.state).supply_pressure,
-            status: flags.iter().filter(|flag| flag.0).fold(0, |all, flag| all | flag.1),
-        }
+        PlantReading::new(
+            self.ticks as f64 / self.pace.sample_rate,
+            DetailedPlant::core(&self.state),
+            self.plant.force(&self.state),
+            self.plant.signals(&self.state).supply_pressure,
+            self.plant.at_limits(&self.state),
+        )
     }
 
     /// One sample with the rig's structure under a valve command (V), and what is true after it.

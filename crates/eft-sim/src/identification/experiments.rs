@@ -1,6 +1,6 @@
 //! The paper's identification tests on the virtual rig: displacement control of 10 V per full stroke, gain one.
 
-use crate::closed_loop::SimulateOptions;
+use crate::closed_loop::{SimulateOptions, one_actuator};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::excitation::{Command, sine_sweep};
@@ -100,6 +100,7 @@ pub fn flow_test(
 /// An invalid configuration, rate or duration.
 pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f64) -> Result<Vec<f64>> {
     rig.validate()?;
+    one_actuator(rig)?;
     let still = Command::new(vec![0.0; (duration * sample_rate).round().max(0.0) as usize], sample_rate)?;
     let specimen = Specimen::<f64>::pack(|_| rig);
     Ok(released(&specimen, from, still.values.len(), 1.0 / (sample_rate * 8.0), 8))

@@ -4,6 +4,8 @@ use crate::config::RigConfig;
 use crate::error::Result;
 use crate::rig::PlantState;
 use crate::rig::drive::{Drive, Driver};
+use crate::rig::energy::{Energy, EnergyBalance};
+use crate::rig::runge_kutta::Vector;
 use crate::rig::servo_actuator::ServoActuator;
 use crate::rig::shear_building::ShearBuilding;
 use crate::rig::spool::Spool;
@@ -23,6 +25,7 @@ struct State {
     floors: Vec<Floor>,
     accumulator: f64,
     time: f64,
+    energy: Energy<f64>,
 }
 
 /// The plant, with every effect of the actuators.
@@ -52,7 +55,7 @@ impl BuildingPlant {
         let state = State {
             floors: vec![Floor::default(); building.len()],
             accumulator: supply.setting(0.0),
-            time: 0.0,
+            ..State::default()
         };
         Ok(Self {
             servo_actuator: ServoActuator::pack(|_| rig)?,
@@ -65,6 +68,34 @@ impl BuildingPlant {
             building,
             state,
         })
+    }
+
+    /// Number of stories, and of actuators.
+    pub(crate) fn stories(&self) -> usize {
+        self.building.len()
+    }
+
+    /// Back to rest.
+    pub(crate) fn reset(&mut self) {
+        let floors = vec![Floor::default(); self.building.len()];
+        self.state = State { floors, accumulator: self.supply.setting(0.0), ..State::default() };
+        self.scratch.accelerations.fill(0.0);
+    }
+
+    /// Puts a floor to a displacement (m) and velocity (m/s).
+    pub(crate) fn set_motion(&mut self, floor: usize, displacement: f64, velocity: f64) {
+        if let Some(Floor { core, .. }) = self.state.floors.get_mut(floor) {
+            (core.displacement, core.velocity) = (displacement, velocity);
+        }
+    }
+
+    /// Where the energy went since rest.
+    pub(crate) fn balance(&self) -> EnergyBalance {
+        let oil: f64 = self.state.floors.iter().map(|floor| self.servo_actuator.stored(&floor.core)).sum();
+        let structure = self.building.stored(|i| (self.core(i).displacement, self.core(i).velocity));
+        let supply =
+            self.supply.stored(self.state.accumulator) - self.supply.stored(self.supply.setting(0.0));
+        EnergyBalance::new(&self.state.energy, oil + structure + supply)
     }
 
     /// Valve, pressure and motion of a floor.
@@ -105,8 +136,9 @@ impl BuildingPlant {
         self.servo_actuator.driven_command(&core, cell, &hydraulics, acceleration, driver, 0.0)
     }
 
-    /// Carries the plant on by `period` (s) in `steps` classical Runge–Kutta steps.
-    pub(crate) fn advance(&mut self, drivers: &[Driver<f64>], period: f64, steps: u32) {
+    /// Carries the plant on by `period` (s) in `steps` classical Runge–Kutta steps; where accelerations (m/s²) are
+    /// given the pistons are led by them, and not by the building.
+    pub(crate) fn advance(&mut self, drivers: &[Driver<f64>], period: f64, steps: u32, led: Option<&[f64]>) {
         let step = period / f64::from(steps);
         let Self { servo_actuator, supply, building, state, scratch } = self;
         let Scratch { stage, rates, accelerations } = scratch;
@@ -121,8 +153,12 @@ impl BuildingPlant {
                     Some(last) => stage.set_after(state, last, weight * step),
                 }
                 let time = start + at * step;
-                accelerate(building, servo_actuator, stage, accelerations);
-                set_rates(rate, stage, servo_actuator, supply, drivers, accelerations, time);
+                match led {
+                    None => accelerate(building, servo_actuator, stage, accelerations),
+                    Some(led) => accelerations.copy_from_slice(led),
+                }
+                let blocks = Blocks { servo_actuator, supply, building };
+                set_rates(rate, stage, &blocks, drivers, accelerations, time);
             }
             let [k1, k2, k3, k4] = &*rates;
             for (rate, weight) in [(k1, 1.0), (k2, 2.0), (k3, 2.0), (k4, 1.0)] {
@@ -154,29 +190,41 @@ fn accelerate(
     );
 }
 
+/// What has an equation of its own.
+struct Blocks<'a> {
+    servo_actuator: &'a ServoActuator<f64>,
+    supply: &'a Supply<f64>,
+    building: &'a ShearBuilding,
+}
+
 fn set_rates(
     rate: &mut State,
     state: &State,
-    servo_actuator: &ServoActuator<f64>,
-    supply: &Supply<f64>,
+    blocks: &Blocks<'_>,
     drivers: &[Driver<f64>],
     accelerations: &[f64],
     time: f64,
 ) {
+    let Blocks { servo_actuator, supply, building } = blocks;
     let setting = supply.setting(state.time);
     let pressure = supply.pressure(setting, state.accumulator);
     let mut drawn = 0.0;
+    let velocity = |i: usize| state.floors.get(i).copied().unwrap_or_default().core.velocity;
+    let mut energy = Energy { damping: building.damping_loss(velocity), ..Energy::default() };
     let floors = rate.floors.iter_mut().zip(&state.floors).zip(drivers.iter().zip(accelerations));
     for ((rate, floor), (driver, acceleration)) in floors {
         let hydraulics = servo_actuator.hydraulics(&floor.core, pressure);
         drawn += hydraulics.drawn();
+        energy = energy.zip(servo_actuator.powers(&floor.core, &hydraulics, pressure), |a, b| a + b);
         let valve_command =
             servo_actuator.driven_command(&floor.core, floor.cell, &hydraulics, *acceleration, driver, time);
         rate.core = servo_actuator.rate(&floor.core, &hydraulics, *acceleration, valve_command);
         rate.cell = servo_actuator.cell_rate(&floor.core, *acceleration, floor.cell);
     }
-    rate.accumulator = supply.rate(supply.pump_flow(setting, pressure, drawn), drawn);
+    let pump_flow = supply.pump_flow(setting, pressure, drawn);
+    rate.accumulator = supply.rate(pump_flow, drawn);
     rate.time = 1.0;
+    rate.energy = Energy { supplied: setting * pump_flow, droop: (setting - pressure) * pump_flow, ..energy };
 }
 
 impl State {
@@ -193,6 +241,7 @@ impl State {
         }
         self.accumulator += rate.accumulator * step;
         self.time += rate.time * step;
+        self.energy = self.energy.zip(rate.energy, |sum, power| sum + power * step);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use eft_core::Scalar;
 
-use crate::config::RigConfig;
+use crate::config::{RigConfig, StructureKind};
 use crate::error::Result;
 use crate::rig::drive::Drive;
 use crate::rig::energy::{Energy, EnergyBalance};
@@ -247,7 +247,9 @@ pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
 /// The longest step (s) that the effects beyond the paper's model allow.
 pub(crate) fn longest_step(rig: &RigConfig) -> f64 {
     let (actuator, supply) = (&rig.actuator, &rig.supply);
-    let mass = rig.structure.mass;
+    let stories =
+        rig.structure.stories.as_ref().filter(|_| rig.structure.kind == StructureKind::ShearBuilding);
+    let mass = stories.map_or(rig.structure.mass, |s| s.masses.iter().copied().fold(f64::INFINITY, f64::min));
     let friction = actuator.friction / (mass * actuator.friction_velocity);
     let stop = actuator.stop_stiffness.map_or(0.0, |k| (k / mass).sqrt());
     let accumulator = supply.droop.zip(supply.accumulator).map_or(0.0, |(r, c)| 1.0 / (r * c));

@@ -60,6 +60,24 @@ impl ShearBuilding {
         }
     }
 
+    /// Power (W) lost in the columns, from the floors' velocities (m/s).
+    pub(crate) fn damping_loss(&self, velocity: impl Fn(usize) -> f64) -> f64 {
+        self.across(velocity).map(|(story, drift)| story.damping * drift * drift).sum()
+    }
+
+    /// Energy (J) of the masses and the columns, from displacements (m) and velocities (m/s).
+    pub(crate) fn stored(&self, motion: impl Fn(usize) -> (f64, f64)) -> f64 {
+        let kinetic = self.stories.iter().enumerate().map(|(i, story)| story.mass * motion(i).1.powi(2));
+        let elastic = self.across(|i| motion(i).0).map(|(story, drift)| story.stiffness * drift * drift);
+        0.5 * (kinetic.sum::<f64>() + elastic.sum::<f64>())
+    }
+
+    /// Each story with what the floor above its columns has more than the one below.
+    fn across(&self, value: impl Fn(usize) -> f64) -> impl Iterator<Item = (&Story, f64)> {
+        let drift = move |i: usize| value(i) - if i == 0 { 0.0 } else { value(i - 1) };
+        self.stories.iter().enumerate().map(move |(i, story)| (story, drift(i)))
+    }
+
     /// No mode is faster than this (rad/s): Gershgorin's circles.
     pub(crate) fn fastest_rate(&self) -> f64 {
         let above = |i: usize| self.stories.get(i + 1).copied();
