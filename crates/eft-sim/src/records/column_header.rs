@@ -9,6 +9,9 @@ const STEP_TOLERANCE: f64 = 1e-3;
 /// The same for the whole length of the record, in steps: what print rounding does to a short one.
 const LENGTH_TOLERANCE: f64 = 0.1;
 
+/// As many names are listed where a column must be chosen.
+const SHOWN_NAMES: usize = 12;
+
 /// The columns of interest, counted from zero.
 #[derive(Debug)]
 pub(super) struct Columns {
@@ -42,12 +45,7 @@ impl Columns {
             ([], 2, Some(time)) => 1 - time,
             ([], 2, None) => return Ok(Self::unnamed(width)),
             _ => {
-                let message = format!(
-                    "{} columns look like acceleration ({}): leave one",
-                    likely.len(),
-                    names.join(", ")
-                );
-                return Err(Fault::at(line, message));
+                return Err(Fault::at(line, no_choice(&likely, names)));
             }
         };
         let other = names[acceleration];
@@ -61,6 +59,23 @@ impl Columns {
             acceleration: Some(acceleration),
             unit: unit_of(other),
         })
+    }
+}
+
+/// Why no column could be chosen, with the names to choose among.
+fn no_choice(likely: &[usize], names: &[&str]) -> String {
+    let listed = |candidates: &[&str]| {
+        let mut short: Vec<String> = candidates.iter().take(SHOWN_NAMES).map(|name| shown(name)).collect();
+        if candidates.len() > short.len() {
+            short.push(format!("… {}", candidates.len()));
+        }
+        short.join(", ")
+    };
+    if likely.is_empty() {
+        format!("none of the columns is named as acceleration ({}): name one `acceleration`", listed(names))
+    } else {
+        let candidates: Vec<&str> = likely.iter().map(|i| names[*i]).collect();
+        format!("{} columns look like acceleration ({}): leave one", likely.len(), listed(&candidates))
     }
 }
 

@@ -144,6 +144,7 @@ fn what_is_no_record_is_said_so() {
         (b"1 2 3 4 5\n", "x.at2", "no time step"),
         (b"t,v\n0,1\n0,2\n", "x.csv", "must increase"),
         (b"t_s,ag_g,az_g\n0,1,2\n", "x.csv", "2 columns look like acceleration"),
+        (b"t_s,x,y\n0,1,2\n", "x.csv", "none of the columns is named as acceleration (t_s, x, y)"),
         (b"t_s,velocity\n0,1\n1,2\n", "x.csv", "`velocity` is no acceleration"),
         (b"# dt = -0.01\n1\n", "x.csv", "line 1: dt = -0.01"),
         (b"# units: counts\n1\n", "x.csv", "`counts`"),
@@ -158,6 +159,16 @@ fn what_is_no_record_is_said_so() {
     ] {
         let text = message(content, name);
         assert!(text.starts_with(name) && text.contains(expected), "{text}");
+    }
+}
+
+#[test]
+fn a_message_repeats_a_glimpse_of_the_file() {
+    let rows = [",1".repeat(60), ",2".repeat(60)].map(|row| format!("0{row}\n")).concat();
+    for name in ["quantity", "acc"] {
+        let names: String = (0..60).map(|n| format!(",{name}_{n}_{}", "x".repeat(500))).collect();
+        let text = message(format!("t{names}\n{rows}"), "x.csv");
+        assert!(text.contains("acceleration") && text.len() < 600, "{text}");
     }
 }
 
