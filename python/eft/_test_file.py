@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import math
-import re
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from eft._native import Command, Rig, effective_force, read_record, sine_sweep
+from eft._toml_lines import pointed, without_sections
 
 EL_CENTRO = "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
 """The record that ships with the package; the word `elcentro` stands for it."""
@@ -59,54 +59,57 @@ def read_test(path: Path, changes: Mapping[str, Any]) -> TestPlan:
     """Read a test file: the sections of a rig, or ``rig = "file.toml"``, and a section ``[command]``."""
     text = read_text(path)
     tree = parse_toml(path, text)
-    section = tree.pop("command", None)
+    section = command_section(path, tree)
+    tree = {key: value for key, value in tree.items() if key not in NOT_THE_RIG}
+    rig = rig_within(path, text, tree, changes)
+    try:
+        command, about = make_command(section, rig, path.parent)
+    except ValueError as error:
+        raise pointed(path, text, error) from None
+    return TestPlan(rig, command, about)
+
+
+def command_section(path: Path, tree: Mapping[str, Any]) -> dict[str, Any]:
+    """The section that says what the force is to follow."""
+    section = tree.get("command")
     if section is None:
         raise ValueError(f"{path}: no section [command]; it must say what the force is to follow")
     if not isinstance(section, dict):
         raise ValueError(f"{path}: command = {section!r}: must be a section [command]")
-    if "rig" in tree:
-        others = ", ".join(key for key in tree if key != "rig")
-        if others:
-            raise ValueError(
-                f"{path}: `rig` names a file, so that nothing else but [command] may stand here: {others}"
-            )
-        if not isinstance(tree["rig"], str):
-            raise ValueError(f"{path}: rig = {tree['rig']!r}: must be the name of a rig file")
-        rig = read_rig(path.parent / tree["rig"], changes)
-    else:
-        rig = _rig_of(path, text, tree, changes)
-    try:
-        command, about = make_command(section, rig, path.parent)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
-    return TestPlan(rig, command, about)
+    return section
+
+
+def rig_within(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, Any]) -> Rig:
+    """The rig of a file: its sections, or the file that ``rig`` names; `tree` holds nothing else any more."""
+    if "rig" not in tree:
+        return _rig_of(path, text, tree, changes)
+    others = ", ".join(key for key in tree if key != "rig")
+    if others:
+        raise ValueError(f"{path}: `rig` names a file, so that no rig may stand here as well: {others}")
+    if not isinstance(tree["rig"], str):
+        raise ValueError(f"{path}: rig = {tree['rig']!r}: must be the name of a rig file")
+    return read_rig(path.parent / tree["rig"], changes)
+
+
+NOT_THE_RIG = ("command", "commands", "study")
+"""Sections of a test or a study, which a rig does not have."""
 
 
 def read_rig(path: Path, changes: Mapping[str, Any]) -> Rig:
-    """Read a rig file; a section ``[command]``, which makes it a test, is left aside."""
+    """Read a rig file; what makes it a test or a study is left aside."""
     text = read_text(path)
-    tree = parse_toml(path, text)
-    tree.pop("command", None)
+    tree = {key: value for key, value in parse_toml(path, text).items() if key not in NOT_THE_RIG}
     return _rig_of(path, text, tree, changes)
 
 
 def _rig_of(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, Any]) -> Rig:
     try:
-        # From the text where that is possible, for then errors bring their line.
-        rest = _without_command(text)
+        # From the text where that is possible, for the core's parser has better words for broken TOML.
+        rest = without_sections(text, set(NOT_THE_RIG))
         rig = Rig(rest) if tomllib.loads(rest) == tree else Rig.from_dict(tree)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise pointed(path, text, error) from None
     return rig.replace(changes) if changes else rig
-
-
-def _without_command(text: str) -> str:
-    kept, inside = [], False
-    for line in text.splitlines():
-        if re.match(r"\s*\[", line):
-            inside = re.match(r"\s*\[\s*command\s*\]", line) is not None
-        kept.append("" if inside else line)
-    return "\n".join(kept)
 
 
 def read_text(path: Path) -> str:

@@ -21,7 +21,7 @@ def folder(tmp_path, monkeypatch):
 def test_every_command_explains_itself_with_an_example(capsys):
     assert main(["--help"]) == 0
     commands = capsys.readouterr().out.split("Commands:")[1].split()[::1]
-    for command in ("init", "check", "run", "report", "compare", "identify", "demo"):
+    for command in ("init", "check", "run", "study", "map", "report", "compare", "identify", "demo"):
         assert command in commands
         assert main([command, "--help"]) == 0
         assert f"  eft {command}" in capsys.readouterr().out.split("Examples:")[1]
@@ -141,32 +141,43 @@ def test_more_than_the_valve_has_is_a_concern_and_not_a_failure(capsys):
     assert "asked for more than it has" in capsys.readouterr().out
 
 
-def test_check_says_yes_with_the_margins_of_the_library(folder, capsys):
+def test_check_gives_the_verdict_of_the_library_and_the_test_on_the_virtual_rig(folder, capsys):
     rig = eft.Rig.zhao2005()
+    command = eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0)
     assert main(["check", *SWEEP, "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer["feasible"] and answer["reasons"] == []
+    found = eft.check_feasibility(rig, command)
+    assert answer | found == answer and found["verdict"] == "go"
     assert answer["margins"]["level"] == pytest.approx(
         eft.stability_margin(rig, sampled=True, sample_rate=1024.0)
     )
-    run = eft.simulate(rig, eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0))
-    assert answer["demands"]["spool"] == np.abs(run.spool).max()
-    assert answer["demands"]["flow"] == pytest.approx(0.008212 * np.abs(run.velocity).max())
+    assert answer["metrics"] == pytest.approx(eft.simulate(rig, command).metrics())
     assert list(folder.iterdir()) == []
 
 
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        ("compensation.level=2.0", "unstable about rest"),
-        ("controller.proportional_gain=10", "more than it has"),
+        ("compensation.level=2.0", "the loop is unstable at 4096"),
+        ("controller.proportional_gain=10", "no compensation level from 0 to 10 makes the loop stable"),
+        ("actuator.stroke=0.05", "displacement exceeds what the rig has"),
     ],
 )
 def test_check_says_no_and_why(change, why, capsys):
     assert main(["check", "--sweep", "20000", "0", "10", "4", "--set", change]) == 1
-    assert why in capsys.readouterr().out.split("Not feasible.")[1]
+    said = capsys.readouterr().out.split("\nNo:\n")[1]
+    assert why in said.lower()
 
 
 def test_check_does_not_hide_a_force_that_stays_away(capsys):
     assert main(["check", *SWEEP, "--set", "compensation.mode=off"]) == 0
-    assert "Feasible, with a concern. The force misses the command by" in capsys.readouterr().out
+    said = capsys.readouterr().out.split("\nCaution:\n")[1]
+    assert "On the virtual rig: the force misses the command by" in said
+
+
+def test_check_does_not_call_a_test_feasible_that_fails_on_the_virtual_rig(capsys):
+    # The sensor's sign is no matter of the linear model's demands, and the test fails all the same.
+    fault = ["--set", "sensors.velocity.bias=5.0"]
+    code = main(["check", *SWEEP, *fault])
+    said = capsys.readouterr().out
+    assert code == 1 and "On the virtual rig:" in said.split("\nNo:\n")[1]

@@ -26,6 +26,11 @@ def test_toml(text):
 
 test_toml.__test__ = False
 
+
+def study(text):
+    return test_toml(paper() + text)
+
+
 # name: (arguments, files to put there first, what the line must contain)
 WRONG = {
     # the command line itself
@@ -173,9 +178,139 @@ WRONG = {
         ["eft identify"],
     ),
     "curve without an area": (["identify", "curve", "a.csv"], {"a.csv": CSV}, ["--piston-area", "--rig"]),
+    # values in a file, which are pointed at
+    "value out of range": (
+        ["run", "test.toml"],
+        test_toml(paper(("mass = 7040.0", "mass = -7.0"))),
+        ["test.toml, line ", "column 1:", "structure.mass = -7", "kg"],
+    ),
+    "value of a command": (
+        ["run", "test.toml"],
+        test_toml('[command]\nkind = "sweep"\n  amplitude = "1 kN"\n' + paper(command="")),
+        ["test.toml, line 3, column 3:", "command.amplitude = '1 kN'"],
+    ),
+    "value in a rig file": (
+        ["run", "test.toml"],
+        test_toml('rig = "a.toml"\n' + COMMAND) | {"a.toml": paper(("mass = 7040.0", 'mass = "7 t"'), "")},
+        ["a.toml, line ", "structure.mass", "7 t"],
+    ),
+    "section without its key": (
+        ["run", "test.toml"],
+        test_toml(paper(("mass = 7040.0\n", ""))),
+        ["test.toml, line ", "missing key `structure.mass`"],
+    ),
+    # maps
+    "map of nothing known": (["map", "--kind", "weather"], {}, ["weather", "level-damping"]),
+    "map with one axis": (["map", "--x", "compensation.level", "0", "1", "3"], {}, ["--x and --y"]),
+    "map over an unknown key": (
+        ["map", "--x", "compensation.levle", "0", "1", "3", "--y", "structure.damping", "0", "1", "3"],
+        {},
+        ["compensation.levle", "`compensation.level`"],
+    ),
+    "map running back": (
+        ["map", "--x", "compensation.level", "1", "0", "3", "--y", "structure.damping", "0", "1", "3"],
+        {},
+        ["--x compensation.level", "1 to 0", "below"],
+    ),
+    "map of a single point": (
+        ["map", "--x", "compensation.level", "0", "1", "1", "--y", "structure.damping", "0", "1", "3"],
+        {},
+        ["1 points", "2 to 10000"],
+    ),
+    "map too fine": (
+        ["map", "--x", "compensation.level", "0", "1", "9000", "--y", "structure.damping", "0", "1", "9000"],
+        {},
+        ["9000 × 9000", "250000"],
+    ),
+    "map as a film": (["map", "-o", "map.mp4"], {}, ["map.mp4", ".png", ".csv"]),
+    "map of a broken rig": (["map", "--rig", "a.toml"], {"a.toml": "[structure]\n"}, ["a.toml", "missing"]),
+    # studies
+    "study that is not there": (["study", "nowhere.toml"], {}, ["nowhere.toml", "No such file"]),
+    "study of nothing": (["study", "test.toml"], test_toml(paper()), ["test.toml", "[study]"]),
+    "study without a way": (
+        ["study", "test.toml"],
+        study("[study]\n"),
+        ["none", "[study.grid]", "[study.sobol]"],
+    ),
+    "study both ways": (
+        ["study", "test.toml"],
+        study("[study.grid]\n[study.sobol]\n"),
+        ["[study.grid] and [study.sobol]", "exactly one"],
+    ),
+    "study of a misspelt key": (
+        ["study", "test.toml"],
+        study('[study.grid]\n"structure.mas" = [1.0]\n'),
+        ["test.toml, line ", "structure.mas", "`structure.mass`"],
+    ),
+    "study of no list": (
+        ["study", "test.toml"],
+        study("[study.grid]\nstructure.mass = 7.0\n"),
+        ["test.toml, line ", "structure.mass", "list of values"],
+    ),
+    "study of words for numbers": (
+        ["study", "test.toml"],
+        study('[study.grid]\nstructure.mass = [7040.0, "heavy"]\n'),
+        ["test.toml, line ", "heavy", "number"],
+    ),
+    "range without a count": (
+        ["study", "test.toml"],
+        study("[study.grid]\nstructure.mass = { low = 1, high = 2 }\n"),
+        ["test.toml, line ", "structure.mass.count", "whole number"],
+    ),
+    "range of a logarithm below zero": (
+        ["study", "test.toml"],
+        study("[study.grid]\nstructure.mass = { low = 0, high = 2, count = 3, log = true }\n"),
+        ["structure.mass.low = 0", "above zero"],
+    ),
+    "sampler without a number": (
+        ["study", "test.toml"],
+        study("[study.sobol.ranges]\nstructure.mass = { low = 1, high = 2 }\n"),
+        ["study.sobol", "n"],
+    ),
+    "sobol of no power of two": (
+        ["study", "test.toml"],
+        study("[study.sobol]\nn = 100\n[study.sobol.ranges]\nstructure.mass = { low = 1, high = 2 }\n"),
+        ["n = 100", "power of two", "64 or 128"],
+    ),
+    "range that runs back": (
+        ["study", "test.toml"],
+        study("[study.latin_hypercube]\nn = 9\nranges.structure.mass = { low = 2, high = 1 }\n"),
+        ["structure.mass", "low must lie below high"],
+    ),
+    "unknown option of a study": (
+        ["study", "test.toml"],
+        study("[study]\ntracse = true\n[study.grid]\nstructure.mass = [1.0]\n"),
+        ["study.tracse", "traces"],
+    ),
+    "command and commands": (
+        ["study", "test.toml"],
+        study("[commands.a]\nkind = 'sweep'\n[study.grid]\nstructure.mass = [1.0]\n"),
+        ["[command] and [commands]"],
+    ),
+    "study into another's folder": (
+        ["study", "test.toml", "-o", "."],
+        study("[study.grid]\nstructure.mass = [7040.0]\n"),
+        ["other files"],
+    ),
+    "study into a file": (
+        ["study", "test.toml", "-o", "a.csv"],
+        study("[study.grid]\nstructure.mass = [7040.0]\n") | {"a.csv": CSV},
+        ["a.csv", "folder"],
+    ),
+    "table as a picture": (
+        ["study", "test.toml", "--table", "rows.png"],
+        study("[study.grid]\nstructure.mass = [7040.0]\n"),
+        ["rows.png", ".csv"],
+    ),
+    "scheduler that is not there": (
+        ["study", "test.toml", "--dask", "mail://nowhere"],
+        study("[study.grid]\nstructure.mass = [7040.0]\n"),
+        ["--dask mail://nowhere"],
+    ),
     # the report
     "report of nothing": (["report"], {}, ["RUNS"]),
     "report of no run": (["report", "a.eft"], {"a.eft": "words"}, ["a.eft", "not a test saved by eft"]),
+    "report of a folder": (["report", ".", "-o", "a.html"], {"a.csv": CSV}, ["not a study"]),
     "report as a picture": (["report", "a.eft", "-o", "a.png"], {"a.eft": "words"}, ["a.png", ".html"]),
     # the demonstration
     "demo scaled by nothing": (["demo", "--scale", "0"], {}, ["--scale 0", "other than zero"]),

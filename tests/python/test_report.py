@@ -13,7 +13,7 @@ import pytest
 import eft
 from eft._verdict import judge
 from eft.cli import main
-from eft.report import write_report
+from eft.report import write_report, write_study_report
 from eft.report._charts import MOST, _thin
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -146,28 +146,36 @@ ACT = """
   const vertical = [first.map.y0, first.map.y1];
   first.canvas.dispatchEvent(new MouseEvent("dblclick", { bubbles: true }));
   const after = charts.map((c) => c.view);
-  const answer = { errors, before, used, zoomed, vertical, after };
+  const bytes = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16)).join();
+  const unseen = (c) => c.series.filter((s) => !painted(c.canvas).includes(bytes(s.color)));
+  const missing = charts.map((c) => unseen(c).length);
+  const answer = { errors, missing, before, used, zoomed, vertical, after };
   document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
 </script>
 """
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, tmp_path):
+def opened(page, folder):
+    """What a headless Chromium says of a page after a zoom into its first figure."""
     text = page.read_text(encoding="utf-8")
-    probed = tmp_path / "probed.html"
+    probed = folder / "probed.html"
     # Inside its own scope, for names of ours must not meet those of the page.
     text = text.replace("<head>", "<head>" + PROBE, 1).replace("</body>", ACT + "</body>", 1)
     probed.write_text(text, encoding="utf-8")
     done = subprocess.run(
-        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}/profile",
+        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile",
          "--window-size=1200,2400", "--dump-dom", probed.as_uri()],
         capture_output=True, text=True, timeout=180, check=False,
     )  # fmt: skip
     found = re.search(r'<pre id="probe">([A-Za-z0-9+/=]+)</pre>', done.stdout)
     assert found, done.stderr[-2000:]
-    answer = json.loads(base64.b64decode(found[1]))
-    assert answer["errors"] == []
+    return json.loads(base64.b64decode(found[1]))
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, tmp_path):
+    answer = opened(page, tmp_path)
+    assert answer["errors"] == [] and answer["missing"] == [0] * 8
     assert len(answer["before"]) == 8 and min(answer["before"]) > 10
     # A quarter to a half of 32 s, in every history and in nothing else.
     time_charts, others = answer["zoomed"][:6], answer["zoomed"][6:]
@@ -175,3 +183,50 @@ def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, tmp_pat
         assert view == pytest.approx([8.0, 16.0], abs=0.1)
     assert others == [None, None]
     assert answer["after"] == [None] * 8
+
+
+@pytest.fixture(scope="module")
+def study():
+    command = eft.sine_sweep(8900.0, 0.5, 4.0, 1.0, 1024.0)
+    grid = {
+        "compensation.mode": ["linear", "nonlinear"],
+        "structure.mass": [6000.0, 7040.0],
+        "actuator.stroke": [0.127, 0.001],
+    }
+    return eft.study(eft.Rig.zhao2005(), {"<a>": command}, grid)
+
+
+def test_the_report_of_a_study_shows_its_rows(study, tmp_path):
+    text = write_study_report(study, tmp_path / "s.html", "<Study>").read_text(encoding="utf-8")
+    assert not re.search(r'(?:src|href|action)\s*=\s*"(?!data:)|url\(|@import|https?://|fetch\(', text)
+    assert "<h1>&lt;Study&gt;</h1>" in text and "command &lt;a&gt;: 1024 samples" in text
+    assert "<tr><td>completed</td><td>4</td></tr>" in text and "4 × the piston left its stroke" in text
+    specs = {(spec["xlabel"], spec["ylabel"]): spec for spec in charts(text)}
+    assert len(specs) == 6
+    spool = specs["structure.mass (kg)", "spool opening (%)"]
+    assert [s["label"] for s in spool["series"]] == ["linear", "nonlinear", "no whole test"]
+    chosen = (study["compensation.mode"] == "nonlinear") & (study["status"] == "completed")
+    assert stored(text, spool["series"][1]["x"]) == pytest.approx(study["structure.mass"][chosen])
+    assert stored(text, spool["series"][1]["y"]) == pytest.approx(100 * study["max_spool"][chosen])
+    assert stored(text, spool["series"][2]["x"]).size == 4
+    ranked = specs["share of the completed tests up to there (%)", "force error (%)"]["series"][0]
+    assert stored(text, ranked["y"]) == pytest.approx(
+        100
+        * np.sort(study["nrmse"][(study["compensation.mode"] == "linear") & (study["status"] == "completed")])
+    )
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+def test_in_chromium_the_report_of_a_study_draws(study, tmp_path):
+    answer = opened(write_study_report(study, tmp_path / "s.html"), tmp_path)
+    assert answer["errors"] == [] and answer["missing"] == [0] * 6
+    first, *others = answer["zoomed"]
+    assert first is not None and others == [None] * 5
+
+
+def test_report_of_a_study_on_the_command_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command = eft.sine_sweep(8900.0, 0.5, 4.0, 1.0, 1024.0)
+    eft.study(eft.Rig.zhao2005(), command, {"structure.mass": [7000.0, -1.0]}, output="s.study")
+    assert main(["report", "s.study"]) == 0
+    assert "1 × structure.mass = -1" in (tmp_path / "s.html").read_text(encoding="utf-8")

@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 import eft
 from eft._test_file import TestPlan
-from eft._verdict import judge
+from eft._verdict import Verdict, judge
 from eft.cli._output import as_json, emit_json, epilog, progress, table
 from eft.cli._plan import plan_of, test_options
+from eft.cli._run import metrics_of
+
+_WORDS = ("go", "caution", "no")
 
 
 @click.command(
@@ -29,106 +31,113 @@ from eft.cli._plan import plan_of, test_options
 def check(
     test: Path | None, rig: Path | None, changes: dict[str, Any], as_json: bool, **command: Any
 ) -> None:
-    """Say whether a rig can do a test: stability margins, what the test asks of valve and piston, a verdict.
+    """Say whether a rig can do a test: go, caution or no, and why.
 
-    The margins are those of the model linear about rest, sampled at the rate of the command, each setting
-    changed alone; the demands are those of the test on the virtual rig. Nothing is written.
-    Exit code 1 when the answer is no.
+    What the test asks of the rig is that of the structure under exactly the commanded force. The margins are
+    those of the model linear about rest, sampled at the rate of the command, each setting changed alone. Then
+    the test is run on the virtual rig. Nothing is written. Exit code 1 when the answer is no.
     """
     plan = plan_of(test, rig, changes, command)
-    margins, budget = _margins(plan)
+    found = _feasibility(plan)
+    margins = _margins(plan)
     with progress("test") as update:
         run = eft.simulate(plan.rig, plan.command, progress=update)
-    demands = _demands(run)
-    reasons = _reasons(run, margins)
-    feasible = not reasons
+    outcome = judge(run)
+    verdict, reasons = _answer(found, run, outcome)
     if as_json:
         emit_json(
-            {
-                "command": plan.about,
-                "feasible": feasible,
-                "reasons": reasons,
-                "verdict": judge(run).text,
-                "margins": margins,
-                "delay_budget": budget,
-                "demands": demands,
-                "metrics": run.metrics() if run.command.any() else {},
-            }
+            {"command": plan.about, "rig": plan.rig["name"]}
+            | found
+            | {"verdict": verdict, "reasons": reasons, "margins": margins}
+            | {"delay_budget": eft.delay_budget(plan.rig, plan.command.sample_rate)}
+            | {"virtual_test": {"verdict": outcome.text, "usable": outcome.usable}}
+            | {"metrics": metrics_of(run)}
         )
     else:
-        concern = "Feasible, with a concern" if judge(run).concern else "Feasible"
-        answer = concern if feasible else "Not feasible"
         click.echo(f"{plan.about}\non {plan.rig['name']}, {plan.command.sample_rate:g} Hz\n")
-        click.echo(table(_rows(plan, run, margins, budget, demands), ("", "found", "allowed")))
-        click.echo(f"\n{answer}. {' '.join(reasons) or judge(run).text}")
-    if not feasible:
+        if found["demands"]:
+            click.echo(table(_demands(found), ("the test asks for", "", "advised", "there is")) + "\n")
+        click.echo(table(_settings(plan, found, margins), ("setting", "is", "stable")))
+        click.echo(f"\non the virtual rig: {outcome.text}")
+        told = "".join(f"\n- {reason[0].upper()}{reason[1:]}" for reason in reasons)
+        click.echo(f"\n{verdict.capitalize()}{':' if told else '.'}{told}")
+    if verdict == "no":
         raise click.exceptions.Exit(1)
 
 
-def _margins(plan: TestPlan) -> tuple[dict[str, Any], dict[str, float]]:
-    rate = plan.command.sample_rate
+def _growth(plan: TestPlan) -> float:
+    return eft.linearize(plan.rig, sampled=True, sample_rate=plan.command.sample_rate).growth_rate
+
+
+def _feasibility(plan: TestPlan) -> dict[str, Any]:
     try:
-        margins = eft.stability_margins(plan.rig, sampled=True, sample_rate=rate)
-    except ValueError:
-        # No level is stable, which is an answer here; anything else that is wrong will be said again.
-        growth = eft.linearize(plan.rig, sampled=True, sample_rate=rate).growth_rate
-        if growth <= 0.0:
+        return eft.check_feasibility(plan.rig, plan.command)
+    except ValueError as error:
+        # A loop that no level makes stable is an answer here; what else is wrong stays an error.
+        if not _growth(plan) > 0.0:
             raise
-        margins = {"growth_rate": growth}
-    return margins, eft.delay_budget(plan.rig, rate)
+        nothing: dict[str, Any] = {
+            "demands": [],
+            "scheme": None,
+            "margin": None,
+            "smallest_sample_rate": None,
+        }
+        return nothing | {"verdict": "no", "reasons": [f"the loop is unstable: {error}"]}
 
 
-def _demands(run: eft.TestRun) -> dict[str, float]:
-    rig = run.rig
-    return {
-        "spool": float(np.abs(run.spool).max()),
-        "displacement": float(np.abs(run.displacement).max()),
-        "stroke": float(rig["actuator.stroke"]),
-        "flow": float(np.abs(run.velocity).max() * rig["actuator.piston_area"]),
-        "load_pressure": float(np.abs(run.load_pressure).max()),
-        "supply_pressure": float(rig["supply.pressure"]),
-    }
+def _margins(plan: TestPlan) -> dict[str, Any]:
+    try:
+        return eft.stability_margins(plan.rig, sampled=True, sample_rate=plan.command.sample_rate)
+    except ValueError:
+        if not (growth := _growth(plan)) > 0.0:
+            raise
+        return {"growth_rate": growth}
 
 
-def _reasons(run: eft.TestRun, margins: dict[str, Any]) -> list[str]:
-    reasons = []
-    if margins["growth_rate"] > 0.0:
-        reasons.append(f"The loop is unstable about rest, growing at {margins['growth_rate']:.3g} 1/s.")
-    if not judge(run).usable or run.flags & (eft.Status.SPOOL_STOP | eft.Status.DEMAND_SATURATED):
-        reasons.append(judge(run).text)
-    return reasons
+def _answer(found: dict[str, Any], run: eft.TestRun, outcome: Verdict) -> tuple[str, list[str]]:
+    """The verdict before the test, or that of the virtual test where it is worse."""
+    beyond = run.flags & (eft.Status.SPOOL_STOP | eft.Status.DEMAND_SATURATED)
+    virtual = "no" if not outcome.usable or beyond else "caution" if outcome.concern else "go"
+    reasons = list(found["reasons"])
+    if virtual != "go":
+        reasons.append(f"on the virtual rig: {outcome.text[0].lower()}{outcome.text[1:].rstrip('.')}")
+    return max(found["verdict"], virtual, key=_WORDS.index), reasons
 
 
-def _rows(
-    plan: TestPlan,
-    run: eft.TestRun,
-    margins: dict[str, Any],
-    budget: dict[str, float],
-    demands: dict[str, float],
-) -> list[tuple[str, str, str]]:
-    rows = [
-        ("growth rate about rest, 1/s", f"{margins['growth_rate']:.3g}", "below 0"),
+_SHOWN = {
+    "N": ("kN", 1e-3), "m": ("mm", 1e3), "m/s": ("m/s", 1.0), "m³/s": ("L/min", 6e4), "W": ("kW", 1e-3),
+    "": ("%", 100.0),
+}  # fmt: skip
+
+
+def _demands(found: dict[str, Any]) -> list[tuple[str, ...]]:
+    rows = []
+    for demand in found["demands"]:
+        unit, scale = _SHOWN[demand["unit"]]
+        numbers = (f"{demand[name] * scale:.4g}" for name in ("required", "advised", "available"))
+        rows.append((f"{demand['name']}, {unit}", *numbers))
+    return rows
+
+
+def _settings(plan: TestPlan, found: dict[str, Any], margins: dict[str, Any]) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = [
+        ("growth rate about rest, 1/s", f"{margins['growth_rate']:.3g}", "below 0")
     ]
-    if plan.rig["compensation.mode"] != "off":
-        level, delay = plan.rig["compensation.level"], plan.rig["compensation.response_delay"]
-        largest = margins.get("level")
-        if largest is not None:
+    rate = found["smallest_sample_rate"]
+    safe = f"from {rate:.0f}" if rate else "none found"
+    rows.append(("sample rate, Hz", f"{plan.command.sample_rate:g}", safe))
+    mode = plan.rig["compensation.mode"]
+    rows.append(("compensation", mode, f"{found['scheme']} needed" if found["scheme"] else ""))
+    if mode != "off":
+        compensation = plan.rig["compensation"]
+        if (largest := margins.get("level")) is not None:
             allowed = f"below {largest:.3f}" if math.isfinite(largest) else "any"
-            rows.append(("compensation level", f"{level:.3f}", allowed))
+            rows.append(("compensation level", f"{compensation['level']:.3f}", allowed))
         if (span := margins.get("response_delay")) is not None:
-            rows.append(("response delay, ms", f"{delay * 1e3:.2f}", _span(span[0] * 1e3, span[1] * 1e3, 2)))
+            stable = _span(span[0] * 1e3, span[1] * 1e3, 2)
+            rows.append(("response delay, ms", f"{compensation['response_delay'] * 1e3:.2f}", stable))
         if (span := margins.get("flow_gain")) is not None:
-            rows.append(("true flow gain over configured", "", _span(span[0], span[1], 3)))
-        rows.append(("  delay budget of the loop, ms", f"{budget['total'] * 1e3:.2f}", ""))
-    pressure, supply = demands["load_pressure"] / 1e6, demands["supply_pressure"] / 1e6
-    rows += [
-        ("spool opening", f"{demands['spool']:.1%}", "60% advised"),
-        ("displacement, mm", f"{demands['displacement'] * 1e3:.1f}", f"{demands['stroke'] * 1e3:.1f}"),
-        ("load pressure, MPa", f"{pressure:.2f}", f"{supply:.2f}"),
-        ("flow, L/min", f"{demands['flow'] * 6e4:.0f}", ""),
-    ]
-    if run.command.any():
-        rows.append(("force error, rms over rms", f"{run.metrics()['nrmse']:.2%}", ""))
+            rows.append(("true flow gain, times its present one", "1.000", _span(span[0], span[1], 3)))
     return rows
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 import eft
+from eft import _study_file, _test_file
 from eft._files import write_text
-from eft._test_file import TEMPLATE
 from eft.cli._output import FILE, epilog
 from eft.traces._write import check_folder
 
@@ -18,16 +18,19 @@ from eft.traces._write import check_folder
     epilog=epilog(
         "eft init                      the paper's rig as rig.toml",
         "eft init test.toml --test     the same with a command: ready for `eft run`",
+        "eft init study.toml --study   and with settings to vary: ready for `eft study`",
     ),
 )
 @click.argument("file", type=FILE, default=Path("rig.toml"))
 @click.option("--test", is_flag=True, help="Add a section [command], which makes it a test.")
+@click.option("--study", is_flag=True, help="Add a command and settings to vary, which makes it a study.")
 @click.option("--force", is_flag=True, help="Replace a file that is there.")
-def init(file: Path, test: bool, force: bool) -> None:
+def init(file: Path, test: bool, study: bool, force: bool) -> None:
     """Write the paper's rig to FILE (rig.toml), every key with its meaning, unit and range."""
     check_folder(file)
     if file.exists() and not force:
         raise click.UsageError(f"{file} is there already; --force replaces it")
     text = eft.Rig.zhao2005().to_toml(comments=True)
-    write_text(file, text.rstrip() + "\n" + (TEMPLATE if test else ""))
+    more = (_test_file.TEMPLATE if test or study else "") + (_study_file.TEMPLATE if study else "")
+    write_text(file, text.rstrip() + "\n" + more)
     click.echo(f"{file} written")

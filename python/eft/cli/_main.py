@@ -15,8 +15,10 @@ from eft.cli._compare import compare
 from eft.cli._demo import demo
 from eft.cli._identify import identify
 from eft.cli._init import init
+from eft.cli._map import stability_map
 from eft.cli._report import report
 from eft.cli._run import run
+from eft.cli._study import study
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -41,7 +43,7 @@ def cli() -> None:
     """All commands."""
 
 
-for command in (init, check, identify, run, report, compare, demo):
+for command in (init, check, identify, stability_map, run, study, report, compare, demo):
     cli.add_command(command)
 
 

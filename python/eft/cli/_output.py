@@ -51,8 +51,13 @@ settings = click.option(
 
 
 def emit_json(answer: dict[str, Any]) -> None:
-    """Print an answer; what is not a number is null, as JSON knows no NaN."""
-    click.echo(json.dumps(_plain(answer), indent=2, ensure_ascii=False))
+    """Print an answer as `json_text`."""
+    click.echo(json_text(answer))
+
+
+def json_text(answer: dict[str, Any]) -> str:
+    """An answer as JSON; what is not a number is null, as JSON knows no NaN."""
+    return json.dumps(_plain(answer), indent=2, ensure_ascii=False)
 
 
 def _plain(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""`eft report`: one HTML file about one test or several."""
+"""`eft report`: one HTML file about one test, several, or a study."""
 
 from __future__ import annotations
 
@@ -8,34 +8,44 @@ import click
 
 import eft
 from eft.cli._output import FILE, epilog
-from eft.report import write_report
+from eft.report import write_report, write_study_report
 from eft.traces._write import check_folder
 
 
 @click.command(
-    short_help="One HTML file about a test, or several.",
+    short_help="One HTML file about a test, several, or a study.",
     epilog=epilog(
-        "eft report run.eft", "eft report nonlinear.eft linear.eft -o schemes.html --title 'El Centro'"
+        "eft report run.eft",
+        "eft report robustness.study",
+        "eft report nonlinear.eft linear.eft -o schemes.html --title 'El Centro'",
     ),
 )
 @click.argument("runs", type=FILE, nargs=-1, required=True)
 @click.option("-o", "--output", type=FILE, help="Default: the first run's name with .html")
-@click.option("--title", default="Effective force test", show_default=True)
-def report(runs: tuple[Path, ...], output: Path | None, title: str) -> None:
-    """Write a report of the RUNS that `eft run` saved, one HTML file without any network.
+@click.option("--title", help="Heading of the page.")
+def report(runs: tuple[Path, ...], output: Path | None, title: str | None) -> None:
+    """Write a report of the RUNS that `eft run` saved, or of a study's folder: one HTML file, no network.
 
     Verdict, metrics, time histories to zoom into, force over command by frequency, spool opening against the
     advised 60 %, restoring force, configuration and versions. Several runs are drawn over each other.
+    Of a study: how the tests ended, each metric over each setting, the worst tests.
     """
     target = output or runs[0].with_suffix(".html")
     if target.suffix.lower() not in (".html", ".htm"):
         raise click.UsageError(f"{target}: the suffix must be .html")
     check_folder(target)
+    heading = {} if title is None else {"title": title}
+    if any(path.is_dir() for path in runs):
+        if len(runs) > 1:
+            raise click.UsageError("a study is reported alone: give one folder, or files of runs")
+        write_study_report(eft.Study.load(runs[0]), target, **heading)
+        click.echo(f"{target} written")
+        return
     named: dict[str, eft.TestRun] = {}
     for path in runs:
         name = path.stem if path.stem not in named else str(path)
         if name in named:
             raise click.UsageError(f"{path} is given twice")
         named[name] = eft.TestRun.load(path)
-    write_report(named, target, title)
+    write_report(named, target, **heading)
     click.echo(f"{target} written")

@@ -1,5 +1,6 @@
-"""The report of a test: one HTML file that needs nothing beside it."""
+"""The report of a test or a study: one HTML file that needs nothing beside it."""
 
 from eft.report._page import write_report
+from eft.report._study import write_study_report
 
-__all__ = ["write_report"]
+__all__ = ["write_report", "write_study_report"]

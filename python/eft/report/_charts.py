@@ -58,14 +58,25 @@ class Page:
         """A curve over anything else."""
         return {"label": label, "color": color, "width": 1.2, "x": self.store(x), "y": self.store(y)}
 
+    def points(self, label: str, color: str, x: Array, y: Array) -> dict[str, Any]:
+        """Separate points."""
+        return self.curve(label, color, x, y) | {"points": True}
+
     def add(self, title: str, labels: tuple[str, str], series: list[dict[str, Any]], **spec: Any) -> None:
         """A figure with its legend."""
         keys = "".join(
             f'<span class="key" style="--c:{s["color"]}">{html.escape(s["label"])}</span>' for s in series
         )
-        whole = {"xlabel": labels[0], "ylabel": labels[1], "rules": [], "link": None, "box": False} | spec
+        whole = {
+            "xlabel": labels[0],
+            "ylabel": labels[1],
+            "rules": [],
+            "link": None,
+            "box": False,
+            "square": False,
+        } | spec
         chart = html.escape(json.dumps(whole | {"series": series}), quote=True)
-        kind = ' class="square"' if whole["box"] else ""
+        kind = ' class="square"' if whole["square"] else ""
         name = html.escape(title)
         self.figures.append(
             f'<figure{kind} data-chart="{chart}"><canvas role="img" aria-label="{name}"></canvas>'
@@ -76,7 +87,7 @@ class Page:
 def draw(runs: Mapping[str, TestRun]) -> Page:
     """Every chart of one or several runs under the same command."""
     page = Page()
-    colors = dict(zip(runs, _cycle(len(runs)), strict=True))
+    colors = dict(zip(runs, cycle(len(runs)), strict=True))
 
     def over_time(name: str, scale: float = 1.0) -> list[dict[str, Any]]:
         return [page.history(k, colors[k], getattr(r, name) * scale, r) for k, r in runs.items()]
@@ -141,7 +152,7 @@ def _hysteresis(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, st
         series.append(page.curve(name, colors[name], run.displacement[::every] * 1e3, force[::every] / 1e3))
     if series:
         labels = ("displacement (mm)", "restoring force (kN)")
-        page.add("Restoring force of the structure", labels, series, box=True)
+        page.add("Restoring force of the structure", labels, series, box=True, square=True)
 
 
 def _thin(values: Array) -> tuple[Array, int]:
@@ -157,5 +168,6 @@ def _thin(values: Array) -> tuple[Array, int]:
     ).ravel(), step
 
 
-def _cycle(count: int) -> list[str]:
+def cycle(count: int) -> list[str]:
+    """As many colors, the first ones easiest to tell apart."""
     return [_COLORS[i % len(_COLORS)] for i in range(count)]

@@ -56,31 +56,37 @@ def write_report(
 
 def _page(runs: Mapping[str, TestRun], title: str) -> str:
     charts = draw(runs)
-    here = resources.files("eft.report")
-    style, script = (here.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "chart.js"))
     parts = [
-        f"<h1>{html.escape(title)}</h1>",
         *(_verdict(name if len(runs) > 1 else "", run) for name, run in runs.items()),
         "<h2>Metrics</h2>",
-        _table(["", *runs], _metrics(list(runs.values()))),
+        html_table(["", *runs], _metrics(list(runs.values()))),
         "<h2>Signals</h2>",
-        '<p class="hint">Drag to zoom, double-click to see all. <button id="reset">Show all</button></p>',
+        HINT,
         _thinned(charts),
         *charts.figures,
         "<h2>Configuration</h2>",
         *_configuration(runs),
         "<h2>Versions</h2>",
         f"<p>{html.escape(_versions(list(runs.values())))}</p>",
-        *charts.data,
-        f"<script>{script}</script>",
     ]
+    return whole_page(title, parts, charts)
+
+
+HINT = '<p class="hint">Drag to zoom, double-click to see all. <button id="reset">Show all</button></p>'
+
+
+def whole_page(title: str, parts: Sequence[str], charts: Page) -> str:
+    """Title, parts, data and script as one file."""
+    here = resources.files("eft.report")
+    style, script = (here.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "chart.js"))
+    body = [f"<h1>{html.escape(title)}</h1>", *parts, *charts.data, f"<script>{script}</script>"]
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         # Nothing is fetched, not even the icon that browsers ask for unasked.
         '<link rel="icon" href="data:,">'
         f"<title>{html.escape(title)}</title><style>{style}</style></head><body>\n"
-        + "\n".join(parts)
+        + "\n".join(body)
         + "\n</body></html>\n"
     )
 
@@ -114,7 +120,8 @@ def _number(value: float, unit: str) -> str:
     return "–" if math.isnan(value) else f"{value:.4g} {unit}".rstrip()
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def html_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table of plain text."""
     head = "".join(f"<th>{html.escape(cell)}</th>" for cell in header)
     body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
@@ -157,8 +164,12 @@ def _versions(runs: Sequence[TestRun]) -> str:
     simulated = ", ".join(dict.fromkeys(run.version for run in runs))
     precision = ", ".join(dict.fromkeys(run.dtype for run in runs))
     rates = ", ".join(dict.fromkeys(f"{run.sample_rate:g}" for run in runs))
+    return f"Simulated by eft {simulated}, controller in {precision} at {rates} Hz. {reporter()}"
+
+
+def reporter() -> str:
+    """What writes the report."""
     return (
-        f"Simulated by eft {simulated}, controller in {precision} at {rates} Hz. "
         f"Report by eft {metadata.version('eft')}, Python {platform.python_version()}, "
         f"NumPy {metadata.version('numpy')}, {platform.system()} {platform.machine()}."
     )

@@ -135,7 +135,7 @@
       pen.lineTo(width, y);
       pen.stroke();
       pen.textAlign = "right";
-      pen.fillText(rule.label, width - MARGIN.right - 6, y - 4);
+      pen.fillText(rule.label, width - MARGIN.right - 6, y < MARGIN.top + 16 ? y + 14 : y - 4);
       pen.restore();
     }
 
@@ -143,12 +143,24 @@
       pen.strokeStyle = s.color;
       pen.lineWidth = s.width;
       pen.beginPath();
+      if (s.points) return this.dots(pen, s, px, py);
       if (this.spec.box) {
         for (let i = 0; i < s.ys.length; i++) pen.lineTo(px(s.xs(i)), py(s.ys[i]));
       } else {
         this.envelope(pen, s, px, py);
       }
       pen.stroke();
+    }
+
+    dots(pen, s, px, py) {
+      pen.fillStyle = s.color;
+      if (s.ys.length > 500) pen.globalAlpha = 0.5;
+      for (let i = 0; i < s.ys.length; i++) {
+        pen.beginPath();
+        pen.arc(px(s.xs(i)), py(s.ys[i]), 2.5, 0, 2 * Math.PI);
+        pen.fill();
+      }
+      pen.globalAlpha = 1;
     }
 
     // One stroke from the lowest to the highest value of each column of pixels: no peak is lost.

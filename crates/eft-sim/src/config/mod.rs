@@ -13,6 +13,7 @@ mod tree;
 mod zhao2005;
 
 pub use keys::KEYS;
+pub(crate) use schema::Short;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode,

@@ -3,7 +3,7 @@
 use eft_core::FlowTable;
 
 use crate::closed_loop::{SimulateOptions, ideal_response};
-use crate::config::{Mode, RigConfig};
+use crate::config::{Mode, RigConfig, Short};
 use crate::error::Result;
 use crate::excitation::Command;
 use crate::linear::{FlowGain, Time, linearize, stability_margin};
@@ -176,13 +176,21 @@ fn smallest_sample_rate(rig: &RigConfig) -> Result<Option<f64>> {
     Ok(smallest)
 }
 
+/// Four digits, written as a person would.
+fn rounded(value: f64) -> Short {
+    Short(format!("{value:.3e}").parse().unwrap_or(value))
+}
+
 fn judge(answer: &mut Feasibility, rig: &RigConfig, sample_rate: f64) -> Result<()> {
     let mut say = |verdict: Verdict, reason: String| {
         answer.verdict = answer.verdict.max(verdict);
         answer.reasons.push(reason);
     };
     for demand in &answer.demands {
-        let part = |limit: f64| format!("{:.3e} {} of {limit:.3e}", demand.required, demand.unit);
+        let part = |limit: f64| {
+            let unit = if demand.unit.is_empty() { String::new() } else { format!(" {}", demand.unit) };
+            format!("{}{unit} of {}{unit}", rounded(demand.required), rounded(limit))
+        };
         if demand.required > demand.available {
             say(Verdict::No, format!("{} exceeds what the rig has: {}", demand.name, part(demand.available)));
         } else if demand.required > demand.advised {

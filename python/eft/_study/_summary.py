@@ -1,0 +1,46 @@
+"""A study in a few numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from eft._study._result import Study
+
+SHOWN = {
+    "nrmse": ("force error, rms over rms", "{:.2%}", 1.0),
+    "peak_error": ("largest force error over largest command", "{:.2%}", 1.0),
+    "delay": ("delay of the force, ms", "{:.2f}", 1e3),
+    "max_spool": ("largest spool opening", "{:.1%}", 1.0),
+}
+"""What a person asks for first: words, form and scale of a metric."""
+
+
+def summary(study: Study) -> dict[str, Any]:
+    """How many tests ended how, and over the completed ones median, 95 % and the largest of each metric."""
+    completed = study["status"] == "completed"
+    metrics = {}
+    for name in SHOWN:
+        values = study[name][completed]
+        if np.isfinite(values).any():
+            worst = int(np.nanargmax(np.abs(values)))
+            metrics[name] = {
+                "median": float(np.nanmedian(values)),
+                "95%": float(np.nanpercentile(values, 95)),
+                "largest": float(values[worst]),
+                "test": int(study["index"][completed][worst]),
+            }
+    return {
+        "version": study.description["version"],
+        "tests": study.tests,
+        "status": study.count(),
+        "parameters": list(study.parameters),
+        "metrics": metrics,
+    }
+
+
+def reasons(study: Study) -> list[tuple[str, int]]:
+    """Why tests were not completed, the commonest first."""
+    return Counter(reason for reason in study["error"] if reason is not None).most_common()

@@ -1,0 +1,132 @@
+"""`eft map`: where the loop is stable, over two settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+import eft
+from eft._files import beside, write_text
+from eft._test_file import read_rig
+from eft.cli._output import FILE, as_json, emit_json, epilog, json_text, settings
+from eft.traces._write import check_folder
+
+_PICTURES = (".png", ".svg", ".pdf")
+_DATA = (".csv", ".json")
+_MOST = 250_000
+
+
+@click.command(
+    name="map",
+    short_help="Stability maps of a rig.",
+    epilog=epilog(
+        "eft map",
+        "eft map --rig rig.toml --kind delay-rate -o delay.png -o delay.csv",
+        "eft map --x compensation.level 0.9 1.1 41 --y servovalve.flow_gain_scale 0.9 1.1 41",
+    ),
+)
+@click.option("--rig", type=FILE, help="Rig file; default: the paper's rig.")
+@settings
+@click.option(
+    "--kind",
+    type=click.Choice(list(eft.STABILITY_MAPS)),
+    help="Which of the maps of every day; default: level-damping.",
+)
+@click.option(
+    "--x", "horizontal", type=(str, float, float, int), metavar="KEY LOW HIGH N", help="Setting across."
+)
+@click.option("--y", "vertical", type=(str, float, float, int), metavar="KEY LOW HIGH N", help="Setting up.")
+@click.option(
+    "-o", "--output", "outputs", type=FILE, multiple=True,
+    help="Picture (.png, .svg, .pdf) or data (.csv, .json); may be repeated. Default: map.png",
+)  # fmt: skip
+@as_json
+def stability_map(
+    rig: Path | None,
+    changes: dict[str, Any],
+    kind: str | None,
+    horizontal: tuple[str, float, float, int] | None,
+    vertical: tuple[str, float, float, int] | None,
+    outputs: tuple[Path, ...],
+    as_json: bool,
+) -> None:
+    """Draw where the sampled loop about rest is stable, over two settings of a rig.
+
+    The maps of every day: level-damping (compensation level and damping of the structure), delay-rate
+    (response delay given to the controller, and sample rate), rate-realization (largest stable level over
+    the sample rate, force loop analog and digital). Or any two keys with --x and --y.
+    """
+    targets = outputs or (() if as_json else (Path("map.png"),))
+    for target in targets:
+        if target.suffix.lower() not in _PICTURES + _DATA:
+            raise click.UsageError(f"{target}: the suffix must be one of {', '.join(_PICTURES + _DATA)}")
+        check_folder(target)
+    if (horizontal is None) != (vertical is None) or (horizontal and kind):
+        raise click.UsageError("give --kind, or both --x and --y")
+    chosen = read_rig(rig, changes) if rig else eft.Rig.zhao2005().replace(changes)
+    if horizontal and vertical:
+        if horizontal[3] * vertical[3] > _MOST:
+            raise click.UsageError(f"{horizontal[3]} × {vertical[3]} points: must be at most {_MOST}")
+        found = eft.stability_map(chosen, _axis("--x", horizontal), _axis("--y", vertical))
+    else:
+        found = eft.STABILITY_MAPS[kind or "level-damping"](chosen)
+    for target in targets:
+        _write(found, chosen, target)
+    if as_json:
+        emit_json(_plain(found))
+        return
+    stable = found.stable.mean()
+    click.echo(f"{chosen['name']}: stable at {stable:.0%} of {found.stable.size} points")
+    click.echo(f"{', '.join(map(str, targets))} written")
+
+
+def _axis(option: str, given: tuple[str, float, float, int]) -> tuple[str, list[float]]:
+    key, low, high, count = given
+    if not 2 <= count <= 10_000:
+        raise click.UsageError(f"{option} {key}: {count} points: must be from 2 to 10000")
+    if not low < high < float("inf") or low == float("-inf"):
+        raise click.UsageError(f"{option} {key}: {low:g} to {high:g}: low must lie below high, both finite")
+    return key, [low + (high - low) * i / (count - 1) for i in range(count)]
+
+
+def _plain(found: eft.StabilityMap) -> dict[str, Any]:
+    return {
+        "quantity": found.quantity,
+        "unit": {"growth_rate": "1/s", "level": ""}[found.quantity],
+        "horizontal": {"key": found.horizontal_key, "values": found.horizontal.tolist()},
+        "vertical": {"key": found.vertical_key, "values": found.vertical.tolist()},
+        "values": found.values.tolist(),
+    }
+
+
+def _write(found: eft.StabilityMap, rig: eft.Rig, target: Path) -> None:
+    suffix = target.suffix.lower()
+    if suffix == ".json":
+        write_text(target, json_text(_plain(found)) + "\n")
+    elif suffix == ".csv":
+        write_text(target, _csv(found))
+    else:
+        # Here, for matplotlib takes its time.
+        from eft import plots
+        from eft.plots._style import page, printed
+
+        with printed(), beside(target) as temporary:
+            figure = page(4.0)
+            ax = plots.stability_map(found, ax=figure.subplots())
+            ax.set_title(rig["name"] or "")
+            here = rig[found.horizontal_key], rig[found.vertical_key]
+            if found.quantity == "growth_rate":
+                ax.plot(*here, "o", color="black", markerfacecolor="white", label="this rig")
+                ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+            figure.savefig(temporary)
+
+
+def _csv(found: eft.StabilityMap) -> str:
+    """One line a point, as spreadsheets and others like it."""
+    lines = [f"{found.horizontal_key},{found.vertical_key},{found.quantity}"]
+    for y, row in zip(found.vertical.tolist(), found.values.tolist(), strict=True):
+        for x, value in zip(found.horizontal.tolist(), row, strict=True):
+            lines.append(f"{x},{y},{'' if value != value else value}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,128 @@
+"""`eft study`: many tests from one file."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+
+import eft
+from eft._files import beside
+from eft._study._summary import SHOWN, reasons, summary
+from eft._study_file import read_study
+from eft.cli._output import FILE, as_json, emit_json, epilog, settings, table
+from eft.traces._write import check_folder
+
+
+@click.command(
+    short_help="Many tests: every combination of some settings.",
+    epilog=epilog(
+        "eft init robustness.toml --study    a study to begin with",
+        "eft study robustness.toml",
+        "eft study robustness.toml --table robustness.csv",
+        "eft study robustness.toml --dask tcp://head-node:8786",
+        "eft report robustness.study",
+    ),
+)
+@click.argument("file", type=FILE)
+@settings
+@click.option("-o", "--output", type=FILE, help="Folder for the rows; default: FILE with .study")
+@click.option("--table", "sheet", type=FILE, help="Write the table as one .csv or .parquet, too.")
+@click.option("--dask", "scheduler", metavar="ADDRESS", help="Run on the workers of a Dask scheduler.")
+@as_json
+def study(
+    file: Path,
+    changes: dict[str, Any],
+    output: Path | None,
+    sheet: Path | None,
+    scheduler: str | None,
+    as_json: bool,
+) -> None:
+    """Run a test for every combination that FILE names, on all cores, and judge each: one row a test.
+
+    FILE is a test file with a section [study.grid], [[study.list]], [study.latin_hypercube] or [study.sobol].
+    The rows go to a folder of Parquet files. Interrupted or killed, the same command goes on where it
+    stopped. Exit code 1 when tests failed by accident; those that the rig refuses are an answer.
+    """
+    target = output or file.with_suffix(".study")
+    check_folder(target / "rows" if target.is_dir() else target)
+    if sheet is not None:
+        if sheet.suffix.lower() not in _SHEETS:
+            raise click.UsageError(f"--table {sheet}: the suffix must be one of {', '.join(_SHEETS)}")
+        check_folder(sheet)
+    plan = read_study(file, changes)
+    began = time.monotonic()
+    try:
+        with _executor(scheduler) as executor:
+            found = eft.study(
+                plan.rig, plan.commands, plan.parameters, executor=executor, output=target,
+                dtype=plan.dtype, traces=plan.traces, fft=plan.fft,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        _tell_what_is_kept(target)
+        raise
+    seconds = time.monotonic() - began
+    if sheet is not None:
+        with beside(sheet) as temporary:
+            _SHEETS[sheet.suffix.lower()](found, temporary)
+    answer = summary(found) | {"output": str(target), "seconds": seconds}
+    if as_json:
+        emit_json(answer)
+    else:
+        click.echo(f"{len(found)} tests over {', '.join(found.parameters)} in {seconds:.1f} s\n")
+        click.echo(_text(found, answer))
+        click.echo(f"\n{target} written" + (f", {sheet} too" if sheet else ""))
+    if answer["status"].get("failed"):
+        raise click.exceptions.Exit(1)
+
+
+def _tell_what_is_kept(target: Path) -> None:
+    try:
+        kept = eft.Study.load(target)
+    except (OSError, ValueError):
+        return  # interrupted before there was anything
+    said = f"{len(kept)} of {kept.tests} tests are kept in {target}; the same command goes on from there"
+    click.echo(said, err=True)
+
+
+@contextmanager
+def _executor(scheduler: str | None) -> Iterator[Executor | None]:
+    if scheduler is None:
+        yield None
+        return
+    import distributed
+
+    try:
+        connect: Any = distributed.Client  # without annotations of its own
+        client = connect(scheduler, timeout="20s", set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"--dask {scheduler}: no scheduler answers there: {error}") from None
+    with client:
+        yield client.get_executor()
+
+
+def _text(found: eft.Study, answer: dict[str, Any]) -> str:
+    parts = [table([(word, f"{number}") for word, number in answer["status"].items()])]
+    rows = []
+    for name, (words, form, scale) in SHOWN.items():
+        if numbers := answer["metrics"].get(name):
+            cells = (form.format(numbers[key] * scale) for key in ("median", "95%", "largest"))
+            rows.append((words, *cells, str(numbers["test"])))
+    if rows:
+        parts.append(table(rows, ("of the completed tests", "median", "95%", "largest", "in test")))
+    told = reasons(found)
+    parts += ["\n".join(f"{number} × {reason}" for reason, number in told[:5])] if told else []
+    if len(told) > 5:
+        parts.append(f"and {len(told) - 5} other reasons, in the column `error`")
+    return "\n\n".join(parts)
+
+
+_SHEETS = {
+    ".csv": lambda found, path: found.to_pandas().to_csv(path, index=False),
+    ".parquet": lambda found, path: found.to_pandas().to_parquet(path, index=False),
+}

@@ -1,0 +1,159 @@
+"""`eft study` and `eft map`: what they write, what they say, and that nothing is lost."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import eft
+from eft.cli import main
+
+COMMAND = '[command]\nkind = "sweep"\namplitude = 8900.0\nf_start = 0.5\nf_end = 4.0\nduration = 1.0\n'
+SWEEP = eft.sine_sweep(8900.0, 0.5, 4.0, 1.0, 4096.0)
+RIG = eft.Rig.zhao2005()
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rig.toml").write_text(RIG.to_toml())
+    return tmp_path
+
+
+def written(folder, study, command=COMMAND):
+    (folder / "s.toml").write_text(f'rig = "rig.toml"\n{command}{study}')
+    return "s.toml"
+
+
+def table():
+    return list(eft.Study.load("s.study"))
+
+
+@pytest.mark.parametrize(
+    ("text", "parameters"),
+    [
+        (
+            '[study.grid]\n"compensation.mode" = ["off", "linear"]\n'
+            "structure.mass = { low = 7000, high = 7040, count = 3 }\n",
+            {"compensation.mode": ["off", "linear"], "structure.mass": [7000.0, 7020.0, 7040.0]},
+        ),
+        (
+            '[study.grid]\n"actuator.leakage" = { low = 1e-13, high = 1e-11, count = 3, log = true }\n',
+            {"actuator.leakage": np.geomspace(1e-13, 1e-11, 3)},
+        ),
+        (
+            "[[study.list]]\nstructure.mass = 7000.0\n[[study.list]]\ncompensation.level = 0.9\n",
+            [{"structure.mass": 7000.0}, {"compensation.level": 0.9}],
+        ),
+        (
+            "[study.latin_hypercube]\nn = 5\nseed = 3\n[study.latin_hypercube.ranges]\n"
+            '"structure.mass" = { low = 6e3, high = 8e3, log = true }\n'
+            '"compensation.mode" = ["off", "linear"]\n',
+            eft.LatinHypercube(
+                {"structure.mass": (6e3, 8e3, "log"), "compensation.mode": ["off", "linear"]}, n=5, seed=3
+            ),
+        ),
+        (
+            "[study.sobol]\nn = 4\nranges.structure.mass = { low = 6e3, high = 8e3 }\n",
+            eft.Sobol({"structure.mass": (6e3, 8e3)}, n=4),
+        ),
+    ],
+)
+def test_a_file_says_what_the_call_says(folder, capsys, text, parameters):
+    assert main(["study", written(folder, text)]) == 0
+    assert table() == list(eft.study(RIG, SWEEP, parameters))
+    assert "s.study written" in capsys.readouterr().out
+
+
+def test_several_commands_and_options(folder):
+    text = COMMAND.replace("[command]", "[commands.small]").replace("8900.0", "1000.0")
+    text += COMMAND.replace("[command]", "[commands.large]")
+    study = '[study]\ndtype = "f32"\ntraces = true\nfft = false\n[study.grid]\ncommand.scale = [1.0, 0.5]\n'
+    assert main(["study", written(folder, study, text)]) == 0
+    found = eft.Study.load("s.study")
+    assert list(found["command"]) == ["small", "small", "large", "large"]
+    assert found.run(3).dtype == "f32" and np.isnan(found["delay"]).all()
+    assert (found.run(3).command == SWEEP.values * 0.5).all()
+
+
+def test_json_and_table(folder, capsys):
+    name = written(folder, "[study.grid]\nstructure.mass = [7040.0, -1.0]\n")
+    assert main(["study", name, "--json", "--table", "rows.csv"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["status"] == {"completed": 1, "refused": 1} and answer["tests"] == 2
+    assert answer["metrics"]["nrmse"]["largest"] == eft.simulate(RIG, SWEEP).metrics()["nrmse"]
+    rows = pd.read_csv("rows.csv")
+    assert list(rows["status"]) == ["completed", "refused"] and "structure.mass = -1" in rows["error"][1]
+
+
+def test_the_file_that_init_writes_runs(folder, capsys):
+    assert main(["init", "fresh.toml", "--study"]) == 0
+    text = (folder / "fresh.toml").read_text().replace("duration = 32.0", "duration = 1.0")
+    (folder / "fresh.toml").write_text(text)
+    assert main(["study", "fresh.toml"]) == 0
+    assert len(eft.Study.load("fresh.study")) == 10
+    # What makes it a study does not keep the other commands from reading its rig and its command.
+    assert main(["run", "fresh.toml"]) == 0
+
+
+LONG = COMMAND.replace("duration = 1.0", "duration = 32.0")
+
+
+def test_ctrl_c_keeps_the_chunks_that_are_done_and_the_command_goes_on(folder):
+    name = written(
+        folder, "[study.grid]\ncompensation.level = { low = 0.5, high = 1.0, count = 256 }\n", LONG
+    )
+    call = [sys.executable, "-m", "eft.cli", "study", name]
+    process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not list((folder / "s.study").glob("part-*")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    kept = len(eft.Study.load("s.study"))
+    assert 0 < kept < 256
+    assert f"{kept} of 256 tests are kept in s.study" in said and "Traceback" not in said
+    assert main(["study", name, "--set", "structure.mass=7000"]) == 2  # not of another rig
+
+
+def test_ctrl_c_during_a_run_keeps_the_samples_that_are_done(folder):
+    (folder / "t.toml").write_text(
+        'rig = "rig.toml"\n' + COMMAND.replace("duration = 1.0", "duration = 4000.0")
+    )
+    call = [sys.executable, "-m", "eft.cli", "run", "t.toml"]
+    process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(3.0)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=100)
+    assert process.returncode == 130, said
+    assert "keeping what was done" in said and "Traceback" not in said
+    assert 1000 < len(eft.TestRun.load("t.eft")) < 4000 * 4096
+
+
+def test_a_map_as_picture_table_and_json(folder, capsys):
+    axes = ["--x", "compensation.level", "0.9", "1.1", "3", "--y", "structure.damping", "1e3", "9e3", "2"]
+    assert main(["map", *axes, "-o", "m.png", "-o", "m.csv", "-o", "m.json"]) == 0
+    assert (folder / "m.png").read_bytes().startswith(b"\x89PNG")
+    found = eft.stability_map(RIG, ("compensation.level", [0.9, 1.0, 1.1]), ("structure.damping", [1e3, 9e3]))
+    rows = pd.read_csv("m.csv")
+    assert list(rows.columns) == ["compensation.level", "structure.damping", "growth_rate"]
+    assert rows["growth_rate"].to_numpy() == pytest.approx(found.values.ravel())
+    answer = json.loads((folder / "m.json").read_text())
+    assert np.array(answer["values"]) == pytest.approx(found.values)
+    assert f"stable at {found.stable.mean():.0%} of 6 points" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("kind", eft.STABILITY_MAPS)
+def test_the_maps_of_every_day(folder, kind, capsys):
+    assert main(["map", "--rig", "rig.toml", "--kind", kind, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    found = eft.STABILITY_MAPS[kind](RIG)
+    values = np.array([[np.nan if v is None else v for v in row] for row in answer["values"]])
+    np.testing.assert_array_equal(values, found.values)
+    assert [path.name for path in folder.iterdir()] == ["rig.toml"]
