@@ -1,12 +1,13 @@
 //! The whole adaptive tick: compensation, servovalve controller, limits.
 
-use crate::adaptation::Measurements;
 use crate::adaptive::{AdaptiveCompensation, AdaptiveCompensationState};
+use crate::compensation::CompensationState;
 use crate::controller::ControllerOutput;
 use crate::limiter::Limiter;
 use crate::scalar::{Mask, Scalar};
 use crate::servovalve_controller::{ServovalveController, ServovalveControllerState};
 use crate::status;
+use crate::window::Measurements;
 
 /// An adaptive controller's immutable configuration; one drives any number of channels.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +23,7 @@ pub struct AdaptiveController<S: Scalar, const N: usize> {
 /// What the adaptive controller remembers; made by [`AdaptiveController::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
-pub struct AdaptiveControllerState<S> {
+pub struct AdaptiveControllerState<S: Scalar> {
     /// The compensation's part: all there is where an analog controller follows it.
     pub compensation: AdaptiveCompensationState<S>,
     servovalve: ServovalveControllerState<S>,
@@ -77,8 +78,17 @@ impl<S: Scalar, const N: usize> AdaptiveController<S, N> {
         measured: &Measurements<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
+        self.compensation.adaptation.work(&mut state.compensation.adaptation);
         let measured = Measurements { valve_command: state.valve_command, ..*measured };
-        let (next, flags, good) = self.compensation.advance(&mut state.compensation, command, &measured);
+        let supply = measured.supply_pressure * self.compensation.per_supply_pressure;
+        let good = self.compensation.valid(command, &measured, supply);
+        if !good.any() {
+            let status = self.compensation.idle(&mut state.compensation, command);
+            let compensation = path(state.compensation.output());
+            return ControllerOutput { valve_command: state.valve_command, compensation, status };
+        }
+        let (next, flags) = self.compensation.advance(&mut state.compensation, command, &measured, supply);
+        let next = CompensationState::select(good, next, state.compensation.compensation);
         state.compensation.compensation = next;
         let compensation = path(next.output());
         let mut servovalve = state.servovalve;
@@ -86,12 +96,10 @@ impl<S: Scalar, const N: usize> AdaptiveController<S, N> {
         let (valve_command, limits) = self.limiter.apply(raw, state.valve_command);
         state.servovalve = ServovalveControllerState::select(good, servovalve, state.servovalve);
         state.valve_command = S::select(good, valve_command, state.valve_command);
-        let faults = self.compensation.faults(command) | flags;
-        ControllerOutput {
-            valve_command: state.valve_command,
-            compensation,
-            status: S::select_flags(good, flags | limits, faults),
-        }
+        let learner = &mut state.compensation.adaptation;
+        learner.window.collect(command, &measured, supply, good);
+        let status = S::select_flags(good, flags | limits, self.compensation.faults(command));
+        ControllerOutput { valve_command: state.valve_command, compensation, status: status | learner.flags }
     }
 
     /// Repeats the last valve command and raises [`status::HELD`]; the state stays.
@@ -108,7 +116,8 @@ impl<S: Scalar, const N: usize> AdaptiveController<S, N> {
     /// the state of a rig at rest; the measured valve command plays no part.
     pub fn prime(&self, command: S, measured: &Measurements<S>) -> AdaptiveControllerState<S> {
         let measured = Measurements { valve_command: S::splat(0.0), ..*measured };
-        let good = self.compensation.valid(command, &measured);
+        let supply = measured.supply_pressure * self.compensation.per_supply_pressure;
+        let good = self.compensation.valid(command, &measured, supply);
         let zero = S::splat(0.0);
         let or_zero = |value| S::select(good, value, zero);
         let command = or_zero(command);

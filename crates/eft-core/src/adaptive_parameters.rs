@@ -1,6 +1,6 @@
 //! What an adaptive compensation is made from.
 
-use crate::adaptation::{Adaptation, SLOTS, Trust};
+use crate::adaptation::{Adaptation, SLOTS};
 use crate::adaptive::AdaptiveCompensation;
 use crate::band_filter::BandFilter;
 use crate::compensation::{Compensation, CompensationParameters, Mode};
@@ -12,6 +12,7 @@ use crate::flow_table::FlowTable;
 use crate::guard::Guard;
 use crate::load_pressure::LoadPressure;
 use crate::piecewise::PiecewiseLinear;
+use crate::trust::Trust;
 use crate::valve_estimator::ValveEstimator;
 
 /// What an adaptive compensation is made from, in SI units: the nominal rig, as the paper's scheme knows it.
@@ -103,9 +104,12 @@ impl Tuning {
 /// Estimator steps per second that a window aims at, at the least (Hz).
 const SLOW_RATE: f64 = 200.0;
 
-/// Ticks of a window: a power of two, no shorter than the slots need.
+/// Ticks of the shortest window.
+const SHORTEST: u32 = 8;
+
+/// Ticks of a window: a power of two.
 const fn window(sample_rate: f64) -> u32 {
-    let mut window = SLOTS;
+    let mut window = SHORTEST;
     while window < 1024 && sample_rate / (2.0 * window as f64) >= SLOW_RATE {
         window *= 2;
     }
@@ -166,7 +170,8 @@ macro_rules! constructor {
                     },
                 };
                 let adaptation = Adaptation {
-                    window: ticks,
+                    last_tick: ticks - 1,
+                    slots: if ticks < SLOTS { SLOTS / ticks } else { 1 },
                     per_window: (1.0 / ticks as f64) as $t,
                     adapting: p.adaptive,
                     guarding: p.guard,
@@ -233,8 +238,9 @@ macro_rules! constructor {
                     feedforward,
                     adaptation,
                     per_supply_pressure: (1.0 / c.supply_pressure) as $t,
-                    lowest_supply: 0.05,
-                    highest_supply: 4.0,
+                    // From a twentieth of the configured pressure to four times it.
+                    middle_supply: 2.025,
+                    supply_range: 1.975,
                 })
             }
         }

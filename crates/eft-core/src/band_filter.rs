@@ -1,7 +1,7 @@
 //! The band in which an estimator looks at its signals: one filter for all of them, so that what it does to one it
 //! does to the others, and no estimate knows it is there.
 
-use crate::scalar::{Scalar, pack_numbers};
+use crate::scalar::{Mask, Scalar, pack_numbers};
 
 /// Two equal first-order low-passes, then a first-order high-pass against offsets.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,10 +26,13 @@ pub(crate) struct BandState<S> {
 impl<S: Scalar> BandFilter<S> {
     /// The filtered signal in the middle between the last step and this one, and its change between them: both
     /// belong to one instant, so that value and rate of a sine stand in quadrature exactly. `high_pass` is the share
-    /// of the way that the mean goes in this step.
+    /// of the way that the mean goes in this step; where it must `restart` the filter begins long after this input.
     #[inline(always)]
-    pub(crate) fn step(&self, state: &mut BandState<S>, input: S, high_pass: S) -> (S, S) {
+    pub(crate) fn step(&self, state: &mut BandState<S>, input: S, high_pass: S, restart: S::Mask) -> (S, S) {
         let half = S::splat(0.5);
+        if restart.any() {
+            *state = BandState::select(restart, BandState::at_rest(input), *state);
+        }
         state.first = state.first + self.low_pass * (input - state.first);
         let rise = self.low_pass * (state.first - state.second);
         let drift = high_pass * (state.second - state.mean);
@@ -56,13 +59,13 @@ impl<S: Scalar> BandFilter<S> {
 impl<S: Scalar> BandState<S> {
     /// The state after long at this input.
     #[inline(always)]
-    pub(crate) fn at_rest(input: S) -> Self {
+    fn at_rest(input: S) -> Self {
         Self { first: input, second: input, mean: input }
     }
 
     /// `yes` where the mask is true, `no` elsewhere.
     #[inline(always)]
-    pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+    fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
         Self {
             first: S::select(mask, yes.first, no.first),
             second: S::select(mask, yes.second, no.second),

@@ -28,18 +28,20 @@ pub(crate) struct FlowGainState<S> {
     excess: S,
     pub(crate) gain: S,
     pub(crate) per_gain: S,
+    /// What the last estimate had too much or too little to be believed (1).
+    pub(crate) beyond: S,
 }
 
 impl<S: Scalar> Default for FlowGainState<S> {
     fn default() -> Self {
         let (zero, one) = (S::splat(0.0), S::splat(1.0));
-        Self { predicted: zero, excess: zero, gain: one, per_gain: one }
+        Self { predicted: zero, excess: zero, gain: one, per_gain: one, beyond: zero }
     }
 }
 
 impl<S: Scalar> FlowGainEstimator<S> {
-    /// Takes in one step's flow and prediction (m³/s) at a weight (the instrument × time; zero leaves the estimate as
-    /// it is), the older ones kept by the share `keep`. True where the estimate is not believed.
+    /// Takes in one step's flow and prediction (m³/s) at a weight (the instrument × time), the older ones kept by the
+    /// share `keep`. A `θ` that is not believed counts as 1.
     #[inline(always)]
     pub(crate) fn step(
         &self,
@@ -49,29 +51,27 @@ impl<S: Scalar> FlowGainEstimator<S> {
         weight: S,
         keep: S,
         on: S::Mask,
-    ) -> S::Mask {
+    ) {
         let (zero, one) = (S::splat(0.0), S::splat(1.0));
         let sum = keep * state.predicted + weight * predicted;
         // Instrument and prediction have the same sign unless a sensor has the wrong one.
         let sum = S::select(sum.gt(zero), sum, zero);
         let excess = keep * state.excess + weight * (flow - predicted);
         let raw = one + excess / (sum + self.prior);
-        let believed = raw.ge(self.lowest) & raw.le(self.highest);
-        let target = S::select(believed, raw, one);
+        let low = S::select(raw.ge(self.lowest), raw, one);
+        let target = S::select(raw.le(self.highest), low, one);
         let gain = target.limit(state.gain - self.change, state.gain + self.change);
-        let next =
-            Self::select(on, FlowGainState { predicted: sum, excess, gain, per_gain: one / gain }, *state);
-        *state = next;
-        on & !believed
+        state.predicted = S::select(on, sum, state.predicted);
+        state.excess = S::select(on, excess, state.excess);
+        state.gain = S::select(on, gain, state.gain);
+        state.beyond = S::select(on, (raw - target).abs(), state.beyond);
     }
+}
 
+impl<S: Scalar> FlowGainState<S> {
+    /// Brings the reciprocal up to the gain.
     #[inline(always)]
-    fn select(mask: S::Mask, yes: FlowGainState<S>, no: FlowGainState<S>) -> FlowGainState<S> {
-        FlowGainState {
-            predicted: S::select(mask, yes.predicted, no.predicted),
-            excess: S::select(mask, yes.excess, no.excess),
-            gain: S::select(mask, yes.gain, no.gain),
-            per_gain: S::select(mask, yes.per_gain, no.per_gain),
-        }
+    pub(crate) fn invert(&mut self) {
+        self.per_gain = S::splat(1.0) / self.gain;
     }
 }

@@ -5,7 +5,7 @@
 //! itself, so it needs neither the structure's frequency nor its damping, and it sees the pump before the motion
 //! has had time to grow.
 
-use crate::scalar::{Scalar, pack_numbers};
+use crate::scalar::{Mask, Scalar, pack_numbers};
 
 /// Constants of the guard.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,32 +83,54 @@ impl<S: Scalar> Default for GuardState<S> {
 }
 
 impl<S: Scalar> Guard<S> {
-    /// One step: force error (N, measured less command), flow (m³/s) that the actuator took beyond what was demanded
+    /// Takes in force error (N, measured less command), flow (m³/s) that the actuator took beyond what was demanded
     /// for it, and velocity (m/s).
-    ///
-    /// The guard acts where the error pumps more than is tolerated into a motion that grows, and then until the level
-    /// is back at 1: it moves the level until the error neither pumps nor drains.
     #[inline(always)]
-    pub(crate) fn step(&self, state: &mut GuardState<S>, error: S, undemanded: S, velocity: S, on: S::Mask) {
-        let (zero, one) = (S::splat(0.0), S::splat(1.0));
+    pub(crate) fn observe(
+        &self,
+        state: &mut GuardState<S>,
+        error: S,
+        undemanded: S,
+        velocity: S,
+        on: S::Mask,
+    ) {
+        if !on.any() {
+            return;
+        }
         let error = state.error.after(error + self.force_per_flow * undemanded, self.low_pass);
         let velocity = state.velocity.after(velocity, self.low_pass);
-        let square = velocity.second * velocity.second;
-        let pumped = state.pumped + self.average * (error.second * velocity.second - state.pumped);
+        state.error = LowPass::select(on, error, state.error);
+        state.velocity = LowPass::select(on, velocity, state.velocity);
+    }
+
+    /// The pump, and the motion that it pumps, on average.
+    #[inline(always)]
+    pub(crate) fn average(&self, state: &mut GuardState<S>, on: S::Mask) {
+        if !on.any() {
+            return;
+        }
+        let (error, velocity) = (state.error.second, state.velocity.second);
+        let square = velocity * velocity;
+        let pumped = state.pumped + self.average * (error * velocity - state.pumped);
         let squares = state.squares + self.average * (square - state.squares);
         let slow_squares = state.slow_squares + self.slow_average * (square - state.slow_squares);
-        let over = pumped * self.per_added_damping / (squares + self.quiet);
-        let tripped = over.gt(self.tolerated) & squares.gt(slow_squares);
-        let acting = tripped | state.level.lt(one);
+        state.pumped = S::select(on, pumped, state.pumped);
+        state.squares = S::select(on, squares, state.squares);
+        state.slow_squares = S::select(on, slow_squares, state.slow_squares);
+    }
+
+    /// Acts where the error pumps more than is tolerated into a motion that grows, and then until the level is back
+    /// at 1: moves the level until the error neither pumps nor drains.
+    #[inline(always)]
+    pub(crate) fn act(&self, state: &mut GuardState<S>, on: S::Mask) {
+        if !on.any() {
+            return;
+        }
+        let (zero, one) = (S::splat(0.0), S::splat(1.0));
+        let over = state.pumped * self.per_added_damping / (state.squares + self.quiet);
+        let tripped = over.gt(self.tolerated) & state.squares.gt(state.slow_squares);
+        let acting = on & (tripped | state.level.lt(one));
         let change = S::select(acting, self.correction * over, zero);
-        let level = (state.level - change).limit(self.lowest, one);
-        *state = GuardState {
-            error: LowPass::select(on, error, state.error),
-            velocity: LowPass::select(on, velocity, state.velocity),
-            pumped: S::select(on, pumped, state.pumped),
-            squares: S::select(on, squares, state.squares),
-            slow_squares: S::select(on, slow_squares, state.slow_squares),
-            level: S::select(on, level, state.level),
-        };
+        state.level = (state.level - change).limit(self.lowest, one);
     }
 }

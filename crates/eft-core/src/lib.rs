@@ -35,9 +35,10 @@ mod protection;
 mod scalar;
 mod servovalve_controller;
 pub mod status;
+mod trust;
 mod valve_estimator;
+mod window;
 
-pub use adaptation::Measurements;
 pub use adaptive::{AdaptiveCompensation, AdaptiveCompensationState};
 pub use adaptive_controller::{AdaptiveController, AdaptiveControllerState};
 pub use adaptive_parameters::{AdaptiveParameters, Tuning};
@@ -55,3 +56,4 @@ pub use piecewise::{CELLS, PiecewiseLinear, Row};
 pub use protection::{Levels, Protected, Protection, ProtectionParameters, ProtectionState};
 pub use scalar::{Flags, Mask, Real, Scalar};
 pub use servovalve_controller::{ServovalveController, ServovalveControllerState};
+pub use window::Measurements;

@@ -57,8 +57,13 @@ pub(crate) struct ValveState<S> {
     changes: S,
     on_opening: S,
     on_change: S,
+    found_gain: S,
+    found_delay: S,
+    gain_beyond: S,
     pub(crate) gain: S,
     pub(crate) delay: S,
+    /// How far the last estimates lay beyond their bounds, both together.
+    pub(crate) beyond: S,
 }
 
 impl<S: Scalar> ValveState<S> {
@@ -77,17 +82,21 @@ impl<S: Scalar> ValveState<S> {
             changes: zero,
             on_opening: zero,
             on_change: zero,
+            found_gain: S::splat(1.0),
+            found_delay: delay,
+            gain_beyond: zero,
             gain: S::splat(1.0),
             delay,
+            beyond: zero,
         }
     }
 }
 
 impl<S: Scalar> ValveEstimator<S> {
-    /// The opening (1) that the lead network was asked for when it gave this valve command (V): its inverse, by
-    /// Tustin at the estimator's period.
+    /// Works out the opening (1) that the lead network was asked for when it gave this valve command (V): its inverse,
+    /// by Tustin at the estimator's period.
     #[inline(always)]
-    pub(crate) fn asked(&self, state: &mut ValveState<S>, valve_command: S, restart: S::Mask) -> S {
+    pub(crate) fn asked(&self, state: &mut ValveState<S>, valve_command: S, restart: S::Mask) {
         let input = self.valve_gain * valve_command;
         let lag = self.lag_per_delay * state.delay;
         let lead = state.delay + state.delay;
@@ -96,7 +105,6 @@ impl<S: Scalar> ValveEstimator<S> {
             (sum * input - (lag - self.period) * state.washout + lead * state.opening) / (sum + lead);
         state.opening = S::select(restart, input, opening);
         state.washout = input - state.opening;
-        state.opening
     }
 
     /// Takes in one step: the asked opening (1) and its change, the measured spool (1), all through one filter.
@@ -112,29 +120,34 @@ impl<S: Scalar> ValveEstimator<S> {
         state.on_change = keep * state.on_change - error * change;
     }
 
-    /// Gain and delay that explain what was taken in, within bounds and a rate. True where a bound holds.
+    /// Gain and delay that explain what was taken in, the gain within its bounds.
     #[inline(always)]
-    pub(crate) fn solve(&self, state: &mut ValveState<S>, on: S::Mask) -> S::Mask {
+    pub(crate) fn solve(&self, state: &mut ValveState<S>) {
         let openings = state.openings + self.gain_prior;
         let changes = state.changes + self.delay_prior;
         let determinant = openings * changes - state.crossed * state.crossed;
         let per = S::splat(1.0) / determinant;
         let excess = (changes * state.on_opening + state.crossed * state.on_change) * per;
         let further = (openings * state.on_change + state.crossed * state.on_opening) * per;
-        let raw_gain = S::splat(1.0) + excess;
-        let raw_delay = self.nominal_delay + self.period * further;
-        let gain = raw_gain.limit(self.lowest_gain, self.highest_gain);
-        let delay = raw_delay.limit(self.lowest_delay, self.highest_delay);
-        let on = on & determinant.gt(S::splat(0.0));
-        let gain_now = gain.limit(state.gain - self.gain_change, state.gain + self.gain_change);
-        let delay_now = delay.limit(state.delay - self.delay_change, state.delay + self.delay_change);
-        state.gain = S::select(on, gain_now, state.gain);
-        state.delay = S::select(on, delay_now, state.delay);
-        let inside = raw_gain.ge(self.lowest_gain)
-            & raw_gain.le(self.highest_gain)
-            & raw_delay.ge(self.lowest_delay)
-            & raw_delay.le(self.highest_delay);
-        on & !inside
+        // The priors keep the determinant positive but for rounding; then nothing is known.
+        let known = determinant.gt(S::splat(0.0));
+        let gain = S::select(known, S::splat(1.0) + excess, state.gain);
+        state.found_gain = gain.limit(self.lowest_gain, self.highest_gain);
+        state.gain_beyond = (gain - state.found_gain).abs();
+        state.found_delay = S::select(known, self.nominal_delay + self.period * further, state.delay);
+    }
+
+    /// Goes to what was found, the delay within its bounds, both at a limited rate.
+    #[inline(always)]
+    pub(crate) fn correct(&self, state: &mut ValveState<S>, on: S::Mask) {
+        let gain = state.found_gain;
+        let delay = state.found_delay.limit(self.lowest_delay, self.highest_delay);
+        let beyond = state.gain_beyond + (state.found_delay - delay).abs();
+        let gain = gain.limit(state.gain - self.gain_change, state.gain + self.gain_change);
+        let delay = delay.limit(state.delay - self.delay_change, state.delay + self.delay_change);
+        state.gain = S::select(on, gain, state.gain);
+        state.delay = S::select(on, delay, state.delay);
+        state.beyond = S::select(on, beyond, state.beyond);
     }
 
     /// The lead network for the estimate, at a compensation level (1) on top of the configured one.

@@ -5,8 +5,9 @@ use core::mem::{MaybeUninit, transmute};
 use core::ptr::null_mut;
 
 use eft_core::{
-    Compensation, CompensationParameters, CompensationState, Controller, ControllerState, FlowTable,
-    LeadNetwork, LeadState, Limiter, LoadPressure, Mode, PiecewiseLinear, ServovalveController, SignFrom,
+    AdaptiveCompensation, AdaptiveController, AdaptiveControllerState, AdaptiveParameters, Compensation,
+    CompensationParameters, CompensationState, Controller, ControllerState, FlowTable, LeadNetwork, LeadState,
+    Limiter, LoadPressure, Measurements, Mode, PiecewiseLinear, ServovalveController, SignFrom, Tuning,
 };
 use eft_ffi::{
     eft_compensation_step_f32, eft_configure_f32, eft_controller_f32, eft_input_f32, eft_output_f32,
@@ -68,7 +69,37 @@ static CONTROLLER: Controller<f32, N> = Controller {
     servovalve: ok!(ServovalveController::<f32>::new(5.6e-5, 0.8059, 2.0e-4, 4096.0)),
     limiter: ok!(Limiter::<f32>::new(10.0, 2.0e4, 4096.0)),
 };
+static ADAPTIVE: AdaptiveController<f32, N> = AdaptiveController {
+    compensation: ok!(AdaptiveCompensation::<f32, N>::new(
+        &AdaptiveParameters {
+            compensation: PARAMETERS,
+            compressibility: 7.56e-13,
+            leakage: 1.3e-11,
+            force_sensitivity: 5.6e-5,
+            computation_delay: 0,
+            feedforward: true,
+            adaptive: true,
+            guard: true,
+            tuning: Tuning::DEFAULT,
+        },
+        &TABLE,
+    )),
+    servovalve: CONTROLLER.servovalve,
+    limiter: CONTROLLER.limiter,
+};
 
+#[unsafe(no_mangle)]
+extern "C" fn adaptive_step(
+    c: &AdaptiveController<f32, N>,
+    s: &mut AdaptiveControllerState<f32>,
+    status: &mut u32,
+    r: f32,
+    m: &Measurements<f32>,
+) -> f32 {
+    let out = c.step(s, r, m);
+    *status = out.status;
+    out.valve_command
+}
 #[unsafe(no_mangle)]
 extern "C" fn lead_step(c: &LeadNetwork<f32>, s: &mut LeadState<f32>, x: f32) -> f32 {
     c.step(s, x)
@@ -132,6 +163,12 @@ impl Random {
             _ => (self.next() as i32 as f32) * (1.3 * scale / 2_147_483_648.0),
         }
     }
+}
+
+/// A slow swing between −1 and 1.
+fn triangle(tick: u32) -> f32 {
+    let phase = (tick & 0x3ff) as f32 / 256.0;
+    if phase < 2.0 { phase - 1.0 } else { 3.0 - phase }
 }
 
 /// The highest cost over many calls, printed.
@@ -224,6 +261,40 @@ pub fn run() {
         let (c, v, f_, x) = (r.sample(1.0e4), r.sample(1.0), r.sample(1.5e5), r.sample(1.0));
         black_box(f(&CONTROLLER, &mut state, &mut status, c, v, f_, x));
     });
+
+    let mut state = ADAPTIVE.at_rest();
+    let f = probed!(
+        adaptive_step,
+        extern "C" fn(
+            &AdaptiveController<f32, N>,
+            &mut AdaptiveControllerState<f32>,
+            &mut u32,
+            f32,
+            &Measurements<f32>,
+        ) -> f32
+    );
+    let mut tick = 0_u32;
+    worst("adaptive_step", |r| {
+        // Three quarters of the time the valve does as it is asked, so that the estimators work.
+        let wild = tick & 0x1800 == 0;
+        tick += 1;
+        let opening = 0.3 * triangle(tick);
+        let mut sample = |scale: f32, sane: f32| {
+            let value = r.sample(scale);
+            if wild { value } else { sane }
+        };
+        let command = sample(1.0e4, 0.0);
+        let measured = Measurements {
+            velocity: sample(1.0, TABLE.flow(opening) / 8.212e-3),
+            force: sample(1.5e5, 0.0),
+            spool: sample(1.0, 1.02 * opening),
+            valve_command: 0.0,
+            supply_pressure: sample(2.5e7, 1.9e7),
+        };
+        black_box(f(&ADAPTIVE, &mut state, &mut status, command, &measured));
+    });
+    let learned = &state.compensation;
+    assert!(learned.flow_gain() != 1.0 && learned.valve_gain() != 1.0, "nothing was learned");
 
     type Step = unsafe extern "C" fn(
         *const eft_controller_f32,
