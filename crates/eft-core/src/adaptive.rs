@@ -15,7 +15,8 @@ pub struct AdaptiveCompensation<S: Scalar, const N: usize> {
     pub(crate) compensation: Compensation<S, N>,
     pub(crate) feedforward: Feedforward<S>,
     pub(crate) adaptation: Adaptation<S, N>,
-    pub(crate) per_supply_pressure: S,
+    /// Configured supply pressure (Pa).
+    pub(crate) supply_pressure: S,
     pub(crate) middle_supply: S,
     pub(crate) supply_range: S,
 }
@@ -79,7 +80,7 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
         measured: &Measurements<S>,
     ) -> Output<S> {
         self.adaptation.work(&mut state.adaptation);
-        let supply = measured.supply_pressure * self.per_supply_pressure;
+        let supply = measured.supply_pressure / self.supply_pressure;
         let good = self.valid(command, measured, supply) & measured.valve_command.abs().le(S::splat(LARGEST));
         if !good.any() {
             let status = self.idle(state, command);
@@ -159,7 +160,7 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
         let mut feedforward = state.feedforward;
         let further_flow = self.feedforward.step(&mut feedforward, command);
         let m = measured;
-        let supply = m.supply_pressure * self.per_supply_pressure;
+        let supply = m.supply_pressure / self.supply_pressure;
         let calibration = Calibration { supply, ..self.compensation.nominal() };
         state.compensation =
             self.compensation.prime_calibrated(m.velocity, m.force, m.spool, further_flow, &calibration);
@@ -177,7 +178,7 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
             compensation: Compensation::pack(|i| &lane(i).compensation),
             feedforward: Feedforward::pack(|i| &lane(i).feedforward),
             adaptation: Adaptation::pack(|i| &lane(i).adaptation),
-            per_supply_pressure: S::from_lanes(|i| lane(i).per_supply_pressure),
+            supply_pressure: S::from_lanes(|i| lane(i).supply_pressure),
             middle_supply: S::from_lanes(|i| lane(i).middle_supply),
             supply_range: S::from_lanes(|i| lane(i).supply_range),
         }

@@ -80,7 +80,7 @@ impl<S: Scalar, const N: usize> AdaptiveController<S, N> {
     ) -> ControllerOutput<S> {
         self.compensation.adaptation.work(&mut state.compensation.adaptation);
         let measured = Measurements { valve_command: state.valve_command, ..*measured };
-        let supply = measured.supply_pressure * self.compensation.per_supply_pressure;
+        let supply = measured.supply_pressure / self.compensation.supply_pressure;
         let good = self.compensation.valid(command, &measured, supply);
         if !good.any() {
             let status = self.compensation.idle(&mut state.compensation, command);
@@ -116,7 +116,7 @@ impl<S: Scalar, const N: usize> AdaptiveController<S, N> {
     /// the state of a rig at rest; the measured valve command plays no part.
     pub fn prime(&self, command: S, measured: &Measurements<S>) -> AdaptiveControllerState<S> {
         let measured = Measurements { valve_command: S::splat(0.0), ..*measured };
-        let supply = measured.supply_pressure * self.compensation.per_supply_pressure;
+        let supply = measured.supply_pressure / self.compensation.supply_pressure;
         let good = self.compensation.valid(command, &measured, supply);
         let zero = S::splat(0.0);
         let or_zero = |value| S::select(good, value, zero);

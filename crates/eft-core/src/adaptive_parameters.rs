@@ -222,6 +222,7 @@ macro_rules! constructor {
                     trust: Trust {
                         linear_range: 0.9,
                         excitation: (t.excitation * t.excitation) as $t,
+                        audible: (9.0 * t.excitation * t.excitation) as $t,
                         change_weight: (0.01 / (period * period)) as $t,
                         per_square_flow: (1.0 / (c.flow_gain * c.flow_gain)) as $t,
                         average: share(1.0 / 0.03, period) as $t,
@@ -237,7 +238,7 @@ macro_rules! constructor {
                     compensation,
                     feedforward,
                     adaptation,
-                    per_supply_pressure: (1.0 / c.supply_pressure) as $t,
+                    supply_pressure: c.supply_pressure as $t,
                     // From a twentieth of the configured pressure to four times it.
                     middle_supply: 2.025,
                     supply_range: 1.975,

@@ -73,3 +73,39 @@ impl<S: Scalar> BandState<S> {
         }
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "zero is exact")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn value_and_change_of_a_sine_stand_in_quadrature() {
+        let filter = BandFilter { low_pass: 0.25, high_pass: 0.002 };
+        let mut state = BandState::default();
+        let (mut crossed, mut squares) = (0.0, 0.0);
+        for n in 0..24_000_u32 {
+            let input = 3.0 + (core::f64::consts::TAU * f64::from(n) / 120.0).sin();
+            let (value, change) = filter.step(&mut state, input, filter.high_pass, n == 0);
+            if n >= 12_000 {
+                crossed += value * change;
+                squares += value * value;
+            }
+        }
+        // And the offset is gone.
+        assert!((crossed / squares).abs() < 1e-6, "{crossed} {squares}");
+        assert!((squares / 6000.0 - 1.0).abs() < 0.2, "{squares}");
+    }
+
+    #[test]
+    fn a_restart_begins_at_rest_and_the_first_means_are_of_many_steps() {
+        let filter = BandFilter { low_pass: 0.25, high_pass: 0.002 };
+        let mut state = BandState { first: 9.0, second: -9.0, mean: 4.0 };
+        assert_eq!(filter.step(&mut state, 2.0, 1.0, true), (0.0, 0.0));
+        let mut share = filter.next_share(0.002, true);
+        for n in 1..100_u32 {
+            assert!((share - 1.0 / f64::from(n)).abs() < 1e-12);
+            share = filter.next_share(share, false);
+        }
+    }
+}

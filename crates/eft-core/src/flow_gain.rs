@@ -75,3 +75,49 @@ impl<S: Scalar> FlowGainState<S> {
         self.per_gain = S::splat(1.0) / self.gain;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ESTIMATOR: FlowGainEstimator<f64> =
+        FlowGainEstimator { prior: 1e-9, lowest: 0.7, highest: 1.35, change: 1e-3 };
+
+    fn after(windows: u32, flow: impl Fn(f64) -> f64) -> FlowGainState<f64> {
+        let mut state = FlowGainState::default();
+        for n in 0..windows {
+            let predicted = 1e-3 * (0.1 * f64::from(n)).sin();
+            ESTIMATOR.step(&mut state, flow(predicted), predicted, predicted, 0.99, true);
+        }
+        state.invert();
+        state
+    }
+
+    #[test]
+    fn the_ratio_is_found_at_a_limited_rate() {
+        assert!((after(21, |q| 1.08 * q).gain - 1.02).abs() < 1e-9);
+        let found = after(500, |q| 1.08 * q);
+        assert!((found.gain - 1.08).abs() < 1e-3 && found.beyond.abs() < 1e-12);
+        assert!((found.per_gain * found.gain - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_cannot_be_counts_as_one_and_is_told() {
+        for wrong in [-1.0, 0.0, 0.5, 2.0] {
+            let state = after(500, |q| wrong * q);
+            assert!((state.gain - 1.0).abs() < 1e-9 && state.beyond > 0.3, "{wrong}: {state:?}");
+        }
+    }
+
+    #[test]
+    fn noise_of_the_prediction_does_not_pull_it_down() {
+        let mut state = FlowGainState::default();
+        for n in 0..20_000_u32 {
+            let truth = 1e-3 * (0.1 * f64::from(n)).sin();
+            // As large as the signal, but not in the instrument.
+            let noise = 1e-3 * (f64::from(n) * 12.9898).sin();
+            ESTIMATOR.step(&mut state, 1.1 * truth, truth + noise, truth, 0.9999, true);
+        }
+        assert!((state.gain - 1.1).abs() < 5e-3, "{}", state.gain);
+    }
+}

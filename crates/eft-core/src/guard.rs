@@ -134,3 +134,47 @@ impl<S: Scalar> Guard<S> {
         state.level = (state.level - change).limit(self.lowest, one);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GUARD: Guard<f64> = Guard {
+        per_added_damping: 1e-5,
+        force_per_flow: 0.0,
+        fed_forward: 1.0,
+        low_pass: 0.1,
+        average: 0.02,
+        slow_average: 0.005,
+        quiet: 1e-6,
+        tolerated: 0.01,
+        correction: 0.01,
+        lowest: 0.5,
+    };
+
+    /// The level after a growing swing of period 160 windows with this error (N per m/s) in phase with the velocity,
+    /// or a quarter of a period behind.
+    fn level(in_phase: f64, behind: f64) -> f64 {
+        let mut state = GuardState::default();
+        for n in 0..640_u32 {
+            let t = f64::from(n);
+            let (sin, cos) = (t * core::f64::consts::TAU / 160.0).sin_cos();
+            let size = 0.1 * (t / 200.0).exp();
+            let error = size * (in_phase * sin - behind * cos);
+            GUARD.observe(&mut state, error, 0.0, size * sin, true);
+            GUARD.average(&mut state, true);
+            GUARD.act(&mut state, true);
+        }
+        state.level
+    }
+
+    #[test]
+    fn a_pump_takes_the_level_back_and_nothing_else_does() {
+        // 5 % of the natural velocity feedback pumped in.
+        assert!(level(5e3, 0.0) < 0.97);
+        for (in_phase, behind) in [(0.0, 0.0), (-5e3, 0.0), (5e2, 0.0), (0.0, 5e3)] {
+            assert!((level(in_phase, behind) - 1.0).abs() < 1e-12, "{in_phase} {behind}");
+        }
+        assert!((level(1e9, 0.0) - GUARD.lowest).abs() < 1e-12);
+    }
+}

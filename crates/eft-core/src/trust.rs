@@ -9,7 +9,9 @@ pub(crate) struct Trust<S> {
     pub(crate) linear_range: S,
     /// Square of the opening (1) below which nothing is learned.
     pub(crate) excitation: S,
-    /// Weight of a squared change per step in that comparison.
+    /// Signal (square of an opening) below which what the models leave unexplained may be noise.
+    pub(crate) audible: S,
+    /// Weight of a squared change per step in the comparison with `excitation`.
     pub(crate) change_weight: S,
     /// Square of the opening (1) per square of a flow (m³/s), for comparing the two models' errors.
     pub(crate) per_square_flow: S,
@@ -29,7 +31,7 @@ pub(crate) struct Trust<S> {
     pub(crate) quarantine: S,
 }
 
-pack_numbers!(Trust: linear_range, excitation, change_weight, per_square_flow, average, error_share, period, kept, half, forgotten, quarantine);
+pack_numbers!(Trust: linear_range, excitation, audible, change_weight, per_square_flow, average, error_share, period, kept, half, forgotten, quarantine);
 
 /// What the judgement remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,7 +99,7 @@ impl<S: Scalar> Trust<S> {
         let zero = S::splat(0.0);
         let settled = !state.quarantine.gt(zero) & fresh;
         let consistent = state.error.le(self.error_share * state.signal);
-        let suspicious = state.signal.gt(self.excitation) & !consistent & settled;
+        let suspicious = state.signal.gt(self.audible) & !consistent & settled;
         state.quarantine = S::select(suspicious, self.quarantine, state.quarantine);
         state.weight = S::select(consistent & settled, self.period, zero);
     }
@@ -123,5 +125,65 @@ impl<S: Scalar> Trust<S> {
         state.keep = S::select(on, one - share, one);
         let evidence = state.keep * state.evidence + square * self.period;
         state.evidence = S::select(on, evidence, state.evidence);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRUST: Trust<f64> = Trust {
+        linear_range: 0.9,
+        excitation: 1e-6,
+        audible: 9e-6,
+        change_weight: 0.0,
+        per_square_flow: 1.0,
+        average: 0.1,
+        error_share: 0.03,
+        period: 0.004,
+        kept: 1e-5,
+        half: 1e-3,
+        forgotten: 0.016,
+        quarantine: 20.0,
+    };
+
+    fn window(state: &mut TrustState<f64>, asked: f64, spool: f64) -> bool {
+        TRUST.settle(state, false);
+        TRUST.compare(state, asked, asked, 1.0, spool, asked);
+        TRUST.judge(state, true);
+        TRUST.weigh(state, [spool, asked], asked, 0.0);
+        state.weight > 0.0
+    }
+
+    #[test]
+    fn only_motion_that_the_models_explain_counts() {
+        let mut state = TrustState::default();
+        assert!(window(&mut state, 0.1, 0.1));
+        assert!(!window(&mut state, 5e-4, 5e-4), "too small");
+        assert!(!window(&mut state, 0.95, 0.95), "saturated");
+        assert!(window(&mut state, 0.1, 0.1));
+    }
+
+    #[test]
+    fn a_fault_is_waited_out() {
+        let mut state = TrustState::default();
+        while window(&mut state, 0.1, -0.1) {}
+        let waited = (0..200).position(|_| window(&mut state, 0.1, 0.1));
+        // Until the errors' average has forgotten it, and the quarantine after that.
+        assert!(waited.is_some_and(|n| (19..120).contains(&n)), "{waited:?}");
+    }
+
+    #[test]
+    fn old_evidence_fades_only_as_new_comes() {
+        let mut state = TrustState::default();
+        for _ in 0..1000 {
+            window(&mut state, 0.3, 0.3);
+        }
+        assert!((state.keep - (1.0 - 0.016)).abs() < 0.01, "{}", state.keep);
+        let before = state.evidence;
+        for _ in 0..1000 {
+            window(&mut state, 0.0, 0.0);
+        }
+        assert!((state.evidence - before).abs() < 1e-15);
     }
 }

@@ -159,3 +159,70 @@ impl<S: Scalar> ValveEstimator<S> {
         LeadNetwork::of((lag - self.sample) * per, lead * per, self.lead_gain * level / state.gain)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ESTIMATOR: ValveEstimator<f64> = ValveEstimator {
+        valve_gain: 0.1,
+        lead_gain: 12.4,
+        lag_per_delay: 2.0 / 9.0,
+        sample: 1.0 / 4096.0,
+        period: 1.0 / 256.0,
+        per_period: 256.0,
+        nominal_delay: 5e-3,
+        sampling_delay: 1.0 / 4096.0,
+        gain_prior: 1e-9,
+        delay_prior: 1e-9,
+        lowest_gain: 0.8,
+        highest_gain: 1.25,
+        lowest_delay: 1e-3,
+        highest_delay: 2e-2,
+        gain_change: 1e-3,
+        delay_change: 1e-4,
+    };
+
+    /// The estimate of a spool that follows what was asked by a gain and a delay (s).
+    fn found(gain: f64, delay: f64) -> ValveState<f64> {
+        let mut state = ValveState::new(ESTIMATOR.nominal_delay);
+        for n in 0..2000_u32 {
+            let at = |n: f64| 0.2 * (0.04 * n).sin();
+            let (asked, change) = (at(f64::from(n) - 0.5), at(f64::from(n)) - at(f64::from(n) - 1.0));
+            // The asked opening comes through the inverse of the network in use, one sample before the command.
+            let late = delay - ESTIMATOR.sampling_delay - state.delay;
+            let spool = gain * asked - late * ESTIMATOR.per_period * change;
+            ESTIMATOR.take(&mut state, asked, change, spool, ESTIMATOR.period, 0.99);
+            ESTIMATOR.solve(&mut state);
+            ESTIMATOR.correct(&mut state, true);
+        }
+        state
+    }
+
+    #[test]
+    fn gain_and_delay_are_found_and_bounded() {
+        let state = found(1.04, 6.5e-3);
+        assert!((state.gain - 1.04).abs() < 1e-4 && (state.delay - 6.5e-3).abs() < 1e-5, "{state:?}");
+        assert!(state.beyond.abs() < 1e-12);
+        let state = found(1.5, 5e-3);
+        assert!((state.gain - 1.25).abs() < 1e-12 && state.beyond > 0.2, "{state:?}");
+    }
+
+    #[test]
+    fn network_and_inverse_undo_each_other() {
+        let mut estimator = ESTIMATOR;
+        estimator.period = estimator.sample;
+        let mut state = ValveState::new(estimator.nominal_delay);
+        let lead = estimator.lead(&state, 1.0);
+        let mut network = LeadNetwork::at_rest(0.0);
+        for n in 0..3000_u32 {
+            let opening = 0.3 * (0.01 * f64::from(n)).sin();
+            // The network's voltage goes through the proportional gain, which its own gain is divided by.
+            let voltage = lead.step(&mut network, opening) / (estimator.lead_gain * estimator.valve_gain);
+            estimator.asked(&mut state, voltage, n == 0);
+            if n > 500 {
+                assert!((state.opening() - opening).abs() < 1e-4, "{n}");
+            }
+        }
+    }
+}

@@ -121,3 +121,49 @@ impl<S: Scalar> WindowState<S> {
         }
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, clippy::indexing_slicing, reason = "small whole numbers are exact")]
+mod tests {
+    use super::*;
+
+    fn measured(value: f64) -> Measurements<f64> {
+        Measurements {
+            velocity: value,
+            force: 2.0 * value,
+            spool: 3.0 * value,
+            valve_command: 4.0 * value,
+            supply_pressure: 1.0,
+        }
+    }
+
+    #[test]
+    fn means_and_changes_are_those_of_whole_windows() {
+        let mut state = WindowState::default();
+        let mut tick = 0.0;
+        let mut window = |state: &mut WindowState<f64>, bad: Option<u32>| {
+            state.close(0.25);
+            for n in 0..4 {
+                tick += 1.0;
+                if bad == Some(n) {
+                    state.spoil(true)
+                } else {
+                    state.collect(-tick, &measured(tick), 0.9, true)
+                }
+            }
+        };
+        // At the start, and behind a bad sample, nothing is new.
+        let seen = [None, None, None, Some(2), None, None].map(|bad| {
+            window(&mut state, bad);
+            (state.whole > 0.0, state.means.velocity, state.force_change, state.command_change)
+        });
+        let fresh = (true, 6.5, 8.0, -4.0);
+        assert_eq!(seen[..2], [(false, 0.0, 0.0, 0.0); 2]);
+        assert_eq!(
+            seen[2..],
+            [fresh, (true, 10.5, 8.0, -4.0), (false, 10.5, 8.0, -4.0), (true, 18.5, 8.0, -4.0)]
+        );
+        assert_eq!((state.means.force, state.means.spool, state.means.valve_command), (37.0, 55.5, 74.0));
+        assert_eq!(state.means.command, -18.5);
+    }
+}

@@ -2,6 +2,7 @@
 #![no_std]
 #![no_main]
 
+mod golden;
 mod probe;
 mod subjects;
 
@@ -18,6 +19,12 @@ fn main() -> ! {
         timer.clear_current();
         timer.enable_counter();
         subjects::run();
+    }
+    let (hash, flow_gain) = golden::hash(&subjects::ADAPTIVE, &subjects::TABLE);
+    println!("# adaptive run: bits {hash:08x}, flow gain {flow_gain}");
+    if hash != golden::HASH {
+        println!("# they must be {:08x}", golden::HASH);
+        process::exit(5)
     }
     process::exit(0)
 }

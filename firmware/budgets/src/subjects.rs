@@ -6,8 +6,9 @@ use core::ptr::null_mut;
 
 use eft_core::{
     AdaptiveCompensation, AdaptiveController, AdaptiveControllerState, AdaptiveParameters, Compensation,
-    CompensationParameters, CompensationState, Controller, ControllerState, FlowTable, LeadNetwork, LeadState,
-    Limiter, LoadPressure, Measurements, Mode, PiecewiseLinear, ServovalveController, SignFrom, Tuning,
+    CompensationParameters, CompensationState, Controller, ControllerState, FlowTable, LeadNetwork,
+    LeadState, Limiter, LoadPressure, Measurements, Mode, PiecewiseLinear, ServovalveController, SignFrom,
+    Tuning,
 };
 use eft_ffi::{
     eft_compensation_step_f32, eft_configure_f32, eft_controller_f32, eft_input_f32, eft_output_f32,
@@ -60,7 +61,7 @@ macro_rules! ok {
     };
 }
 const N: usize = 21;
-static TABLE: FlowTable<f32, N> = ok!(FlowTable::<f32, N>::new(&OPENINGS, &FLOWS));
+pub static TABLE: FlowTable<f32, N> = ok!(FlowTable::<f32, N>::new(&OPENINGS, &FLOWS));
 static COMPENSATION: Compensation<f32, N> = ok!(Compensation::<f32, N>::new(&PARAMETERS, &TABLE));
 static LEAD: LeadNetwork<f32> = ok!(LeadNetwork::<f32>::new(12.4, 5.0e-3, 0.1, 4096.0));
 static LOAD_PRESSURE: LoadPressure<f32> = ok!(LoadPressure::<f32>::new(8.212e-3, 1.9e7));
@@ -69,7 +70,7 @@ static CONTROLLER: Controller<f32, N> = Controller {
     servovalve: ok!(ServovalveController::<f32>::new(5.6e-5, 0.8059, 2.0e-4, 4096.0)),
     limiter: ok!(Limiter::<f32>::new(10.0, 2.0e4, 4096.0)),
 };
-static ADAPTIVE: AdaptiveController<f32, N> = AdaptiveController {
+pub static ADAPTIVE: AdaptiveController<f32, N> = AdaptiveController {
     compensation: ok!(AdaptiveCompensation::<f32, N>::new(
         &AdaptiveParameters {
             compensation: PARAMETERS,

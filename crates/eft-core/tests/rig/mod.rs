@@ -1,7 +1,10 @@
 //! The paper's rig and random ones, for every test of the core.
 #![allow(dead_code, unreachable_pub)] // no test uses all of it
 
-use eft_core::{CompensationParameters, Mode, SignFrom};
+use eft_core::{
+    AdaptiveCompensation, AdaptiveController, AdaptiveParameters, CompensationParameters, FlowTable, Limiter,
+    Mode, ServovalveController, SignFrom, Tuning,
+};
 use proptest::prelude::*;
 
 pub const IN3: f64 = 1.6387064e-5;
@@ -44,6 +47,36 @@ pub const PARAMETERS: CompensationParameters = CompensationParameters {
     force_range: 2.0e5,
     spool_range: 1.2,
 };
+
+/// The same with feedforward, estimators and guard.
+pub const ADAPTIVE: AdaptiveParameters = AdaptiveParameters {
+    compensation: PARAMETERS,
+    compressibility: 7.56e-13,
+    leakage: 1.3e-11,
+    force_sensitivity: 5.6e-5,
+    computation_delay: 0,
+    feedforward: true,
+    adaptive: true,
+    guard: true,
+    tuning: Tuning::DEFAULT,
+};
+
+macro_rules! adaptive {
+    ($name:ident, $t:ty) => {
+        /// The whole adaptive controller of these parameters.
+        pub fn $name(p: &AdaptiveParameters, table: &FlowTable<$t, 21>) -> AdaptiveController<$t, 21> {
+            let rate = p.compensation.sample_rate;
+            let gain = p.compensation.proportional_gain;
+            AdaptiveController {
+                compensation: AdaptiveCompensation::<$t, 21>::new(p, table).unwrap(),
+                servovalve: ServovalveController::<$t>::new(p.force_sensitivity, gain, 2.0e-4, rate).unwrap(),
+                limiter: Limiter::<$t>::new(10.0, 2.0e4, rate).unwrap(),
+            }
+        }
+    };
+}
+adaptive!(adaptive_f32, f32);
+adaptive!(adaptive_f64, f64);
 
 /// What no sensor should say, and some corners of what it may.
 pub const SPECIAL: [f64; 16] = [
