@@ -163,3 +163,13 @@ def test_any_numbers_make_a_value_or_a_value_error(values, rate, table):
     for attempt in attempts:
         with contextlib.suppress(ValueError):
             attempt()
+
+
+def test_arrays_may_start_at_any_byte_and_lie_anyhow():
+    values = np.linspace(0.0, 1.0, 9)
+    buffer = b"\0" + values.tobytes()
+    misaligned = np.frombuffer(buffer, dtype=np.float64, offset=1, count=9)
+    assert not misaligned.flags.aligned
+    swapped, strided = values.astype(">f8"), np.repeat(values, 2)[::2]
+    for array in (misaligned, swapped, strided):
+        assert (eft.Command(array, 10.0).values == values).all()
