@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use eft::sim::config::Realization;
+use eft::sim::config::{Realization, SupplySchedule};
 use eft::sim::excitation::Command;
 use eft::sim::linear::{FlowGain, Time, linearize, stability_margin};
 use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
@@ -65,7 +65,7 @@ type Case<'a> = (&'a str, &'a dyn Fn(&mut RigConfig));
 
 #[test]
 fn sampled_model_predicts_the_small_signal_response_to_50_hz() {
-    let cases: [Case; 5] = [
+    let cases: [Case; 7] = [
         ("analog", &|_| ()),
         ("digital", &|rig| rig.controller.realization = Realization::Digital),
         ("late", &|rig| rig.compensation.computation_delay = 3),
@@ -77,6 +77,17 @@ fn sampled_model_predicts_the_small_signal_response_to_50_hz() {
             rig.sensors.force.bandwidth = Some(2000.0);
             rig.sensors.force.delay = 1;
             rig.controller.proportional_gain = 0.4;
+        }),
+        ("load cell, analog", &|rig| {
+            rig.sensors.force.bandwidth = Some(800.0);
+            rig.sensors.cell_mass = Some(200.0);
+            rig.controller.proportional_gain = 0.4;
+        }),
+        ("leakage and a low supply", &|rig| {
+            rig.servovalve.leakage.proportional = 2e-11;
+            rig.servovalve.pilot_flow_limit = Some(1e-4);
+            let schedule = SupplySchedule { times: vec![0.0], pressures: vec![0.97 * 1.9e7] };
+            rig.supply.schedule = Some(schedule);
         }),
     ];
     for (name, change) in cases {

@@ -5,13 +5,16 @@ All quantities are in SI units. Positive force pulls the structure (+x).
 
 from eft._identification import (
     Estimate,
+    FineTuning,
     FlowCurveEstimate,
+    fine_tune,
     flow_curve_estimate,
     identify_damping,
     identify_delay,
     identify_flow_curve,
     identify_flow_gain,
 )
+from eft._laboratory import Identification, identify
 from eft._maps import (
     STABILITY_MAPS,
     StabilityMap,
@@ -71,9 +74,11 @@ __all__ = [
     "EnergyBalance",
     "Estimate",
     "FftRatio",
+    "FineTuning",
     "FlowCurveEstimate",
     "FlowTable",
     "IdealResponse",
+    "Identification",
     "LatinHypercube",
     "LinearModel",
     "Plant",
@@ -94,10 +99,12 @@ __all__ = [
     "displacement_spectrum",
     "effective_force",
     "energy_balance",
+    "fine_tune",
     "flow_curve_estimate",
     "flow_test",
     "free_vibration",
     "ideal_response",
+    "identify",
     "identify_damping",
     "identify_delay",
     "identify_flow_curve",

@@ -27,6 +27,7 @@ __all__ = [
     "effective_force",
     "energy_balance",
     "fft_ratio",
+    "fine_tune",
     "flow_test",
     "free_vibration",
     "ideal_response",
@@ -318,6 +319,8 @@ class LinearModel:
     @property
     def outputs(self) -> list[str]: ...
     @property
+    def left_out(self) -> list[str]: ...
+    @property
     def sample_time(self) -> float | None: ...
     @property
     def stable(self) -> bool: ...
@@ -325,7 +328,12 @@ class LinearModel:
     def growth_rate(self) -> float: ...
     def poles(self) -> _ComplexArray: ...
     def modes(self) -> tuple[_Array, _Array, _ComplexArray]: ...
-    def response(self, frequency: ArrayLike, output: str = "force") -> _ComplexArray: ...
+    def response(
+        self,
+        frequency: ArrayLike,
+        output: str = "force",
+        input: str = "command",  # noqa: A002 - the field's name
+    ) -> _ComplexArray: ...
     def to_control(self) -> Any: ...
 
 def linearize(
@@ -357,6 +365,7 @@ def identify_flow_curve(
     sample_rate: float,
     piston_area: float,
     knots: int,
+    method: str,
 ) -> dict[str, Any]: ...
 def identify_flow_gain(
     spool: Sequence[ArrayLike],
@@ -368,6 +377,14 @@ def identify_flow_gain(
 def identify_damping(
     displacement: ArrayLike, sample_rate: float
 ) -> tuple[float, float, float, float, float]: ...
+def fine_tune(
+    rig: Rig,
+    command: ArrayLike,
+    force: ArrayLike,
+    velocity: ArrayLike,
+    sample_rate: float,
+    band: tuple[float, float],
+) -> dict[str, Any]: ...
 def valve_test(rig: Rig, amplitude: float = 0.0254, sample_rate: float = 2048.0) -> tuple[_Array, _Array]: ...
 def flow_test(
     rig: Rig,

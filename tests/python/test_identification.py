@@ -7,6 +7,7 @@ import pytest
 from scipy import signal
 
 import eft
+import eft.traces
 
 RIG = eft.Rig.zhao2005()
 AREA = RIG["actuator.piston_area"]
@@ -129,3 +130,169 @@ def test_damping():
 def test_data_that_cannot_carry_an_answer_is_refused(call, says):
     with pytest.raises(ValueError, match=says):
         call()
+
+
+def test_the_paper_s_way_to_the_flow_curve_beside_ours(flow_tests):
+    truth = np.array(RIG["servovalve.flow_table"]["flows"])
+    by_difference = eft.flow_curve_estimate(*flow_tests, 2048.0, AREA, method="difference")
+    error = abs(by_difference.table.flows - truth) / truth[-1]
+    assert by_difference.measured.sum() >= 15
+    assert error[by_difference.measured].max() < 0.01
+    # NumPy's own mean of central differences at a few control points.
+    spool = np.concatenate(flow_tests[0])
+    flow = np.concatenate([AREA * np.gradient(x, 1 / 2048.0) for x in flow_tests[1]])
+    for point in (-0.6, 0.3, 0.7):
+        near = abs(spool - point) < 0.02
+        at = np.argmin(abs(by_difference.table.openings - point))
+        assert by_difference.table.flows[at] == pytest.approx(flow[near].mean(), rel=2e-3)
+    # With 1 % of noise on both sensors it finds no curve; the fit still does.
+    rng = np.random.default_rng(2)
+    noisy = [x + 0.01 * STROKE * rng.standard_normal(x.size) for x in flow_tests[1]]
+    blurred = [s + 0.01 * rng.standard_normal(s.size) for s in flow_tests[0]]
+    with pytest.raises(ValueError, match="must rise with the opening"):
+        eft.flow_curve_estimate(blurred, noisy, 2048.0, AREA, method="difference")
+    good = eft.flow_curve_estimate(blurred, noisy, 2048.0, AREA)
+    assert (abs(good.table.flows - truth) / truth[-1])[good.measured].max() < 0.02
+    with pytest.raises(ValueError, match='method = "mean": must be "integral" or "difference"'):
+        eft.identify_flow_curve(*flow_tests, 2048.0, AREA, method="mean")
+
+
+def sweep_test(changes):
+    rig = RIG.replace(changes)
+    run = eft.simulate(rig, eft.sine_sweep(2200.0, 0.0, 10.0, 32.0, 2048.0))
+    return rig, run
+
+
+def tune(rig, run):
+    return eft.fine_tune(rig, run.command, run.measured_force, run.measured_velocity, run.sample_rate)
+
+
+@pytest.mark.parametrize(
+    ("level", "delay"), [(0.98, 5e-3), (1.02, 5e-3), (1.0, 3e-3), (1.0, 7e-3), (1.02, 7e-3)]
+)
+def test_the_settings_of_fig_11_are_tuned_back(level, delay):
+    rig, run = sweep_test({"compensation.level": level, "compensation.response_delay": delay})
+    found = tune(rig, run)
+    exact = eft.delay_budget(rig, 2048.0, (1.0, 2.5))["path"]
+    assert found.level == pytest.approx(1.0, abs=0.005)
+    assert found.response_delay == pytest.approx(exact, abs=0.15e-3)
+    if level == 1.0:
+        assert found.peak_before_valley == (delay < exact)
+    else:
+        assert (found.force_ratio < 1.0) == (level < 1.0)
+    # The test with what it proposes has hardly anything left to tune, and a better force.
+    better = eft.simulate(found.apply(rig), eft.sine_sweep(2200.0, 0.0, 10.0, 32.0, 2048.0))
+    assert better.metrics()["nrmse"] < run.metrics()["nrmse"]
+    ratio = better.fft_ratio(1.2, 2.0).ratio
+    assert ratio.min() > 0.95 and ratio.max() < 1.05
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_tuning_stands_noise(seed):
+    noise = {"sensors.force.noise": 40.0, "sensors.velocity.noise": 2e-3, "sensors.seed": seed}
+    rig, run = sweep_test({"compensation.level": 0.98, "compensation.response_delay": 3e-3, **noise})
+    found = tune(rig, run)
+    exact = eft.delay_budget(rig, 2048.0, (1.0, 2.5))["path"]
+    assert found.level == pytest.approx(1.0, abs=0.006)
+    assert found.response_delay == pytest.approx(exact, abs=0.3e-3)
+
+
+def test_what_cannot_be_tuned_is_refused():
+    rig, run = sweep_test({})
+    with pytest.raises(ValueError, match="wrong sign"):
+        eft.fine_tune(rig, run.command, run.force, -run.velocity, run.sample_rate)
+    with pytest.raises(ValueError, match="check the units"):
+        eft.fine_tune(rig, run.command, run.force / 1e3, run.velocity, run.sample_rate)
+    with pytest.raises(ValueError, match=r"compensation\.mode"):
+        tune(rig.replace({"compensation.mode": "off"}), run)
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory, flow_tests):
+    """What a laboratory has: files in its own units, with offsets, drifts and empty cells."""
+    folder = tmp_path_factory.mktemp("laboratory")
+
+    def write(name, header, *columns):
+        rows = [
+            ",".join("" if np.isnan(x) else f"{x:.9g}" for x in row) for row in zip(*columns, strict=True)
+        ]
+        (folder / name).write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+        return folder / name
+
+    command, spool = eft.valve_test(RIG, sample_rate=1024.0)
+    time = np.arange(command.size) / 1024.0
+    spool = spool * 100 + 0.4
+    spool[5000:5030] = np.nan
+    files = {"valve": write("valve.csv", "time (s),valve command (V),spool (%)", time, command, spool)}
+    files["flow"] = []
+    for n, (opening, x) in enumerate(zip(*flow_tests, strict=True)):
+        time = np.arange(x.size) / 2048.0
+        moved = (x / 0.0254) + 0.1 + 1e-3 * time
+        moved[1000:1003] = np.nan
+        header = "time (s),spool,displacement (in)"
+        files["flow"].append(write(f"flow{n}.csv", header, time, opening, moved))
+    free = eft.free_vibration(RIG, 0.02, sample_rate=256.0) * 1e3
+    time = np.arange(free.size + 256) / 256.0
+    held = np.concatenate([np.full(256, free[0]), free]) + 0.5
+    files["release"] = write("release.csv", "time (s),displacement (mm)", time, held)
+    _, run = sweep_test({"compensation.level": 0.98, "compensation.response_delay": 4e-3})
+    kip = 4448.2216152605
+    header = "time (s),command (kip),force (kip),velocity (in/s)"
+    files["test"] = write(
+        "test.csv", header, run.time, run.command / kip, run.force / kip, run.velocity / 0.0254
+    )
+    return files
+
+
+def test_a_rig_is_identified_from_the_files_of_a_laboratory(laboratory):
+    unknown = RIG.replace(
+        {
+            "compensation.response_delay": 2e-3,
+            "compensation.flow_gain": 0.03,
+            "servovalve.flow_table": {"openings": [-1.0, 0.0, 1.0], "flows": [-0.01, 0.0, 0.01]},
+            "structure.damping": 1.0,
+        }
+    )
+    found = eft.identify(
+        unknown,
+        valve=laboratory["valve"],
+        flow=laboratory["flow"],
+        release=laboratory["release"],
+        released_at=1.0,
+    )
+    assert found.tuning is None
+    slope = eft.delay_budget(RIG)["valve"] + 0.5 / 1024.0
+    assert found.response_delay == pytest.approx(slope, rel=0.02)
+    assert found.flow_gain == pytest.approx(1016 * 1.6387064e-5, rel=0.01)
+    rig = found.rig
+    assert rig["compensation.response_delay"] == float(found.response_delay)
+    assert rig["compensation.flow_gain"] == float(found.flow_gain)
+    assert rig["structure.damping"] == pytest.approx(RIG["structure.damping"], rel=0.02)
+    truth = np.array(RIG["servovalve.flow_table"]["flows"])
+    error = abs(np.array(rig["servovalve.flow_table"]["flows"]) - truth) / truth[-1]
+    assert error[found.flow_curve.measured].max() < 0.01
+
+
+def test_a_test_in_kip_and_inches_tunes_the_rig(laboratory):
+    rig = RIG.replace({"compensation.level": 0.98, "compensation.response_delay": 4e-3})
+    found = eft.identify(rig, test=laboratory["test"])
+    assert found.rig["compensation.level"] == pytest.approx(1.0, abs=0.005)
+    assert found.rig == found.tuning.apply(rig)
+
+
+def test_bad_files_are_refused_by_name_and_reason(laboratory, tmp_path):
+    with pytest.raises(ValueError, match=r"release\.csv: no spool in it; there are displacement"):
+        eft.identify(RIG, flow=[laboratory["release"]])
+    flat = tmp_path / "flat.csv"
+    flat.write_text("time (s),displacement (m)\n" + "\n".join(f"{i / 100},1" for i in range(400)))
+    with pytest.raises(ValueError, match=r"flat\.csv: displacement = constant: must vibrate"):
+        eft.identify(RIG, release=flat)
+    text = tmp_path / "words.csv"
+    text.write_text("time (s),displacement (m)\n0,1\n0.1,much\n")
+    with pytest.raises(ValueError, match=r"words\.csv, line 3, column 2: `much` is not a number"):
+        eft.identify(RIG, release=text)
+    with pytest.raises(FileNotFoundError):
+        eft.identify(RIG, release=tmp_path / "nowhere.csv")
+    # Elsewhere a missing sample is still an error.
+    with pytest.raises(ValueError, match="column 3"):
+        eft.traces.read_traces(laboratory["valve"])

@@ -1,12 +1,12 @@
 //! Identification from measured arrays, and the experiments that give such arrays.
 
-use eft_sim::identification::{self, Recording};
+use eft_sim::identification::{self, Recording, TestSignals};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::errors::to_python;
+use crate::errors::{refuse, to_python};
 use crate::rig::Rig;
 
 /// Return delay, uncertainty, intercept, coherence, frequencies and phase lags.
@@ -52,12 +52,21 @@ pub(crate) fn identify_flow_curve<'py>(
     sample_rate: f64,
     piston_area: f64,
     knots: usize,
+    method: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let identify = match method {
+        "integral" => identification::identify_flow_curve,
+        "difference" => identification::flow_curve_by_differences,
+        _ => {
+            let allowed = "must be \"integral\" or \"difference\"";
+            return Err(refuse("method", format!("{method:?}"), allowed));
+        }
+    };
     let (spool, displacement) = (vectors("spool", &spool)?, vectors("displacement", &displacement)?);
     let found = py
         .detach(|| {
             let runs = recordings(&spool, &displacement);
-            identification::identify_flow_curve(&runs, sample_rate, piston_area, knots)
+            identify(&runs, sample_rate, piston_area, knots)
         })
         .map_err(to_python)?;
     let answer = PyDict::new(py);
@@ -98,6 +107,35 @@ pub(crate) fn identify_damping(
         py.detach(|| identification::identify_damping(&displacement, sample_rate)).map_err(to_python)?;
     let (ratio, frequency) = (found.ratio, found.frequency);
     Ok((ratio.value, ratio.uncertainty, frequency.value, frequency.uncertainty, found.decrement))
+}
+
+/// Return level and response delay with their uncertainties, and what one sees about the natural frequency.
+#[pyfunction]
+pub(crate) fn fine_tune<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    command: &Bound<'py, PyAny>,
+    force: &Bound<'py, PyAny>,
+    velocity: &Bound<'py, PyAny>,
+    sample_rate: f64,
+    band: (f64, f64),
+) -> PyResult<Bound<'py, PyDict>> {
+    let command = arrays::vector("command", command)?;
+    let (force, velocity) = (arrays::vector("force", force)?, arrays::vector("velocity", velocity)?);
+    let found = py
+        .detach(|| {
+            let signals = TestSignals { command: &command, force: &force, velocity: &velocity };
+            identification::fine_tune(&rig.config, signals, sample_rate, band)
+        })
+        .map_err(to_python)?;
+    let answer = PyDict::new(py);
+    answer.set_item("level", (found.level.value, found.level.uncertainty))?;
+    answer.set_item("response_delay", (found.response_delay.value, found.response_delay.uncertainty))?;
+    answer.set_item("natural_frequency", found.natural_frequency)?;
+    answer.set_item("force_ratio", found.force_ratio)?;
+    answer.set_item("peak", found.peak)?;
+    answer.set_item("valley", found.valley)?;
+    Ok(answer)
 }
 
 type Array<'py> = Bound<'py, PyArray1<f64>>;

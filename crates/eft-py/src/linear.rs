@@ -12,7 +12,8 @@ use crate::values;
 
 /// A rig's closed loop, linear about rest: ``dx/dt = A x + B u``, ``y = C x + D u``, sampled or continuous.
 ///
-/// The input is the force command in N. Made by `linearize`.
+/// The input is the force command in N. Of a shear building inputs, states and outputs carry the number of the actuator,
+/// ``command_1`` and so on. Made by `linearize`.
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct LinearModel {
     inner: StateSpace,
@@ -46,7 +47,7 @@ impl LinearModel {
         matrix!(py, self.inner.a)
     }
 
-    /// Input matrix, one column.
+    /// Input matrix, one column for each of `inputs`.
     #[getter]
     #[allow(non_snake_case, reason = "the name everyone knows")]
     fn B<'py>(&self, py: Python<'py>) -> Matrix<'py> {
@@ -60,7 +61,7 @@ impl LinearModel {
         matrix!(py, self.inner.c)
     }
 
-    /// Feedthrough, one column.
+    /// Feedthrough, one column for each of `inputs`.
     #[getter]
     #[allow(non_snake_case, reason = "the name everyone knows")]
     fn D<'py>(&self, py: Python<'py>) -> Matrix<'py> {
@@ -75,8 +76,14 @@ impl LinearModel {
 
     /// Names of the inputs.
     #[getter]
-    fn inputs(&self) -> Vec<&str> {
-        vec!["command"]
+    fn inputs(&self) -> Vec<String> {
+        self.inner.inputs.clone()
+    }
+
+    /// Keys of the rig whose effect on small signals the model does not have, such as an overlap or friction.
+    #[getter]
+    fn left_out(&self) -> Vec<&str> {
+        self.inner.left_out.clone()
     }
 
     /// Names of the outputs: force (N), displacement (m), velocity (m/s), spool (1), load_pressure (Pa), and of a
@@ -134,15 +141,18 @@ impl LinearModel {
     ///     Frequencies in Hz, one dimension.
     /// output : str
     ///     One of `outputs`.
-    #[pyo3(signature = (frequency, output="force"))]
+    /// input : str
+    ///     One of `inputs`.
+    #[pyo3(signature = (frequency, output="force", input="command"))]
     fn response<'py>(
         &self,
         py: Python<'py>,
         frequency: &Bound<'py, PyAny>,
         output: &str,
+        input: &str,
     ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         let frequencies = arrays::vector("frequency", frequency)?;
-        let answer = |frequency: &f64| self.inner.response(output, *frequency);
+        let answer = |frequency: &f64| self.inner.response_to(input, output, *frequency);
         let values: Vec<_> = frequencies.iter().map(answer).collect::<Result<_, _>>().map_err(to_python)?;
         Ok(PyArray1::from_vec(py, values))
     }
@@ -196,6 +206,10 @@ fn time(rig: &Rig, sampled: bool, sample_rate: Option<f64>) -> Time {
 }
 
 /// Linearise a rig's closed loop about rest.
+///
+/// Leakage proportional to the load pressure, the supply's pressure at the start, the load cell and the bandwidth of the
+/// velocity sensor are in the model; what small signals feel but a linear model cannot have is named in its `left_out`.
+/// In continuous time neither hold nor delays by samples exist.
 ///
 /// Parameters
 /// ----------

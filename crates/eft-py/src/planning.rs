@@ -1,5 +1,7 @@
 //! Records prepared, spectra, and the check before a test.
 
+use std::slice;
+
 use eft_sim::config::Mode;
 use eft_sim::feasibility::{self, Verdict};
 use eft_sim::{preparation, spectra};
@@ -11,6 +13,7 @@ use crate::arrays;
 use crate::errors::to_python;
 use crate::excitation::{Command, Record, record};
 use crate::rig::Rig;
+use crate::run::is_building;
 
 /// Return the record less the polynomial of a degree (0 to 5) that fits its acceleration best.
 #[pyfunction]
@@ -80,6 +83,8 @@ pub(crate) fn displacement_spectrum<'py>(
 
 /// Check before a test what a force command asks of a rig, and whether the rig has it.
 ///
+/// Of a shear building the demands are those of the actuator that is asked for most, the pump's mean flow that of all.
+///
 /// Returns
 /// -------
 /// dict
@@ -92,8 +97,9 @@ pub(crate) fn check_feasibility<'py>(
     rig: &Rig,
     command: &Command,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let command = command.single()?;
-    let found = py.detach(|| feasibility::check_feasibility(&rig.config, command)).map_err(to_python)?;
+    let rig = &rig.config;
+    let commands = if is_building(rig) { command.several(rig)? } else { slice::from_ref(command.single()?) };
+    let found = py.detach(|| feasibility::check_feasibility(rig, commands)).map_err(to_python)?;
     let demands = PyList::empty(py);
     for demand in &found.demands {
         let entry = PyDict::new(py);

@@ -13,7 +13,6 @@ from eft._files import write_text
 from eft._test_file import read_rig
 from eft.cli._data import data_options, read_data
 from eft.cli._output import FILE, as_json, emit_json, epilog, table
-from eft.traces import Traces
 from eft.traces._write import check_folder
 
 
@@ -25,12 +24,6 @@ from eft.traces._write import check_folder
 )
 def identify() -> None:
     """Find parameters of a rig in CSV, MAT, HDF5 or Parquet files, whose columns carry their units."""
-
-
-def _signal(traces: Traces, quantity: str) -> np.ndarray:
-    if quantity not in traces.columns:
-        raise ValueError(f"{traces.name}: no {quantity} in it; there are {', '.join(traces.columns)}")
-    return traces.columns[quantity]
 
 
 @identify.command(
@@ -51,9 +44,7 @@ def delay(
 ) -> None:
     """Delay of one signal of FILE behind another, from the slope of the phase."""
     traces = read_data(file, **data)
-    found = eft.identify_delay(
-        _signal(traces, reference), _signal(traces, response), traces.sample_rate, band
-    )
+    found = eft.identify_delay(traces[reference], traces[response], traces.sample_rate, band)
     if as_json:
         emit_json({"delay": float(found), "uncertainty": found.uncertainty, "unit": "s"})
     else:
@@ -101,8 +92,8 @@ def curve(
             f"sample rates differ, must be one: {', '.join(f'{rate:g} Hz' for rate in sorted(rates))}"
         )
     found = eft.flow_curve_estimate(
-        [_signal(run, "spool") for run in runs],
-        [_signal(run, "displacement") for run in runs],
+        [run["spool"] for run in runs],
+        [run["displacement"] for run in runs],
         runs[0].sample_rate,
         area,
         knots,
@@ -141,7 +132,7 @@ def damping(file: Path, start: float | None, as_json: bool, **data: Any) -> None
     """Damping ratio and natural frequency from a free vibration's displacement."""
     traces = read_data(file, **data)
     part = slice(None) if start is None else traces.time >= start
-    found = eft.identify_damping(_signal(traces, "displacement")[part], traces.sample_rate)
+    found = eft.identify_damping(traces["displacement"][part], traces.sample_rate)
     frequency = found.details["frequency"]
     if as_json:
         emit_json(

@@ -26,6 +26,7 @@ def read_traces(
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
     sample_rate: float | None = None,
+    gaps: bool = False,
 ) -> Traces:
     """Read the signals of a test and bring them to SI units.
 
@@ -44,6 +45,8 @@ def read_traces(
         Unit of a quantity, where the file does not say it.
     sample_rate : float, optional
         In Hz, for a file without a time column.
+    gaps : bool
+        Whether samples may be missing, as NaN or, in a CSV, an empty cell; they become NaN.
 
     Raises
     ------
@@ -59,13 +62,13 @@ def read_traces(
     reader = _READERS.get(source.suffix.lower())
     if reader is None:
         return Traces.from_run(TestRun.load(source), str(source))
-    raw = reader(source)
+    raw = _csv(source, gaps) if reader is _csv else reader(source)
     return Traces.from_columns(
-        str(source), raw, columns=columns or {}, units=units or {}, sample_rate=sample_rate
+        str(source), raw, columns=columns or {}, units=units or {}, sample_rate=sample_rate, gaps=gaps
     )
 
 
-def _csv(source: Path) -> Raw:
+def _csv(source: Path, gaps: bool = False) -> Raw:
     try:
         text = source.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -90,6 +93,8 @@ def _csv(source: Path) -> Raw:
         # A line of units below the names.
         units = [cell.strip("()[]") for cell in second]
         lines.pop(0)
+    if gaps:
+        lines = [(number, _filled(line, delimiter)) for number, line in lines]
     try:
         values = np.loadtxt([line for _, line in lines], delimiter=delimiter, ndmin=2, comments=None)
     except ValueError:
@@ -98,6 +103,11 @@ def _csv(source: Path) -> Raw:
         raise _csv_error(source, lines, delimiter, len(names))
     for name, unit, column in zip(names, units, values.T, strict=True):
         yield name, unit, np.ascontiguousarray(column)
+
+
+def _filled(line: str, delimiter: str) -> str:
+    """The line with NaN where a cell is empty."""
+    return delimiter.join(cell if cell.strip() else "nan" for cell in line.split(delimiter))
 
 
 def _csv_error(source: Path, lines: list[tuple[int, str]], delimiter: str, width: int) -> ValueError:

@@ -40,6 +40,12 @@ class Traces:
     def __len__(self) -> int:
         return next(iter(self.columns.values())).size
 
+    def __getitem__(self, quantity: str) -> Array:
+        """Return a quantity's samples; a ValueError names those there are."""
+        if quantity not in self.columns:
+            raise ValueError(f"{self.name}: no {quantity} in it; there are {', '.join(self.columns)}")
+        return self.columns[quantity]
+
     @property
     def time(self) -> Array:
         """Time of each sample, s."""
@@ -64,10 +70,12 @@ class Traces:
         columns: Mapping[str, str],
         units: Mapping[str, str],
         sample_rate: float | None = None,
+        gaps: bool = False,
     ) -> Traces:
         """Bring columns as they stand in a file (header, unit if known, values) to SI and to one clock.
 
-        `columns` says which header holds a quantity, `units` the unit of a quantity whose header has none.
+        `columns` says which header holds a quantity, `units` the unit of a quantity whose header has none;
+        with `gaps` samples other than the time's may be NaN.
         """
         raw = list(raw)
         chosen = {header: checked_quantity(quantity) for quantity, header in columns.items()}
@@ -87,7 +95,8 @@ class Traces:
             if quantity in found:
                 raise ValueError(f"{name}: two columns hold {quantity}; say which with {quantity}=HEADER")
             found[quantity] = values * _factor(name, header, quantity, given.get(quantity, unit or written))
-            _all_finite(name, header, found[quantity])
+            if not gaps or quantity == "time":
+                _all_finite(name, header, found[quantity])
         if sample_rate is None:
             if "time" not in found:
                 raise ValueError(f"{name}: no column `time (s)` among {', '.join(headers)}, no sample rate")

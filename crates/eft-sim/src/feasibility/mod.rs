@@ -2,8 +2,8 @@
 
 use eft_core::FlowTable;
 
-use crate::closed_loop::{SimulateOptions, ideal_response};
-use crate::config::{Mode, RigConfig, Short};
+use crate::closed_loop::{SimulateOptions, ideal_building_response, ideal_response};
+use crate::config::{Mode, RigConfig, Short, StructureKind};
 use crate::error::Result;
 use crate::excitation::Command;
 use crate::linear::{FlowGain, Time, linearize, stability_margin};
@@ -18,6 +18,8 @@ const LINEAR_PRESSURE: f64 = 0.05;
 const ADVISED_FORCE: f64 = 0.67;
 /// A stability margin of the level below this leaves no room for the flow gain's own uncertainty.
 const ADVISED_MARGIN: f64 = 1.02;
+/// What the actuators ask for together.
+const MEAN_FLOW: &str = "mean flow of the pump";
 /// Without compensation the force may fall by this much within 0.1 to 10 Hz before it counts.
 const TOLERATED_DROP: f64 = 0.05;
 
@@ -65,16 +67,30 @@ pub struct Feasibility {
     pub smallest_sample_rate: Option<f64>,
 }
 
-/// Checks a rig against a force command, from the structure's response to exactly that force.
+/// Checks a rig against force commands, one an actuator, from the structure's response to exactly those forces. The
+/// demands are those of the actuator that is asked for most; the pump's mean flow is that of all together.
 ///
 /// # Errors
-/// An invalid configuration or command, or a loop that no level makes stable.
-pub fn check_feasibility(rig: &RigConfig, command: &Command) -> Result<Feasibility> {
-    let ideal = ideal_response(rig, command, &SimulateOptions::default())?;
-    let (demands, pressure) = demands(rig, command, &ideal.displacement, &ideal.velocity)?;
+/// An invalid configuration or command, not one command an actuator, or a loop that no level makes stable.
+pub fn check_feasibility(rig: &RigConfig, commands: &[Command]) -> Result<Feasibility> {
+    let options = SimulateOptions::default();
+    let ideals = match commands {
+        [one] if rig.structure.kind != StructureKind::ShearBuilding => {
+            vec![ideal_response(rig, one, &options)?]
+        }
+        _ => ideal_building_response(rig, commands, &options)?,
+    };
+    let mut demands = Vec::new();
+    let mut pressure = 0.0_f64;
+    let mut sample_rate = 0.0;
+    for (command, ideal) in commands.iter().zip(&ideals) {
+        let (asked, share) = self::demands(rig, command, &ideal.displacement, &ideal.velocity)?;
+        merge(&mut demands, asked);
+        pressure = pressure.max(share);
+        sample_rate = command.sample_rate;
+    }
     let scheme = scheme(rig, &demands, pressure)?;
-    let at = |rate: f64| stability_margin(rig, FlowGain::Steeper, Time::Sampled(rate));
-    let margin = at(command.sample_rate)?;
+    let margin = stability_margin(rig, FlowGain::Steeper, Time::Sampled(sample_rate))?;
     let smallest_sample_rate = smallest_sample_rate(rig)?;
     let mut feasibility = Feasibility {
         verdict: Verdict::Go,
@@ -84,8 +100,21 @@ pub fn check_feasibility(rig: &RigConfig, command: &Command) -> Result<Feasibili
         margin,
         smallest_sample_rate,
     };
-    judge(&mut feasibility, rig, command.sample_rate)?;
+    judge(&mut feasibility, rig, sample_rate)?;
     Ok(feasibility)
+}
+
+/// Takes what another actuator asks for into account.
+fn merge(all: &mut Vec<Demand>, asked: Vec<Demand>) {
+    if all.is_empty() {
+        *all = asked;
+        return;
+    }
+    for (sum, demand) in all.iter_mut().zip(asked) {
+        let together = sum.name == MEAN_FLOW;
+        sum.required =
+            if together { sum.required + demand.required } else { sum.required.max(demand.required) };
+    }
 }
 
 fn demands(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Result<(Vec<Demand>, f64)> {
@@ -132,7 +161,7 @@ fn demands(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Result<(
         demand("hydraulic power", "W", flow * rig.supply.pressure, passed * rig.supply.pressure, 1.0),
     ];
     if let Some(pump) = rig.supply.pump_flow {
-        all.push(demand("mean flow of the pump", "m³/s", mean, pump, 1.0));
+        all.push(demand(MEAN_FLOW, "m³/s", mean, pump, 1.0));
     }
     Ok((all, force / stall))
 }
@@ -141,10 +170,16 @@ fn scheme(rig: &RigConfig, demands: &[Demand], pressure: f64) -> Result<Mode> {
     let mut off = rig.clone();
     off.compensation.mode = Mode::Off;
     let model = linearize(&off, FlowGain::Nominal, Time::Continuous)?;
-    let rest = model.response("force", 0.0)?.norm();
+    let own = |frequency: f64| -> Result<Vec<f64>> {
+        let forces = model.outputs.iter().filter(|name| name.starts_with("force"));
+        let pairs = model.inputs.iter().zip(forces);
+        pairs.map(|(input, output)| Ok(model.response_to(input, output, frequency)?.norm())).collect()
+    };
+    let rest = own(0.0)?;
     for i in 0..=200 {
         let frequency = 0.1 * 100.0_f64.powf(f64::from(i) / 200.0);
-        if model.response("force", frequency)?.norm() < (1.0 - TOLERATED_DROP) * rest {
+        let drops = own(frequency)?.into_iter().zip(&rest);
+        if drops.into_iter().any(|(here, rest)| here < (1.0 - TOLERATED_DROP) * rest) {
             let opening =
                 demands.iter().find(|demand| demand.unit.is_empty()).map_or(1.0, |demand| demand.required);
             let linear = opening <= LINEAR_OPENING && pressure <= LINEAR_PRESSURE;
@@ -248,7 +283,7 @@ mod tests {
 
     #[test]
     fn the_paper_s_sweep_is_a_go_with_the_opening_it_reports() {
-        let answer = check_feasibility(&RigConfig::zhao2005(), &sweep(8900.0)).unwrap();
+        let answer = check_feasibility(&RigConfig::zhao2005(), &[sweep(8900.0)]).unwrap();
         let opening = answer.demands.iter().find(|d| d.name == "spool opening").unwrap().required;
         assert!((opening - 0.55).abs() < 0.06, "{opening}");
         assert_eq!(answer.scheme, Mode::Nonlinear);
@@ -259,12 +294,12 @@ mod tests {
 
     #[test]
     fn too_much_is_refused_with_the_reason() {
-        let answer = check_feasibility(&RigConfig::zhao2005(), &sweep(40e3)).unwrap();
+        let answer = check_feasibility(&RigConfig::zhao2005(), &[sweep(40e3)]).unwrap();
         assert_eq!(answer.verdict, Verdict::No);
         assert!(answer.reasons.iter().any(|r| r.starts_with("displacement exceeds")), "{:?}", answer.reasons);
         let mut rig = RigConfig::zhao2005();
         rig.compensation.level = 1.1;
-        let answer = check_feasibility(&rig, &sweep(100.0)).unwrap();
+        let answer = check_feasibility(&rig, &[sweep(100.0)]).unwrap();
         assert_eq!(answer.verdict, Verdict::No);
         assert!(answer.reasons[0].contains("unstable"), "{:?}", answer.reasons);
         assert_eq!(answer.scheme, Mode::Linear, "a sweep of 100 N stays in the linear range");

@@ -11,7 +11,7 @@ use crate::checks;
 use crate::error::{Error, Result};
 
 /// Fewer samples than this within a cell or beyond a point say nothing about it.
-const LEAST_SAMPLES: usize = 20;
+pub(super) const LEAST_SAMPLES: usize = 20;
 /// Stretches between gaps that are shorter than this are left out: each has an offset and a drift of its own.
 const LEAST_STRETCH: usize = 100;
 /// Largest opening that can still be a fraction of the stroke.
@@ -51,17 +51,50 @@ pub fn identify_flow_curve(
     piston_area: f64,
     knots: usize,
 ) -> Result<FlowCurveEstimate> {
-    if !(5..=63).contains(&knots) || knots.is_multiple_of(2) {
-        return Err(Error::value(
-            "knots",
-            knots,
-            "must be an odd number from 5 to 63, so that 0 is one of them",
-        ));
-    }
-    let half = (knots / 2) as f64;
-    let openings: Vec<f64> = (0..knots).map(|i| (i as f64 - half) / half).collect();
+    let openings = control_points(knots)?;
     let fit = Fit::new(recordings, sample_rate, piston_area, &openings)?;
     fit.curve(openings)
+}
+
+/// Evenly spaced openings (1) from −1 to 1, 0 among them.
+pub(super) fn control_points(knots: usize) -> Result<Vec<f64>> {
+    if !(5..=63).contains(&knots) || knots.is_multiple_of(2) {
+        let allowed = "must be an odd number from 5 to 63, so that 0 is one of them";
+        return Err(Error::value("knots", knots, allowed));
+    }
+    let half = (knots / 2) as f64;
+    Ok((0..knots).map(|i| (i as f64 - half) / half).collect())
+}
+
+/// Refuses a spool signal that is no fraction of a stroke.
+pub(super) fn check_opening(opening: f64) -> Result<()> {
+    if opening.abs() <= LARGEST_OPENING {
+        return Ok(());
+    }
+    Err(Error::value("spool", opening, "must be a fraction of the spool's stroke, within ±1"))
+}
+
+/// Refuses a curve of which fewer than two points on a side were reached.
+pub(super) fn check_reach(openings: &[f64], measured: &[bool]) -> Result<()> {
+    let zero = openings.len() / 2;
+    for side in [-1_i32, 1] {
+        let near = |k: i32| measured[zero.saturating_add_signed((k * side) as isize)];
+        if !(near(1) && near(2)) {
+            let reached = openings.iter().zip(measured).filter(|(x, m)| **m && x.signum() == f64::from(side));
+            let found = format!("{} control points on the side of {side}", reached.count());
+            return Err(Error::value("spool", found, "must reach at least two on either side"));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a curve that does not rise.
+pub(super) fn check_rise(openings: &[f64], flows: &[f64]) -> Result<()> {
+    let Some(i) = (1..flows.len()).find(|&i| flows[i] <= flows[i - 1] || flows[i].is_nan()) else {
+        return Ok(());
+    };
+    let found = format!("does not rise from opening {:.3} to {:.3}", openings[i - 1], openings[i]);
+    Err(Error::value("flow", found, "must rise with the opening: more data, less noise, fewer knots"))
 }
 
 /// The flow gain `K_v` (m³/s) at the origin: one slope for all openings within ±`limit`.
@@ -113,10 +146,7 @@ impl Fit {
             let there = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
             for part in stretches(spool.len(), LEAST_STRETCH, there) {
                 for opening in &spool[part.clone()] {
-                    if opening.abs() > LARGEST_OPENING {
-                        let allowed = "must be a fraction of the spool's stroke, within ±1";
-                        return Err(Error::value("spool", opening, allowed));
-                    }
+                    check_opening(*opening)?;
                     let cell = knots[1..cells].iter().filter(|knot| **knot <= *opening).count();
                     inside[cell] += 1;
                     for (count, knot) in beyond.iter_mut().zip(knots) {
@@ -238,16 +268,7 @@ impl Fit {
     fn curve(&self, openings: Vec<f64>) -> Result<FlowCurveEstimate> {
         let zero = openings.len() / 2;
         let measured: Vec<bool> = self.beyond.iter().map(|count| *count >= LEAST_SAMPLES).collect();
-        for side in [-1_i32, 1] {
-            if !(measured[zero.saturating_add_signed(side as isize)]
-                && measured[zero.saturating_add_signed(2 * side as isize)])
-            {
-                let reached =
-                    openings.iter().zip(&measured).filter(|(x, m)| **m && x.signum() == f64::from(side));
-                let found = format!("{} control points on the side of {side}", reached.count());
-                return Err(Error::value("spool", found, "must reach at least two on either side"));
-            }
-        }
+        check_reach(&openings, &measured)?;
         let mut flows = vec![0.0; openings.len()];
         let mut uncertainty = vec![0.0; openings.len()];
         // From the origin outwards, the flow is the sum of slopes times widths; past the data the last slope goes on.
@@ -265,14 +286,7 @@ impl Fit {
                 uncertainty[knot] = (&self.covariance * &widths).dot(&widths).max(0.0).sqrt();
             }
         }
-        if let Some(i) = (1..flows.len()).find(|&i| flows[i] <= flows[i - 1] || flows[i].is_nan()) {
-            let found = format!("does not rise from opening {:.3} to {:.3}", openings[i - 1], openings[i]);
-            return Err(Error::value(
-                "flow",
-                found,
-                "must rise with the opening: more data, less noise, fewer knots",
-            ));
-        }
+        check_rise(&openings, &flows)?;
         Ok(FlowCurveEstimate { openings, flows, uncertainty, measured })
     }
 }

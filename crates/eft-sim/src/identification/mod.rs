@@ -7,13 +7,17 @@
 mod damping;
 mod delay;
 mod experiments;
+mod fine_tuning;
 mod flow_curve;
+mod flow_differences;
 mod gaps;
 
 pub use damping::{DampingEstimate, identify_damping};
 pub use delay::{DelayEstimate, identify_delay};
 pub use experiments::{FlowTest, ValveTest, flow_test, free_vibration, valve_test};
+pub use fine_tuning::{FineTuning, TestSignals, fine_tune};
 pub use flow_curve::{FlowCurveEstimate, Recording, identify_flow_curve, identify_flow_gain};
+pub use flow_differences::flow_curve_by_differences;
 
 /// A number and its standard uncertainty, in the same unit.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,15 +2,15 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::FlowGain;
-use super::plant::{LinearPlant, NAMES, PILOT_FLOW, VELOCITY, outputs};
+use super::plant::{LinearPlant, PILOT_FLOW, VELOCITY, left_out};
 use super::state_space::StateSpace;
-use crate::config::{Realization, RigConfig};
+use crate::config::RigConfig;
 use crate::error::Result;
 
-/// The closed loop about rest in continuous time, from the force command (N).
+/// The closed loop about rest in continuous time, from one force command (N) an actuator.
 ///
 /// Derivative action and feedforward see the command's rate, which is no input of a state-space model: the states
 /// are the rig's less what the command itself puts into them (the pilot flow less `K_vp·G_d·C_F/τ` times the
@@ -23,88 +23,91 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     let gains = gain.gains(rig)?;
     let plant = LinearPlant::new(rig, &gains);
     let (controller, compensation) = (&rig.controller, &rig.compensation);
-    let leads = compensation.response_delay > 0.0;
     let velocity_lag = rig.sensors.velocity.bandwidth;
-    // The analog force loop is wired to the load cell in front of the filter.
-    let digital = controller.realization == Realization::Digital;
-    let force_lag = rig.sensors.force.bandwidth.filter(|_| digital);
 
-    let mut names: Vec<String> = NAMES.iter().map(|name| (*name).to_owned()).collect();
-    let mut add = |present: bool, name: &str| {
+    let mut names = plant.names();
+    let mut add = |present: bool, name: &str, actuator: usize| {
         present.then(|| {
-            names.push(name.into());
+            names.push(plant.name(name, actuator));
             names.len() - 1
         })
     };
-    let lead_state = add(leads, "lead");
-    let velocity_state = add(velocity_lag.is_some(), "velocity_sensor");
-    let force_state = add(force_lag.is_some(), "force_sensor");
+    let controllers: Vec<_> = (0..plant.actuators)
+        .map(|i| {
+            let lead = add(compensation.response_delay > 0.0, "lead", i);
+            (lead, add(velocity_lag.is_some(), "velocity_sensor", i))
+        })
+        .collect();
     let states = names.len();
-    let mut a = plant.a.clone().resize(states, states, 0.0);
     let widened = |row: RowDVector<f64>| row.resize_horizontally(states, 0.0);
-
-    // Measured signals as rows over the state.
-    let mut velocity = RowDVector::zeros(states);
-    velocity[velocity_state.unwrap_or(VELOCITY)] = 1.0;
-    if let (Some(state), Some(corner)) = (velocity_state, velocity_lag) {
-        a[(state, VELOCITY)] = TAU * corner;
-        a[(state, state)] = -TAU * corner;
-    }
-    let (mut force, mut force_rate) = (widened(plant.force()), widened(plant.force_rate()));
-    if let (Some(state), Some(corner)) = (force_state, force_lag) {
-        let mut filtered = RowDVector::zeros(states);
-        filtered[state] = 1.0;
-        force_rate = (force - &filtered) * (TAU * corner);
-        a.set_row(state, &force_rate);
-        force = filtered;
-    }
-
-    // ẋ = A·x + b·u + r·u̇; the demanded opening is that of velocity and command.
-    let (mut b, mut r) = (DVector::zeros(states), DVector::zeros(states));
     let (per_force, per_rate) = if compensation.feedforward {
         let area = rig.actuator.piston_area;
         (rig.actuator.leakage / area, rig.actuator.compressibility / area)
     } else {
         (0.0, 0.0)
     };
-    let opening = &velocity * (gains.opening_per_flow * gains.compensated_area);
-    let (opening_b, opening_r) = (gains.opening_per_flow * per_force, gains.opening_per_flow * per_rate);
-
-    // The lead network as K·(1 + (1 − α)/α)·opening − K·(1 − α)/α·w with α·T_ld·ẇ = opening − w.
     let dc_gain = 1.0 / (controller.proportional_gain * compensation.valve_gain);
-    let mut compensated = RowDVector::zeros(states);
-    let mut direct = dc_gain;
-    if let Some(state) = lead_state {
-        let washout = (1.0 - compensation.lead_alpha) / compensation.lead_alpha;
-        let rate = washout / compensation.response_delay;
-        direct *= 1.0 + washout;
-        compensated[state] = -dc_gain * washout;
-        a.set_row(state, &(&opening * rate));
-        a[(state, state)] -= rate;
-        b[state] = rate * opening_b;
-        r[state] = rate * opening_r;
+    let washout = (1.0 - compensation.lead_alpha) / compensation.lead_alpha;
+
+    // ẋ = A·x + B·u + R·u̇; the demanded opening is that of velocity and command.
+    let mut a = plant.a.clone().resize(states, states, 0.0);
+    let (mut b, mut r) = (DMatrix::zeros(states, plant.actuators), DMatrix::zeros(states, plant.actuators));
+    for (i, (lead_state, velocity_state)) in controllers.into_iter().enumerate() {
+        let mut velocity = RowDVector::zeros(states);
+        velocity[velocity_state.unwrap_or(plant.index(i, VELOCITY))] = 1.0;
+        if let (Some(state), Some(corner)) = (velocity_state, velocity_lag) {
+            a[(state, plant.index(i, VELOCITY))] = TAU * corner;
+            a[(state, state)] = -TAU * corner;
+        }
+        let opening = &velocity * (gains.opening_per_flow * gains.compensated_area);
+        let (opening_b, opening_r) = (gains.opening_per_flow * per_force, gains.opening_per_flow * per_rate);
+
+        // The lead network as K·(1 + (1 − α)/α)·opening − K·(1 − α)/α·w with α·T_ld·ẇ = opening − w.
+        let mut compensated = RowDVector::zeros(states);
+        let mut direct = dc_gain;
+        if let Some(state) = lead_state {
+            let rate = washout / compensation.response_delay;
+            direct *= 1.0 + washout;
+            compensated[state] = -dc_gain * washout;
+            a.set_row(state, &(&opening * rate));
+            a[(state, state)] -= rate;
+            b[(state, i)] = rate * opening_b;
+            r[(state, i)] = rate * opening_r;
+        }
+        compensated += &opening * direct;
+
+        let pilot = plant.index(i, PILOT_FLOW);
+        let (force, force_rate) = (widened(plant.shown(i)), widened(plant.shown_rate(i)));
+        let fed_back = force * controller.proportional_gain + force_rate * controller.derivative_gain;
+        let mut pilot_row = a.row_mut(pilot);
+        pilot_row += (compensated * controller.proportional_gain - fed_back * controller.force_sensitivity)
+            * plant.to_pilot;
+        let compensating = controller.proportional_gain * direct;
+        let (proportional, derivative) = (
+            controller.proportional_gain * controller.force_sensitivity,
+            controller.derivative_gain * controller.force_sensitivity,
+        );
+        b[(pilot, i)] = plant.to_pilot * (proportional + compensating * opening_b);
+        r[(pilot, i)] = plant.to_pilot * (derivative + compensating * opening_r);
     }
-    compensated += &opening * direct;
 
-    let to_pilot = plant.valve[PILOT_FLOW];
-    let fed_back = force * controller.proportional_gain + force_rate * controller.derivative_gain;
-    let mut pilot_row = a.row_mut(PILOT_FLOW);
-    pilot_row +=
-        (compensated * controller.proportional_gain - fed_back * controller.force_sensitivity) * to_pilot;
-    let compensating = controller.proportional_gain * direct;
-    b[PILOT_FLOW] =
-        to_pilot * (controller.proportional_gain * controller.force_sensitivity + compensating * opening_b);
-    r[PILOT_FLOW] =
-        to_pilot * (controller.derivative_gain * controller.force_sensitivity + compensating * opening_r);
-
-    let (c, outputs) = outputs(&plant, states);
+    let (c, outputs) = plant.outputs(states);
+    let mut left_out = left_out(rig);
+    let delays = [
+        (compensation.computation_delay, "compensation.computation_delay"),
+        (rig.sensors.velocity.delay, "sensors.velocity.delay"),
+        (rig.sensors.force.delay, "sensors.force.delay"),
+    ];
+    left_out.extend(delays.into_iter().filter_map(|(samples, key)| (samples > 0).then_some(key)));
     Ok(StateSpace {
-        b: DMatrix::from_columns(&[b + &a * &r]),
-        d: DMatrix::from_columns(&[&c * r]),
+        b: b + &a * &r,
+        d: &c * r,
         a,
         c,
         states: names,
+        inputs: plant.inputs(),
         outputs,
+        left_out,
         sample_time: None,
     })
 }
@@ -209,29 +212,100 @@ mod tests {
     }
 
     #[test]
-    fn sensors_add_their_lags_where_the_signal_passes_them() {
+    fn sensors_add_their_lags_in_either_realization() {
         let order = |change: &dyn Fn(&mut RigConfig)| model(change, FlowGain::Nominal).states.len();
         assert_eq!(order(&|_| ()), 6);
         assert_eq!(order(&|rig| rig.compensation.response_delay = 0.0), 5);
         assert_eq!(order(&|rig| rig.sensors.velocity.bandwidth = Some(100.0)), 7);
-        assert_eq!(
-            order(&|rig| rig.sensors.force.bandwidth = Some(100.0)),
-            6,
-            "the analog loop is in front of it"
-        );
+        assert_eq!(order(&|rig| rig.sensors.force.bandwidth = Some(100.0)), 7);
         let lagged = |bandwidth| {
-            model(
-                |rig| {
-                    rig.controller.realization = Realization::Digital;
-                    rig.sensors.velocity.bandwidth = bandwidth;
-                    rig.sensors.force.bandwidth = bandwidth;
-                },
-                FlowGain::Nominal,
-            )
-            .response("force", 20.0)
-            .unwrap()
+            let with = |rig: &mut RigConfig| {
+                rig.sensors.velocity.bandwidth = bandwidth;
+                rig.sensors.force.bandwidth = bandwidth;
+            };
+            model(with, FlowGain::Nominal).response("force", 20.0).unwrap()
         };
         let distance = |bandwidth| (lagged(Some(bandwidth)) - lagged(None)).norm();
         assert!(distance(1e6) < 1e-3 * distance(300.0));
+    }
+
+    #[test]
+    fn a_load_cell_with_a_mass_before_it_is_the_block_between_force_and_loop() {
+        // The loop sees F·(1 − m_p·s·Y)/(s/ω + 1), Y the structure's mobility: closed by hand.
+        let mut rig = RigConfig::zhao2005();
+        rig.compensation.mode = crate::config::Mode::Off;
+        (rig.sensors.force.bandwidth, rig.sensors.cell_mass) = (Some(200.0), Some(300.0));
+        let with = continuous(&rig, FlowGain::Nominal).unwrap();
+        let mut plain = rig.clone();
+        (plain.sensors.force.bandwidth, plain.sensors.cell_mass) = (None, None);
+        let plain = continuous(&plain, FlowGain::Nominal).unwrap();
+        let structure = &rig.structure;
+        for frequency in [0.5, 1.58, 10.0, 60.0] {
+            let s = Complex::new(0.0, TAU * frequency);
+            // F = G·(F_c − F) without the cell, F = G·(F_c − H·F) with it.
+            let closed = plain.response("force", frequency).unwrap();
+            let open = closed / (1.0 - closed);
+            let mobility = s / (s * s * structure.mass + s * structure.damping + structure.stiffness);
+            let cell = (1.0 - s * mobility * 300.0) / (s / (TAU * 200.0) + 1.0);
+            let expected = open / (open * cell + 1.0);
+            let got = with.response("force", frequency).unwrap();
+            assert!((got - expected).norm() < 1e-9 * expected.norm(), "{frequency}: {got} and {expected}");
+        }
+    }
+
+    #[test]
+    fn leakage_and_supply_at_rest_are_in_the_model_and_what_is_not_is_named() {
+        let mut rig = RigConfig::zhao2005();
+        rig.servovalve.leakage.proportional = 5e-12;
+        let mut leaking = RigConfig::zhao2005();
+        leaking.actuator.leakage += 5e-12;
+        let poles = |rig: &RigConfig| continuous(rig, FlowGain::Nominal).unwrap().poles().unwrap();
+        assert_eq!(poles(&rig), poles(&leaking));
+        let low = RigConfig::zhao2005()
+            .replace(&[
+                ("supply.schedule.times", toml::Value::Array(vec![0.0.into()])),
+                ("supply.schedule.pressures", toml::Value::Array(vec![(0.81 * 1.9e7).into()])),
+            ])
+            .unwrap();
+        let mut slow = RigConfig::zhao2005();
+        slow.servovalve.flow_gain_scale = 0.9;
+        for (a, b) in poles(&low).iter().zip(poles(&slow)) {
+            assert!((a - b).norm() < 1e-9 * b.norm());
+        }
+        assert!(continuous(&rig, FlowGain::Nominal).unwrap().left_out.is_empty());
+        rig.servovalve.overlap = 0.01;
+        rig.compensation.computation_delay = 2;
+        let left_out = continuous(&rig, FlowGain::Nominal).unwrap().left_out;
+        assert_eq!(left_out, ["servovalve.overlap", "compensation.computation_delay"]);
+    }
+
+    #[test]
+    fn a_building_of_one_story_is_the_linear_structure_and_each_mode_of_three_is_there() {
+        let list = |value: f64, n: usize| toml::Value::Array(vec![value.into(); n]);
+        let building = |n: usize| {
+            RigConfig::zhao2005()
+                .replace(&[
+                    ("structure.kind", "shear_building".into()),
+                    ("structure.stories.masses", list(7040.0, n)),
+                    ("structure.stories.dampings", list(4330.0, n)),
+                    ("structure.stories.stiffnesses", list(693.8e3, n)),
+                ])
+                .unwrap()
+        };
+        let one = continuous(&building(1), FlowGain::Nominal).unwrap();
+        let plain = model(|_| (), FlowGain::Nominal);
+        assert_eq!((&one.a, &one.b, &one.c, &one.d), (&plain.a, &plain.b, &plain.c, &plain.d));
+        assert_eq!((one.inputs[0].as_str(), one.outputs[0].as_str()), ("command_1", "force_1"));
+        // Actuators that hardly push leave the building its own modes: 2·√(k/m)·sin((2j − 1)π/(2(2n + 1))).
+        let mut loose = building(3);
+        loose.compensation.mode = crate::config::Mode::Off;
+        loose.actuator.piston_area = 1e-7;
+        let modes = continuous(&loose, FlowGain::Nominal).unwrap().modes().unwrap();
+        for j in 1..=3 {
+            let angle = f64::from(2 * j - 1) * std::f64::consts::PI / 14.0;
+            let expected = 2.0 * (693.8e3_f64 / 7040.0).sqrt() * angle.sin() / TAU;
+            let near = modes.iter().map(|mode| (mode.frequency / expected - 1.0).abs()).fold(1.0, f64::min);
+            assert!(near < 1e-6, "mode {j} at {expected} Hz");
+        }
     }
 }

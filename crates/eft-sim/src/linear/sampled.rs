@@ -1,20 +1,20 @@
 //! The loop as it runs: the plant exactly carried from sample to sample, the controller one tick at a time.
 
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::chain::Chain;
 use super::gains::{FlowGain, Gains};
 use super::matrices::exponential;
-use super::plant::{LinearPlant, NAMES, PILOT_FLOW, PRESSURE, STATES, VELOCITY, outputs};
+use super::plant::{LinearPlant, PILOT_FLOW, VELOCITY, left_out};
 use super::state_space::StateSpace;
 use crate::checks;
 use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
 
-/// More states than this make the model too large to be of use; delays by samples are what adds them.
+/// More states than this make the model too large to be of use; delays by samples and stories are what adds them.
 const MOST_STATES: usize = 200;
 
-/// The closed loop about rest, exactly sampled at a rate (Hz), from the samples of the force command (N).
+/// The closed loop about rest, exactly sampled at a rate (Hz), from the samples of one force command (N) an actuator.
 ///
 /// In the digital realization the valve command is held; in the analog one the force loop runs in continuous time on
 /// a command that is linear between samples, and the compensation is held. The command's next sample then acts within
@@ -26,38 +26,50 @@ const MOST_STATES: usize = 200;
 pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<StateSpace> {
     checks::positive("sample_rate", sample_rate, "Hz")?;
     let ticker = Ticker::new(rig, gain, sample_rate)?;
-    let states = ticker.names.len();
+    let (states, inputs) = (ticker.names.len(), ticker.plant.actuators);
     if states > MOST_STATES {
-        let allowed = format!("must be at most {MOST_STATES}: fewer samples of delay");
+        let allowed = format!("must be at most {MOST_STATES}: fewer samples of delay, or fewer stories");
         return Err(Error::value("states of the linear model", states, allowed));
     }
     let mut a = DMatrix::zeros(states, states);
-    let mut compensated = RowDVector::zeros(states);
+    let mut compensated = DMatrix::zeros(inputs, states);
+    let none = DVector::zeros(inputs);
     for column in 0..states {
         let mut unit = DVector::zeros(states);
         unit[column] = 1.0;
-        let (next, compensation) = ticker.tick(&unit, 0.0, 0.0);
+        let (next, compensation) = ticker.tick(&unit, &none, &none);
         a.set_column(column, &next);
-        compensated[column] = compensation;
+        compensated.set_column(column, &compensation);
     }
     let rest = DVector::zeros(states);
-    let (now, compensation) = ticker.tick(&rest, 1.0, 0.0);
-    let (ahead, _) = ticker.tick(&rest, 0.0, 1.0);
-    let (mut c, mut outputs) = outputs(&ticker.plant, states);
+    let (mut now, mut ahead) = (DMatrix::zeros(states, inputs), DMatrix::zeros(states, inputs));
+    let mut at_once = DMatrix::zeros(inputs, inputs);
+    for column in 0..inputs {
+        let mut unit = DVector::zeros(inputs);
+        unit[column] = 1.0;
+        let (next, compensation) = ticker.tick(&rest, &unit, &none);
+        now.set_column(column, &next);
+        at_once.set_column(column, &compensation);
+        ahead.set_column(column, &ticker.tick(&rest, &none, &unit).0);
+    }
+    let (mut c, mut outputs) = ticker.plant.outputs(states);
     let last = c.nrows();
-    c = c.resize_vertically(last + 1, 0.0);
-    c.set_row(last, &compensated);
-    outputs.push("compensation".into());
+    c = c.resize_vertically(last + inputs, 0.0);
+    c.rows_mut(last, inputs).copy_from(&compensated);
+    outputs.extend((0..inputs).map(|actuator| ticker.plant.name("compensation", actuator)));
     // X' = A·X + now·u + ahead·u' becomes ordinary with the state X − ahead·u.
     let mut d = &c * &ahead;
-    d[last] += compensation;
+    let mut last_rows = d.rows_mut(last, inputs);
+    last_rows += at_once;
     Ok(StateSpace {
-        b: DMatrix::from_columns(&[now + &a * &ahead]),
-        d: DMatrix::from_columns(&[d]),
+        b: now + &a * &ahead,
+        d,
         a,
         c,
         states: ticker.names,
+        inputs: ticker.plant.inputs(),
         outputs,
+        left_out: left_out(rig),
         sample_time: Some(1.0 / sample_rate),
     })
 }
@@ -69,86 +81,108 @@ struct Ticker<'a> {
     gains: Gains,
     sample_rate: f64,
     carried: DMatrix<f64>,
-    from_command: DVector<f64>,
-    from_command_rate: DVector<f64>,
-    from_held: DVector<f64>,
-    velocity: Chain,
-    force: Chain,
-    computation: Chain,
+    /// What the signals within a sample, as [`within_a_sample`] orders them, add to the plant's states.
+    driven: DMatrix<f64>,
+    digital: Vec<DigitalSide>,
     names: Vec<String>,
 }
 
-// The state: the plant's, the controller's, then the chains'.
-const LEAD_INPUT: usize = STATES;
-const WASHOUT: usize = STATES + 1;
-const ERROR: usize = STATES + 2;
-const COMMAND: usize = STATES + 3;
+/// Where a controller's states begin, and the ways of its signals.
+struct DigitalSide {
+    at: usize,
+    velocity: Chain,
+    force: Chain,
+    computation: Chain,
+}
+
+// A controller's states, then come the chains'.
+const LEAD_INPUT: usize = 0;
+const WASHOUT: usize = 1;
+const ERROR: usize = 2;
+const COMMAND: usize = 3;
 const CONTROLLER: [&str; 4] = ["lead_input", "lead_washout", "force_error", "last_command"];
+
+// Signals of an actuator within a sample: the command (N), its rate (N/s) and what is held (V).
+const SIGNALS: usize = 3;
 
 impl<'a> Ticker<'a> {
     fn new(rig: &'a RigConfig, gain: FlowGain, sample_rate: f64) -> Result<Self> {
         let gains = gain.gains(rig)?;
         let plant = LinearPlant::new(rig, &gains);
+        let states = plant.states();
         let step = exponential(&(within_a_sample(rig, &plant) / sample_rate));
-        let column = |i: usize| DVector::from_iterator(STATES, step.column(i).iter().copied().take(STATES));
-        let sensor = |at, sensor: &crate::config::Sensor| {
-            Chain::new(at, sensor.bandwidth, sensor.delay as usize, sample_rate)
-        };
-        let velocity = sensor(STATES + CONTROLLER.len(), &rig.sensors.velocity);
-        let force = sensor(velocity.end(), &rig.sensors.force);
-        let delay = rig.compensation.computation_delay as usize;
-        let computation = Chain::new(force.end(), None, delay, sample_rate);
-        let known = NAMES.iter().chain(&CONTROLLER).map(|name| (*name).to_owned());
-        let chains = [velocity.names("velocity"), force.names("force"), computation.names("compensation")];
+        let mut names = plant.names();
+        let mut digital = Vec::with_capacity(plant.actuators);
+        for actuator in 0..plant.actuators {
+            let at = names.len();
+            let (velocity, force) = (&rig.sensors.velocity, &rig.sensors.force);
+            let velocity =
+                Chain::new(at + CONTROLLER.len(), velocity.bandwidth, velocity.delay as usize, sample_rate);
+            // The load cell's bandwidth is the plant's.
+            let force = Chain::new(velocity.end(), None, force.delay as usize, sample_rate);
+            let delay = rig.compensation.computation_delay as usize;
+            let computation = Chain::new(force.end(), None, delay, sample_rate);
+            names.extend(CONTROLLER.iter().map(|name| plant.name(name, actuator)));
+            for chain in [velocity.names("velocity"), force.names("force"), computation.names("compensation")]
+            {
+                names.extend(chain.iter().map(|name| plant.name(name, actuator)));
+            }
+            digital.push(DigitalSide { at, velocity, force, computation });
+        }
         Ok(Self {
-            carried: step.view((0, 0), (STATES, STATES)).into_owned(),
-            from_command: column(STATES),
-            from_command_rate: column(STATES + 1),
-            from_held: column(STATES + 2),
-            names: known.chain(chains.concat()).collect(),
+            carried: step.view((0, 0), (states, states)).into_owned(),
+            driven: step.view((0, states), (states, SIGNALS * plant.actuators)).into_owned(),
+            digital,
+            names,
             rig,
             plant,
             gains,
             sample_rate,
-            velocity,
-            force,
-            computation,
         })
     }
 
-    /// The state after a tick with the command (N) at its start and at its end, and the compensation (V) within it.
-    fn tick(&self, state: &DVector<f64>, command: f64, next_command: f64) -> (DVector<f64>, f64) {
+    /// The state after a tick with the commands (N) at its start and at its end, and the compensation (V) within it.
+    fn tick(
+        &self,
+        state: &DVector<f64>,
+        command: &DVector<f64>,
+        next_command: &DVector<f64>,
+    ) -> (DVector<f64>, DVector<f64>) {
         let mut next = DVector::zeros(state.len());
-        let velocity = self.velocity.pass(state, &mut next, state[VELOCITY]);
-        let true_force = self.plant.force()[PRESSURE] * state[PRESSURE];
-        let force = self.force.pass(state, &mut next, true_force);
-        let computed = self.compensation(state, &mut next, velocity, command);
-        let compensation = self.computation.pass(state, &mut next, computed);
-
+        let mut signals = DVector::zeros(SIGNALS * self.plant.actuators);
+        let mut compensations = DVector::zeros(self.plant.actuators);
         let control = &self.rig.controller;
-        let mut plant = &self.carried * state.rows(0, STATES);
-        match control.realization {
-            Realization::Analog => {
-                plant += &self.from_command * command
-                    + &self.from_command_rate * ((next_command - command) * self.sample_rate)
-                    + &self.from_held * compensation;
-            }
-            Realization::Digital => {
-                let error = control.force_sensitivity * (command - force);
-                let rate = (error - state[ERROR]) * self.sample_rate;
-                next[ERROR] = error;
-                let held =
-                    control.proportional_gain * (error + compensation) + control.derivative_gain * rate;
-                plant += &self.from_held * held;
+        for (i, side) in self.digital.iter().enumerate() {
+            let (command, next_command) = (command[i], next_command[i]);
+            let velocity = side.velocity.pass(state, &mut next, state[self.plant.index(i, VELOCITY)]);
+            let shown = (self.plant.shown(i) * state.rows(0, self.plant.states()))[0];
+            let force = side.force.pass(state, &mut next, shown);
+            let computed = self.compensation(side.at, state, &mut next, velocity, command);
+            let compensation = side.computation.pass(state, &mut next, computed);
+            compensations[i] = compensation;
+            let within = match control.realization {
+                Realization::Analog => [command, (next_command - command) * self.sample_rate, compensation],
+                Realization::Digital => {
+                    let error = control.force_sensitivity * (command - force);
+                    let rate = (error - state[side.at + ERROR]) * self.sample_rate;
+                    next[side.at + ERROR] = error;
+                    let proportional = control.proportional_gain * (error + compensation);
+                    [0.0, 0.0, proportional + control.derivative_gain * rate]
+                }
+            };
+            for (k, value) in within.into_iter().enumerate() {
+                signals[SIGNALS * i + k] = value;
             }
         }
-        next.rows_mut(0, STATES).copy_from(&plant);
-        (next, compensation)
+        let plant = &self.carried * state.rows(0, self.plant.states()) + &self.driven * signals;
+        next.rows_mut(0, plant.len()).copy_from(&plant);
+        (next, compensations)
     }
 
-    /// The compensation (V) computed at this tick.
+    /// The compensation (V) computed at this tick by the controller whose states begin `at`.
     fn compensation(
         &self,
+        at: usize,
         state: &DVector<f64>,
         next: &mut DVector<f64>,
         velocity: f64,
@@ -157,8 +191,8 @@ impl<'a> Ticker<'a> {
         let (compensation, actuator) = (&self.rig.compensation, &self.rig.actuator);
         let mut flow = self.gains.compensated_area * velocity;
         if compensation.feedforward {
-            let rate = (command - state[COMMAND]) * self.sample_rate;
-            next[COMMAND] = command;
+            let rate = (command - state[at + COMMAND]) * self.sample_rate;
+            next[at + COMMAND] = command;
             flow += (actuator.compressibility * rate + actuator.leakage * command) / actuator.piston_area;
         }
         let opening = self.gains.opening_per_flow * flow;
@@ -168,30 +202,37 @@ impl<'a> Ticker<'a> {
         let period = 1.0 / self.sample_rate;
         let pole = if compensation.response_delay > 0.0 { (lag - period) / (lag + period) } else { 0.0 };
         let rise = 2.0 * compensation.response_delay / (lag + period);
-        next[LEAD_INPUT] = opening;
-        next[WASHOUT] = pole * state[WASHOUT] + rise * (opening - state[LEAD_INPUT]);
-        (opening + next[WASHOUT]) / (self.rig.controller.proportional_gain * compensation.valve_gain)
+        let (input, washout) = (at + LEAD_INPUT, at + WASHOUT);
+        next[input] = opening;
+        next[washout] = pole * state[washout] + rise * (opening - state[input]);
+        (opening + next[washout]) / (self.rig.controller.proportional_gain * compensation.valve_gain)
     }
 }
 
-/// What runs between two ticks, beside the plant's states the command (N), its rate (N/s) and what is held (V).
+/// What runs between two ticks: the plant's states, then of each actuator the command (N), its rate (N/s) and what is
+/// held (V).
 fn within_a_sample(rig: &RigConfig, plant: &LinearPlant) -> DMatrix<f64> {
     let control = &rig.controller;
-    let mut a = plant.a.clone().resize(STATES + 3, STATES + 3, 0.0);
-    let to_pilot = plant.valve[PILOT_FLOW];
-    a[(STATES, STATES + 1)] = 1.0;
-    match control.realization {
-        Realization::Digital => a[(PILOT_FLOW, STATES + 2)] = to_pilot,
-        Realization::Analog => {
-            let proportional = to_pilot * control.force_sensitivity * control.proportional_gain;
-            let derivative = to_pilot * control.force_sensitivity * control.derivative_gain;
-            let fed_back = plant.force() * proportional + plant.force_rate() * derivative;
-            for (column, value) in fed_back.iter().enumerate() {
-                a[(PILOT_FLOW, column)] -= value;
+    let states = plant.states();
+    let size = states + SIGNALS * plant.actuators;
+    let mut a = plant.a.clone().resize(size, size, 0.0);
+    for i in 0..plant.actuators {
+        let (pilot, command) = (plant.index(i, PILOT_FLOW), states + SIGNALS * i);
+        let (rate, held) = (command + 1, command + 2);
+        a[(command, rate)] = 1.0;
+        match control.realization {
+            Realization::Digital => a[(pilot, held)] = plant.to_pilot,
+            Realization::Analog => {
+                let proportional = plant.to_pilot * control.force_sensitivity * control.proportional_gain;
+                let derivative = plant.to_pilot * control.force_sensitivity * control.derivative_gain;
+                let fed_back = plant.shown(i) * proportional + plant.shown_rate(i) * derivative;
+                for (column, value) in fed_back.iter().enumerate() {
+                    a[(pilot, column)] -= value;
+                }
+                a[(pilot, command)] = proportional;
+                a[(pilot, rate)] = derivative;
+                a[(pilot, held)] = plant.to_pilot * control.proportional_gain;
             }
-            a[(PILOT_FLOW, STATES)] = proportional;
-            a[(PILOT_FLOW, STATES + 1)] = derivative;
-            a[(PILOT_FLOW, STATES + 2)] = to_pilot * control.proportional_gain;
         }
     }
     a

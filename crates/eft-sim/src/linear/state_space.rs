@@ -8,15 +8,16 @@ use super::matrices::eigenvalues;
 use crate::checks;
 use crate::error::{Error, Result};
 
-/// `ẋ = A·x + B·u`, `y = C·x + D·u`, or the same with the next sample on the left; `u` is the force command (N).
+/// `ẋ = A·x + B·u`, `y = C·x + D·u`, or the same with the next sample on the left; `u` is the force command (N), of a
+/// building one a floor.
 ///
 /// Outputs: force (N), displacement (m), velocity (m/s), spool opening (1), load pressure (Pa); of a sampled model
-/// also the compensation signal (V).
+/// also the compensation signal (V). A building's names have the actuator's number behind them, from 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateSpace {
     /// State matrix.
     pub a: DMatrix<f64>,
-    /// Input matrix, one column.
+    /// Input matrix, one column for each of `inputs`.
     pub b: DMatrix<f64>,
     /// Output matrix, one row for each of `outputs`.
     pub c: DMatrix<f64>,
@@ -24,8 +25,12 @@ pub struct StateSpace {
     pub d: DMatrix<f64>,
     /// Names of the states.
     pub states: Vec<String>,
+    /// Names of the inputs.
+    pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
+    /// Keys of the rig whose effect on small signals the model does not have.
+    pub left_out: Vec<&'static str>,
     /// Time between samples (s); none in continuous time.
     pub sample_time: Option<f64>,
 }
@@ -83,14 +88,24 @@ impl StateSpace {
         Ok(poles.iter().map(rate).fold(f64::NEG_INFINITY, f64::max))
     }
 
-    /// Response of an output to the command at a frequency (Hz), in the output's unit per N.
+    /// Response of an output to the first input at a frequency (Hz), in the output's unit per N.
     ///
     /// # Errors
-    /// An output that the model has not; a frequency that is not finite, negative, or on a pole.
+    /// As [`response_to`](Self::response_to).
     pub fn response(&self, output: &str, frequency: f64) -> Result<Complex<f64>> {
-        let row = self.outputs.iter().position(|name| name == output).ok_or_else(|| {
-            Error::value("output", output, format!("must be one of {}", self.outputs.join(", ")))
-        })?;
+        self.response_to(self.inputs.first().map_or("", String::as_str), output, frequency)
+    }
+
+    /// Response of an output to an input at a frequency (Hz), in the output's unit per N.
+    ///
+    /// # Errors
+    /// An input or output that the model has not; a frequency that is not finite, negative, or on a pole.
+    pub fn response_to(&self, input: &str, output: &str, frequency: f64) -> Result<Complex<f64>> {
+        let place = |kind: &str, name: &str, names: &[String]| {
+            let allowed = || Error::value(kind, name, format!("must be one of {}", names.join(", ")));
+            names.iter().position(|known| known == name).ok_or_else(allowed)
+        };
+        let (row, column) = (place("output", output, &self.outputs)?, place("input", input, &self.inputs)?);
         checks::finite("frequency", frequency, "Hz")?;
         let variable = match self.sample_time {
             None => Complex::new(0.0, TAU * frequency),
@@ -101,10 +116,10 @@ impl StateSpace {
             DMatrix::from_diagonal_element(n, n, variable) - self.a.map(|entry| Complex::new(entry, 0.0));
         let state = system
             .lu()
-            .solve(&self.b.map(|entry| Complex::new(entry, 0.0)))
+            .solve(&self.b.column(column).map(|entry| Complex::new(entry, 0.0)))
             .ok_or_else(|| Error::value("frequency", frequency, "must not lie on a pole of the model"))?;
         let answer = self.c.row(row).iter().zip(state.iter()).map(|(c, x)| x * *c).sum::<Complex<f64>>();
-        Ok(answer + self.d[(row, 0)])
+        Ok(answer + self.d[(row, column)])
     }
 }
 
@@ -121,7 +136,9 @@ mod tests {
             c: DMatrix::from_row_slice(1, 2, &[1.0, 0.0]),
             d: DMatrix::zeros(1, 1),
             states: vec!["x".into(), "v".into()],
+            inputs: vec!["force".into()],
             outputs: vec!["displacement".into()],
+            left_out: Vec::new(),
             sample_time: None,
         }
     }

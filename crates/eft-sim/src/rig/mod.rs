@@ -41,6 +41,7 @@ pub(crate) use runge_kutta::{Vector, runge_kutta};
 pub(crate) use shear_building::ShearBuilding;
 pub(crate) use specimen::Specimen;
 pub use state::PlantState;
+pub(crate) use supply::Supply;
 
 #[cfg(test)]
 fn changed(changes: &[(&str, toml::Value)]) -> crate::RigConfig {

@@ -1,0 +1,397 @@
+//! Fine tuning of compensation level and response delay from a test (Fig. 11 of the paper), as numbers.
+//!
+//! The force goes under or over at the natural frequency when the level is off, and shows a peak and a valley about it
+//! when the delay is. Both are one statement about spool openings: what the compensation should have opened is
+//! `f⁻¹(A·ẋ/√…)`, from the measured velocity; what it did open is what the flow balance of the actuator asks for less
+//! what the force error opened, Eqs. (1), (6) and (7). The ratio of the two about the natural frequency, `p·(1 − jωδ)`,
+//! has the level's error in `p` and what is left of the delay in `δ`.
+
+use std::f64::consts::TAU;
+
+use eft_core::FlowTable;
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex64;
+
+use super::Estimate;
+use super::gaps::{check, detrend};
+use crate::checks;
+use crate::config::{Mode, Realization, RigConfig};
+use crate::error::{Error, Result};
+use crate::linear::valve_response;
+use crate::rig::TABLE_CAPACITY;
+
+/// Bins with less than this share of the motion's largest power in the band say little about it.
+const MOVED: f64 = 1e-3;
+/// Fewer bins than this do not tell level from delay.
+const LEAST_BINS: usize = 8;
+/// Less spool opening (1) than this is no motion.
+const LEAST_OPENING: f64 = 1e-3;
+/// Beyond this factor between force and command, one of them is in another unit, or the force does not follow at all.
+const LARGEST_FACTOR: f64 = 5.0;
+/// Smallest radicand of the load-pressure correction, as in the controller.
+const FLOOR: f64 = 0.05;
+/// About the natural frequency, in which peak and valley are sought.
+const ABOUT: (f64, f64) = (0.75, 1.3);
+
+/// What a test says about the tuning.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FineTuning {
+    /// The compensation level (1) with which the motion would be compensated exactly.
+    pub level: Estimate,
+    /// The response delay (s) that leaves none.
+    pub response_delay: Estimate,
+    /// Frequency (Hz) at which the structure moved most.
+    pub natural_frequency: f64,
+    /// |FFT(force)|/|FFT(command)| there (1): below 1 the test was undercompensated.
+    pub force_ratio: f64,
+    /// Frequencies (Hz) of the largest and the smallest ratio about it: peak before valley where the delay was
+    /// compensated too little.
+    pub peak: f64,
+    /// See `peak`.
+    pub valley: f64,
+}
+
+/// Signals of a test, sample by sample.
+#[derive(Debug, Clone, Copy)]
+pub struct TestSignals<'a> {
+    /// Force command (N).
+    pub command: &'a [f64],
+    /// Measured force (N).
+    pub force: &'a [f64],
+    /// Measured velocity (m/s).
+    pub velocity: &'a [f64],
+}
+
+/// Level and response delay for a rig from a test with its present ones, sampled at a rate (Hz), by least squares
+/// over the frequencies of a band (Hz) at which the structure moves. A sweep through the natural frequency is best.
+///
+/// The rig's flow curve, gains and valve are taken for granted: a wrong flow gain shows as a level.
+///
+/// # Errors
+/// Compensation that is off; unequal, too short or incomplete signals; a band outside 0 to half the rate; a structure
+/// that hardly moves, or from which power comes; a force that is out of all proportion to the command.
+pub fn fine_tune(
+    rig: &RigConfig,
+    signals: TestSignals<'_>,
+    sample_rate: f64,
+    band: (f64, f64),
+) -> Result<FineTuning> {
+    rig.validate()?;
+    checks::positive("sample_rate", sample_rate, "Hz")?;
+    let TestSignals { command, force, velocity } = signals;
+    check(("command", "force"), (command.len(), force.len()), 256)?;
+    check(("command", "velocity"), (command.len(), velocity.len()), 256)?;
+    for (name, signal) in [("command", command), ("force", force), ("velocity", velocity)] {
+        checks::signal(name, signal)?;
+    }
+    if rig.compensation.mode == Mode::Off {
+        return Err(Error::value("compensation.mode", "\"off\"", "must be on: there is nothing to tune"));
+    }
+    let (low, high) = band;
+    if !(low >= 0.0 && low < high && high <= 0.5 * sample_rate) {
+        let allowed =
+            format!("must be two frequencies within 0 and {} Hz, the lower first", 0.5 * sample_rate);
+        return Err(Error::value("band", format!("({low}, {high})"), allowed));
+    }
+    plausible(signals)?;
+    let spectra = Spectra::new(rig, signals, sample_rate, 4.0 * high)?;
+    let width = sample_rate / command.len() as f64;
+    let first = ((low / width).ceil() as usize).max(1);
+    let last = ((high / width).floor() as usize).min(spectra.needed.len() - 1);
+    let most = (first..=last).map(|k| spectra.needed[k].norm_sqr()).fold(0.0, f64::max);
+    let opened = spectra.largest_opening;
+    if opened < LEAST_OPENING {
+        let found = format!("an opening of {opened:.1e} at most");
+        return Err(Error::value("velocity", found, format!("must call for at least {LEAST_OPENING}")));
+    }
+    let bins: Vec<usize> = (first..=last).filter(|k| spectra.needed[*k].norm_sqr() > MOVED * most).collect();
+    if bins.len() < LEAST_BINS {
+        let found = format!("{} frequencies within {low} to {high} Hz", bins.len());
+        let allowed = format!("must move at {LEAST_BINS} at least: a longer test");
+        return Err(Error::value("velocity", found, allowed));
+    }
+    let fit = Fit::new(&spectra, &bins, width);
+    if !(fit.gain > 0.2 && fit.gain < 5.0) {
+        let found = format!("a compensation {:.2} times the one that is set", fit.gain);
+        let allowed = "must be that of this rig, compensated: check gains, units and signs";
+        return Err(Error::value("velocity", found, allowed));
+    }
+    let level = rig.compensation.level / fit.gain;
+    let look = spectra.look(&bins, width);
+    Ok(FineTuning {
+        level: Estimate { value: level, uncertainty: level * fit.gain_spread / fit.gain },
+        response_delay: Estimate {
+            value: (rig.compensation.response_delay + fit.delay).max(0.0),
+            uncertainty: fit.delay_spread,
+        },
+        natural_frequency: look.natural_frequency,
+        force_ratio: look.force_ratio,
+        peak: look.peak,
+        valley: look.valley,
+    })
+}
+
+/// Force and motion belong together: a structure takes power, and the force is about as large as its command.
+fn plausible(signals: TestSignals<'_>) -> Result<()> {
+    let TestSignals { command, force, velocity } = signals;
+    let power: f64 = force.iter().zip(velocity).map(|(f, v)| f * v).sum();
+    if power <= 0.0 && velocity.iter().any(|v| *v != 0.0) {
+        let allowed = "must take power from the force: one of the two has the wrong sign";
+        return Err(Error::value("velocity", "against the force", allowed));
+    }
+    let square = |signal: &[f64]| signal.iter().map(|x| x * x).sum::<f64>();
+    let factor = (square(force) / square(command)).sqrt();
+    if (1.0 / LARGEST_FACTOR..LARGEST_FACTOR).contains(&factor) {
+        return Ok(());
+    }
+    let found = format!("{factor:.2e} times the command");
+    Err(Error::value("force", found, "must be about the command: check the units of both"))
+}
+
+/// The regression `opened = (p + jωq)·needed`.
+struct Fit {
+    gain: f64,
+    gain_spread: f64,
+    delay: f64,
+    delay_spread: f64,
+}
+
+impl Fit {
+    fn new(spectra: &Spectra, bins: &[usize], width: f64) -> Self {
+        let omega = |k: usize| TAU * width * k as f64;
+        // Real and imaginary part of opened/needed, weighted by |needed|²: two ordinary regressions.
+        let (mut square, mut by_omega, mut real, mut imaginary) = (0.0, 0.0, 0.0, 0.0);
+        for &k in bins {
+            let cross = spectra.opened[k] * spectra.needed[k].conj();
+            let weight = spectra.needed[k].norm_sqr();
+            square += weight;
+            by_omega += weight * omega(k) * omega(k);
+            real += cross.re;
+            imaginary += cross.im * omega(k);
+        }
+        let (gain, slope) = (real / square, imaginary / by_omega);
+        let mut rest = 0.0;
+        for &k in bins {
+            let model = spectra.needed[k] * Complex64::new(gain, omega(k) * slope);
+            rest += (spectra.opened[k] - model).norm_sqr();
+        }
+        let variance = rest / (2 * bins.len() - 2) as f64;
+        Self {
+            gain,
+            gain_spread: (variance / square).sqrt(),
+            delay: -slope / gain,
+            delay_spread: (variance / by_omega).sqrt() / gain,
+        }
+    }
+}
+
+/// Frequencies in Hz.
+struct Look {
+    natural_frequency: f64,
+    force_ratio: f64,
+    peak: f64,
+    valley: f64,
+}
+
+struct Spectra {
+    /// Opening that the motion needs.
+    needed: Vec<Complex64>,
+    /// Opening that the compensation gave.
+    opened: Vec<Complex64>,
+    command: Vec<Complex64>,
+    force: Vec<Complex64>,
+    largest_opening: f64,
+}
+
+impl Spectra {
+    fn new(rig: &RigConfig, signals: TestSignals<'_>, sample_rate: f64, cutoff: f64) -> Result<Self> {
+        let n = signals.command.len();
+        let width = sample_rate / n as f64;
+        let smooth = |k: usize| {
+            // What lies beyond belongs to noise: a raised cosine over an octave.
+            let f = k as f64 * width;
+            if f <= cutoff { 1.0 } else { 0.5 + 0.5 * (TAU * 0.5 * (f / cutoff - 1.0).min(1.0)).cos() }
+        };
+        let mut planner = RealFftPlanner::<f64>::new();
+        let (forward, backward) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+        let failed =
+            |error: realfft::FftError| Error::value("signal", format!("{n} samples"), error.to_string());
+        let transform = |signal: &[f64]| -> Result<Vec<Complex64>> {
+            let mut output = forward.make_output_vec();
+            forward.process(&mut signal.to_vec(), &mut output).map_err(failed)?;
+            Ok(output)
+        };
+        let back = |mut spectrum: Vec<Complex64>| -> Result<Vec<f64>> {
+            let mut output = backward.make_output_vec();
+            // The ends of a real signal's spectrum are real.
+            spectrum[0].im = 0.0;
+            if let (Some(last), 0) = (spectrum.last_mut(), n % 2) {
+                last.im = 0.0;
+            }
+            backward.process(&mut spectrum, &mut output).map_err(failed)?;
+            output.iter_mut().for_each(|value| *value /= n as f64);
+            Ok(output)
+        };
+        let scaled = |spectrum: &[Complex64], factor: &dyn Fn(usize) -> Complex64| -> Vec<Complex64> {
+            spectrum.iter().enumerate().map(|(k, value)| value * factor(k) * smooth(k)).collect()
+        };
+        let one = |_: usize| Complex64::new(1.0, 0.0);
+        let rate = |k: usize| Complex64::new(0.0, TAU * width * k as f64);
+
+        let steady = |signal: &[f64]| detrend(signal, |_| true);
+        let command = transform(&steady(signals.command))?;
+        let force = transform(&steady(signals.force))?;
+        let velocity = transform(&steady(signals.velocity))?;
+        let (smooth_force, smooth_velocity) = (back(scaled(&force, &one))?, back(scaled(&velocity, &one))?);
+        let force_rate = back(scaled(&force, &rate))?;
+        let (smooth_command, command_rate) = (back(scaled(&command, &one))?, back(scaled(&command, &rate))?);
+
+        let curve = &rig.servovalve.flow_table;
+        let table = FlowTable::<f64, TABLE_CAPACITY>::new(&curve.openings, &curve.flows)?;
+        let actuator = &rig.actuator;
+        let (area, stall) = (actuator.piston_area, actuator.piston_area * rig.supply.pressure);
+        let further =
+            |force: f64, rate: f64| (actuator.leakage * force + actuator.compressibility * rate) / area;
+        let opening = |flow: f64, force: f64| {
+            let radicand = 1.0 - flow.signum() * force / stall;
+            table.opening(flow / radicand.max(FLOOR).sqrt())
+        };
+        let feedforward = f64::from(u8::from(rig.compensation.feedforward));
+        let (mut needed, mut total) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for i in 0..n {
+            let (force, motion) = (smooth_force[i], area * smooth_velocity[i]);
+            let wanted = further(smooth_command[i], command_rate[i]);
+            needed.push(opening(motion + feedforward * wanted, force));
+            total.push(opening(motion + further(force, force_rate[i]), force));
+        }
+        let largest_opening = needed.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let (needed, total) = (transform(&needed)?, transform(&total)?);
+        let controller = &rig.controller;
+        let hold = if controller.realization == Realization::Digital { 0.5 / sample_rate } else { 0.0 };
+        let by_error = |k: usize| {
+            let law =
+                Complex64::new(controller.proportional_gain, 0.0) + rate(k) * controller.derivative_gain;
+            let late = Complex64::from_polar(1.0, -(rate(k).im * hold));
+            law * controller.force_sensitivity * valve_response(rig, k as f64 * width) * late
+        };
+        let opened = (0..total.len()).map(|k| total[k] - by_error(k) * (command[k] - force[k])).collect();
+        Ok(Self { needed, opened, command, force, largest_opening })
+    }
+
+    /// What one sees in Fig. 11.
+    fn look(&self, bins: &[usize], width: f64) -> Look {
+        let ratio = |k: usize| self.force[k].norm() / self.command[k].norm().max(f64::MIN_POSITIVE);
+        let strongest =
+            |a: &usize, b: &usize| self.needed[*a].norm_sqr().total_cmp(&self.needed[*b].norm_sqr());
+        let natural = bins.iter().copied().max_by(strongest).unwrap_or(1);
+        let end = self.command.len() - 1;
+        let edge = |factor: f64| ((natural as f64 * factor).round() as usize).clamp(1, end);
+        let about = || edge(ABOUT.0)..=edge(ABOUT.1);
+        let by_ratio = |a: &usize, b: &usize| ratio(*a).total_cmp(&ratio(*b));
+        Look {
+            natural_frequency: natural as f64 * width,
+            force_ratio: ratio(natural),
+            peak: about().max_by(by_ratio).unwrap_or(natural) as f64 * width,
+            valley: about().min_by(by_ratio).unwrap_or(natural) as f64 * width,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::{Command, sine_sweep};
+    use crate::linear::delay_budget;
+    use crate::{SimulateOptions, TestRun, simulate};
+
+    const RATE: f64 = 2048.0;
+    const BAND: (f64, f64) = (0.25, 10.0);
+
+    fn sweep() -> Command {
+        sine_sweep(2200.0, 0.0, 10.0, 32.0, RATE).unwrap()
+    }
+
+    fn run(rig: &RigConfig) -> TestRun {
+        simulate::<f64>(rig, &sweep(), &SimulateOptions::default(), |_, _| true).unwrap()
+    }
+
+    fn tuned(rig: &RigConfig) -> FineTuning {
+        let run = run(rig);
+        let signals = TestSignals {
+            command: &run.command,
+            force: run.measured_force(),
+            velocity: run.measured_velocity(),
+        };
+        fine_tune(rig, signals, RATE, BAND).unwrap()
+    }
+
+    fn rig(level: f64, delay: f64, realization: Realization) -> RigConfig {
+        let mut rig = RigConfig::zhao2005();
+        (rig.compensation.level, rig.compensation.response_delay) = (level, delay);
+        rig.controller.realization = realization;
+        rig
+    }
+
+    #[test]
+    fn the_settings_of_fig_11_lead_back_to_the_tuned_ones() {
+        for realization in [Realization::Analog, Realization::Digital] {
+            for (level, delay) in [(0.98, 5e-3), (1.02, 5e-3), (1.0, 3e-3), (1.0, 7e-3), (0.98, 3e-3)] {
+                let rig = rig(level, delay, realization);
+                let found = tuned(&rig);
+                // The valve's own gain is 0.1001 to the 0.1 that the lead network divides by.
+                let exact = delay_budget(&rig, RATE, (1.0, 2.5)).unwrap().path;
+                let told = format!("{realization:?}, {level}, {delay}: {found:?}, exact {exact}");
+                assert!((found.level.value - 1.0).abs() < 0.005, "{told}");
+                assert!((found.response_delay.value - exact).abs() < 0.15e-3, "{told}");
+                assert!((found.natural_frequency - 1.58).abs() < 0.07, "{told}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_sees_what_the_paper_says_one_sees() {
+        let seen = |level, delay| tuned(&rig(level, delay, Realization::Analog));
+        assert!(seen(0.98, 5e-3).force_ratio < 0.8 && seen(1.02, 5e-3).force_ratio > 1.3);
+        let (little, much) = (seen(1.0, 3e-3), seen(1.0, 7e-3));
+        assert!(little.peak < little.valley && much.peak > much.valley);
+    }
+
+    #[test]
+    fn a_wrong_flow_gain_shows_as_a_level_and_noise_as_uncertainty() {
+        let mut wrong = rig(1.0, 4e-3, Realization::Digital);
+        wrong.servovalve.flow_gain_scale = 0.97;
+        wrong.sensors.force.noise = 30.0;
+        wrong.sensors.velocity.noise = 2e-3;
+        let found = tuned(&wrong);
+        assert!((found.level.value - 1.0 / 0.97).abs() < 0.006, "{found:?}");
+        let exact = delay_budget(&wrong, RATE, (1.0, 2.5)).unwrap().path;
+        assert!((found.response_delay.value - exact).abs() < 0.3e-3, "{found:?}");
+        let clean = tuned(&rig(1.0, 4e-3, Realization::Digital));
+        assert!(found.level.uncertainty > 1.2 * clean.level.uncertainty);
+    }
+
+    #[test]
+    fn what_cannot_be_tuned_is_refused() {
+        let rig = rig(1.0, 5e-3, Realization::Analog);
+        let run = run(&rig);
+        let text = |rig: &RigConfig, force: &[f64], velocity: &[f64], band| {
+            let signals = TestSignals { command: &run.command, force, velocity };
+            fine_tune(rig, signals, RATE, band).unwrap_err().to_string()
+        };
+        let mut off = rig.clone();
+        off.compensation.mode = Mode::Off;
+        assert!(text(&off, &run.force, &run.velocity, BAND).starts_with("compensation.mode = \"off\""));
+        assert!(text(&rig, &run.force[1..], &run.velocity, BAND).starts_with("force = "));
+        assert!(text(&rig, &run.force, &run.velocity, (3.0, 2.0)).starts_with("band = (3, 2)"));
+        let still = vec![0.0; run.force.len()];
+        assert!(text(&rig, &run.force, &still, BAND).starts_with("velocity = "));
+        let mut gap = run.force.clone();
+        gap[7] = f64::NAN;
+        assert!(text(&rig, &gap, &run.velocity, BAND).starts_with("force = NaN at sample 7"));
+        // A velocity sensor of the wrong sign, or a force in another unit.
+        let turned: Vec<f64> = run.velocity.iter().map(|v| -v).collect();
+        let kilo: Vec<f64> = run.force.iter().map(|f| f / 1e3).collect();
+        assert!(text(&rig, &run.force, &turned, BAND).starts_with("velocity = against the force"));
+        assert!(text(&rig, &kilo, &run.velocity, BAND).contains("times the command: must be about"));
+    }
+}

@@ -1,0 +1,123 @@
+//! The flow curve as the paper finds it: the mean of flows by central differences at each control point.
+//!
+//! Plain, and good where the displacement is clean; noise on it is multiplied by the sample rate, which the fit of
+//! [`identify_flow_curve`](super::identify_flow_curve) avoids.
+
+use super::flow_curve::{
+    FlowCurveEstimate, LEAST_SAMPLES, Recording, check_opening, check_reach, check_rise, control_points,
+};
+use super::gaps::check;
+use crate::checks;
+use crate::error::{Error, Result};
+
+/// Samples within this share of the distance between two control points count for one.
+const NEAR: f64 = 0.2;
+
+/// The flow curve through `knots` evenly spaced control points, from recordings at a rate (Hz) with a piston of an area
+/// (m²): velocity by central differences, flow `A·ẋ`, its mean over the samples near each control point; beyond the
+/// last one that the spool reached, a straight line through the last two.
+///
+/// # Errors
+/// As [`identify_flow_curve`](super::identify_flow_curve).
+pub fn flow_curve_by_differences(
+    recordings: &[Recording<'_>],
+    sample_rate: f64,
+    piston_area: f64,
+    knots: usize,
+) -> Result<FlowCurveEstimate> {
+    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::positive("piston_area", piston_area, "m²")?;
+    let openings = control_points(knots)?;
+    if recordings.is_empty() {
+        return Err(Error::value("spool", "no recordings", "must have at least one"));
+    }
+    let half = (knots / 2) as f64;
+    let mut sums = vec![(0_usize, 0.0, 0.0); knots];
+    for recording in recordings {
+        let (spool, displacement) = (recording.spool, recording.displacement);
+        check(("spool", "displacement"), (spool.len(), displacement.len()), LEAST_SAMPLES)?;
+        for (opening, around) in spool.iter().skip(1).zip(displacement.windows(3)) {
+            let flow = piston_area * (around[2] - around[0]) * 0.5 * sample_rate;
+            if !(opening.is_finite() && flow.is_finite()) {
+                continue;
+            }
+            check_opening(*opening)?;
+            let place = (opening + 1.0) * half;
+            let nearest = place.round();
+            if (place - nearest).abs() <= NEAR
+                && let Some((count, sum, squares)) = sums.get_mut(nearest.max(0.0) as usize)
+            {
+                *count += 1;
+                *sum += flow;
+                *squares += flow * flow;
+            }
+        }
+    }
+    let measured: Vec<bool> = sums.iter().map(|sum| sum.0 >= LEAST_SAMPLES).collect();
+    check_reach(&openings, &measured)?;
+    let mean = |i: usize| sums[i].1 / sums[i].0 as f64;
+    let spread = |i: usize| {
+        let count = sums[i].0 as f64;
+        ((sums[i].2 / count - mean(i) * mean(i)).max(0.0) / count).sqrt()
+    };
+    let zero = knots / 2;
+    let (mut flows, mut uncertainty) = (vec![0.0; knots], vec![0.0; knots]);
+    for side in [-1_isize, 1] {
+        let at = |k: usize| zero.saturating_add_signed(side * k as isize);
+        let mut last = (0, 0);
+        for k in 1..=zero {
+            let knot = at(k);
+            if measured[knot] {
+                last = (last.1, k);
+                (flows[knot], uncertainty[knot]) = (mean(knot), spread(knot));
+                continue;
+            }
+            // A straight line through the last two points that were reached.
+            let (inner, outer) = (at(last.0), at(last.1));
+            let beyond = (k - last.1) as f64 / (last.1 - last.0) as f64;
+            flows[knot] = flows[outer] + beyond * (flows[outer] - flows[inner]);
+            uncertainty[knot] = ((1.0 + beyond) * uncertainty[outer]).hypot(beyond * uncertainty[inner]);
+        }
+    }
+    check_rise(&openings, &flows)?;
+    Ok(FlowCurveEstimate { openings, flows, uncertainty, measured })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RigConfig;
+    use crate::identification::flow_test;
+
+    #[test]
+    fn the_paper_s_tests_give_table_2_back() {
+        let rig = RigConfig::zhao2005();
+        let run = |share: f64| flow_test(&rig, share * rig.actuator.stroke, 3.0, 4.0, 20.0, 2048.0).unwrap();
+        let tests = [0.9, 0.8, 0.6, 0.4, 0.2].map(run);
+        let recordings: Vec<_> =
+            tests.iter().map(|t| Recording { spool: &t.spool, displacement: &t.displacement }).collect();
+        let found = flow_curve_by_differences(&recordings, 2048.0, rig.actuator.piston_area, 21).unwrap();
+        let truth = &rig.servovalve.flow_table.flows;
+        for i in (0..21).filter(|i| found.measured[*i]) {
+            let error = (found.flows[i] - truth[i]).abs() / truth[20];
+            assert!(error < 0.01, "{error} at {}", found.openings[i]);
+        }
+        // Past the data on the line through the last two points.
+        let last = found.measured.iter().rposition(|m| *m).unwrap();
+        assert!(last < 20);
+        let step = |i: usize| found.flows[i] - found.flows[i - 1];
+        assert!((step(20) / step(last) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_carries_no_curve_is_refused() {
+        let text = |spool: &[f64], displacement: &[f64]| {
+            let recordings = [Recording { spool, displacement }];
+            flow_curve_by_differences(&recordings, 100.0, 0.01, 21).unwrap_err().to_string()
+        };
+        let still = vec![0.0; 200];
+        assert!(text(&still, &still).contains("must reach at least two"));
+        assert!(text(&vec![30.0; 200], &still).starts_with("spool = 30"));
+        assert!(text(&still[1..], &still).starts_with("displacement = 200 samples"));
+    }
+}

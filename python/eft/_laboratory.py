@@ -1,0 +1,162 @@
+"""From files of a laboratory to a rig: the identifications of the paper in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eft._identification import (
+    Estimate,
+    FineTuning,
+    FlowCurveEstimate,
+    fine_tune,
+    flow_curve_estimate,
+    identify_damping,
+    identify_delay,
+    identify_flow_gain,
+)
+from eft._native import Rig
+
+if TYPE_CHECKING:
+    from eft.traces import Traces
+
+__all__ = ["Identification", "identify"]
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What was found in the files; `None` where no file was given for it."""
+
+    rig: Rig
+    """The rig with everything that was found."""
+    response_delay: Estimate | None = None
+    """Of the valve, s."""
+    flow_curve: FlowCurveEstimate | None = None
+    """Of the valve."""
+    flow_gain: Estimate | None = None
+    """Slope of the flow curve at the origin, `K_v`, m³/s."""
+    damping: Estimate | None = None
+    """Damping ratio of the structure; its natural frequency is in the details."""
+    tuning: FineTuning | None = None
+    """From a test of the whole rig."""
+
+
+def identify(
+    rig: Rig,
+    *,
+    valve: str | PathLike[str] | Traces | None = None,
+    flow: Sequence[str | PathLike[str] | Traces] = (),
+    release: str | PathLike[str] | Traces | None = None,
+    test: str | PathLike[str] | Traces | None = None,
+    released_at: float = 0.0,
+    band: tuple[float, float] = (0.25, 10.0),
+    knots: int = 21,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    sample_rate: float | None = None,
+) -> Identification:
+    """Identify a rig from measured files, and return it with what was found.
+
+    Every file may be CSV, MAT, HDF5, Parquet or a saved run, with its units (`eft.traces.read_traces`), or an
+    `eft.traces.Traces`. Empty cells and NaN are gaps; offsets and drifts are taken out.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig as far as it is known; the piston area, mass and stiffness are its own.
+    valve : path-like, optional
+        ``valve_command`` and ``spool`` of a sweep with the main stage shut off (Fig. 4a): gives
+        ``compensation.response_delay``.
+    flow : sequence of path-like
+        ``spool`` and ``displacement`` of an actuator without load, one file a run (Fig. 4b): gives
+        ``servovalve.flow_table`` and ``compensation.flow_gain``.
+    release : path-like, optional
+        ``displacement`` of a free vibration, of which the part after `released_at` (s) counts: gives
+        ``structure.damping``.
+    test : path-like, optional
+        ``command``, ``force`` and ``velocity`` of a test with the rig so far (Fig. 11), without gaps: gives
+        ``compensation.level`` and, finer than `valve` does, ``compensation.response_delay``.
+    band : tuple of float
+        Frequencies in Hz for `valve` and `test`.
+    knots : int
+        Control points of the flow curve.
+    columns, units, sample_rate
+        As of `eft.traces.read_traces`, the same for all files.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be read.
+    ValueError
+        If a file is not what it should be, or its data cannot carry an answer; the message names file and
+        reason.
+    """
+    from eft.traces import Traces, read_traces
+
+    def read(source: str | PathLike[str] | Traces) -> Traces:
+        if isinstance(source, Traces):
+            return source
+        return read_traces(source, columns=columns, units=units, sample_rate=sample_rate, gaps=True)
+
+    found: dict[str, Any] = {}
+    if valve is not None:
+        traces = read(valve)
+        with _about(traces):
+            found["response_delay"] = identify_delay(
+                traces["valve_command"], traces["spool"], traces.sample_rate, band
+            )
+        rig = rig.replace({"compensation.response_delay": float(found["response_delay"])})
+    if flow:
+        runs = [read(source) for source in flow]
+        with _about(*runs):
+            rate = _one_rate(runs)
+            arrays = [run["spool"] for run in runs], [run["displacement"] for run in runs]
+            area = rig["actuator.piston_area"]
+            found["flow_curve"] = flow_curve_estimate(*arrays, rate, area, knots)
+            found["flow_gain"] = identify_flow_gain(*arrays, rate, area)
+        rig = rig.replace(
+            {
+                "servovalve.flow_table": found["flow_curve"].table,
+                "compensation.flow_gain": float(found["flow_gain"]),
+            }
+        )
+    if release is not None:
+        if rig["structure.kind"] == "shear_building":
+            raise ValueError('structure.kind = "shear_building": must have one mass and one damper')
+        traces = read(release)
+        with _about(traces):
+            part = traces.time >= released_at
+            found["damping"] = identify_damping(traces["displacement"][part], traces.sample_rate)
+        critical = 2.0 * np.sqrt(rig["structure.stiffness"] * rig["structure.mass"])
+        rig = rig.replace({"structure.damping": float(found["damping"] * critical)})
+    if test is not None:
+        traces = read(test)
+        with _about(traces):
+            signals = (traces["command"], traces["force"], traces["velocity"])
+            found["tuning"] = fine_tune(rig, *signals, traces.sample_rate, band)
+        rig = found["tuning"].apply(rig)
+    return Identification(rig, **found)
+
+
+@contextmanager
+def _about(*traces: Traces) -> Iterator[None]:
+    """Put the files' names before what is wrong with their data."""
+    names = ", ".join(trace.name for trace in traces)
+    try:
+        yield
+    except ValueError as error:
+        text = str(error)
+        raise ValueError(text if text.startswith(traces[0].name) else f"{names}: {text}") from None
+
+
+def _one_rate(runs: Sequence[Traces]) -> float:
+    rates = {round(run.sample_rate, 6) for run in runs}
+    if len(rates) > 1:
+        shown = ", ".join(f"{rate:g} Hz" for rate in sorted(rates))
+        raise ValueError(f"sample rates differ, must be one: {shown}")
+    return runs[0].sample_rate
