@@ -1,5 +1,6 @@
 /* A control loop in C as it would run on a board: timer tick, sample, step, command, watchdog on overrun. Samples come
    from the file "to-firmware" and commands go to "from-firmware", by semihosting, where a board has its converters. */
+#include "board.h"
 #include "eft.h"
 #include "zhao2005.h"
 
@@ -8,25 +9,6 @@
 #define SYST_CSR (*(volatile uint32_t *)0xE000E010u)
 #define SYST_RVR (*(volatile uint32_t *)0xE000E014u)
 #define SYST_CVR (*(volatile uint32_t *)0xE000E018u)
-#define CPACR (*(volatile uint32_t *)0xE000ED88u)
-
-enum { SYS_OPEN = 0x01, SYS_WRITE = 0x05, SYS_READ = 0x06, SYS_EXIT_EXTENDED = 0x20 };
-
-static uint32_t semihost(uint32_t operation, const void *block)
-{
-  register uint32_t r0 __asm__("r0") = operation;
-  register const void *r1 __asm__("r1") = block;
-  __asm__ volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
-  return r0;
-}
-
-static void leave(uint32_t code)
-{
-  const uint32_t block[2] = {0x20026u, code};
-  for (;;) {
-    (void)semihost(SYS_EXIT_EXTENDED, block);
-  }
-}
 
 static uint32_t open_file(const char *name, uint32_t length, uint32_t mode)
 {
@@ -55,14 +37,12 @@ static volatile uint32_t ticks;
 static eft_controller_f32 config;
 static eft_state_f32 state;
 
-void sys_tick(void);
 void sys_tick(void)
 {
   ticks = ticks + 1u;
 }
 
-int main(void);
-int main(void)
+void program(void)
 {
   eft_error why;
   if (eft_abi_version() != EFT_ABI_VERSION || eft_configure_f32(&EFT_RIG, &config, &why) != EFT_OK ||
@@ -97,33 +77,3 @@ int main(void)
     }
   }
 }
-
-/* Start-up: memory, FPU, vectors. */
-extern uint32_t _sidata[], _sdata[], _edata[], _sbss[], _ebss[], _estack[];
-
-void reset(void);
-void reset(void)
-{
-  CPACR |= 0xFu << 20;
-  __asm__ volatile("dsb\n isb");
-  const uint32_t *from = _sidata;
-  for (uint32_t *to = _sdata; to < _edata; to++, from++) {
-    *to = *from;
-  }
-  for (uint32_t *to = _sbss; to < _ebss; to++) {
-    *to = 0u;
-  }
-  (void)main();
-}
-
-void fault(void);
-void fault(void)
-{
-  leave(3u);
-}
-
-typedef void (*handler)(void);
-__attribute__((section(".vectors"), used)) static const struct {
-  uint32_t *stack;
-  handler handlers[15];
-} vectors = {_estack, {reset, fault, fault, fault, fault, fault, 0, 0, 0, 0, fault, fault, 0, fault, sys_tick}};

@@ -44,3 +44,5 @@ class Status(IntFlag):
     """The protection had tripped: the force command was frozen and taken to zero."""
     SHUT_DOWN = 1 << 17
     """The protection took the whole valve command to zero."""
+    STUCK_MEASUREMENT = 1 << 18
+    """A measurement repeated itself to the last bit: its sensor or converter was frozen (set by firmware)."""

@@ -36,9 +36,11 @@ pub const PROTECTION_WARNING: u32 = 1 << 15;
 pub const TRIPPED: u32 = 1 << 16;
 /// The protection takes the whole valve command to zero.
 pub const SHUT_DOWN: u32 = 1 << 17;
+/// A measurement repeats itself to the last bit: its sensor or converter is frozen.
+pub const STUCK_MEASUREMENT: u32 = 1 << 18;
 
 /// Every flag of this module with its name, lowest bit first.
-pub const NAMES: [(u32, &str); 18] = [
+pub const NAMES: [(u32, &str); 19] = [
     (SPOOL_WARNING, "spool_warning"),
     (DEMAND_SATURATED, "demand_saturated"),
     (LOAD_PRESSURE_FLOORED, "load_pressure_floored"),
@@ -57,4 +59,5 @@ pub const NAMES: [(u32, &str); 18] = [
     (PROTECTION_WARNING, "protection_warning"),
     (TRIPPED, "tripped"),
     (SHUT_DOWN, "shut_down"),
+    (STUCK_MEASUREMENT, "stuck_measurement"),
 ];

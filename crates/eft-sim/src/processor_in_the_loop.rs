@@ -4,75 +4,63 @@ use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-use eft_core::ControllerState;
-
-use crate::closed_loop::{PlantStepper, Precision, SimulateOptions, TestRun};
-use crate::config::RigConfig;
+pub use crate::closed_loop::Answer;
+use crate::closed_loop::{SimulateOptions, TestRun, simulate_controlled};
+use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
 use crate::excitation::Command;
+use crate::export::runs_on_firmware;
 
-/// What a controller answers to one tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer {
-    /// Valve command (V).
-    pub valve_command: f32,
-    /// Compensation signal (V) in it.
-    pub compensation: f32,
-    /// Bits of `eft_core::status`.
-    pub status: u32,
-}
-
-/// Runs `command` on the plant of `rig` with a controller from outside: `tick` takes the force command (N), velocity
-/// (m/s), force (N) and spool opening (1), each rounded to `f32`, as a converter would.
+/// Runs `command` on the plant of `rig` with a controller from outside: `tick` takes the force command (N) and what the
+/// sensors report of velocity (m/s), force (N) and spool opening (1), each rounded to `f32`. All else is what
+/// [`simulate`](crate::simulate) does, so that a controller with the answers of the rig's own in `f32` gives the traces
+/// of `simulate::<f32>` bit for bit.
 ///
 /// # Errors
-/// An invalid configuration or command, and what `tick` reports.
+/// An invalid configuration or command; a controller that firmware has not (see [`export`](crate::export)); what `tick`
+/// reports, which ends the run; and an interruption, as in [`simulate`](crate::simulate).
 pub fn run_with(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-    mut tick: impl FnMut([f32; 4]) -> Result<Answer>,
+    mut tick: impl FnMut([f32; 4]) -> Result<Answer> + Send + 'static,
+    mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
-    command.validate()?;
-    let mut plant = PlantStepper::new(rig, command.sample_rate, options)?;
-    let mut run = TestRun::with_capacity(rig, command.sample_rate, command.values.len());
-    let mut now = plant.reading();
-    for &wanted in &command.values {
-        let answer = tick([wanted as f32, now.velocity as f32, now.force as f32, now.spool as f32])?;
-        run.command.push(wanted);
-        run.force.push(now.force);
-        run.displacement.push(now.displacement);
-        run.velocity.push(now.velocity);
-        run.spool.push(now.spool);
-        run.load_pressure.push(now.load_pressure);
-        run.supply_pressure.push(now.supply_pressure);
-        run.valve_command.push(f64::from(answer.valve_command));
-        run.compensation.push(f64::from(answer.compensation));
-        run.flow_gain_estimate.push(1.0);
-        run.status.push(answer.status | now.status);
-        now = plant.step(f64::from(answer.valve_command))?;
+    runs_on_firmware(rig)?;
+    if rig.controller.realization != Realization::Digital {
+        let allowed = "must be \"digital\" with the processor in the loop";
+        return Err(Error::value("controller.realization", "\"analog\"", allowed));
     }
-    Ok(run)
-}
-
-/// As [`run_with`], with the controller of `eft-core` in `f32` on this machine: what a processor must answer bit for
-/// bit.
-///
-/// # Errors
-/// As [`run_with`], and a configuration that the controller refuses.
-pub fn run_on_host(rig: &RigConfig, command: &Command, options: &SimulateOptions) -> Result<TestRun> {
-    let controller = <f32 as Precision>::controller(rig, command.sample_rate)?;
-    let mut state = ControllerState::default();
-    run_with(rig, command, options, |[command, velocity, force, spool]| {
-        let out = controller.step(&mut state, command, velocity, force, spool);
-        Ok(Answer { valve_command: out.valve_command, compensation: out.compensation, status: out.status })
-    })
+    let failure = Arc::new(Mutex::new(None));
+    let seen = Arc::clone(&failure);
+    let mut last = Answer::default();
+    let outside = Box::new(move |signals| {
+        let mut failure = seen.lock().unwrap_or_else(PoisonError::into_inner);
+        // After a failure nobody is asked again; the run ends at its next look around.
+        if failure.is_none() {
+            match tick(signals) {
+                Ok(answer) => last = answer,
+                Err(error) => *failure = Some(error),
+            }
+        }
+        last
+    });
+    let failed = || failure.lock().unwrap_or_else(PoisonError::into_inner).is_some();
+    let run = simulate_controlled::<f32>(rig, command, options, Some(outside), |done, total| {
+        !failed() && go_on(done, total)
+    });
+    match failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        Some(error) => Err(error),
+        None => run,
+    }
 }
 
 /// Runs `command` with the firmware `image` on QEMU's `machine` ("mps2-an386", "mps2-an500") as the controller. The
 /// firmware reads its samples from the file `to-firmware` and writes its answers to `from-firmware`, by semihosting.
+/// Its sample rate must be the command's, its controller that of `rig`.
 ///
 /// # Errors
 /// As [`run_with`]; QEMU that cannot be started or ends early, by the name of the image.
@@ -82,30 +70,23 @@ pub fn run_in_qemu(
     options: &SimulateOptions,
     image: &Path,
     machine: &str,
+    go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
-    let failed = |source: std::io::Error| Error::Io { path: image.to_owned(), source };
-    let image = image.canonicalize().map_err(failed)?;
-    let folder = Folder::new().map_err(failed)?;
+    let named = image.to_owned();
+    let failed = move |source: std::io::Error| Error::Io { path: named.clone(), source };
+    let image = image.canonicalize().map_err(&failed)?;
+    let folder = Folder::new().map_err(&failed)?;
     let (to, from) = (folder.0.join("to-firmware"), folder.0.join("from-firmware"));
-    Process::new("mkfifo").args([&to, &from]).status().map_err(failed)?;
+    Process::new("mkfifo").args([&to, &from]).status().map_err(&failed)?;
     let mut child = Process::new("qemu-system-arm")
-        .args([
-            "-M",
-            machine,
-            "-nographic",
-            "-monitor",
-            "none",
-            "-serial",
-            "none",
-            "-icount",
-            "shift=6,sleep=off",
-        ])
+        .args(["-M", machine, "-nographic", "-monitor", "none", "-serial", "none"])
+        .args(["-icount", "shift=6,sleep=off"])
         .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(&image)
         .current_dir(&folder.0)
         .stdin(Stdio::null())
         .spawn()
-        .map_err(failed)?;
+        .map_err(|source| Error::Io { path: "qemu-system-arm".into(), source })?;
     // When the processor ends, early or not, nobody must wait for it at either pipe.
     let pipes = [to.clone(), from.clone()];
     let watch = thread::spawn(move || {
@@ -115,27 +96,29 @@ pub fn run_in_qemu(
         }
         ended
     });
-    let mut writer = OpenOptions::new().write(true).open(&to).map_err(failed)?;
-    let mut reader = File::open(&from).map_err(failed)?;
-    let run = run_with(rig, command, options, |sample| {
+    let mut writer = OpenOptions::new().write(true).open(&to).map_err(&failed)?;
+    let mut reader = File::open(&from).map_err(&failed)?;
+    let lost = failed.clone();
+    let tick = move |sample: [f32; 4]| {
         let mut request = [0; 16];
         for (to, value) in request.chunks_exact_mut(4).zip(sample) {
             to.copy_from_slice(&value.to_le_bytes());
         }
         let mut answer = [[0; 4]; 3];
-        writer.write_all(&request).map_err(failed)?;
-        reader.read_exact(answer.as_flattened_mut()).map_err(failed)?;
+        writer.write_all(&request).map_err(&lost)?;
+        reader.read_exact(answer.as_flattened_mut()).map_err(&lost)?;
         let [valve_command, compensation, status] = answer;
         Ok(Answer {
             valve_command: f32::from_le_bytes(valve_command),
             compensation: f32::from_le_bytes(compensation),
             status: u32::from_le_bytes(status),
         })
-    });
-    drop(writer);
+    };
+    // The pipe to the firmware closes with the run: that ends the firmware.
+    let run = run_with(rig, command, options, tick, go_on);
     let ended = watch.join().map_err(|_| Error::value("machine", machine, "its watch ended early"))?;
     let run = run?;
-    match ended.map_err(failed)?.code() {
+    match ended.map_err(&failed)?.code() {
         Some(0) => Ok(run),
         code => {
             Err(Error::File { path: image, message: format!("ended with {code:?}: an overrun or a fault") })
@@ -167,25 +150,79 @@ impl Drop for Folder {
 
 #[cfg(test)]
 mod tests {
+    use eft_core::ControllerState;
+
     use super::*;
-    use crate::closed_loop::Method;
-    use crate::config::Realization;
+    use crate::closed_loop::Precision;
     use crate::excitation::sine_sweep;
     use crate::simulate;
 
-    #[test]
-    fn loop_closed_from_outside_follows_the_simulation() {
+    fn digital() -> RigConfig {
         let mut rig = RigConfig::zhao2005();
         rig.controller.realization = Realization::Digital;
-        let command = sine_sweep(8900.0, 0.0, 10.0, 2.0, 4096.0).unwrap();
-        // The outer loop's own method, or the two would differ by the error of both.
-        let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
-        let simulated = simulate::<f32>(&rig, &command, &options, |_, _| true).unwrap();
-        let outside = run_on_host(&rig, &command, &options).unwrap();
-        // The plant is stepped by another routine, equal up to rounding.
-        for (a, b) in simulated.force.iter().zip(&outside.force) {
-            assert!((a - b).abs() < 0.1, "{a} {b}");
+        rig
+    }
+
+    /// The core outside of the simulator, as firmware runs it.
+    fn firmware(rig: &RigConfig) -> impl FnMut([f32; 4]) -> Result<Answer> + Send + 'static {
+        let controller = <f32 as Precision>::controller(rig, 4096.0).unwrap();
+        let mut state = ControllerState::default();
+        move |[command, velocity, force, spool]| {
+            let out = controller.step(&mut state, command, velocity, force, spool);
+            Ok(Answer {
+                valve_command: out.valve_command,
+                compensation: out.compensation,
+                status: out.status,
+            })
         }
-        assert_eq!(simulated.force.len(), outside.force.len());
+    }
+
+    #[test]
+    fn loop_closed_from_outside_is_the_simulation_bit_for_bit() {
+        let command = sine_sweep(8900.0, 0.0, 10.0, 2.0, 4096.0).unwrap();
+        let noisy = [("sensors.force.noise", 20.0.into()), ("sensors.velocity.noise", 1.0e-3.into())];
+        for rig in [digital(), digital().replace(&noisy).unwrap()] {
+            let options = SimulateOptions::default();
+            let simulated = simulate::<f32>(&rig, &command, &options, |_, _| true).unwrap();
+            let outside = run_with(&rig, &command, &options, firmware(&rig), |_, _| true).unwrap();
+            assert_eq!(simulated.first_difference(&outside), None);
+            // Another controller than the rig's makes another run.
+            let other = rig.replace(&[("compensation.level", 1.000_001.into())]).unwrap();
+            let outside = run_with(&rig, &command, &options, firmware(&other), |_, _| true).unwrap();
+            assert!(simulated.first_difference(&outside).is_some());
+        }
+    }
+
+    #[test]
+    fn a_controller_that_fails_ends_the_run() {
+        let command = sine_sweep(8900.0, 0.0, 10.0, 20.0, 4096.0).unwrap();
+        let mut ticks = 0;
+        let fails = move |_| {
+            ticks += 1;
+            if ticks < 10 {
+                Ok(Answer::default())
+            } else {
+                Err(Error::value("tick", ticks, "must be below 10"))
+            }
+        };
+        let error =
+            run_with(&digital(), &command, &SimulateOptions::default(), fails, |_, _| true).unwrap_err();
+        assert_eq!(error.to_string(), "tick = 10: must be below 10");
+    }
+
+    #[test]
+    fn what_firmware_has_not_is_refused() {
+        let command = sine_sweep(8900.0, 0.0, 10.0, 1.0, 4096.0).unwrap();
+        for change in [
+            ("controller.realization", "analog".into()),
+            ("compensation.feedforward", true.into()),
+            ("compensation.computation_delay", 1.into()),
+            ("compensation.adaptive", true.into()),
+        ] {
+            let rig = digital().replace(&[change.clone()]).unwrap();
+            let idle = |_| Ok(Answer::default());
+            let error = run_with(&rig, &command, &SimulateOptions::default(), idle, |_, _| true).unwrap_err();
+            assert!(error.to_string().starts_with(change.0), "{error}");
+        }
     }
 }

@@ -5,17 +5,18 @@
 #![no_std]
 #![no_main]
 
-mod zhao2005;
+#[cfg(feature = "flipped")]
+mod flipped;
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::{Peripherals, syst::SystClkSource};
 use cortex_m_rt::{entry, exception};
 use eft_core::{Controller, ControllerState};
+use eft_rigs::zhao2005::{CONTROLLER, POINTS, SAMPLE_RATE};
 use semihosting::fs::{File, OpenOptions};
 use semihosting::io::{Read, Write};
 use semihosting::{println, process};
-use zhao2005::{CONTROLLER, POINTS, SAMPLE_RATE};
 
 /// The clock of both QEMU machines' timers (Hz).
 const CLOCK: u32 = 25_000_000;
@@ -51,7 +52,7 @@ fn main() -> ! {
     };
     let controller: &Controller<f32, POINTS> = &CONTROLLER;
     #[cfg(feature = "flipped")]
-    let controller = &flipped(controller);
+    let controller = &flipped::controller(controller);
     let mut state = ControllerState::default();
 
     let mut timer = peripherals.SYST;
@@ -86,18 +87,6 @@ fn main() -> ! {
             process::exit(4)
         }
     }
-}
-
-/// The same controller with another force sensitivity: the run must not equal the host's.
-#[cfg(feature = "flipped")]
-fn flipped(controller: &Controller<f32, POINTS>) -> Controller<f32, POINTS> {
-    let mut other = *controller;
-    if let Ok(limits) =
-        eft_core::ServovalveController::<f32>::new(5.6e-5 * 1.000_000_1, 0.8059, 2.0e-4, SAMPLE_RATE)
-    {
-        other.servovalve = limits;
-    }
-    other
 }
 
 #[exception]

@@ -1,7 +1,8 @@
 //! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
 use eft_core::{
-    AdaptiveControllerState, ControllerState, Feedforward, FeedforwardState, Measurements, Real, Scalar,
+    AdaptiveControllerState, ControllerOutput, ControllerState, Feedforward, FeedforwardState, Mask,
+    Measurements, Real, Scalar,
 };
 
 use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
@@ -99,6 +100,32 @@ fn convert<A: Scalar, B: Scalar>(from: A) -> B {
     B::from_lanes(|i| B::Element::from_f64(from.lane(i).to_f64()))
 }
 
+/// A controller outside of this program: the answer to command (N), velocity (m/s), force (N) and spool opening (1).
+pub(crate) type Outside = Box<dyn FnMut([f32; 4]) -> Answer + Send>;
+
+/// What a controller outside of this program answers to one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Answer {
+    /// Valve command (V).
+    pub valve_command: f32,
+    /// Compensation signal (V) in it.
+    pub compensation: f32,
+    /// Bits of [`eft_core::status`].
+    pub status: u32,
+}
+
+impl Answer {
+    #[inline(never)]
+    fn of<C: Scalar>(outside: &mut Outside, signals: [C; 4]) -> ControllerOutput<C> {
+        let answer = outside(signals.map(|signal| signal.lane(0).to_f64() as f32));
+        ControllerOutput {
+            valve_command: convert(answer.valve_command),
+            compensation: convert(answer.compensation),
+            status: C::flag(C::Mask::splat(true), answer.status),
+        }
+    }
+}
+
 /// The controller of a rig that adapts, and what it remembers.
 struct Adaptive<S: Num, C: Scalar> {
     controller: RigAdaptiveController<C>,
@@ -125,6 +152,8 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     feedforward: Feedforward<C>,
     /// In place of the two above where the rig adapts.
     adaptive: Option<Box<Adaptive<S, C>>>,
+    /// In place of them all, where the controller runs elsewhere.
+    outside: Option<Outside>,
     nominal: Calibration<S>,
     /// The configured supply pressure (Pa), where the controller has no transducer.
     unmeasured_supply: Option<S>,
@@ -168,6 +197,7 @@ where
         });
         Ok(Self {
             adaptive,
+            outside: None,
             unmeasured_supply: (!rig(0).compensation.supply_correction)
                 .then(|| S::from_lanes(|i| rig(i).supply.pressure)),
             nominal: Calibration {
@@ -213,6 +243,11 @@ where
             adaptive.before = Some(decision.driver);
         }
         decision
+    }
+
+    /// Puts a controller from outside in the place of the rig's own; of a digital side, one rig.
+    pub(crate) fn controlled_by(&mut self, outside: Outside) {
+        self.outside = Some(outside);
     }
 
     /// Asks the protection, where there is one, for the soft end.
@@ -312,7 +347,10 @@ where
     ) -> Decision<S> {
         let computation = &mut self.computation;
         let path = |compensation: C| convert(computation.pass(convert(compensation)));
-        let output = if let Some(adaptive) = &mut self.adaptive {
+        let output = if let Some(outside) = &mut self.outside {
+            let (velocity, force, spool) = measured.rounded::<C>();
+            Answer::of(outside, [convert(command), velocity, force, spool])
+        } else if let Some(adaptive) = &mut self.adaptive {
             let held = match adaptive.before {
                 Some(Driver::Held(held)) => held.0,
                 _ => S::splat(0.0),

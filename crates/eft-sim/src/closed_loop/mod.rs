@@ -20,8 +20,9 @@ pub use channel::{Channel, ChannelOutput, Reach, Sample};
 pub use controller::{
     Precision, RigAdaptiveController, RigController, adaptive_parameters, compensation_parameters, only_plain,
 };
+pub use digital_side::Answer;
 pub use ideal::{IdealResponse, ideal_response};
-pub(crate) use simulate::one_actuator;
 pub use simulate::{CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate};
+pub(crate) use simulate::{one_actuator, simulate_controlled};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;

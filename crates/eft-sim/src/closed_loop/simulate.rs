@@ -3,6 +3,7 @@
 use eft_core::{Scalar, status};
 
 use crate::closed_loop::controller::Precision;
+use crate::closed_loop::digital_side::Outside;
 use crate::closed_loop::single::{ClosedLoop, LoopState};
 use crate::closed_loop::test_run::{Rows, TestRun};
 use crate::config::{RigConfig, StructureKind};
@@ -87,17 +88,31 @@ pub fn simulate<P: Precision>(
     options: &SimulateOptions,
     go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
+    simulate_controlled::<P>(rig, command, options, None, go_on)
+}
+
+/// As [`simulate`]; a controller from outside, if there is one, takes the place of the rig's own.
+pub(crate) fn simulate_controlled<P: Precision>(
+    rig: &RigConfig,
+    command: &Command,
+    options: &SimulateOptions,
+    outside: Option<Outside>,
+    go_on: impl FnMut(usize, usize) -> bool,
+) -> Result<TestRun> {
     rig.validate()?;
     one_actuator(rig)?;
     command.validate()?;
     if needs_detail(rig) {
-        let (mut run, test, state) = run_through::<P, DetailedPlant<f64>>(rig, command, options, go_on)?;
+        let (mut run, test, state) =
+            run_through::<P, DetailedPlant<f64>>(rig, command, options, outside, go_on)?;
         run.energy = Some(test.balance(&state));
         return Ok(run);
     }
     match options.method {
-        Method::Exponential => Ok(run_through::<P, Exponential<f64>>(rig, command, options, go_on)?.0),
-        Method::RungeKutta => Ok(run_through::<P, Plant<f64>>(rig, command, options, go_on)?.0),
+        Method::Exponential => {
+            Ok(run_through::<P, Exponential<f64>>(rig, command, options, outside, go_on)?.0)
+        }
+        Method::RungeKutta => Ok(run_through::<P, Plant<f64>>(rig, command, options, outside, go_on)?.0),
     }
 }
 
@@ -113,7 +128,7 @@ pub fn energy_balance(
     rig.validate()?;
     one_actuator(rig)?;
     command.validate()?;
-    let (_, test, state) = run_through::<f64, DetailedPlant<f64>>(rig, command, options, |_, _| true)?;
+    let (_, test, state) = run_through::<f64, DetailedPlant<f64>>(rig, command, options, None, |_, _| true)?;
     Ok(test.balance(&state))
 }
 
@@ -143,6 +158,7 @@ fn run_through<P: Precision, M: PlantModel<f64>>(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
+    outside: Option<Outside>,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<Finished<P, M>> {
     let total = command.values.len();
@@ -150,6 +166,9 @@ fn run_through<P: Precision, M: PlantModel<f64>>(
     let needed = SimulateOptions { largest_step: longest_step(rig).min(options.largest_step), ..*options };
     let steps = needed.steps(command.sample_rate)?.max(asked);
     let mut test = ClosedLoop::<f64, P, M>::new(|_| rig, Pace { sample_rate: command.sample_rate, steps })?;
+    if let Some(outside) = outside {
+        test.controlled_by(outside);
+    }
     let mut state = test.at_rest();
     let soft_end = soft_end(rig, command.sample_rate, total);
     let mut run = TestRun::with_capacity(rig, command.sample_rate, total);

@@ -3,7 +3,7 @@
 use eft_core::{Scalar, status};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{Decision, DigitalSide, DigitalState};
+use crate::closed_loop::digital_side::{Decision, DigitalSide, DigitalState, Outside};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::rig::{DetailedPlant, DetailedState, Driver, EnergyBalance, Num, Pace, PlantModel, PlantState};
@@ -71,6 +71,11 @@ where
             status: decision.status | limits,
             decision,
         }
+    }
+
+    /// Puts a controller from outside in the place of the rig's own.
+    pub(crate) fn controlled_by(&mut self, outside: Outside) {
+        self.digital.controlled_by(outside);
     }
 
     /// Asks the protection, where there is one, for the soft end.

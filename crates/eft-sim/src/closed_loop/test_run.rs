@@ -86,6 +86,39 @@ impl TestRun {
         }
     }
 
+    /// Where two runs differ by a bit for the first time, as trace and sample; none where they are equal.
+    /// Samples that only one of them has are a difference.
+    pub fn first_difference(&self, other: &Self) -> Option<(&'static str, usize)> {
+        fn first<T>(a: &[T], b: &[T], bits: impl Fn(&T) -> u64) -> Option<usize> {
+            let differ = a.iter().zip(b).position(|(a, b)| bits(a) != bits(b));
+            differ.or((a.len() != b.len()).then(|| a.len().min(b.len())))
+        }
+        let traces: [(&str, fn(&Self) -> &[f64]); 17] = [
+            ("command", |run| &run.command),
+            ("force", |run| &run.force),
+            ("displacement", |run| &run.displacement),
+            ("velocity", |run| &run.velocity),
+            ("spool", |run| &run.spool),
+            ("load_pressure", |run| &run.load_pressure),
+            ("supply_pressure", |run| &run.supply_pressure),
+            ("valve_command", |run| &run.valve_command),
+            ("compensation", |run| &run.compensation),
+            ("flow_gain_estimate", |run| &run.flow_gain_estimate),
+            ("response_delay_estimate", |run| &run.response_delay_estimate),
+            ("level", |run| &run.level),
+            ("measured_force", Self::measured_force),
+            ("measured_displacement", Self::measured_displacement),
+            ("measured_velocity", Self::measured_velocity),
+            ("measured_spool", Self::measured_spool),
+            ("measured_supply_pressure", Self::measured_supply_pressure),
+        ];
+        let flags = first(&self.status, &other.status, |&flags| flags.into()).map(|at| ("status", at));
+        let differences = traces.into_iter().filter_map(|(name, trace)| {
+            first(trace(self), trace(other), |value| value.to_bits()).map(|at| (name, at))
+        });
+        differences.chain(flags).min_by_key(|difference| difference.1)
+    }
+
     /// Room for `ticks` more samples, to be filled in.
     pub(crate) fn extend(&mut self, ticks: usize) -> Rows<'_> {
         fn more<T: Copy + Default>(channel: &mut Vec<T>, ticks: usize) -> &mut [T] {

@@ -40,14 +40,7 @@ pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
     rig.validate()?;
     let rate = rig.controller.sample_rate;
     <f32 as Precision>::controller(rig, rate)?;
-    only_plain(rig)?;
-    if rig.compensation.feedforward {
-        return Err(Error::value("compensation.feedforward", true, "must be false to be exported"));
-    }
-    let delay = rig.compensation.computation_delay;
-    if delay != 0 {
-        return Err(Error::value("compensation.computation_delay", delay, "must be 0 to be exported"));
-    }
+    runs_on_firmware(rig)?;
     let points = rig.servovalve.flow_table.openings.len();
     if target == Target::C && points > C_CAPACITY {
         return Err(Error::value("servovalve.flow_table", points, "must have at most 21 points for C"));
@@ -61,9 +54,22 @@ pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
     Ok(out)
 }
 
-/// A number that reads back as itself.
+/// Refuses a rig whose controller is more than one `eft_core::Controller`, by the first key that asks for more.
+pub(crate) fn runs_on_firmware(rig: &RigConfig) -> Result<()> {
+    only_plain(rig)?;
+    if rig.compensation.feedforward {
+        return Err(Error::value("compensation.feedforward", true, "must be false for firmware"));
+    }
+    let delay = rig.compensation.computation_delay;
+    if delay != 0 {
+        return Err(Error::value("compensation.computation_delay", delay, "must be 0 for firmware"));
+    }
+    Ok(())
+}
+
+/// A number that reads back as itself, in both languages.
 fn number(value: f64) -> String {
-    format!("{value:e}")
+    format!("{value:?}")
 }
 
 fn list(values: &[f64]) -> String {
@@ -98,22 +104,27 @@ fn rust(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameter
         out,
         "macro_rules! checked {{\n    ($made:expr) => {{\n        match $made {{\n            Ok(made) => made,\n            Err(_) => panic!(\"refused\"),\n        }}\n    }};\n}}\n"
     )?;
-    writeln!(out, "/// Spool openings (1).\nconst OPENINGS: [f64; POINTS] = [{}];", list(&table.openings))?;
-    writeln!(out, "/// Flows (m³/s).\nconst FLOWS: [f64; POINTS] = [{}];\n", list(&table.flows))?;
-    writeln!(out, "/// The controller.\npub static CONTROLLER: Controller<f32, POINTS> = {{")?;
-    writeln!(out, "    let table = checked!(FlowTable::<f32, POINTS>::new(&OPENINGS, &FLOWS));")?;
-    writeln!(out, "    let parameters = CompensationParameters {{")?;
-    writeln!(out, "        mode: Mode::{mode},\n        sign_from: SignFrom::{sign_from},")?;
+    writeln!(
+        out,
+        "/// Spool openings (1).\npub const OPENINGS: [f64; POINTS] = [{}];",
+        list(&table.openings)
+    )?;
+    writeln!(out, "/// Flows (m³/s).\npub const FLOWS: [f64; POINTS] = [{}];\n", list(&table.flows))?;
+    writeln!(out, "/// What the compensation is made from.")?;
+    writeln!(out, "pub const PARAMETERS: CompensationParameters = CompensationParameters {{")?;
+    writeln!(out, "    mode: Mode::{mode},\n    sign_from: SignFrom::{sign_from},")?;
     for (key, value, unit) in fields(p) {
-        writeln!(out, "        {key}: {}, // {unit}", number(value))?;
+        writeln!(out, "    {key}: {}, // {unit}", number(value))?;
     }
     writeln!(
         out,
-        "        sample_rate: SAMPLE_RATE,\n        proportional_gain: {}, // V/V\n    }};",
+        "    sample_rate: SAMPLE_RATE,\n    proportional_gain: {}, // V/V\n}};\n",
         number(p.proportional_gain)
     )?;
+    writeln!(out, "/// The controller.\npub static CONTROLLER: Controller<f32, POINTS> = {{")?;
+    writeln!(out, "    let table = checked!(FlowTable::<f32, POINTS>::new(&OPENINGS, &FLOWS));")?;
     writeln!(out, "    Controller {{")?;
-    writeln!(out, "        compensation: checked!(Compensation::<f32, POINTS>::new(&parameters, &table)),")?;
+    writeln!(out, "        compensation: checked!(Compensation::<f32, POINTS>::new(&PARAMETERS, &table)),")?;
     writeln!(
         out,
         "        // Force sensitivity (V/N), proportional gain (V/V), derivative gain (s).\n        servovalve: checked!(ServovalveController::<f32>::new({}, {}, {}, SAMPLE_RATE)),",
@@ -194,12 +205,22 @@ fn fields(p: &CompensationParameters) -> [(&'static str, f64, &'static str); 11]
 mod tests {
     use super::*;
 
+    /// To take over a change: `EFT_WRITE_EXPORTS=1 cargo test -p eft-sim firmware_holds`.
     #[test]
-    fn firmware_holds_what_the_papers_rig_exports() {
-        let firmware = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/");
-        for (target, path) in [(Target::Rust, "image/src/zhao2005.rs"), (Target::C, "c/zhao2005.h")] {
-            let committed = std::fs::read_to_string(format!("{firmware}{path}")).unwrap();
-            assert_eq!(committed, export(&RigConfig::zhao2005(), "zhao2005", target).unwrap(), "{path}");
+    fn firmware_holds_what_its_rigs_export() {
+        let firmware = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/rigs");
+        let uneven = std::fs::read_to_string(format!("{firmware}/uneven.toml")).unwrap();
+        for (name, rig) in
+            [("zhao2005", RigConfig::zhao2005()), ("uneven", RigConfig::from_toml(&uneven).unwrap())]
+        {
+            for (target, path) in [(Target::Rust, format!("src/{name}.rs")), (Target::C, format!("{name}.h"))]
+            {
+                let (path, fresh) = (format!("{firmware}/{path}"), export(&rig, name, target).unwrap());
+                if std::env::var_os("EFT_WRITE_EXPORTS").is_some() {
+                    std::fs::write(&path, &fresh).unwrap();
+                }
+                assert_eq!(std::fs::read_to_string(&path).unwrap(), fresh, "{path}");
+            }
         }
     }
 
@@ -215,7 +236,7 @@ mod tests {
         let mut rig = RigConfig::zhao2005();
         rig.compensation.feedforward = true;
         let refusal = export(&rig, "rig", Target::C).unwrap_err().to_string();
-        assert_eq!(refusal, "compensation.feedforward = true: must be false to be exported");
+        assert_eq!(refusal, "compensation.feedforward = true: must be false for firmware");
         rig = RigConfig::zhao2005();
         rig.compensation.adaptive = true;
         let refusal = export(&rig, "rig", Target::Rust).unwrap_err().to_string();

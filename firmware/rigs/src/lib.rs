@@ -1,0 +1,8 @@
+//! Two rigs as `eft export` wrote them; a test holds them, and their C headers, against a fresh export.
+#![no_std]
+
+// As they were exported.
+#[rustfmt::skip]
+pub mod uneven;
+#[rustfmt::skip]
+pub mod zhao2005;
