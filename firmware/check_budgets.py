@@ -112,7 +112,9 @@ def main(image: str, measurements: str, table: str | None = None) -> int:
     for line in Path(measurements).read_text().splitlines():
         name, instructions, stack = line.split()
         functions = reached(name, graph)
-        measured[name] = Cost(int(instructions), sum(where[f][1] for f in functions if f in where), int(stack))
+        measured[name] = Cost(
+            int(instructions), sum(where[f][1] for f in functions if f in where), int(stack)
+        )
         problems += [f"{name} reaches {f}: software arithmetic" for f in functions if SOFT_FLOAT.search(f)]
     if not any(SOFT_FLOAT.search(f) for f in reached("main", graph)):
         problems.append("the image configures in doubles, and no routine was found: the search is blind")

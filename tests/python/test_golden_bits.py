@@ -86,12 +86,8 @@ def hashed(step, status, rows):
 
 @pytest.mark.parametrize("name", ["zhao2005", "uneven"])
 def test_python_computes_the_committed_bits(name, ticks):
-    golden = dict(
-        line.rsplit(" ", 1) for line in (FIRMWARE / "golden" / "bits.txt").read_text().splitlines()
-    )
-    rig = (
-        eft.Rig.zhao2005() if name == "zhao2005" else eft.Rig.from_toml(FIRMWARE / "rigs" / "uneven.toml")
-    )
+    golden = dict(line.rsplit(" ", 1) for line in (FIRMWARE / "golden" / "bits.txt").read_text().splitlines())
+    rig = eft.Rig.zhao2005() if name == "zhao2005" else eft.Rig.from_toml(FIRMWARE / "rigs" / "uneven.toml")
     controller = eft.Controller(rig, dtype="f32")
     assert hashed(controller.step, lambda: controller.status, ticks[:, :4]) == golden[f"{name} controller"]
     compensator = eft.Compensator(rig, dtype="f32")

@@ -1,5 +1,5 @@
 //! The adaptive controller's bits on this machine are those on the microcontrollers.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
 
 #[path = "../../../firmware/budgets/src/golden.rs"]
 mod golden;

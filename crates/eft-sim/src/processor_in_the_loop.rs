@@ -219,7 +219,7 @@ mod tests {
             ("compensation.computation_delay", 1.into()),
             ("compensation.adaptive", true.into()),
         ] {
-            let rig = digital().replace(&[change.clone()]).unwrap();
+            let rig = digital().replace(std::slice::from_ref(&change)).unwrap();
             let idle = |_| Ok(Answer::default());
             let error = run_with(&rig, &command, &SimulateOptions::default(), idle, |_, _| true).unwrap_err();
             assert!(error.to_string().starts_with(change.0), "{error}");

@@ -93,7 +93,8 @@ impl TestRun {
             let differ = a.iter().zip(b).position(|(a, b)| bits(a) != bits(b));
             differ.or((a.len() != b.len()).then(|| a.len().min(b.len())))
         }
-        let traces: [(&str, fn(&Self) -> &[f64]); 17] = [
+        type Trace = fn(&TestRun) -> &[f64];
+        let traces: [(&str, Trace); 17] = [
             ("command", |run| &run.command),
             ("force", |run| &run.force),
             ("displacement", |run| &run.displacement),
