@@ -28,7 +28,7 @@ RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -
 # knows no --group, and asking for "eft[test]" could reach for a stranger's eft.
 extra = $(PY) -c 'import sys, tomllib; p = tomllib.load(open("pyproject.toml", "rb"))["project"]; print("\n".join(r for e in sys.argv[1:] for r in p["optional-dependencies"][e]))'
 
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs dist build clean
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs dist dist-check build clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -71,8 +71,12 @@ docs: $(VENV)/.extra-docs ## Build the documentation, warnings are errors
 	@echo "docs/_build/html/index.html"
 
 dist: $(VENV)/.made ## Build the wheel and the source distribution
+	rm -rf dist
 	$(BIN)/maturin build --release --locked --out dist
 	$(BIN)/maturin sdist --out dist
+
+dist-check: dist ## Install both as a stranger would, the wheel without Rust, and run a test
+	.ci/dist-check
 
 clean: ## Remove everything that was built
 	$(CARGO) clean

@@ -284,7 +284,14 @@ class TestRun:
                     raise ValueError("a single array")
                 with stored as archive:
                     return cls._from_archive({name: archive[name] for name in archive.files})
-            except (ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
+            except (
+                ValueError,
+                KeyError,
+                EOFError,
+                MemoryError,
+                zipfile.BadZipFile,
+                NotImplementedError,
+            ) as error:
                 reason = f"has no {error}" if isinstance(error, KeyError) else str(error)
                 raise ValueError(f"{source}: not a test saved by eft: {reason}") from None
 

@@ -181,3 +181,25 @@ def test_check_does_not_call_a_test_feasible_that_fails_on_the_virtual_rig(capsy
     code = main(["check", *SWEEP, *fault])
     said = capsys.readouterr().out
     assert code == 1 and "On the virtual rig:" in said.split("\nNo:\n")[1]
+
+
+BUILDING = [
+    "--set", "structure.kind=shear_building", "--set", "structure.stories.masses=[7e3, 6e3]",
+    "--set", "structure.stories.dampings=[5e3, 4e3]", "--set", "structure.stories.stiffnesses=[2.6e6, 2.3e6]",
+]  # fmt: skip
+
+
+def test_a_building_is_run_floor_by_floor_and_reported(capsys):
+    arguments = ["run", "--record", "elcentro", "--scale", "0.3", *BUILDING]
+    assert main(arguments) == 0
+    assert "floor 0  floor 1" in capsys.readouterr().out
+    assert main([*arguments, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["metrics"]["nrmse"] == list(eft.TestRun.load("run.eft").metrics()["nrmse"])
+    assert main(["report", "run.eft"]) == 0
+
+
+def test_what_knows_one_mass_refuses_a_building(capfd):
+    for arguments in (["check", "--record", "elcentro"], ["map", "--kind", "delay-rate"]):
+        assert main([*arguments, *BUILDING]) == 2
+        assert 'structure.kind = "shear_building": must be of one mass' in capfd.readouterr().err

@@ -56,6 +56,11 @@ WRONG = {
     "sample rate of zero": ([*SWEEP, "--sample-rate", "0"], {}, ["sample_rate", "0"]),
     "no such record": ([*RECORD, "nowhere.at2"], {}, ["nowhere.at2", "No such file"]),
     "record of words": ([*RECORD, "a.at2"], {"a.at2": "one\ntwo\nthree\nfour\nfive\n"}, ["a.at2"]),
+    "record of a billion points": (
+        [*RECORD, "a.at2"],
+        {"a.at2": "PEER\nx\nACCELERATION IN UNITS OF G\nNPTS= 1000000000, DT= .01 SEC\n .1 .2 .3\n"},
+        ["a.at2", "1000000000", "3"],
+    ),
     "record without numbers": ([*RECORD, "a.csv"], {"a.csv": ""}, ["a.csv"]),
     "scale that is none": ([*RECORD, "elcentro", "--scale", "inf"], {}, ["scale", "inf"]),
     "negative mass": ([*RECORD, "elcentro", "--mass", "-5"], {}, ["mass", "-5"]),

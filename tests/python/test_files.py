@@ -1,6 +1,8 @@
 """Files written beside and renamed."""
 
 import stat
+import subprocess
+import sys
 
 import pytest
 
@@ -23,3 +25,18 @@ def test_a_new_file_can_be_read_by_those_the_umask_lets_in(tmp_path):
     (tmp_path / "plain").touch()
     assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE((tmp_path / "plain").stat().st_mode)
     assert path.read_text() == "new"
+
+
+def test_a_kill_in_the_middle_of_writing_leaves_the_old_file(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text("old")
+    script = (
+        "import sys, time\nfrom pathlib import Path\nfrom eft._files import beside\n"
+        "with beside(Path(sys.argv[1])) as temporary:\n"
+        "    temporary.write_text('half of the new')\n    print('written', flush=True)\n    time.sleep(60)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", script, path], stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "written\n"
+    process.kill()
+    process.communicate(timeout=30)
+    assert path.read_text() == "old"

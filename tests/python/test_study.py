@@ -188,6 +188,16 @@ def test_progress_counts_up_to_the_total():
     assert seen == [(4, 6), (6, 6)]
 
 
+def test_a_building_has_one_row_with_its_worst_floor():
+    stories = {"masses": [7e3, 6e3], "dampings": [5e3, 4e3], "stiffnesses": [2.6e6, 2.3e6]}
+    rig = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
+    command = eft.Command(np.stack([COMMAND.values * 0.2, COMMAND.values * 0.1]), COMMAND.sample_rate)
+    study = eft.study(rig, command, {"compensation.level": [0.9, -1.0]}, traces=True)
+    run = eft.simulate(rig.replace({"compensation.level": 0.9}), command)
+    assert study.row(0)["nrmse"] == run.metrics()["nrmse"].max()
+    assert study.row(1)["status"] == "refused" and (study.run(0).force == run.force).all()
+
+
 # --- folders ---
 
 

@@ -136,12 +136,18 @@ def _run(plan: Plan, todo: Iterable[int], executor: Executor | None) -> Iterator
                 flying[executor.submit(run_batch, plan.batch(number), 1)] = number
             if not flying:
                 return
-            for future in wait(flying, return_when=FIRST_COMPLETED).done:
+            # What came to a result first, so that it is kept when another one ends the study.
+            done = wait(flying, return_when=FIRST_COMPLETED).done
+            for future in sorted(done, key=_broke):
                 number = flying.pop(future)
                 yield number, _result(future, plan.batch(number), executor)
     finally:
         for future in flying:
             future.cancel()
+
+
+def _broke(future: Future[list[Outcome]]) -> bool:
+    return future.cancelled() or future.exception() is not None
 
 
 def _result(future: Future[list[Outcome]], batch: Batch, executor: Executor) -> list[Outcome]:

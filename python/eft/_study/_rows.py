@@ -6,11 +6,13 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from eft._native import BatchResult, Command, Rig, __version__, rig_keys, simulate_batch
-from eft._run import TestRun
+from eft._run import TestRun, simulate
 from eft._status import Status
 from eft._study._plan import Batch, Test, scaled
-from eft._study._values import SCALE, type_of
+from eft._study._values import SCALE, Changes, type_of
 
 METRICS: dict[str, tuple[str, str]] = {
     "nrmse": ("", "rms force error over rms command"),
@@ -78,6 +80,9 @@ def run_batch(batch: Batch, threads: int | None = None) -> list[Outcome]:
     ready: list[tuple[Test, Rig, Command]] = []
     for test in batch.tests:
         changes = {key: value for key, value in test.changes.items() if key != SCALE}
+        if batch.of_buildings:
+            outcomes[test.index] = _building(batch, test, changes)
+            continue
         try:
             ready.append(
                 (test, batch.rig.replace(changes), scaled(batch.commands[test.command], test.changes))
@@ -92,6 +97,26 @@ def run_batch(batch: Batch, threads: int | None = None) -> list[Outcome]:
         for test, rig, command, result in zip(tests, rigs, commands, results, strict=True):
             outcomes[test.index] = _outcome(batch, test, rig, command, result)
     return [outcomes[test.index] for test in batch.tests]
+
+
+def _building(batch: Batch, test: Test, changes: Changes) -> Outcome:
+    """One test with an actuator on every floor; each metric is that of the floor where it is largest."""
+    try:
+        command = scaled(batch.commands[test.command], test.changes)
+        run = simulate(batch.rig.replace(changes), command, batch.dtype)
+        floors = run.metrics()
+    except ValueError as error:
+        return Outcome(failed_row(test, "refused", error), None)
+    metrics = {name: _worst(values) for name, values in floors.items()}
+    status, reason = status_of(run.flags)
+    row = _row(test, metrics, status, int(run.flags), len(run), reason)
+    return Outcome(row, run if batch.traces else None)
+
+
+def _worst(values: Any) -> float:
+    numbers = np.atleast_1d(values)
+    numbers = numbers[~np.isnan(numbers)]
+    return float(numbers[np.argmax(np.abs(numbers))]) if numbers.size else math.nan
 
 
 def _outcome(batch: Batch, test: Test, rig: Rig, command: Command, result: BatchResult | str) -> Outcome:

@@ -38,8 +38,8 @@ def check(
     the test is run on the virtual rig. Nothing is written. Exit code 1 when the answer is no.
     """
     plan = plan_of(test, rig, changes, command)
-    found = _feasibility(plan)
     margins = _margins(plan)
+    found = _feasibility(plan)
     with progress("test") as update:
         run = eft.simulate(plan.rig, plan.command, progress=update)
     outcome = judge(run)

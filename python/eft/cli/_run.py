@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 import eft
 from eft._test_file import TestPlan
@@ -53,7 +54,9 @@ def run(
         emit_json(answer)
     else:
         click.echo(f"{plan.about}\non {result.rig['name']}: {result.message}")
-        click.echo(f"\n{table(_rows(answer['metrics']))}\n")
+        floors = result.command.shape[0] if result.command.ndim > 1 else 1
+        header = ("", *(f"floor {i}" for i in range(floors))) if floors > 1 else None
+        click.echo(f"\n{table(_rows(answer['metrics']), header)}\n")
         click.echo(answer["verdict"])
         click.echo(f"{target} written" + (", up to the interruption" if interrupted else ""))
     if interrupted:
@@ -99,14 +102,15 @@ def describe(result: eft.TestRun) -> dict[str, Any]:
     }
 
 
-def metrics_of(result: eft.TestRun) -> dict[str, float]:
+def metrics_of(result: eft.TestRun) -> dict[str, Any]:
     """The metrics, or only those that need no command where the command is zero."""
     if not result.command.any():
         return {"max_spool": float(abs(result.spool).max())}
     return result.metrics()
 
 
-def _rows(metrics: dict[str, float]) -> list[tuple[str, str]]:
+def _rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
+    """The metrics in words, a column for each actuator."""
     shown = {
         "nrmse": ("force error, rms over rms", "{:.2%}"),
         "nrmse_delay_removed": ("  without the delay", "{:.2%}"),
@@ -115,7 +119,10 @@ def _rows(metrics: dict[str, float]) -> list[tuple[str, str]]:
         "max_spool": ("largest spool opening", "{:.1%}"),
     }
     return [
-        (words, form.format(metrics[key] * (1e3 if key == "delay" else 1)))
+        (
+            words,
+            *(form.format(value * (1e3 if key == "delay" else 1)) for value in np.atleast_1d(metrics[key])),
+        )
         for key, (words, form) in shown.items()
         if key in metrics
     ]
