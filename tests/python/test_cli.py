@@ -197,9 +197,3 @@ def test_a_building_is_run_floor_by_floor_and_reported(capsys):
     answer = json.loads(capsys.readouterr().out)
     assert answer["metrics"]["nrmse"] == list(eft.TestRun.load("run.eft").metrics()["nrmse"])
     assert main(["report", "run.eft"]) == 0
-
-
-def test_what_knows_one_mass_refuses_a_building(capfd):
-    for arguments in (["check", "--record", "elcentro"], ["map", "--kind", "delay-rate"]):
-        assert main([*arguments, *BUILDING]) == 2
-        assert 'structure.kind = "shear_building": must be of one mass' in capfd.readouterr().err

@@ -22,8 +22,8 @@ pub use map::{MapAxis, MapQuantity, stability_map};
 pub use margin::{Margins, stability_margin, stability_margins};
 pub use state_space::{Mode, StateSpace};
 
-use crate::config::{RigConfig, StructureKind};
-use crate::error::{Error, Result};
+use crate::config::RigConfig;
+use crate::error::Result;
 
 /// In which time a rig is linearised.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +37,7 @@ pub enum Time {
 /// The rig's closed loop linearised about rest, from force command (N) to the outputs of [`StateSpace`].
 ///
 /// # Errors
-/// An invalid configuration or sample rate; a building, for the model has one mass.
+/// An invalid configuration or sample rate.
 pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
     rig.validate()?;
     model(rig, gain, time)
@@ -45,10 +45,6 @@ pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpa
 
 /// As [`linearize`], of a configuration known to be valid but for a factor on one of its values.
 fn model(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
-    if rig.structure.kind == StructureKind::ShearBuilding {
-        let allowed = "must be of one mass, for the linear model knows no stories";
-        return Err(Error::value("structure.kind", "\"shear_building\"", allowed));
-    }
     match time {
         Time::Continuous => continuous::continuous(rig, gain),
         Time::Sampled(rate) => sampled::sampled(rig, gain, rate),
