@@ -197,3 +197,10 @@ def test_a_building_is_run_floor_by_floor_and_reported(capsys):
     answer = json.loads(capsys.readouterr().out)
     assert answer["metrics"]["nrmse"] == list(eft.TestRun.load("run.eft").metrics()["nrmse"])
     assert main(["report", "run.eft"]) == 0
+
+
+def test_check_and_map_take_a_building(folder, capsys):
+    assert main(["check", "--record", "elcentro", "--scale", "0.3", *BUILDING]) == 0
+    assert "compensation level" in capsys.readouterr().out
+    assert main(["map", *BUILDING, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["vertical"]["key"] == "compensation.response_delay"

@@ -7,6 +7,7 @@ import distributed
 import pytest
 
 import eft
+from eft.cli import main
 
 RIG = eft.Rig.zhao2005()
 COMMAND = eft.sine_sweep(amplitude=8900.0, f_start=0.5, f_end=4.0, duration=4.0, sample_rate=2048.0)
@@ -52,3 +53,15 @@ def test_a_worker_killed_in_the_middle_loses_no_row(client, here):
     assert list(study) == here
     client.wait_for_workers(2, timeout=60)
     assert killed[0] not in client.run(os.getpid).values(), "the worker was never killed"
+
+
+def test_the_command_line_sends_a_study_to_a_scheduler(client, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sweep = 'kind = "sweep"\namplitude = 8900.0\nf_start = 0.5\nf_end = 4.0\nduration = 1.0\n'
+    text = f"{RIG.to_toml()}\n[command]\n{sweep}[study.grid]\ncompensation.level = [0.9, 1.0]\n"
+    (tmp_path / "s.toml").write_text(text)
+    assert main(["study", "s.toml", "--dask", client.scheduler.address]) == 0
+    command = eft.sine_sweep(8900.0, 0.5, 4.0, 1.0, 4096.0)
+    assert list(eft.Study.load("s.study")) == list(
+        eft.study(RIG, command, {"compensation.level": [0.9, 1.0]})
+    )

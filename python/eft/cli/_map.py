@@ -71,7 +71,9 @@ def stability_map(
             raise click.UsageError(f"{horizontal[3]} × {vertical[3]} points: must be at most {_MOST}")
         found = eft.stability_map(chosen, _axis("--x", horizontal), _axis("--y", vertical))
     else:
-        found = eft.STABILITY_MAPS[kind or "level-damping"](chosen)
+        # A building has a damper a story, and no map over one of them alone.
+        building = chosen["structure.kind"] == "shear_building"
+        found = eft.STABILITY_MAPS[kind or ("delay-rate" if building else "level-damping")](chosen)
     for target in targets:
         _write(found, chosen, target)
     if as_json:

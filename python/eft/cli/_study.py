@@ -115,11 +115,24 @@ def _text(found: eft.Study, answer: dict[str, Any]) -> str:
             rows.append((words, *cells, str(numbers["test"])))
     if rows:
         parts.append(table(rows, ("of the completed tests", "median", "95%", "largest", "in test")))
+        worst = dict.fromkeys(numbers["test"] for numbers in answer["metrics"].values())
+        parts.append("\n".join(_settings(found.row(test), found) for test in worst))
     told = reasons(found)
     parts += ["\n".join(f"{number} × {reason}" for reason, number in told[:5])] if told else []
     if len(told) > 5:
         parts.append(f"and {len(told) - 5} other reasons, in the column `error`")
     return "\n\n".join(parts)
+
+
+def _settings(row: dict[str, Any], found: eft.Study) -> str:
+    """What made a test this one."""
+    command = [f"command {row['command']}"] if len(found.description["commands"]) > 1 else []
+    changes = [f"{key} = {_short(row[key])}" for key in found.parameters]
+    return f"test {row['index']}: {', '.join(command + changes)}"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 _SHEETS = {
