@@ -1,7 +1,9 @@
-"""Writes the pages that are generated: paper against result, and the keys of a rig."""
+"""Writes the pages that are generated: paper against result, the paper's figures, and the keys of a rig."""
 
 import sys
 from pathlib import Path
+
+import paper_figures
 
 import eft
 from eft._files import write_text
@@ -22,5 +24,6 @@ def keys() -> str:
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     write_text(FOLDER / "keys.md", keys())
+    paper_figures.write(FOLDER)
     # A number off its reference makes no page: the documentation must not show it as a result.
     sys.exit(main(["--output", str(FOLDER)]))

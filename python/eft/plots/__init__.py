@@ -13,7 +13,17 @@ from eft.plots.histories import (
     velocity_history,
 )
 from eft.plots.loops import hysteresis
-from eft.plots.paper import figure_8, figure_8_ratio, figure_9, figure_10, figure_11, figure_structure
+from eft.plots.paper import (
+    figure_4,
+    figure_6,
+    figure_8,
+    figure_8_ratio,
+    figure_9,
+    figure_10,
+    figure_11,
+    figure_maps,
+    figure_structure,
+)
 from eft.plots.planning import flow_curve, inverse_dynamics, response_delay, stability_map
 from eft.plots.spectra import force_ratio, force_spectrum
 
@@ -21,11 +31,14 @@ __all__ = [
     "SPOOL_ADVICE",
     "Response",
     "displacement_history",
+    "figure_4",
+    "figure_6",
     "figure_8",
     "figure_8_ratio",
     "figure_9",
     "figure_10",
     "figure_11",
+    "figure_maps",
     "figure_structure",
     "flow_curve",
     "force_history",

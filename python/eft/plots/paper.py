@@ -1,21 +1,67 @@
-"""Whole figures in the manner of the paper's Figs. 8 to 11, laid out for a printed page."""
+"""Whole figures in the manner of the paper's Figs. 4, 6 and 8 to 11, laid out for a printed page."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from eft.plots import histories, loops, spectra
+from eft.plots import histories, loops, planning, spectra
 from eft.plots._signals import Response
 from eft.plots._style import page, printed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
 
-    from eft import TestRun
+    from eft import Estimate, FlowCurveEstimate, Rig, StabilityMap, TestRun
 
 Runs = Mapping[str, "TestRun"]
+
+
+def figure_4(
+    delay: Estimate,
+    curve: FlowCurveEstimate,
+    *,
+    spool: ArrayLike,
+    displacement: ArrayLike,
+    sample_rate: float,
+    piston_area: float,
+) -> tuple[Figure, Figure]:
+    """The identification tests: phase lag with the delay's line (4a), flow curve over one run's flow (4b).
+
+    `spool` and `displacement` (m) are that run's, sampled at `sample_rate` (Hz).
+    """
+    with printed():
+        left, right = page(2.6), page(3.4)
+        planning.response_delay(delay, ax=left.subplots())
+        planning.flow_curve(
+            curve.table,
+            spool=spool,
+            displacement=displacement,
+            sample_rate=sample_rate,
+            piston_area=piston_area,
+            ax=right.subplots(),
+        )
+        return left, right
+
+
+def figure_6(rig: Rig) -> Figure:
+    """Valve, lead network and both in series: gain and phase."""
+    with printed():
+        figure = page(4.2)
+        planning.inverse_dynamics(rig, axes=figure.subplots(2, 1, sharex=True))
+        figure.align_ylabels()
+        return figure
+
+
+def figure_maps(*found: StabilityMap) -> Figure:
+    """Stability maps one below the other."""
+    with printed():
+        figure = page(2.7 * len(found))
+        for ax, each in zip(figure.subplots(len(found), 1, squeeze=False)[:, 0], found, strict=True):
+            planning.stability_map(each, ax=ax)
+        return figure
 
 
 def figure_8(runs: Runs, *, window: tuple[float, float] = (4.0, 8.0)) -> Figure:

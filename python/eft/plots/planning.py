@@ -44,7 +44,7 @@ def flow_curve(
     ax = axes_or_new(ax)
     if spool is not None and displacement is not None and sample_rate and piston_area:
         flow = piston_area * np.gradient(np.asarray(displacement), 1 / sample_rate) * 1e3
-        ax.plot(np.asarray(spool), flow, ".", color="0.7", markersize=2, label="measured")
+        ax.plot(np.asarray(spool), flow, ".", color="0.6", markersize=5, label="measured")
     ax.plot(table.openings, table.flows * 1e3, "o-", color=BLUE, markersize=3, label="control points")
     return finish(ax, xlabel="spool opening (1)", ylabel="flow (l/s)")
 
@@ -85,6 +85,10 @@ def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
             ax.plot(found.horizontal, shown, label=str(label), **line.keywords())
         finish(ax, xlabel=_axis_label(found.horizontal_key), ylabel=_QUANTITIES[found.quantity])
         ax.ticklabel_format(axis="y", useOffset=False)
+        finite = found.values[np.isfinite(found.values)]
+        if finite.size and np.ptp(finite) < _ALIKE * finite.max():
+            # Levels that hardly differ must not look as if they did.
+            ax.set_ylim(finite.mean() * (1.0 - _ALIKE), finite.mean() * (1.0 + _ALIKE))
         _logarithmic(ax.set_xscale, found.horizontal)
         return ax
     # Beyond that, how fast it grows or decays no longer matters.
@@ -101,6 +105,9 @@ def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
     _logarithmic(ax.set_yscale, found.vertical)
     return ax
 
+
+_ALIKE = 0.02
+"""Levels within this share of each other count as the same."""
 
 _QUANTITIES = {"growth_rate": "growth rate (1/s)", "level": "largest stable level"}
 
