@@ -192,7 +192,7 @@ BUILDING = [
 def test_a_building_is_run_floor_by_floor_and_reported(capsys):
     arguments = ["run", "--record", "elcentro", "--scale", "0.3", *BUILDING]
     assert main(arguments) == 0
-    assert "floor 0  floor 1" in capsys.readouterr().out
+    assert "floor 1  floor 2" in capsys.readouterr().out
     assert main([*arguments, "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["metrics"]["nrmse"] == list(eft.TestRun.load("run.eft").metrics()["nrmse"])

@@ -55,7 +55,7 @@ def run(
     else:
         click.echo(f"{plan.about}\non {result.rig['name']}: {result.message}")
         floors = result.command.shape[0] if result.command.ndim > 1 else 1
-        header = ("", *(f"floor {i}" for i in range(floors))) if floors > 1 else None
+        header = ("", *(f"floor {i + 1}" for i in range(floors))) if floors > 1 else None
         click.echo(f"\n{table(_rows(answer['metrics']), header)}\n")
         click.echo(answer["verdict"])
         click.echo(f"{target} written" + (", up to the interruption" if interrupted else ""))

@@ -34,10 +34,10 @@ pub enum Time {
     Sampled(f64),
 }
 
-/// The rig's closed loop linearised about rest, from force command (N) to the outputs of [`StateSpace`].
+/// The rig's closed loop linearised about rest, from one force command (N) an actuator to the outputs of [`StateSpace`].
 ///
 /// # Errors
-/// An invalid configuration or sample rate.
+/// An invalid configuration or sample rate; a building of so many stories that the sampled model grows too large.
 pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
     rig.validate()?;
     model(rig, gain, time)
