@@ -88,7 +88,7 @@ def rig_within(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str
         raise ValueError(f"{path}: `rig` names a file, so that no rig may stand here as well: {others}")
     if not isinstance(tree["rig"], str):
         raise ValueError(f"{path}: rig = {tree['rig']!r}: must be the name of a rig file")
-    return read_rig(path.parent / tree["rig"], changes)
+    return _rig_file(path.parent / tree["rig"], changes)
 
 
 NOT_THE_RIG = ("command", "commands", "study")
@@ -96,10 +96,20 @@ NOT_THE_RIG = ("command", "commands", "study")
 
 
 def read_rig(path: Path, changes: Mapping[str, Any]) -> Rig:
-    """Read a rig file; what makes it a test or a study is left aside."""
-    text = read_text(path)
-    tree = {key: value for key, value in parse_toml(path, text).items() if key not in NOT_THE_RIG}
+    """Read a rig file; of a test or a study its rig."""
+    text, tree = _without_test(path)
+    return rig_within(path, text, tree, changes)
+
+
+def _rig_file(path: Path, changes: Mapping[str, Any]) -> Rig:
+    """A rig file that holds its rig itself, so that no file can name the next without end."""
+    text, tree = _without_test(path)
     return _rig_of(path, text, tree, changes)
+
+
+def _without_test(path: Path) -> tuple[str, dict[str, Any]]:
+    text = read_text(path)
+    return text, {key: value for key, value in parse_toml(path, text).items() if key not in NOT_THE_RIG}
 
 
 def _rig_of(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, Any]) -> Rig:

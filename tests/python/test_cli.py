@@ -73,6 +73,7 @@ def test_a_test_file_may_name_its_rig_and_a_record_beside_it(folder):
     assert main(["run", "sub/test.toml", "-o", "out.eft"]) == 0
     run = eft.TestRun.load(folder / "out.eft")
     assert run.rig == rig
+    assert main(["map", "--rig", "sub/test.toml", "-o", "map.json"]) == 0
     assert np.abs(run.command).max() == pytest.approx(5000.0 * 0.5 * 2.0)
 
 

@@ -108,6 +108,11 @@ WRONG = {
         ["test.toml", "name"],
     ),
     "rig file that is not there": (["run", "test.toml"], test_toml('rig = "a.toml"\n' + COMMAND), ["a.toml"]),
+    "rig files that go round": (
+        ["map", "--rig", "test.toml"],
+        test_toml('rig = "test.toml"\n'),
+        ["test.toml, line 1, column 1", "unknown key `rig`"],
+    ),
     # outputs
     "unknown suffix": ([*SWEEP, "-o", "out.xls"], {}, [".xls", ".csv"]),
     "no such folder": ([*SWEEP, "-o", "no/where/out.csv"], {}, ["no/where", "folder"]),
