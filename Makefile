@@ -62,8 +62,10 @@ lint-python: $(VENV)/.extra-lint $(VENV)/.extra-test
 firmware: ## Build the Cortex-M images, run them under QEMU, budgets against measurements
 	@if [ -x firmware/run ]; then exec firmware/run; else echo "firmware/run is not there yet: nothing to build"; fi
 
-bench: $(VENV)/.built ## Measure: criterion, and the peers beside it
+bench: $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/performance.md
 	$(CARGO) bench --locked --workspace --exclude eft-py
+	$(PY) benches/peers/run.py benches/results.json
+	$(PY) benches/peers/page.py benches/results.json docs
 
 docs: $(VENV)/.extra-docs ## Build the documentation, warnings are errors
 	$(PY) docs/generate.py

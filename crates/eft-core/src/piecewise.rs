@@ -17,9 +17,12 @@ pub(crate) const CROWDED: u8 = 255;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Row<S> {
-    pub(crate) start: S,
-    pub(crate) value: S,
-    pub(crate) slope: S,
+    /// Abscissa of the knot.
+    pub start: S,
+    /// Value there.
+    pub value: S,
+    /// Slope up to the next knot.
+    pub slope: S,
 }
 
 /// A strictly increasing map through up to `N` knots.
@@ -107,6 +110,25 @@ impl<S: Scalar> Row<S> {
     #[inline(always)]
     pub(crate) fn at(&self, x: S) -> S {
         self.value + (x - self.start) * self.slope
+    }
+
+    /// The row that each lane's `x` lies on, one after the other through the first `len`: where knots crowd. Rows of
+    /// zeros where there is none.
+    #[cold]
+    pub fn search<const N: usize>(rows: &[Self; N], len: u32, x: S) -> Self {
+        let found = |lane: usize| {
+            let row = |row: &Self| Row {
+                start: row.start.lane(lane),
+                value: row.value.lane(lane),
+                slope: row.slope.lane(lane),
+            };
+            search(|n| rows.get(n).map(row), len, x.lane(lane))
+        };
+        Self {
+            start: S::from_lanes(|lane| found(lane).start),
+            value: S::from_lanes(|lane| found(lane).value),
+            slope: S::from_lanes(|lane| found(lane).slope),
+        }
     }
 }
 

@@ -126,13 +126,15 @@ pub(crate) fn is_building(rig: &RigConfig) -> bool {
 /// The traces of one run an actuator, with a leading axis where there can be several.
 pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> PyResult<Bound<'_, PyDict>> {
     type Trace = fn(&mut TestRun) -> Vec<f64>;
-    // What was measured first: an ideal sensor's trace is the true one, which is then taken out.
-    let all: [(&str, Trace); 17] = [
-        ("measured_force", |run| run.measured_force().to_vec()),
-        ("measured_velocity", |run| run.measured_velocity().to_vec()),
-        ("measured_displacement", |run| run.measured_displacement().to_vec()),
-        ("measured_spool", |run| run.measured_spool().to_vec()),
-        ("measured_supply_pressure", |run| run.measured_supply_pressure().to_vec()),
+    let ideal = runs.iter().all(TestRun::has_ideal_sensors);
+    let measured: [(&str, &str, Trace); 5] = [
+        ("measured_force", "force", |run| run.measured_force().to_vec()),
+        ("measured_velocity", "velocity", |run| run.measured_velocity().to_vec()),
+        ("measured_displacement", "displacement", |run| run.measured_displacement().to_vec()),
+        ("measured_spool", "spool", |run| run.measured_spool().to_vec()),
+        ("measured_supply_pressure", "supply_pressure", |run| run.measured_supply_pressure().to_vec()),
+    ];
+    let all: [(&str, Trace); 12] = [
         ("command", |run| std::mem::take(&mut run.command)),
         ("force", |run| std::mem::take(&mut run.force)),
         ("displacement", |run| std::mem::take(&mut run.displacement)),
@@ -147,8 +149,15 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
         ("level", |run| std::mem::take(&mut run.level)),
     ];
     let traces = PyDict::new(py);
+    for (name, _, take) in measured.iter().filter(|_| !ideal) {
+        traces.set_item(name, arrays::stacked(py, runs.iter_mut().map(take).collect(), stacked)?)?;
+    }
     for (name, take) in all {
         traces.set_item(name, arrays::stacked(py, runs.iter_mut().map(take).collect(), stacked)?)?;
+    }
+    for (name, truth, _) in measured.iter().filter(|_| ideal) {
+        // One array under two names, for a copy of every trace costs as much as the test.
+        traces.set_item(name, traces.get_item(truth)?)?;
     }
     let status = runs.into_iter().map(|run| run.status).collect();
     traces.set_item("status", arrays::stacked(py, status, stacked)?)?;

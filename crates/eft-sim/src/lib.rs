@@ -5,6 +5,8 @@ mod checks;
 pub mod closed_loop;
 pub mod config;
 mod dispatch;
+#[cfg(target_arch = "x86_64")]
+mod eight;
 mod error;
 pub mod excitation;
 pub mod export;

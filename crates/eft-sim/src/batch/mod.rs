@@ -1,14 +1,20 @@
 //! Many tests at once, on all cores: what studies run on.
 //!
-//! A test's outcome does not depend on the tests beside it, on their order or on the number of threads.
+//! Tests of one kind run side by side, a processor's width of them at a time, through the same plant and the same
+//! controller as one alone. A test's outcome does not depend on the tests beside it, on their order or on the number of threads.
 
 mod outcome;
+mod pieces;
 mod pool;
+mod wide;
 
 use crate::closed_loop::{Precision, SimulateOptions, simulate};
 use crate::config::RigConfig;
+use crate::dispatch::dispatch_wide;
 use crate::error::{Error, Result};
 use crate::excitation::Command;
+use pieces::pieces;
+use wide::SideBySide;
 
 pub use outcome::Outcome;
 
@@ -52,12 +58,27 @@ pub fn simulate_batch<P: Precision>(
     if threads == 0 {
         return Err(Error::value("threads", 0, "must be at least 1"));
     }
-    let work = |n: usize, stopped: &dyn Fn() -> bool| {
-        let Test { rig, command } = tests[n];
+    let alone = |place: usize, stopped: &dyn Fn() -> bool| {
+        let Test { rig, command } = tests[place];
         let run = simulate::<P>(rig, command, &options.simulate, |_, _| !stopped());
-        vec![(n, run.and_then(|run| Outcome::new(run, options)))]
+        (place, run.and_then(|run| Outcome::new(run, options)))
     };
-    pool::run(threads, tests.len(), tests.len(), work, go_on)
+    let pieces = pieces::<P>(tests, options);
+    let work = |n: usize, stopped: &dyn Fn() -> bool| {
+        let piece = &pieces[n];
+        if let Some(pace) = piece.side_by_side {
+            let side_by_side: Vec<_> = piece.places.iter().map(|&place| tests[place]).collect();
+            let wide = SideBySide { tests: &side_by_side, pace, options, stopped };
+            match dispatch_wide(wide) {
+                Ok(outcomes) => return piece.places.iter().copied().zip(outcomes).collect(),
+                // One of them is refused; each alone says which.
+                Err(_) if !stopped() => {}
+                Err(_) => return Vec::new(),
+            }
+        }
+        piece.places.iter().map(|&place| alone(place, stopped)).collect()
+    };
+    pool::run(threads, pieces.len(), tests.len(), work, go_on)
 }
 
 #[cfg(test)]

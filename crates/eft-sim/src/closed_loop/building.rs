@@ -3,7 +3,7 @@
 use eft_core::status;
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{DigitalSide, DigitalState};
+use crate::closed_loop::digital_side::{DigitalSide, DigitalState, Driven};
 use crate::closed_loop::ideal::IdealResponse;
 use crate::closed_loop::simulate::{SimulateOptions, soft_end};
 use crate::closed_loop::single::Tick;
@@ -12,7 +12,7 @@ use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::excitation::{Command, effective_force};
 use crate::records::Record;
-use crate::rig::{BuildingPlant, EnergyBalance, ShearBuilding, longest_step};
+use crate::rig::{BuildingPlant, Driver, EnergyBalance, ShearBuilding, longest_step};
 
 /// Ticks between two looks at whether to go on.
 const CHUNK: usize = 1024;
@@ -25,6 +25,18 @@ pub fn story_forces(rig: &RigConfig, record: &Record, sample_rate: f64, scale: f
     ShearBuilding::new(rig)?;
     let masses = rig.structure.stories.iter().flat_map(|stories| &stories.masses);
     masses.map(|mass| effective_force(record, *mass, sample_rate, scale)).collect()
+}
+
+/// One floor of a building.
+struct Floor<'a> {
+    plant: &'a BuildingPlant,
+    floor: usize,
+}
+
+impl Driven<f64> for Floor<'_> {
+    fn command(&self, driver: &Driver<f64>) -> f64 {
+        self.plant.driven_command(self.floor, driver)
+    }
 }
 
 /// Runs one command a floor on a rig whose structure is a shear building; one [`TestRun`] a floor, the ground
@@ -100,9 +112,8 @@ fn run_through<P: Precision<Flags = u32>>(
             let value = |i: usize| command.values.get(i).copied();
             let now = value(i).unwrap_or_default();
             let truth = plant.signals(floor);
-            let decision = digital.sample(state, now, value(i + 1).unwrap_or(now), truth, |driver| {
-                plant.driven_command(floor, driver)
-            });
+            let next = value(i + 1).unwrap_or(now);
+            let decision = digital.sample::<false>(state, now, next, truth, &Floor { plant: &plant, floor });
             let (at_stop, beyond_stroke) = plant.at_limits(floor);
             let mut flags = decision.status;
             tripped |= flags & status::TRIPPED != 0;
@@ -115,7 +126,7 @@ fn run_through<P: Precision<Flags = u32>>(
                 decision,
                 status: flags,
             };
-            run.extend(1).set(0, &tick, 0, now);
+            run.extend(&[now]).set(0, &tick, 0);
             drivers.push(tick.decision.driver);
         }
         plant.advance(&drivers, 1.0 / sample_rate, steps, None);

@@ -5,7 +5,7 @@ use crate::closed_loop::simulate::SimulateOptions;
 use crate::closed_loop::stepper::PlantReading;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
-use crate::rig::{BuildingPlant, Driver, Held};
+use crate::rig::{BuildingPlant, Driver};
 
 /// The actuators of a shear building, carried on sample by sample under one held valve command each, the ground
 /// floor's first: [`PlantStepper`](crate::closed_loop::PlantStepper) for several actuators, with the same exchange.
@@ -105,7 +105,7 @@ impl BuildingStepper {
 
     fn held(&self, valve_commands: &[f64]) -> Result<Vec<Driver<f64>>> {
         self.check("valve_command", "V", valve_commands)?;
-        Ok(valve_commands.iter().map(|command| Driver::Held(Held(*command))).collect())
+        Ok(valve_commands.iter().map(|command| Driver::held(*command)).collect())
     }
 
     fn check(&self, name: &str, unit: &str, values: &[f64]) -> Result<()> {

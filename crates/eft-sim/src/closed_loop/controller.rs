@@ -18,7 +18,7 @@ pub type RigController<S> = Controller<S, TABLE_CAPACITY>;
 pub type RigAdaptiveController<S> = AdaptiveController<S, TABLE_CAPACITY>;
 
 /// A precision the controller can run in.
-pub trait Precision: Real {
+pub trait Precision: Real + 'static {
     /// The controller of a rig at a sample rate (Hz).
     ///
     /// # Errors

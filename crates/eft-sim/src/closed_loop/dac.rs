@@ -24,6 +24,11 @@ impl<S: Num> Dac<S> {
         Self { lanes, number: std::marker::PhantomData }
     }
 
+    /// Whether every lane's is ideal.
+    pub(crate) fn is_ideal(&self) -> bool {
+        self.lanes.is_empty()
+    }
+
     /// The voltage that comes out, and [`status::COMMAND_LIMITED`] where the range cut it.
     #[inline(always)]
     pub(crate) fn convert(&self, voltage: S) -> (S, S::Flags) {

@@ -18,6 +18,11 @@ impl<S: Num> DelayLine<S> {
         Self { samples: vec![S::default(); longest + 1], delays, newest: 0 }
     }
 
+    /// Whether no lane delays anything.
+    pub(crate) fn is_none(&self) -> bool {
+        self.samples.len() == 1
+    }
+
     /// Takes a sample in and gives the delayed one out.
     #[inline]
     pub(crate) fn pass(&mut self, sample: S) -> S {

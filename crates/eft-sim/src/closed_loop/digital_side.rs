@@ -11,8 +11,15 @@ use crate::closed_loop::delay_line::DelayLine;
 use crate::closed_loop::guarded::Guarded;
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
-use crate::rig::{Analog, Driver, Held, Num};
+use crate::rig::{Analog, Driver, Num};
 use crate::sensors::{Sensors, Signals, Wire};
+
+/// A plant as it stands now.
+// A trait and not a closure: a closure that is called twice is not inlined, and loses the processor's instructions.
+pub(crate) trait Driven<S: Num> {
+    /// The valve command (V) that a drive makes of the plant's state now.
+    fn command(&self, driver: &Driver<S>) -> S;
+}
 
 /// What the digital side made of one tick.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +32,21 @@ pub(crate) struct Decision<S: Num> {
     pub(crate) status: S::Flags,
     /// What drives the valve until the next tick.
     pub(crate) driver: Driver<S>,
+}
+
+/// The load cell as an analog controller sees it: `gain·force + offset` (N).
+#[derive(Debug, Clone, Copy)]
+struct Sensed<S> {
+    gain: S,
+    offset: S,
+    ideal: bool,
+}
+
+impl<S: Num> Sensed<S> {
+    #[inline(always)]
+    fn ideal() -> Self {
+        Self { gain: S::splat(1.0), offset: S::splat(0.0), ideal: true }
+    }
 }
 
 /// What the controller remembers from tick to tick, apart from all that is too large to stay in registers.
@@ -217,24 +239,40 @@ where
         })
     }
 
+    /// Whether there is nothing but the paper's compensation in front of its analog controller.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.realization == Realization::Analog
+            && self.sensors.is_empty()
+            && self.protection.is_none()
+            && self.adaptive.is_none()
+            && self.outside.is_none()
+            && self.computation.is_none()
+            && self.dac.is_ideal()
+    }
+
     /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
-    /// `driven` gives the valve command (V) that a drive makes of the plant's state now.
+    /// `PLAIN` is what [`is_plain`](Self::is_plain) says, for a path without any of the rest.
     #[inline(always)]
-    pub(crate) fn sample(
+    pub(crate) fn sample<const PLAIN: bool>(
         &mut self,
         state: &mut DigitalState<C>,
         command: S,
         next_command: S,
         truth: Signals<S>,
-        driven: impl Fn(&Driver<S>) -> S,
+        plant: &impl Driven<S>,
     ) -> Decision<S> {
+        if PLAIN {
+            return self.sample_analog::<true>(state, command, next_command, truth, Sensed::ideal(), plant);
+        }
         let (measured, wire) = self.measure(truth);
         let (command, next_command, protection) = match &mut self.protection {
             None => (command, next_command, S::Flags::default()),
             Some(guarded) => guarded.protect(command, next_command, &measured),
         };
         let mut decision = match self.realization {
-            Realization::Analog => self.sample_analog(state, command, next_command, measured, wire, driven),
+            Realization::Analog => {
+                self.sample_analog::<false>(state, command, next_command, measured, wire, plant)
+            }
             Realization::Digital => self.sample_digital(state, command, measured),
         };
         decision.status = decision.status | protection;
@@ -267,42 +305,40 @@ where
     /// What the sensors make of the truth, and the load cell (gain and offset in N) as an analog controller sees it,
     /// where it is not ideal.
     #[inline(always)]
-    fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, Option<(S, S)>) {
-        if self.sensors.is_empty() { (truth, None) } else { self.read_sensors(truth) }
+    fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, Sensed<S>) {
+        if self.sensors.is_empty() { (truth, Sensed::ideal()) } else { self.read_sensors(truth) }
     }
 
     #[inline(never)]
-    fn read_sensors(&mut self, truth: Signals<S>) -> (Signals<S>, Option<(S, S)>) {
+    fn read_sensors(&mut self, truth: Signals<S>) -> (Signals<S>, Sensed<S>) {
         let read = |(i, sensors): (usize, &mut Option<Sensors>)| {
             let ideal = Wire { gain: 1.0, offset: 0.0 };
             sensors.as_mut().map_or((truth.lane(i), ideal), |sensors| sensors.read(&truth.lane(i)))
         };
         let readings: Vec<_> = self.sensors.iter_mut().enumerate().map(read).collect();
-        let wire = (S::from_lanes(|i| readings[i].1.gain), S::from_lanes(|i| readings[i].1.offset));
-        (Signals::from_lanes(|i| readings[i].0), Some(wire))
+        let wire = Sensed {
+            gain: S::from_lanes(|i| readings[i].1.gain),
+            offset: S::from_lanes(|i| readings[i].1.offset),
+            ideal: false,
+        };
+        (Signals::from_lanes(|i| readings[i].0), wire)
     }
 
     #[inline(always)]
-    fn sample_analog(
+    fn sample_analog<const PLAIN: bool>(
         &mut self,
         state: &mut DigitalState<C>,
         command: S,
         next_command: S,
         measured: Signals<S>,
-        wire: Option<(S, S)>,
-        driven: impl Fn(&Driver<S>) -> S,
+        wire: Sensed<S>,
+        plant: &impl Driven<S>,
     ) -> Decision<S> {
-        let computed = if let Some(adaptive) = &mut self.adaptive {
-            let arrived = match adaptive.before {
-                Some(Driver::Analog(analog)) => analog.arrived(command),
-                Some(Driver::ThroughCell(cell)) => cell.analog().arrived(command),
-                _ => self.analog.arrived(command),
-            };
-            let before = match wire {
-                None => Driver::Analog(arrived),
-                Some(wire) => Driver::ThroughCell(arrived.through(wire)),
-            };
-            let measurements = measured.measurements(driven(&before), self.unmeasured_supply);
+        let computed = if !PLAIN && let Some(adaptive) = &mut self.adaptive {
+            let before = adaptive.before.map_or(self.analog, |driver| driver.cell.analog());
+            let before = before.arrived(command).through((wire.gain, wire.offset));
+            let before = Driver::analog(before, wire.ideal);
+            let measurements = measured.measurements(plant.command(&before), self.unmeasured_supply);
             let (controller, state) = (&adaptive.controller.compensation, &mut adaptive.state.compensation);
             controller.step(state, convert(command), &measurements)
         } else {
@@ -316,18 +352,19 @@ where
                 further_flow,
             )
         };
-        let (compensation, clipped) = self.dac.convert(self.computation.pass(convert(computed.value)));
+        let (compensation, clipped) = if PLAIN {
+            (convert(computed.value), S::Flags::default())
+        } else {
+            self.dac.convert(self.computation.pass(convert(computed.value)))
+        };
         let rate = (next_command - command) * S::splat(self.sample_rate);
         let analog = self.analog.at(command, rate, compensation);
-        let driver = match (&self.protection, wire) {
-            (Some(guarded), wire) => {
-                let wire = wire.unwrap_or((S::splat(1.0), S::splat(0.0)));
-                Driver::ThroughCell(analog.through(wire).limited_to(guarded.authority))
-            }
-            (None, None) => Driver::Analog(analog),
-            (None, Some(wire)) => Driver::ThroughCell(analog.through(wire)),
+        let behind = analog.through((wire.gain, wire.offset));
+        let driver = match &self.protection {
+            Some(guarded) if !PLAIN => Driver::analog(behind.limited_to(guarded.authority), false),
+            _ => Driver::analog(behind, PLAIN || wire.ideal),
         };
-        let valve_command = driven(&driver);
+        let valve_command = plant.command(&driver);
         Decision {
             measured,
             valve_command,
@@ -351,10 +388,7 @@ where
             let (velocity, force, spool) = measured.rounded::<C>();
             Answer::of(outside, [convert(command), velocity, force, spool])
         } else if let Some(adaptive) = &mut self.adaptive {
-            let held = match adaptive.before {
-                Some(Driver::Held(held)) => held.0,
-                _ => S::splat(0.0),
-            };
+            let held = adaptive.before.map_or(S::splat(0.0), |driver| driver.held.0);
             let measurements = measured.measurements(held, self.unmeasured_supply);
             adaptive.controller.step_via(&mut adaptive.state, convert(command), &measurements, path)
         } else {
@@ -380,7 +414,7 @@ where
             compensation: convert(output.compensation),
             calibration: self.nominal,
             status: output.status | clipped,
-            driver: Driver::Held(Held(valve_command)),
+            driver: Driver::held(valve_command),
         }
     }
 }

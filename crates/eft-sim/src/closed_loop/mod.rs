@@ -3,6 +3,7 @@
 mod building;
 mod building_stepper;
 mod channel;
+pub(crate) mod chunk;
 mod controller;
 mod dac;
 mod delay_line;
@@ -10,13 +11,14 @@ mod digital_side;
 mod guarded;
 mod ideal;
 mod simulate;
-mod single;
+pub(crate) mod single;
 mod stepper;
 mod test_run;
 
 pub use building::{building_energy_balance, ideal_building_response, simulate_building, story_forces};
 pub use building_stepper::BuildingStepper;
 pub use channel::{Channel, ChannelOutput, Reach, Sample};
+pub(crate) use controller::adapts;
 pub use controller::{
     Precision, RigAdaptiveController, RigController, adaptive_parameters, compensation_parameters, only_plain,
 };

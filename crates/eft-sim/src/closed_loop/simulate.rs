@@ -1,13 +1,13 @@
 //! A whole test, from the first sample of the command to the last.
 
-use eft_core::{Scalar, status};
+use eft_core::status;
 
+use crate::closed_loop::chunk;
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::Outside;
 use crate::closed_loop::single::{ClosedLoop, LoopState};
-use crate::closed_loop::test_run::{Rows, TestRun};
+use crate::closed_loop::test_run::TestRun;
 use crate::config::{RigConfig, StructureKind};
-use crate::dispatch::{Work, dispatch};
 use crate::error::{Error, Result};
 use crate::excitation::Command;
 use crate::rig::{
@@ -22,7 +22,7 @@ pub const DEFAULT_STEP: f64 = 1.0 / 4096.0;
 pub const CONVERGED_STEP: f64 = 1.0 / 65_536.0;
 
 /// Ticks between two looks at whether to go on.
-const CHUNK: usize = 4096;
+const CHUNK: usize = 1024;
 
 /// How the plant is carried from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +70,18 @@ impl SimulateOptions {
             return Err(Error::value("largest_step", self.largest_step, allowed));
         }
         Ok(steps as u32)
+    }
+}
+
+impl SimulateOptions {
+    /// How time is cut for a rig, whose effects may need shorter steps.
+    ///
+    /// # Errors
+    /// As [`steps`](Self::steps).
+    pub(crate) fn pace(&self, rig: &RigConfig, sample_rate: f64) -> Result<Pace> {
+        let asked = self.steps(sample_rate)?;
+        let needed = Self { largest_step: longest_step(rig).min(self.largest_step), ..*self };
+        Ok(Pace { sample_rate, steps: needed.steps(sample_rate)?.max(asked) })
     }
 }
 
@@ -162,10 +174,8 @@ fn run_through<P: Precision, M: PlantModel<f64>>(
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<Finished<P, M>> {
     let total = command.values.len();
-    let asked = options.steps(command.sample_rate)?;
-    let needed = SimulateOptions { largest_step: longest_step(rig).min(options.largest_step), ..*options };
-    let steps = needed.steps(command.sample_rate)?.max(asked);
-    let mut test = ClosedLoop::<f64, P, M>::new(|_| rig, Pace { sample_rate: command.sample_rate, steps })?;
+    let pace = options.pace(rig, command.sample_rate)?;
+    let mut test = ClosedLoop::<f64, P, M>::new(|_| rig, pace)?;
     if let Some(outside) = outside {
         test.controlled_by(outside);
     }
@@ -182,13 +192,8 @@ fn run_through<P: Precision, M: PlantModel<f64>>(
         }
         let end = soft_end.filter(|&end| end > start).unwrap_or(total);
         let ticks = CHUNK.min(end - start);
-        let done = dispatch(Chunk {
-            test: &mut test,
-            state: &mut state,
-            commands: &command.values[start..],
-            rows: run.extend(ticks),
-            ticks,
-        });
+        let commands = &command.values[start..];
+        let done = chunk::run(&mut test, &mut state, commands, ticks, run.extend(&commands[..ticks]));
         if done < ticks {
             run.truncate(start + done);
             if let Some(last) = run.status.last_mut() {
@@ -200,35 +205,4 @@ fn run_through<P: Precision, M: PlantModel<f64>>(
     }
     go_on(total, total);
     Ok((run, test, state))
-}
-
-/// Some ticks of a test. `commands` may go on beyond them.
-struct Chunk<'a, P: Precision, M: PlantModel<f64>> {
-    test: &'a mut ClosedLoop<f64, P, M>,
-    state: &'a mut LoopState<P, M::State>,
-    commands: &'a [f64],
-    rows: Rows<'a>,
-    ticks: usize,
-}
-
-impl<P: Precision, M: PlantModel<f64>> Work for Chunk<'_, P, M> {
-    /// How many ticks were finite.
-    type Output = usize;
-
-    #[inline(always)]
-    fn run(mut self) -> usize {
-        let mut state = *self.state;
-        for i in 0..self.ticks {
-            let command = self.commands[i];
-            let next = self.commands.get(i + 1).copied().unwrap_or(command);
-            let tick = self.test.sample(&mut state, command, next);
-            if !tick.plant.magnitude().le(f64::MAX) {
-                return i;
-            }
-            self.rows.set(i, &tick, 0, command);
-            self.test.advance(&mut state, &tick.decision.driver);
-        }
-        *self.state = state;
-        self.ticks
-    }
 }

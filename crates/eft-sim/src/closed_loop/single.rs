@@ -3,10 +3,12 @@
 use eft_core::{Scalar, status};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{Decision, DigitalSide, DigitalState, Outside};
+use crate::closed_loop::digital_side::{Decision, DigitalSide, DigitalState, Driven, Outside};
 use crate::config::RigConfig;
 use crate::error::Result;
-use crate::rig::{DetailedPlant, DetailedState, Driver, EnergyBalance, Num, Pace, PlantModel, PlantState};
+use crate::rig::{
+    DetailedPlant, DetailedState, Driver, DriverKind, EnergyBalance, Num, Pace, PlantModel, PlantState,
+};
 
 /// What is true, and what the digital side made of it, at one tick, before the tick's output acts.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +25,23 @@ pub(crate) struct ClosedLoop<S: Num, C: Scalar, P: PlantModel<S>> {
     plant: P,
     digital: DigitalSide<S, C>,
     pace: Pace,
+}
+
+/// A plant in a state.
+struct Standing<'a, P, X> {
+    plant: &'a P,
+    state: &'a X,
+}
+
+impl<S: Num, P: PlantModel<S>> Driven<S> for Standing<'_, P, P::State> {
+    #[inline(always)]
+    fn command(&self, driver: &Driver<S>) -> S {
+        match driver.kind {
+            DriverKind::Held => self.plant.driven_command(self.state, &driver.held),
+            DriverKind::Analog => self.plant.driven_command(self.state, &driver.cell.analog()),
+            DriverKind::ThroughCell => self.plant.driven_command(self.state, &driver.cell),
+        }
+    }
 }
 
 /// Everything that changes from tick to tick and fits into registers.
@@ -46,9 +65,15 @@ where
         LoopState { plant: self.plant.at_rest(), digital: DigitalState::default() }
     }
 
+    /// Whether all the rest is what [`DigitalSide::is_plain`] says.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.digital.is_plain()
+    }
+
     /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
+    /// `PLAIN` is what [`is_plain`](Self::is_plain) says.
     #[inline(always)]
-    pub(crate) fn sample(
+    pub(crate) fn sample<const PLAIN: bool>(
         &mut self,
         state: &mut LoopState<C, P::State>,
         command: S,
@@ -56,12 +81,9 @@ where
     ) -> Tick<S> {
         let (plant, now) = (&self.plant, &state.plant);
         let truth = plant.signals(now);
+        let standing = Standing { plant, state: now };
         let decision =
-            self.digital.sample(&mut state.digital, command, next_command, truth, |driver| match driver {
-                Driver::Held(held) => plant.driven_command(now, held),
-                Driver::Analog(analog) => plant.driven_command(now, analog),
-                Driver::ThroughCell(analog) => plant.driven_command(now, analog),
-            });
+            self.digital.sample::<PLAIN>(&mut state.digital, command, next_command, truth, &standing);
         let (at_stop, beyond_stroke) = plant.at_limits(now);
         let limits = S::flag(at_stop, status::SPOOL_STOP) | S::flag(beyond_stroke, status::STROKE_EXCEEDED);
         Tick {
@@ -78,6 +100,17 @@ where
         self.digital.controlled_by(outside);
     }
 
+    /// Where the plant's state is finite.
+    #[inline(always)]
+    pub(crate) fn is_finite(&self, state: &LoopState<C, P::State>) -> S::Mask {
+        P::core(&state.plant).magnitude().le(S::splat(f64::MAX))
+    }
+
+    /// Puts the plants back to rest where the mask is true.
+    pub(crate) fn restart(&self, state: &mut LoopState<C, P::State>, at: S::Mask) {
+        state.plant = self.plant.restarted(state.plant, at);
+    }
+
     /// Asks the protection, where there is one, for the soft end.
     pub(crate) fn end(&mut self) {
         self.digital.end();
@@ -87,10 +120,10 @@ where
     #[inline(always)]
     pub(crate) fn advance(&self, state: &mut LoopState<C, P::State>, driver: &Driver<S>) {
         let (plant, now, pace) = (&self.plant, state.plant, self.pace);
-        state.plant = match driver {
-            Driver::Held(held) => plant.advance_driven(now, held, pace),
-            Driver::Analog(analog) => plant.advance_driven(now, analog, pace),
-            Driver::ThroughCell(analog) => plant.advance_driven(now, analog, pace),
+        state.plant = match driver.kind {
+            DriverKind::Held => plant.advance_driven(now, &driver.held, pace),
+            DriverKind::Analog => plant.advance_driven(now, &driver.cell.analog(), pace),
+            DriverKind::ThroughCell => plant.advance_driven(now, &driver.cell, pace),
         };
     }
 }

@@ -1,10 +1,15 @@
 //! What a test leaves behind: one value per command sample and channel.
 
+use std::hint::black_box;
+use std::sync::Once;
+
 use eft_core::Flags;
 
+use crate::closed_loop::chunk::Keep;
+use crate::closed_loop::controller::adapts;
 use crate::closed_loop::single::Tick;
-use crate::config::RigConfig;
-use crate::rig::{EnergyBalance, Num};
+use crate::config::{RigConfig, StructureKind};
+use crate::rig::{EnergyBalance, Num, needs_detail};
 
 /// The traces of one test. Value `i` is the plant's true value at time `i / sample_rate`, before that tick's
 /// output acts.
@@ -42,6 +47,8 @@ pub struct TestRun {
     pub status: Vec<u32>,
     /// Where the energy went, with a rig that has effects beyond the paper's model.
     pub energy: Option<EnergyBalance>,
+    /// Whether supply pressure and estimates stay as the configuration has them.
+    steady: bool,
     /// What the sensors reported; none where each is ideal.
     measured: Option<Measured>,
 }
@@ -56,8 +63,18 @@ struct Measured {
     supply_pressure: Vec<f64>,
 }
 
+/// Has the allocator keep some tens of megabytes that were freed: the traces of the next test then stand in memory that
+/// the system need not clear again, which takes as long as a third of the test.
+// The GNU allocator keeps twice the largest block that it ever mapped and unmapped, up to this size; no page of it is
+// touched. Others ignore it.
+fn keep_memory() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| drop(black_box(Vec::<u8>::with_capacity(31 << 20))));
+}
+
 impl TestRun {
     pub(crate) fn with_capacity(rig: &RigConfig, sample_rate: f64, ticks: usize) -> Self {
+        keep_memory();
         let channel = || Vec::with_capacity(ticks);
         Self {
             rig: rig.clone(),
@@ -76,6 +93,7 @@ impl TestRun {
             level: channel(),
             status: Vec::with_capacity(ticks),
             energy: None,
+            steady: !needs_detail(rig) && !adapts(rig) && rig.structure.kind != StructureKind::ShearBuilding,
             measured: (!crate::sensors::are_ideal(rig)).then(|| Measured {
                 force: channel(),
                 displacement: channel(),
@@ -120,33 +138,41 @@ impl TestRun {
         differences.chain(flags).min_by_key(|difference| difference.1)
     }
 
-    /// Room for `ticks` more samples, to be filled in.
-    pub(crate) fn extend(&mut self, ticks: usize) -> Rows<'_> {
-        fn more<T: Copy + Default>(channel: &mut Vec<T>, ticks: usize) -> &mut [T] {
+    /// Room for a sample under each of these commands (N), to be filled in.
+    pub(crate) fn extend(&mut self, commands: &[f64]) -> Rows<'_> {
+        fn more<T: Copy>(channel: &mut Vec<T>, ticks: usize, value: T) -> &mut [T] {
             let from = channel.len();
-            channel.resize(from + ticks, T::default());
+            channel.resize(from + ticks, value);
             &mut channel[from..]
         }
+        let ticks = commands.len();
+        self.command.extend_from_slice(commands);
+        let supply_pressure = more(&mut self.supply_pressure, ticks, self.rig.supply.pressure);
+        let flow_gain_estimate = more(&mut self.flow_gain_estimate, ticks, 1.0);
+        let delay = self.rig.compensation.response_delay;
+        let response_delay_estimate = more(&mut self.response_delay_estimate, ticks, delay);
+        let level = more(&mut self.level, ticks, 1.0);
         Rows {
-            command: more(&mut self.command, ticks),
-            force: more(&mut self.force, ticks),
-            displacement: more(&mut self.displacement, ticks),
-            velocity: more(&mut self.velocity, ticks),
-            spool: more(&mut self.spool, ticks),
-            load_pressure: more(&mut self.load_pressure, ticks),
-            supply_pressure: more(&mut self.supply_pressure, ticks),
-            valve_command: more(&mut self.valve_command, ticks),
-            compensation: more(&mut self.compensation, ticks),
-            flow_gain_estimate: more(&mut self.flow_gain_estimate, ticks),
-            response_delay_estimate: more(&mut self.response_delay_estimate, ticks),
-            level: more(&mut self.level, ticks),
-            status: more(&mut self.status, ticks),
+            force: more(&mut self.force, ticks, 0.0),
+            displacement: more(&mut self.displacement, ticks, 0.0),
+            velocity: more(&mut self.velocity, ticks, 0.0),
+            spool: more(&mut self.spool, ticks, 0.0),
+            load_pressure: more(&mut self.load_pressure, ticks, 0.0),
+            valve_command: more(&mut self.valve_command, ticks, 0.0),
+            compensation: more(&mut self.compensation, ticks, 0.0),
+            status: more(&mut self.status, ticks, 0),
+            moving: (!self.steady).then_some(MovingRows {
+                supply_pressure,
+                flow_gain_estimate,
+                response_delay_estimate,
+                level,
+            }),
             measured: self.measured.as_mut().map(|measured| MeasuredRows {
-                force: more(&mut measured.force, ticks),
-                displacement: more(&mut measured.displacement, ticks),
-                velocity: more(&mut measured.velocity, ticks),
-                spool: more(&mut measured.spool, ticks),
-                supply_pressure: more(&mut measured.supply_pressure, ticks),
+                force: more(&mut measured.force, ticks, 0.0),
+                displacement: more(&mut measured.displacement, ticks, 0.0),
+                velocity: more(&mut measured.velocity, ticks, 0.0),
+                spool: more(&mut measured.spool, ticks, 0.0),
+                supply_pressure: more(&mut measured.supply_pressure, ticks, 0.0),
             }),
         }
     }
@@ -182,6 +208,11 @@ impl TestRun {
         self.status.truncate(ticks);
     }
 
+    /// Whether each sensor is ideal, and what was measured is what was true.
+    pub fn has_ideal_sensors(&self) -> bool {
+        self.measured.is_none()
+    }
+
     /// Force (N) as the load cell reported it.
     pub fn measured_force(&self) -> &[f64] {
         self.measured.as_ref().map_or(&self.force, |measured| &measured.force)
@@ -215,20 +246,24 @@ impl TestRun {
 
 /// Some samples of every trace, to be written.
 pub(crate) struct Rows<'a> {
-    command: &'a mut [f64],
     force: &'a mut [f64],
     displacement: &'a mut [f64],
     velocity: &'a mut [f64],
     spool: &'a mut [f64],
     load_pressure: &'a mut [f64],
-    supply_pressure: &'a mut [f64],
     valve_command: &'a mut [f64],
     compensation: &'a mut [f64],
+    status: &'a mut [u32],
+    /// None where they stay as the configuration has them.
+    moving: Option<MovingRows<'a>>,
+    measured: Option<MeasuredRows<'a>>,
+}
+
+struct MovingRows<'a> {
+    supply_pressure: &'a mut [f64],
     flow_gain_estimate: &'a mut [f64],
     response_delay_estimate: &'a mut [f64],
     level: &'a mut [f64],
-    status: &'a mut [u32],
-    measured: Option<MeasuredRows<'a>>,
 }
 
 struct MeasuredRows<'a> {
@@ -242,21 +277,22 @@ struct MeasuredRows<'a> {
 impl Rows<'_> {
     /// Writes one lane of a tick as sample `i`.
     #[inline(always)]
-    pub(crate) fn set<S: Num>(&mut self, i: usize, tick: &Tick<S>, lane: usize, command: f64) {
-        self.command[i] = command;
+    pub(crate) fn set<S: Num>(&mut self, i: usize, tick: &Tick<S>, lane: usize) {
         self.force[i] = tick.force.lane(lane);
         self.displacement[i] = tick.plant.displacement.lane(lane);
         self.velocity[i] = tick.plant.velocity.lane(lane);
         self.spool[i] = tick.plant.spool.lane(lane);
         self.load_pressure[i] = tick.plant.load_pressure.lane(lane);
-        self.supply_pressure[i] = tick.supply_pressure.lane(lane);
         self.valve_command[i] = tick.decision.valve_command.lane(lane);
         self.compensation[i] = tick.decision.compensation.lane(lane);
-        let calibration = &tick.decision.calibration;
-        self.flow_gain_estimate[i] = calibration.flow_gain.lane(lane);
-        self.response_delay_estimate[i] = calibration.response_delay.lane(lane);
-        self.level[i] = calibration.level.lane(lane);
         self.status[i] = tick.status.lane(lane);
+        if let Some(moving) = &mut self.moving {
+            let calibration = &tick.decision.calibration;
+            moving.supply_pressure[i] = tick.supply_pressure.lane(lane);
+            moving.flow_gain_estimate[i] = calibration.flow_gain.lane(lane);
+            moving.response_delay_estimate[i] = calibration.response_delay.lane(lane);
+            moving.level[i] = calibration.level.lane(lane);
+        }
         if let Some(measured) = &mut self.measured {
             let reported = &tick.decision.measured;
             measured.force[i] = reported.force.lane(lane);
@@ -265,5 +301,12 @@ impl Rows<'_> {
             measured.spool[i] = reported.spool.lane(lane);
             measured.supply_pressure[i] = reported.supply_pressure.lane(lane);
         }
+    }
+}
+
+impl<S: Num> Keep<S> for Rows<'_> {
+    #[inline(always)]
+    fn keep(&mut self, i: usize, tick: &Tick<S>) {
+        self.set(i, tick, 0);
     }
 }

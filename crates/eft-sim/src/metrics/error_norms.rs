@@ -1,6 +1,7 @@
 //! Errors in the time domain, relative to the command and without a unit.
 
-use super::pair::{check, in_range, peak};
+use super::norms::Norms;
+use super::pair::check;
 use crate::error::{Error, Result};
 
 /// Normalised root-mean-square error `√(Σ(x_m − x_c)² / Σx_c²)`, dimensionless.
@@ -9,14 +10,7 @@ use crate::error::{Error, Result};
 /// When the signals are empty, unequal in length, not finite, or the command is zero throughout.
 pub fn nrmse(command: &[f64], measured: &[f64]) -> Result<f64> {
     check(command, measured)?;
-    nrmse_of(command, measured)
-}
-
-/// [`nrmse`] of signals that have passed [`check`].
-pub(super) fn nrmse_of(command: &[f64], measured: &[f64]) -> Result<f64> {
-    let error: f64 = pairs(command, measured).map(|(c, m)| (m - c) * (m - c)).sum();
-    let reference: f64 = command.iter().map(|c| c * c).sum();
-    in_range("nrmse", (error / reference).sqrt())
+    Norms::of(command, measured).nrmse()
 }
 
 /// Standard deviation of the error over that of the command, dimensionless: [`nrmse`] blind to an offset.
@@ -28,14 +22,7 @@ pub fn nrmse_bias_free(command: &[f64], measured: &[f64]) -> Result<f64> {
     if command.iter().all(|c| *c == command[0]) {
         return Err(Error::value("command", format!("{} at every sample", command[0]), "must vary"));
     }
-    nrmse_bias_free_of(command, measured)
-}
-
-/// [`nrmse_bias_free`] of signals that have passed [`check`], the command not constant.
-pub(super) fn nrmse_bias_free_of(command: &[f64], measured: &[f64]) -> Result<f64> {
-    let error = sum_of_squares_about_mean(pairs(command, measured).map(|(c, m)| m - c), command.len());
-    let reference = sum_of_squares_about_mean(command.iter().copied(), command.len());
-    in_range("nrmse_bias_free", (error / reference).sqrt())
+    Norms::of(command, measured).nrmse_bias_free()
 }
 
 /// Largest error over the largest command, `max|x_m − x_c| / max|x_c|`, dimensionless.
@@ -44,23 +31,7 @@ pub(super) fn nrmse_bias_free_of(command: &[f64], measured: &[f64]) -> Result<f6
 /// As [`nrmse`].
 pub fn peak_error(command: &[f64], measured: &[f64]) -> Result<f64> {
     check(command, measured)?;
-    peak_error_of(command, measured)
-}
-
-/// [`peak_error`] of signals that have passed [`check`].
-pub(super) fn peak_error_of(command: &[f64], measured: &[f64]) -> Result<f64> {
-    let error = peak(pairs(command, measured).map(|(c, m)| m - c));
-    in_range("peak_error", error / peak(command.iter().copied()))
-}
-
-fn pairs<'a>(command: &'a [f64], measured: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
-    command.iter().copied().zip(measured.iter().copied())
-}
-
-/// Two passes: one pass cancels where the mean is large against the deviation.
-fn sum_of_squares_about_mean(values: impl Iterator<Item = f64> + Clone, count: usize) -> f64 {
-    let mean = values.clone().sum::<f64>() / count as f64;
-    values.map(|v| (v - mean) * (v - mean)).sum()
+    Norms::of(command, measured).peak_error()
 }
 
 #[cfg(test)]

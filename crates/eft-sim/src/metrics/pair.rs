@@ -11,15 +11,15 @@ pub(super) fn check(command: &[f64], measured: &[f64]) -> Result<()> {
         return Err(Error::value("measured", format!("{} samples", measured.len()), allowed));
     }
     checks::signal("measured", measured)?;
+    not_silent(command)
+}
+
+/// Rejects a command that no error can be related to.
+pub(crate) fn not_silent(command: &[f64]) -> Result<()> {
     if command.iter().all(|c| *c == 0.0) {
         return Err(Error::value("command", "zero at every sample", "must differ from zero somewhere"));
     }
     Ok(())
-}
-
-/// Largest magnitude of a signal, in the signal's unit.
-pub(super) fn peak(signal: impl IntoIterator<Item = f64>) -> f64 {
-    signal.into_iter().fold(0.0, |peak: f64, v| peak.max(v.abs()))
 }
 
 /// Rejects a quotient that left the range of `f64` (the signals were too large to square, or too small).

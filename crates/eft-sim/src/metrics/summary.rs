@@ -1,7 +1,8 @@
 //! All single numbers of a test at once.
 
+use super::norms::Norms;
 use super::pair::{check, in_range};
-use super::{delay, error_norms, fei, tracking};
+use super::{delay, fei};
 use crate::checks;
 use crate::error::Result;
 
@@ -56,13 +57,7 @@ impl TimeMetrics {
     pub fn new(command: &[f64], measured: &[f64]) -> Result<Self> {
         check(command, measured)?;
         let varies = command.iter().any(|c| *c != command[0]);
-        let without_bias = || error_norms::nrmse_bias_free_of(command, measured);
-        Ok(Self {
-            nrmse: error_norms::nrmse_of(command, measured)?,
-            nrmse_bias_free: varies.then(without_bias).transpose()?,
-            peak_error: error_norms::peak_error_of(command, measured)?,
-            tracking_indicator: tracking::final_tracking_indicator(command, measured)?,
-        })
+        Norms::of(command, measured).metrics(varies)
     }
 
     /// Name, value and unit of every metric, the same names for every test; the unit of a ratio is empty.
@@ -96,9 +91,22 @@ impl Metrics {
     /// When the signals are empty, unequal in length or not finite, the command is zero throughout, or the
     /// sample rate is not positive and finite.
     pub fn new(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<Self> {
-        let TimeMetrics { nrmse, nrmse_bias_free, peak_error, tracking_indicator } =
-            TimeMetrics::new(command, measured)?;
+        let time = TimeMetrics::new(command, measured)?;
         checks::positive("sample_rate", sample_rate, "Hz")?;
+        Self::with_transforms(time, command, measured, sample_rate)
+    }
+
+    /// The rest of the metrics to those of the same signals, which have passed every check.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), where the numbers leave the range of `f64`.
+    pub(crate) fn with_transforms(
+        time: TimeMetrics,
+        command: &[f64],
+        measured: &[f64],
+        sample_rate: f64,
+    ) -> Result<Self> {
+        let TimeMetrics { nrmse, nrmse_bias_free, peak_error, tracking_indicator } = time;
         let lag = delay::lag_if_any(command, measured)?;
         let fei = nrmse_bias_free.map(|_| fei::fei_of(command, measured, sample_rate)).transpose()?;
         let fei_delay = fei.filter(|fei| fei.amplitude > 0.0).map(|fei| fei.delay);

@@ -22,11 +22,6 @@ pub fn tracking_indicator(command: &[f64], measured: &[f64]) -> Result<Vec<f64>>
     in_range("tracking_indicator", sum).map(|_| history)
 }
 
-/// The last value of [`tracking_indicator`], of signals that have passed [`check`].
-pub(super) fn final_tracking_indicator(command: &[f64], measured: &[f64]) -> Result<f64> {
-    in_range("tracking_indicator", steps(command, measured).sum())
-}
-
 /// What each step adds: ¼(m₁+m₀)(c₁−c₀) − ¼(c₁+c₀)(m₁−m₀) is half the cross product of two points.
 fn steps(command: &[f64], measured: &[f64]) -> impl Iterator<Item = f64> {
     command.windows(2).zip(measured.windows(2)).map(|(c, m)| 0.5 * (m[0] * c[1] - m[1] * c[0]))

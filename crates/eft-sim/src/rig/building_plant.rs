@@ -3,7 +3,7 @@
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::rig::PlantState;
-use crate::rig::drive::{Drive, Driver};
+use crate::rig::drive::{Drive, Driver, DriverKind};
 use crate::rig::energy::{Energy, EnergyBalance};
 use crate::rig::runge_kutta::Vector;
 use crate::rig::servo_actuator::ServoActuator;
@@ -248,34 +248,42 @@ impl State {
 impl Drive<f64> for Driver<f64> {
     #[inline]
     fn demand(&self, time: f64, force: f64, force_rate: f64) -> f64 {
-        match self {
-            Self::Held(held) => held.demand(time, force, force_rate),
-            Self::Analog(analog) => analog.demand(time, force, force_rate),
-            Self::ThroughCell(analog) => analog.demand(time, force, force_rate),
+        match self.kind {
+            DriverKind::Held => self.held.demand(time, force, force_rate),
+            DriverKind::Analog => self.cell.analog().demand(time, force, force_rate),
+            DriverKind::ThroughCell => self.cell.demand(time, force, force_rate),
         }
     }
     #[inline]
     fn slope(&self) -> f64 {
-        match self {
-            Self::Held(held) => held.slope(),
-            Self::Analog(analog) => analog.slope(),
-            Self::ThroughCell(analog) => analog.slope(),
+        match self.kind {
+            DriverKind::Held => self.held.slope(),
+            DriverKind::Analog => self.cell.analog().slope(),
+            DriverKind::ThroughCell => self.cell.slope(),
         }
     }
     #[inline]
     fn is_sound(&self) -> bool {
-        match self {
-            Self::Held(held) => held.is_sound(),
-            Self::Analog(analog) => analog.is_sound(),
-            Self::ThroughCell(analog) => analog.is_sound(),
+        match self.kind {
+            DriverKind::Held => self.held.is_sound(),
+            DriverKind::Analog => self.cell.analog().is_sound(),
+            DriverKind::ThroughCell => self.cell.is_sound(),
         }
     }
     #[inline]
     fn limit(&self, demand: f64) -> f64 {
-        match self {
-            Self::Held(held) => held.limit(demand),
-            Self::Analog(analog) => analog.limit(demand),
-            Self::ThroughCell(analog) => analog.limit(demand),
+        match self.kind {
+            DriverKind::Held => self.held.limit(demand),
+            DriverKind::Analog => self.cell.analog().limit(demand),
+            DriverKind::ThroughCell => self.cell.limit(demand),
+        }
+    }
+    #[inline]
+    fn limits(&self) -> bool {
+        match self.kind {
+            DriverKind::Held => self.held.limits(),
+            DriverKind::Analog => self.cell.analog().limits(),
+            DriverKind::ThroughCell => self.cell.limits(),
         }
     }
 }

@@ -179,6 +179,10 @@ impl<S: Num> PlantModel<S> for DetailedPlant<S> {
         }
     }
 
+    fn restarted(&self, state: DetailedState<S>, at: <S as Scalar>::Mask) -> DetailedState<S> {
+        self.at_rest().zip(state, |rest, now| S::select(at, rest, now))
+    }
+
     #[inline(always)]
     fn core(state: &DetailedState<S>) -> &PlantState<S> {
         &state.core

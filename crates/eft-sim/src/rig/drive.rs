@@ -20,10 +20,39 @@ pub(crate) trait Drive<S: Num>: Copy {
     /// What a demand (V) becomes at the output.
     fn limit(&self, demand: S) -> S;
 
+    /// Whether [`limit`](Self::limit) may change a demand.
+    fn limits(&self) -> bool;
+
     /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
     #[inline(always)]
     fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
         self.limit(self.demand(time, force, force_rate))
+    }
+}
+
+/// What makes a valve command of the force and its rate at one time.
+pub(crate) trait Valve<S> {
+    /// Valve command (V) for a force (N) and its rate (N/s).
+    fn command(&self, force: S, force_rate: S) -> S;
+}
+
+impl<S, F: Fn(S, S) -> S> Valve<S> for F {
+    #[inline(always)]
+    fn command(&self, force: S, force_rate: S) -> S {
+        self(force, force_rate)
+    }
+}
+
+/// A drive a time (s) after its sample.
+pub(crate) struct At<'a, D, S> {
+    pub(crate) drive: &'a D,
+    pub(crate) time: S,
+}
+
+impl<S: Num, D: Drive<S>> Valve<S> for At<'_, D, S> {
+    #[inline(always)]
+    fn command(&self, force: S, force_rate: S) -> S {
+        self.drive.valve_command(self.time, force, force_rate)
     }
 }
 
@@ -48,6 +77,10 @@ impl<S: Num> Drive<S> for Held<S> {
     fn limit(&self, demand: S) -> S {
         demand
     }
+    #[inline(always)]
+    fn limits(&self) -> bool {
+        false
+    }
 }
 
 /// The analog realization, Eq. (1) in continuous time: the command is linear between samples, only the
@@ -58,6 +91,8 @@ pub(crate) struct Analog<S> {
     derivative: S,
     gain: S,
     amplitude: S,
+    /// Whether any lane has an amplitude at all.
+    limited: bool,
     command: S,
     command_rate: S,
     compensation: S,
@@ -75,6 +110,7 @@ impl<S: Num> Analog<S> {
             }),
             gain: S::from_lanes(|i| rig(i).controller.proportional_gain),
             amplitude: S::from_lanes(|i| rig(i).limits.valve_command.unwrap_or(f64::MAX)),
+            limited: (0..S::LANES).any(|i| rig(i).limits.valve_command.is_some()),
             command: zero,
             command_rate: zero,
             compensation: zero,
@@ -100,6 +136,7 @@ impl<S: Num> Analog<S> {
     }
 
     /// The same controller behind a load cell that reports `gain·force + offset`.
+    #[inline(always)]
     pub(crate) fn through(self, (gain, offset): (S, S)) -> ThroughCell<S> {
         ThroughCell { analog: self, gain, offset, authority: S::splat(1.0) }
     }
@@ -116,12 +153,14 @@ pub(crate) struct ThroughCell<S> {
 
 impl<S: Num> ThroughCell<S> {
     /// The same with a share (1) of the valve command.
+    #[inline(always)]
     pub(crate) fn limited_to(mut self, authority: S) -> Self {
         self.authority = authority;
         self
     }
 
     /// The controller behind the cell.
+    #[inline(always)]
     pub(crate) fn analog(&self) -> Analog<S> {
         self.analog
     }
@@ -145,6 +184,10 @@ impl<S: Num> Drive<S> for ThroughCell<S> {
     fn limit(&self, demand: S) -> S {
         self.authority * self.analog.limit(demand)
     }
+    #[inline(always)]
+    fn limits(&self) -> bool {
+        true
+    }
 }
 
 impl<S: Num> Drive<S> for Analog<S> {
@@ -164,14 +207,58 @@ impl<S: Num> Drive<S> for Analog<S> {
     }
     #[inline(always)]
     fn limit(&self, demand: S) -> S {
-        demand.limit(-self.amplitude, self.amplitude)
+        if self.limited { demand.limit(-self.amplitude, self.amplitude) } else { demand }
+    }
+    #[inline(always)]
+    fn limits(&self) -> bool {
+        self.limited
     }
 }
 
-/// Any of the drives, to be taken apart outside the step through time.
+/// Any of the drives, to be told apart outside the step through time.
+// One struct for all, for an enum of them would be copied through memory every tick.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Driver<S> {
-    Held(Held<S>),
-    Analog(Analog<S>),
-    ThroughCell(ThroughCell<S>),
+pub(crate) struct Driver<S> {
+    pub(crate) kind: DriverKind,
+    /// The valve command (V) of [`DriverKind::Held`], zero elsewhere.
+    pub(crate) held: Held<S>,
+    /// The controller of the two others.
+    pub(crate) cell: ThroughCell<S>,
+}
+
+/// Which drive it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum DriverKind {
+    /// The command is held.
+    Held,
+    /// An analog controller behind an ideal load cell.
+    Analog,
+    /// An analog controller.
+    ThroughCell,
+}
+
+impl<S: Num> Driver<S> {
+    /// A held command (V).
+    #[inline(always)]
+    pub(crate) fn held(command: S) -> Self {
+        let zero = S::splat(0.0);
+        let idle = Analog {
+            proportional: zero,
+            derivative: zero,
+            gain: zero,
+            amplitude: zero,
+            limited: false,
+            command: zero,
+            command_rate: zero,
+            compensation: zero,
+        };
+        Self { kind: DriverKind::Held, held: Held(command), cell: idle.through((S::splat(1.0), zero)) }
+    }
+
+    /// An analog controller, behind an ideal load cell where there is no other.
+    #[inline(always)]
+    pub(crate) fn analog(cell: ThroughCell<S>, ideal: bool) -> Self {
+        let kind = if ideal { DriverKind::Analog } else { DriverKind::ThroughCell };
+        Self { kind, held: Held(S::splat(0.0)), cell }
+    }
 }

@@ -32,7 +32,7 @@ use eft_core::Scalar;
 
 pub(crate) use building_plant::BuildingPlant;
 pub(crate) use detailed_plant::{DetailedPlant, DetailedState, longest_step, needs_detail};
-pub(crate) use drive::{Analog, Driver, Held};
+pub(crate) use drive::{Analog, Driver, DriverKind, Held};
 pub use energy::EnergyBalance;
 pub(crate) use integrator::Exponential;
 pub(crate) use model::{Pace, PlantModel};
@@ -52,5 +52,5 @@ fn changed(changes: &[(&str, toml::Value)]) -> crate::RigConfig {
 pub const TABLE_CAPACITY: usize = 64;
 
 /// The plant's numbers: double precision, one or several side by side.
-pub trait Num: Scalar<Element = f64> {}
-impl<S: Scalar<Element = f64>> Num for S {}
+pub trait Num: Scalar<Element = f64> + 'static {}
+impl<S: Scalar<Element = f64> + 'static> Num for S {}

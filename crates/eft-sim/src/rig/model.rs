@@ -39,6 +39,8 @@ pub(crate) trait PlantModel<S: Num>: Sized {
     fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, pace: Pace) -> Result<Self>;
     /// The state at rest.
     fn at_rest(&self) -> Self::State;
+    /// The state at rest where the mask is true, as it was elsewhere.
+    fn restarted(&self, state: Self::State, at: <S as Scalar>::Mask) -> Self::State;
     /// Valve, pressure and motion.
     fn core(state: &Self::State) -> &PlantState<S>;
     /// Force (N) on the structure.
@@ -62,6 +64,9 @@ impl<S: Num> PlantModel<S> for Plant<S> {
     #[inline(always)]
     fn at_rest(&self) -> PlantState<S> {
         PlantState::default()
+    }
+    fn restarted(&self, state: PlantState<S>, at: <S as Scalar>::Mask) -> PlantState<S> {
+        PlantState::select(at, self.at_rest(), state)
     }
     #[inline(always)]
     fn core(state: &PlantState<S>) -> &PlantState<S> {

@@ -6,7 +6,7 @@ use crate::config::RigConfig;
 use crate::error::Result;
 use crate::rig::Num;
 use crate::rig::actuator::Actuator;
-use crate::rig::drive::{Drive, Held};
+use crate::rig::drive::{At, Drive, Held, Valve};
 use crate::rig::load_flow::LoadFlow;
 use crate::rig::pilot_valve::PilotValve;
 use crate::rig::spool::Spool;
@@ -132,21 +132,21 @@ impl<S: Num> Plant<S> {
     #[inline(always)]
     fn rate(&self, state: &PlantState<S>, drive: &impl Drive<S>, time: S) -> PlantState<S> {
         let terms = Terms { flow: self.flow_and_gain(state).0, softening: self.softening_force(state) };
-        self.rate_under(state, &terms, |force, rate| drive.valve_command(time, force, rate))
+        self.rate_under(state, &terms, &At { drive, time })
     }
 
-    /// The state's rate where the terms are given and `command` makes the valve command (V) of force (N) and force
+    /// The state's rate where the terms are given and `valve` makes the valve command (V) of force (N) and force
     /// rate (N/s). Off the spool's stops it is linear in state, terms and command.
     #[inline(always)]
     pub(crate) fn rate_under(
         &self,
         state: &PlantState<S>,
         terms: &Terms<S>,
-        command: impl FnOnce(S, S) -> S,
+        valve: &impl Valve<S>,
     ) -> PlantState<S> {
         let force = self.actuator.force(state.load_pressure);
         let pressure_rate = self.actuator.rate(terms.flow, state.load_pressure, state.velocity);
-        let valve_command = command(force, self.actuator.force(pressure_rate));
+        let valve_command = valve.command(force, self.actuator.force(pressure_rate));
         PlantState {
             pilot_flow: self.pilot_valve.rate(valve_command, state.spool, state.pilot_flow),
             spool: self.spool.rate(state.pilot_flow, state.spool),

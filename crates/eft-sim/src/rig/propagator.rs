@@ -67,7 +67,7 @@ impl Propagator<f64> {
         let none = Terms { flow: 0.0, softening: 0.0 };
         let feedback = |force: f64, rate: f64| drive.demand(0.0, force, rate);
         let rate = |state: &PlantState<f64>, terms: &Terms<f64>, command: f64| {
-            let rate = plant.rate_under(state, terms, |force, rate| feedback(force, rate) + command);
+            let rate = plant.rate_under(state, terms, &|force, rate| feedback(force, rate) + command);
             SVector::from(rate.to_array())
         };
         let mut linear = SMatrix::<f64, STATES, STATES>::zeros();
@@ -168,7 +168,7 @@ mod tests {
         let rate = |state: &PlantState<f64>, t: f64| {
             let terms = Terms { flow: course(flow, t), softening: course(softening, t) };
             let valve = |force, rate| drive.demand(0.0, force, rate) + demand + growth * t;
-            plant.rate_under(state, &terms, valve)
+            plant.rate_under(state, &terms, &valve)
         };
         let mut state = start;
         for n in 0..parts {

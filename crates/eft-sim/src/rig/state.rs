@@ -54,13 +54,10 @@ impl<S: Num> PlantState<S> {
         }
     }
 
-    /// A number that is finite where the whole state is.
+    /// A number whose magnitude is finite where the whole state is.
     #[inline(always)]
     pub(crate) fn magnitude(self) -> S {
-        self.pilot_flow.abs()
-            + self.spool.abs()
-            + self.load_pressure.abs()
-            + self.displacement.abs()
-            + self.velocity.abs()
+        let sum = (self.pilot_flow + self.spool) + (self.load_pressure + self.displacement) + self.velocity;
+        sum.abs()
     }
 }

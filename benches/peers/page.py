@@ -1,0 +1,173 @@
+"""Figures and `docs/performance.md` from what `run.py` measured: `page.py RESULTS DOCS`."""
+
+import json
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+
+GOALS = [
+    # what, key, goal, whether less is better
+    ("one test: time over that of C", "one over c", 0.6, True),
+    ("SciPy `solve_ivp`: time over that of one test", "solve_ivp over one", 500.0, False),
+    ("batch on one core: throughput over that of C", "batch throughput over c", 5.0, False),
+    ("batch: two cores over one", "two cores over one", 1.9, False),
+    ("C: time over that of numba", "c over numba", 1.1, True),
+]
+
+FLOPS = [
+    ("propagating the state: 14 columns of 5 numbers", 140),
+    ("load flow, softening, demand and their differences", 38),
+    ("what the controller sees and drives: force, rates, valve command", 22),
+    ("compensation: correction, inverse table, lead network, checks", 25),
+    ("metrics", 20),
+]
+"""Additions, subtractions, multiplications, divisions and roots of one tick of one rig, counted in the
+source; comparisons, selections and table look-ups are not counted."""
+
+
+def number(value):
+    return f"{value:.3g}" if value < 1000 else f"{value:,.0f}"
+
+
+def verdict(value, goal, less):
+    return "met" if (value <= goal if less else value >= goal) else "**not met**"
+
+
+def ratios(results):
+    lines = ["| what | measured | goal | |", "| --- | --- | --- | --- |"]
+    for what, key, goal, less in GOALS:
+        value, sign = results[key], "≤" if less else "≥"
+        lines.append(f"| {what} | {number(value)} | {sign} {goal:g} | {verdict(value, goal, less)} |")
+    many = results["many"]
+    what = (
+        f"{many['tests']:,} different tests on two cores: time over that of as many in C, one after another"
+    )
+    lines.append(f"| {what} | 1/{1 / many['ratio']:.3g} | ≤ 1/9 | {verdict(many['ratio'], 1 / 9, True)} |")
+    memory = many["memory"]
+    what = "their peak memory, MiB"
+    lines.append(f"| {what} | {memory:.0f} | < 1024 | {verdict(memory, 1024, True)} |")
+    apart = results["side by side"]
+    what = f"side by side against alone, {apart['rigs']} rigs: largest relative difference of a metric"
+    lines.append(
+        f"| {what} | {apart['difference']:.1g} | ≤ 1e-12 | {verdict(apart['difference'], 1e-12, True)} |"
+    )
+    return lines
+
+
+def times(results):
+    lines = ["| who | ms a test | largest error, of the peak force |", "| --- | --- | --- |"]
+    for who, time in results["milliseconds"].items():
+        error = results["errors"].get(who)
+        lines.append(f"| {who} | {number(time)} | {'–' if error is None else f'{error:.1e}'} |")
+    return lines
+
+
+def limit(results):
+    flops = sum(count for _, count in FLOPS)
+    per_tick = 1e6 * results["milliseconds"]["eft, batch on one core"] / (32 * 4096)
+    rate = flops / per_tick
+    lines = ["| part of a tick | floating-point operations |", "| --- | --- |"]
+    lines += [f"| {part} | {count} |" for part, count in FLOPS]
+    lines += [f"| together | {flops} |", ""]
+    lines.append(
+        f"A tick of one rig takes {per_tick:.1f} ns in a batch on one core, {rate:.1f} · 10⁹ "
+        "operations a second. "
+        f"The same core reaches {results['peak']:.1f} · 10⁹ additions and multiplications a second in "
+        "a loop of "
+        f"nothing else, without contraction; the batch is at {rate / results['peak']:.0%} of that. "
+        "The rest goes "
+        "to comparisons and selections (the sign in the load pressure's root, limits, flags, checks of every "
+        "measurement), to the look-ups in two tables, whose rows differ from lane to lane and are "
+        "fetched one "
+        "by one, and to divisions and roots, of which a core starts one every few cycles."
+    )
+    return lines
+
+
+def text(results):
+    many = results["many"]
+    sections = [
+        "<!-- Made by `make bench` from benches/results.json; do not edit. -->",
+        "# Performance",
+        "One command, `make bench`, measures the package against its peers in one run and makes this "
+        "page. The test "
+        "is the paper's 8.9 kN sweep of 32 s at 4096 Hz with nonlinear compensation, 131,072 ticks. "
+        "The peers in "
+        "`benches/peers` are the same rig and the same controller, a few lines each, and independent "
+        "of the package; "
+        "C is compiled with `-O3 -march=native` and takes one classical Runge–Kutta step a tick, the "
+        "fewest there "
+        "can be. The subjects take turns, and a ratio is the median of the ratios of the rounds. "
+        "Errors are against "
+        "the converged answer, which C with 64 steps a tick reaches to "
+        f"{results['errors']['C, converged']:.0e}.",
+        "\n".join(ratios(results)),
+        f"Measured with version {results['version']} on {results['machine']}.",
+        "\n".join(times(results)),
+        "`solve_ivp` is called once a tick, as the sampled controller asks for, over the first "
+        "quarter of a second, "
+        "JAX over the first two seconds, and both are scaled to the whole test. One test keeps its "
+        "traces; a batch "
+        "keeps metrics, and traces on request, which must then be cleared, written and handed over. "
+        "A command of "
+        f"{many['tests']:,} different tests took {many['seconds']:.0f} s; that of C is scaled from 20 "
+        "of them.",
+        "## Accuracy",
+        "The default takes one step a tick of the [exponential method](theory.md) and stays within "
+        "10⁻⁴ of the peak "
+        "force. `method`, `largest_step` and `converged` of `eft.simulate` choose another place on "
+        "these lines.",
+        "![Largest error against time, for the package's two methods and the "
+        "peers](images/performance-accuracy.png)",
+        "## Growth",
+        "Time grows linearly with the duration of a test and with the number of rigs. Buildings, "
+        "which run one floor "
+        "after the other by Runge–Kutta, have a share that grows with the stories and a fixed one.",
+        "![Time against duration, rigs and stories](images/performance-growth.png)",
+        "## Where the time goes",
+        "\n".join(limit(results)),
+        "A test alone has only one chain of dependent operations from tick to tick: the controller's "
+        "division, root "
+        "and look-up stand between one state and the next. So several tests side by side, eight to a "
+        "pair of AVX2 "
+        "registers, fill the same time. They run in the same code, which is written for numbers of "
+        "any width, and "
+        "give the same bits as alone. Tests with adaptation, protection, effects beyond the paper's "
+        "model, or a "
+        "controller in single precision run one by one, on all cores.",
+    ]
+    return "\n\n".join(sections) + "\n"
+
+
+def figures(results, folder):
+    plt.rcParams["svg.hashsalt"] = "eft"
+    figure, axes = plt.subplots(figsize=(6.4, 4), layout="constrained")
+    names = list(dict.fromkeys(row[0] for row in results["accuracy"]))
+    for name, marker in zip(names, "osDx", strict=False):
+        rows = [row for row in results["accuracy"] if row[0] == name]
+        axes.loglog([row[2] for row in rows], [row[3] for row in rows], marker + "-", label=name)
+    axes.axhline(1e-4, color="0.6", linewidth=0.8)
+    axes.set(xlabel="time, ms a test", ylabel="largest error / peak force")
+    axes.legend()
+    figure.savefig(folder / "performance-accuracy.png", dpi=120)
+    figure, all_axes = plt.subplots(1, 3, figsize=(9, 3), layout="constrained")
+    labels = {"duration": "duration, s", "rigs": "rigs (2 s each)", "stories": "stories (2 s)"}
+    for axes, (key, label) in zip(all_axes, labels.items(), strict=True):
+        points = {float(x): y for x, y in results["growth"][key].items()}
+        axes.plot(points.keys(), points.values(), "o-")
+        axes.set(xlabel=label, ylabel="time, ms", xlim=(0, None), ylim=(0, None))
+    figure.savefig(folder / "performance-growth.png", dpi=120)
+
+
+def main():
+    results = json.loads(Path(sys.argv[1]).read_text())
+    docs = Path(sys.argv[2])
+    (docs / "performance.md").write_text(text(results))
+    (docs / "images").mkdir(exist_ok=True)
+    figures(results, docs / "images")
+    print("\n".join([*ratios(results), "", *times(results)]))
+
+
+if __name__ == "__main__":
+    main()

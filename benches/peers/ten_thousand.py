@@ -1,0 +1,41 @@
+"""Many different tests, metrics without Fourier transforms: time and memory of a process of its own.
+
+python ten_thousand.py TESTS THREADS
+"""
+
+import itertools
+import json
+import resource
+import sys
+import time
+
+import eft
+from eft import _native
+
+CHUNK = 512
+
+if __name__ == "__main__":
+    tests, threads = (int(argument) for argument in sys.argv[1:])
+    base = eft.Rig.zhao2005()
+    command = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0)
+    modes = itertools.cycle(["nonlinear", "linear", "nonlinear"])
+    changes = (
+        {
+            "compensation.mode": mode,
+            "servovalve.flow_gain_scale": 0.9 + 0.2 * n / tests,
+            "structure.damping": 4330.0 * (0.8 + 0.4 * (n * 7 % tests) / tests),
+        }
+        for n, mode in zip(range(tests), modes, strict=False)
+    )
+    taken, errors = 0.0, []
+    while chunk := [base.replace(change) for change in itertools.islice(changes, CHUNK)]:
+        start = time.perf_counter()
+        results = _native.simulate_batch(chunk, command, threads=threads, fft=False)
+        taken += time.perf_counter() - start
+        errors += [result.metrics["nrmse"] for result in results]
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(
+        json.dumps(
+            {"tests": len(errors), "seconds": taken, "memory": memory, "nrmse": [min(errors), max(errors)]}
+        )
+    )

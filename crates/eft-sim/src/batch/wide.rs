@@ -1,0 +1,207 @@
+//! Several tests side by side, judged as they run.
+
+use eft_core::{Flags, Mask, status};
+
+use crate::batch::{BatchOptions, Outcome, Test};
+use crate::closed_loop::chunk::{self, Keep};
+use crate::closed_loop::single::{ClosedLoop, Tick};
+use crate::dispatch::{WideWork, Work, dispatch};
+use crate::error::{Error, Result};
+use crate::metrics::{BLOCK, Norms};
+use crate::rig::{Exponential, Num, Pace, PlantModel};
+
+/// Tests of one kind, as many as fit side by side or fewer.
+pub(super) struct SideBySide<'a> {
+    pub(super) tests: &'a [Test<'a>],
+    pub(super) pace: Pace,
+    pub(super) options: &'a BatchOptions,
+    pub(super) stopped: &'a dyn Fn() -> bool,
+}
+
+impl WideWork for SideBySide<'_> {
+    type Output = Result<Vec<Result<Outcome>>>;
+
+    fn run<S: Num>(self) -> Self::Output {
+        self.run_on::<S, Exponential<S>>()
+    }
+}
+
+impl SideBySide<'_> {
+    /// # Errors
+    /// A controller that the core refuses, or an interruption.
+    pub(super) fn run_on<S: Num, M: PlantModel<S>>(&self) -> Result<Vec<Result<Outcome>>> {
+        // Lanes that are left over run the last test once more.
+        let test_of = |lane: usize| &self.tests[lane.min(self.tests.len() - 1)];
+        let mut test = ClosedLoop::<S, S, M>::new(|lane| test_of(lane).rig, self.pace)?;
+        let mut state = test.at_rest();
+        let total = self.tests[0].command.values.len();
+        let mut lanes: Vec<Option<Ended>> = (0..S::LANES).map(|_| None).collect();
+        let mut kept = Kept::new(if self.options.fft { self.tests.len() } else { 0 });
+        let mut start = 0;
+        while start < total && lanes.iter().any(Option::is_none) {
+            if (self.stopped)() {
+                return Err(Error::Interrupted);
+            }
+            let ticks = BLOCK.min(total - start);
+            dispatch::<S, _>(Gather {
+                // A test that ended stays at rest.
+                values: |lane: usize| lanes[lane].is_none().then(|| test_of(lane).command.values.as_slice()),
+                start,
+                commands: &mut kept.commands,
+            });
+            let mut done = 0;
+            while done < ticks {
+                let keep = Judged {
+                    forces: &mut kept.forces[done..],
+                    spool: &mut kept.spool,
+                    status: &mut kept.status,
+                };
+                done += chunk::run(&mut test, &mut state, &kept.commands[done..], ticks - done, keep);
+                if done < ticks {
+                    let lost = !test.is_finite(&state);
+                    for (lane, ended) in lanes.iter_mut().enumerate().filter(|(lane, _)| lost.lane(*lane)) {
+                        if ended.is_none() {
+                            *ended = Some(kept.end(lane, done, start + done, status::DIVERGED));
+                        }
+                    }
+                    test.restart(&mut state, lost);
+                }
+            }
+            kept.add(ticks);
+            start += ticks;
+        }
+        let ended = lanes
+            .into_iter()
+            .enumerate()
+            .map(|(lane, ended)| ended.unwrap_or_else(|| kept.end(lane, 0, total, 0)));
+        let ended: Vec<_> = ended.collect();
+        let forces = kept.traces.into_iter().map(Some).chain(std::iter::repeat_with(|| None));
+        let judged = self.tests.iter().zip(&ended).zip(forces);
+        Ok(judged.map(|((test, ended), force)| ended.outcome(test, force.as_deref())).collect())
+    }
+}
+
+/// One lane's test at its end.
+struct Ended {
+    norms: Norms<f64>,
+    spool: f64,
+    status: u32,
+    samples: usize,
+}
+
+impl Ended {
+    fn outcome(&self, test: &Test<'_>, force: Option<&[f64]>) -> Result<Outcome> {
+        let command = &test.command.values[..self.samples];
+        let force = force.map(|force| &force[..self.samples]);
+        Outcome::judged(command, test.command.sample_rate, &self.norms, force, self.spool, self.status)
+    }
+}
+
+/// What stays of the ticks.
+struct Kept<S: Num> {
+    norms: Norms<S>,
+    spool: S,
+    status: S::Flags,
+    /// Of one block, and the command behind it.
+    commands: Vec<S>,
+    forces: Vec<S>,
+    /// Whole forces (N), a test each, where Fourier transforms will need them.
+    traces: Vec<Vec<f64>>,
+}
+
+impl<S: Num> Kept<S> {
+    fn new(traces: usize) -> Self {
+        Self {
+            norms: Norms::new(),
+            spool: S::splat(0.0),
+            status: S::Flags::default(),
+            commands: vec![S::splat(0.0); BLOCK + 1],
+            forces: vec![S::splat(0.0); BLOCK],
+            traces: vec![Vec::new(); traces],
+        }
+    }
+
+    /// Takes a finished block of `ticks` in.
+    fn add(&mut self, ticks: usize) {
+        dispatch::<S, _>(Add {
+            norms: &mut self.norms,
+            commands: &self.commands[..ticks],
+            forces: &self.forces[..ticks],
+        });
+        for (lane, trace) in self.traces.iter_mut().enumerate() {
+            trace.extend(self.forces[..ticks].iter().map(|force| force.lane(lane)));
+        }
+    }
+
+    /// A lane's test, `ticks` into the block and `samples` from its beginning.
+    fn end(&self, lane: usize, ticks: usize, samples: usize, flag: u32) -> Ended {
+        let mut norms = self.norms.lane(lane);
+        if ticks > 0 {
+            let of = |values: &[S]| values[..ticks].iter().map(|value| value.lane(lane)).collect::<Vec<_>>();
+            norms.add(&of(&self.commands), &of(&self.forces));
+        }
+        Ended { norms, spool: self.spool.lane(lane), status: self.status.lane(lane) | flag, samples }
+    }
+}
+
+struct Judged<'a, S: Num> {
+    forces: &'a mut [S],
+    spool: &'a mut S,
+    status: &'a mut S::Flags,
+}
+
+impl<S: Num> Keep<S> for Judged<'_, S> {
+    #[inline(always)]
+    fn keep(&mut self, i: usize, tick: &Tick<S>) {
+        self.forces[i] = tick.force;
+        let opening = tick.plant.spool.abs();
+        *self.spool = S::select(opening.gt(*self.spool), opening, *self.spool);
+        *self.status = *self.status | tick.status;
+    }
+}
+
+/// Puts the commands of a block side by side, and the one behind it.
+struct Gather<'a, S, F> {
+    values: F,
+    start: usize,
+    commands: &'a mut [S],
+}
+
+impl<'v, S: Num, F: Fn(usize) -> Option<&'v [f64]>> Work for Gather<'_, S, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let none: &[f64] = &[];
+        let mut lanes = [none; 16];
+        for (lane, values) in lanes.iter_mut().enumerate().take(S::LANES) {
+            *values = (self.values)(lane).unwrap_or(none);
+        }
+        let at =
+            |values: &[f64], i: usize| values.get(self.start + i).or(values.last()).copied().unwrap_or(0.0);
+        if lanes[..S::LANES].iter().all(|values| std::ptr::eq(*values, lanes[0])) {
+            for (i, command) in self.commands.iter_mut().enumerate() {
+                *command = S::splat(at(lanes[0], i));
+            }
+            return;
+        }
+        for (i, command) in self.commands.iter_mut().enumerate() {
+            *command = S::from_lanes(|lane| at(lanes[lane], i));
+        }
+    }
+}
+
+struct Add<'a, S> {
+    norms: &'a mut Norms<S>,
+    commands: &'a [S],
+    forces: &'a [S],
+}
+
+impl<S: Num> Work for Add<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.norms.add(self.commands, self.forces);
+    }
+}

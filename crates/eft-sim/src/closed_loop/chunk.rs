@@ -1,0 +1,65 @@
+//! Some ticks of a test, of one rig or of several side by side.
+
+use eft_core::{Mask, Scalar};
+
+use crate::closed_loop::controller::Precision;
+use crate::closed_loop::single::{ClosedLoop, LoopState, Tick};
+use crate::dispatch::{Work, dispatch};
+use crate::rig::{Num, PlantModel};
+
+/// What stays of a tick.
+pub(crate) trait Keep<S: Num> {
+    /// Takes the `i`-th tick of the chunk.
+    fn keep(&mut self, i: usize, tick: &Tick<S>);
+}
+
+/// Runs up to `ticks` ticks of a test, and gives how many began with finite states only. `commands` may go on beyond
+/// them; where it ends with them, the last one is held.
+pub(crate) fn run<S: Num, C: Scalar<Flags = S::Flags>, M: PlantModel<S>>(
+    test: &mut ClosedLoop<S, C, M>,
+    state: &mut LoopState<C, M::State>,
+    commands: &[S],
+    ticks: usize,
+    keep: impl Keep<S>,
+) -> usize
+where
+    C::Element: Precision,
+{
+    if test.is_plain() {
+        dispatch::<S, _>(Chunk::<S, C, M, _, true> { test, state, commands, ticks, keep })
+    } else {
+        dispatch::<S, _>(Chunk::<S, C, M, _, false> { test, state, commands, ticks, keep })
+    }
+}
+
+struct Chunk<'a, S: Num, C: Scalar, M: PlantModel<S>, K, const PLAIN: bool> {
+    test: &'a mut ClosedLoop<S, C, M>,
+    state: &'a mut LoopState<C, M::State>,
+    commands: &'a [S],
+    ticks: usize,
+    keep: K,
+}
+
+impl<S: Num, C: Scalar<Flags = S::Flags>, M: PlantModel<S>, K: Keep<S>, const PLAIN: bool> Work
+    for Chunk<'_, S, C, M, K, PLAIN>
+where
+    C::Element: Precision,
+{
+    type Output = usize;
+
+    #[inline(always)]
+    fn run(mut self) -> usize {
+        let mut state = *self.state;
+        let mut done = 0;
+        while done < self.ticks && self.test.is_finite(&state).all() {
+            let command = self.commands[done];
+            let next = self.commands.get(done + 1).copied().unwrap_or(command);
+            let tick = self.test.sample::<PLAIN>(&mut state, command, next);
+            self.keep.keep(done, &tick);
+            self.test.advance(&mut state, &tick.decision.driver);
+            done += 1;
+        }
+        *self.state = state;
+        done
+    }
+}

@@ -1,0 +1,214 @@
+//! The metrics that need no Fourier transform, taken sample by sample: of one test, or of several side by side.
+
+use super::pair::in_range;
+use super::summary::TimeMetrics;
+use crate::error::Result;
+use crate::rig::Num;
+
+/// Samples whose mean is taken at once.
+pub(crate) const BLOCK: usize = 1024;
+
+/// What is summed up on the way; memory does not grow with the length of the test.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Norms<S> {
+    samples: f64,
+    squared_error: S,
+    squared_command: S,
+    largest_error: S,
+    largest_command: S,
+    area: S,
+    error: Spread<S>,
+    command: Spread<S>,
+    last: [S; 2],
+}
+
+/// Mean, and sum of the squares about it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Spread<S> {
+    mean: S,
+    squares: S,
+}
+
+/// The error of a measured signal, or without a command the signal itself.
+struct Values<'a, S> {
+    measured: &'a [S],
+    command: Option<&'a [S]>,
+}
+
+impl<S: Num> Values<'_, S> {
+    #[inline(always)]
+    fn at(&self, n: usize) -> S {
+        match self.command {
+            Some(command) => self.measured[n] - command[n],
+            None => self.measured[n],
+        }
+    }
+}
+
+impl<S: Num> Spread<S> {
+    /// With `more` values after the `samples` there are. About the mean of each block, and the blocks put together
+    /// (Chan, Golub and LeVeque 1983): squares about zero would cancel where the mean is large.
+    #[inline(always)]
+    fn after(self, samples: f64, more: &Values<'_, S>) -> Self {
+        let count = more.measured.len() as f64;
+        let mut mean = S::splat(0.0);
+        for n in 0..more.measured.len() {
+            mean = mean + more.at(n);
+        }
+        mean = mean * S::splat(1.0 / count);
+        let mut squares = S::splat(0.0);
+        for n in 0..more.measured.len() {
+            let distance = more.at(n) - mean;
+            squares = squares + distance * distance;
+        }
+        let (apart, all) = (mean - self.mean, samples + count);
+        Self {
+            mean: self.mean + apart * S::splat(count / all),
+            squares: self.squares + squares + apart * apart * S::splat(samples * count / all),
+        }
+    }
+
+    fn lane(self, lane: usize) -> Spread<f64> {
+        Spread { mean: self.mean.lane(lane), squares: self.squares.lane(lane) }
+    }
+}
+
+impl<S: Num> Norms<S> {
+    pub(crate) fn new() -> Self {
+        let zero = S::splat(0.0);
+        Self {
+            samples: 0.0,
+            squared_error: zero,
+            squared_command: zero,
+            largest_error: zero,
+            largest_command: zero,
+            area: zero,
+            error: Spread::default(),
+            command: Spread::default(),
+            last: [zero; 2],
+        }
+    }
+
+    /// Takes the next samples of command and measured force (N): [`BLOCK`] of them, fewer only at the end.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, command: &[S], measured: &[S]) {
+        let larger = |a: S, b: S| S::select(b.gt(a), b, a);
+        let (mut sums, [mut last_command, mut last_measured]) = (*self, self.last);
+        for (&c, &m) in command.iter().zip(measured) {
+            let error = m - c;
+            sums.squared_error = sums.squared_error + error * error;
+            sums.squared_command = sums.squared_command + c * c;
+            sums.largest_error = larger(sums.largest_error, error.abs());
+            sums.largest_command = larger(sums.largest_command, c.abs());
+            // ¼(m₁+m₀)(c₁−c₀) − ¼(c₁+c₀)(m₁−m₀) is half the cross product of two points.
+            sums.area = sums.area + S::splat(0.5) * (last_measured * c - m * last_command);
+            (last_command, last_measured) = (c, m);
+        }
+        let errors = Values { measured, command: Some(command) };
+        let commands = Values { measured: command, command: None };
+        *self = Self {
+            samples: self.samples + command.len() as f64,
+            error: self.error.after(self.samples, &errors),
+            command: self.command.after(self.samples, &commands),
+            last: [last_command, last_measured],
+            ..sums
+        };
+    }
+
+    /// One lane's.
+    pub(crate) fn lane(&self, lane: usize) -> Norms<f64> {
+        Norms {
+            samples: self.samples,
+            squared_error: self.squared_error.lane(lane),
+            squared_command: self.squared_command.lane(lane),
+            largest_error: self.largest_error.lane(lane),
+            largest_command: self.largest_command.lane(lane),
+            area: self.area.lane(lane),
+            error: self.error.lane(lane),
+            command: self.command.lane(lane),
+            last: self.last.map(|last| last.lane(lane)),
+        }
+    }
+}
+
+impl Norms<f64> {
+    /// Of whole signals.
+    pub(crate) fn of(command: &[f64], measured: &[f64]) -> Self {
+        let mut norms = Self::new();
+        for (command, measured) in command.chunks(BLOCK).zip(measured.chunks(BLOCK)) {
+            norms.add(command, measured);
+        }
+        norms
+    }
+
+    pub(crate) fn nrmse(&self) -> Result<f64> {
+        in_range("nrmse", (self.squared_error / self.squared_command).sqrt())
+    }
+
+    pub(crate) fn nrmse_bias_free(&self) -> Result<f64> {
+        in_range("nrmse_bias_free", (self.error.squares / self.command.squares).sqrt())
+    }
+
+    pub(crate) fn peak_error(&self) -> Result<f64> {
+        in_range("peak_error", self.largest_error / self.largest_command)
+    }
+
+    /// All of them; `varies` tells whether the command did.
+    pub(crate) fn metrics(&self, varies: bool) -> Result<TimeMetrics> {
+        Ok(TimeMetrics {
+            nrmse: self.nrmse()?,
+            nrmse_bias_free: varies.then(|| self.nrmse_bias_free()).transpose()?,
+            peak_error: self.peak_error()?,
+            tracking_indicator: in_range("tracking_indicator", self.area)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eft_core::{Lanes, Scalar};
+
+    /// Command and measured force.
+    type Pair = (Vec<f64>, Vec<f64>);
+
+    fn signals(n: usize, offset: f64) -> Pair {
+        let pair = |i: usize| {
+            let c = (0.01 * i as f64).sin() * 8900.0;
+            (c, 0.97 * c + 30.0 * (0.37 * i as f64).cos() + offset)
+        };
+        (0..n).map(pair).unzip()
+    }
+
+    #[test]
+    fn blocks_come_to_what_two_passes_over_the_whole_give() {
+        for (n, offset) in [(1, 0.0), (1023, 50.0), (1024, 0.0), (5000, 1e9), (10_241, -7.0)] {
+            let (command, measured) = signals(n, offset);
+            let error: Vec<f64> = command.iter().zip(&measured).map(|(c, m)| m - c).collect();
+            let norms = Norms::of(&command, &measured);
+            for (spread, values) in [(norms.error, &error), (norms.command, &command)] {
+                let mean = values.iter().sum::<f64>() / n as f64;
+                let squares: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+                assert!((spread.mean - mean).abs() <= 1e-13 * mean.abs().max(1.0), "{n}");
+                assert!((spread.squares - squares).abs() <= 1e-9 * squares.max(1e-3), "{n}, {offset}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_lane_has_the_bits_of_its_test_alone() {
+        let tests: Vec<_> = (0..4).map(|i| signals(3000, 10.0 * f64::from(i))).collect();
+        let mut wide = Norms::<Lanes<f64, 4>>::new();
+        for start in (0..3000).step_by(BLOCK) {
+            let end = (start + BLOCK).min(3000);
+            let pack = |of: fn(&Pair) -> &Vec<f64>| {
+                (start..end).map(|n| Lanes::from_lanes(|i| of(&tests[i])[n])).collect::<Vec<_>>()
+            };
+            wide.add(&pack(|test| &test.0), &pack(|test| &test.1));
+        }
+        for (i, (command, measured)) in tests.iter().enumerate() {
+            let alone = Norms::of(command, measured).metrics(true).unwrap();
+            assert_eq!(wide.lane(i).metrics(true).unwrap(), alone);
+        }
+    }
+}
