@@ -1,9 +1,10 @@
-"""Writes the pages that are generated: paper against result, the paper's figures, and the keys of a rig."""
+"""Writes the pages that are generated: the paper beside the results, the keys of a rig, wrong input."""
 
 import sys
 from pathlib import Path
 
 import paper_figures
+import wrong_input
 
 import eft
 from eft._files import write_text
@@ -25,5 +26,6 @@ if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     write_text(FOLDER / "keys.md", keys())
     paper_figures.write(FOLDER)
+    wrong_input.write(FOLDER)
     # A number off its reference makes no page: the documentation must not show it as a result.
     sys.exit(main(["--output", str(FOLDER)]))

@@ -13,8 +13,8 @@ from eft._native import Command, Rig
 from eft._run import Dtype
 from eft._study._combinations import combinations_of
 from eft._study._samplers import LatinHypercube, Sampler, Sobol
-from eft._test_file import command_section, make_command, parse_toml, read_text, rig_within
-from eft._toml_lines import pointed
+from eft._test_file import NOT_THE_RIG, command_section, make_command, parse_toml, read_text, rig_within
+from eft._toml_lines import only_sections, pointed
 
 TEMPLATE = """
 # what is varied: every value with every other,
@@ -66,7 +66,8 @@ def read_study(path: Path, changes: Mapping[str, Any]) -> StudyPlan:
         parameters = _WAYS[ways[0]](section[ways[0]])
         combinations_of(parameters, rig)
     except ValueError as error:
-        raise pointed(path, text, error) from None
+        # The rig's own sections may set the same keys, and are not what is wrong.
+        raise pointed(path, only_sections(text, NOT_THE_RIG), error) from None
     return StudyPlan(rig, commands, parameters, **({"dtype": "f64", "traces": False, "fft": True} | given))
 
 

@@ -115,7 +115,7 @@ def _without_test(path: Path) -> tuple[str, dict[str, Any]]:
 def _rig_of(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, Any]) -> Rig:
     try:
         # From the text where that is possible, for the core's parser has better words for broken TOML.
-        rest = without_sections(text, set(NOT_THE_RIG))
+        rest = without_sections(text, NOT_THE_RIG)
         rig = Rig(rest) if tomllib.loads(rest) == tree else Rig.from_dict(tree)
     except ValueError as error:
         raise pointed(path, text, error) from None

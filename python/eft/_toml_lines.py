@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 _PART = r"""[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*'"""
@@ -10,9 +11,9 @@ _KEY = rf"(?:{_PART})(?:\s*\.\s*(?:{_PART}))*"
 _HEADER = re.compile(rf"\s*\[\[?\s*({_KEY})\s*\]")
 _ENTRY = re.compile(rf"(\s*)({_KEY})\s*=")
 
-_MISSING = re.compile(r"missing key `([\w.]+)`")
+_MISSING = (re.compile(r"missing key `([\w.]+)`"), re.compile(r"^([\w.]+) (?:is )?missing"))
 _NAMED = (
-    _MISSING,
+    *_MISSING,
     re.compile(r"`([A-Za-z_][\w.]*)`"),
     re.compile(r"\['([\w.]+)'\]"),
     re.compile(r"^(?:[a-z]+: )?([A-Za-z_][\w.]*)"),
@@ -27,7 +28,7 @@ def pointed(path: Path, text: str, error: ValueError) -> ValueError:
         for key in pattern.findall(message):
             # The value may stand in an inline table, whose own key is then the nearest.
             above = key.rpartition(".")[0]
-            found = place(text, key, header_too=pattern is _MISSING) or ("." in above and place(text, above))
+            found = place(text, key, header_too=pattern in _MISSING) or ("." in above and place(text, above))
             if found:
                 return ValueError(f"{path}, line {found[0]}, column {found[1]}: {message}")
     return ValueError(f"{path}: {message}")
@@ -48,12 +49,21 @@ def place(text: str, key: str, *, header_too: bool = False) -> tuple[int, int] |
     return answer
 
 
-def without_sections(text: str, names: set[str]) -> str:
-    """The text with whole sections blanked and every line where it was."""
-    kept, inside = [], False
+def without_sections(text: str, names: Collection[str]) -> str:
+    """The text with some sections blanked and every line where it was."""
+    return _blanked(text, lambda section: section in names)
+
+
+def only_sections(text: str, names: Collection[str]) -> str:
+    """The text with all other sections blanked and every line where it was."""
+    return _blanked(text, lambda section: section not in names)
+
+
+def _blanked(text: str, unwanted: Callable[[str], bool]) -> str:
+    kept, inside = [], unwanted("")
     for line in text.splitlines():
         if header := _HEADER.match(line):
-            inside = _plain(header[1]).partition(".")[0] in names
+            inside = unwanted(_plain(header[1]).partition(".")[0])
         kept.append("" if inside else line)
     return "\n".join(kept)
 

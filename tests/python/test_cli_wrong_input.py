@@ -79,7 +79,7 @@ WRONG = {
     "key missing in command": (
         ["run", "test.toml"],
         test_toml(paper(command=COMMAND.replace("f_end = 10.0\n", ""))),
-        ["command.f_end", "missing"],
+        ["test.toml, line 91, column 1:", "command.f_end", "missing"],
     ),
     "key misspelt in command": (
         ["run", "test.toml"],
@@ -119,7 +119,11 @@ WRONG = {
     "rig into no folder": (["init", "no/rig.toml"], {}, ["no", "folder"]),
     "rig that is there": (["init"], {"rig.toml": ""}, ["rig.toml", "--force"]),
     # data of others
-    "not a run": (["compare", "a.eft", "a.eft"], {"a.eft": "words"}, ["a.eft", "not a test saved by eft"]),
+    "not a run": (
+        ["compare", "a.eft", "a.eft"],
+        {"a.eft": "words"},
+        ["a.eft", "not a test saved by eft: no archive of arrays"],
+    ),
     "only one": (["compare", "a.csv"], {"a.csv": CSV}, ["OTHER"]),
     "no header": (["compare", "a.csv", "a.csv"], {"a.csv": "0,1\n1,2\n2,3\n"}, ["a.csv", "line 1", "header"]),
     "no unit": (
@@ -255,7 +259,7 @@ WRONG = {
     "study of no list": (
         ["study", "test.toml"],
         study("[study.grid]\nstructure.mass = 7.0\n"),
-        ["test.toml, line ", "structure.mass", "list of values"],
+        ["test.toml, line 98, column 1:", "structure.mass", "list of values"],
     ),
     "study of words for numbers": (
         ["study", "test.toml"],
@@ -319,7 +323,11 @@ WRONG = {
     ),
     # the report
     "report of nothing": (["report"], {}, ["RUNS"]),
-    "report of no run": (["report", "a.eft"], {"a.eft": "words"}, ["a.eft", "not a test saved by eft"]),
+    "report of no run": (
+        ["report", "a.eft"],
+        {"a.eft": "words"},
+        ["a.eft", "not a test saved by eft: no archive of arrays"],
+    ),
     "report of a folder": (["report", ".", "-o", "a.html"], {"a.csv": CSV}, ["not a study"]),
     "report as a picture": (["report", "a.eft", "-o", "a.png"], {"a.eft": "words"}, ["a.png", ".html"]),
     # the demonstration
