@@ -10,7 +10,6 @@ mod wide;
 
 use crate::closed_loop::{Precision, SimulateOptions, simulate};
 use crate::config::RigConfig;
-use crate::dispatch::dispatch_wide;
 use crate::error::{Error, Result};
 use crate::excitation::Command;
 use pieces::pieces;
@@ -69,7 +68,7 @@ pub fn simulate_batch<P: Precision>(
         if let Some(pace) = piece.side_by_side {
             let side_by_side: Vec<_> = piece.places.iter().map(|&place| tests[place]).collect();
             let wide = SideBySide { tests: &side_by_side, pace, options, stopped };
-            match dispatch_wide(wide) {
+            match wide.run_widest() {
                 Ok(outcomes) => return piece.places.iter().copied().zip(outcomes).collect(),
                 // One of them is refused; each alone says which.
                 Err(_) if !stopped() => {}

@@ -1,7 +1,5 @@
 use super::*;
 use crate::excitation::sine_sweep;
-use crate::rig::Exponential;
-use eft_core::Lanes;
 
 fn rig(changes: &[(&str, toml::Value)]) -> RigConfig {
     RigConfig::zhao2005().replace(changes).unwrap()
@@ -97,22 +95,4 @@ fn tests_of_many_kinds_find_their_own_outcomes() {
         .map(|i| sine_sweep(8900.0, 0.0, 10.0, 0.5 + 0.25 * (i % 3) as f64, 4096.0).unwrap())
         .collect();
     compare(&rigs, &commands, &BatchOptions { threads: Some(3), ..BatchOptions::default() });
-}
-
-#[test]
-fn on_processors_without_vectors_of_eight_as_well() {
-    let rigs = mixed();
-    let command = sine_sweep(8900.0, 0.0, 10.0, 1.0, 4096.0).unwrap();
-    let options = BatchOptions::default();
-    for rigs in rigs.chunks(4) {
-        let tests: Vec<_> = rigs.iter().map(|rig| Test { rig, command: &command }).collect();
-        let pace = options.simulate.pace(&rigs[0], command.sample_rate).unwrap();
-        let wide = SideBySide { tests: &tests, pace, options: &options, stopped: &|| false };
-        let outcomes = wide.run_on::<Lanes<f64, 4>, Exponential<_>>().unwrap();
-        for (outcome, test) in outcomes.into_iter().zip(&tests) {
-            let alone = simulate::<f64>(test.rig, test.command, &options.simulate, |_, _| true).unwrap();
-            let alone = Outcome::new(alone, &options).unwrap();
-            assert_eq!(format!("{:?}", outcome.unwrap()), format!("{alone:?}"));
-        }
-    }
 }

@@ -5,7 +5,7 @@ use eft_core::{Flags, Mask, status};
 use crate::batch::{BatchOptions, Outcome, Test};
 use crate::closed_loop::chunk::{self, Keep};
 use crate::closed_loop::single::{ClosedLoop, Tick};
-use crate::dispatch::{WideWork, Work, dispatch};
+use crate::dispatch::{WideWork, Work, dispatch, dispatch_wide};
 use crate::error::{Error, Result};
 use crate::metrics::{BLOCK, Norms};
 use crate::rig::{Exponential, Num, Pace, PlantModel};
@@ -27,9 +27,18 @@ impl WideWork for SideBySide<'_> {
 }
 
 impl SideBySide<'_> {
+    /// The outcome of each, in order.
+    ///
+    /// # Errors
+    /// As [`run_on`](Self::run_on).
+    // Not generic, so that it is compiled here once.
+    pub(super) fn run_widest(self) -> Result<Vec<Result<Outcome>>> {
+        dispatch_wide(self)
+    }
+
     /// # Errors
     /// A controller that the core refuses, or an interruption.
-    pub(super) fn run_on<S: Num, M: PlantModel<S>>(&self) -> Result<Vec<Result<Outcome>>> {
+    fn run_on<S: Num, M: PlantModel<S>>(&self) -> Result<Vec<Result<Outcome>>> {
         // Lanes that are left over run the last test once more.
         let test_of = |lane: usize| &self.tests[lane.min(self.tests.len() - 1)];
         let mut test = ClosedLoop::<S, S, M>::new(|lane| test_of(lane).rig, self.pace)?;

@@ -25,7 +25,7 @@ pub(crate) fn run<S: Num, C: Scalar<Flags = S::Flags>, M: PlantModel<S>>(
 where
     C::Element: Precision,
 {
-    if test.is_plain() {
+    if M::FAST && test.is_plain() {
         dispatch::<S, _>(Chunk::<S, C, M, _, true> { test, state, commands, ticks, keep })
     } else {
         dispatch::<S, _>(Chunk::<S, C, M, _, false> { test, state, commands, ticks, keep })

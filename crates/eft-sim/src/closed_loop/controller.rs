@@ -7,8 +7,11 @@ use eft_core::{
     Controller, Feedforward, FlowTable, Limiter, Mode, Real, ServovalveController, SignFrom, Tuning,
 };
 
+use crate::closed_loop::simulate::{SimulateOptions, simulate_controlled};
+use crate::closed_loop::test_run::TestRun;
 use crate::config::{self, RigConfig};
 use crate::error::{Error, Result};
+use crate::excitation::Command;
 use crate::rig::TABLE_CAPACITY;
 
 /// The controller of a simulated rig; its tables have the simulator's capacity.
@@ -36,6 +39,19 @@ pub trait Precision: Real + 'static {
     /// # Errors
     /// What `eft-core` refuses.
     fn adaptive(rig: &RigConfig, sample_rate: f64) -> Result<RigAdaptiveController<Self>>;
+
+    /// A whole test, as [`simulate`](crate::simulate) runs it: compiled once here, and not again in every crate that
+    /// calls it.
+    ///
+    /// # Errors
+    /// As [`simulate`](crate::simulate).
+    #[doc(hidden)]
+    fn test(
+        rig: &RigConfig,
+        command: &Command,
+        options: &SimulateOptions,
+        go_on: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> Result<TestRun>;
 }
 
 /// Everything the compensation is made from, at a sample rate (Hz).
@@ -132,6 +148,15 @@ macro_rules! precision {
                         sample_rate,
                     )?,
                 })
+            }
+
+            fn test(
+                rig: &RigConfig,
+                command: &Command,
+                options: &SimulateOptions,
+                go_on: &mut dyn FnMut(usize, usize) -> bool,
+            ) -> Result<TestRun> {
+                simulate_controlled::<$t>(rig, command, options, None, go_on)
             }
 
             fn adaptive(rig: &RigConfig, sample_rate: f64) -> Result<RigAdaptiveController<Self>> {

@@ -98,9 +98,9 @@ pub fn simulate<P: Precision>(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-    go_on: impl FnMut(usize, usize) -> bool,
+    mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
-    simulate_controlled::<P>(rig, command, options, None, go_on)
+    P::test(rig, command, options, &mut go_on)
 }
 
 /// As [`simulate`]; a controller from outside, if there is one, takes the place of the rig's own.

@@ -49,6 +49,7 @@ struct Memory<S> {
 
 impl<S: Num> PlantModel<S> for Exponential<S> {
     type State = Carried<S>;
+    const FAST: bool = true;
 
     fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, pace: Pace) -> Result<Self> {
         let propagators = (0..S::LANES)

@@ -34,6 +34,8 @@ impl Pace {
 pub(crate) trait PlantModel<S: Num>: Sized {
     /// Everything that the plant remembers.
     type State: Copy;
+    /// Whether a loop for plain rigs is compiled beside the one for all; it is where most tests run.
+    const FAST: bool = false;
 
     /// The plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
     fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, pace: Pace) -> Result<Self>;
