@@ -55,6 +55,7 @@ from eft._native import (
     valve_test,
 )
 from eft._run import (
+    Coherence,
     EnergyBalance,
     FftRatio,
     IdealResponse,
@@ -68,6 +69,7 @@ from eft._study import LatinHypercube, Sobol, Study, study
 
 __all__ = [
     "STABILITY_MAPS",
+    "Coherence",
     "Command",
     "Compensator",
     "Controller",

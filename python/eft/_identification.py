@@ -258,8 +258,8 @@ def fine_tune(
     Raises
     ------
     ValueError
-        If compensation is off, the structure hardly moves, or units or signs cannot be right; the message
-        says which.
+        If compensation is off, the structure hardly moves, moves too much for the linear scheme, or units or
+        signs cannot be right; the message says which.
     """
     found = _native.fine_tune(rig, command, force, velocity, sample_rate, band)
     return FineTuning(

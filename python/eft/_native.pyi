@@ -22,6 +22,7 @@ __all__ = [
     "band_passed",
     "baseline_corrected",
     "check_feasibility",
+    "coherence",
     "delay_budget",
     "displacement_spectrum",
     "effective_force",
@@ -299,6 +300,9 @@ def fft_ratio(
     command: ArrayLike, force: ArrayLike, sample_rate: float, f_low: float, f_high: float
 ) -> tuple[_Array, _Array]: ...
 def ideal_response(rig: Rig, command: Command) -> tuple[_Array, _Array]: ...
+def coherence(
+    command: ArrayLike, force: ArrayLike, sample_rate: float, segment: int
+) -> tuple[_Array, _Array]: ...
 def energy_balance(rig: Rig, command: Command, largest_step: float | None) -> dict[str, float]: ...
 def status_flags() -> dict[str, int]: ...
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = [
+    "Coherence",
     "EnergyBalance",
     "FftRatio",
     "IdealResponse",
@@ -49,6 +50,15 @@ class FftRatio(NamedTuple):
     """In Hz."""
     ratio: Array
     """abs(FFT(force)) / abs(FFT(command)), dimensionless."""
+
+
+class Coherence(NamedTuple):
+    """How much of the force is linear in the command, over frequency."""
+
+    frequency: Array
+    """In Hz."""
+    coherence: Array
+    """Magnitude squared, from 0 to 1."""
 
 
 class IdealResponse(NamedTuple):
@@ -208,6 +218,22 @@ class TestRun:
             rows = [response.ratio[np.isin(response.frequency, shared)] for response in each]
             return FftRatio(shared, np.array(rows))
         return FftRatio(*_native.fft_ratio(self.command, self.force, self.sample_rate, f_low, f_high))
+
+    def coherence(self, segment: float = 4.0) -> Coherence:
+        """Judge how much of the force is linear in the command, from half overlapping segments of so many s.
+
+        Hann windows, as ``scipy.signal.coherence``; where either signal holds nothing there is no answer. For
+        several actuators the coherence has a row for each, at the frequencies that all have.
+        """
+        if self.command.ndim > 1:
+            each = [run.coherence(segment) for run in self._actuators]
+            shared = reduce(np.intersect1d, (one.frequency for one in each))
+            rows = [one.coherence[np.isin(one.frequency, shared)] for one in each]
+            return Coherence(shared, np.array(rows))
+        if not segment > 0.0:
+            raise ValueError(f"segment = {segment}: must be positive, in s")
+        samples = round(min(segment * self.sample_rate, 2.0**40))
+        return Coherence(*_native.coherence(self.command, self.force, self.sample_rate, samples))
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the traces as a data frame indexed by time in s (needs pandas).

@@ -159,11 +159,14 @@ def test_figures_and_reports_show_every_actuator(run, tmp_path):
     from eft import report
 
     ax = plots.force_history(run)
-    assert [line.get_label() for line in ax.get_lines()] == [
-        "command, actuator 1", "command, actuator 2", "command, actuator 3",
-        "actuator 1", "actuator 2", "actuator 3",
-    ]  # fmt: skip
+    labels = ax.get_legend_handles_labels()[1]
+    assert labels == ["commands", "actuator 1", "actuator 2", "actuator 3"]
+    assert len(ax.get_lines()) == 6
     assert len(plots.spool_history(run).get_lines()) >= 3
+    ideal = eft.ideal_response(run.rig, eft.Command(run.command, RATE))
+    shown = plots.displacement_history(run, ideal=ideal)
+    assert shown.get_legend_handles_labels()[1] == ["ideal", "actuator 1", "actuator 2", "actuator 3"]
+    np.testing.assert_array_equal(shown.get_lines()[2].get_ydata(), ideal.displacement[2] * 1e3)
     assert len(plots.force_ratio(run).get_lines()) >= 3
     text = report.write_report(run, tmp_path / "building.html").read_text(encoding="utf-8")
     assert "actuator 3" in text

@@ -104,6 +104,19 @@ def test_the_ratio_is_that_of_the_spectra(run):
         run.fft_ratio(1.0, 600.0)
 
 
+def test_the_coherence_is_scipys(run):
+    signal = pytest.importorskip("scipy.signal")
+    found = run.coherence(segment=0.5)
+    frequency, expected = signal.coherence(run.command, run.force, 1024.0, "hann", 512, detrend="constant")
+    at = np.isin(frequency, found.frequency)
+    assert at.sum() == found.frequency.size > 200
+    np.testing.assert_allclose(found.coherence, expected[at], atol=1e-8)
+    with pytest.raises(ValueError, match="segment = -1"):
+        run.coherence(-1.0)
+    with pytest.raises(ValueError, match="segment = "):
+        run.coherence(100.0)
+
+
 def test_a_command_of_zeros_runs_but_cannot_be_judged():
     run = eft.simulate(RIG, eft.Command(np.zeros(100), 1000.0))
     assert run.success

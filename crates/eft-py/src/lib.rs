@@ -39,6 +39,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(batch::simulate_batch, module)?)?;
     module.add_function(wrap_pyfunction!(run::metrics, module)?)?;
     module.add_function(wrap_pyfunction!(run::fft_ratio, module)?)?;
+    module.add_function(wrap_pyfunction!(run::coherence, module)?)?;
     module.add_function(wrap_pyfunction!(run::ideal_response, module)?)?;
     module.add_function(wrap_pyfunction!(run::energy_balance, module)?)?;
     module.add_function(wrap_pyfunction!(run::status_flags, module)?)?;

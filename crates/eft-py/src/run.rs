@@ -199,6 +199,21 @@ pub(crate) fn fft_ratio<'py>(
     Ok((PyArray1::from_vec(py, ratio.frequency), PyArray1::from_vec(py, ratio.ratio)))
 }
 
+/// Frequencies in Hz and the coherence of a force with its command there, from segments of so many samples.
+#[pyfunction]
+#[allow(clippy::type_complexity, reason = "two arrays are two arrays")]
+pub(crate) fn coherence<'py>(
+    py: Python<'py>,
+    command: &Bound<'py, PyAny>,
+    force: &Bound<'py, PyAny>,
+    sample_rate: f64,
+    segment: usize,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
+    let found = py.detach(|| judge::coherence(&command, &force, sample_rate, segment)).map_err(to_python)?;
+    Ok((PyArray1::from_vec(py, found.frequency), PyArray1::from_vec(py, found.coherence)))
+}
+
 /// Displacement (m) and velocity (m/s) of the rig's structure under the command applied exactly.
 #[pyfunction]
 pub(crate) fn ideal_response<'py>(

@@ -38,22 +38,23 @@ def labelled(runs: TestRun | Mapping[str, TestRun], alone: str = "measured") -> 
         if run.command.ndim == 1:
             answer[label] = run
             continue
-        prefix = f"{label}, " if isinstance(runs, Mapping) else ""
+        prefix = f"{label}, " if len(named) > 1 else ""
         for index in range(run.command.shape[0]):
             answer[f"{prefix}actuator {index + 1}"] = run.actuator(index)
     return answer
 
 
 def commands(runs: Mapping[str, TestRun]) -> list[tuple[str, TestRun]]:
-    """The runs whose commands differ, each with the label of its command."""
-    found: list[tuple[str, TestRun]] = []
-    for label, run in runs.items():
+    """The runs whose commands differ; of several only the first has a label that shows in a legend."""
+    found: list[TestRun] = []
+    for run in runs.values():
         # A run that diverged has only the beginning of its command.
-        if not any(_begin_alike(run.command, other.command) for _, other in found):
-            found.append((f"command, {label}", run))
+        if not any(_begin_alike(run.command, other.command) for other in found):
+            found.append(run)
     if not found:
         raise ValueError("runs is empty: at least one run is needed for a figure")
-    return found if len(found) > 1 else [("command", found[0][1])]
+    first = "command" if len(found) == 1 else "commands"
+    return [(first if run is found[0] else "_command", run) for run in found]
 
 
 def _begin_alike(one: Array, other: Array) -> bool:

@@ -106,6 +106,10 @@ def page(height: float) -> Figure:
     return Figure(figsize=(WIDTH, height), dpi=200, layout="constrained")
 
 
+_COLUMNS = 5
+"""Entries of a legend beside each other; more would be wider than a page."""
+
+
 def finish(ax: Axes, *, xlabel: str, ylabel: str, legend: bool = True) -> Axes:
     """Labels with units, a light grid, and a legend where there is something to tell apart."""
     ax.set_xlabel(xlabel)
@@ -116,7 +120,7 @@ def finish(ax: Axes, *, xlabel: str, ylabel: str, legend: bool = True) -> Axes:
         # Above the axes, beside the title: a legend inside would hide some of the data.
         entries = len(ax.get_legend_handles_labels()[1])
         ax.legend(
-            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=entries, frameon=False,
+            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(entries, _COLUMNS), frameon=False,
             borderpad=0.1, borderaxespad=0.1, handlelength=2.2, columnspacing=1.4,
         )  # fmt: skip
     return ax

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from eft.plots._signals import Array, Response, commands, inside, labelled
 from eft.plots._style import COMMAND, IDEAL, LIMIT, axes_or_new, finish, lines_for
 
@@ -93,7 +95,9 @@ def _responses(
     if ideal is not None:
         # Beneath and wide: where a test follows the ideal response, both can still be seen.
         part = inside(ideal.time, window)
-        ax.plot(ideal.time[part], quantity(ideal)[part], label="ideal", **IDEAL.keywords())
+        for row, values in enumerate(np.atleast_2d(quantity(ideal))):
+            label = "_ideal" if row else "ideal"
+            ax.plot(ideal.time[part], values[part], label=label, **IDEAL.keywords())
     for (label, run), line in zip(runs.items(), lines_for(runs), strict=True):
         part = inside(run.time, window)
         ax.plot(run.time[part], quantity(run)[part], label=label, **line.keywords())

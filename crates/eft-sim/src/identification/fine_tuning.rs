@@ -26,6 +26,8 @@ const MOVED: f64 = 1e-3;
 const LEAST_BINS: usize = 8;
 /// Less spool opening (1) than this is no motion.
 const LEAST_OPENING: f64 = 1e-3;
+/// The linear scheme has no one level beyond this opening (1): it misses more, the further the curve bends.
+const LINEAR_OPENING: f64 = 0.15;
 /// Beyond this factor between force and command, one of them is in another unit, or the force does not follow at all.
 const LARGEST_FACTOR: f64 = 5.0;
 /// Smallest radicand of the load-pressure correction, as in the controller.
@@ -69,7 +71,7 @@ pub struct TestSignals<'a> {
 ///
 /// # Errors
 /// Compensation that is off; unequal, too short or incomplete signals; a band outside 0 to half the rate; a structure
-/// that hardly moves, or from which power comes; a force that is out of all proportion to the command.
+/// that hardly moves, moves too much for the linear scheme, or from which power comes; a force that is out of all proportion to the command.
 pub fn fine_tune(
     rig: &RigConfig,
     signals: TestSignals<'_>,
@@ -103,6 +105,12 @@ pub fn fine_tune(
     if opened < LEAST_OPENING {
         let found = format!("an opening of {opened:.1e} at most");
         return Err(Error::value("velocity", found, format!("must call for at least {LEAST_OPENING}")));
+    }
+    if rig.compensation.mode == Mode::Linear && opened > LINEAR_OPENING {
+        let found = format!("an opening of {opened:.2}");
+        let allowed =
+            format!("must stay within {LINEAR_OPENING} where the compensation is linear: a smaller test");
+        return Err(Error::value("velocity", found, allowed));
     }
     let bins: Vec<usize> = (first..=last).filter(|k| spectra.needed[*k].norm_sqr() > MOVED * most).collect();
     if bins.len() < LEAST_BINS {
@@ -388,6 +396,10 @@ mod tests {
         let mut gap = run.force.clone();
         gap[7] = f64::NAN;
         assert!(text(&rig, &gap, &run.velocity, BAND).starts_with("force = NaN at sample 7"));
+        let mut linear = rig.clone();
+        linear.compensation.mode = Mode::Linear;
+        let fast: Vec<f64> = run.velocity.iter().map(|v| 3.0 * v).collect();
+        assert!(text(&linear, &run.force, &fast, BAND).contains("where the compensation is linear"));
         // A velocity sensor of the wrong sign, or a force in another unit.
         let turned: Vec<f64> = run.velocity.iter().map(|v| -v).collect();
         let kilo: Vec<f64> = run.force.iter().map(|f| f / 1e3).collect();
