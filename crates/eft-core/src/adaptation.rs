@@ -18,7 +18,7 @@ use crate::window::WindowState;
 pub(crate) const SLOTS: u32 = 16;
 
 /// Estimators, guard and the schedule between them.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Adaptation<S: Scalar, const N: usize> {
     /// Ticks of a window, a power of two, less one.
     pub(crate) last_tick: u32,

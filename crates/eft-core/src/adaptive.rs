@@ -10,7 +10,7 @@ use crate::status;
 use crate::window::Measurements;
 
 /// An adaptive compensation's immutable configuration; one drives any number of channels.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveCompensation<S: Scalar, const N: usize> {
     pub(crate) compensation: Compensation<S, N>,
     pub(crate) feedforward: Feedforward<S>,

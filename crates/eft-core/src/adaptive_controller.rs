@@ -10,7 +10,7 @@ use crate::status;
 use crate::window::Measurements;
 
 /// An adaptive controller's immutable configuration; one drives any number of channels.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveController<S: Scalar, const N: usize> {
     /// Compensation with feedforward and estimators.
     pub compensation: AdaptiveCompensation<S, N>,

@@ -5,7 +5,7 @@ use crate::piecewise::PiecewiseLinear;
 use crate::scalar::Scalar;
 
 /// Flow curve and load pressure, Eq. (6); a straight line and none for the linear scheme.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowPrediction<S: Scalar, const N: usize> {
     pub(crate) load_pressure: LoadPressure<S>,
     pub(crate) curve: PiecewiseLinear<S, N>,

@@ -23,6 +23,15 @@
 // Changes with every incompatible change of the header.
 #define EFT_ABI_VERSION 2
 
+// eft_adaptive_parameters.parts: demand the command's own flow as well.
+#define EFT_FEEDFORWARD 1
+
+// eft_adaptive_parameters.parts: estimate flow gain and valve during the test.
+#define EFT_ESTIMATORS 2
+
+// eft_adaptive_parameters.parts: take the level back where overcompensation pumps the structure.
+#define EFT_GUARD 4
+
 // Points a flow table may have.
 #define EFT_TABLE_CAPACITY 21
 
@@ -101,6 +110,16 @@
 // The tick was missed; the last output is held.
 #define EFT_MISSED_TICK (1 << 11)
 
+// eft_output.status, adaptive: the estimators stand still, after a bad measurement or where their models do not
+// explain what is measured.
+#define EFT_ADAPTATION_FROZEN (1 << 12)
+
+// eft_output.status, adaptive: an estimate stands at one of its bounds.
+#define EFT_ESTIMATE_BOUNDED (1 << 13)
+
+// eft_output.status, adaptive: the overcompensation guard has taken the compensation level back.
+#define EFT_LEVEL_REDUCED (1 << 14)
+
 // A controller's parameters in SI units; plain data, so that a constant one can stay in flash.
 typedef struct eft_parameters {
   // Points of the flow table in use.
@@ -151,10 +170,24 @@ typedef struct eft_parameters {
   double flows[EFT_TABLE_CAPACITY];
 } eft_parameters;
 
-// A configuration: opaque, filled by eft_configure only. One drives any number of states.
-typedef struct eft_controller_f32 {
-  float words[100];
-} eft_controller_f32;
+// An adaptive controller's parameters in SI units: the nominal rig, and what is switched on.
+typedef struct eft_adaptive_parameters {
+  // The rig as the plain controller knows it.
+  struct eft_parameters rig;
+  // Oil compressibility of the chambers, m³/Pa.
+  double compressibility;
+  // Cross-piston leakage, m³/(s·Pa).
+  double leakage;
+  // Samples by which the compensation comes late to the valve command, 1.
+  uint32_t computation_delay;
+  // EFT_FEEDFORWARD and its siblings, added up.
+  uint32_t parts;
+} eft_adaptive_parameters;
+
+// A configuration: opaque, filled by eft_adaptive_configure only. One drives any number of states.
+typedef struct eft_adaptive_f32 {
+  float words[288];
+} eft_adaptive_f32;
 
 // Why a configuration was refused.
 typedef struct eft_error {
@@ -169,6 +202,104 @@ typedef struct eft_error {
   // The parameter's name, ended by a zero byte.
   char parameter[28];
 } eft_error;
+
+// What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
+// eft_adaptive_prime before the first step.
+typedef struct eft_adaptive_state_f32 {
+  float words[96];
+} eft_adaptive_state_f32;
+
+// One tick's command and measurements.
+typedef struct eft_adaptive_input_f32 {
+  // Force command, N.
+  float command;
+  // Piston velocity, m/s.
+  float velocity;
+  // Force, N.
+  float force;
+  // Spool opening, 1.
+  float spool;
+  // Supply pressure, Pa; the configured one where there is no transducer.
+  float supply_pressure;
+  // Valve command that stood when the others were sampled, V; only the compensation alone looks at it.
+  float valve_command;
+} eft_adaptive_input_f32;
+
+// One tick's result.
+typedef struct eft_output_f32 {
+  // Valve command, V.
+  float valve_command;
+  // The part of it that compensates the piston's motion, V.
+  float compensation;
+  // EFT_SPOOL_WARNING and its siblings.
+  uint32_t status;
+} eft_output_f32;
+
+// What was learned.
+typedef struct eft_learned_f32 {
+  // True flow over the table's, 1.
+  float flow_gain;
+  // The spool's gain over the configured one, 1.
+  float valve_gain;
+  // Delay that the lead network makes up for, s.
+  float response_delay;
+  // The guard's factor on the compensation level, 1.
+  float level;
+} eft_learned_f32;
+
+// A configuration: opaque, filled by eft_adaptive_configure only. One drives any number of states.
+typedef struct eft_adaptive_f64 {
+  double words[288];
+} eft_adaptive_f64;
+
+// What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
+// eft_adaptive_prime before the first step.
+typedef struct eft_adaptive_state_f64 {
+  double words[96];
+} eft_adaptive_state_f64;
+
+// One tick's command and measurements.
+typedef struct eft_adaptive_input_f64 {
+  // Force command, N.
+  double command;
+  // Piston velocity, m/s.
+  double velocity;
+  // Force, N.
+  double force;
+  // Spool opening, 1.
+  double spool;
+  // Supply pressure, Pa; the configured one where there is no transducer.
+  double supply_pressure;
+  // Valve command that stood when the others were sampled, V; only the compensation alone looks at it.
+  double valve_command;
+} eft_adaptive_input_f64;
+
+// One tick's result.
+typedef struct eft_output_f64 {
+  // Valve command, V.
+  double valve_command;
+  // The part of it that compensates the piston's motion, V.
+  double compensation;
+  // EFT_SPOOL_WARNING and its siblings.
+  uint32_t status;
+} eft_output_f64;
+
+// What was learned.
+typedef struct eft_learned_f64 {
+  // True flow over the table's, 1.
+  double flow_gain;
+  // The spool's gain over the configured one, 1.
+  double valve_gain;
+  // Delay that the lead network makes up for, s.
+  double response_delay;
+  // The guard's factor on the compensation level, 1.
+  double level;
+} eft_learned_f64;
+
+// A configuration: opaque, filled by eft_configure only. One drives any number of states.
+typedef struct eft_controller_f32 {
+  float words[100];
+} eft_controller_f32;
 
 // What the controller remembers; all zero bytes are a rig at rest.
 typedef struct eft_state_f32 {
@@ -188,16 +319,6 @@ typedef struct eft_input_f32 {
   // Flow wanted on top of the piston's, m³/s; 0 for none.
   float further_flow;
 } eft_input_f32;
-
-// One tick's result.
-typedef struct eft_output_f32 {
-  // Valve command, V.
-  float valve_command;
-  // The part of it that compensates the piston's motion, V.
-  float compensation;
-  // EFT_SPOOL_WARNING and its siblings.
-  uint32_t status;
-} eft_output_f32;
 
 // Which copy is in use and which was last offered: 0 or 1 each.
 typedef struct eft_turn {
@@ -235,16 +356,6 @@ typedef struct eft_input_f64 {
   double further_flow;
 } eft_input_f64;
 
-// One tick's result.
-typedef struct eft_output_f64 {
-  // Valve command, V.
-  double valve_command;
-  // The part of it that compensates the piston's motion, V.
-  double compensation;
-  // EFT_SPOOL_WARNING and its siblings.
-  uint32_t status;
-} eft_output_f64;
-
 // Two configurations: the interrupt steps with one while the other is written.
 typedef struct eft_shadow_f64 {
   struct eft_controller_f64 copies[2];
@@ -257,6 +368,98 @@ extern "C" {
 
 // The version this library was built with: compare it with EFT_ABI_VERSION once at start-up.
 uint32_t eft_abi_version(void);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_adaptive_configure_f32(const struct eft_adaptive_parameters *parameters,
+                                   struct eft_adaptive_f32 *config,
+                                   struct eft_error *why);
+
+// Whether a configuration still is what its parameters make; EFT_CORRUPT where it is not. Not for the
+// interrupt.
+uint8_t eft_adaptive_check_f32(const struct eft_adaptive_f32 *config, const struct eft_adaptive_parameters *parameters);
+
+// A rig at rest, nothing learned yet.
+uint8_t eft_adaptive_reset_f32(const struct eft_adaptive_f32 *config, struct eft_adaptive_state_f32 *state);
+
+// A rig that has long been at this operating point, nothing learned yet: the next step starts without a
+// bump.
+uint8_t eft_adaptive_prime_f32(const struct eft_adaptive_f32 *config,
+                               struct eft_adaptive_state_f32 *state,
+                               const struct eft_adaptive_input_f32 *input);
+
+// Repeats the last valve command; the state stays.
+uint8_t eft_adaptive_hold_f32(const struct eft_adaptive_f32 *config,
+                              const struct eft_adaptive_state_f32 *state,
+                              struct eft_output_f32 *output);
+
+// In place of a tick that was missed: the last valve command stays, and the output says so.
+uint8_t eft_adaptive_missed_f32(const struct eft_adaptive_f32 *config,
+                                const struct eft_adaptive_state_f32 *state,
+                                struct eft_output_f32 *output);
+
+// One tick. What is NaN, infinite or out of its range repeats the last valve command and raises
+// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for half a second after it.
+uint8_t eft_adaptive_step_f32(const struct eft_adaptive_f32 *config,
+                              struct eft_adaptive_state_f32 *state,
+                              const struct eft_adaptive_input_f32 *input,
+                              struct eft_output_f32 *output);
+
+// The compensation alone, for a force loop that another controller closes: output->valve_command is the
+// compensation signal. input->valve_command must be measured.
+uint8_t eft_adaptive_compensation_step_f32(const struct eft_adaptive_f32 *config,
+                                           struct eft_adaptive_state_f32 *state,
+                                           const struct eft_adaptive_input_f32 *input,
+                                           struct eft_output_f32 *output);
+
+// What was learned so far.
+uint8_t eft_adaptive_learned_f32(const struct eft_adaptive_state_f32 *state, struct eft_learned_f32 *learned);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_adaptive_configure_f64(const struct eft_adaptive_parameters *parameters,
+                                   struct eft_adaptive_f64 *config,
+                                   struct eft_error *why);
+
+// Whether a configuration still is what its parameters make; EFT_CORRUPT where it is not. Not for the
+// interrupt.
+uint8_t eft_adaptive_check_f64(const struct eft_adaptive_f64 *config, const struct eft_adaptive_parameters *parameters);
+
+// A rig at rest, nothing learned yet.
+uint8_t eft_adaptive_reset_f64(const struct eft_adaptive_f64 *config, struct eft_adaptive_state_f64 *state);
+
+// A rig that has long been at this operating point, nothing learned yet: the next step starts without a
+// bump.
+uint8_t eft_adaptive_prime_f64(const struct eft_adaptive_f64 *config,
+                               struct eft_adaptive_state_f64 *state,
+                               const struct eft_adaptive_input_f64 *input);
+
+// Repeats the last valve command; the state stays.
+uint8_t eft_adaptive_hold_f64(const struct eft_adaptive_f64 *config,
+                              const struct eft_adaptive_state_f64 *state,
+                              struct eft_output_f64 *output);
+
+// In place of a tick that was missed: the last valve command stays, and the output says so.
+uint8_t eft_adaptive_missed_f64(const struct eft_adaptive_f64 *config,
+                                const struct eft_adaptive_state_f64 *state,
+                                struct eft_output_f64 *output);
+
+// One tick. What is NaN, infinite or out of its range repeats the last valve command and raises
+// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for half a second after it.
+uint8_t eft_adaptive_step_f64(const struct eft_adaptive_f64 *config,
+                              struct eft_adaptive_state_f64 *state,
+                              const struct eft_adaptive_input_f64 *input,
+                              struct eft_output_f64 *output);
+
+// The compensation alone, for a force loop that another controller closes: output->valve_command is the
+// compensation signal. input->valve_command must be measured.
+uint8_t eft_adaptive_compensation_step_f64(const struct eft_adaptive_f64 *config,
+                                           struct eft_adaptive_state_f64 *state,
+                                           const struct eft_adaptive_input_f64 *input,
+                                           struct eft_output_f64 *output);
+
+// What was learned so far.
+uint8_t eft_adaptive_learned_f64(const struct eft_adaptive_state_f64 *state, struct eft_learned_f64 *learned);
 
 // Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
 // *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
@@ -389,6 +592,16 @@ EFT_STATIC_ASSERT(offsetof(eft_input_f32, further_flow) == 16);
 EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 12);
 EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 24);
 EFT_STATIC_ASSERT(offsetof(eft_output_f32, status) == 8);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_parameters) == 504);
+EFT_STATIC_ASSERT(offsetof(eft_adaptive_parameters, parts) == 500);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_f32) == 1152);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_f64) == 2304);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f32) == 384);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f64) == 768);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f32) == 24);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f64) == 48);
+EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 16);
+EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 32);
 EFT_STATIC_ASSERT(sizeof(eft_shadow_f32) == 808);
 EFT_STATIC_ASSERT(sizeof(eft_shadow_f64) == 1480);
 #endif

@@ -9,11 +9,13 @@
 #![allow(non_camel_case_types)] // the names are C's
 #![allow(clippy::missing_safety_doc)] // one contract for all, above
 
+mod adaptive;
 mod parameters;
 mod precision;
 mod shadow;
 mod status;
 
+pub use adaptive::*;
 pub use parameters::*;
 pub use precision::*;
 pub use shadow::eft_turn;
@@ -41,5 +43,10 @@ const _: () = {
     assert!(size_of::<eft_input_f32>() == 20 && size_of::<eft_input_f64>() == 40);
     assert!(offset_of!(eft_input_f32, further_flow) == 16 && offset_of!(eft_output_f32, status) == 8);
     assert!(size_of::<eft_output_f32>() == 12 && size_of::<eft_output_f64>() == 24);
+    assert!(size_of::<eft_adaptive_parameters>() == 504 && offset_of!(eft_adaptive_parameters, parts) == 500);
+    assert!(size_of::<eft_adaptive_f32>() == 1152 && size_of::<eft_adaptive_f64>() == 2304);
+    assert!(size_of::<eft_adaptive_state_f32>() == 384 && size_of::<eft_adaptive_state_f64>() == 768);
+    assert!(size_of::<eft_adaptive_input_f32>() == 24 && size_of::<eft_adaptive_input_f64>() == 48);
+    assert!(size_of::<eft_learned_f32>() == 16 && size_of::<eft_learned_f64>() == 32);
     assert!(size_of::<eft_shadow_f32>() == 808 && size_of::<eft_shadow_f64>() == 1480);
 };

@@ -43,6 +43,13 @@ pub const EFT_INVALID_COMMAND: u32 = 1 << 6;
 pub const EFT_HELD: u32 = 1 << 7;
 /// The tick was missed; the last output is held.
 pub const EFT_MISSED_TICK: u32 = 1 << 11;
+/// eft_output.status, adaptive: the estimators stand still, after a bad measurement or where their models do not
+/// explain what is measured.
+pub const EFT_ADAPTATION_FROZEN: u32 = 1 << 12;
+/// eft_output.status, adaptive: an estimate stands at one of its bounds.
+pub const EFT_ESTIMATE_BOUNDED: u32 = 1 << 13;
+/// eft_output.status, adaptive: the overcompensation guard has taken the compensation level back.
+pub const EFT_LEVEL_REDUCED: u32 = 1 << 14;
 
 // Spelt out above, because the header takes them literally.
 const _: () = {
@@ -55,6 +62,9 @@ const _: () = {
     assert!(EFT_INVALID_COMMAND == status::INVALID_COMMAND);
     assert!(EFT_HELD == status::HELD);
     assert!(EFT_MISSED_TICK == status::MISSED_TICK);
+    assert!(EFT_ADAPTATION_FROZEN == status::ADAPTATION_FROZEN);
+    assert!(EFT_ESTIMATE_BOUNDED == status::ESTIMATE_BOUNDED);
+    assert!(EFT_LEVEL_REDUCED == status::LEVEL_REDUCED);
 };
 
 pub(crate) fn of(error: &ConfigError) -> u8 {

@@ -28,6 +28,12 @@ pub extern "C" fn eft_proof(n: usize) {
         eft_compensation_step_f32 eft_shadow_init_f32 eft_shadow_offer_f32 eft_shadow_take_f32);
     keep!(eft_configure_f64 eft_check_f64 eft_reset_f64 eft_prime_f64 eft_hold_f64 eft_missed_f64 eft_step_f64
         eft_compensation_step_f64 eft_shadow_init_f64 eft_shadow_offer_f64 eft_shadow_take_f64);
+    keep!(eft_adaptive_configure_f32 eft_adaptive_check_f32 eft_adaptive_reset_f32 eft_adaptive_prime_f32
+        eft_adaptive_hold_f32 eft_adaptive_missed_f32 eft_adaptive_step_f32 eft_adaptive_compensation_step_f32
+        eft_adaptive_learned_f32);
+    keep!(eft_adaptive_configure_f64 eft_adaptive_check_f64 eft_adaptive_reset_f64 eft_adaptive_prime_f64
+        eft_adaptive_hold_f64 eft_adaptive_missed_f64 eft_adaptive_step_f64 eft_adaptive_compensation_step_f64
+        eft_adaptive_learned_f64);
     #[cfg(feature = "panic")]
     black_box([1, 2, 3][black_box(n)]);
     black_box(n);

@@ -10,7 +10,7 @@ use eft_core::{
 use crate::closed_loop::simulate::{SimulateOptions, simulate_controlled};
 use crate::closed_loop::test_run::TestRun;
 use crate::config::{self, RigConfig};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::excitation::Command;
 use crate::rig::TABLE_CAPACITY;
 
@@ -85,26 +85,8 @@ pub fn compensation_parameters(rig: &RigConfig, sample_rate: f64) -> Compensatio
     }
 }
 
-/// Refuses a rig whose controller is more than compensation, feedforward and Eq. (1), for callers that export only
-/// those: what a rig asks for is never left out in silence.
-///
-/// # Errors
-/// The first key that asks for more, by name.
-pub fn only_plain(rig: &RigConfig) -> Result<()> {
-    let asked = [
-        ("compensation.adaptive", rig.compensation.adaptive),
-        ("compensation.guard", rig.compensation.guard),
-        ("compensation.supply_correction", rig.compensation.supply_correction),
-        ("protection.enabled", rig.protection.enabled),
-    ];
-    match asked.into_iter().find(|(_, on)| *on) {
-        None => Ok(()),
-        Some((key, _)) => Err(Error::value(key, true, "must be false to be exported")),
-    }
-}
-
 /// Whether anything of the adaptive controller beyond the feedforward is asked for.
-pub(crate) fn adapts(rig: &RigConfig) -> bool {
+pub fn adapts(rig: &RigConfig) -> bool {
     let c = &rig.compensation;
     c.adaptive || c.guard || c.supply_correction
 }

@@ -20,7 +20,7 @@ pub use building_stepper::BuildingStepper;
 pub use channel::{Channel, ChannelOutput, Reach, Sample};
 pub(crate) use controller::adapts;
 pub use controller::{
-    Precision, RigAdaptiveController, RigController, adaptive_parameters, compensation_parameters, only_plain,
+    Precision, RigAdaptiveController, RigController, adaptive_parameters, adapts, compensation_parameters,
 };
 pub use digital_side::Answer;
 pub use ideal::{IdealResponse, ideal_response};

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use eft_core::{CompensationParameters, Mode, SignFrom};
+use eft_core::{AdaptiveParameters, CompensationParameters, Mode, SignFrom};
 
-use crate::closed_loop::{Precision, compensation_parameters, only_plain};
+use crate::closed_loop::{Precision, adaptive_parameters, adapts, compensation_parameters};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 
@@ -14,9 +14,10 @@ const C_CAPACITY: usize = 21;
 /// The language of the exported configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
-    /// A constant `eft_core::Controller`, checked by the compiler.
+    /// A constant `eft_core::Controller` or `AdaptiveController`, checked by the compiler.
     Rust,
-    /// A constant `eft_parameters` for `eft.h`, checked here and again by `eft_configure_f32`.
+    /// A constant `eft_parameters` or `eft_adaptive_parameters` for `eft.h`, checked here and again by
+    /// `eft_configure_f32` or `eft_adaptive_configure_f32`.
     C,
 }
 
@@ -31,40 +32,58 @@ impl std::str::FromStr for Target {
     }
 }
 
-/// The configuration of a rig's controller as a source file; the digital side runs at `controller.sample_rate`.
+/// The configuration of a rig's controller as a source file; the digital side runs at `controller.sample_rate`. A rig
+/// with feedforward, estimators, guard or supply correction makes an adaptive controller.
 ///
 /// # Errors
-/// A rig that the controller refuses, in `f32` or at all; parts that firmware has to build itself (feedforward,
+/// A rig that the controller refuses, in `f32` or at all; parts that firmware has to build itself (protection,
 /// computation delay); for C, a flow table of more than 21 points.
 pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
     rig.validate()?;
     let rate = rig.controller.sample_rate;
     <f32 as Precision>::controller(rig, rate)?;
-    runs_on_firmware(rig)?;
+    exportable(rig)?;
     let points = rig.servovalve.flow_table.openings.len();
     if target == Target::C && points > C_CAPACITY {
         return Err(Error::value("servovalve.flow_table", points, "must have at most 21 points for C"));
     }
+    let adaptive = (adapts(rig) || rig.compensation.feedforward).then(|| adaptive_parameters(rig, rate));
+    if adaptive.is_some() {
+        <f32 as Precision>::adaptive(rig, rate)?;
+    }
     let mut out = String::new();
     let written = match target {
-        Target::Rust => rust(&mut out, rig, name, &compensation_parameters(rig, rate)),
-        Target::C => c(&mut out, rig, name, &compensation_parameters(rig, rate)),
+        Target::Rust => rust(&mut out, rig, name, &compensation_parameters(rig, rate), adaptive.as_ref()),
+        Target::C => c(&mut out, rig, name, &compensation_parameters(rig, rate), adaptive.as_ref()),
     };
     written.map_err(|_| Error::value("name", name, "could not be written"))?;
     Ok(out)
 }
 
-/// Refuses a rig whose controller is more than one `eft_core::Controller`, by the first key that asks for more.
-pub(crate) fn runs_on_firmware(rig: &RigConfig) -> Result<()> {
-    only_plain(rig)?;
-    if rig.compensation.feedforward {
-        return Err(Error::value("compensation.feedforward", true, "must be false for firmware"));
+/// Refuses what firmware has to build itself, around the controller.
+fn exportable(rig: &RigConfig) -> Result<()> {
+    if rig.protection.enabled {
+        return Err(Error::value("protection.enabled", true, "must be false for firmware"));
     }
     let delay = rig.compensation.computation_delay;
     if delay != 0 {
         return Err(Error::value("compensation.computation_delay", delay, "must be 0 for firmware"));
     }
     Ok(())
+}
+
+/// Refuses a rig whose controller is more than one `eft_core::Controller`, by the first key that asks for more.
+pub(crate) fn runs_on_firmware(rig: &RigConfig) -> Result<()> {
+    let asked = [
+        ("compensation.feedforward", rig.compensation.feedforward),
+        ("compensation.adaptive", rig.compensation.adaptive),
+        ("compensation.guard", rig.compensation.guard),
+        ("compensation.supply_correction", rig.compensation.supply_correction),
+    ];
+    match asked.into_iter().find(|(_, on)| *on) {
+        None => exportable(rig),
+        Some((key, _)) => Err(Error::value(key, true, "must be false for firmware")),
+    }
 }
 
 /// A number that reads back as itself, in both languages.
@@ -76,7 +95,13 @@ fn list(values: &[f64]) -> String {
     values.iter().map(|&v| number(v)).collect::<Vec<_>>().join(", ")
 }
 
-fn rust(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameters) -> std::fmt::Result {
+fn rust(
+    out: &mut String,
+    rig: &RigConfig,
+    name: &str,
+    p: &CompensationParameters,
+    adaptive: Option<&AdaptiveParameters>,
+) -> std::fmt::Result {
     let table = &rig.servovalve.flow_table;
     let n = table.openings.len();
     let c = &rig.controller;
@@ -91,10 +116,15 @@ fn rust(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameter
         SignFrom::Demand => "Demand",
     };
     writeln!(out, "//! The controller of `{name}` at {} Hz, exported by eft.", c.sample_rate)?;
-    writeln!(
-        out,
-        "use eft_core::{{\n    Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode,\n    ServovalveController, SignFrom,\n}};\n"
-    )?;
+    let parts = match adaptive {
+        None => {
+            "Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode,\n    ServovalveController, SignFrom"
+        }
+        Some(_) => {
+            "AdaptiveCompensation, AdaptiveController, AdaptiveParameters, CompensationParameters, FlowTable,\n    Limiter, Mode, ServovalveController, SignFrom, Tuning"
+        }
+    };
+    writeln!(out, "use eft_core::{{\n    {parts},\n}};\n")?;
     writeln!(
         out,
         "/// Points of the flow table.\npub const POINTS: usize = {n};\n/// Sample rate (Hz).\npub const SAMPLE_RATE: f64 = {};\n",
@@ -121,10 +151,27 @@ fn rust(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameter
         "    sample_rate: SAMPLE_RATE,\n    proportional_gain: {}, // V/V\n}};\n",
         number(p.proportional_gain)
     )?;
-    writeln!(out, "/// The controller.\npub static CONTROLLER: Controller<f32, POINTS> = {{")?;
+    let adaptively = if adaptive.is_some() { "Adaptive" } else { "" };
+    writeln!(out, "/// The controller.\npub static CONTROLLER: {adaptively}Controller<f32, POINTS> = {{")?;
     writeln!(out, "    let table = checked!(FlowTable::<f32, POINTS>::new(&OPENINGS, &FLOWS));")?;
-    writeln!(out, "    Controller {{")?;
-    writeln!(out, "        compensation: checked!(Compensation::<f32, POINTS>::new(&PARAMETERS, &table)),")?;
+    let parameters = if adaptive.is_some() { "adaptive" } else { "PARAMETERS" };
+    if let Some(a) = adaptive {
+        writeln!(out, "    let adaptive = AdaptiveParameters {{\n        compensation: PARAMETERS,")?;
+        for (key, value, unit) in adaptive_fields(a) {
+            writeln!(out, "        {key}: {}, // {unit}", number(value))?;
+        }
+        writeln!(out, "        force_sensitivity: {}, // V/N", number(a.force_sensitivity))?;
+        writeln!(out, "        computation_delay: {}, // samples", a.computation_delay)?;
+        for (key, on) in [("feedforward", a.feedforward), ("adaptive", a.adaptive), ("guard", a.guard)] {
+            writeln!(out, "        {key}: {on},")?;
+        }
+        writeln!(out, "        tuning: Tuning::DEFAULT,\n    }};")?;
+    }
+    writeln!(out, "    {adaptively}Controller {{")?;
+    writeln!(
+        out,
+        "        compensation: checked!({adaptively}Compensation::<f32, POINTS>::new(&{parameters}, &table)),"
+    )?;
     writeln!(
         out,
         "        // Force sensitivity (V/N), proportional gain (V/V), derivative gain (s).\n        servovalve: checked!(ServovalveController::<f32>::new({}, {}, {}, SAMPLE_RATE)),",
@@ -141,7 +188,13 @@ fn rust(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameter
     writeln!(out, "    }}\n}};")
 }
 
-fn c(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameters) -> std::fmt::Result {
+fn c(
+    out: &mut String,
+    rig: &RigConfig,
+    name: &str,
+    p: &CompensationParameters,
+    adaptive: Option<&AdaptiveParameters>,
+) -> std::fmt::Result {
     let table = &rig.servovalve.flow_table;
     let limit = |value: Option<f64>| value.map_or("DBL_MAX".to_owned(), number);
     let mode = match p.mode {
@@ -160,7 +213,21 @@ fn c(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameters) 
         rig.controller.sample_rate
     )?;
     writeln!(out, "#include <float.h>\n#include \"eft.h\"\n")?;
-    writeln!(out, "static const eft_parameters EFT_RIG = {{")?;
+    match adaptive {
+        None => writeln!(out, "static const eft_parameters EFT_RIG = {{")?,
+        Some(a) => {
+            writeln!(out, "static const eft_adaptive_parameters EFT_RIG = {{")?;
+            for (key, value, unit) in adaptive_fields(a) {
+                writeln!(out, "  .{key} = {}, /* {unit} */", number(value))?;
+            }
+            writeln!(out, "  .computation_delay = {}, /* samples */", a.computation_delay)?;
+            let parts =
+                [(a.feedforward, "EFT_FEEDFORWARD"), (a.adaptive, "EFT_ESTIMATORS"), (a.guard, "EFT_GUARD")];
+            let on: Vec<_> = parts.iter().filter(|part| part.0).map(|part| part.1).collect();
+            let on = if on.is_empty() { "0".to_owned() } else { on.join(" | ") };
+            writeln!(out, "  .parts = {on},\n  .rig = {{")?;
+        }
+    }
     writeln!(out, "  .table_length = {},", table.openings.len())?;
     writeln!(out, "  .mode = EFT_MODE_{mode},\n  .sign_from = EFT_SIGN_FROM_{sign_from},")?;
     for (key, value, unit) in fields(p) {
@@ -178,10 +245,16 @@ fn c(out: &mut String, rig: &RigConfig, name: &str, p: &CompensationParameters) 
     }
     writeln!(
         out,
-        "  .openings = {{{}}},\n  .flows = {{{}}}, /* m3/s */\n}};",
+        "  .openings = {{{}}},\n  .flows = {{{}}}, /* m3/s */\n{}}};",
         list(&table.openings),
-        list(&table.flows)
+        list(&table.flows),
+        if adaptive.is_some() { "} " } else { "" }
     )
+}
+
+/// What the adaptive controller knows besides, by the same names in both languages.
+fn adaptive_fields(a: &AdaptiveParameters) -> [(&'static str, f64, &'static str); 2] {
+    [("compressibility", a.compressibility, "m3/Pa"), ("leakage", a.leakage, "m3/(s Pa)")]
 }
 
 /// The fields that both languages name alike.
@@ -210,9 +283,22 @@ mod tests {
     fn firmware_holds_what_its_rigs_export() {
         let firmware = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/rigs");
         let uneven = std::fs::read_to_string(format!("{firmware}/uneven.toml")).unwrap();
-        for (name, rig) in
-            [("zhao2005", RigConfig::zhao2005()), ("uneven", RigConfig::from_toml(&uneven).unwrap())]
-        {
+        let adaptive = RigConfig::zhao2005()
+            .replace::<&str>(&[
+                ("compensation.feedforward", true.into()),
+                ("compensation.adaptive", true.into()),
+                ("limits.valve_command", 10.0.into()),
+                ("limits.valve_command_rate", 2.0e4.into()),
+                ("limits.velocity_range", 3.0.into()),
+                ("limits.force_range", 2.0e5.into()),
+                ("limits.spool_range", 1.2.into()),
+            ])
+            .unwrap();
+        for (name, rig) in [
+            ("zhao2005", RigConfig::zhao2005()),
+            ("uneven", RigConfig::from_toml(&uneven).unwrap()),
+            ("adaptive", adaptive),
+        ] {
             for (target, path) in [(Target::Rust, format!("src/{name}.rs")), (Target::C, format!("{name}.h"))]
             {
                 let (path, fresh) = (format!("{firmware}/{path}"), export(&rig, name, target).unwrap());
@@ -234,13 +320,12 @@ mod tests {
     #[test]
     fn what_firmware_must_build_itself_is_refused() {
         let mut rig = RigConfig::zhao2005();
-        rig.compensation.feedforward = true;
+        rig.protection.enabled = true;
         let refusal = export(&rig, "rig", Target::C).unwrap_err().to_string();
-        assert_eq!(refusal, "compensation.feedforward = true: must be false for firmware");
+        assert_eq!(refusal, "protection.enabled = true: must be false for firmware");
         rig = RigConfig::zhao2005();
-        rig.compensation.adaptive = true;
-        let refusal = export(&rig, "rig", Target::Rust).unwrap_err().to_string();
-        assert!(refusal.starts_with("compensation.adaptive = true: must be false"), "{refusal}");
+        rig.compensation.computation_delay = 2;
+        assert!(export(&rig, "rig", Target::Rust).is_err());
         rig = RigConfig::zhao2005();
         rig.compensation.level = -1.0;
         assert!(export(&rig, "rig", Target::Rust).is_err());

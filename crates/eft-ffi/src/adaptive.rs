@@ -1,0 +1,356 @@
+//! The adaptive controller in C: compensation that calibrates itself, with feedforward and guard.
+
+use core::mem::{MaybeUninit, align_of, size_of};
+
+use eft_core::{
+    AdaptiveCompensation, AdaptiveController, AdaptiveControllerState, AdaptiveParameters, ControllerOutput,
+    FlowTable, Limiter, Measurements, ServovalveController, Tuning,
+};
+
+use crate::parameters::{EFT_TABLE_CAPACITY, eft_error, eft_parameters, refuse};
+use crate::precision::{eft_output_f32, eft_output_f64};
+use crate::status::{EFT_CORRUPT, EFT_MISSED_TICK, EFT_NULL_POINTER, EFT_OK};
+
+/// eft_adaptive_parameters.parts: demand the command's own flow as well.
+pub const EFT_FEEDFORWARD: u32 = 1;
+/// eft_adaptive_parameters.parts: estimate flow gain and valve during the test.
+pub const EFT_ESTIMATORS: u32 = 2;
+/// eft_adaptive_parameters.parts: take the level back where overcompensation pumps the structure.
+pub const EFT_GUARD: u32 = 4;
+
+/// An adaptive controller's parameters in SI units: the nominal rig, and what is switched on.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct eft_adaptive_parameters {
+    /// The rig as the plain controller knows it.
+    pub rig: eft_parameters,
+    /// Oil compressibility of the chambers, m³/Pa.
+    pub compressibility: f64,
+    /// Cross-piston leakage, m³/(s·Pa).
+    pub leakage: f64,
+    /// Samples by which the compensation comes late to the valve command, 1.
+    pub computation_delay: u32,
+    /// EFT_FEEDFORWARD and its siblings, added up.
+    pub parts: u32,
+}
+
+impl eft_adaptive_parameters {
+    fn adaptive(&self) -> Result<AdaptiveParameters, eft_core::ConfigError> {
+        let all = EFT_FEEDFORWARD | EFT_ESTIMATORS | EFT_GUARD;
+        if self.parts & !all != 0 {
+            return Err(eft_core::ConfigError::OutOfRange {
+                parameter: "parts",
+                value: f64::from(self.parts),
+                lowest: 0.0,
+                highest: f64::from(all),
+            });
+        }
+        Ok(AdaptiveParameters {
+            compensation: self.rig.compensation()?,
+            compressibility: self.compressibility,
+            leakage: self.leakage,
+            force_sensitivity: self.rig.force_sensitivity,
+            computation_delay: self.computation_delay,
+            feedforward: self.parts & EFT_FEEDFORWARD != 0,
+            adaptive: self.parts & EFT_ESTIMATORS != 0,
+            guard: self.parts & EFT_GUARD != 0,
+            tuning: Tuning::DEFAULT,
+        })
+    }
+}
+
+macro_rules! precision {
+    (
+        $module:ident, $t:ty, controller: $controller_words:literal, state: $state_words:literal,
+        $Config:ident $State:ident $Input:ident $Output:ident $Learned:ident
+        $configure:ident $check:ident $reset:ident $prime:ident $hold:ident $missed:ident $step:ident
+        $compensation:ident $learned:ident
+    ) => {
+        mod $module {
+            use super::*;
+
+            type Core = AdaptiveController<$t, EFT_TABLE_CAPACITY>;
+            type CoreState = AdaptiveControllerState<$t>;
+
+            /// A configuration: opaque, filled by eft_adaptive_configure only. One drives any number of states.
+            #[repr(C)]
+            #[derive(Debug, Clone, Copy)]
+            pub struct $Config {
+                words: [MaybeUninit<$t>; $controller_words],
+            }
+            /// What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
+            /// eft_adaptive_prime before the first step.
+            #[repr(C)]
+            #[derive(Debug, Clone, Copy)]
+            pub struct $State {
+                words: [MaybeUninit<$t>; $state_words],
+            }
+            /// One tick's command and measurements.
+            #[repr(C)]
+            #[derive(Debug, Clone, Copy)]
+            pub struct $Input {
+                /// Force command, N.
+                pub command: $t,
+                /// Piston velocity, m/s.
+                pub velocity: $t,
+                /// Force, N.
+                pub force: $t,
+                /// Spool opening, 1.
+                pub spool: $t,
+                /// Supply pressure, Pa; the configured one where there is no transducer.
+                pub supply_pressure: $t,
+                /// Valve command that stood when the others were sampled, V; only the compensation alone looks at it.
+                pub valve_command: $t,
+            }
+            /// What was learned.
+            #[repr(C)]
+            #[derive(Debug, Clone, Copy)]
+            pub struct $Learned {
+                /// True flow over the table's, 1.
+                pub flow_gain: $t,
+                /// The spool's gain over the configured one, 1.
+                pub valve_gain: $t,
+                /// Delay that the lead network makes up for, s.
+                pub response_delay: $t,
+                /// The guard's factor on the compensation level, 1.
+                pub level: $t,
+            }
+
+            // With room to grow: a library with more to remember still fits its caller.
+            const _: () = assert!(size_of::<$Config>() >= size_of::<Core>());
+            const _: () = assert!(align_of::<$Config>() >= align_of::<Core>());
+            const _: () = assert!(size_of::<$State>() >= size_of::<CoreState>());
+            const _: () = assert!(align_of::<$State>() >= align_of::<CoreState>());
+
+            fn build(p: &eft_adaptive_parameters) -> Result<Core, eft_core::ConfigError> {
+                let (openings, flows) = p.rig.table()?;
+                let table = FlowTable::<$t, EFT_TABLE_CAPACITY>::new(openings, flows)?;
+                let r = &p.rig;
+                Ok(AdaptiveController {
+                    compensation: AdaptiveCompensation::<$t, EFT_TABLE_CAPACITY>::new(
+                        &p.adaptive()?,
+                        &table,
+                    )?,
+                    servovalve: ServovalveController::<$t>::new(
+                        r.force_sensitivity,
+                        r.proportional_gain,
+                        r.derivative_gain,
+                        r.sample_rate,
+                    )?,
+                    limiter: Limiter::<$t>::new(r.valve_command, r.valve_command_rate, r.sample_rate)?,
+                })
+            }
+
+            fn measured(i: &$Input) -> Measurements<$t> {
+                Measurements {
+                    velocity: i.velocity,
+                    force: i.force,
+                    spool: i.spool,
+                    valve_command: i.valve_command,
+                    supply_pressure: i.supply_pressure,
+                }
+            }
+
+            fn give(output: &mut $Output, out: &ControllerOutput<$t>) {
+                *output = $Output {
+                    valve_command: out.valve_command,
+                    compensation: out.compensation,
+                    status: out.status,
+                };
+            }
+
+            /// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+            /// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $configure(
+                parameters: *const eft_adaptive_parameters,
+                config: *mut $Config,
+                why: *mut eft_error,
+            ) -> u8 {
+                // Safety: null or valid, as the crate asks of its callers.
+                let (parameters, why) = unsafe { (parameters.as_ref(), why.as_mut()) };
+                let Some(parameters) = parameters else { return EFT_NULL_POINTER };
+                if config.is_null() {
+                    return EFT_NULL_POINTER;
+                }
+                match build(parameters) {
+                    Ok(core) => {
+                        // Safety: not null, and no smaller than a `Core`, and aligned (asserted above).
+                        unsafe { config.cast::<Core>().write(core) };
+                        EFT_OK
+                    }
+                    Err(error) => refuse(&error, why),
+                }
+            }
+
+            /// Whether a configuration still is what its parameters make; EFT_CORRUPT where it is not. Not for the
+            /// interrupt.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $check(
+                config: *const $Config,
+                parameters: *const eft_adaptive_parameters,
+            ) -> u8 {
+                // Safety: null or valid.
+                let (core, parameters) = unsafe { (config.cast::<Core>().as_ref(), parameters.as_ref()) };
+                let (Some(core), Some(parameters)) = (core, parameters) else { return EFT_NULL_POINTER };
+                match build(parameters) {
+                    Ok(made) if made == *core => EFT_OK,
+                    Ok(_) => EFT_CORRUPT,
+                    Err(error) => refuse(&error, None),
+                }
+            }
+
+            /// A rig at rest, nothing learned yet.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $reset(config: *const $Config, state: *mut $State) -> u8 {
+                // Safety: null or valid.
+                let Some(core) = (unsafe { config.cast::<Core>().as_ref() }) else {
+                    return EFT_NULL_POINTER;
+                };
+                if state.is_null() {
+                    return EFT_NULL_POINTER;
+                }
+                // Safety: not null, and no smaller than a state, and aligned (asserted above).
+                unsafe { state.cast::<CoreState>().write(core.at_rest()) };
+                EFT_OK
+            }
+
+            /// A rig that has long been at this operating point, nothing learned yet: the next step starts without a
+            /// bump.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $prime(
+                config: *const $Config,
+                state: *mut $State,
+                input: *const $Input,
+            ) -> u8 {
+                // Safety: null or valid.
+                let (core, input) = unsafe { (config.cast::<Core>().as_ref(), input.as_ref()) };
+                let (Some(core), Some(i), false) = (core, input, state.is_null()) else {
+                    return EFT_NULL_POINTER;
+                };
+                let primed = core.prime(i.command, &measured(i));
+                // Safety: not null, and no smaller than a state, and aligned.
+                unsafe { state.cast::<CoreState>().write(primed) };
+                EFT_OK
+            }
+
+            /// Repeats the last valve command; the state stays.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $hold(
+                config: *const $Config,
+                state: *const $State,
+                output: *mut $Output,
+            ) -> u8 {
+                // Safety: null or valid.
+                let (core, state, output) = unsafe {
+                    (config.cast::<Core>().as_ref(), state.cast::<CoreState>().as_ref(), output.as_mut())
+                };
+                let (Some(core), Some(state), Some(output)) = (core, state, output) else {
+                    return EFT_NULL_POINTER;
+                };
+                give(output, &core.hold(state));
+                EFT_OK
+            }
+
+            /// In place of a tick that was missed: the last valve command stays, and the output says so.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $missed(
+                config: *const $Config,
+                state: *const $State,
+                output: *mut $Output,
+            ) -> u8 {
+                // Safety: as the caller promises.
+                let code = unsafe { $hold(config, state, output) };
+                // Safety: null or valid.
+                if code == EFT_OK
+                    && let Some(output) = unsafe { output.as_mut() }
+                {
+                    output.status |= EFT_MISSED_TICK;
+                }
+                code
+            }
+
+            /// One tick. What is NaN, infinite or out of its range repeats the last valve command and raises
+            /// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for half a second after it.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $step(
+                config: *const $Config,
+                state: *mut $State,
+                input: *const $Input,
+                output: *mut $Output,
+            ) -> u8 {
+                // Safety: null or valid.
+                let (core, state, input, output) = unsafe {
+                    (
+                        config.cast::<Core>().as_ref(),
+                        state.cast::<CoreState>().as_mut(),
+                        input.as_ref(),
+                        output.as_mut(),
+                    )
+                };
+                let (Some(core), Some(state), Some(i), Some(output)) = (core, state, input, output) else {
+                    return EFT_NULL_POINTER;
+                };
+                give(output, &core.step(state, i.command, &measured(i)));
+                EFT_OK
+            }
+
+            /// The compensation alone, for a force loop that another controller closes: output->valve_command is the
+            /// compensation signal. input->valve_command must be measured.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $compensation(
+                config: *const $Config,
+                state: *mut $State,
+                input: *const $Input,
+                output: *mut $Output,
+            ) -> u8 {
+                // Safety: null or valid.
+                let (core, state, input, output) = unsafe {
+                    (
+                        config.cast::<Core>().as_ref(),
+                        state.cast::<CoreState>().as_mut(),
+                        input.as_ref(),
+                        output.as_mut(),
+                    )
+                };
+                let (Some(core), Some(state), Some(i), Some(output)) = (core, state, input, output) else {
+                    return EFT_NULL_POINTER;
+                };
+                let out = core.compensation.step(&mut state.compensation, i.command, &measured(i));
+                *output = $Output { valve_command: out.value, compensation: out.value, status: out.status };
+                EFT_OK
+            }
+
+            /// What was learned so far.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $learned(state: *const $State, learned: *mut $Learned) -> u8 {
+                // Safety: null or valid.
+                let (state, learned) = unsafe { (state.cast::<CoreState>().as_ref(), learned.as_mut()) };
+                let (Some(state), Some(learned)) = (state, learned) else { return EFT_NULL_POINTER };
+                let known = &state.compensation;
+                *learned = $Learned {
+                    flow_gain: known.flow_gain(),
+                    valve_gain: known.valve_gain(),
+                    response_delay: known.response_delay(),
+                    level: known.level(),
+                };
+                EFT_OK
+            }
+        }
+        pub use $module::*;
+    };
+}
+precision!(
+    single, f32, controller: 288, state: 96,
+    eft_adaptive_f32 eft_adaptive_state_f32 eft_adaptive_input_f32 eft_output_f32 eft_learned_f32
+    eft_adaptive_configure_f32 eft_adaptive_check_f32 eft_adaptive_reset_f32 eft_adaptive_prime_f32
+    eft_adaptive_hold_f32 eft_adaptive_missed_f32 eft_adaptive_step_f32 eft_adaptive_compensation_step_f32
+    eft_adaptive_learned_f32
+);
+precision!(
+    double, f64, controller: 288, state: 96,
+    eft_adaptive_f64 eft_adaptive_state_f64 eft_adaptive_input_f64 eft_output_f64 eft_learned_f64
+    eft_adaptive_configure_f64 eft_adaptive_check_f64 eft_adaptive_reset_f64 eft_adaptive_prime_f64
+    eft_adaptive_hold_f64 eft_adaptive_missed_f64 eft_adaptive_step_f64 eft_adaptive_compensation_step_f64
+    eft_adaptive_learned_f64
+);
