@@ -130,6 +130,12 @@ fn guard_catches_overcompensation_before_the_structure_swings_up() {
                 let worst = overshoot(&run, &ideal.displacement);
                 assert!(worst < 1.2, "{amplitude} N, level {level}: {worst}");
                 assert_ne!(run.status_union() & eft::core::status::LEVEL_REDUCED, 0);
+                // From its first move it has the level within 2 % of full compensation in two periods.
+                let moved = run.level.iter().position(|factor| *factor < 1.0).unwrap();
+                let sound = run.level.iter().position(|factor| factor * level < 1.02).unwrap();
+                let periods = (sound - moved) as f64 / RATE * 1.58;
+                println!("{amplitude} N, level {level}: {worst:.3}, {periods:.2} periods");
+                assert!(periods < 2.0, "{amplitude} N, level {level}: {periods} periods");
                 let level_at_end = run.level[run.level.len() - 1] * level;
                 assert!((0.9..1.01).contains(&level_at_end), "{level_at_end}");
             }

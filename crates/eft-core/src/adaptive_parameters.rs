@@ -96,7 +96,7 @@ impl Tuning {
         tolerated: 1.0e-2,
         guard_low_pass: 4.0,
         guard_average: 0.2,
-        guard_time: 0.4,
+        guard_time: 0.33,
         guard_quiet: 5.0e-3,
     };
 }

@@ -46,6 +46,8 @@ pub struct ProtectionParameters {
     pub shutdown_time: f64,
     /// So many invalid samples in a row (1) are waited for before the shutdown.
     pub lost_samples: f64,
+    /// Time (s) for which a fault that others report is waited for before the trip; `f64::MAX` for ever.
+    pub fault_time: f64,
     /// Sample rate (Hz).
     pub sample_rate: f64,
 }
@@ -69,6 +71,7 @@ pub struct Protection<S> {
     fall: S,
     shut: S,
     lost_samples: S,
+    fault_samples: S,
 }
 
 /// What a protection remembers. `default()` is a rig at rest before the start.
@@ -83,6 +86,10 @@ pub struct ProtectionState<S> {
     frozen: S,
     /// Invalid samples in a row (1).
     lost: S,
+    /// Samples in a row with a fault that others report (1).
+    faulty: S,
+    /// 1 once a fault has persisted.
+    distrusted: S,
     /// 1 once tripped, once shut down, once the end is asked for.
     tripped: S,
     shut_down: S,
@@ -139,8 +146,9 @@ impl<S: Scalar> Protection<S> {
         state.lost = S::select(valid, zero, (state.lost + one).limit(zero, S::splat(1e6)));
         let lost = state.lost.gt(self.lost_samples);
         let before = state.tripped.gt(half);
-        // The ramp is over and the force is still there: the loop does not do what it should.
-        let stays = before & state.scale.le(zero) & force.abs().gt(self.force.warning);
+        // The ramp is over and the force is still there, or a sensor lied: the loop does not do what it should.
+        let unruly = force.abs().gt(self.force.warning) | state.distrusted.gt(half);
+        let stays = before & state.scale.le(zero) & unruly;
         let shut = state.shut_down.gt(half) | lost | over(|limit| limit.shutdown) | stays;
         let tripped = before | shut | over(|limit| limit.trip);
         state.frozen = S::select(before, state.frozen, command);
@@ -156,6 +164,21 @@ impl<S: Scalar> Protection<S> {
                 | S::flag(tripped, status::TRIPPED)
                 | S::flag(shut, status::SHUT_DOWN),
         }
+    }
+
+    /// Counts a fault that others report, such as [`status::ADAPTATION_FROZEN`] of estimators whose models a lying
+    /// sensor contradicts, and trips when it persists; the ramp down is followed by a shutdown then. After each [`step`](Self::step), with the command (N) that
+    /// this gave.
+    #[inline(always)]
+    pub fn watch(&self, state: &mut ProtectionState<S>, fault: S::Mask, command: S) {
+        let (zero, one) = (S::splat(0.0), S::splat(1.0));
+        let count = (state.faulty + one).limit(zero, S::splat(1e9));
+        state.faulty = S::select(fault, count, zero);
+        let before = state.tripped.gt(S::splat(0.5));
+        let trips = state.faulty.gt(self.fault_samples) & !before;
+        state.frozen = S::select(trips, command, state.frozen);
+        state.tripped = S::select(trips, one, state.tripped);
+        state.distrusted = S::select(trips, one, state.distrusted);
     }
 
     /// What the next [`step`](Self::step) will make of a command (N) if nothing new happens.
@@ -184,6 +207,7 @@ impl<S: Scalar> Protection<S> {
             fall: S::from_lanes(|i| lane(i).fall),
             shut: S::from_lanes(|i| lane(i).shut),
             lost_samples: S::from_lanes(|i| lane(i).lost_samples),
+            fault_samples: S::from_lanes(|i| lane(i).fault_samples),
         }
     }
 
@@ -235,6 +259,8 @@ impl<S: Real> Protection<S> {
             fall: share("ramp_time", p.ramp_time)?,
             shut: share("shutdown_time", p.shutdown_time)?,
             lost_samples: S::from_f64(within("lost_samples", p.lost_samples, 0.0, 1e5)?),
+            // Beyond what the count can reach where there is no limit.
+            fault_samples: S::from_f64(range("fault_time", range("fault_time", p.fault_time)? * rate)?),
         })
     }
 }
@@ -269,6 +295,7 @@ mod tests {
             ramp_time: 0.01,
             shutdown_time: 0.004,
             lost_samples: 3.0,
+            fault_time: 0.005,
             sample_rate: 1000.0,
         })
         .unwrap()
@@ -320,6 +347,26 @@ mod tests {
     }
 
     #[test]
+    fn a_fault_that_persists_trips_and_the_ramp_follows() {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        let mut command_with = |fault: bool| {
+            let out = p.step(&mut state, 60.0, 0.0, 0.1, 0.0, 0.0);
+            p.watch(&mut state, fault, out.command);
+            (out.command, out.status)
+        };
+        for fault in [true, true, true, true, true, false, true, true, true, true, true, true] {
+            assert_eq!(command_with(fault), (60.0, 0));
+        }
+        for n in 1..=12 {
+            let expected = 60.0 * (1.0 - 0.1 * f64::from(n)).max(0.0);
+            let (command, status) = command_with(false);
+            assert!((command - expected).abs() < 1e-9, "sample {n}: {command}");
+            let expected = if n > 11 { status::TRIPPED | status::SHUT_DOWN } else { status::TRIPPED };
+            assert_eq!(status, expected, "sample {n}");
+        }
+    }
+
+    #[test]
     fn lost_samples_are_waited_for_then_shut_down() {
         let (p, mut state) = (protection(), ProtectionState::default());
         let mut status_of = |force: f64| p.step(&mut state, 50.0, force, 0.0, 0.0, 0.0).status;
@@ -341,6 +388,7 @@ mod tests {
             ramp_time: 0.004,
             shutdown_time: 0.0,
             lost_samples: 0.0,
+            fault_time: f64::MAX,
             sample_rate: 1000.0,
         })
         .unwrap();
@@ -370,6 +418,7 @@ mod tests {
                 ramp_time: 0.0,
                 shutdown_time: 0.0,
                 lost_samples: 0.0,
+                fault_time: f64::MAX,
                 sample_rate: 1000.0,
             })
         };

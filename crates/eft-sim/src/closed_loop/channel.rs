@@ -156,6 +156,9 @@ impl<P: Precision<Flags = u32>> Channel<P> {
                 (out.valve_command.to_f64() * authority, out.status)
             }
         };
+        if let Some(guarded) = &mut self.protection {
+            guarded.watch(status, command);
+        }
         ChannelOutput { value, permitted_command: command, authority, status: status | protection }
     }
 

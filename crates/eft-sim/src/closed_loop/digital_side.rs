@@ -275,6 +275,9 @@ where
             }
             Realization::Digital => self.sample_digital(state, command, measured),
         };
+        if let Some(guarded) = &mut self.protection {
+            guarded.watch(decision.status, command);
+        }
         decision.status = decision.status | protection;
         if let Some(adaptive) = &mut self.adaptive {
             decision.calibration = adaptive.calibration();

@@ -1,6 +1,8 @@
 //! The protection of a simulated rig: what the configuration says about it, and its place in the loop.
 
-use eft_core::{Levels, Protected, Protection, ProtectionParameters, ProtectionState, Scalar};
+use eft_core::{
+    Flags, Levels, Mask, Protected, Protection, ProtectionParameters, ProtectionState, Scalar, status,
+};
 
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
@@ -40,6 +42,12 @@ impl<S: Num> Guarded<S> {
             self.protection.step(&mut self.state, command, force, displacement, velocity, spool);
         self.authority = authority;
         (command, self.protection.preview(&self.state, next), status)
+    }
+
+    /// What the controller reported of this tick, whose command (N) was let through.
+    pub(crate) fn watch(&mut self, status: S::Flags, command: S) {
+        let fault = S::Mask::from_lanes(|i| status.lane(i) & status::ADAPTATION_FROZEN != 0);
+        self.protection.watch(&mut self.state, fault, command);
     }
 
     /// Back to the start, nothing tripped.
@@ -82,6 +90,7 @@ fn protection(rig: &RigConfig, sample_rate: f64) -> Result<Protection<f64>> {
         ramp_time: p.ramp_time,
         shutdown_time: p.shutdown_time,
         lost_samples: if p.enabled { f64::from(p.lost_samples) } else { 1e5 },
+        fault_time: p.fault_time.filter(|_| p.enabled).unwrap_or(f64::MAX),
         sample_rate,
     };
     Protection::new(&parameters).map_err(Error::from)

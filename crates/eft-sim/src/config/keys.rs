@@ -154,6 +154,7 @@ pub static KEYS: &[Key] = &[
     key("protection.soft_end", "", Bool, OFF, "whether the command fades along the ramp at its end"),
     key("protection.shutdown_time", "s", Float(0.0, 1e4), float(0.1), "time in which a shutdown takes the valve command to zero"),
     key("protection.lost_samples", "samples", Int(0, 100000), int(10), "invalid samples in a row that are waited for before the shutdown"),
+    key("protection.fault_time", "s", Float(0.0, 1e4), Optional, "how long the estimators may find their models contradicted (a sensor that lies) before the test is tripped"),
 
     key("limits.valve_command", "V", Float(1e-6, 1e6), Optional, "largest valve command to either side"),
     key("limits.valve_command_rate", "V/s", Float(1e-6, 1e12), Optional, "largest rate of the valve command"),

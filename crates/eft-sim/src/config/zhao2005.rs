@@ -112,6 +112,7 @@ impl RigConfig {
                 soft_end: false,
                 shutdown_time: 0.1,
                 lost_samples: 10,
+                fault_time: None,
             },
             limits: Limits {
                 valve_command: None,

@@ -1,0 +1,81 @@
+//! The force loop and its compensation.
+
+use serde::{Deserialize, Serialize};
+
+/// `[controller]`: the servovalve controller, Eq. (1).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Controller {
+    /// Force sensitivity C_F, V/N.
+    pub force_sensitivity: f64,
+    /// Proportional gain G_p, dimensionless.
+    pub proportional_gain: f64,
+    /// Derivative gain G_d, s.
+    pub derivative_gain: f64,
+    /// Where the force loop runs.
+    pub realization: Realization,
+    /// Sample rate where no command brings its own, Hz.
+    pub sample_rate: f64,
+}
+
+/// Where the force loop runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Realization {
+    /// The loop runs in continuous time; only the compensation is sampled and held.
+    Analog,
+    /// The loop and the compensation are sampled; the valve command is held.
+    Digital,
+}
+
+/// `[compensation]`: the velocity feedback compensation, Fig. 5 and Eq. (8).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Compensation {
+    /// The scheme.
+    pub mode: Mode,
+    /// Compensation level, 1 = full, dimensionless.
+    pub level: f64,
+    /// No-load flow gain at the origin K_v, m³/s per full opening.
+    pub flow_gain: f64,
+    /// Valve gain K_s, 1/V.
+    pub valve_gain: f64,
+    /// Response delay of the valve T_d, s.
+    pub response_delay: f64,
+    /// Ratio of the lead network's time constants α, dimensionless.
+    pub lead_alpha: f64,
+    /// Delay of the compensation by computation, samples.
+    pub computation_delay: u32,
+    /// Which signal gives the sign of the load-pressure term.
+    pub sign_from: SignFrom,
+    /// Whether the command's own flow is demanded as well.
+    pub feedforward: bool,
+    /// Whether flow gain and valve are estimated during the test.
+    pub adaptive: bool,
+    /// Whether a measured supply pressure scales the flow.
+    pub supply_correction: bool,
+    /// Whether overcompensation takes the level back without estimates as well.
+    pub guard: bool,
+}
+
+/// The compensation scheme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// No velocity feedback.
+    Off,
+    /// Constant flow gain `K_v`.
+    Linear,
+    /// Inverse flow curve with load-pressure correction.
+    Nonlinear,
+}
+
+/// Which signal gives the sign of the load-pressure term.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SignFrom {
+    /// The measured spool opening, as in the paper.
+    Spool,
+    /// The demanded flow, which does not chatter at null.
+    Demand,
+}

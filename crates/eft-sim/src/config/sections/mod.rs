@@ -1,0 +1,13 @@
+//! One struct per section. Ranges and defaults stand in [`super::KEYS`], not here.
+
+mod control;
+mod hydraulics;
+mod safety;
+mod sensors;
+mod structure;
+
+pub use control::*;
+pub use hydraulics::*;
+pub use safety::*;
+pub use sensors::*;
+pub use structure::*;

@@ -1,0 +1,67 @@
+//! Converter, limits and protection.
+
+use serde::{Deserialize, Serialize};
+
+/// `[dac]`: the converter between the digital side and the valve's electronics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dac {
+    /// Range to either side, V.
+    pub range: f64,
+    /// Resolution over the range, bits.
+    pub bits: Option<u32>,
+}
+
+/// `[limits]`: absent means unlimited.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Largest valve command to either side, V.
+    pub valve_command: Option<f64>,
+    /// Largest rate of the valve command, V/s.
+    pub valve_command_rate: Option<f64>,
+    /// Spool opening beyond which a warning flag is raised, dimensionless.
+    pub spool_warning: f64,
+    /// Largest plausible measured force to either side, N.
+    pub force_range: Option<f64>,
+    /// Largest plausible measured velocity to either side, m/s.
+    pub velocity_range: Option<f64>,
+    /// Largest plausible measured spool opening to either side, dimensionless.
+    pub spool_range: Option<f64>,
+}
+
+/// `[protection]` of the specimen; absent levels never trip.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Protection {
+    /// Whether the protection is in the loop.
+    pub enabled: bool,
+    /// Force that raises a warning, N.
+    pub force_warning: Option<f64>,
+    /// Force that trips the test, N.
+    pub force_trip: Option<f64>,
+    /// Displacement that raises a warning, m.
+    pub displacement_warning: Option<f64>,
+    /// Displacement that trips the test, m.
+    pub displacement_trip: Option<f64>,
+    /// Velocity that raises a warning, m/s.
+    pub velocity_warning: Option<f64>,
+    /// Velocity that trips the test, m/s.
+    pub velocity_trip: Option<f64>,
+    /// Spool opening that raises a warning, dimensionless.
+    pub spool_warning: Option<f64>,
+    /// Spool opening that trips the test, dimensionless.
+    pub spool_trip: Option<f64>,
+    /// Soft start, s.
+    pub start_time: f64,
+    /// Ramp to zero force after a trip and at the soft end, s.
+    pub ramp_time: f64,
+    /// Whether the command fades along the ramp at its end.
+    pub soft_end: bool,
+    /// Ramp of the valve command to zero in a shutdown, s.
+    pub shutdown_time: f64,
+    /// Invalid samples in a row that are waited for.
+    pub lost_samples: u32,
+    /// How long the estimators may find their models contradicted before the test is tripped, s.
+    pub fault_time: Option<f64>,
+}

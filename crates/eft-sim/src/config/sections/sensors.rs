@@ -1,0 +1,89 @@
+//! What the sensors do to the signals.
+
+use serde::{Deserialize, Serialize};
+
+/// `[sensors]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensors {
+    /// Seed of the noise.
+    pub seed: u64,
+    /// Mass between load cell and piston, part of the structure's, kg.
+    pub cell_mass: Option<f64>,
+    /// Load cell, N.
+    pub force: Sensor,
+    /// Velocity sensor, m/s.
+    pub velocity: Sensor,
+    /// Displacement sensor, m.
+    pub displacement: Sensor,
+    /// Spool position sensor, opening.
+    pub spool: Sensor,
+    /// Supply pressure sensor, Pa.
+    pub supply_pressure: Sensor,
+    /// A failure of one sensor during the test.
+    pub fault: Option<SensorFault>,
+}
+
+/// One sensor; ideal when every value is at its default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensor {
+    /// Standard deviation of the noise per sample, in the signal's unit.
+    pub noise: f64,
+    /// First-order bandwidth, Hz.
+    pub bandwidth: Option<f64>,
+    /// Resolution over the range, bits.
+    pub bits: Option<u32>,
+    /// Range to either side, in the signal's unit.
+    pub range: Option<f64>,
+    /// Delay, samples.
+    pub delay: u32,
+    /// Constant offset, in the signal's unit.
+    pub bias: f64,
+    /// Share of samples that get lost, dimensionless.
+    pub dropout: f64,
+}
+
+/// `[sensors.fault]`: a failure put in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorFault {
+    /// The sensor that fails.
+    pub signal: FaultSignal,
+    /// How it fails.
+    pub kind: FaultKind,
+    /// When it fails, s from the start of the test.
+    pub start: f64,
+    /// How long, s; to the end of the test where absent.
+    pub duration: Option<f64>,
+}
+
+/// The sensor that fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultSignal {
+    /// The load cell.
+    Force,
+    /// The velocity sensor.
+    Velocity,
+    /// The displacement sensor.
+    Displacement,
+    /// The spool position sensor.
+    Spool,
+    /// The supply pressure sensor.
+    SupplyPressure,
+}
+
+/// How a sensor fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultKind {
+    /// No valid reading, and the electronics know.
+    Lost,
+    /// Reads zero.
+    Zero,
+    /// Repeats the last reading.
+    Stuck,
+    /// Reads with the wrong sign.
+    Sign,
+}

@@ -1,0 +1,85 @@
+//! The test structure.
+
+use serde::{Deserialize, Serialize};
+
+/// `[structure]`, Fig. 7.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Structure {
+    /// The kind of structure; parts that a kind does not use are ignored.
+    pub kind: StructureKind,
+    /// Mass m, kg.
+    pub mass: f64,
+    /// Viscous damping c, N·s/m.
+    pub damping: f64,
+    /// Stiffness k, N/m.
+    pub stiffness: f64,
+    /// Softening of the bilinear elastic kind.
+    pub softening: Option<Softening>,
+    /// Yielding of the Bouc–Wen kind.
+    pub bouc_wen: Option<BoucWen>,
+    /// A power-law damper beside the viscous one, with any kind but the shear building.
+    pub power_damper: Option<PowerDamper>,
+    /// The stories of a shear building.
+    pub stories: Option<Stories>,
+}
+
+/// The kind of structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StructureKind {
+    /// Linear spring.
+    Linear,
+    /// Two slopes, elastic, continuous.
+    Bilinear,
+    /// Hysteretic.
+    BoucWen,
+    /// Several stories, each with an actuator.
+    ShearBuilding,
+}
+
+/// Where and how a bilinear elastic spring softens.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Softening {
+    /// Displacement of the kink, m.
+    pub displacement: f64,
+    /// Stiffness beyond the kink, N/m.
+    pub stiffness: f64,
+}
+
+/// How a Bouc–Wen spring yields.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoucWen {
+    /// Yield displacement, m.
+    pub yield_displacement: f64,
+    /// Stiffness after yielding over that before, dimensionless.
+    pub post_yield_ratio: f64,
+    /// Sharpness of the yield point n, dimensionless.
+    pub exponent: f64,
+    /// Share β of the loop's shape, 1 − β being γ, dimensionless.
+    pub shape: f64,
+}
+
+/// The stories of a shear building, from the ground up; one actuator on each floor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stories {
+    /// Masses of the floors, kg.
+    pub masses: Vec<f64>,
+    /// Damping of the columns below each floor, N·s/m.
+    pub dampings: Vec<f64>,
+    /// Stiffness of the columns below each floor, N/m.
+    pub stiffnesses: Vec<f64>,
+}
+
+/// A fluid damper with a power law.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PowerDamper {
+    /// Force at a velocity of 1 m/s, N.
+    pub coefficient: f64,
+    /// Exponent of the velocity, dimensionless.
+    pub exponent: f64,
+}
