@@ -18,7 +18,6 @@ mod test_run;
 pub use building::{building_energy_balance, ideal_building_response, simulate_building, story_forces};
 pub use building_stepper::BuildingStepper;
 pub use channel::{Channel, ChannelOutput, Reach, Sample};
-pub(crate) use controller::adapts;
 pub use controller::{
     Precision, RigAdaptiveController, RigController, adaptive_parameters, adapts, compensation_parameters,
 };
