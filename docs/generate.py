@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import paper_figures
+import random_rigs
 import wrong_input
 
 import eft
@@ -27,5 +28,6 @@ if __name__ == "__main__":
     write_text(FOLDER / "keys.md", keys())
     paper_figures.write(FOLDER)
     wrong_input.write(FOLDER)
+    random_rigs.report(FOLDER)
     # A number off its reference makes no page: the documentation must not show it as a result.
     sys.exit(main(["--output", str(FOLDER)]))
