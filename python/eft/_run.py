@@ -179,13 +179,17 @@ class TestRun:
     def _actuators(self) -> list[TestRun]:
         return [self.actuator(index) for index in range(self.command.shape[0])]
 
+    def _check_command(self) -> None:
+        if not self.command.any():
+            raise ValueError("command is zero at every sample of every actuator: nothing to judge by")
+
     def metrics(self) -> dict[str, Any]:
         """Judge the true force against the command.
 
         Returns
         -------
         dict
-            Numbers; for several actuators arrays with one number each.
+            Numbers; for several actuators arrays with one number each, NaN where its command is zero.
             ``nrmse``: rms error over rms command; ``nrmse_delay_removed`` and ``nrmse_bias_free``: the same
             without the delay, without the offset; ``peak_error``: largest error over the largest command;
             ``delay``: by cross-correlation, s, positive when the force lags; ``fei_amplitude``,
@@ -199,8 +203,13 @@ class TestRun:
             If the command is zero throughout, which no error can be related to.
         """
         if self.command.ndim > 1:
-            each = [run.metrics() for run in self._actuators]
-            return {name: np.array([metrics[name] for metrics in each]) for name in each[0]}
+            self._check_command()
+            each = [
+                run.metrics() if run.command.any() else {"max_spool": float(np.abs(run.spool).max())}
+                for run in self._actuators
+            ]
+            names = max(each, key=len)
+            return {name: np.array([metrics.get(name, np.nan) for metrics in each]) for name in names}
         answer = _native.metrics(self.command, self.force, self.sample_rate)
         answer["max_spool"] = float(np.abs(self.spool).max())
         return answer
@@ -210,12 +219,14 @@ class TestRun:
 
         The spectra are taken over the whole test without a window; bins that the command does not excite are
         left out. For several actuators the ratio has a row for each, at the frequencies that all commands
-        excite.
+        excite, NaN where one is zero.
         """
         if self.command.ndim > 1:
-            each = [run.fft_ratio(f_low, f_high) for run in self._actuators]
-            shared = reduce(np.intersect1d, (response.frequency for response in each))
-            rows = [response.ratio[np.isin(response.frequency, shared)] for response in each]
+            self._check_command()
+            each = [run.fft_ratio(f_low, f_high) if run.command.any() else None for run in self._actuators]
+            shared = reduce(np.intersect1d, (one.frequency for one in each if one))
+            nothing = np.full(shared.size, np.nan)
+            rows = [one.ratio[np.isin(one.frequency, shared)] if one else nothing for one in each]
             return FftRatio(shared, np.array(rows))
         return FftRatio(*_native.fft_ratio(self.command, self.force, self.sample_rate, f_low, f_high))
 
@@ -226,9 +237,11 @@ class TestRun:
         several actuators the coherence has a row for each, at the frequencies that all have.
         """
         if self.command.ndim > 1:
-            each = [run.coherence(segment) for run in self._actuators]
-            shared = reduce(np.intersect1d, (one.frequency for one in each))
-            rows = [one.coherence[np.isin(one.frequency, shared)] for one in each]
+            self._check_command()
+            each = [run.coherence(segment) if run.command.any() else None for run in self._actuators]
+            shared = reduce(np.intersect1d, (one.frequency for one in each if one))
+            nothing = np.full(shared.size, np.nan)
+            rows = [one.coherence[np.isin(one.frequency, shared)] if one else nothing for one in each]
             return Coherence(shared, np.array(rows))
         if not segment > 0.0:
             raise ValueError(f"segment = {segment}: must be positive, in s")

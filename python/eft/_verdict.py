@@ -36,7 +36,7 @@ def judge(run: TestRun) -> Verdict:
     spool = f"the spool opens to {opening:.0%} (advised: at most {SPOOL_ADVICE:.0%})"
     follows, far = "", False
     if run.command.any():
-        error = float(np.max(run.metrics()["nrmse"]))
+        error = float(np.nanmax(run.metrics()["nrmse"]))
         far = error > FORCE_ERROR
         follows = f"The force misses the command by {error:.1%} (rms); "
     if run.flags & Status.STROKE_EXCEEDED:

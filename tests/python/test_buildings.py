@@ -9,6 +9,7 @@ from scipy.linalg import expm
 
 import eft
 from eft import plots
+from eft._verdict import judge
 
 RATE = 2048.0
 MASSES = [7040.0, 6000.0, 5200.0, 5000.0, 4000.0]
@@ -172,6 +173,21 @@ def test_figures_and_reports_show_every_actuator(run, tmp_path):
     assert "actuator 3" in text
     with pytest.raises(ValueError, match=r"structure\.kind"):
         plots.hysteresis(run.actuator(0))
+
+
+def test_a_floor_that_is_not_pushed_has_no_error_and_the_others_theirs():
+    rig = building(2)
+    tone = eft.sine_sweep(2e3, 0.5, 5.0, 4.0, RATE).values
+    run = eft.simulate(rig, eft.Command([0.0 * tone, tone], RATE))
+    metrics = run.metrics()
+    assert np.isnan(metrics["nrmse"][0]) and metrics["nrmse"][1] == run.actuator(1).metrics()["nrmse"]
+    assert (metrics["max_spool"] > 0.0).all()
+    for answer in (run.fft_ratio(1.0, 4.0).ratio, run.coherence(1.0).coherence):
+        assert np.isnan(answer[0]).all() and np.isfinite(answer[1]).all()
+    assert judge(run).usable
+    still = eft.simulate(rig, eft.Command([0.0 * tone, 0.0 * tone], RATE))
+    with pytest.raises(ValueError, match="zero at every sample of every actuator"):
+        still.metrics()
 
 
 def test_commands_of_several_actuators():

@@ -94,7 +94,11 @@ pub(super) fn check_rise(openings: &[f64], flows: &[f64]) -> Result<()> {
         return Ok(());
     };
     let found = format!("does not rise from opening {:.3} to {:.3}", openings[i - 1], openings[i]);
-    Err(Error::value("flow", found, "must rise with the opening: more data, less noise, fewer knots"))
+    Err(Error::value(
+        "flow",
+        found,
+        "must rise with the opening: check the signs, or take more data, less noise, fewer knots",
+    ))
 }
 
 /// The flow gain `K_v` (m³/s) at the origin: one slope for all openings within ±`limit`.
