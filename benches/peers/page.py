@@ -110,9 +110,8 @@ def text(results):
         "JAX over the first two seconds, and both are scaled to the whole test. One test keeps its "
         "traces; a batch "
         "keeps metrics, and traces on request, which must then be cleared, written and handed over. "
-        "A command of "
-        f"{many['tests']:,} different tests took {many['seconds']:.0f} s; that of C is scaled from 20 "
-        "of them.",
+        f"The {many['tests']:,} different tests took {many['seconds']:.0f} s; C's time for them is scaled "
+        "from 20.",
         "## Accuracy",
         "The default takes one step a tick of the [exponential method](theory.md) and stays within "
         "10⁻⁴ of the peak "
