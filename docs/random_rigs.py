@@ -1,9 +1,9 @@
-"""A thousand rigs that their controllers misjudge: the paper's fixed scheme against the one that calibrates itself.
+"""A thousand rigs that their controllers misjudge: the paper's fixed scheme against self-calibration.
 
-``python docs/random_rigs.py [COUNT]`` runs the tests and adds a row a rig to ``docs/data/random_rigs.csv``, going
-on behind the last (about a second of one core a rig); where EFT_RECORDS names a folder with the Northridge record,
-it writes ``docs/data/northridge_seeds.csv`` first. `report` makes table and pictures of both for the page. The same seed makes the
-same rigs on every machine.
+``python docs/random_rigs.py [COUNT]`` runs the tests and adds a row a rig to ``docs/data/random_rigs.csv``,
+going on behind the last (about a second of one core a rig); where EFT_RECORDS names a folder with the
+Northridge record, it writes ``docs/data/northridge_seeds.csv`` first. `report` makes table and pictures of both
+for the page. The same seed makes the same rigs on every machine.
 """
 
 import csv
@@ -204,11 +204,11 @@ def report(folder: Path) -> None:
     text = [
         f"{len(data['flow_gain'])} rigs. With the fixed scheme the specimen swings up on {unstable} of them.",
         "",
-        "![Force over command from 0.5 to 9.5 Hz, one line a rig: with the fixed scheme from nothing to ten times, "
-        "with self-calibration within the grey band](_generated/random_rigs_ratio.png)",
+        "![Force over command from 0.5 to 9.5 Hz, one line a rig: with the fixed scheme from nothing to ten "
+        "times, with self-calibration within the grey band](_generated/random_rigs_ratio.png)",
         "",
-        "*Force over command in the sweep, one line from the least to the largest ratio a rig; the grey band is "
-        "0.93–1.07.*",
+        "*Force over command in the sweep, one line from the least to the largest ratio a rig; the grey band "
+        "is 0.93–1.07.*",
         "",
         "![Share of the rigs below a force error in the earthquake test](_generated/random_rigs_error.png)",
         "",
