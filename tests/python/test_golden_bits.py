@@ -1,4 +1,4 @@
-"""The bits of the firmware through the package: those of `firmware/golden/bits.txt`, inputs rewritten here."""
+"""The bits of the firmware through the package: those of `firmware/golden/bits.txt`, inputs anew."""
 
 from pathlib import Path
 
