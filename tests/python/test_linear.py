@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from scipy.linalg import expm, solve_discrete_are
 
 import eft
 
@@ -192,3 +192,19 @@ def test_bad_arguments_are_named(arguments, says):
             function(RIG, **arguments)
     with pytest.raises(ValueError, match="output = torque: must be one of force"):
         eft.linearize(RIG).response([1.0], "torque")
+
+
+@pytest.mark.parametrize("rate", [512.0, 4096.0, 20000.0])
+@pytest.mark.parametrize("drift", [1.0, 100.0, 1e4])
+def test_the_observers_gains_are_scipys(rate, drift):
+    rig = eft.Rig.zhao2005().replace({"controller.observer_drift": drift})
+    t = 1 / rate
+    a = np.array([[1, t, t * t / 2], [0, 1, t], [0, 0, 1]])
+    b = rig["controller.observer_acceleration_noise"] * np.array([[t * t / 2], [t], [0]])
+    # In units in which the measurement's noise is 1, or SciPy loses digits.
+    noise = rig["controller.observer_displacement_noise"]
+    q = (b @ b.T + np.diag([0, 0, (drift * t) ** 2])) / noise**2
+    c = np.array([[1.0, 0, 0]])
+    p = solve_discrete_are(a.T, c.T, q, np.eye(1))
+    expected = (p @ c.T / (c @ p @ c.T + 1)).ravel()
+    np.testing.assert_allclose(eft.observer_gains(rig, rate), expected, rtol=1e-5)

@@ -28,6 +28,8 @@ pub struct AdaptiveParameters {
     pub force_sensitivity: f64,
     /// Delay of the compensation by computation (samples), beyond which the valve command shows it.
     pub computation_delay: u32,
+    /// Delay of the velocity itself (s), of an estimate for example, that the lead network makes up for besides.
+    pub velocity_delay: f64,
     /// Whether the command's own flow is demanded as well.
     pub feedforward: bool,
     /// Whether flow gain and valve are estimated.
@@ -197,6 +199,7 @@ macro_rules! constructor {
                         period: period as $t,
                         per_period: (1.0 / period) as $t,
                         nominal_delay: nominal as $t,
+                        velocity_delay: check!(within("velocity_delay", p.velocity_delay, 0.0, 1.0)) as $t,
                         sampling_delay: ((1.0 + p.computation_delay as f64) * sample) as $t,
                         gain_prior: t.priors.1 as $t,
                         delay_prior: (t.priors.2 * period * period) as $t,

@@ -38,6 +38,7 @@ pub mod status;
 mod stuck;
 mod trust;
 mod valve_estimator;
+mod velocity;
 mod window;
 
 pub use adaptive::{AdaptiveCompensation, AdaptiveCompensationState};
@@ -58,4 +59,5 @@ pub use protection::{Levels, Protected, Protection, ProtectionParameters, Protec
 pub use scalar::{Flags, Mask, Real, Scalar};
 pub use servovalve_controller::{ServovalveController, ServovalveControllerState};
 pub use stuck::{StuckWatch, StuckWatchState};
+pub use velocity::{FilteredDerivative, FilteredDerivativeState, VelocityObserver, VelocityObserverState};
 pub use window::Measurements;

@@ -24,6 +24,8 @@ pub(crate) struct ValveEstimator<S> {
     pub(crate) per_period: S,
     /// Response delay by the configuration.
     pub(crate) nominal_delay: S,
+    /// Delay of the velocity, which the lead network makes up for besides.
+    pub(crate) velocity_delay: S,
     /// Delay between the lead network's output and the sample of the valve command that contains it.
     pub(crate) sampling_delay: S,
     /// Weight of the belief in the configured gain.
@@ -44,7 +46,7 @@ pub(crate) struct ValveEstimator<S> {
     pub(crate) delay_change: S,
 }
 
-pack_numbers!(ValveEstimator: valve_gain, lead_gain, lag_per_delay, sample, period, per_period, nominal_delay, sampling_delay, gain_prior, delay_prior, lowest_gain, highest_gain, lowest_delay, highest_delay, gain_change, delay_change);
+pack_numbers!(ValveEstimator: valve_gain, lead_gain, lag_per_delay, sample, period, per_period, nominal_delay, velocity_delay, sampling_delay, gain_prior, delay_prior, lowest_gain, highest_gain, lowest_delay, highest_delay, gain_change, delay_change);
 
 /// What the estimator remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,8 +100,9 @@ impl<S: Scalar> ValveEstimator<S> {
     #[inline(always)]
     pub(crate) fn asked(&self, state: &mut ValveState<S>, valve_command: S, restart: S::Mask) {
         let input = self.valve_gain * valve_command;
-        let lag = self.lag_per_delay * state.delay;
-        let lead = state.delay + state.delay;
+        let delay = state.delay + self.velocity_delay;
+        let lag = self.lag_per_delay * delay;
+        let lead = delay + delay;
         let sum = lag + self.period;
         let opening =
             (sum * input - (lag - self.period) * state.washout + lead * state.opening) / (sum + lead);
@@ -111,7 +114,8 @@ impl<S: Scalar> ValveEstimator<S> {
     /// `weight` is the step's time (s), the older ones are kept by the share `keep`.
     #[inline(always)]
     pub(crate) fn take(&self, state: &mut ValveState<S>, asked: S, change: S, spool: S, weight: S, keep: S) {
-        let known = (state.delay - self.nominal_delay + self.sampling_delay) * self.per_period;
+        let known =
+            (state.delay + self.velocity_delay - self.nominal_delay + self.sampling_delay) * self.per_period;
         let error = weight * (spool - asked - known * change);
         state.openings = keep * state.openings + weight * asked * asked;
         state.crossed = keep * state.crossed + weight * asked * change;
@@ -153,9 +157,10 @@ impl<S: Scalar> ValveEstimator<S> {
     /// The lead network for the estimate, at a compensation level (1) on top of the configured one.
     #[inline(always)]
     pub(crate) fn lead(&self, state: &ValveState<S>, level: S) -> LeadNetwork<S> {
-        let lag = self.lag_per_delay * state.delay;
+        let delay = state.delay + self.velocity_delay;
+        let lag = self.lag_per_delay * delay;
         let per = S::splat(1.0) / (lag + self.sample);
-        let lead = state.delay + state.delay;
+        let lead = delay + delay;
         LeadNetwork::of((lag - self.sample) * per, lead * per, self.lead_gain * level / state.gain)
     }
 }
@@ -172,6 +177,7 @@ mod tests {
         period: 1.0 / 256.0,
         per_period: 256.0,
         nominal_delay: 5e-3,
+        velocity_delay: 0.0,
         sampling_delay: 1.0 / 4096.0,
         gain_prior: 1e-9,
         delay_prior: 1e-9,

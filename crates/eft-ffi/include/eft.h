@@ -178,6 +178,8 @@ typedef struct eft_adaptive_parameters {
   double compressibility;
   // Cross-piston leakage, m³/(s·Pa).
   double leakage;
+  // Delay of the velocity itself, of an estimate for example, s; 0 for a sensor's.
+  double velocity_delay;
   // Samples by which the compensation comes late to the valve command, 1.
   uint32_t computation_delay;
   // EFT_FEEDFORWARD and its siblings, added up.
@@ -592,8 +594,8 @@ EFT_STATIC_ASSERT(offsetof(eft_input_f32, further_flow) == 16);
 EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 12);
 EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 24);
 EFT_STATIC_ASSERT(offsetof(eft_output_f32, status) == 8);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_parameters) == 504);
-EFT_STATIC_ASSERT(offsetof(eft_adaptive_parameters, parts) == 500);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_parameters) == 512);
+EFT_STATIC_ASSERT(offsetof(eft_adaptive_parameters, parts) == 508);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_f32) == 1152);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_f64) == 2304);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f32) == 384);

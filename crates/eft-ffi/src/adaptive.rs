@@ -28,6 +28,8 @@ pub struct eft_adaptive_parameters {
     pub compressibility: f64,
     /// Cross-piston leakage, m³/(s·Pa).
     pub leakage: f64,
+    /// Delay of the velocity itself, of an estimate for example, s; 0 for a sensor's.
+    pub velocity_delay: f64,
     /// Samples by which the compensation comes late to the valve command, 1.
     pub computation_delay: u32,
     /// EFT_FEEDFORWARD and its siblings, added up.
@@ -51,6 +53,7 @@ impl eft_adaptive_parameters {
             leakage: self.leakage,
             force_sensitivity: self.rig.force_sensitivity,
             computation_delay: self.computation_delay,
+            velocity_delay: self.velocity_delay,
             feedforward: self.parts & EFT_FEEDFORWARD != 0,
             adaptive: self.parts & EFT_ESTIMATORS != 0,
             guard: self.parts & EFT_GUARD != 0,

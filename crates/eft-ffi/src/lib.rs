@@ -43,7 +43,7 @@ const _: () = {
     assert!(size_of::<eft_input_f32>() == 20 && size_of::<eft_input_f64>() == 40);
     assert!(offset_of!(eft_input_f32, further_flow) == 16 && offset_of!(eft_output_f32, status) == 8);
     assert!(size_of::<eft_output_f32>() == 12 && size_of::<eft_output_f64>() == 24);
-    assert!(size_of::<eft_adaptive_parameters>() == 504 && offset_of!(eft_adaptive_parameters, parts) == 500);
+    assert!(size_of::<eft_adaptive_parameters>() == 512 && offset_of!(eft_adaptive_parameters, parts) == 508);
     assert!(size_of::<eft_adaptive_f32>() == 1152 && size_of::<eft_adaptive_f64>() == 2304);
     assert!(size_of::<eft_adaptive_state_f32>() == 384 && size_of::<eft_adaptive_state_f64>() == 768);
     assert!(size_of::<eft_adaptive_input_f32>() == 24 && size_of::<eft_adaptive_input_f64>() == 48);

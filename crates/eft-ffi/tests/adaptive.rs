@@ -45,6 +45,7 @@ fn parameters() -> eft_adaptive_parameters {
         },
         compressibility: 7.56e-13,
         leakage: 1.3e-11,
+        velocity_delay: 0.0,
         computation_delay: 0,
         parts: EFT_FEEDFORWARD | EFT_ESTIMATORS | EFT_GUARD,
     }
@@ -76,6 +77,7 @@ fn core(p: &eft_adaptive_parameters) -> AdaptiveController<f32, 21> {
         leakage: p.leakage,
         force_sensitivity: r.force_sensitivity,
         computation_delay: 0,
+        velocity_delay: 0.0,
         feedforward: true,
         adaptive: true,
         guard: true,

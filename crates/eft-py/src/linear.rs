@@ -381,6 +381,24 @@ pub(crate) fn delay_budget<'py>(
     Ok(answer)
 }
 
+/// Return the steady-state gains of a rig's velocity observer, on displacement (1), velocity (1/s) and drift (1/s²).
+///
+/// They solve the discrete Riccati equation for the noises in ``controller.observer_...``.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     The rig.
+/// sample_rate : float, optional
+///     In Hz; ``controller.sample_rate`` where it is left out.
+#[pyfunction]
+#[pyo3(signature = (rig, sample_rate=None))]
+pub(crate) fn observer_gains(rig: &Rig, sample_rate: Option<f64>) -> PyResult<(f64, f64, f64)> {
+    let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
+    let [displacement, velocity, drift] = linear::observer_gains(&rig.config, rate).map_err(to_python)?;
+    Ok((displacement, velocity, drift))
+}
+
 /// Return the frequency responses of Fig. 6: the servovalve, Eq. (4), and the lead network that inverts it, Eq. (8).
 ///
 /// Parameters

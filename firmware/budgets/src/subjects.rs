@@ -78,6 +78,7 @@ pub static ADAPTIVE: AdaptiveController<f32, N> = AdaptiveController {
             leakage: 1.3e-11,
             force_sensitivity: 5.6e-5,
             computation_delay: 0,
+            velocity_delay: 0.0,
             feedforward: true,
             adaptive: true,
             guard: true,

@@ -49,6 +49,7 @@ pub static CONTROLLER: AdaptiveController<f32, POINTS> = {
         compensation: PARAMETERS,
         compressibility: 7.56e-13, // m3/Pa
         leakage: 1.3e-11, // m3/(s Pa)
+        velocity_delay: 0.0, // s
         force_sensitivity: 5.6e-5, // V/N
         computation_delay: 0, // samples
         feedforward: true,

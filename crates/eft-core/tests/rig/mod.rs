@@ -55,6 +55,7 @@ pub const ADAPTIVE: AdaptiveParameters = AdaptiveParameters {
     leakage: 1.3e-11,
     force_sensitivity: 5.6e-5,
     computation_delay: 0,
+    velocity_delay: 0.0,
     feedforward: true,
     adaptive: true,
     guard: true,

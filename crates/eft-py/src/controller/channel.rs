@@ -2,6 +2,7 @@
 
 use eft_sim::RigConfig;
 use eft_sim::closed_loop::{Channel as Core, ChannelOutput, Reach, Sample};
+use eft_sim::config::VelocitySource;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
@@ -85,10 +86,12 @@ impl Channel {
     fn required(&self, given: [bool; 3]) -> PyResult<()> {
         let (c, p) = (&self.rig.compensation, &self.rig.protection);
         let limited = p.displacement_warning.or(p.displacement_trip).is_some();
+        let estimated = self.rig.controller.velocity_source != VelocitySource::Sensor;
+        let displacement = if estimated { "controller.velocity_source" } else { "protection.enabled" };
         let asked = [
             ("supply_pressure", "compensation.supply_correction", c.supply_correction),
             ("valve_command", "compensation.adaptive", c.adaptive && self.reach == Reach::Compensation),
-            ("displacement", "protection.enabled", p.enabled && limited),
+            ("displacement", displacement, estimated || (p.enabled && limited)),
         ];
         for ((name, key, on), given) in asked.into_iter().zip(given) {
             if on && !given {

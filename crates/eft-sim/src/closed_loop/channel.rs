@@ -8,6 +8,7 @@ use eft_core::{
 
 use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
 use crate::closed_loop::guarded::Guarded;
+use crate::closed_loop::velocity_estimate::VelocityEstimate;
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::sensors::Signals;
@@ -17,13 +18,13 @@ use crate::sensors::Signals;
 pub struct Sample {
     /// Force command (N).
     pub command: f64,
-    /// Piston velocity (m/s).
+    /// Piston velocity (m/s); not looked at where it is estimated.
     pub velocity: f64,
     /// Force (N).
     pub force: f64,
     /// Spool opening (1).
     pub spool: f64,
-    /// Displacement (m); only the protection looks at it.
+    /// Displacement (m); only the protection looks at it, and a velocity that is estimated.
     pub displacement: f64,
     /// Valve command (V) that stood when the others were sampled; only the estimators of a compensation alone look at
     /// it, a whole controller knows its own.
@@ -58,6 +59,7 @@ pub enum Reach {
 #[derive(Debug, Clone)]
 pub struct Channel<P: Precision> {
     core: Core<P>,
+    estimate: Option<VelocityEstimate<P>>,
     protection: Option<Guarded<f64>>,
     configured_supply: Option<P>,
     reach: Reach,
@@ -101,6 +103,7 @@ impl<P: Precision<Flags = u32>> Channel<P> {
         let configured = P::from_f64(rig.supply.pressure);
         Ok(Self {
             core,
+            estimate: VelocityEstimate::new(rig, sample_rate)?,
             protection: Guarded::new(|_| rig, sample_rate)?,
             configured_supply: (!rig.compensation.supply_correction).then_some(configured),
             reach,
@@ -112,6 +115,11 @@ impl<P: Precision<Flags = u32>> Channel<P> {
     /// # NaN
     /// A sample that is not finite, or beyond its range, repeats the last output and is flagged.
     pub fn step(&mut self, sample: &Sample) -> ChannelOutput {
+        let mut sample = *sample;
+        if let Some(estimate) = &mut self.estimate {
+            sample.velocity = estimate.velocity(sample.displacement, sample.force);
+        }
+        let sample = &sample;
         let (command, authority, protection) = match &mut self.protection {
             None => (sample.command, 1.0, 0),
             Some(guarded) => {
@@ -184,6 +192,12 @@ impl<P: Precision<Flags = u32>> Channel<P> {
     /// Goes to the state of a rig that has long been at this operating point, nothing learned yet: the next step with
     /// the same sample has no bump. The protection goes on where it is.
     pub fn prime(&mut self, sample: &Sample) {
+        let mut sample = *sample;
+        if let Some(estimate) = &mut self.estimate {
+            estimate.rest(sample.displacement, sample.force);
+            sample.velocity = 0.0;
+        }
+        let sample = &sample;
         let m = self.measured(sample);
         let command = P::from_f64(sample.command);
         match &mut self.core {
@@ -205,6 +219,9 @@ impl<P: Precision<Flags = u32>> Channel<P> {
             }
             Core::Adaptive { controller, state } => **state = controller.at_rest(),
         }
+        if let Some(estimate) = &mut self.estimate {
+            estimate.rest(0.0, 0.0);
+        }
         if let Some(guarded) = &mut self.protection {
             guarded.reset();
         }
@@ -214,6 +231,7 @@ impl<P: Precision<Flags = u32>> Channel<P> {
     pub fn is_at_rest(&self) -> bool {
         let resting = self.protection.as_ref().is_none_or(Guarded::is_at_rest);
         resting
+            && self.estimate.as_ref().is_none_or(VelocityEstimate::is_at_rest)
             && match &self.core {
                 Core::Fixed { state, forward, .. } => {
                     *state == ControllerState::default() && *forward == FeedforwardState::default()

@@ -4,7 +4,8 @@
 
 use eft_core::{
     AdaptiveCompensation, AdaptiveController, AdaptiveParameters, Compensation, CompensationParameters,
-    Controller, Feedforward, FlowTable, Limiter, Mode, Real, ServovalveController, SignFrom, Tuning,
+    Controller, Feedforward, FilteredDerivative, FlowTable, Limiter, Mode, Real, ServovalveController,
+    SignFrom, Tuning, VelocityObserver,
 };
 
 use crate::closed_loop::simulate::{SimulateOptions, simulate_controlled};
@@ -12,6 +13,7 @@ use crate::closed_loop::test_run::TestRun;
 use crate::config::{self, RigConfig};
 use crate::error::Result;
 use crate::excitation::Command;
+use crate::linear::{observer_gains, velocity_delay};
 use crate::rig::TABLE_CAPACITY;
 
 /// The controller of a simulated rig; its tables have the simulator's capacity.
@@ -52,6 +54,18 @@ pub trait Precision: Real + 'static {
         options: &SimulateOptions,
         go_on: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<TestRun>;
+
+    /// The derivative that a rig takes its velocity from, at a sample rate (Hz).
+    ///
+    /// # Errors
+    /// What `eft-core` refuses.
+    fn derivative(rig: &RigConfig, sample_rate: f64) -> Result<FilteredDerivative<Self>>;
+
+    /// The observer that a rig takes its velocity from, at a sample rate (Hz).
+    ///
+    /// # Errors
+    /// What `eft-core` refuses.
+    fn observer(rig: &RigConfig, sample_rate: f64) -> Result<VelocityObserver<Self>>;
 }
 
 /// Everything the compensation is made from, at a sample rate (Hz).
@@ -92,18 +106,22 @@ pub fn adapts(rig: &RigConfig) -> bool {
 }
 
 /// Everything the adaptive compensation is made from, at a sample rate (Hz).
-pub fn adaptive_parameters(rig: &RigConfig, sample_rate: f64) -> AdaptiveParameters {
-    AdaptiveParameters {
+///
+/// # Errors
+/// An observer without its mass, or an invalid sample rate.
+pub fn adaptive_parameters(rig: &RigConfig, sample_rate: f64) -> Result<AdaptiveParameters> {
+    Ok(AdaptiveParameters {
         compensation: compensation_parameters(rig, sample_rate),
         compressibility: rig.actuator.compressibility,
         leakage: rig.actuator.leakage,
         force_sensitivity: rig.controller.force_sensitivity,
         computation_delay: rig.compensation.computation_delay,
+        velocity_delay: velocity_delay(rig, sample_rate)?,
         feedforward: rig.compensation.feedforward,
         adaptive: rig.compensation.adaptive,
         guard: rig.compensation.adaptive || rig.compensation.guard,
         tuning: Tuning::DEFAULT,
-    }
+    })
 }
 
 macro_rules! precision {
@@ -144,13 +162,21 @@ macro_rules! precision {
             fn adaptive(rig: &RigConfig, sample_rate: f64) -> Result<RigAdaptiveController<Self>> {
                 let known = &rig.servovalve.flow_table;
                 let table = FlowTable::<$t, TABLE_CAPACITY>::new(&known.openings, &known.flows)?;
-                let parameters = adaptive_parameters(rig, sample_rate);
+                let parameters = adaptive_parameters(rig, sample_rate)?;
                 let fixed = Self::controller(rig, sample_rate)?;
                 Ok(AdaptiveController {
                     compensation: AdaptiveCompensation::<$t, TABLE_CAPACITY>::new(&parameters, &table)?,
                     servovalve: fixed.servovalve,
                     limiter: fixed.limiter,
                 })
+            }
+
+            fn derivative(rig: &RigConfig, sample_rate: f64) -> Result<FilteredDerivative<Self>> {
+                Ok(FilteredDerivative::<$t>::new(rig.controller.velocity_corner, sample_rate)?)
+            }
+
+            fn observer(rig: &RigConfig, sample_rate: f64) -> Result<VelocityObserver<Self>> {
+                Ok(VelocityObserver::<$t>::new(observer_gains(rig, sample_rate)?, sample_rate)?)
             }
 
             fn feedforward(rig: &RigConfig, sample_rate: f64) -> Result<Feedforward<Self>> {

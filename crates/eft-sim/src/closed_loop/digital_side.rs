@@ -9,6 +9,7 @@ use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigContro
 use crate::closed_loop::dac::Dac;
 use crate::closed_loop::delay_line::DelayLine;
 use crate::closed_loop::guarded::Guarded;
+use crate::closed_loop::velocity_estimate::VelocityEstimate;
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
 use crate::rig::{Analog, Driver, Num};
@@ -184,6 +185,8 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     analog: Analog<S>,
     /// One lane each; empty where every lane's are ideal.
     sensors: Vec<Option<Sensors>>,
+    /// One lane each; empty where every lane's velocity is measured.
+    estimates: Vec<Option<VelocityEstimate<C::Element>>>,
     dac: Dac<S>,
     protection: Option<Box<Guarded<S>>>,
     sample_rate: f64,
@@ -217,8 +220,14 @@ where
             let state = controller.at_rest();
             Box::new(Adaptive { controller, state, before: None })
         });
+        let mut estimates =
+            (0..S::LANES).map(|i| VelocityEstimate::new(rig(i), sample_rate)).collect::<Result<Vec<_>>>()?;
+        if estimates.iter().all(Option::is_none) {
+            estimates.clear();
+        }
         Ok(Self {
             adaptive,
+            estimates,
             outside: None,
             unmeasured_supply: (!rig(0).compensation.supply_correction)
                 .then(|| S::from_lanes(|i| rig(i).supply.pressure)),
@@ -243,6 +252,7 @@ where
     pub(crate) fn is_plain(&self) -> bool {
         self.realization == Realization::Analog
             && self.sensors.is_empty()
+            && self.estimates.is_empty()
             && self.protection.is_none()
             && self.adaptive.is_none()
             && self.outside.is_none()
@@ -264,7 +274,10 @@ where
         if PLAIN {
             return self.sample_analog::<true>(state, command, next_command, truth, Sensed::ideal(), plant);
         }
-        let (measured, wire) = self.measure(truth);
+        let (mut measured, wire) = self.measure(truth);
+        if !self.estimates.is_empty() {
+            self.estimate(&mut measured);
+        }
         let (command, next_command, protection) = match &mut self.protection {
             None => (command, next_command, S::Flags::default()),
             Some(guarded) => guarded.protect(command, next_command, &measured),
@@ -284,6 +297,19 @@ where
             adaptive.before = Some(decision.driver);
         }
         decision
+    }
+
+    /// In place of the velocity, what is made of the displacement.
+    #[inline(never)]
+    fn estimate(&mut self, measured: &mut Signals<S>) {
+        let (displacement, force, sensed) = (measured.displacement, measured.force, measured.velocity);
+        let estimates = &mut self.estimates;
+        measured.velocity = S::from_lanes(|i| match estimates.get_mut(i) {
+            Some(Some(estimate)) => {
+                S::Element::from_f64(estimate.velocity(displacement.lane(i).to_f64(), force.lane(i).to_f64()))
+            }
+            _ => sensed.lane(i),
+        });
     }
 
     /// Puts a controller from outside in the place of the rig's own; of a digital side, one rig.

@@ -14,6 +14,7 @@ mod simulate;
 pub(crate) mod single;
 mod stepper;
 mod test_run;
+mod velocity_estimate;
 
 pub use building::{building_energy_balance, ideal_building_response, simulate_building, story_forces};
 pub use building_stepper::BuildingStepper;

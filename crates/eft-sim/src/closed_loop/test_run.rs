@@ -49,7 +49,7 @@ pub struct TestRun {
     pub energy: Option<EnergyBalance>,
     /// Whether supply pressure and estimates stay as the configuration has them.
     steady: bool,
-    /// What the sensors reported; none where each is ideal.
+    /// What the sensors reported, the velocity perhaps estimated; none where each is the truth.
     measured: Option<Measured>,
 }
 
@@ -94,7 +94,7 @@ impl TestRun {
             status: Vec::with_capacity(ticks),
             energy: None,
             steady: !needs_detail(rig) && !adapts(rig) && rig.structure.kind != StructureKind::ShearBuilding,
-            measured: (!crate::sensors::are_ideal(rig)).then(|| Measured {
+            measured: measures(rig).then(|| Measured {
                 force: channel(),
                 displacement: channel(),
                 velocity: channel(),
@@ -309,4 +309,9 @@ impl<S: Num> Keep<S> for Rows<'_> {
     fn keep(&mut self, i: usize, tick: &Tick<S>) {
         self.set(i, tick, 0);
     }
+}
+
+/// Whether the controller sees anything but the truth.
+fn measures(rig: &RigConfig) -> bool {
+    !crate::sensors::are_ideal(rig) || rig.controller.velocity_source != crate::config::VelocitySource::Sensor
 }

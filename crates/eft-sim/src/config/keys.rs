@@ -22,6 +22,7 @@ const fn int(value: i64) -> Need {
 const OFF: Need = Need::Default(Preset::Bool(false));
 const BILINEAR: Need = When("structure.kind", "bilinear");
 const BUILDING: Need = When("structure.kind", "shear_building");
+const OBSERVER: Need = When("controller.velocity_source", "observer");
 const BOUC_WEN: Need = When("structure.kind", "bouc_wen");
 
 /// Every key of the configuration.
@@ -65,6 +66,12 @@ pub static KEYS: &[Key] = &[
     key("controller.derivative_gain", "s", Float(0.0, 10.0), Required, "derivative gain G_d, Eq. (1)"),
     key("controller.realization", "", Choice(&["analog", "digital"]), Need::Default(Preset::Text("analog")), "where the force loop runs: in continuous time or sampled"),
     key("controller.sample_rate", "Hz", Float(1.0, 1e6), Required, "sample rate where no command brings its own"),
+    key("controller.velocity_source", "", Choice(&["sensor", "derivative", "observer"]), Need::Default(Preset::Text("sensor")), "where the velocity comes from: its sensor, the displacement's derivative, displacement and force through an observer"),
+    key("controller.velocity_corner", "Hz", Float(1e-3, 1e6), float(80.0), "corner of the two low-passes of the derivative"),
+    key("controller.observer_mass", "kg", Float(1e-3, 1e12), OBSERVER, "mass that the force moves, as the observer knows it"),
+    key("controller.observer_displacement_noise", "m", Float(1e-12, 1.0), float(6.4e-5), "noise of the displacement per sample, as the observer knows it"),
+    key("controller.observer_acceleration_noise", "m/s²", Float(1e-9, 1e6), float(0.02), "noise of the acceleration per sample, the force's over the mass, as the observer knows it"),
+    key("controller.observer_drift", "m/s³", Float(1e-6, 1e9), float(200.0), "rate at which spring and damper change the acceleration, as the observer expects it"),
 
     key("compensation.mode", "", Choice(&["off", "linear", "nonlinear"]), Required, "velocity feedback scheme"),
     key("compensation.level", "", Float(0.0, 10.0), float(1.0), "compensation level, 1 = full"),

@@ -18,7 +18,7 @@ pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode,
     PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening,
-    Stories, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
+    Stories, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage, VelocitySource,
 };
 
 use std::path::Path;

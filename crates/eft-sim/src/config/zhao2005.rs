@@ -61,6 +61,12 @@ impl RigConfig {
                 derivative_gain: 2.0e-4,
                 realization: Realization::Analog,
                 sample_rate: 4096.0,
+                velocity_source: VelocitySource::Sensor,
+                velocity_corner: 80.0,
+                observer_mass: None,
+                observer_displacement_noise: 6.4e-5,
+                observer_acceleration_noise: 0.02,
+                observer_drift: 200.0,
             },
             compensation: Compensation {
                 mode: Mode::Nonlinear,

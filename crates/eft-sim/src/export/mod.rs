@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use eft_core::{AdaptiveParameters, CompensationParameters, Mode, SignFrom};
 
 use crate::closed_loop::{Precision, adaptive_parameters, adapts, compensation_parameters};
-use crate::config::RigConfig;
+use crate::config::{RigConfig, VelocitySource};
 use crate::error::{Error, Result};
 
 /// Points a flow table may have in the C interface.
@@ -47,7 +47,8 @@ pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
     if target == Target::C && points > C_CAPACITY {
         return Err(Error::value("servovalve.flow_table", points, "must have at most 21 points for C"));
     }
-    let adaptive = (adapts(rig) || rig.compensation.feedforward).then(|| adaptive_parameters(rig, rate));
+    let asked = adapts(rig) || rig.compensation.feedforward;
+    let adaptive = if asked { Some(adaptive_parameters(rig, rate)?) } else { None };
     if adaptive.is_some() {
         <f32 as Precision>::adaptive(rig, rate)?;
     }
@@ -68,6 +69,13 @@ fn exportable(rig: &RigConfig) -> Result<()> {
     let delay = rig.compensation.computation_delay;
     if delay != 0 {
         return Err(Error::value("compensation.computation_delay", delay, "must be 0 for firmware"));
+    }
+    if rig.controller.velocity_source != VelocitySource::Sensor {
+        return Err(Error::value(
+            "controller.velocity_source",
+            "an estimate",
+            "must be \"sensor\" for firmware",
+        ));
     }
     Ok(())
 }
@@ -253,8 +261,12 @@ fn c(
 }
 
 /// What the adaptive controller knows besides, by the same names in both languages.
-fn adaptive_fields(a: &AdaptiveParameters) -> [(&'static str, f64, &'static str); 2] {
-    [("compressibility", a.compressibility, "m3/Pa"), ("leakage", a.leakage, "m3/(s Pa)")]
+fn adaptive_fields(a: &AdaptiveParameters) -> [(&'static str, f64, &'static str); 3] {
+    [
+        ("compressibility", a.compressibility, "m3/Pa"),
+        ("leakage", a.leakage, "m3/(s Pa)"),
+        ("velocity_delay", a.velocity_delay, "s"),
+    ]
 }
 
 /// The fields that both languages name alike.

@@ -5,8 +5,9 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Complex;
 
 use super::inverse_dynamics::valve_response;
+use super::velocity::velocity_delay;
 use crate::checks;
-use crate::config::RigConfig;
+use crate::config::{RigConfig, VelocitySource};
 use crate::error::{Error, Result};
 
 /// Frequencies at which a phase is fitted.
@@ -21,7 +22,8 @@ pub struct DelayBudget {
     pub hold: f64,
     /// Computation: whole samples.
     pub computation: f64,
-    /// The velocity sensor: its filter's phase slope over the band and its samples of delay.
+    /// The velocity sensor: its filter's phase slope over the band and its samples of delay; where the velocity is
+    /// estimated, those of the displacement's and the estimate's own.
     pub sensor: f64,
     /// Derivative action: `−G_d/G_p`, the lead that the paper takes off the valve's delay.
     pub derivative: f64,
@@ -43,14 +45,15 @@ pub fn delay_budget(rig: &RigConfig, sample_rate: f64, band: (f64, f64)) -> Resu
     checks::positive("sample_rate", sample_rate, "Hz")?;
     let period = 1.0 / sample_rate;
     let valve = phase_delay(|frequency| valve_response(rig, frequency), band)?;
-    let sensor = &rig.sensors.velocity;
+    let estimated = rig.controller.velocity_source != VelocitySource::Sensor;
+    let sensor = if estimated { &rig.sensors.displacement } else { &rig.sensors.velocity };
     let filter = match sensor.bandwidth {
         Some(corner) => phase_delay(|frequency| Complex::new(1.0, frequency / corner).inv(), band)?,
         None => 0.0,
     };
     let hold = 0.5 * period;
     let computation = f64::from(rig.compensation.computation_delay) * period;
-    let sensor = filter + f64::from(sensor.delay) * period;
+    let sensor = filter + f64::from(sensor.delay) * period + velocity_delay(rig, sample_rate)?;
     let derivative = -rig.controller.derivative_gain / rig.controller.proportional_gain;
     let path = valve + hold + computation + sensor;
     Ok(DelayBudget { valve, hold, computation, sensor, derivative, path, total: path + derivative })

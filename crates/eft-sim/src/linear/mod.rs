@@ -14,6 +14,7 @@ mod matrices;
 mod plant;
 mod sampled;
 mod state_space;
+mod velocity;
 
 pub use delay_budget::{DelayBudget, delay_budget, phase_delay};
 pub use gains::FlowGain;
@@ -21,6 +22,7 @@ pub use inverse_dynamics::{lead_response, valve_response};
 pub use map::{MapAxis, MapQuantity, stability_map};
 pub use margin::{Margins, stability_margin, stability_margins};
 pub use state_space::{Mode, StateSpace};
+pub use velocity::{observer_gains, velocity_delay};
 
 use crate::config::RigConfig;
 use crate::error::Result;

@@ -16,6 +16,30 @@ pub struct Controller {
     pub realization: Realization,
     /// Sample rate where no command brings its own, Hz.
     pub sample_rate: f64,
+    /// Where the compensation's velocity comes from.
+    pub velocity_source: VelocitySource,
+    /// Corner of the derivative's two low-passes, Hz.
+    pub velocity_corner: f64,
+    /// The mass that the force moves, as the observer knows it, kg.
+    pub observer_mass: Option<f64>,
+    /// Standard deviation of the displacement's noise per sample, as the observer knows it, m.
+    pub observer_displacement_noise: f64,
+    /// The same of the acceleration, the force's over the mass, m/s².
+    pub observer_acceleration_noise: f64,
+    /// Rate at which spring and damper change the acceleration, as the observer expects it, m/s³.
+    pub observer_drift: f64,
+}
+
+/// Where the compensation's velocity comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VelocitySource {
+    /// The velocity sensor.
+    Sensor,
+    /// The displacement sensor, differentiated and filtered.
+    Derivative,
+    /// Displacement and force, through a steady-state Kalman observer.
+    Observer,
 }
 
 /// Where the force loop runs.

@@ -1,0 +1,101 @@
+"""Velocity for rigs that measure only displacement, with 16 bits and noise of 0.05 % of ±127 mm on it."""
+
+import numpy as np
+import pytest
+
+import eft
+
+RATE = 4096.0
+SWEEP = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, RATE)
+RANGES = {"force": 156e3, "displacement": 0.127, "spool": 1.0, "velocity": 1.05}
+NOISE = {
+    f"sensors.{sensor}.{key}": value
+    for sensor, size in RANGES.items()
+    for key, value in {"noise": 5e-4 * size, "range": size, "bits": 16}.items()
+}
+SOURCES = {
+    "sensor": {},
+    "derivative": {"controller.velocity_source": "derivative"},
+    "observer": {
+        "controller.velocity_source": "observer",
+        "controller.observer_mass": 7040.0,
+        "controller.observer_drift": 200.0,
+    },
+}
+ADAPTIVE = {"compensation.feedforward": True, "compensation.adaptive": True}
+
+
+def swept(source, changes=NOISE):
+    rig = eft.Rig.zhao2005().replace({**ADAPTIVE, **changes, **SOURCES[source]})
+    run = eft.simulate(rig, SWEEP)
+    # The estimate against the true velocity, its known delay ago.
+    late = round(eft.delay_budget(rig)["sensor"] * RATE)
+    missed = run.measured_velocity[late:] - run.velocity[: len(run) - late]
+    ratio = run.fft_ratio(0.5, 9.5).ratio
+    return np.sqrt(np.mean(missed**2)), ratio.min(), ratio.max(), run
+
+
+def test_the_observer_follows_through_noise_that_drowns_the_derivative():
+    errors = {}
+    for source in SOURCES:
+        errors[source], lowest, highest, run = swept(source)
+        print(
+            f"{source}: {1e3 * errors[source]:.2f} mm/s, {lowest:.3f}-{highest:.3f}, {run.metrics()['nrmse']}"
+        )
+        if source != "derivative":
+            assert lowest > 0.95
+            assert highest < 1.05
+    assert errors["sensor"] < errors["observer"] < 0.6 * errors["derivative"]
+
+
+@pytest.mark.parametrize("source", ["derivative", "observer"])
+def test_without_noise_either_follows(source):
+    # At 80 Hz the lead network leaves a little of the derivative's delay, and that counts forty times.
+    error, lowest, highest, _ = swept(source, {"controller.velocity_corner": 400.0})
+    assert error < 4e-3
+    assert lowest > 0.95
+    assert highest < 1.05
+
+
+def test_the_observer_needs_no_model_of_the_structure():
+    for changes in (
+        {"structure.damping": 27955.0},
+        {"structure.kind": "linear", "structure.stiffness": 693.8e3 / 2},
+        {"structure.mass": 6400.0},
+    ):
+        _, lowest, highest, _ = swept("observer", NOISE | changes)
+        assert lowest > 0.95, changes
+        assert highest < 1.05, changes
+
+
+def test_its_delay_enters_the_budget():
+    derivative, observer = (
+        eft.delay_budget(eft.Rig.zhao2005().replace(SOURCES[source])) for source in ("derivative", "observer")
+    )
+    assert derivative["sensor"] == pytest.approx(2 / (2 * np.pi * 80), rel=0.05)
+    assert observer["sensor"] < 0.1 * derivative["sensor"]
+    assert derivative["path"] - observer["path"] == pytest.approx(derivative["sensor"] - observer["sensor"])
+
+
+@pytest.mark.parametrize("dtype", ["f32", "f64"])
+@pytest.mark.parametrize("source", ["derivative", "observer"])
+def test_the_controller_gives_the_simulated_ones_bits(source, dtype):
+    rig = eft.Rig.zhao2005().replace(
+        {**ADAPTIVE, **NOISE, **SOURCES[source], "controller.realization": "digital"}
+    )
+    run = eft.simulate(rig, eft.sine_sweep(8900.0, 0.0, 10.0, 3.0, RATE), dtype)
+    controller = eft.Controller(rig, dtype)
+    signals = (run.measured_force, run.measured_spool)
+    # The velocity that is handed over is not looked at.
+    nothing = np.zeros(len(run))
+    commands = controller.process(run.command, nothing, *signals, displacement=run.measured_displacement)
+    np.testing.assert_array_equal(commands, run.valve_command)
+    with pytest.raises(
+        ValueError, match=r"^displacement = None: must be given: `controller.velocity_source`"
+    ):
+        eft.Controller(rig).step(0.0, 0.0, 0.0, 0.0)
+
+
+def test_an_observer_needs_its_mass():
+    with pytest.raises(ValueError, match="observer_mass"):
+        eft.Rig.zhao2005().replace({"controller.velocity_source": "observer"})
