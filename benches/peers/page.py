@@ -63,6 +63,15 @@ def times(results):
     return lines
 
 
+def profile():
+    parts = json.loads(Path(__file__).parents[1].joinpath("profile.json").read_text())
+    lines = ["| part of a tick | one test | a test in a batch |", "| --- | --- | --- |"]
+    lines += [f"| {part} | {one:.0f} | {batch:.0f} |" for part, (one, batch) in parts.items()]
+    one, batch = (sum(counts) for counts in zip(*parts.values(), strict=True))
+    lines.append(f"| together | {one:.0f} | {batch:.0f} |")
+    return lines
+
+
 def limit(results):
     flops = sum(count for _, count in FLOPS)
     per_tick = 1e6 * results["milliseconds"]["eft, batch on one core"] / (32 * 4096)
@@ -125,6 +134,10 @@ def text(results):
         "after the other by Runge–Kutta, have a share that grows with the stories and a fixed one.",
         "![Time against duration, rigs and stories](images/performance-growth.png)",
         "## Where the time goes",
+        "Instructions of one tick of one rig with AVX2, counted by `valgrind --tool=callgrind` over the sweep "
+        "and put to the parts by the lines they come from (`benches/profile.json`; counted by hand, not by "
+        "`make bench`):",
+        "\n".join(profile()),
         "\n".join(limit(results)),
         "A test alone has only one chain of dependent operations from tick to tick: the controller's "
         "division, root "
