@@ -1,4 +1,4 @@
-"""The bits of the firmware through the package: those of `firmware/golden/bits.txt`, inputs anew."""
+"""The bits of the firmware through the package, held against `firmware/golden/bits.txt`."""
 
 from pathlib import Path
 
