@@ -3,6 +3,7 @@
 All quantities are in SI units. Positive force pulls the structure (+x).
 """
 
+from eft._firmware import ProcessorInTheLoop
 from eft._identification import (
     Estimate,
     FineTuning,
@@ -40,6 +41,7 @@ from eft._native import (
     delay_budget,
     displacement_spectrum,
     effective_force,
+    export,
     flow_test,
     free_vibration,
     inverse_dynamics,
@@ -86,6 +88,7 @@ __all__ = [
     "LinearModel",
     "Plant",
     "PlantState",
+    "ProcessorInTheLoop",
     "Record",
     "Rig",
     "Sobol",
@@ -101,6 +104,7 @@ __all__ = [
     "delay_rate_map",
     "displacement_spectrum",
     "effective_force",
+    "export",
     "energy_balance",
     "fine_tune",
     "flow_curve_estimate",

@@ -272,6 +272,15 @@ def simulate(
     largest_step: float | None = None,
 ) -> dict[str, NDArray[Any]]: ...
 
+def export(rig: Rig, target: Literal["rust", "c"], name: str | None = None) -> str: ...
+def processor_in_the_loop(
+    rig: Rig,
+    command: Command,
+    image: str | PathLike[str],
+    machine: str,
+    progress: Callable[[int, int], object] | None = None,
+) -> dict[str, NDArray[Any]]: ...
+
 @final
 class BatchResult:
     @property

@@ -64,6 +64,14 @@ WRONG = {
     "record without numbers": ([*RECORD, "a.csv"], {"a.csv": ""}, ["a.csv"]),
     "scale that is none": ([*RECORD, "elcentro", "--scale", "inf"], {}, ["scale", "inf"]),
     "negative mass": ([*RECORD, "elcentro", "--mass", "-5"], {}, ["mass", "-5"]),
+    "export without a target": (["export", "rig.toml"], {}, ["--target"]),
+    "export to another language": (["export", "rig.toml", "--target", "ada"], {}, ["ada", "rust", "c"]),
+    "export of no rig": (["export", "nowhere.toml", "--target", "c"], {}, ["nowhere.toml", "No such file"]),
+    "export of more than firmware has": (
+        ["export", "test.toml", "--target", "c"],
+        test_toml(paper(("feedforward = false", "feedforward = true"), command="")),
+        ["compensation.feedforward", "true", "must be false for firmware"],
+    ),
     # files
     "no such file": (["run", "nowhere.toml"], {}, ["nowhere.toml", "No such file"]),
     "a folder": (["run", "."], {}, ["folder"]),

@@ -9,6 +9,7 @@ mod batch;
 mod controller;
 mod errors;
 mod excitation;
+mod firmware;
 mod flow_table;
 mod identification;
 mod linear;
@@ -37,6 +38,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(excitation::read_record, module)?)?;
     module.add_function(wrap_pyfunction!(run::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(batch::simulate_batch, module)?)?;
+    module.add_function(wrap_pyfunction!(firmware::export, module)?)?;
+    module.add_function(wrap_pyfunction!(firmware::processor_in_the_loop, module)?)?;
     module.add_function(wrap_pyfunction!(run::metrics, module)?)?;
     module.add_function(wrap_pyfunction!(run::fft_ratio, module)?)?;
     module.add_function(wrap_pyfunction!(run::coherence, module)?)?;

@@ -59,6 +59,42 @@ pub(crate) fn options(method: &str, largest_step: Option<f64>) -> PyResult<Simul
     Ok(SimulateOptions { method, largest_step: largest_step.unwrap_or(DEFAULT_STEP) })
 }
 
+/// Looks at Ctrl-C and calls `progress` now and then while a run goes on.
+pub(crate) struct Watch {
+    progress: Option<Py<PyAny>>,
+    last: Option<Instant>,
+    stopped: Option<PyErr>,
+}
+
+impl Watch {
+    pub(crate) fn new(progress: Option<Py<PyAny>>) -> Self {
+        Self { progress, last: None, stopped: None }
+    }
+
+    /// Whether to go on; what stopped it is kept.
+    pub(crate) fn go_on(&mut self, done: usize, total: usize) -> bool {
+        let now = Instant::now();
+        if done < total && self.last.is_some_and(|last| now - last < PATIENCE) {
+            return true;
+        }
+        self.last = Some(now);
+        let asked = Python::attach(|py| {
+            py.check_signals()?;
+            self.progress.as_ref().map_or(Ok(()), |progress| progress.call1(py, (done, total)).map(|_| ()))
+        });
+        self.stopped = asked.err();
+        self.stopped.is_none()
+    }
+
+    /// The outcome, or the exception that ended it.
+    pub(crate) fn end<T>(self, outcome: eft_sim::Result<T>) -> PyResult<T> {
+        match self.stopped {
+            Some(error) => Err(error),
+            None => outcome.map_err(to_python),
+        }
+    }
+}
+
 /// Run `command` on `rig`; the traces by name, each an array with one value per sample.
 ///
 /// `progress`, if given, is called now and then with the samples done and their total.
@@ -74,26 +110,8 @@ pub(crate) fn simulate<'py>(
     largest_step: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let dtype = Dtype::parse(dtype)?;
-    let mut stopped = None;
-    let mut last = None::<Instant>;
-    let go_on = |done: usize, total: usize| {
-        let now = Instant::now();
-        if done < total && last.is_some_and(|last| now - last < PATIENCE) {
-            return true;
-        }
-        last = Some(now);
-        let asked = Python::attach(|py| {
-            py.check_signals()?;
-            progress.as_ref().map_or(Ok(()), |progress| progress.call1(py, (done, total)).map(|_| ()))
-        });
-        match asked {
-            Ok(()) => true,
-            Err(error) => {
-                stopped = Some(error);
-                false
-            }
-        }
-    };
+    let mut watch = Watch::new(progress);
+    let go_on = |done, total| watch.go_on(done, total);
     let options = options(method, largest_step)?;
     let rig = &rig.config;
     let building = is_building(rig);
@@ -111,11 +129,7 @@ pub(crate) fn simulate<'py>(
         });
         run.map(|run| vec![run])
     };
-    match (runs, stopped) {
-        (_, Some(error)) => Err(error),
-        (Err(error), None) => Err(to_python(error)),
-        (Ok(runs), None) => traces(py, runs, building),
-    }
+    traces(py, watch.end(runs)?, building)
 }
 
 /// Whether a rig has an actuator on each of several floors.

@@ -4,8 +4,10 @@ use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
+use std::time::{Duration, Instant};
 
 pub use crate::closed_loop::Answer;
 use crate::closed_loop::{SimulateOptions, TestRun, simulate_controlled};
@@ -13,6 +15,9 @@ use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
 use crate::excitation::Command;
 use crate::export::runs_on_firmware;
+
+/// A firmware that has not answered for so long is given up.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Runs `command` on the plant of `rig` with a controller from outside: `tick` takes the force command (N) and what the
 /// sensors report of velocity (m/s), force (N) and spool opening (1), each rounded to `f32`. All else is what
@@ -29,11 +34,7 @@ pub fn run_with(
     mut tick: impl FnMut([f32; 4]) -> Result<Answer> + Send + 'static,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
-    runs_on_firmware(rig)?;
-    if rig.controller.realization != Realization::Digital {
-        let allowed = "must be \"digital\" with the processor in the loop";
-        return Err(Error::value("controller.realization", "\"analog\"", allowed));
-    }
+    check(rig)?;
     let failure = Arc::new(Mutex::new(None));
     let seen = Arc::clone(&failure);
     let mut last = Answer::default();
@@ -58,6 +59,16 @@ pub fn run_with(
     }
 }
 
+/// Refuses a rig whose controller is not what firmware runs.
+fn check(rig: &RigConfig) -> Result<()> {
+    runs_on_firmware(rig)?;
+    if rig.controller.realization != Realization::Digital {
+        let allowed = "must be \"digital\" with the processor in the loop";
+        return Err(Error::value("controller.realization", "\"analog\"", allowed));
+    }
+    Ok(())
+}
+
 /// Runs `command` with the firmware `image` on QEMU's `machine` ("mps2-an386", "mps2-an500") as the controller. The
 /// firmware reads its samples from the file `to-firmware` and writes its answers to `from-firmware`, by semihosting.
 /// Its sample rate must be the command's, its controller that of `rig`.
@@ -72,6 +83,7 @@ pub fn run_in_qemu(
     machine: &str,
     go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
+    check(rig)?;
     let named = image.to_owned();
     let failed = move |source: std::io::Error| Error::Io { path: named.clone(), source };
     let image = image.canonicalize().map_err(&failed)?;
@@ -87,10 +99,26 @@ pub fn run_in_qemu(
         .stdin(Stdio::null())
         .spawn()
         .map_err(|source| Error::Io { path: "qemu-system-arm".into(), source })?;
-    // When the processor ends, early or not, nobody must wait for it at either pipe.
+    // Odd while the firmware is waited for.
+    let exchanges = Arc::new(AtomicU64::new(1));
+    let seen = Arc::clone(&exchanges);
     let pipes = [to.clone(), from.clone()];
     let watch = thread::spawn(move || {
-        let ended = child.wait();
+        let (mut last, mut since) = (0, Instant::now());
+        let ended = loop {
+            match child.try_wait() {
+                Ok(None) => thread::sleep(Duration::from_millis(5)),
+                Ok(Some(status)) => break Ok(status),
+                Err(error) => break Err(error),
+            }
+            let now = seen.load(Ordering::Relaxed);
+            if now % 2 == 0 || now != last {
+                (last, since) = (now, Instant::now());
+            } else if since.elapsed() > PATIENCE {
+                drop(child.kill());
+            }
+        };
+        // When the processor has ended, early or not, nobody must wait for it at either pipe.
         for pipe in pipes {
             drop(OpenOptions::new().read(true).write(true).open(pipe));
         }
@@ -105,8 +133,10 @@ pub fn run_in_qemu(
             to.copy_from_slice(&value.to_le_bytes());
         }
         let mut answer = [[0; 4]; 3];
+        exchanges.fetch_or(1, Ordering::Relaxed);
         writer.write_all(&request).map_err(&lost)?;
         reader.read_exact(answer.as_flattened_mut()).map_err(&lost)?;
+        exchanges.fetch_add(1, Ordering::Relaxed);
         let [valve_command, compensation, status] = answer;
         Ok(Answer {
             valve_command: f32::from_le_bytes(valve_command),

@@ -13,6 +13,7 @@ from eft._native import __version__
 from eft.cli._check import check
 from eft.cli._compare import compare
 from eft.cli._demo import demo
+from eft.cli._export import export
 from eft.cli._identify import identify
 from eft.cli._init import init
 from eft.cli._map import stability_map
@@ -43,7 +44,7 @@ def cli() -> None:
     """All commands."""
 
 
-for command in (init, check, identify, stability_map, run, study, report, compare, demo):
+for command in (init, check, identify, stability_map, run, study, report, compare, export, demo):
     cli.add_command(command)
 
 

@@ -1,0 +1,59 @@
+//! From a rig to its firmware, and the firmware in the loop.
+
+use std::path::PathBuf;
+
+use eft_sim::{SimulateOptions, processor_in_the_loop as in_the_loop};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::to_python;
+use crate::excitation::Command;
+use crate::rig::Rig;
+use crate::run::{Watch, traces};
+
+/// Return the source text of a rig's controller, a constant in Rust or C, for firmware.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     The rig; its controller runs at `controller.sample_rate`.
+/// target : {"rust", "c"}
+///     The language: a constant of `eft-core`, or one for `eft.h`.
+/// name : str, optional
+///     What the text calls the rig; the rig's own name if left out.
+///
+/// Returns
+/// -------
+/// str
+///     Ready to be compiled; checked here, and once more by the compiler (Rust) or by `eft_configure_f32` (C).
+///
+/// Raises
+/// ------
+/// ValueError
+///     If the controller is more than firmware's single step has (feedforward, self-calibration, protection, a
+///     computation delay), or the flow table has more than 21 points for C; the message names the key.
+#[pyfunction]
+#[pyo3(signature = (rig, target, name=None))]
+pub(crate) fn export(rig: &Rig, target: &str, name: Option<&str>) -> PyResult<String> {
+    let target = target.parse().map_err(to_python)?;
+    let name = name.or(rig.config.name.as_deref()).unwrap_or("rig");
+    eft_sim::export::export(&rig.config, name, target).map_err(to_python)
+}
+
+/// Run `command` with a firmware image on an emulated processor as the controller; the traces by name.
+#[pyfunction]
+#[pyo3(signature = (rig, command, image, machine, progress=None))]
+pub(crate) fn processor_in_the_loop<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    command: &Command,
+    image: PathBuf,
+    machine: &str,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (rig, command, options) = (&rig.config, command.single()?, SimulateOptions::default());
+    let mut watch = Watch::new(progress);
+    let go_on = |done, total| watch.go_on(done, total);
+    let run = py.detach(|| in_the_loop::run_in_qemu(rig, command, &options, &image, machine, go_on));
+    traces(py, vec![watch.end(run)?], false)
+}

@@ -1,0 +1,64 @@
+"""Firmware in the loop: an emulated processor runs the controller, this machine the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from os import PathLike
+
+from eft import _native
+from eft._native import Command, Rig, __version__
+from eft._run import TestRun
+
+__all__ = ["ProcessorInTheLoop"]
+
+
+@dataclass(frozen=True)
+class ProcessorInTheLoop:
+    """A firmware image under QEMU, to be tested in the place of the rig's own controller.
+
+    The image reads what the sensors report, and writes its valve commands, as those of `firmware/` do; it must
+    have been built with the controller of the rig that it is run with (see `export`). QEMU
+    (``qemu-system-arm``) must be installed.
+
+    Parameters
+    ----------
+    image : path
+        The firmware, as an ELF file.
+    machine : str
+        QEMU's name of the processor: "mps2-an386" is a Cortex-M4F, "mps2-an500" a Cortex-M7.
+    """
+
+    image: str | PathLike[str]
+    machine: str = "mps2-an386"
+
+    def simulate(
+        self,
+        rig: Rig,
+        command: Command,
+        *,
+        progress: Callable[[int, int], object] | None = None,
+    ) -> TestRun:
+        """Run a test with the firmware as the controller.
+
+        Everything else is that of `eft.simulate`: firmware that computes what the rig's own controller does gives
+        the traces of ``eft.simulate(rig, command, dtype="f32")``, bit for bit.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig; its `controller.realization` must be "digital".
+        command : Command
+            The force to be applied, sampled at the firmware's rate.
+        progress : callable, optional
+            Called a few times a second with the samples done and their total; an exception from it ends the run.
+
+        Raises
+        ------
+        ValueError
+            If the rig's controller is more than firmware has; the message names the key.
+        OSError
+            If the image or QEMU is not there.
+        """
+        traces = _native.processor_in_the_loop(rig, command, self.image, self.machine, progress)
+        return TestRun(rig=rig, sample_rate=command.sample_rate, dtype="f32", version=__version__, **traces)

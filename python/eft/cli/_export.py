@@ -1,0 +1,35 @@
+"""`eft export`: a rig's controller as source for firmware."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import click
+
+import eft
+from eft._files import write_text
+from eft.cli._output import FILE, epilog
+from eft.traces._write import check_folder
+
+
+@click.command(
+    short_help="Write a rig's controller as source for firmware.",
+    epilog=epilog(
+        "eft export rig.toml --target rust -o controller.rs",
+        "eft export rig.toml --target c -o controller.h",
+    ),
+)
+@click.argument("rig", type=FILE)
+@click.option("--target", type=click.Choice(["rust", "c"]), required=True, help="The language.")
+@click.option("-o", "--output", type=FILE, help="Default: RIG with the ending .rs or .h.")
+def export(rig: Path, target: Literal["rust", "c"], output: Path | None) -> None:
+    """Write the controller of the rig file RIG as a constant, ready to be compiled.
+
+    It runs at the rig's `controller.sample_rate`. Whatever makes the controller more than firmware's step has
+    (feedforward, self-calibration, protection, a computation delay) is refused, never left out.
+    """
+    path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
+    check_folder(path)
+    write_text(path, eft.export(eft.Rig.from_toml(rig), target))
+    click.echo(f"{path} written")

@@ -1,0 +1,73 @@
+"""From a rig to its firmware, and the firmware in the loop."""
+
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eft
+from eft.cli import main
+
+RIGS = Path(__file__).resolve().parents[2] / "firmware" / "rigs"
+
+
+@pytest.mark.parametrize(("target", "file"), [("rust", "src/uneven.rs"), ("c", "uneven.h")])
+def test_export_is_what_the_firmware_holds(target, file, tmp_path):
+    rig = RIGS / "uneven.toml"
+    text = eft.export(eft.Rig.from_toml(rig), target)
+    assert text == (RIGS / file).read_text(encoding="utf-8")
+    assert main(["export", str(rig), "--target", target, "-o", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out").read_text(encoding="utf-8") == text
+
+
+def test_export_goes_beside_the_rig(tmp_path, capsys):
+    shutil.copy(RIGS / "uneven.toml", tmp_path / "mine.toml")
+    assert main(["export", str(tmp_path / "mine.toml"), "--target", "c"]) == 0
+    assert "controller of uneven at 5000 Hz" in (tmp_path / "mine.h").read_text(encoding="utf-8")
+    assert capsys.readouterr().out == f"{tmp_path / 'mine.h'} written\n"
+
+
+def test_what_firmware_has_not_is_refused():
+    rig = eft.Rig.zhao2005().replace({"compensation.feedforward": True})
+    with pytest.raises(ValueError, match="compensation.feedforward = true: must be false for firmware"):
+        eft.export(rig, "rust")
+    with pytest.raises(ValueError, match='target = ada: must be "rust" or "c"'):
+        eft.export(eft.Rig.zhao2005(), "ada")
+
+
+def test_image_that_is_not_there_is_named(tmp_path):
+    rig = eft.Rig.zhao2005().replace({"controller.realization": "digital"})
+    command = eft.sine_sweep(8900.0, 0.0, 10.0, 0.1, 4096.0)
+    with pytest.raises(OSError, match=r"nowhere\.elf"):
+        eft.ProcessorInTheLoop(tmp_path / "nowhere.elf").simulate(rig, command)
+    with pytest.raises(ValueError, match=r"controller\.realization"):
+        eft.ProcessorInTheLoop(RIGS / "uneven.toml").simulate(eft.Rig.zhao2005(), command)
+
+
+FIRMWARE = os.environ.get("EFT_FIRMWARE")
+
+
+@pytest.mark.skipif(FIRMWARE is None, reason="EFT_FIRMWARE names no image; `make firmware` does")
+@pytest.mark.parametrize("machine", ["mps2-an386", "mps2-an500"])
+def test_the_processors_run_is_the_simulation(machine):
+    rig = eft.Rig.zhao2005().replace({"controller.realization": "digital", "sensors.force.noise": 20.0})
+    record = eft.read_record(
+        Path(eft.__file__).parent / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
+    )
+    loop = eft.ProcessorInTheLoop(FIRMWARE, machine)
+    for command in (
+        eft.sine_sweep(8900.0, 0.0, 10.0, 2.0, 4096.0),
+        eft.effective_force(record, mass=7040.0, sample_rate=4096.0),
+    ):
+        done = []
+        run = loop.simulate(rig, command, progress=lambda at, total: done.append(at))
+        expected = eft.simulate(rig, command, dtype="f32")
+        for name in ("force", "displacement", "spool", "valve_command", "compensation", "measured_force"):
+            np.testing.assert_array_equal(getattr(run, name), getattr(expected, name), err_msg=name)
+        np.testing.assert_array_equal(run.status, expected.status)
+        assert done[-1] == len(command)
+    # Another rig than the firmware's: the run is not replayed from anywhere.
+    other = eft.simulate(rig.replace({"compensation.level": 1.000001}), command, dtype="f32")
+    assert (other.force != run.force).any()
