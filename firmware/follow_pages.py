@@ -33,7 +33,9 @@ def follow(page: Path, environment: dict[str, str]) -> int:
                     script, cwd=folder, env=environment, text=True, capture_output=True, timeout=600
                 )
                 if done.returncode:
-                    sys.exit(f"{page.name}: this ended with {done.returncode}:\n{body}\n{done.stdout}{done.stderr}")
+                    sys.exit(
+                        f"{page.name}: this ended with {done.returncode}:\n{body}\n{done.stdout}{done.stderr}"
+                    )
             elif named := NAME.match(body.splitlines()[0]):
                 path = folder / named["path"]
                 path.parent.mkdir(parents=True, exist_ok=True)

@@ -271,7 +271,6 @@ def simulate(
     method: _Method = "exponential",
     largest_step: float | None = None,
 ) -> dict[str, NDArray[Any]]: ...
-
 def export(rig: Rig, target: Literal["rust", "c"], name: str | None = None) -> str: ...
 def processor_in_the_loop(
     rig: Rig,

@@ -21,7 +21,18 @@ def folder(tmp_path, monkeypatch):
 def test_every_command_explains_itself_with_an_example(capsys):
     assert main(["--help"]) == 0
     commands = capsys.readouterr().out.split("Commands:")[1].split()[::1]
-    for command in ("init", "check", "run", "study", "map", "report", "compare", "identify", "export", "demo"):
+    for command in (
+        "init",
+        "check",
+        "run",
+        "study",
+        "map",
+        "report",
+        "compare",
+        "identify",
+        "export",
+        "demo",
+    ):
         assert command in commands
         assert main([command, "--help"]) == 0
         assert f"  eft {command}" in capsys.readouterr().out.split("Examples:")[1]

@@ -53,16 +53,14 @@ FIRMWARE = os.environ.get("EFT_FIRMWARE")
 @pytest.mark.parametrize("machine", ["mps2-an386", "mps2-an500"])
 def test_the_processors_run_is_the_simulation(machine):
     rig = eft.Rig.zhao2005().replace({"controller.realization": "digital", "sensors.force.noise": 20.0})
-    record = eft.read_record(
-        Path(eft.__file__).parent / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
-    )
+    record = eft.read_record(Path(eft.__file__).parent / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2")
     loop = eft.ProcessorInTheLoop(FIRMWARE, machine)
     for command in (
         eft.sine_sweep(8900.0, 0.0, 10.0, 2.0, 4096.0),
         eft.effective_force(record, mass=7040.0, sample_rate=4096.0),
     ):
         done = []
-        run = loop.simulate(rig, command, progress=lambda at, total: done.append(at))
+        run = loop.simulate(rig, command, progress=lambda at, _: done.append(at))
         expected = eft.simulate(rig, command, dtype="f32")
         for name in ("force", "displacement", "spool", "valve_command", "compensation", "measured_force"):
             np.testing.assert_array_equal(getattr(run, name), getattr(expected, name), err_msg=name)
