@@ -91,9 +91,9 @@ def loop_table(rows: dict[str, Cost]) -> str:
     lines += [
         "",
         "The functions, each with everything it reaches. `make firmware` fails when one exceeds its entry "
-        "in `firmware/budgets.toml`, built by the compiler that `firmware/rust-toolchain.toml` names and with "
-        "the wrapper `firmware/rustc-leaves`, which takes off the frame pointer that rustc forces on ARM "
-        "functions (without it a function takes two to five instructions more).",
+        "in `firmware/budgets.toml`, built by the compiler that `firmware/rust-toolchain.toml` names and "
+        "with the wrapper `firmware/rustc-leaves`, which takes off the frame pointer that rustc forces on "
+        "ARM functions (without it a function takes two to five instructions more).",
         "",
         "| function | instructions | code, bytes | stack, bytes |",
         "| --- | --- | --- | --- |",

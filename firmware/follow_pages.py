@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Follows the pages "Link the core into your firmware" to the letter, each in a folder of its own.
 
-A code block whose first line is a comment with a path is written there; a block of the shell is run. What cannot
-be followed for want of a program is said.
+A code block whose first line is a comment with a path is written there; a block of the shell is run. What
+cannot be followed for want of a program is said.
 """
 
 import os

@@ -17,8 +17,8 @@ __all__ = ["ProcessorInTheLoop"]
 class ProcessorInTheLoop:
     """A firmware image under QEMU, to be tested in the place of the rig's own controller.
 
-    The image reads what the sensors report, and writes its valve commands, as those of `firmware/` do; it must
-    have been built with the controller of the rig that it is run with (see `export`). QEMU
+    The image reads what the sensors report, and writes its valve commands, as those of `firmware/` do; it
+    must have been built with the controller of the rig that it is run with (see `export`). QEMU
     (``qemu-system-arm``) must be installed.
 
     Parameters
@@ -41,8 +41,8 @@ class ProcessorInTheLoop:
     ) -> TestRun:
         """Run a test with the firmware as the controller.
 
-        Everything else is that of `eft.simulate`: firmware that computes what the rig's own controller does gives
-        the traces of ``eft.simulate(rig, command, dtype="f32")``, bit for bit.
+        Everything else is that of `eft.simulate`: firmware that computes what the rig's own controller does
+        gives the traces of ``eft.simulate(rig, command, dtype="f32")``, bit for bit.
 
         Parameters
         ----------
@@ -51,7 +51,8 @@ class ProcessorInTheLoop:
         command : Command
             The force to be applied, sampled at the firmware's rate.
         progress : callable, optional
-            Called a few times a second with the samples done and their total; an exception from it ends the run.
+            Called a few times a second with the samples done and their total; an exception from it ends the
+            run.
 
         Raises
         ------

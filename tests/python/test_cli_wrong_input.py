@@ -69,8 +69,8 @@ WRONG = {
     "export of no rig": (["export", "nowhere.toml", "--target", "c"], {}, ["nowhere.toml", "No such file"]),
     "export of more than firmware has": (
         ["export", "test.toml", "--target", "c"],
-        test_toml(paper(("feedforward = false", "feedforward = true"), command="")),
-        ["compensation.feedforward", "true", "must be false for firmware"],
+        test_toml(paper(("computation_delay = 0", "computation_delay = 1"), command="")),
+        ["compensation.computation_delay", "1", "must be 0 for firmware"],
     ),
     # files
     "no such file": (["run", "nowhere.toml"], {}, ["nowhere.toml", "No such file"]),

@@ -30,8 +30,8 @@ use crate::run::{Watch, traces};
 /// Raises
 /// ------
 /// ValueError
-///     If the controller is more than firmware's single step has (feedforward, self-calibration, protection, a
-///     computation delay), or the flow table has more than 21 points for C; the message names the key.
+///     If firmware has to build something around the controller (protection, a computation delay), or the flow
+///     table has more than 21 points for C; the message names the key.
 #[pyfunction]
 #[pyo3(signature = (rig, target, name=None))]
 pub(crate) fn export(rig: &Rig, target: &str, name: Option<&str>) -> PyResult<String> {

@@ -26,8 +26,8 @@ from eft.traces._write import check_folder
 def export(rig: Path, target: Literal["rust", "c"], output: Path | None) -> None:
     """Write the controller of the rig file RIG as a constant, ready to be compiled.
 
-    It runs at the rig's `controller.sample_rate`. Whatever makes the controller more than firmware's step has
-    (feedforward, self-calibration, protection, a computation delay) is refused, never left out.
+    It runs at the rig's `controller.sample_rate`. What firmware has to build around it (protection, a
+    computation delay) is refused, never left out.
     """
     path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
     check_folder(path)
