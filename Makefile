@@ -63,7 +63,7 @@ firmware: ## Build the Cortex-M images, run them under QEMU, budgets against mea
 	@if [ -x firmware/run ]; then exec firmware/run; else echo "firmware/run is not there yet: nothing to build"; fi
 
 bench: $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/performance.md
-	@if ls benches/*.rs >/dev/null 2>&1; then $(CARGO) bench --locked --package eft --bench '*'; fi
+	$(CARGO) bench --locked --package eft-core --bench core
 	$(PY) benches/peers/run.py benches/results.json
 	$(PY) benches/peers/page.py benches/results.json docs
 
