@@ -3,7 +3,7 @@
 //!
 //! Every bench runs one second of a 4096 Hz signal and asserts what came out. On a microcontroller the instructions
 //! count: `make firmware`.
-#![allow(clippy::unwrap_used, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, missing_docs)]
 
 use std::hint::black_box;
 
