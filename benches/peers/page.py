@@ -134,8 +134,9 @@ def text(results):
         "after the other by Runge–Kutta, have a share that grows with the stories and a fixed one.",
         "![Time against duration, rigs and stories](images/performance-growth.png)",
         "## Where the time goes",
-        "Instructions of one tick of one rig with AVX2, counted by `valgrind --tool=callgrind` over the sweep "
-        "and put to the parts by the lines they come from (`benches/profile.json`; counted by hand, not by "
+        "Instructions of one tick of one rig with AVX2, counted by `valgrind --tool=callgrind` "
+        "over the sweep "
+        "and put to the parts by the lines they come from (`benches/profile.json`; counted apart, not by "
         "`make bench`):",
         "\n".join(profile()),
         "\n".join(limit(results)),
