@@ -112,7 +112,7 @@ pub fn run_in_qemu(
                 Err(error) => break Err(error),
             }
             let now = seen.load(Ordering::Relaxed);
-            if now % 2 == 0 || now != last {
+            if now.is_multiple_of(2) || now != last {
                 (last, since) = (now, Instant::now());
             } else if since.elapsed() > PATIENCE {
                 drop(child.kill());
