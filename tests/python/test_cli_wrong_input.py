@@ -31,6 +31,9 @@ def study(text):
     return test_toml(paper() + text)
 
 
+# the first line behind the rig's own
+BEHIND_RIG = paper(command="").count("\n") + 1
+
 # name: (arguments, files to put there first, what the line must contain)
 WRONG = {
     # the command line itself
@@ -87,7 +90,7 @@ WRONG = {
     "key missing in command": (
         ["run", "test.toml"],
         test_toml(paper(command=COMMAND.replace("f_end = 10.0\n", ""))),
-        ["test.toml, line 91, column 1:", "command.f_end", "missing"],
+        [f"test.toml, line {BEHIND_RIG}, column 1:", "command.f_end", "missing"],
     ),
     "key misspelt in command": (
         ["run", "test.toml"],
@@ -267,7 +270,7 @@ WRONG = {
     "study of no list": (
         ["study", "test.toml"],
         study("[study.grid]\nstructure.mass = 7.0\n"),
-        ["test.toml, line 98, column 1:", "structure.mass", "list of values"],
+        [f"test.toml, line {BEHIND_RIG + 7}, column 1:", "structure.mass", "list of values"],
     ),
     "study of words for numbers": (
         ["study", "test.toml"],
