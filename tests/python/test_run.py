@@ -252,7 +252,7 @@ def test_progress_is_told_and_may_stop_the_run():
 
 def test_other_threads_go_on_while_a_test_runs():
     # A thread that counts must get on at nearly its own pace; with the interpreter held it would stand still.
-    command = eft.sine_sweep(2200.0, 0.0, 10.0, 60.0, 4096.0)
+    command = eft.sine_sweep(2200.0, 0.0, 10.0, 300.0, 4096.0)
     worker = threading.Thread(target=eft.simulate, args=(RIG, command))
     worker.start()
     ticks = 0

@@ -11,8 +11,9 @@ use std::f64::consts::TAU;
 /// there are `round(duration·sample_rate)` of them. `f_end` below `f_start` sweeps downwards.
 ///
 /// # Errors
-/// When an argument is not finite, a frequency is negative or above half the sample rate, `duration` or
-/// `sample_rate` is not positive, or the sweep would be empty or longer than [`super::MAX_SAMPLES`].
+/// When an argument or the rate of change of the frequency is not finite, a frequency is negative or above
+/// half the sample rate, `duration` or `sample_rate` is not positive, or the sweep would be empty or longer
+/// than [`super::MAX_SAMPLES`].
 pub fn sine_sweep(
     amplitude: f64,
     f_start: f64,
@@ -32,6 +33,7 @@ pub fn sine_sweep(
     }
     let samples = within_memory((duration * sample_rate).round())?;
     let rate_of_change = (f_end - f_start) / duration;
+    checks::finite("(f_end - f_start) / duration", rate_of_change, "Hz/s")?;
     let value = |i: usize| {
         let t = i as f64 / sample_rate;
         let cycles = (f_start + 0.5 * rate_of_change * t) * t;
@@ -77,6 +79,7 @@ mod tests {
         assert!(text(1.0, 0.0, 1.0, 0.0, 10.0).starts_with("duration = 0"));
         assert!(text(1.0, 0.0, 1.0, 1.0, f64::INFINITY).starts_with("sample_rate = inf"));
         assert!(text(1.0, 0.0, 1.0, 1e-9, 10.0).starts_with("number of samples = 0"));
+        assert!(text(0.0, 0.0, 1e4, 1e-305, 1.79e308).starts_with("(f_end - f_start) / duration = inf"));
         assert!(text(1.0, 0.0, 1.0, 1e9, 1e9).starts_with("number of samples = "));
     }
 }
