@@ -77,7 +77,7 @@ dist: $(VENV)/.made ## Build the wheel and the source distribution
 	$(BIN)/maturin build --release --locked --out dist
 	$(BIN)/maturin sdist --out dist
 
-dist-check: dist ## Install both as a stranger would, the wheel without Rust, and run a test
+dist-check: dist ## Install both as a stranger would, the wheel without Rust, and run a test; build the packaged crates
 	.ci/dist-check
 
 clean: ## Remove everything that was built
