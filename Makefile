@@ -56,7 +56,7 @@ lint-rust: $(VENV)/.made
 lint-python: $(VENV)/.extra-lint $(VENV)/.extra-test
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy python/eft
+	$(BIN)/mypy
 	$(PY) -m mypy.stubtest eft._native
 
 firmware: ## Build the Cortex-M images, run them under QEMU, budgets against measurements

@@ -4,7 +4,7 @@ Functions that end in a number lay out a whole page in the manner of that
 figure of the paper and return the matplotlib figure, ready for `savefig`.
 """
 
-from eft.plots._signals import Response
+from eft._signals import Response
 from eft.plots.histories import (
     SPOOL_ADVICE,
     displacement_history,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eft.plots._signals import Array, Response, commands, inside, labelled
+from eft._signals import Array, Response, commands, inside, labelled
 from eft.plots._style import COMMAND, IDEAL, LIMIT, axes_or_new, finish, lines_for
 
 if TYPE_CHECKING:

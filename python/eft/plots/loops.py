@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from eft.plots._signals import inside, restoring_force
+from eft._signals import inside, restoring_force
 from eft.plots._style import BLUE, axes_or_new, finish
 
 if TYPE_CHECKING:

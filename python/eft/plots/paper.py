@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
+from eft._signals import Response
 from eft.plots import histories, loops, planning, spectra
-from eft.plots._signals import Response
 from eft.plots._style import page, printed
 
 if TYPE_CHECKING:

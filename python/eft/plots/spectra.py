@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from eft.plots._signals import amplitude_spectrum, commands, labelled, sample_step
+from eft._signals import amplitude_spectrum, commands, labelled, sample_step
 from eft.plots._style import COMMAND, LIMIT, axes_or_new, finish, lines_for
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft._run import TestRun
+from eft._signals import commands, restoring_force
 from eft._verdict import SPOOL_ADVICE
-from eft.plots._signals import commands, restoring_force
 
 Array = NDArray[np.float64]
 

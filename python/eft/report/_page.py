@@ -12,8 +12,8 @@ from pathlib import Path
 
 from eft._files import write_text
 from eft._run import TestRun
+from eft._signals import labelled
 from eft._verdict import judge
-from eft.plots._signals import labelled
 from eft.report._charts import Page, draw
 
 _METRICS = {
