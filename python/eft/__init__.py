@@ -57,16 +57,8 @@ from eft._native import (
     tapered,
     valve_test,
 )
-from eft._run import (
-    Coherence,
-    EnergyBalance,
-    FftRatio,
-    IdealResponse,
-    TestRun,
-    energy_balance,
-    ideal_response,
-    simulate,
-)
+from eft._run import Coherence, FftRatio, TestRun
+from eft._simulate import EnergyBalance, IdealResponse, energy_balance, ideal_response, simulate
 from eft._status import Status
 from eft._study import LatinHypercube, Sobol, Study, study
 

@@ -1,9 +1,8 @@
-"""A test on the virtual rig and what it leaves behind."""
+"""What a test on the virtual rig leaves behind."""
 
 from __future__ import annotations
 
-import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, reduce
 from os import PathLike
@@ -13,34 +12,17 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from eft import _native
-from eft._files import beside
-from eft._native import Command, Rig, __version__
+from eft import _native, _run_file
+from eft._native import Rig
 from eft._status import Status
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = [
-    "Coherence",
-    "EnergyBalance",
-    "FftRatio",
-    "IdealResponse",
-    "TestRun",
-    "energy_balance",
-    "ideal_response",
-    "simulate",
-]
+__all__ = ["Coherence", "FftRatio", "TestRun"]
 
 Array = NDArray[np.float64]
 Dtype = Literal["f32", "f64"]
-Method = Literal["exponential", "runge-kutta"]
-
-_CONVERGED_STEP = 1.0 / 65_536.0
-"""Largest integration step of a converged run, s."""
-
-_FORMAT = 1
-"""Of the files that `TestRun.save` writes."""
 
 
 class FftRatio(NamedTuple):
@@ -59,17 +41,6 @@ class Coherence(NamedTuple):
     """In Hz."""
     coherence: Array
     """Magnitude squared, from 0 to 1."""
-
-
-class IdealResponse(NamedTuple):
-    """What the structure does under the command applied without error."""
-
-    time: Array
-    """In s."""
-    displacement: Array
-    """In m."""
-    velocity: Array
-    """In m/s."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -183,8 +154,14 @@ class TestRun:
         if not self.command.any():
             raise ValueError("command is zero at every sample of every actuator: nothing to judge by")
 
-    def metrics(self) -> dict[str, Any]:
+    def metrics(self, *, fft: bool = True) -> dict[str, Any]:
         """Judge the true force against the command.
+
+        Parameters
+        ----------
+        fft : bool
+            Whether to compute the metrics that need a Fourier transform too: ``delay``,
+            ``nrmse_delay_removed`` and the three of the evaluation index. They take longer than the test.
 
         Returns
         -------
@@ -205,12 +182,12 @@ class TestRun:
         if self.command.ndim > 1:
             self._check_command()
             each = [
-                run.metrics() if run.command.any() else {"max_spool": float(np.abs(run.spool).max())}
+                run.metrics(fft=fft) if run.command.any() else {"max_spool": float(np.abs(run.spool).max())}
                 for run in self._actuators
             ]
             names = max(each, key=len)
             return {name: np.array([metrics.get(name, np.nan) for metrics in each]) for name in names}
-        answer = _native.metrics(self.command, self.force, self.sample_rate)
+        answer = _native.metrics(self.command, self.force, self.sample_rate, fft)
         answer["max_spool"] = float(np.abs(self.spool).max())
         return answer
 
@@ -291,18 +268,7 @@ class TestRun:
         pathlib.Path
             `path`, as it was given: no suffix is added.
         """
-        target = Path(path)
-        about: dict[str, Any] = {
-            "format": np.int64(_FORMAT),
-            "version": np.array(self.version),
-            "rig": np.array(self.rig.to_toml()),
-            "seed": np.int64(self.seed),
-            "dtype": np.array(self.dtype),
-            "sample_rate": np.float64(self.sample_rate),
-        }
-        with beside(target) as temporary, temporary.open("wb") as file:
-            np.savez(file, allow_pickle=False, **about, **{name: getattr(self, name) for name in _TRACES})
-        return target
+        return _run_file.write(self, _TRACES, Path(path))
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> TestRun:
@@ -315,48 +281,7 @@ class TestRun:
         ValueError
             If the file is not a saved test, is damaged, or is of a later format; the message says which.
         """
-        source = Path(path)
-        with source.open("rb") as file:
-            try:
-                stored = np.load(file, allow_pickle=False)
-                if not isinstance(stored, np.lib.npyio.NpzFile):
-                    raise ValueError("a single array")
-                with stored as archive:
-                    return cls._from_archive({name: archive[name] for name in archive.files})
-            except (
-                ValueError,
-                KeyError,
-                EOFError,
-                MemoryError,
-                zipfile.BadZipFile,
-                NotImplementedError,
-            ) as error:
-                reason = f"has no {error}" if isinstance(error, KeyError) else str(error)
-                if "pickle" in reason:
-                    reason = "no archive of arrays"  # NumPy's guess is advice that nobody should follow
-                raise ValueError(f"{source}: not a test saved by eft: {reason}") from None
-
-    @classmethod
-    def _from_archive(cls, stored: dict[str, NDArray[Any]]) -> TestRun:
-        if (version := int(stored["format"])) > _FORMAT:
-            raise ValueError(
-                f"format {version} is later than {_FORMAT}, the latest this version of eft reads"
-            )
-        shape = stored["command"].shape
-        for name in _TRACES:
-            wanted = np.uint32 if name == "status" else np.float64
-            if stored[name].dtype != wanted or stored[name].shape != shape or not shape:
-                raise ValueError(f"{name} is {stored[name].dtype} of shape {stored[name].shape}")
-        dtype = str(stored["dtype"])
-        if dtype not in ("f32", "f64"):
-            raise ValueError(f"dtype is {dtype!r}")
-        return cls(
-            rig=Rig(str(stored["rig"])),
-            sample_rate=float(stored["sample_rate"]),
-            dtype=cast(Dtype, dtype),
-            version=str(stored["version"]),
-            **{name: stored[name] for name in _TRACES},
-        )
+        return cls(**_run_file.read(Path(path), _TRACES))
 
     def __iter__(self) -> Iterator[Array]:
         return iter((self.time, self.force))
@@ -371,113 +296,3 @@ class TestRun:
 
 _TRACES = tuple(field.name for field in fields(TestRun))[4:]
 """The fields that are arrays: all behind `version`."""
-
-
-def simulate(
-    rig: Rig,
-    command: Command,
-    dtype: Dtype = "f64",
-    *,
-    method: Method | None = None,
-    largest_step: float | None = None,
-    converged: bool = False,
-    progress: Callable[[int, int], object] | None = None,
-) -> TestRun:
-    """Run a test on the virtual rig; the digital side runs at the command's sample rate.
-
-    Other threads go on meanwhile, and Ctrl-C stops the run.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig to be tested.
-    command : Command
-        The force to be applied; for a shear building (actuators, samples), the ground floor's first. There
-        every floor has the rig's actuator and noise of its own, all share the supply, and when the
-        protection of one trips, all others trip at the next sample.
-    dtype : {"f64", "f32"}
-        Precision of the controller; the plant is always computed in double precision.
-    method : {"exponential", "runge-kutta"}, optional
-        How the plant is carried through a step. "exponential", the default, takes its linear part exactly and
-        evaluates the load flow once a step. "runge-kutta" is the classical method of fourth order: a half to
-        a third of the error for four evaluations. A rig with effects beyond the paper's model takes
-        Runge–Kutta steps whatever is asked for.
-    largest_step : float, optional
-        Largest integration step, s; a sample period is cut into equal steps no longer than this. The default
-        of 1/4096 s keeps the force of the paper's tests within 1e-4 of its peak of the converged answer;
-        halving it divides the error by three at least.
-    converged : bool
-        Whether to run with Runge–Kutta steps of 1/65536 s, against which the other choices are judged: about
-        twenty times as long. It takes the place of the two above.
-    progress : callable, optional
-        Called a few times a second with the samples done and their total; an exception from it ends the run.
-
-    Returns
-    -------
-    TestRun
-        With as many samples as the command, or fewer if the state stopped being finite (see `success`).
-
-    Raises
-    ------
-    ValueError
-        If an argument is not allowed; the message names it.
-    """
-    if converged:
-        for name, value in (("method", method), ("largest_step", largest_step)):
-            if value is not None:
-                raise ValueError(
-                    f"{name} = {value!r}: must be left out of a converged run, which has its own"
-                )
-        method, largest_step = "runge-kutta", _CONVERGED_STEP
-    traces = _native.simulate(
-        rig, command, dtype, progress, method=method or "exponential", largest_step=largest_step
-    )
-    return TestRun(rig=rig, sample_rate=command.sample_rate, dtype=dtype, version=__version__, **traces)
-
-
-def ideal_response(rig: Rig, command: Command) -> IdealResponse:
-    """Compute what the rig's structure would do if the command were applied without error.
-
-    The structure starts at rest; the command is linear between samples. Of a shear building displacement and
-    velocity are (actuators, samples).
-    """
-    return IdealResponse(command.time, *_native.ideal_response(rig, command))
-
-
-@dataclass(frozen=True, kw_only=True)
-class EnergyBalance:
-    """Where the hydraulic work of a test went, all in J: ``supplied + swept = dissipated + stored``."""
-
-    supplied: float
-    """Work of the pump."""
-    swept: float
-    """Work of chambers that change their volume while under pressure, which Eq. (7) leaves out."""
-    droop: float
-    """Lost by the droop of the supply."""
-    valve: float
-    """Throttled in the main stage."""
-    leakage: float
-    """Lost by leakage, in the valve and across the piston."""
-    friction: float
-    """Lost in the seals."""
-    stops: float
-    """Lost in the end stops."""
-    damping: float
-    """Lost in the structure's dampers."""
-    hysteresis: float
-    """Taken by the part of the structure that yields, most of it for good."""
-    stored: float
-    """What oil, accumulator, structure and stops hold more than at the start."""
-    dissipated: float
-    """All that was lost: from `droop` to `hysteresis`."""
-    gap: float
-    """What the books leave open, over the work supplied; zero but for the error of the integration."""
-
-
-def energy_balance(rig: Rig, command: Command, *, largest_step: float | None = None) -> EnergyBalance:
-    """Run a test with the books of its energy, in Runge–Kutta steps no longer than `largest_step` (s).
-
-    The default of 1/4096 s is that of `simulate`. The gap shrinks with the step: it tells how far the
-    integration can be trusted. The actuators of a shear building share one balance.
-    """
-    return EnergyBalance(**_native.energy_balance(rig, command, largest_step))

@@ -1,31 +1,14 @@
-"""`eft.study`: which rows there are, what stands in them, and that nothing is lost."""
+"""`eft.study`: which rows there are and what stands in them."""
 
 import itertools
-import json
 import math
-import signal
-import subprocess
-import sys
-import textwrap
-import time
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
-import pyarrow.parquet
 import pytest
 
 import eft
-
-RIG = eft.Rig.zhao2005()
-COMMAND = eft.sine_sweep(amplitude=8900.0, f_start=0.5, f_end=4.0, duration=1.0, sample_rate=1024.0)
-GRID = {"compensation.mode": ["off", "linear", "nonlinear"], "servovalve.flow_gain_scale": [0.95, 1.0]}
-
-
-def rows(study):
-    return list(study)
+from studies import COMMAND, GRID, RANGES, RIG, rows
 
 
 def test_a_grid_has_every_value_with_every_other_and_the_metrics_of_each_run():
@@ -71,13 +54,6 @@ def test_a_list_fills_in_what_a_combination_does_not_name():
     assert list(study["structure.damping"]) == [5000.0, RIG["structure.damping"]]
     assert list(study["compensation.level"]) == [RIG["compensation.level"], 0.9]
     assert study.rig(1) == RIG.replace({"compensation.level": 0.9})
-
-
-RANGES = {
-    "servovalve.flow_gain_scale": (0.9, 1.1),
-    "actuator.leakage": (1e-13, 1e-11, "log"),
-    "compensation.mode": ["linear", "nonlinear"],
-}
 
 
 def test_a_latin_hypercube_visits_every_part_once():
@@ -186,223 +162,6 @@ def test_progress_counts_up_to_the_total():
     seen = []
     eft.study(RIG, COMMAND, GRID, chunk=4, progress=lambda done, total: seen.append((done, total)))
     assert seen == [(4, 6), (6, 6)]
-
-
-def test_a_building_has_one_row_with_its_worst_floor():
-    stories = {"masses": [7e3, 6e3], "dampings": [5e3, 4e3], "stiffnesses": [2.6e6, 2.3e6]}
-    rig = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
-    command = eft.Command(np.stack([COMMAND.values * 0.2, COMMAND.values * 0.1]), COMMAND.sample_rate)
-    study = eft.study(rig, command, {"compensation.level": [0.9, -1.0]}, traces=True)
-    run = eft.simulate(rig.replace({"compensation.level": 0.9}), command)
-    assert study.row(0)["nrmse"] == run.metrics()["nrmse"].max()
-    assert study.row(1)["status"] == "refused" and (study.run(0).force == run.force).all()
-
-
-# --- folders ---
-
-
-def test_a_folder_is_read_by_pandas_and_carries_what_made_it(tmp_path):
-    sampler = eft.LatinHypercube(RANGES, n=5, seed=7)
-    study = eft.study(RIG, COMMAND, sampler, output=tmp_path / "s", chunk=2)
-    table = pd.read_parquet(tmp_path / "s")
-    pd.testing.assert_frame_equal(
-        table.astype(object).where(table.notna(), None),
-        pd.DataFrame(rows(study), dtype=object).where(lambda frame: frame.notna(), None),
-        check_dtype=False,
-    )
-    schema = pyarrow.parquet.read_schema(tmp_path / "s" / "part-000001.parquet")
-    metadata = {key.decode(): value.decode() for key, value in schema.metadata.items()}
-    assert metadata["eft.version"] == eft.__version__ and metadata["eft.seed"] == "7"
-    assert len(metadata["eft.configuration"]) == 64
-    assert eft.Rig.from_dict(json.loads(metadata["eft.rig"])) == RIG
-    assert schema.field("actuator.leakage").metadata[b"doc"]
-    assert schema.field("delay").metadata[b"unit"] == b"s"
-    assert rows(eft.Study.load(tmp_path / "s")) == rows(study) == rows(eft.study(RIG, COMMAND, sampler))
-
-
-def test_a_resumed_study_computes_only_what_is_missing(tmp_path):
-    whole = rows(eft.study(RIG, COMMAND, GRID, output=tmp_path / "s", chunk=2))
-    (tmp_path / "s" / "part-000001.parquet").unlink()
-    (tmp_path / "s" / ".part-000001-half.parquet").write_text("half")
-    partial = eft.Study.load(tmp_path / "s")
-    assert (len(partial), partial.complete, [r["index"] for r in partial]) == (4, False, [0, 1, 4, 5])
-    assert "2 to come" in repr(partial)
-    with pytest.raises(IndexError, match="not run yet"):
-        partial.row(2)
-    stamps = {part: part.stat().st_mtime_ns for part in (tmp_path / "s").glob("part-*")}
-    seen = []
-    study = eft.study(RIG, COMMAND, GRID, output=tmp_path / "s", progress=lambda *at: seen.append(at))
-    assert rows(study) == whole and study.complete
-    assert seen == [(6, 6)]
-    assert {part: part.stat().st_mtime_ns for part in stamps} == stamps
-    assert not list((tmp_path / "s").glob(".part*"))
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"rig": RIG.replace({"structure.damping": 5e3})}, ["rig.structure.damping", "5000.0 here"]),
-        ({"command": eft.Command(COMMAND.values * 2, 1024.0)}, ["commands.command.sha256"]),
-        ({"command": {"other": COMMAND}}, ["commands.other is only here"]),
-        ({"parameters": GRID | {"compensation.mode": ["off"]}}, ["parameters.values.compensation.mode"]),
-        ({"parameters": [{}]}, ["parameters.kind", "'list' here"]),
-        ({"dtype": "f32"}, ["dtype is 'f64' there, 'f32' here"]),
-        ({"traces": True}, ["traces"]),
-    ],
-)
-def test_another_configuration_is_refused_naming_what_differs(tmp_path, change, words):
-    eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")
-    before = {path: path.read_bytes() for path in (tmp_path / "s").iterdir()}
-    arguments = {"rig": RIG, "command": COMMAND, "parameters": GRID} | change
-    with pytest.raises(ValueError, match="cannot be resumed") as caught:
-        eft.study(**arguments, output=tmp_path / "s")
-    for word in words:
-        assert word in str(caught.value)
-    assert {path: path.read_bytes() for path in (tmp_path / "s").iterdir()} == before
-
-
-def test_another_version_is_refused(tmp_path):
-    eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")
-    about = tmp_path / "s" / "_study.json"
-    about.write_text(about.read_text().replace(f'"version": "{eft.__version__}"', '"version": "0.0.9"'))
-    with pytest.raises(ValueError, match=r"version is '0\.0\.9' there"):
-        eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")
-
-
-def test_a_folder_of_something_else_is_left_alone(tmp_path):
-    (tmp_path / "thesis.tex").write_text("words")
-    with pytest.raises(ValueError, match="other files"):
-        eft.study(RIG, COMMAND, GRID, output=tmp_path)
-    with pytest.raises(ValueError, match="not a study"):
-        eft.Study.load(tmp_path)
-    with pytest.raises(NotADirectoryError):
-        eft.study(RIG, COMMAND, GRID, output=tmp_path / "thesis.tex")
-
-
-def test_damaged_files_are_named(tmp_path):
-    eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")
-    part = tmp_path / "s" / "part-000000.parquet"
-    part.write_bytes(part.read_bytes()[:100])
-    with pytest.raises(ValueError, match=r"part-000000\.parquet: damaged"):
-        eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")
-    (tmp_path / "s" / "_study.json").write_text("{")
-    with pytest.raises(ValueError, match=r"_study\.json: damaged"):
-        eft.Study.load(tmp_path / "s")
-
-
-STUDY = textwrap.dedent("""
-    import sys, eft
-    command = eft.sine_sweep(amplitude=8900.0, f_start=0.5, f_end=4.0, duration=8.0, sample_rate=2048.0)
-    eft.study(eft.Rig.zhao2005(), command, {"compensation.level": [0.5 + i / 100 for i in range(50)]},
-              output=sys.argv[1], chunk=1)
-""")
-
-
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_a_kill_loses_at_most_the_chunk_in_flight(tmp_path, how):
-    script = tmp_path / "study.py"
-    script.write_text(STUDY)
-    folder = tmp_path / "s"
-    process = subprocess.Popen([sys.executable, script, folder], stderr=subprocess.PIPE)
-    deadline = time.monotonic() + 60
-    while len(list(folder.glob("part-*"))) < 3 and time.monotonic() < deadline:
-        time.sleep(0.01)
-    process.send_signal(how)
-    process.communicate(timeout=60)
-    assert process.returncode != 0, "the study ended before it was interrupted"
-    kept = rows(eft.Study.load(folder))
-    assert 3 <= len(kept) < 50
-    assert [row["index"] for row in kept] == list(range(len(kept)))
-    subprocess.run([sys.executable, script, folder], check=True, timeout=120)
-    whole = eft.Study.load(folder)
-    assert whole.complete and rows(whole)[: len(kept)] == kept
-
-
-def test_a_second_process_is_kept_out(tmp_path):
-    seen = []
-
-    def meanwhile(*_):
-        with pytest.raises(ValueError, match="another process"):
-            eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")
-        seen.append(1)
-
-    eft.study(RIG, COMMAND, GRID, output=tmp_path / "s", progress=meanwhile)
-    assert seen
-
-
-# --- executors ---
-
-
-@pytest.mark.parametrize("workers", [1, 2, 3])
-@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
-def test_rows_are_the_same_whatever_the_engine(pool, workers, tmp_path):
-    here = rows(eft.study(RIG, COMMAND, GRID))
-    with pool(workers) as executor:
-        study = eft.study(RIG, COMMAND, GRID, executor=executor, chunk=1, output=tmp_path / "s")
-    assert rows(study) == here
-
-
-class Treacherous(Executor):
-    """Breaks on some tests, whatever they come with."""
-
-    def __init__(self, bad, error):
-        self.bad, self.error = bad, error
-
-    def submit(self, fn, /, *args, **kwargs):
-        future = Future()
-        if self.bad & {test.index for test in args[0].tests}:
-            future.set_exception(self.error)
-        else:
-            future.set_result(fn(*args, **kwargs))
-        return future
-
-
-def test_a_test_that_takes_its_worker_along_loses_no_other(tmp_path):
-    here = rows(eft.study(RIG, COMMAND, GRID))
-    executor = Treacherous({4}, RuntimeError("worker died"))
-    study = eft.study(RIG, COMMAND, GRID, executor=executor, chunk=3, output=tmp_path / "s")
-    assert [r["status"] for r in study] == ["completed"] * 4 + ["failed", "completed"]
-    assert study.row(4)["error"] == "RuntimeError: worker died"
-    assert [r for r in study if r["index"] != 4] == [r for r in here if r["index"] != 4]
-    # What failed by accident is tried again.
-    assert rows(eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")) == here
-
-
-def test_a_broken_pool_ends_the_study_and_keeps_what_was_done(tmp_path):
-    executor = Treacherous({4}, BrokenProcessPool("gone"))
-    with pytest.raises(BrokenProcessPool):
-        eft.study(RIG, COMMAND, GRID, executor=executor, chunk=1, output=tmp_path / "s")
-    assert len(eft.Study.load(tmp_path / "s")) > 0
-    assert rows(eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")) == rows(eft.study(RIG, COMMAND, GRID))
-
-
-def test_a_worker_of_another_version_is_an_error(monkeypatch):
-    monkeypatch.setattr("eft._study._rows.__version__", "0.0.9")
-    with pytest.raises(Exception, match=r"0\.0\.9 on the worker: must be"):
-        eft.study(RIG, COMMAND, GRID, executor=Treacherous(set(), None))
-
-
-def test_memory_does_not_grow_with_the_number_of_tests(tmp_path):
-    script = tmp_path / "study.py"
-    script.write_text(
-        textwrap.dedent("""
-        import resource, sys, eft
-        command = eft.sine_sweep(amplitude=8900.0, f_start=0.5, f_end=4.0, duration=2.0, sample_rate=1024.0)
-        def run(n):
-            levels = [0.5 + i / 10000 for i in range(n)]
-            folder = f"{sys.argv[1]}/{n}"
-            eft.study(eft.Rig.zhao2005(), command, {"compensation.level": levels}, output=folder, chunk=16)
-            return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        few = run(64)
-        print(few, run(640))
-    """)
-    )
-    done = subprocess.run(
-        [sys.executable, script, tmp_path], check=True, timeout=120, capture_output=True, text=True
-    )
-    few, many = map(int, done.stdout.split())
-    # 576 more runs of 2048 samples and 18 traces would be 170 MB.
-    assert many - few < 20_000, (few, many)
 
 
 def test_the_repr_tells_how_it_went():

@@ -7,7 +7,7 @@ use eft_sim::closed_loop::{
     self, DEFAULT_STEP, Method, building_energy_balance, ideal_building_response, simulate_building,
 };
 use eft_sim::config::StructureKind;
-use eft_sim::metrics::{self as judge, Metrics};
+use eft_sim::metrics::{self as judge, Metrics, TimeMetrics};
 use eft_sim::{RigConfig, SimulateOptions, TestRun};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -178,19 +178,25 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
     Ok(traces)
 }
 
-/// The metrics of a force against its command, by name; NaN where a metric has no answer.
+/// The metrics of a force against its command, by name; NaN where a metric has no answer. Without `fft` there are only
+/// those that need no Fourier transform.
 #[pyfunction]
+#[pyo3(signature = (command, force, sample_rate, fft=true))]
 pub(crate) fn metrics<'py>(
     py: Python<'py>,
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
     sample_rate: f64,
+    fft: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
-    let judged = py.detach(|| Metrics::new(&command, &force, sample_rate)).map_err(to_python)?;
+    let judged = py.detach(|| match fft {
+        true => Metrics::new(&command, &force, sample_rate).map(|metrics| metrics.all().to_vec()),
+        false => TimeMetrics::new(&command, &force).map(|metrics| metrics.all().to_vec()),
+    });
     let answer = PyDict::new(py);
     // Every key every time, so that the rows of a study have the same columns.
-    for (name, value, _) in judged.all() {
+    for (name, value, _) in judged.map_err(to_python)? {
         answer.set_item(name, value.unwrap_or(f64::NAN))?;
     }
     Ok(answer)

@@ -14,10 +14,11 @@ from tqdm import tqdm
 
 from eft._native import Command, Rig
 from eft._run import Dtype
+from eft._study._batch import run_batch
 from eft._study._combinations import combinations_of
 from eft._study._plan import Batch, Plan
 from eft._study._result import Study
-from eft._study._rows import Outcome, WrongVersionError, columns, failed_row, run_batch
+from eft._study._rows import Outcome, WrongVersionError, columns, failed_row
 from eft._study._samplers import Sampler
 from eft._study._store import Folder, Memory
 

@@ -1,0 +1,77 @@
+"""A test as a file: a NumPy archive of its traces, with the rig as TOML among them."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eft._files import beside
+from eft._native import Rig
+
+if TYPE_CHECKING:
+    from eft._run import TestRun
+
+_FORMAT = 1
+
+
+def write(run: TestRun, traces: Sequence[str], path: Path) -> Path:
+    """Write a run with its traces, by the names of the fields; returns the path."""
+    about: dict[str, Any] = {
+        "format": np.int64(_FORMAT),
+        "version": np.array(run.version),
+        "rig": np.array(run.rig.to_toml()),
+        "seed": np.int64(run.seed),
+        "dtype": np.array(run.dtype),
+        "sample_rate": np.float64(run.sample_rate),
+    }
+    with beside(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, allow_pickle=False, **about, **{name: getattr(run, name) for name in traces})
+    return path
+
+
+def read(path: Path, traces: Sequence[str]) -> dict[str, Any]:
+    """Every field of a run that `write` wrote; ValueError where the file is something else."""
+    with path.open("rb") as file:
+        try:
+            stored = np.load(file, allow_pickle=False)
+            if not isinstance(stored, np.lib.npyio.NpzFile):
+                raise ValueError("a single array")
+            with stored as archive:
+                return _fields({name: archive[name] for name in archive.files}, traces)
+        except (
+            ValueError,
+            KeyError,
+            EOFError,
+            MemoryError,
+            zipfile.BadZipFile,
+            NotImplementedError,
+        ) as error:
+            reason = f"has no {error}" if isinstance(error, KeyError) else str(error)
+            if "pickle" in reason:
+                reason = "no archive of arrays"  # NumPy's guess is advice that nobody should follow
+            raise ValueError(f"{path}: not a test saved by eft: {reason}") from None
+
+
+def _fields(stored: dict[str, NDArray[Any]], traces: Sequence[str]) -> dict[str, Any]:
+    if (version := int(stored["format"])) > _FORMAT:
+        raise ValueError(f"format {version} is later than {_FORMAT}, the latest this version of eft reads")
+    shape = stored["command"].shape
+    for name in traces:
+        wanted = np.uint32 if name == "status" else np.float64
+        if stored[name].dtype != wanted or stored[name].shape != shape or not shape:
+            raise ValueError(f"{name} is {stored[name].dtype} of shape {stored[name].shape}")
+    dtype = str(stored["dtype"])
+    if dtype not in ("f32", "f64"):
+        raise ValueError(f"dtype is {dtype!r}")
+    return {
+        "rig": Rig(str(stored["rig"])),
+        "sample_rate": float(stored["sample_rate"]),
+        "dtype": dtype,
+        "version": str(stored["version"]),
+        **{name: stored[name] for name in traces},
+    }

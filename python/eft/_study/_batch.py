@@ -1,0 +1,119 @@
+"""Runs the tests of a batch on this machine's cores, and makes a row of each."""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from eft._native import BatchResult, Command, Rig, __version__, simulate_batch
+from eft._run import TestRun
+from eft._simulate import simulate
+from eft._status import Status
+from eft._study._plan import Batch, Test, scaled
+from eft._study._rows import Outcome, WrongVersionError, failed_row, row_of, status_of
+from eft._study._values import SCALE, Changes
+
+
+def run_batch(batch: Batch, threads: int | None = None) -> list[Outcome]:
+    """Run some tests, here or on a worker; each failure stays with its own test."""
+    if batch.version != __version__:
+        raise WrongVersionError(f"eft {__version__} on the worker: must be {batch.version}, as here")
+    return _buildings(batch, threads) if batch.of_buildings else _single_actuators(batch, threads)
+
+
+def _changes(test: Test) -> Changes:
+    return {key: value for key, value in test.changes.items() if key != SCALE}
+
+
+def _single_actuators(batch: Batch, threads: int | None) -> list[Outcome]:
+    outcomes: dict[int, Outcome] = {}
+    ready: list[tuple[Test, Rig, Command]] = []
+    for test in batch.tests:
+        try:
+            rig = batch.rig.replace(_changes(test))
+            ready.append((test, rig, scaled(batch.commands[test.command], test.changes)))
+        except ValueError as error:
+            outcomes[test.index] = Outcome(failed_row(test, "refused", error), None)
+    if ready:
+        tests, rigs, commands = zip(*ready, strict=True)
+        results = simulate_batch(
+            rigs, commands, dtype=batch.dtype, threads=threads, traces=batch.traces, fft=batch.fft
+        )
+        for test, rig, command, result in zip(tests, rigs, commands, results, strict=True):
+            outcomes[test.index] = _outcome(batch, test, rig, command, result)
+    return [outcomes[test.index] for test in batch.tests]
+
+
+def _outcome(batch: Batch, test: Test, rig: Rig, command: Command, result: BatchResult | str) -> Outcome:
+    if isinstance(result, str):
+        return Outcome(failed_row(test, "refused", ValueError(result)), None)
+    status, reason = status_of(Status(result.status))
+    row = row_of(test, result.metrics, status, result.status, result.samples, reason)
+    if result.traces is None:
+        return Outcome(row, None)
+    return Outcome(
+        row,
+        TestRun(
+            rig=rig,
+            sample_rate=command.sample_rate,
+            dtype=batch.dtype,
+            version=__version__,
+            **result.traces,
+        ),
+    )
+
+
+class _Stopped(Exception):  # noqa: N818 - no error: somebody pressed Ctrl-C
+    pass
+
+
+def _buildings(batch: Batch, threads: int | None) -> list[Outcome]:
+    """Tests with an actuator on every floor, one a thread: the core runs without the interpreter's lock."""
+    stop = threading.Event()
+
+    def watch(_done: int, _total: int) -> None:
+        if stop.is_set():
+            raise _Stopped
+
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        try:
+            return list(pool.map(partial(_building, batch, watch), batch.tests))
+        except BaseException:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _building(batch: Batch, watch: Any, test: Test) -> Outcome:
+    """One test with an actuator on every floor; each metric is that of the floor where it is largest."""
+    try:
+        command = scaled(batch.commands[test.command], test.changes)
+        run = simulate(batch.rig.replace(_changes(test)), command, batch.dtype, progress=watch)
+        metrics = _metrics(run, batch.fft)
+    except ValueError as error:
+        return Outcome(failed_row(test, "refused", error), None)
+    status, reason = status_of(run.flags)
+    row = row_of(test, metrics, status, int(run.flags), len(run), reason)
+    return Outcome(row, run if batch.traces else None)
+
+
+def _metrics(run: TestRun, fft: bool) -> dict[str, float]:
+    try:
+        return {name: _worst(values) for name, values in run.metrics(fft=fft).items()}
+    except ValueError:
+        if run.success:
+            raise
+        # What diverged can be too large to be judged.
+        return {"max_spool": _worst(np.abs(run.spool).max(axis=-1))}
+
+
+def _worst(values: Any) -> float:
+    numbers = np.atleast_1d(values)
+    numbers = numbers[~np.isnan(numbers)]
+    return float(numbers[np.argmax(np.abs(numbers))]) if numbers.size else math.nan
