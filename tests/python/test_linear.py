@@ -1,5 +1,8 @@
 """Linear models against matrices written down here from the equations, with numpy's eigenvalues."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from scipy.linalg import expm, solve_discrete_are
@@ -208,3 +211,18 @@ def test_the_observers_gains_are_scipys(rate, drift):
     p = solve_discrete_are(a.T, c.T, q, np.eye(1))
     expected = (p @ c.T / (c @ p @ c.T + 1)).ravel()
     np.testing.assert_allclose(eft.observer_gains(rig, rate), expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("sampled", [False, True])
+def test_a_model_is_pickled_whole(sampled):
+    rig = RIG.replace({"compensation.computation_delay": 2, "servovalve.overlap": 0.01})
+    model = eft.linearize(rig, sampled=sampled)
+    for other in (pickle.loads(pickle.dumps(model)), copy.deepcopy(model)):
+        for name in ("A", "B", "C", "D"):
+            np.testing.assert_array_equal(getattr(other, name), getattr(model, name))
+        for name in ("states", "inputs", "outputs", "left_out", "sample_time"):
+            assert getattr(other, name) == getattr(model, name)
+        np.testing.assert_array_equal(other.poles(), model.poles())
+    make, (matrices, names, sample_time) = model.__reduce__()
+    with pytest.raises(ValueError, match="must be as it was pickled"):
+        make((*matrices[:2], matrices[0], matrices[3]), names, sample_time)

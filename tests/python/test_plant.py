@@ -1,6 +1,8 @@
 """The plant sample by sample, and a structure from outside."""
 
+import copy
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -59,3 +61,9 @@ def test_what_cannot_be_is_refused():
         eft.Plant(RIG, -1.0)
     with pytest.raises(ValueError, match=r"^displacement = "):
         eft.Plant(RIG, RATE, lambda force, dt: (math.inf, 0.0)).step(0.1)
+
+
+def test_a_plant_says_why_it_is_not_pickled():
+    for carry in (pickle.dumps, copy.copy, copy.deepcopy):
+        with pytest.raises(TypeError, match=r"eft\.Plant cannot be pickled or copied: make another one"):
+            carry(eft.Plant(RIG))

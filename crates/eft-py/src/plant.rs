@@ -3,6 +3,7 @@
 use eft_sim::SimulateOptions;
 use eft_sim::closed_loop::{BuildingStepper, PlantReading, PlantStepper};
 use numpy::PyArray1;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use crate::arrays;
@@ -25,6 +26,11 @@ use crate::run::is_building;
 ///     sample in N and its length in s, it gives displacement (m) and velocity (m/s) at its end. In between the
 ///     piston moves with the velocity extrapolated from the last two answers, so that half the sample period leaves
 ///     a quarter of the error of the exchange.
+///
+/// Notes
+/// -----
+/// It can be neither pickled nor copied: what is inside valve, oil and structure is more than `state` tells. Make another
+/// one of the same rig, and repeat the valve commands where it has to be as far.
 #[pyclass(module = "eft")]
 pub(crate) struct Plant {
     inner: Stepper,
@@ -98,6 +104,12 @@ impl Plant {
             Stepper::One(plant) => plant.reset(),
             Stepper::Building(plant) => plant.reset(),
         }
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        let reason =
+            "eft.Plant cannot be pickled or copied: make another one of the same rig and sample rate";
+        Err(PyTypeError::new_err(reason))
     }
 
     /// What is true now.

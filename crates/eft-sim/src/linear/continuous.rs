@@ -98,7 +98,7 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
         (rig.sensors.velocity.delay, "sensors.velocity.delay"),
         (rig.sensors.force.delay, "sensors.force.delay"),
     ];
-    left_out.extend(delays.into_iter().filter_map(|(samples, key)| (samples > 0).then_some(key)));
+    left_out.extend(delays.iter().filter(|(samples, _)| *samples > 0).map(|(_, key)| (*key).to_owned()));
     Ok(StateSpace {
         b: b + &a * &r,
         d: &c * r,

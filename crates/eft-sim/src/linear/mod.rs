@@ -24,6 +24,8 @@ pub use margin::{Margins, stability_margin, stability_margins};
 pub use state_space::{Mode, StateSpace};
 pub use velocity::{observer_gains, velocity_delay};
 
+pub use nalgebra::DMatrix;
+
 use crate::config::RigConfig;
 use crate::error::Result;
 

@@ -170,7 +170,7 @@ fn stories(rig: &RigConfig) -> Vec<Story> {
 
 /// Keys of a rig whose effect on small signals no linear model has: a dead zone, a friction, a constant leakage, a
 /// damper that is infinitely steep at rest, estimates that move.
-pub(super) fn left_out(rig: &RigConfig) -> Vec<&'static str> {
+pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let (valve, compensation) = (&rig.servovalve, &rig.compensation);
     let steep = rig.structure.power_damper.as_ref().is_some_and(|damper| damper.exponent < 1.0);
     let building = rig.structure.kind == StructureKind::ShearBuilding;
@@ -183,6 +183,7 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<&'static str> {
         (compensation.guard, "compensation.guard"),
     ]
     .into_iter()
-    .filter_map(|(present, key)| present.then_some(key))
+    .filter(|(present, _)| *present)
+    .map(|(_, key)| key.to_owned())
     .collect()
 }

@@ -30,7 +30,7 @@ pub struct StateSpace {
     /// Names of the outputs.
     pub outputs: Vec<String>,
     /// Keys of the rig whose effect on small signals the model does not have.
-    pub left_out: Vec<&'static str>,
+    pub left_out: Vec<String>,
     /// Time between samples (s); none in continuous time.
     pub sample_time: Option<f64>,
 }

@@ -1,0 +1,163 @@
+//! The model of a rig, and how far its settings are from where it grows.
+
+use eft_sim::linear::{self, FlowGain, MapAxis, MapQuantity, Time};
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::{refuse, to_python};
+use crate::linear::LinearModel;
+use crate::rig::Rig;
+use crate::values;
+
+fn flow_gain(name: &str) -> PyResult<FlowGain> {
+    match name {
+        "nominal" => Ok(FlowGain::Nominal),
+        "steeper" => Ok(FlowGain::Steeper),
+        "shallower" => Ok(FlowGain::Shallower),
+        "mean" => Ok(FlowGain::Mean),
+        _ => {
+            let allowed = "must be \"nominal\", \"steeper\", \"shallower\" or \"mean\"";
+            Err(refuse("flow_gain", format!("{name:?}"), allowed))
+        }
+    }
+}
+
+fn time(rig: &Rig, sampled: bool, sample_rate: Option<f64>) -> Time {
+    match (sampled, sample_rate) {
+        (false, None) => Time::Continuous,
+        (_, rate) => Time::Sampled(rate.unwrap_or(rig.config.controller.sample_rate)),
+    }
+}
+
+/// Linearise a rig's closed loop about rest.
+///
+/// Leakage proportional to the load pressure, the supply's pressure at the start, the load cell and the bandwidth of the
+/// velocity sensor are in the model; what small signals feel but a linear model cannot have is named in its `left_out`.
+/// In continuous time neither hold nor delays by samples exist.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     The rig.
+/// sampled : bool
+///     Whether to sample exactly, with the hold, the computation delay and the realization of the force loop; at
+///     the rate of the rig's controller unless `sample_rate` (Hz) is given. A rate alone asks for it too.
+/// flow_gain : {"nominal", "steeper", "shallower", "mean"}
+///     Which slope stands for the flow curve, on the valve and in the compensation that inverts it: the
+///     configuration's `K_v`, or the table's slope on either side of the origin, or their mean.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If an argument is not allowed; the message names it.
+#[pyfunction]
+#[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
+pub(crate) fn linearize(
+    rig: &Rig,
+    sampled: bool,
+    sample_rate: Option<f64>,
+    flow_gain: &str,
+) -> PyResult<LinearModel> {
+    let gain = self::flow_gain(flow_gain)?;
+    let model = linear::linearize(&rig.config, gain, time(rig, sampled, sample_rate));
+    model.map(|inner| LinearModel { inner }).map_err(to_python)
+}
+
+/// Return the largest stable compensation level of the linear model that `linearize` gives.
+///
+/// It is infinite where no level up to 10 is unstable, as with compensation switched off. The arguments are those
+/// of `linearize`.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If no level makes the loop stable, or an argument is not allowed.
+#[pyfunction]
+#[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
+pub(crate) fn stability_margin(
+    py: Python<'_>,
+    rig: &Rig,
+    sampled: bool,
+    sample_rate: Option<f64>,
+    flow_gain: &str,
+) -> PyResult<f64> {
+    let (gain, time) = (self::flow_gain(flow_gain)?, time(rig, sampled, sample_rate));
+    py.detach(|| linear::stability_margin(&rig.config, gain, time)).map_err(to_python)
+}
+
+/// Return every stability margin of the linear model, each setting changed alone.
+///
+/// The arguments are those of `linearize`.
+///
+/// Returns
+/// -------
+/// dict
+///     ``growth_rate`` (1/s, of the rig as it is), ``level`` (the largest stable compensation level), and, unless the
+///     rig as it is grows, ``response_delay`` (s, lowest and highest stable), ``dead_time`` (s, the shortest additional
+///     delay of the compensation that is unstable, in whole samples), ``loop_gain`` (the largest stable factor on the
+///     force loop) and ``flow_gain`` (lowest and highest stable ratio of the true flow gain to the configured one).
+#[pyfunction]
+#[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
+pub(crate) fn stability_margins<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    sampled: bool,
+    sample_rate: Option<f64>,
+    flow_gain: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (gain, time) = (self::flow_gain(flow_gain)?, time(rig, sampled, sample_rate));
+    let margins = py.detach(|| linear::stability_margins(&rig.config, gain, time)).map_err(to_python)?;
+    let answer = PyDict::new(py);
+    answer.set_item("growth_rate", margins.growth_rate)?;
+    answer.set_item("level", margins.level)?;
+    if let Some(around) = margins.around {
+        answer.set_item("response_delay", around.response_delay)?;
+        answer.set_item("dead_time", around.dead_time)?;
+        answer.set_item("loop_gain", around.loop_gain)?;
+        answer.set_item("flow_gain", around.flow_gain)?;
+    }
+    Ok(answer)
+}
+
+/// Return a quantity of the sampled loop over two settings: one row for each value of `vertical`.
+#[pyfunction]
+pub(crate) fn stability_map<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    horizontal: (String, Vec<Bound<'py, PyAny>>),
+    vertical: (String, Vec<Bound<'py, PyAny>>),
+    quantity: &str,
+    flow_gain: &str,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let quantity = match quantity {
+        "growth_rate" => MapQuantity::GrowthRate,
+        "level" => MapQuantity::Level,
+        _ => {
+            let allowed = "must be \"growth_rate\" or \"level\"";
+            return Err(refuse("quantity", format!("{quantity:?}"), allowed));
+        }
+    };
+    let gain = self::flow_gain(flow_gain)?;
+    let (horizontal, vertical) = (axis(horizontal)?, axis(vertical)?);
+    let mut stopped = None;
+    let rows = py.detach(|| {
+        linear::stability_map(&rig.config, &horizontal, &vertical, quantity, gain, || {
+            stopped = Python::attach(|py| py.check_signals()).err();
+            stopped.is_none()
+        })
+    });
+    match (rows, stopped) {
+        (_, Some(error)) => Err(error),
+        (Err(error), None) => Err(to_python(error)),
+        (Ok(rows), None) => Ok(PyArray2::from_vec2(py, &rows)?),
+    }
+}
+
+fn axis((key, values): (String, Vec<Bound<'_, PyAny>>)) -> PyResult<MapAxis> {
+    let value = |given: &Bound<'_, PyAny>| {
+        values::from_python(&key, given)?.ok_or_else(|| refuse(&key, "None", "must be a value"))
+    };
+    let values = values.iter().map(value).collect::<PyResult<_>>()?;
+    Ok(MapAxis { key, values })
+}

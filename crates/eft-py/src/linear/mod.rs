@@ -1,0 +1,9 @@
+//! `eft.linearize` and what is asked of linear models.
+
+mod delays;
+mod margins;
+mod model;
+
+pub(crate) use delays::{delay_budget, inverse_dynamics, observer_gains};
+pub(crate) use margins::{linearize, stability_map, stability_margin, stability_margins};
+pub(crate) use model::LinearModel;
