@@ -156,3 +156,14 @@ def test_whatever_is_measured_the_command_is_finite_and_limited(samples, dtype):
     controller = eft.Controller(RIG.replace({"limits.valve_command": 10.0}), dtype)
     for sample in samples:
         assert abs(controller.step(*sample)) <= 10.0
+
+
+def test_a_computation_delay_is_behind_the_compensator_and_refused_by_the_controller():
+    rig = RIG.replace({"controller.realization": "digital", "compensation.computation_delay": 3})
+    run = eft.simulate(rig, SWEEP)
+    signal = eft.Compensator(rig).process(run.velocity, run.force, run.spool)
+    np.testing.assert_array_equal(signal[:-3], run.compensation[3:])
+    with pytest.raises(
+        ValueError, match=r"compensation\.computation_delay = 3: must be 0 for eft\.Controller"
+    ):
+        eft.Controller(rig)

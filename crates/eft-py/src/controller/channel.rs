@@ -54,6 +54,12 @@ impl Channel {
     pub(super) fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>, reach: Reach) -> PyResult<Self> {
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
         let dtype = Dtype::parse(dtype)?;
+        // Between compensation and servovalve controller, which are one step here.
+        let delay = rig.config.compensation.computation_delay;
+        if reach == Reach::ValveCommand && delay > 0 {
+            let allowed = "must be 0 for eft.Controller; step eft.Compensator and delay what it returns";
+            return Err(refuse("compensation.computation_delay", delay, allowed));
+        }
         let core = match dtype {
             Dtype::F32 => Precision::F32(Core::new(&rig.config, rate, reach).map_err(to_python)?),
             Dtype::F64 => Precision::F64(Core::new(&rig.config, rate, reach).map_err(to_python)?),

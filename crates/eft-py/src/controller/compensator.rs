@@ -16,6 +16,7 @@ use crate::rig::Rig;
 /// rig : Rig
 ///     Its compensation, limits and flow table are used; nothing of the true valve. With ``compensation.adaptive``,
 ///     ``compensation.guard``, ``compensation.supply_correction`` or ``protection.enabled`` that part runs as well.
+///     What it returns is not yet late by ``compensation.computation_delay``.
 /// dtype : {"f64", "f32"}
 ///     The precision of the arithmetic.
 /// sample_rate : float, optional

@@ -15,6 +15,7 @@ use crate::rig::Rig;
 /// rig : Rig
 ///     Its controller, compensation, limits and flow table are used; nothing of the true valve. With ``compensation.adaptive``,
 ///     ``compensation.guard``, ``compensation.supply_correction`` or ``protection.enabled`` that part runs as well.
+///     ``compensation.computation_delay`` must be 0.
 /// dtype : {"f64", "f32"}
 ///     The precision of the arithmetic.
 /// sample_rate : float, optional
