@@ -11,7 +11,14 @@ from pathlib import Path
 
 @contextmanager
 def beside(path: Path) -> Iterator[Path]:
-    """A temporary name beside `path` to write to; renamed to `path` when all went well, removed otherwise."""
+    """A temporary name beside `path` to write to; renamed to `path` when all went well, removed otherwise.
+
+    Raises
+    ------
+    OSError
+        If `path` is there and no ordinary file, such as a device, whose place the file would take.
+    """
+    check_replaceable(path)
     handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     temporary = Path(name)
@@ -24,6 +31,14 @@ def beside(path: Path) -> Iterator[Path]:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def check_replaceable(path: Path) -> None:
+    """Refuse a target that is there and no ordinary file: a folder, a device, a pipe."""
+    if path.is_dir():
+        raise IsADirectoryError(21, "is a folder, must be a file", str(path))
+    if path.exists() and not path.is_file():
+        raise OSError(22, "is no ordinary file, and would be replaced by one", str(path))
 
 
 def write_text(path: Path, text: str) -> None:

@@ -131,7 +131,8 @@ def read_text(path: Path) -> str:
     if len(data) > 4 * 1024**2:
         raise ValueError(f"{path}: larger than 4 MiB, which is no configuration")
     try:
-        return data.decode("utf-8")
+        # Some editors begin a file with a byte order mark.
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ValueError(f"{path}: not a text file in UTF-8: byte {error.start + 1}") from None
 

@@ -1,6 +1,7 @@
 """The command line on good input: what it says, what it writes, how it ends."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -216,3 +217,23 @@ def test_check_and_map_take_a_building(folder, capsys):
     assert "compensation level" in capsys.readouterr().out
     assert main(["map", *BUILDING, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["vertical"]["key"] == "compensation.response_delay"
+
+
+def test_map_and_export_take_the_rig_of_a_test(folder, capsys):
+    assert main(["init", "test.toml", "--test"]) == 0
+    assert main(["export", "test.toml", "--target", "c"]) == 0
+    assert (folder / "test.h").read_text() == eft.export(eft.Rig.zhao2005(), "c")
+    axes = ["--x", "compensation.level", "0.9", "1.1", "3", "--y", "structure.damping", "1", "9", "2"]
+    for which in (["test.toml"], ["--rig", "test.toml"], []):
+        assert main(["map", *which, *axes, "-o", "map.csv"]) == 0
+        assert len((folder / "map.csv").read_text().splitlines()) == 7
+
+
+def test_a_package_that_is_not_there_is_named_with_what_brings_it(folder, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    (folder / "a.h5").write_bytes(b"")
+    assert main(["compare", "a.h5", "a.h5"]) == 2
+    assert (
+        capsys.readouterr().err
+        == "eft compare: needs the package h5py, which is not installed: pip install h5py\n"
+    )

@@ -81,6 +81,7 @@ def test_feasibility_of_the_paper_s_sweeps():
     ("call", "says"),
     [
         (lambda: eft.band_passed(RECORD, 5.0, 1.0), "band = "),
+        (lambda: eft.band_passed(RECORD, 1e-9, 1.0), "must begin at 0.0002 Hz or above"),
         (lambda: eft.resampled(RECORD, 0.0), "rate = 0"),
         (lambda: eft.tapered(RECORD, 100.0, 0.0), "start = 100"),
         (lambda: eft.scaled(RECORD, time=-1.0), "time = -1"),

@@ -49,6 +49,6 @@ def compare(
 
 def _row(c: Comparison) -> tuple[str, ...]:
     unit = "" if c.unit == "1" else f" ({c.unit})"
-    numbers = (f"{c.nrmse:.2%}", f"{c.peak_error:.2%}", f"{c.delay * 1e3:.2f}")
+    numbers = (f"{c.nrmse:.2%}", f"{c.peak_error:.2%}", f"{c.delay * 1e3:z.2f}")
     answers = tuple("-" if text.startswith("nan") else text for text in numbers)
     return (f"{c.quantity}{unit}", f"{c.reference_peak:.4g}", f"{c.peak:.4g}", *answers)

@@ -9,6 +9,7 @@ import click
 
 import eft
 from eft._files import write_text
+from eft._test_file import read_rig
 from eft.cli._output import FILE, epilog
 from eft.traces._write import check_folder
 
@@ -24,12 +25,12 @@ from eft.traces._write import check_folder
 @click.option("--target", type=click.Choice(["rust", "c"]), required=True, help="The language.")
 @click.option("-o", "--output", type=FILE, help="Default: RIG with the ending .rs or .h.")
 def export(rig: Path, target: Literal["rust", "c"], output: Path | None) -> None:
-    """Write the controller of the rig file RIG as a constant, ready to be compiled.
+    """Write the controller of the rig file RIG, or of a test's rig, as a constant ready to be compiled.
 
     It runs at the rig's `controller.sample_rate`. What firmware has to build around it (protection, a
     computation delay) is refused, never left out.
     """
     path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
     check_folder(path)
-    write_text(path, eft.export(eft.Rig.from_toml(rig), target))
+    write_text(path, eft.export(read_rig(rig, {}), target))
     click.echo(f"{path} written")

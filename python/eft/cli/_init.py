@@ -27,6 +27,8 @@ from eft.traces._write import check_folder
 @click.option("--force", is_flag=True, help="Replace a file that is there.")
 def init(file: Path, test: bool, study: bool, force: bool) -> None:
     """Write the paper's rig to FILE (rig.toml), every key with its meaning, unit and range."""
+    if test and study:
+        raise click.UsageError("give --test or --study: a study is a test already")
     check_folder(file)
     if file.exists() and not force:
         raise click.UsageError(f"{file} is there already; --force replaces it")

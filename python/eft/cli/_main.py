@@ -71,7 +71,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         named = f"{error.filename}: {error.strerror}" if error.filename else str(error)
         return _say(where, re.sub(r" \(os error \d+\)$", "", named))
     except ModuleNotFoundError as error:
-        return _say(where, f"needs the package {error.name}, which is not installed")
+        return _say(
+            where, f"needs the package {error.name}, which is not installed: pip install {error.name}"
+        )
     except (ValueError, OverflowError, MemoryError) as error:
         return _say(where, str(error) or "not enough memory")
 

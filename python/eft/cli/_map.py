@@ -22,12 +22,13 @@ _MOST = 250_000
     name="map",
     short_help="Stability maps of a rig.",
     epilog=epilog(
-        "eft map",
+        "eft map test.toml",
         "eft map --rig rig.toml --kind delay-rate -o delay.png -o delay.csv",
         "eft map --x compensation.level 0.9 1.1 41 --y servovalve.flow_gain_scale 0.9 1.1 41",
     ),
 )
-@click.option("--rig", type=FILE, help="Rig file; default: the paper's rig.")
+@click.argument("file", required=False, type=FILE)
+@click.option("--rig", type=FILE, help="The same as FILE; default: the paper's rig.")
 @settings
 @click.option(
     "--kind",
@@ -44,6 +45,7 @@ _MOST = 250_000
 )  # fmt: skip
 @as_json
 def stability_map(
+    file: Path | None,
     rig: Path | None,
     changes: dict[str, Any],
     kind: str | None,
@@ -52,7 +54,7 @@ def stability_map(
     outputs: tuple[Path, ...],
     as_json: bool,
 ) -> None:
-    """Draw where the sampled loop about rest is stable, over two settings of a rig.
+    """Draw where the sampled loop about rest is stable, over two settings of the rig, or test's rig, in FILE.
 
     The maps of every day: level-damping (compensation level and damping of the structure), delay-rate
     (response delay given to the controller, and sample rate), rate-realization (largest stable level over
@@ -65,6 +67,9 @@ def stability_map(
         check_folder(target)
     if (horizontal is None) != (vertical is None) or (horizontal and kind):
         raise click.UsageError("give --kind, or both --x and --y")
+    if file and rig:
+        raise click.UsageError("give the rig once: FILE, or --rig")
+    rig = file or rig
     chosen = read_rig(rig, changes) if rig else eft.Rig.zhao2005().replace(changes)
     if horizontal and vertical:
         if horizontal[3] * vertical[3] > _MOST:

@@ -34,6 +34,8 @@ def report(runs: tuple[Path, ...], output: Path | None, title: str | None) -> No
     if target.suffix.lower() not in (".html", ".htm"):
         raise click.UsageError(f"{target}: the suffix must be .html")
     check_folder(target)
+    if twice := [path for number, path in enumerate(runs) if path in runs[:number]]:
+        raise click.UsageError(f"{twice[0]} is given twice")
     heading = {} if title is None else {"title": title}
     if any(path.is_dir() for path in runs):
         if len(runs) > 1:
@@ -44,8 +46,6 @@ def report(runs: tuple[Path, ...], output: Path | None, title: str | None) -> No
     named: dict[str, eft.TestRun] = {}
     for path in runs:
         name = path.stem if path.stem not in named else str(path)
-        if name in named:
-            raise click.UsageError(f"{path} is given twice")
         named[name] = eft.TestRun.load(path)
     write_report(named, target, **heading)
     click.echo(f"{target} written")

@@ -135,9 +135,7 @@ def _clock(name: str, time: Array) -> tuple[float, float]:
         raise ValueError(f"{name}: {time.size} sample, must be at least 2")
     step = (time[-1] - time[0]) / (time.size - 1)
     if step <= 0.0:
-        raise ValueError(
-            f"{name}: time must increase, and ends {-step * (time.size - 1):g} s before its start"
-        )
+        raise ValueError(f"{name}: time must increase, and goes from {time[0]:g} s to {time[-1]:g} s")
     steps = np.diff(time)
     off = np.abs(steps - np.median(steps))
     allowed = _UNEVEN * step

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from eft._files import beside
+from eft._files import beside, check_replaceable
 from eft._run import TestRun
 from eft.traces._traces import Traces
 from eft.traces._units import si_unit
@@ -46,11 +46,10 @@ def check_output(path: Path) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Refuse a target whose folder is not there, or that is a folder itself."""
+    """Refuse a target whose folder is not there, or that no file can take the place of."""
     if not path.parent.is_dir():
         raise FileNotFoundError(2, "no such folder", str(path.parent))
-    if path.is_dir():
-        raise IsADirectoryError(21, "is a folder, must be a file", str(path))
+    check_replaceable(path)
 
 
 def _columns(run: TestRun) -> dict[str, np.ndarray]:

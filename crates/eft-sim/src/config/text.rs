@@ -16,7 +16,13 @@ const LARGEST_FILE: u64 = 1 << 20;
 /// Parses TOML text; the error carries line and column.
 pub(super) fn parse(text: &str) -> Result<Table> {
     text.parse::<Table>().map_err(|error| {
-        let message = error.message().lines().collect::<Vec<_>>().join("; ");
+        let message = match error.message() {
+            // The only whole numbers that are of no valid type.
+            message if message.starts_with("invalid type: integer") => {
+                "a whole number must fit 64 bits".into()
+            }
+            message => message.lines().collect::<Vec<_>>().join("; "),
+        };
         let Some(span) = error.span() else { return Error::Toml(message) };
         let before = text.get(..span.start).unwrap_or(text);
         let line = before.matches('\n').count() + 1;

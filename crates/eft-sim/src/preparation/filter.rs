@@ -5,11 +5,15 @@ use realfft::RealFftPlanner;
 use crate::error::{Error, Result};
 use crate::records::Record;
 
+/// Most zeros behind a record: seconds of work, and a lower corner that no record is long enough to hold.
+const MOST_ZEROS: f64 = 1e7;
+
 /// The record within `low` to `high` (Hz): a Butterworth filter of an order, applied both ways, so that the phase
 /// stays and the gain is 1/2 at the corners.
 ///
 /// # Errors
-/// An invalid record, corners that are not ordered within 0 and half its rate, an order outside 1 to 10.
+/// An invalid record, corners that are not ordered within 0 and half its rate, a lower corner below two millionths of its
+/// rate, an order outside 1 to 10.
 pub fn band_passed(record: &Record, low: f64, high: f64, order: i32) -> Result<Record> {
     record.validate()?;
     let nyquist = 0.5 / record.dt;
@@ -21,8 +25,13 @@ pub fn band_passed(record: &Record, low: f64, high: f64, order: i32) -> Result<R
         return Err(Error::value("order", order, "must be from 1 to 10"));
     }
     // Zeros behind the record take up what the filter smears, so that nothing wraps around to the start.
+    let zeros = 20.0 / (low * record.dt);
+    if zeros > MOST_ZEROS {
+        let allowed = format!("must begin at {} Hz or above", 20.0 / (MOST_ZEROS * record.dt));
+        return Err(Error::value("band", format!("({low}, {high})"), allowed));
+    }
     let count = record.acceleration.len();
-    let length = (count + (20.0 / (low * record.dt)).min(1e7) as usize + count).next_power_of_two();
+    let length = (count + zeros as usize + count).next_power_of_two();
     let mut planner = RealFftPlanner::<f64>::new();
     let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
     let mut signal = record.acceleration.clone();
