@@ -1,5 +1,5 @@
 //! Code compiled for the processor it runs on, chosen at run time. The bits are the same everywhere: nothing here
-//! lets the compiler fuse or reorder.
+//! lets the compiler fuse or reorder, and what [`Num::plus`] fuses is fused on every processor.
 
 #[cfg(target_arch = "x86_64")]
 use std::any::TypeId;
@@ -18,15 +18,21 @@ pub(crate) trait Work {
 #[inline]
 pub(crate) fn dispatch<S: Num, W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
-    if TypeId::of::<S>() == TypeId::of::<Eight>() || is_x86_feature_detected!("avx2") {
+    if TypeId::of::<S>() == TypeId::of::<Eight>() || has_avx2() {
         // SAFETY: the processor has the instructions that the function may use, or there would be no `Eight`.
         return unsafe { with_avx2(work) };
     }
     work.run()
 }
 
+/// Whether the processor has AVX2 and, as all that have it do, the fused multiplication and addition.
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
+fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
 fn with_avx2<W: Work>(work: W) -> W::Output {
     work.run()
 }
@@ -52,7 +58,7 @@ pub(crate) fn width() -> usize {
 /// Runs `work` with as many numbers side by side as this processor has room for.
 pub(crate) fn dispatch_wide<W: WideWork>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
+    if has_avx2() {
         return work.run::<Eight>();
     }
     // Two to a register on processors of other kinds; those without AVX2 run one after the other.

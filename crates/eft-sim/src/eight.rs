@@ -1,7 +1,7 @@
 //! Eight double-precision numbers side by side in two AVX2 registers: the widest that the long chains of one tick
 //! fill.
 //!
-//! The bits are those of [`f64`]: each operation is the scalar one, lane by lane, and none is fused.
+//! The bits are those of [`f64`]: each operation is the scalar one, lane by lane.
 
 use core::arch::x86_64::*;
 use core::mem::transmute;
@@ -9,6 +9,8 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use std::array;
 
 use eft_core::{CELLS, Flags, Mask, Row, Scalar};
+
+use crate::rig::Num;
 
 /// Eight numbers. Only [`dispatch`](crate::dispatch) hands the type out, after it has asked the processor.
 #[derive(Debug, Clone, Copy)]
@@ -30,9 +32,21 @@ macro_rules! avx2 {
     };
 }
 
-#[inline(always)]
-fn both(f: impl Fn(usize) -> __m256d) -> [__m256d; 2] {
-    [f(0), f(1)]
+/// The same for either half. Not a closure: where the compiler thinks that code is seldom run, it inlines none, and
+/// outside of `dispatch` an intrinsic is a call.
+macro_rules! both {
+    (|$half:pat_param| $number:expr) => {
+        [
+            {
+                let $half: usize = 0;
+                $number
+            },
+            {
+                let $half: usize = 1;
+                $number
+            },
+        ]
+    };
 }
 
 /// Plain data of one size: eight 64-bit lanes.
@@ -63,18 +77,25 @@ macro_rules! lanewise {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                Self(both(|i| avx2!($intrinsic(self.0[i], other.0[i]))))
+                Self(both!(|i| avx2!($intrinsic(self.0[i], other.0[i]))))
             }
         }
     )*};
 }
 lanewise!(Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
 
+impl Num for Eight {
+    #[inline(always)]
+    fn plus(self, factor: Self, other: Self) -> Self {
+        Self(both!(|i| avx2!(_mm256_fmadd_pd(factor.0[i], other.0[i], self.0[i]))))
+    }
+}
+
 impl Neg for Eight {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(both(|i| avx2!(_mm256_xor_pd(self.0[i], _mm256_set1_pd(-0.0)))))
+        Self(both!(|i| avx2!(_mm256_xor_pd(self.0[i], _mm256_set1_pd(-0.0)))))
     }
 }
 
@@ -105,14 +126,14 @@ impl BitAnd for EightMask {
     type Output = Self;
     #[inline(always)]
     fn bitand(self, other: Self) -> Self {
-        Self(both(|i| avx2!(_mm256_and_pd(self.0[i], other.0[i]))))
+        Self(both!(|i| avx2!(_mm256_and_pd(self.0[i], other.0[i]))))
     }
 }
 impl BitOr for EightMask {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {
-        Self(both(|i| avx2!(_mm256_or_pd(self.0[i], other.0[i]))))
+        Self(both!(|i| avx2!(_mm256_or_pd(self.0[i], other.0[i]))))
     }
 }
 impl Not for EightMask {
@@ -120,7 +141,7 @@ impl Not for EightMask {
     #[inline(always)]
     fn not(self) -> Self {
         let ones = Self::splat(true);
-        Self(both(|i| avx2!(_mm256_xor_pd(self.0[i], ones.0[i]))))
+        Self(both!(|i| avx2!(_mm256_xor_pd(self.0[i], ones.0[i]))))
     }
 }
 impl Mask for EightMask {
@@ -156,7 +177,7 @@ impl BitOr for EightFlags {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {
-        Self(both(|i| avx2!(_mm256_or_pd(self.0[i], other.0[i]))))
+        Self(both!(|i| avx2!(_mm256_or_pd(self.0[i], other.0[i]))))
     }
 }
 impl Flags for EightFlags {
@@ -166,14 +187,23 @@ impl Flags for EightFlags {
     }
 }
 
-/// One number of a row of its own in each lane.
+/// The mark of a crowded cell: every bit, and no row's beginning has them all.
+const CROWDED: u16 = u16::MAX;
+/// A row of the index and the one behind it are among so many.
+const ROWS: usize = 64;
+/// From row to row, in numbers.
+const STRIDE: usize = 3 * 8;
+
+/// One number of a row of its own in each lane, `at` behind the row's first.
+///
+/// # Safety
+/// `ROWS` rows of three times eight numbers stand behind `table`, and `rows` are of the index, not crowded.
 #[inline(always)]
-fn column<const N: usize>(table: &[[[f64; 8]; 3]; N], rows: &[usize; 8], part: usize) -> Eight {
+unsafe fn column(table: *const f64, rows: &[u16; 8], at: usize) -> Eight {
     let mut lanes = [0.0; 8];
     for (lane, number) in lanes.iter_mut().enumerate() {
-        // The table's index leads to no row beyond its end; this says so without a branch where N is a power of two.
-        let row = if N.is_power_of_two() { rows[lane] & (N - 1) } else { rows[lane].min(N - 1) };
-        *number = table[row][part][lane];
+        // SAFETY: a row of the index is below ROWS − 1, and `at` below two rows.
+        *number = unsafe { *table.add(usize::from(rows[lane]) + at + lane) };
     }
     Eight(from_doubles(lanes))
 }
@@ -182,13 +212,14 @@ impl Scalar for Eight {
     type Element = f64;
     type Mask = EightMask;
     type Flags = EightFlags;
-    type Cell = [u8; 8];
+    /// Where each lane's row begins in its table; [`CROWDED`] where none is.
+    type Cell = [u16; 8];
     type Index = [u32; 8];
     const LANES: usize = 8;
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
-        Self(both(|_| avx2!(_mm256_set1_pd(value))))
+        Self(both!(|_| avx2!(_mm256_set1_pd(value))))
     }
     #[inline(always)]
     fn from_lanes(mut f: impl FnMut(usize) -> f64) -> Self {
@@ -204,36 +235,40 @@ impl Scalar for Eight {
     }
     #[inline(always)]
     fn lt(self, other: Self) -> EightMask {
-        EightMask(both(|i| avx2!(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0[i], other.0[i]))))
+        EightMask(both!(|i| avx2!(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0[i], other.0[i]))))
     }
     #[inline(always)]
     fn le(self, other: Self) -> EightMask {
-        EightMask(both(|i| avx2!(_mm256_cmp_pd::<_CMP_LE_OQ>(self.0[i], other.0[i]))))
+        EightMask(both!(|i| avx2!(_mm256_cmp_pd::<_CMP_LE_OQ>(self.0[i], other.0[i]))))
     }
     #[inline(always)]
     fn select(mask: EightMask, yes: Self, no: Self) -> Self {
-        Self(both(|i| avx2!(_mm256_blendv_pd(no.0[i], yes.0[i], mask.0[i]))))
+        Self(both!(|i| avx2!(_mm256_blendv_pd(no.0[i], yes.0[i], mask.0[i]))))
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self(both(|i| avx2!(_mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0[i]))))
+        Self(both!(|i| avx2!(_mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0[i]))))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(both(|i| avx2!(_mm256_sqrt_pd(self.0[i]))))
+        Self(both!(|i| avx2!(_mm256_sqrt_pd(self.0[i]))))
     }
     #[inline(always)]
     fn flag(mask: EightMask, bit: u32) -> EightFlags {
         let bits = from_words([u64::from(bit); 8]);
-        EightFlags(both(|i| avx2!(_mm256_and_pd(mask.0[i], bits[i]))))
+        EightFlags(both!(|i| avx2!(_mm256_and_pd(mask.0[i], bits[i]))))
     }
     #[inline(always)]
     fn select_flags(mask: EightMask, yes: EightFlags, no: EightFlags) -> EightFlags {
-        EightFlags(both(|i| avx2!(_mm256_blendv_pd(no.0[i], yes.0[i], mask.0[i]))))
+        EightFlags(both!(|i| avx2!(_mm256_blendv_pd(no.0[i], yes.0[i], mask.0[i]))))
     }
     #[inline(always)]
-    fn cell_from_lanes(f: impl FnMut(usize) -> u8) -> [u8; 8] {
-        array::from_fn(f)
+    fn cell_from_lanes(mut f: impl FnMut(usize) -> u8) -> [u16; 8] {
+        array::from_fn(|lane| {
+            let row = usize::from(f(lane));
+            // The row behind it must be there as well.
+            if row < ROWS - 1 { (row * STRIDE) as u16 } else { CROWDED }
+        })
     }
     #[inline(always)]
     fn cell(self) -> ([u32; 8], EightMask) {
@@ -254,30 +289,30 @@ impl Scalar for Eight {
     #[inline(always)]
     fn row<const N: usize>(
         self,
-        cells: &[[u8; 8]; CELLS],
+        cells: &[[u16; 8]; CELLS],
         rows: &[Row<Self>; N],
         cell: [u32; 8],
         len: u32,
     ) -> Row<Self> {
-        let mut first = [0_usize; 8];
+        let mut first = [0_u16; 8];
         let mut all = 0;
         for lane in 0..8 {
-            let bytes = cells.get(cell[lane] as usize).copied().unwrap_or_default();
-            first[lane] = usize::from(bytes[lane]);
+            let of_lanes = cells.get(cell[lane] as usize).copied().unwrap_or_default();
+            first[lane] = of_lanes[lane];
             all |= first[lane];
         }
-        // The mark of a crowded cell has every bit set.
-        if all >= N.next_power_of_two() {
+        if N < ROWS || all == CROWDED {
             return Row::search(rows, len, self);
         }
-        // SAFETY: a row is three of these in the order of its fields, each eight doubles.
-        let table: &[[[f64; 8]; 3]; N] = unsafe { &*std::ptr::from_ref(rows).cast() };
-        let next = first.map(|first| first + 1);
-        let far = column(table, &next, 0);
+        let table: *const f64 = rows.as_ptr().cast();
+        // SAFETY: there are ROWS rows or more, each of three times eight doubles in the order of its fields; and cells
+        // are made by `cell_from_lanes` alone.
+        let column = |at| unsafe { column(table, &first, at) };
+        let far = column(STRIDE);
         let here = self.lt(far);
-        let start = Self::select(here, column(table, &first, 0), far);
-        let value = Self::select(here, column(table, &first, 1), column(table, &next, 1));
-        let slope = Self::select(here, column(table, &first, 2), column(table, &next, 2));
+        let start = Self::select(here, column(0), far);
+        let value = Self::select(here, column(8), column(STRIDE + 8));
+        let slope = Self::select(here, column(16), column(STRIDE + 16));
         Row { start, value, slope }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::any::TypeId;
 use std::collections::HashMap;
+use std::ptr;
 
 use crate::batch::{BatchOptions, Test};
 use crate::closed_loop::one_actuator;
@@ -32,8 +33,12 @@ pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -
     let mut alone = Vec::new();
     let mut kinds: Vec<(Kind, Vec<usize>)> = Vec::new();
     let mut known = HashMap::new();
+    // A command that all tests share is looked through once.
+    let mut sound = HashMap::new();
     for (place, test) in tests.iter().enumerate() {
-        let Some(kind) = kind::<P>(test, options) else {
+        let is_sound =
+            *sound.entry(ptr::from_ref(test.command)).or_insert_with(|| test.command.validate().is_ok());
+        let Some(kind) = kind::<P>(test, options).filter(|_| is_sound) else {
             alone.push(place);
             continue;
         };
@@ -59,7 +64,7 @@ pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -
     pieces
 }
 
-/// The kind of a test that can run beside others; none for one that must run alone, or fails.
+/// The kind of a test, of a valid rig and a sound command, that can run beside others; none for one that must run alone, or fails.
 fn kind<P: Precision>(test: &Test<'_>, options: &BatchOptions) -> Option<Kind> {
     let Test { rig, command } = test;
     let double = TypeId::of::<P>() == TypeId::of::<f64>();
@@ -68,9 +73,7 @@ fn kind<P: Precision>(test: &Test<'_>, options: &BatchOptions) -> Option<Kind> {
     if options.traces || !double || !plain || !exponential {
         return None;
     }
-    rig.validate().ok()?;
     one_actuator(rig).ok()?;
-    command.validate().ok()?;
     let pace = options.simulate.pace(rig, command.sample_rate).ok()?;
     Some(Kind {
         digital: rig.controller.realization == Realization::Digital,

@@ -54,9 +54,19 @@ where
         while done < self.ticks && self.test.is_finite(&state).all() {
             let command = self.commands[done];
             let next = self.commands.get(done + 1).copied().unwrap_or(command);
-            let tick = self.test.sample::<PLAIN>(&mut state, command, next);
-            self.keep.keep(done, &tick);
-            self.test.advance(&mut state, &tick.decision.driver);
+            if S::LANES == 1 {
+                // What waits for the controller's root and division stays short, and the rest fills the time.
+                let ahead = self.test.look_ahead(&state);
+                let tick = self.test.sample::<PLAIN>(&mut state, command, next);
+                self.test.advance(&mut state, ahead, &tick.decision.driver);
+                self.keep.keep(done, &tick);
+            } else {
+                // Several side by side fill it alone, and then fewer numbers have to be kept at a time.
+                let tick = self.test.sample::<PLAIN>(&mut state, command, next);
+                self.keep.keep(done, &tick);
+                let ahead = self.test.look_ahead(&state);
+                self.test.advance(&mut state, ahead, &tick.decision.driver);
+            }
             done += 1;
         }
         *self.state = state;

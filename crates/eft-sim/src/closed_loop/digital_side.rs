@@ -173,6 +173,8 @@ impl<S: Num, C: Scalar> Adaptive<S, C> {
 pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     controller: RigController<C>,
     feedforward: Feedforward<C>,
+    /// Whether any lane has a feedforward at all.
+    feeds_forward: bool,
     /// In place of the two above where the rig adapts.
     adaptive: Option<Box<Adaptive<S, C>>>,
     /// In place of them all, where the controller runs elsewhere.
@@ -238,6 +240,7 @@ where
             },
             controller: RigController::pack(|i| &controllers[i]),
             feedforward: Feedforward::pack(|i| &feedforwards[i]),
+            feeds_forward: (0..S::LANES).any(|i| rig(i).compensation.feedforward),
             computation: DelayLine::new(|i| rig(i).compensation.computation_delay as usize),
             realization: rig(0).controller.realization,
             analog: Analog::pack(&rig),
@@ -251,6 +254,7 @@ where
     /// Whether there is nothing but the paper's compensation in front of its analog controller.
     pub(crate) fn is_plain(&self) -> bool {
         self.realization == Realization::Analog
+            && !self.feeds_forward
             && self.sensors.is_empty()
             && self.estimates.is_empty()
             && self.protection.is_none()
@@ -372,7 +376,11 @@ where
             controller.step(state, convert(command), &measurements)
         } else {
             let (velocity, force, spool) = measured.rounded::<C>();
-            let further_flow = self.feedforward.step(&mut state.feedforward, convert(command));
+            let further_flow = if PLAIN {
+                C::splat(0.0)
+            } else {
+                self.feedforward.step(&mut state.feedforward, convert(command))
+            };
             self.controller.compensation.step(
                 &mut state.controller.compensation,
                 velocity,

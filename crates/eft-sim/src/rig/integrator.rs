@@ -3,8 +3,8 @@
 //! An exponential multistep method (predict, evaluate, correct). With the propagators of [`Propagator`] the linear
 //! part costs no accuracy; load flow and softening enter as parabolas through their values at the step's ends and
 //! one step before. The value ahead is taken at a state predicted without the jump that the demand makes at the
-//! sample, and the jump is made good to first order afterwards. So the flow is evaluated once a step, beside the
-//! controller instead of behind it.
+//! sample and its growth from there, and both are made good to first order afterwards. So the flow is evaluated once
+//! a step, beside the controller instead of behind it.
 //!
 //! Steps that the method is not made for (spool at a stop, demand at its limit, a faulty load cell) are taken by
 //! Runge–Kutta.
@@ -20,7 +20,7 @@ use crate::rig::{Num, Pace, Plant, PlantModel, PlantState};
 use crate::sensors::Signals;
 
 /// Runge–Kutta steps in place of one step of the method.
-const SUBSTEPS: u32 = 2;
+const SUBSTEPS: u32 = 1;
 
 /// The plant with the method's coefficients, one rig or several side by side.
 #[derive(Debug, Clone)]
@@ -47,8 +47,21 @@ struct Memory<S> {
     demand: S,
 }
 
+/// A step before it is known what drives the valve.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ahead<S> {
+    plant: PlantState<S>,
+    /// Load flow (m³/s) there, and its slope over the spool opening (m³/s per unit opening).
+    flow: S,
+    gain: S,
+    /// Softening force (N) there, and whether there has been any.
+    softening: S,
+    soft: bool,
+}
+
 impl<S: Num> PlantModel<S> for Exponential<S> {
     type State = Carried<S>;
+    type Ahead = Ahead<S>;
     const FAST: bool = true;
 
     fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, pace: Pace) -> Result<Self> {
@@ -91,60 +104,110 @@ impl<S: Num> PlantModel<S> for Exponential<S> {
         self.plant.driven_command(&state.plant, state.memory.flow[0], drive)
     }
     #[inline(always)]
-    fn advance_driven(&self, mut state: Carried<S>, drive: &impl Drive<S>, pace: Pace) -> Carried<S> {
+    fn look_ahead(&self, state: &Carried<S>) -> Ahead<S> {
+        self.predict(state)
+    }
+    #[inline(always)]
+    fn advance_driven(
+        &self,
+        state: Carried<S>,
+        ahead: Ahead<S>,
+        drive: &impl Drive<S>,
+        pace: Pace,
+    ) -> Carried<S> {
         let step = pace.step();
-        for n in 0..pace.steps {
-            let from = f64::from(n) * step;
-            let next = self.propagate(&state, drive, from, step);
-            let regular = self.is_regular([&state, &next], drive, from, step);
-            state = if regular.all() {
-                next
-            } else {
-                Carried::select(regular, next, self.fall_back(&state, drive, from, step))
-            };
+        let state = self.step(state, &ahead, drive, 0.0, step);
+        if pace.steps == 1 {
+            return state;
         }
-        state
+        let copies = (state, *drive);
+        self.more_steps(&copies, pace)
     }
 }
 
 impl<S: Num> Exponential<S> {
+    /// The steps of a tick but for the first.
+    // Apart, for a loop would keep the numbers of the first from staying in registers.
+    #[inline(never)]
+    fn more_steps<D: Drive<S>>(&self, from: &(Carried<S>, D), pace: Pace) -> Carried<S> {
+        dispatch::<S, _>(MoreSteps { integrator: self, state: from.0, drive: from.1, pace })
+    }
+
     #[inline(always)]
-    fn propagate(&self, state: &Carried<S>, drive: &impl Drive<S>, from: f64, step: f64) -> Carried<S> {
+    fn step(
+        &self,
+        state: Carried<S>,
+        ahead: &Ahead<S>,
+        drive: &impl Drive<S>,
+        from: f64,
+        step: f64,
+    ) -> Carried<S> {
+        let next = self.correct(&state, ahead, drive, from, step);
+        let regular = self.is_regular([&state, &next], drive, from, step);
+        if regular.all() {
+            next
+        } else {
+            let copies = (state, *drive);
+            Carried::select(regular, next, self.fall_back(&copies, from, step))
+        }
+    }
+
+    /// The state a step ahead if the demand stayed what the last step ended with and the flow changed as it last did.
+    #[inline(always)]
+    fn predict(&self, state: &Carried<S>) -> Ahead<S> {
         let (p, m) = (&self.propagator, &state.memory);
         let zero = S::splat(0.0);
-        let growth = drive.slope() * S::splat(step);
         let change = |values: &[S; 2]| values[0] - values[1];
-        let (flow_change, softening_change) = (change(&m.flow), change(&m.softening));
-
-        let mut ahead = PlantState::default();
+        let mut plant = PlantState::default()
+            .plus(p.flow.constant, m.flow[0])
+            .plus(p.flow.ramp, change(&m.flow))
+            .plus(p.demand.constant, m.demand);
         for (number, column) in state.plant.to_array().into_iter().zip(&p.state) {
-            ahead = ahead.after(*column, number);
+            plant = plant.plus(*column, number);
         }
-        ahead = ahead.after(p.flow.constant, m.flow[0]).after(p.flow.ramp, flow_change);
-        ahead = ahead.after(p.demand.constant, m.demand).after(p.demand.ramp, growth);
         // Small motions leave the spring straight for most of a test, and then this is nothing.
         let soft = !(m.softening[0].abs().le(zero) & m.softening[1].abs().le(zero)).all();
         if soft {
-            ahead =
-                ahead.after(p.softening.constant, m.softening[0]).after(p.softening.ramp, softening_change);
+            let (constant, ramp) = (p.softening.constant, p.softening.ramp);
+            plant = plant.plus(constant, m.softening[0]).plus(ramp, change(&m.softening));
         }
+        let (flow, gain) = self.plant.flow_and_gain(&plant);
+        Ahead { plant, flow, gain, softening: self.plant.softening_force(&plant), soft }
+    }
 
-        let (flow_ahead, gain) = self.plant.flow_and_gain(&ahead);
-        let softening = self.plant.softening_force(&ahead);
+    /// The same with what drives the valve.
+    #[inline(always)]
+    fn correct(
+        &self,
+        state: &Carried<S>,
+        ahead: &Ahead<S>,
+        drive: &impl Drive<S>,
+        from: f64,
+        step: f64,
+    ) -> Carried<S> {
+        let (p, m) = (&self.propagator, &state.memory);
+        let zero = S::splat(0.0);
+        let growth = drive.slope() * S::splat(step);
+        let per_jump = ahead.gain * p.demand.constant.spool;
+        let per_growth = ahead.gain * p.demand.ramp.spool;
+        // What hangs on the jump, which comes last, stays short.
+        let expected = |values: &[S; 2]| values[0] + (values[0] - values[1]);
+        let expected_flow = expected(&m.flow);
+        let unexpected = (ahead.flow - expected_flow).plus(per_growth, growth);
+        let mut plant = ahead.plant.plus(p.demand.ramp, growth);
+        if ahead.soft || !ahead.softening.abs().le(zero).all() {
+            plant = plant.plus(p.softening.bend, ahead.softening - expected(&m.softening));
+        }
 
         let start = drive.demand(S::splat(from), zero, zero);
         let jump = start - m.demand;
-        let flow = flow_ahead + gain * (p.demand.constant.spool * jump);
-        let mut plant =
-            ahead.after(p.flow.bend, flow - m.flow[0] - flow_change).after(p.demand.constant, jump);
-        if soft || !softening.abs().le(zero).all() {
-            plant = plant.after(p.softening.bend, softening - m.softening[0] - softening_change);
-        }
+        let unexpected = unexpected.plus(per_jump, jump);
         let memory = Memory {
-            flow: [flow, m.flow[0]],
-            softening: [softening, m.softening[0]],
+            flow: [expected_flow + unexpected, m.flow[0]],
+            softening: [ahead.softening, m.softening[0]],
             demand: start + growth,
         };
+        let plant = plant.plus(p.demand.constant, jump).plus(p.flow.bend, unexpected);
         Carried { plant, memory }
     }
 
@@ -163,18 +226,42 @@ impl<S: Num> Exponential<S> {
         regular
     }
 
+    // By value: what a reference leads to could not stay in registers.
     #[cold]
     #[inline(never)]
-    fn fall_back<D: Drive<S>>(&self, state: &Carried<S>, drive: &D, from: f64, step: f64) -> Carried<S> {
-        dispatch::<S, _>(FallBack { integrator: self, state, drive, from, step })
+    fn fall_back<D: Drive<S>>(&self, at: &(Carried<S>, D), from: f64, step: f64) -> Carried<S> {
+        dispatch::<S, _>(FallBack { integrator: self, state: at.0, drive: at.1, from, step })
+    }
+}
+
+/// The steps of a tick but for the first.
+struct MoreSteps<'a, S: Num, D> {
+    integrator: &'a Exponential<S>,
+    state: Carried<S>,
+    drive: D,
+    pace: Pace,
+}
+
+impl<S: Num, D: Drive<S>> Work for MoreSteps<'_, S, D> {
+    type Output = Carried<S>;
+
+    #[inline(always)]
+    fn run(self) -> Carried<S> {
+        let Self { integrator, mut state, drive, pace } = self;
+        let step = pace.step();
+        for n in 1..pace.steps {
+            let ahead = integrator.predict(&state);
+            state = integrator.step(state, &ahead, &drive, f64::from(n) * step, step);
+        }
+        state
     }
 }
 
 /// One step by Runge–Kutta.
 struct FallBack<'a, S: Num, D> {
     integrator: &'a Exponential<S>,
-    state: &'a Carried<S>,
-    drive: &'a D,
+    state: Carried<S>,
+    drive: D,
     from: f64,
     step: f64,
 }
@@ -185,7 +272,7 @@ impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
     #[inline(always)]
     fn run(self) -> Carried<S> {
         let Self { integrator, state, drive, from, step } = self;
-        let plant = integrator.plant.advance_driven(state.plant, drive, from, step, SUBSTEPS);
+        let plant = integrator.plant.advance_driven(state.plant, &drive, from, step, SUBSTEPS);
         let zero = S::splat(0.0);
         let memory = Memory {
             flow: [integrator.plant.flow_and_gain(&plant).0, state.memory.flow[0]],
@@ -197,15 +284,18 @@ impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
 }
 
 impl<S: Num> Carried<S> {
+    // Field by field: where the compiler thinks that it is seldom called, it inlines no closure.
     #[inline(always)]
     fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
-        let pair = |a: [S; 2], b: [S; 2]| [S::select(mask, a[0], b[0]), S::select(mask, a[1], b[1])];
         let (a, b) = (yes.memory, no.memory);
         Self {
             plant: PlantState::select(mask, yes.plant, no.plant),
             memory: Memory {
-                flow: pair(a.flow, b.flow),
-                softening: pair(a.softening, b.softening),
+                flow: [S::select(mask, a.flow[0], b.flow[0]), S::select(mask, a.flow[1], b.flow[1])],
+                softening: [
+                    S::select(mask, a.softening[0], b.softening[0]),
+                    S::select(mask, a.softening[1], b.softening[1]),
+                ],
                 demand: S::select(mask, a.demand, b.demand),
             },
         }

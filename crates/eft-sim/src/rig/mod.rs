@@ -28,7 +28,7 @@ mod structure;
 mod supply;
 mod valve_leakage;
 
-use eft_core::Scalar;
+use eft_core::{Lanes, Scalar};
 
 pub(crate) use building_plant::BuildingPlant;
 pub(crate) use detailed_plant::{DetailedPlant, DetailedState, longest_step, needs_detail};
@@ -52,5 +52,25 @@ fn changed(changes: &[(&str, toml::Value)]) -> crate::RigConfig {
 pub const TABLE_CAPACITY: usize = 64;
 
 /// The plant's numbers: double precision, one or several side by side.
-pub trait Num: Scalar<Element = f64> + 'static {}
-impl<S: Scalar<Element = f64> + 'static> Num for S {}
+pub trait Num: Scalar<Element = f64> + 'static {
+    /// `self + factor·other`, rounded once.
+    ///
+    /// # Cost
+    /// One instruction in code that [`dispatch`](crate::dispatch) compiles; a processor without it takes many times as
+    /// long for the same bits.
+    fn plus(self, factor: Self, other: Self) -> Self;
+}
+
+impl Num for f64 {
+    #[inline(always)]
+    fn plus(self, factor: f64, other: f64) -> f64 {
+        factor.mul_add(other, self)
+    }
+}
+
+impl<const N: usize> Num for Lanes<f64, N> {
+    #[inline(always)]
+    fn plus(self, factor: Self, other: Self) -> Self {
+        Self::from_lanes(|i| self.lane(i).plus(factor.lane(i), other.lane(i)))
+    }
+}

@@ -34,6 +34,8 @@ impl Pace {
 pub(crate) trait PlantModel<S: Num>: Sized {
     /// Everything that the plant remembers.
     type State: Copy;
+    /// What of a tick's step can be computed before it is known what drives the valve.
+    type Ahead: Copy;
     /// Whether a loop for plain rigs is compiled beside the one for all; it is where most tests run.
     const FAST: bool = false;
 
@@ -53,12 +55,21 @@ pub(crate) trait PlantModel<S: Num>: Sized {
     fn at_limits(&self, state: &Self::State) -> (<S as Scalar>::Mask, <S as Scalar>::Mask);
     /// The valve command (V) that `drive` gives at the start of its interval.
     fn driven_command(&self, state: &Self::State, drive: &impl Drive<S>) -> S;
-    /// The state one tick later.
-    fn advance_driven(&self, state: Self::State, drive: &impl Drive<S>, pace: Pace) -> Self::State;
+    /// The first part of a tick's step.
+    fn look_ahead(&self, state: &Self::State) -> Self::Ahead;
+    /// The rest of it: the state one tick later.
+    fn advance_driven(
+        &self,
+        state: Self::State,
+        ahead: Self::Ahead,
+        drive: &impl Drive<S>,
+        pace: Pace,
+    ) -> Self::State;
 }
 
 impl<S: Num> PlantModel<S> for Plant<S> {
     type State = PlantState<S>;
+    type Ahead = ();
 
     fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, _: Pace) -> Result<Self> {
         Self::pack(rig)
@@ -97,7 +108,15 @@ impl<S: Num> PlantModel<S> for Plant<S> {
         self.driven_command(state, self.flow_and_gain(state).0, drive)
     }
     #[inline(always)]
-    fn advance_driven(&self, state: PlantState<S>, drive: &impl Drive<S>, pace: Pace) -> PlantState<S> {
+    fn look_ahead(&self, _: &PlantState<S>) {}
+    #[inline(always)]
+    fn advance_driven(
+        &self,
+        state: PlantState<S>,
+        _: (),
+        drive: &impl Drive<S>,
+        pace: Pace,
+    ) -> PlantState<S> {
         self.advance_driven(state, drive, 0.0, pace.period(), pace.steps)
     }
 }

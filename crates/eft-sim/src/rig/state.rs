@@ -34,13 +34,25 @@ impl<S: Num> PlantState<S> {
     /// `yes` where the mask is true, `no` elsewhere.
     #[inline(always)]
     pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
-        yes.zip(no, |yes, no| S::select(mask, yes, no))
+        Self {
+            pilot_flow: S::select(mask, yes.pilot_flow, no.pilot_flow),
+            spool: S::select(mask, yes.spool, no.spool),
+            load_pressure: S::select(mask, yes.load_pressure, no.load_pressure),
+            displacement: S::select(mask, yes.displacement, no.displacement),
+            velocity: S::select(mask, yes.velocity, no.velocity),
+        }
     }
 
     /// `self + rate·step`.
     #[inline(always)]
     pub(crate) fn after(self, rate: Self, step: S) -> Self {
         self.zip(rate, |x, r| x + r * step)
+    }
+
+    /// `self + rate·step`, each rounded once.
+    #[inline(always)]
+    pub(crate) fn plus(self, rate: Self, step: S) -> Self {
+        self.zip(rate, |x, r| x.plus(r, step))
     }
 
     #[inline(always)]
