@@ -81,6 +81,7 @@ def test_figures_and_reports_show_every_actuator(run, tmp_path):
     assert len(plots.force_ratio(run).get_lines()) >= 3
     text = report.write_report(run, tmp_path / "building.html").read_text(encoding="utf-8")
     assert "actuator 3" in text
+    assert "<p>actuator 1, actuator 2, actuator 3:</p>" in text and "where it differs" not in text
     with pytest.raises(ValueError, match=r"structure\.kind"):
         plots.hysteresis(run.actuator(0))
 

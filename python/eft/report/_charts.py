@@ -65,7 +65,8 @@ class Page:
     def add(self, title: str, labels: tuple[str, str], series: list[dict[str, Any]], **spec: Any) -> None:
         """A figure with its legend."""
         keys = "".join(
-            f'<span class="key" style="--c:{s["color"]}">{html.escape(s["label"])}</span>'
+            f'<span class="{"key dot" if s.get("points") else "key"}" style="--c:{s["color"]}">'
+            f"{html.escape(s['label'])}</span>"
             for s in series
             if not s["label"].startswith("_")
         )

@@ -140,12 +140,15 @@ def _configuration(runs: Mapping[str, TestRun]) -> list[str]:
     """The first rig whole, of the others what differs from it."""
     (name, first), *others = runs.items()
     base = _flat(first.rig.to_dict())
-    parts = [f"<p>{html.escape(name)}:</p>"] if others else []
+    alike = [name, *(other for other, run in others if run.rig == first.rig)]
+    parts = [f"<p>{html.escape(', '.join(alike))}:</p>"] if others else []
     parts.append(f"<pre>{html.escape(first.rig.to_toml().strip())}</pre>")
     for other, run in others:
+        if other in alike:
+            continue
         keys = _flat(run.rig.to_dict())
         changed = [k for k in sorted(base | keys) if base.get(k) != keys.get(k)]
-        lines = "\n".join(f"{key} = {keys.get(key, '(absent)')}" for key in changed) or "the same"
+        lines = "\n".join(f"{key} = {keys.get(key, '(absent)')}" for key in changed)
         parts.append(f"<p>{html.escape(other)}, where it differs:</p><pre>{html.escape(lines)}</pre>")
     return parts
 

@@ -93,8 +93,9 @@
       pen.beginPath();
       pen.rect(MARGIN.left, MARGIN.top, inner.w, inner.h);
       pen.clip();
-      for (const rule of this.spec.rules) this.rule(pen, py(rule.y), rule, width);
+      for (const rule of this.spec.rules) this.rule(pen, py(rule.y), width);
       for (const s of this.series) this.line(pen, s, px, py);
+      for (const rule of this.spec.rules) this.label(pen, py(rule.y), rule.label, width);
       if (this.drag) this.selection(pen);
       pen.restore();
       this.drawn = (this.drawn || 0) + 1;
@@ -126,16 +127,28 @@
       pen.strokeRect(MARGIN.left, MARGIN.top, inner.w, inner.h);
     }
 
-    rule(pen, y, rule, width) {
+    rule(pen, y, width) {
       pen.save();
-      pen.strokeStyle = pen.fillStyle = "#b00020";
+      pen.strokeStyle = "#b00020";
       pen.setLineDash([6, 4]);
       pen.beginPath();
       pen.moveTo(MARGIN.left, y);
       pen.lineTo(width, y);
       pen.stroke();
+      pen.restore();
+    }
+
+    label(pen, y, words, width) {
+      const place = [width - MARGIN.right - 6, y < MARGIN.top + 16 ? y + 14 : y - 4];
+      pen.save();
+      // A white rim against the curves behind it.
+      pen.strokeStyle = "#fff";
+      pen.fillStyle = "#b00020";
+      pen.lineWidth = 4;
+      pen.lineJoin = "round";
       pen.textAlign = "right";
-      pen.fillText(rule.label, width - MARGIN.right - 6, y < MARGIN.top + 16 ? y + 14 : y - 4);
+      pen.strokeText(words, ...place);
+      pen.fillText(words, ...place);
       pen.restore();
     }
 
