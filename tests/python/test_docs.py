@@ -60,6 +60,36 @@ def test_page_runs_as_printed(page, tmp_path, monkeypatch):
             assert printed.getvalue() == block.output, f"{page.name}, line {block.line}"
 
 
+# What runs the blocks that are not run here.
+FOLLOWED = {"firmware-rust.md", "firmware-c.md"}  # `make firmware`, to the letter
+RUN_ELSEWHERE = (
+    "eft ",  # test_cli_docs.py
+    "make ",  # .ci/run
+    "pip install .",  # .ci/dist-check
+)
+TOML = {"command-line.md"}  # test_cli_docs.py
+NOT_RUN = {("cluster.md", "{code-block} python")}  # there is no SLURM, and the page says so
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_block_is_run_by_something(page):
+    if page.name in FOLLOWED:
+        return
+    text = page.read_text(encoding="utf-8")
+    assert text.count("\n```") % 2 == 0
+    for fence in FENCE.finditer(text):
+        info, where = fence["info"], (page.name, text.count("\n", 0, fence.start()) + 1)
+        if info == "sh":
+            lines = [line for line in fence["body"].splitlines() if line and not line.startswith("#")]
+            assert all(line.startswith(RUN_ELSEWHERE) for line in lines), where
+        elif info == "toml":
+            assert page.name in TOML, where
+        elif info.startswith("{code-block}"):
+            assert (page.name, info) in NOT_RUN and "Not run" in fence["body"], where
+        else:
+            assert info in ("python", "text output") or info.startswith("{"), where
+
+
 def test_readme_has_its_example():
     assert any(block.output for block in blocks((ROOT / "README.md").read_text(encoding="utf-8")))
 

@@ -1,6 +1,7 @@
 """From a rig to its firmware, and the firmware in the loop."""
 
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -67,3 +68,19 @@ def test_the_processors_run_is_the_simulation(machine):
     # Another rig than the firmware's: the run is not replayed from anywhere.
     other = eft.simulate(rig.replace({"compensation.level": 1.000001}), command, dtype="f32")
     assert (other.force != run.force).any()
+
+
+@pytest.mark.skipif(FIRMWARE is None, reason="EFT_FIRMWARE names no image; `make firmware` does")
+def test_the_page_s_loop_runs_as_printed(monkeypatch):
+    root = Path(__file__).resolve().parents[2]
+    page = (root / "docs" / "firmware-rust.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```py\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    monkeypatch.chdir(root)
+    names = {
+        "eft": eft,
+        "rig": eft.Rig.zhao2005().replace({"controller.realization": "digital"}),
+        "command": eft.sine_sweep(8900.0, 0.0, 10.0, 0.5, 4096.0),
+    }
+    exec(block, names)
+    expected = eft.simulate(names["rig"], names["command"], dtype="f32")
+    np.testing.assert_array_equal(names["run"].force, expected.force)
