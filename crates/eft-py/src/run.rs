@@ -169,6 +169,20 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
     for (name, take) in all {
         traces.set_item(name, arrays::stacked(py, runs.iter_mut().map(take).collect(), stacked)?)?;
     }
+    if let [run] = runs.as_slice()
+        && run.is_steady()
+    {
+        // One number in memory for the whole trace, and so read-only.
+        let (numpy, ticks) = (py.import("numpy")?, run.status.len());
+        for (name, value) in [
+            ("supply_pressure", run.rig.supply.pressure),
+            ("flow_gain_estimate", 1.0),
+            ("response_delay_estimate", run.rig.compensation.response_delay),
+            ("level", 1.0),
+        ] {
+            traces.set_item(name, numpy.call_method1("broadcast_to", (value, ticks))?)?;
+        }
+    }
     for (name, truth, _) in measured.iter().filter(|_| ideal) {
         // One array under two names, for a copy of every trace costs as much as the test.
         traces.set_item(name, traces.get_item(truth)?)?;

@@ -53,7 +53,7 @@ pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -
         for places in places.chunks(width) {
             // A row of lanes costs about as much as two tests, however few of its lanes are filled.
             if places.len() > 2 {
-                let pace = Pace { sample_rate: f64::from_bits(kind.sample_rate), steps: kind.steps };
+                let pace = Pace::new(f64::from_bits(kind.sample_rate), kind.steps);
                 pieces.push(Piece { places: places.to_vec(), side_by_side: Some(pace) });
             } else {
                 alone.extend(places);

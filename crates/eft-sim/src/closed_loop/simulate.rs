@@ -81,7 +81,7 @@ impl SimulateOptions {
     pub(crate) fn pace(&self, rig: &RigConfig, sample_rate: f64) -> Result<Pace> {
         let asked = self.steps(sample_rate)?;
         let needed = Self { largest_step: longest_step(rig).min(self.largest_step), ..*self };
-        Ok(Pace { sample_rate, steps: needed.steps(sample_rate)?.max(asked) })
+        Ok(Pace::new(sample_rate, needed.steps(sample_rate)?.max(asked)))
     }
 }
 

@@ -77,7 +77,7 @@ impl PlantStepper {
         let asked = options.steps(sample_rate)?;
         let needed =
             SimulateOptions { largest_step: longest_step(rig).min(options.largest_step), ..*options };
-        let pace = Pace { sample_rate, steps: needed.steps(sample_rate)?.max(asked) };
+        let pace = Pace::new(sample_rate, needed.steps(sample_rate)?.max(asked));
         let plant = DetailedPlant::pack(|_| rig, pace)?;
         Ok(Self { state: plant.at_rest(), plant, pace, ticks: 0, last_velocity: 0.0 })
     }

@@ -31,23 +31,22 @@ pub struct TestRun {
     pub spool: Vec<f64>,
     /// Load pressure (Pa).
     pub load_pressure: Vec<f64>,
-    /// Supply pressure (Pa).
+    /// Supply pressure (Pa); empty where it [stays](Self::is_steady) as configured.
     pub supply_pressure: Vec<f64>,
     /// Valve command `v` (V).
     pub valve_command: Vec<f64>,
     /// Compensation signal `v_c` (V).
     pub compensation: Vec<f64>,
-    /// The flow gain the controller believes in, against its table (1).
+    /// The flow gain the controller believes in, against its table (1); empty where it stays 1.
     pub flow_gain_estimate: Vec<f64>,
-    /// The delay (s) that the controller makes up for.
+    /// The delay (s) that the controller makes up for; empty where it stays the configured one.
     pub response_delay_estimate: Vec<f64>,
-    /// The overcompensation guard's factor on the compensation level (1).
+    /// The overcompensation guard's factor on the compensation level (1); empty where it stays 1.
     pub level: Vec<f64>,
     /// Bits of [`eft_core::status`].
     pub status: Vec<u32>,
     /// Where the energy went, with a rig that has effects beyond the paper's model.
     pub energy: Option<EnergyBalance>,
-    /// Whether supply pressure and estimates stay as the configuration has them.
     steady: bool,
     /// What the sensors reported, the velocity perhaps estimated; none where each is the truth.
     measured: Option<Measured>,
@@ -76,6 +75,9 @@ impl TestRun {
     pub(crate) fn with_capacity(rig: &RigConfig, sample_rate: f64, ticks: usize) -> Self {
         keep_memory();
         let channel = || Vec::with_capacity(ticks);
+        let steady = !needs_detail(rig) && !adapts(rig) && rig.structure.kind != StructureKind::ShearBuilding;
+        // Four traces fewer to fill take a thirtieth of a test's time off.
+        let moving = || if steady { Vec::new() } else { channel() };
         Self {
             rig: rig.clone(),
             sample_rate,
@@ -85,15 +87,15 @@ impl TestRun {
             velocity: channel(),
             spool: channel(),
             load_pressure: channel(),
-            supply_pressure: channel(),
+            supply_pressure: moving(),
             valve_command: channel(),
             compensation: channel(),
-            flow_gain_estimate: channel(),
-            response_delay_estimate: channel(),
-            level: channel(),
+            flow_gain_estimate: moving(),
+            response_delay_estimate: moving(),
+            level: moving(),
             status: Vec::with_capacity(ticks),
             energy: None,
-            steady: !needs_detail(rig) && !adapts(rig) && rig.structure.kind != StructureKind::ShearBuilding,
+            steady,
             measured: measures(rig).then(|| Measured {
                 force: channel(),
                 displacement: channel(),
@@ -147,11 +149,6 @@ impl TestRun {
         }
         let ticks = commands.len();
         self.command.extend_from_slice(commands);
-        let supply_pressure = more(&mut self.supply_pressure, ticks, self.rig.supply.pressure);
-        let flow_gain_estimate = more(&mut self.flow_gain_estimate, ticks, 1.0);
-        let delay = self.rig.compensation.response_delay;
-        let response_delay_estimate = more(&mut self.response_delay_estimate, ticks, delay);
-        let level = more(&mut self.level, ticks, 1.0);
         Rows {
             force: more(&mut self.force, ticks, 0.0),
             displacement: more(&mut self.displacement, ticks, 0.0),
@@ -161,11 +158,11 @@ impl TestRun {
             valve_command: more(&mut self.valve_command, ticks, 0.0),
             compensation: more(&mut self.compensation, ticks, 0.0),
             status: more(&mut self.status, ticks, 0),
-            moving: (!self.steady).then_some(MovingRows {
-                supply_pressure,
-                flow_gain_estimate,
-                response_delay_estimate,
-                level,
+            moving: (!self.steady).then(|| MovingRows {
+                supply_pressure: more(&mut self.supply_pressure, ticks, 0.0),
+                flow_gain_estimate: more(&mut self.flow_gain_estimate, ticks, 0.0),
+                response_delay_estimate: more(&mut self.response_delay_estimate, ticks, 0.0),
+                level: more(&mut self.level, ticks, 0.0),
             }),
             measured: self.measured.as_mut().map(|measured| MeasuredRows {
                 force: more(&mut measured.force, ticks, 0.0),
@@ -208,6 +205,11 @@ impl TestRun {
         self.status.truncate(ticks);
     }
 
+    /// Whether supply pressure and what the controller believes stay as configured, and have no traces.
+    pub fn is_steady(&self) -> bool {
+        self.steady
+    }
+
     /// Whether each sensor is ideal, and what was measured is what was true.
     pub fn has_ideal_sensors(&self) -> bool {
         self.measured.is_none()
@@ -233,7 +235,7 @@ impl TestRun {
         self.measured.as_ref().map_or(&self.spool, |measured| &measured.spool)
     }
 
-    /// Supply pressure (Pa) as its sensor reported it.
+    /// Supply pressure (Pa) as its sensor reported it; empty where there is neither sensor nor trace.
     pub fn measured_supply_pressure(&self) -> &[f64] {
         self.measured.as_ref().map_or(&self.supply_pressure, |measured| &measured.supply_pressure)
     }

@@ -11,6 +11,12 @@ pub(crate) trait Drive<S: Num>: Copy {
     /// linear in time, force and rate.
     fn demand(&self, time: S, force: S, force_rate: S) -> S;
 
+    /// What the demand (V) without force and rate a time (s) after the sample is above a level (V).
+    #[inline(always)]
+    fn above(&self, level: S, time: S) -> S {
+        self.demand(time, S::splat(0.0), S::splat(0.0)) - level
+    }
+
     /// How fast (V/s) the demand changes at constant force.
     fn slope(&self) -> S;
 
@@ -195,8 +201,14 @@ impl<S: Num> Drive<S> for Analog<S> {
     fn demand(&self, time: S, force: S, force_rate: S) -> S {
         let error = self.command + self.command_rate * time - force;
         let error_rate = self.command_rate - force_rate;
-        // The compensation comes last: a test waits for it.
-        self.proportional * error + self.derivative * error_rate + self.gain * self.compensation
+        self.proportional * error + self.gain * self.compensation + self.derivative * error_rate
+    }
+    // The compensation comes last and costs one operation: a test waits for it.
+    #[inline(always)]
+    fn above(&self, level: S, time: S) -> S {
+        let error = self.command + self.command_rate * time;
+        let known = self.proportional * error + self.derivative * self.command_rate;
+        (known - level).plus(self.gain, self.compensation)
     }
     #[inline(always)]
     fn slope(&self) -> S {

@@ -16,11 +16,12 @@ use crate::dispatch::{Work, dispatch};
 use crate::error::Result;
 use crate::rig::drive::{Analog, Drive, Held};
 use crate::rig::propagator::Propagator;
+use crate::rig::spool::Spool;
 use crate::rig::{Num, Pace, Plant, PlantModel, PlantState};
 use crate::sensors::Signals;
 
-/// Runge–Kutta steps in place of one step of the method.
-const SUBSTEPS: u32 = 1;
+/// Runge–Kutta steps in place of one step of the method in which the spool meets or leaves a stop.
+const SUBSTEPS: u32 = 2;
 
 /// The plant with the method's coefficients, one rig or several side by side.
 #[derive(Debug, Clone)]
@@ -199,13 +200,12 @@ impl<S: Num> Exponential<S> {
             plant = plant.plus(p.softening.bend, ahead.softening - expected(&m.softening));
         }
 
-        let start = drive.demand(S::splat(from), zero, zero);
-        let jump = start - m.demand;
+        let jump = drive.above(m.demand, S::splat(from));
         let unexpected = unexpected.plus(per_jump, jump);
         let memory = Memory {
             flow: [expected_flow + unexpected, m.flow[0]],
             softening: [ahead.softening, m.softening[0]],
-            demand: start + growth,
+            demand: m.demand + (jump + growth),
         };
         let plant = plant.plus(p.demand.constant, jump).plus(p.flow.bend, unexpected);
         Carried { plant, memory }
@@ -272,7 +272,18 @@ impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
     #[inline(always)]
     fn run(self) -> Carried<S> {
         let Self { integrator, state, drive, from, step } = self;
-        let plant = integrator.plant.advance_driven(state.plant, &drive, from, step, SUBSTEPS);
+        let before = Spool::at_stop(state.plant.spool);
+        let (mut plant, mut open) = (state.plant, S::Mask::splat(true));
+        for steps in [1, SUBSTEPS] {
+            let taken = integrator.plant.advance_driven(state.plant, &drive, from, step, steps);
+            plant = PlantState::select(open, taken, plant);
+            // Meeting or leaving a stop is a kink, over which a long step is inaccurate.
+            let after = Spool::at_stop(plant.spool);
+            open = (before | after) & !(before & after);
+            if !open.any() {
+                break;
+            }
+        }
         let zero = S::splat(0.0);
         let memory = Memory {
             flow: [integrator.plant.flow_and_gain(&plant).0, state.memory.flow[0]],

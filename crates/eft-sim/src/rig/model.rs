@@ -15,9 +15,14 @@ pub(crate) struct Pace {
     pub(crate) sample_rate: f64,
     /// Integration steps a tick.
     pub(crate) steps: u32,
+    step: f64,
 }
 
 impl Pace {
+    /// Ticks per second (Hz), and integration steps a tick.
+    pub(crate) fn new(sample_rate: f64, steps: u32) -> Self {
+        Self { sample_rate, steps, step: 1.0 / sample_rate / f64::from(steps) }
+    }
     /// Length of a tick (s).
     #[inline(always)]
     pub(crate) fn period(&self) -> f64 {
@@ -26,7 +31,7 @@ impl Pace {
     /// Length of an integration step (s).
     #[inline(always)]
     pub(crate) fn step(&self) -> f64 {
-        self.period() / f64::from(self.steps)
+        self.step
     }
 }
 
