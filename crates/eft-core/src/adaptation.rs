@@ -4,6 +4,7 @@
 //! cost of a tick is bounded and even, whatever the estimators cost together.
 
 use crate::band_filter::{BandFilter, BandState};
+use crate::flow_correction::{FlowCorrection, FlowCorrectionState};
 use crate::flow_gain::{FlowGainEstimator, FlowGainState};
 use crate::flow_prediction::FlowPrediction;
 use crate::guard::{Guard, GuardState};
@@ -28,6 +29,8 @@ pub(crate) struct Adaptation<S: Scalar, const N: usize> {
     /// Whether the calibration may move; otherwise it stays the configured one.
     pub(crate) adapting: S::Mask,
     pub(crate) guarding: S::Mask,
+    /// Whether the table is corrected by direction and band of opening as well.
+    pub(crate) correcting: S::Mask,
     pub(crate) piston_area: S,
     pub(crate) flow_per_force: S,
     /// Flow (m³/s) per change of force (N) over a window.
@@ -35,6 +38,7 @@ pub(crate) struct Adaptation<S: Scalar, const N: usize> {
     pub(crate) prediction: FlowPrediction<S, N>,
     pub(crate) filter: BandFilter<S>,
     pub(crate) flow_gain: FlowGainEstimator<S>,
+    pub(crate) curve: FlowCorrection<S>,
     pub(crate) valve: ValveEstimator<S>,
     pub(crate) guard: Guard<S>,
     pub(crate) trust: Trust<S>,
@@ -66,6 +70,8 @@ pub(crate) struct AdaptationState<S: Scalar> {
     pub(crate) valve: ValveState<S>,
     pub(crate) guard: GuardState<S>,
     pub(crate) lead: LeadNetwork<S>,
+    // Last: what is off lies out of the way.
+    pub(crate) curve: FlowCorrectionState<S>,
 }
 
 impl<S: Scalar> AdaptationState<S> {
@@ -92,6 +98,7 @@ impl<S: Scalar> AdaptationState<S> {
             valve: ValveState::new(delay),
             guard: GuardState::default(),
             lead,
+            curve: FlowCorrectionState::at_rest(),
         }
     }
 
@@ -107,6 +114,20 @@ impl<S: Scalar> AdaptationState<S> {
 }
 
 impl<S: Scalar, const N: usize> Adaptation<S, N> {
+    /// A demanded no-load flow (m³/s) as the table, which is not corrected in place, has it.
+    #[inline(always)]
+    pub(crate) fn corrected(&self, state: &AdaptationState<S>, demand: S) -> S {
+        if !self.correcting.any() {
+            return demand;
+        }
+        S::select(self.correcting, self.curve.apply(&state.curve, demand), demand)
+    }
+
+    /// No-load flow (m³/s) that the valve was found to pass at a spool opening (1).
+    pub(crate) fn found_flow(&self, state: &AdaptationState<S>, opening: S) -> S {
+        self.curve.undo(&state.curve, self.prediction.curve.eval(opening)) * state.flow_gain.gain
+    }
+
     /// One tick's part of the work.
     // First in a tick: it is a call, across which nothing has to be kept then.
     #[inline(never)]
@@ -183,6 +204,9 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     fn flow(&self, state: &mut AdaptationState<S>) {
         let w = &state.window;
         let (force, command) = (w.means.force, w.means.command);
+        if self.correcting.any() {
+            self.curve.follow(&mut state.curve);
+        }
         let compressed = self.flow_per_force * force + self.flow_per_change * w.force_change;
         let fed = self.flow_per_force * command + self.flow_per_change * w.command_change;
         state.flow = self.piston_area * w.means.velocity + compressed;
@@ -196,13 +220,20 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     fn level(&self, state: &mut AdaptationState<S>) {
         let on = self.guarding & !state.restart();
         self.guard.act(&mut state.guard, on);
+        if self.correcting.any() {
+            self.curve.bend(&mut state.curve, 1);
+        }
     }
 
     /// The flow that the table predicts.
     #[inline(never)]
     fn predict(&self, state: &mut AdaptationState<S>) {
         let w = &state.window;
-        state.predicted = self.prediction.flow(w.means.spool, w.means.force, w.supply);
+        let (passed, slope, root) = self.prediction.parts(w.means.spool, w.means.force, w.supply);
+        state.predicted = passed * root;
+        if self.correcting.any() {
+            self.curve.note(&mut state.curve, passed, slope, root);
+        }
     }
 
     /// The same in the estimators' band; and what the guard sees pumped into the structure.
@@ -217,6 +248,11 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     #[inline(never)]
     fn filter_flow(&self, state: &mut AdaptationState<S>) {
         let restart = state.restart();
+        if self.correcting.any() {
+            let (gain, per_gain) = (state.flow_gain.gain, state.flow_gain.per_gain);
+            let flow = self.curve.straighten(&mut state.curve, state.flow, gain, per_gain);
+            state.flow = S::select(self.correcting, flow, state.flow);
+        }
         (state.flow, _) = self.filter.step(&mut state.flow_filter, state.flow, state.mean_share, restart);
         // A rig that starts at rest, or primed, needs no settling.
         let first = state.tick <= 3 * self.last_tick;
@@ -228,6 +264,9 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     fn compare(&self, state: &mut AdaptationState<S>) {
         let (flow, predicted, gain) = (state.flow, state.predicted, state.flow_gain.gain);
         self.trust.compare(&mut state.trust, flow, predicted, gain, state.spool, state.asked);
+        if self.correcting.any() {
+            self.curve.offset(&mut state.curve);
+        }
     }
 
     /// Whether the models explain the window.
@@ -235,6 +274,9 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     fn judge(&self, state: &mut AdaptationState<S>) {
         let fresh = state.window.whole.gt(S::splat(0.0));
         self.trust.judge(&mut state.trust, fresh & self.adapting);
+        if self.correcting.any() {
+            self.curve.gains(&mut state.curve);
+        }
     }
 
     /// Whether its evidence counts, and how much of the older evidence stays.
@@ -257,6 +299,11 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
 
     #[inline(never)]
     fn valve(&self, state: &mut AdaptationState<S>) {
+        if self.correcting.any() {
+            let believed = state.learning() & self.correcting;
+            self.curve.believe(&mut state.curve, believed);
+            self.curve.depart(&mut state.curve, 0);
+        }
         let t = state.trust;
         if t.weight.gt(S::splat(0.0)).any() {
             let (asked, change) = (state.asked, state.asked_change);
@@ -266,6 +313,9 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
 
     #[inline(never)]
     fn solve(&self, state: &mut AdaptationState<S>) {
+        if self.correcting.any() {
+            self.curve.depart(&mut state.curve, 1);
+        }
         if state.learning().any() {
             self.valve.solve(&mut state.valve);
         }
@@ -274,6 +324,9 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     #[inline(never)]
     fn correct(&self, state: &mut AdaptationState<S>) {
         let on = state.learning();
+        if self.correcting.any() {
+            self.curve.gather(&mut state.curve);
+        }
         if on.any() {
             self.valve.correct(&mut state.valve, on);
         }
@@ -283,6 +336,9 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     #[inline(never)]
     fn calibrate(&self, state: &mut AdaptationState<S>) {
         state.flow_gain.invert();
+        if self.correcting.any() {
+            self.curve.bend(&mut state.curve, 0);
+        }
         // Without estimates the configured network stays as it is, only its level moves.
         let lead = self.valve.lead(&state.valve, state.guard.level);
         state.lead = LeadNetwork::of(
@@ -292,7 +348,10 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         );
         let zero = S::splat(0.0);
         state.flags = S::flag(state.trust.quarantine.gt(zero), status::ADAPTATION_FROZEN)
-            | S::flag((state.flow_gain.beyond + state.valve.beyond).gt(zero), status::ESTIMATE_BOUNDED)
+            | S::flag(
+                (state.flow_gain.beyond + state.valve.beyond + state.curve.beyond).gt(zero),
+                status::ESTIMATE_BOUNDED,
+            )
             | S::flag(state.guard.level.lt(S::splat(1.0)), status::LEVEL_REDUCED);
     }
 }
@@ -309,12 +368,14 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
             per_window: S::from_lanes(|i| lane(i).per_window),
             adapting: S::Mask::from_lanes(|i| lane(i).adapting),
             guarding: S::Mask::from_lanes(|i| lane(i).guarding),
+            correcting: S::Mask::from_lanes(|i| lane(i).correcting),
             piston_area: S::from_lanes(|i| lane(i).piston_area),
             flow_per_force: S::from_lanes(|i| lane(i).flow_per_force),
             flow_per_change: S::from_lanes(|i| lane(i).flow_per_change),
             prediction: FlowPrediction::pack(|i| &lane(i).prediction),
             filter: BandFilter::pack(|i| &lane(i).filter),
             flow_gain: FlowGainEstimator::pack(|i| &lane(i).flow_gain),
+            curve: FlowCorrection::pack(|i| &lane(i).curve),
             valve: ValveEstimator::pack(|i| &lane(i).valve),
             guard: Guard::pack(|i| &lane(i).guard),
             trust: Trust::pack(|i| &lane(i).trust),

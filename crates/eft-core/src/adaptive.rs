@@ -64,6 +64,14 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
         }
     }
 
+    /// No-load flow (m³/s) that the valve was found to pass at a spool opening (1): the table's, corrected and times `θ`.
+    ///
+    /// # Cost
+    /// For after a test, not for a tick: the correction is searched.
+    pub fn found_flow(&self, state: &AdaptiveCompensationState<S>, opening: S) -> S {
+        self.adaptation.found_flow(&state.adaptation, opening)
+    }
+
     /// One sample: the compensation signal `v_c` (V) for the force command (N) and the measurements.
     ///
     /// # NaN
@@ -136,6 +144,7 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
             per_flow_gain: state.adaptation.flow_gain.per_gain,
             supply,
             lead: state.adaptation.lead,
+            corrected: |demand| self.adaptation.corrected(&state.adaptation, demand),
         };
         self.compensation.advance_calibrated(
             &state.compensation,
@@ -161,7 +170,14 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
         let further_flow = self.feedforward.step(&mut feedforward, command);
         let m = measured;
         let supply = m.supply_pressure / self.supply_pressure;
-        let calibration = Calibration { supply, ..self.compensation.nominal() };
+        let nominal = self.compensation.nominal();
+        let calibration = Calibration {
+            per_flow_gain: nominal.per_flow_gain,
+            supply,
+            lead: nominal.lead,
+            // The same arithmetic as in a step, to the last bit.
+            corrected: |demand| self.adaptation.corrected(&state.adaptation, demand),
+        };
         state.compensation =
             self.compensation.prime_calibrated(m.velocity, m.force, m.spool, further_flow, &calibration);
         state

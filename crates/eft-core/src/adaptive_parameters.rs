@@ -6,6 +6,7 @@ use crate::band_filter::BandFilter;
 use crate::compensation::{Compensation, CompensationParameters, Mode};
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::feedforward::Feedforward;
+use crate::flow_correction::FlowCorrection;
 use crate::flow_gain::FlowGainEstimator;
 use crate::flow_prediction::FlowPrediction;
 use crate::flow_table::FlowTable;
@@ -34,6 +35,9 @@ pub struct AdaptiveParameters {
     pub feedforward: bool,
     /// Whether flow gain and valve are estimated.
     pub adaptive: bool,
+    /// Whether the flow table is corrected by direction and band of opening as well, where flow gain and valve are
+    /// estimated.
+    pub correct_curve: bool,
     /// Whether overcompensation takes the level back.
     pub guard: bool,
     /// How the estimators and the guard are set.
@@ -66,6 +70,10 @@ pub struct Tuning {
     /// Weights of the configuration (squared opening × s): flow gain, spool's gain; and (1/s, of squared opening
     /// rate) response delay.
     pub priors: (f64, f64, f64),
+    /// Memory (s of motion in it) of a direction's correction of the table.
+    pub curve_memory: f64,
+    /// The same of a band of openings.
+    pub curve_band_memory: f64,
     /// Part of the signals' squares (1) that the models may miss before they are not believed.
     pub error_share: f64,
     /// Overcompensation (1) at which the guard begins to act.
@@ -94,6 +102,8 @@ impl Tuning {
         response_delay: (0.2, 4.0),
         rates: (0.5, 0.2, 2.0),
         priors: (1.0e-7, 1.0e-6, 6.0e-5),
+        curve_memory: 5.0,
+        curve_band_memory: 0.2,
         error_share: 0.03,
         tolerated: 1.0e-2,
         guard_low_pass: 4.0,
@@ -171,12 +181,22 @@ macro_rules! constructor {
                         curve: *table.forward(),
                     },
                 };
+                let (below, above) = prediction.curve.ends();
+                let (below, above) = (-(below as f64), above as f64);
+                let end = if below > above { below } else { above };
+                let curve = FlowCorrection::over(
+                    end,
+                    period / t.curve_memory,
+                    period * t.rates.0,
+                    period / t.curve_band_memory,
+                );
                 let adaptation = Adaptation {
                     last_tick: ticks - 1,
                     slots: if ticks < SLOTS { SLOTS / ticks } else { 1 },
                     per_window: (1.0 / ticks as f64) as $t,
                     adapting: p.adaptive,
                     guarding: p.guard,
+                    correcting: p.adaptive && p.correct_curve,
                     piston_area: c.piston_area as $t,
                     flow_per_force: leak as $t,
                     flow_per_change: volume as $t,
@@ -190,6 +210,13 @@ macro_rules! constructor {
                         lowest: t.flow_gain.0 as $t,
                         highest: t.flow_gain.1 as $t,
                         change: (t.rates.0 * period) as $t,
+                    },
+                    curve: FlowCorrection {
+                        per_flow: curve.per_flow as $t,
+                        step: curve.step as $t,
+                        forgotten: curve.forgotten as $t,
+                        change: curve.change as $t,
+                        forgotten_beside: curve.forgotten_beside as $t,
                     },
                     valve: ValveEstimator {
                         valve_gain: c.valve_gain as $t,

@@ -94,14 +94,16 @@ impl<S: Scalar> CompensationState<S> {
 }
 
 /// What an adaptive controller finds out about the rig while it runs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Calibration<S> {
+#[derive(Clone, Copy)]
+pub(crate) struct Calibration<S, F> {
     /// The table's flow over the true one (1).
     pub(crate) per_flow_gain: S,
     /// Supply pressure over the configured one (1).
     pub(crate) supply: S,
     /// The inverse of the valve as it is.
     pub(crate) lead: LeadNetwork<S>,
+    /// From the no-load flow (m³/s) that is demanded to the one that the table has for the opening that passes it.
+    pub(crate) corrected: F,
 }
 
 /// One sample's result.
@@ -164,7 +166,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         force: S,
         spool: S,
         further_flow: S,
-        calibration: &Calibration<S>,
+        calibration: &Calibration<S, impl Fn(S) -> S>,
     ) -> (CompensationState<S>, S::Flags) {
         let (opening, flags) = self.required_opening(velocity, force, spool, further_flow, calibration);
         let mut lead = state.lead;
@@ -174,9 +176,9 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
 
     /// The calibration by the configuration.
     #[inline(always)]
-    pub(crate) fn nominal(&self) -> Calibration<S> {
+    pub(crate) fn nominal(&self) -> Calibration<S, impl Fn(S) -> S> {
         let one = S::splat(1.0);
-        Calibration { per_flow_gain: one, supply: one, lead: self.lead }
+        Calibration { per_flow_gain: one, supply: one, lead: self.lead, corrected: |demand| demand }
     }
 
     /// Repeats the last output and raises [`status::HELD`]; the state stays.
@@ -197,7 +199,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         force: S,
         spool: S,
         further_flow: S,
-        calibration: &Calibration<S>,
+        calibration: &Calibration<S, impl Fn(S) -> S>,
     ) -> CompensationState<S> {
         let valid = self.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(LARGEST));
         let (opening, _) = self.required_opening(velocity, force, spool, further_flow, calibration);
@@ -239,10 +241,11 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         force: S,
         spool: S,
         further_flow: S,
-        calibration: &Calibration<S>,
+        calibration: &Calibration<S, impl Fn(S) -> S>,
     ) -> (S, S::Flags) {
         let flow = (self.velocity_to_flow * velocity + further_flow) * calibration.per_flow_gain;
-        let (opening, flags) = self.inverse.required_opening_at(flow, force, spool, calibration.supply);
+        let (opening, flags) =
+            self.inverse.required_opening_at(flow, force, spool, calibration.supply, &calibration.corrected);
         let (required, measured) = (opening.abs(), spool.abs());
         let wider = S::select(required.gt(measured), required, measured);
         (opening, flags | S::flag(wider.gt(self.spool_warning), status::SPOOL_WARNING))

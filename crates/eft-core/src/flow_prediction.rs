@@ -12,11 +12,13 @@ pub(crate) struct FlowPrediction<S: Scalar, const N: usize> {
 }
 
 impl<S: Scalar, const N: usize> FlowPrediction<S, N> {
-    /// Flow (m³/s) through a spool opening (1) at a force (N), the supply at a multiple `supply` (1) of its pressure.
+    /// Flow (m³/s) through a spool opening (1) at no load, its slope there (m³/s per unit opening), and the root (1) that
+    /// it is multiplied by at a force (N), the supply at a multiple `supply` (1) of its pressure.
     #[inline(always)]
-    pub(crate) fn flow(&self, spool: S, force: S, supply: S) -> S {
+    pub(crate) fn parts(&self, spool: S, force: S, supply: S) -> (S, S, S) {
         let (root, _) = self.load_pressure.root_at(force, spool, supply);
-        self.curve.eval(spool) * root
+        let (flow, slope, _) = self.curve.eval_with_slope(spool);
+        (flow, slope, root)
     }
 
     pub(crate) fn pack<'a>(lane: impl Fn(usize) -> &'a FlowPrediction<S::Element, N>) -> Self

@@ -45,16 +45,24 @@ impl<S: Scalar, const N: usize> InverseFlow<S, N> {
     /// Finite and within ±1 for every input; a NaN flow gives an end of the range.
     #[inline(always)]
     pub fn required_opening(&self, flow: S, force: S, spool: S) -> (S, S::Flags) {
-        self.required_opening_at(flow, force, spool, S::splat(1.0))
+        self.required_opening_at(flow, force, spool, S::splat(1.0), |demand| demand)
     }
 
     /// As [`required_opening`](Self::required_opening), where the supply stands at a multiple `supply` (1) of its
-    /// pressure.
+    /// pressure, and the table is `corrected`: from the no-load flow (m³/s) that is demanded to the one that the table
+    /// has for the opening that passes it.
     #[inline(always)]
-    pub fn required_opening_at(&self, flow: S, force: S, spool: S, supply: S) -> (S, S::Flags) {
+    pub fn required_opening_at(
+        &self,
+        flow: S,
+        force: S,
+        spool: S,
+        supply: S,
+        corrected: impl FnOnce(S) -> S,
+    ) -> (S, S::Flags) {
         let direction = S::select(self.sign_from_demand, flow, spool);
         let (root, floored) = self.load_pressure.root_at(force, direction, supply);
-        let demand = flow / root;
+        let demand = corrected(flow / root);
         let (opening, saturated) = self.table.eval_flagged(demand);
         let flags =
             S::flag(floored, status::LOAD_PRESSURE_FLOORED) | S::flag(saturated, status::DEMAND_SATURATED);

@@ -21,6 +21,7 @@ mod compensation;
 mod controller;
 mod error;
 mod feedforward;
+mod flow_correction;
 mod flow_gain;
 mod flow_prediction;
 mod flow_table;

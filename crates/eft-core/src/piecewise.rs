@@ -76,6 +76,11 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
         (S::select(inside, row.at(x), outside), S::select(inside, row.slope, level), !inside)
     }
 
+    /// The values at its ends.
+    pub(crate) const fn ends(&self) -> (S, S) {
+        (self.below, self.above)
+    }
+
     /// Maps of single rigs side by side: lane `i` is `lanes[i]`.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a PiecewiseLinear<S::Element, N>) -> Self
     where

@@ -16,9 +16,16 @@ const OFF: AdaptiveParameters =
 
 /// With these switches on a rig around the paper's.
 fn parameters() -> impl Strategy<Value = AdaptiveParameters> {
-    (rig::parameters(), any::<[bool; 3]>()).prop_map(|(compensation, [feedforward, adaptive, guard])| {
-        AdaptiveParameters { compensation, feedforward, adaptive, guard, ..rig::ADAPTIVE }
-    })
+    (rig::parameters(), any::<[bool; 4]>()).prop_map(
+        |(compensation, [feedforward, adaptive, correct_curve, guard])| AdaptiveParameters {
+            compensation,
+            feedforward,
+            adaptive,
+            correct_curve,
+            guard,
+            ..rig::ADAPTIVE
+        },
+    )
 }
 
 /// One tick's command (N), velocity (m/s), force (N), spool (1) and supply pressure (Pa).

@@ -21,7 +21,7 @@
 #endif
 
 // Changes with every incompatible change of the header.
-#define EFT_ABI_VERSION 2
+#define EFT_ABI_VERSION 3
 
 // eft_adaptive_parameters.parts: demand the command's own flow as well.
 #define EFT_FEEDFORWARD 1
@@ -31,6 +31,9 @@
 
 // eft_adaptive_parameters.parts: take the level back where overcompensation pumps the structure.
 #define EFT_GUARD 4
+
+// eft_adaptive_parameters.parts: correct the flow table by direction and band of opening, beside EFT_ESTIMATORS.
+#define EFT_CURVE 8
 
 // Points a flow table may have.
 #define EFT_TABLE_CAPACITY 21
@@ -208,7 +211,7 @@ typedef struct eft_error {
 // What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
 // eft_adaptive_prime before the first step.
 typedef struct eft_adaptive_state_f32 {
-  float words[96];
+  float words[208];
 } eft_adaptive_state_f32;
 
 // One tick's command and measurements.
@@ -257,7 +260,7 @@ typedef struct eft_adaptive_f64 {
 // What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
 // eft_adaptive_prime before the first step.
 typedef struct eft_adaptive_state_f64 {
-  double words[96];
+  double words[208];
 } eft_adaptive_state_f64;
 
 // One tick's command and measurements.
@@ -417,6 +420,13 @@ uint8_t eft_adaptive_compensation_step_f32(const struct eft_adaptive_f32 *config
 // What was learned so far.
 uint8_t eft_adaptive_learned_f32(const struct eft_adaptive_state_f32 *state, struct eft_learned_f32 *learned);
 
+// No-load flow that the valve was found to pass at a spool opening: m3/s at 1. At the openings of the
+// table it is the rig's new flow curve. For after a test, not for the interrupt: its cost is not counted.
+uint8_t eft_adaptive_flow_f32(const struct eft_adaptive_f32 *config,
+                              const struct eft_adaptive_state_f32 *state,
+                              float opening,
+                              float *flow);
+
 // Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
 // *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
 uint8_t eft_adaptive_configure_f64(const struct eft_adaptive_parameters *parameters,
@@ -462,6 +472,13 @@ uint8_t eft_adaptive_compensation_step_f64(const struct eft_adaptive_f64 *config
 
 // What was learned so far.
 uint8_t eft_adaptive_learned_f64(const struct eft_adaptive_state_f64 *state, struct eft_learned_f64 *learned);
+
+// No-load flow that the valve was found to pass at a spool opening: m3/s at 1. At the openings of the
+// table it is the rig's new flow curve. For after a test, not for the interrupt: its cost is not counted.
+uint8_t eft_adaptive_flow_f64(const struct eft_adaptive_f64 *config,
+                              const struct eft_adaptive_state_f64 *state,
+                              double opening,
+                              double *flow);
 
 // Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
 // *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
@@ -598,8 +615,8 @@ EFT_STATIC_ASSERT(sizeof(eft_adaptive_parameters) == 512);
 EFT_STATIC_ASSERT(offsetof(eft_adaptive_parameters, parts) == 508);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_f32) == 1152);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_f64) == 2304);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f32) == 384);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f64) == 768);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f32) == 832);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f64) == 1664);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f32) == 24);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f64) == 48);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 16);

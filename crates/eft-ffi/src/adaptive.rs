@@ -17,6 +17,8 @@ pub const EFT_FEEDFORWARD: u32 = 1;
 pub const EFT_ESTIMATORS: u32 = 2;
 /// eft_adaptive_parameters.parts: take the level back where overcompensation pumps the structure.
 pub const EFT_GUARD: u32 = 4;
+/// eft_adaptive_parameters.parts: correct the flow table by direction and band of opening, beside EFT_ESTIMATORS.
+pub const EFT_CURVE: u32 = 8;
 
 /// An adaptive controller's parameters in SI units: the nominal rig, and what is switched on.
 #[repr(C)]
@@ -38,7 +40,7 @@ pub struct eft_adaptive_parameters {
 
 impl eft_adaptive_parameters {
     fn adaptive(&self) -> Result<AdaptiveParameters, eft_core::ConfigError> {
-        let all = EFT_FEEDFORWARD | EFT_ESTIMATORS | EFT_GUARD;
+        let all = EFT_FEEDFORWARD | EFT_ESTIMATORS | EFT_GUARD | EFT_CURVE;
         if self.parts & !all != 0 {
             return Err(eft_core::ConfigError::OutOfRange {
                 parameter: "parts",
@@ -56,6 +58,7 @@ impl eft_adaptive_parameters {
             velocity_delay: self.velocity_delay,
             feedforward: self.parts & EFT_FEEDFORWARD != 0,
             adaptive: self.parts & EFT_ESTIMATORS != 0,
+            correct_curve: self.parts & EFT_CURVE != 0,
             guard: self.parts & EFT_GUARD != 0,
             tuning: Tuning::DEFAULT,
         })
@@ -67,7 +70,7 @@ macro_rules! precision {
         $module:ident, $t:ty, controller: $controller_words:literal, state: $state_words:literal,
         $Config:ident $State:ident $Input:ident $Output:ident $Learned:ident
         $configure:ident $check:ident $reset:ident $prime:ident $hold:ident $missed:ident $step:ident
-        $compensation:ident $learned:ident
+        $compensation:ident $learned:ident $flow:ident
     ) => {
         mod $module {
             use super::*;
@@ -339,21 +342,41 @@ macro_rules! precision {
                 };
                 EFT_OK
             }
+
+            /// No-load flow that the valve was found to pass at a spool opening: m3/s at 1. At the openings of the
+            /// table it is the rig's new flow curve. For after a test, not for the interrupt: its cost is not counted.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $flow(
+                config: *const $Config,
+                state: *const $State,
+                opening: $t,
+                flow: *mut $t,
+            ) -> u8 {
+                // Safety: null or valid.
+                let (core, state, flow) = unsafe {
+                    (config.cast::<Core>().as_ref(), state.cast::<CoreState>().as_ref(), flow.as_mut())
+                };
+                let (Some(core), Some(state), Some(flow)) = (core, state, flow) else {
+                    return EFT_NULL_POINTER;
+                };
+                *flow = core.compensation.found_flow(&state.compensation, opening);
+                EFT_OK
+            }
         }
         pub use $module::*;
     };
 }
 precision!(
-    single, f32, controller: 288, state: 96,
+    single, f32, controller: 288, state: 208,
     eft_adaptive_f32 eft_adaptive_state_f32 eft_adaptive_input_f32 eft_output_f32 eft_learned_f32
     eft_adaptive_configure_f32 eft_adaptive_check_f32 eft_adaptive_reset_f32 eft_adaptive_prime_f32
     eft_adaptive_hold_f32 eft_adaptive_missed_f32 eft_adaptive_step_f32 eft_adaptive_compensation_step_f32
-    eft_adaptive_learned_f32
+    eft_adaptive_learned_f32 eft_adaptive_flow_f32
 );
 precision!(
-    double, f64, controller: 288, state: 96,
+    double, f64, controller: 288, state: 208,
     eft_adaptive_f64 eft_adaptive_state_f64 eft_adaptive_input_f64 eft_output_f64 eft_learned_f64
     eft_adaptive_configure_f64 eft_adaptive_check_f64 eft_adaptive_reset_f64 eft_adaptive_prime_f64
     eft_adaptive_hold_f64 eft_adaptive_missed_f64 eft_adaptive_step_f64 eft_adaptive_compensation_step_f64
-    eft_adaptive_learned_f64
+    eft_adaptive_learned_f64 eft_adaptive_flow_f64
 );

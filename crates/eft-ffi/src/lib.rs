@@ -22,7 +22,7 @@ pub use shadow::eft_turn;
 pub use status::*;
 
 /// Changes with every incompatible change of the header.
-pub const EFT_ABI_VERSION: u32 = 2;
+pub const EFT_ABI_VERSION: u32 = 3;
 
 /// The version this library was built with: compare it with EFT_ABI_VERSION once at start-up.
 #[unsafe(no_mangle)]
@@ -45,7 +45,7 @@ const _: () = {
     assert!(size_of::<eft_output_f32>() == 12 && size_of::<eft_output_f64>() == 24);
     assert!(size_of::<eft_adaptive_parameters>() == 512 && offset_of!(eft_adaptive_parameters, parts) == 508);
     assert!(size_of::<eft_adaptive_f32>() == 1152 && size_of::<eft_adaptive_f64>() == 2304);
-    assert!(size_of::<eft_adaptive_state_f32>() == 384 && size_of::<eft_adaptive_state_f64>() == 768);
+    assert!(size_of::<eft_adaptive_state_f32>() == 832 && size_of::<eft_adaptive_state_f64>() == 1664);
     assert!(size_of::<eft_adaptive_input_f32>() == 24 && size_of::<eft_adaptive_input_f64>() == 48);
     assert!(size_of::<eft_learned_f32>() == 16 && size_of::<eft_learned_f64>() == 32);
     assert!(size_of::<eft_shadow_f32>() == 808 && size_of::<eft_shadow_f64>() == 1480);

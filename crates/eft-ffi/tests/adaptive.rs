@@ -80,6 +80,7 @@ fn core(p: &eft_adaptive_parameters) -> AdaptiveController<f32, 21> {
         velocity_delay: 0.0,
         feedforward: true,
         adaptive: true,
+        correct_curve: false,
         guard: true,
         tuning: Tuning::DEFAULT,
     };
@@ -156,6 +157,43 @@ fn the_steps_are_the_cores() {
 }
 
 #[test]
+fn the_flow_table_is_corrected_as_the_core_does() {
+    let mut p = parameters();
+    p.parts |= EFT_CURVE;
+    let (openings, flows) = (p.rig.openings, p.rig.flows);
+    let (mut config, mut state) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+    let mut output = eft_output_f64 { valve_command: 0.0, compensation: 0.0, status: 0 };
+    let table = FlowTable::<f64, 21>::new(&openings, &flows).unwrap();
+    // Safety: every pointer is valid.
+    unsafe {
+        assert_eq!(eft_adaptive_configure_f64(&p, config.as_mut_ptr(), null_mut()), EFT_OK);
+        assert_eq!(eft_adaptive_reset_f64(config.as_ptr(), state.as_mut_ptr()), EFT_OK);
+        // The spool comes 5 ms after its command; the valve passes 5 % more forth and 5 % less back.
+        let swing = |tick: f64| 0.4 * (0.002 * tick).sin();
+        for n in 0..80_000_u32 {
+            let opening = swing(f64::from(n));
+            let side = if opening > 0.0 { 1.05 } else { 0.95 };
+            let input = eft_adaptive_input_f64 {
+                command: 0.0,
+                velocity: side * table.flow(opening) / p.rig.piston_area,
+                force: 0.0,
+                spool: opening,
+                supply_pressure: p.rig.supply_pressure,
+                valve_command: swing(f64::from(n) + 5.0e-3 * p.rig.sample_rate) / p.rig.valve_gain,
+            };
+            eft_adaptive_compensation_step_f64(config.as_ptr(), state.as_mut_ptr(), &input, &mut output);
+        }
+        // A swing of one size tells an offset from the bands beside zero but slowly: 1 % is left.
+        for (x, ratio) in [(0.3, 1.05), (-0.3, 0.95)] {
+            let mut flow = 0.0;
+            assert_eq!(eft_adaptive_flow_f64(config.as_ptr(), state.as_ptr(), x, &mut flow), EFT_OK);
+            assert!((flow / table.flow(x) - ratio).abs() < 0.015, "{x}: {}", flow / table.flow(x));
+        }
+        assert_eq!(eft_adaptive_flow_f64(config.as_ptr(), null(), 0.1, &mut 0.0), EFT_NULL_POINTER);
+    }
+}
+
+#[test]
 fn primed_it_holds_its_output() {
     let p = parameters();
     let (mut config, mut state) = (MaybeUninit::uninit(), MaybeUninit::uninit());
@@ -185,7 +223,7 @@ fn what_is_wrong_is_refused_by_name() {
     let mut config = MaybeUninit::<eft_adaptive_f32>::uninit();
     let mut why = MaybeUninit::<eft_error>::uninit();
     for (change, name) in [
-        ((|p| p.parts = 8) as fn(&mut eft_adaptive_parameters), "parts"),
+        ((|p| p.parts = 16) as fn(&mut eft_adaptive_parameters), "parts"),
         (|p| p.compressibility = 0.0, "compressibility"),
         (|p| p.rig.level = -1.0, "level"),
     ] {

@@ -54,6 +54,7 @@ pub static CONTROLLER: AdaptiveController<f32, POINTS> = {
         computation_delay: 0, // samples
         feedforward: true,
         adaptive: true,
+        correct_curve: false,
         guard: true,
         tuning: Tuning::DEFAULT,
     };

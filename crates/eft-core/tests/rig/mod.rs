@@ -58,6 +58,7 @@ pub const ADAPTIVE: AdaptiveParameters = AdaptiveParameters {
     velocity_delay: 0.0,
     feedforward: true,
     adaptive: true,
+    correct_curve: false,
     guard: true,
     tuning: Tuning::DEFAULT,
 };

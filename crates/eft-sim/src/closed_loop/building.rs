@@ -131,6 +131,9 @@ fn run_through<P: Precision<Flags = u32>>(
         }
         plant.advance(&drivers, 1.0 / sample_rate, steps, None);
     }
+    for (run, side) in runs.iter_mut().zip(&digital) {
+        run.learn(|openings| side.found_flows(openings, 0));
+    }
     go_on(total, total);
     Ok((runs, plant))
 }

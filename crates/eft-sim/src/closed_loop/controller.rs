@@ -119,6 +119,7 @@ pub fn adaptive_parameters(rig: &RigConfig, sample_rate: f64) -> Result<Adaptive
         velocity_delay: velocity_delay(rig, sample_rate)?,
         feedforward: rig.compensation.feedforward,
         adaptive: rig.compensation.adaptive,
+        correct_curve: rig.compensation.curve_correction,
         guard: rig.compensation.adaptive || rig.compensation.guard,
         tuning: Tuning::DEFAULT,
     })

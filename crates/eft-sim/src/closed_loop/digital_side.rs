@@ -1,10 +1,10 @@
 //! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
 use eft_core::{
-    AdaptiveControllerState, ControllerOutput, ControllerState, Feedforward, FeedforwardState, Mask,
-    Measurements, Real, Scalar,
+    ControllerOutput, ControllerState, Feedforward, FeedforwardState, Mask, Measurements, Real, Scalar,
 };
 
+use crate::closed_loop::adaptive::{Adaptive, Calibration};
 use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
 use crate::closed_loop::dac::Dac;
 use crate::closed_loop::delay_line::DelayLine;
@@ -63,17 +63,6 @@ impl<C: Scalar> Default for DigitalState<C> {
     }
 }
 
-/// What the controller believes of its rig.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Calibration<S> {
-    /// True flow over the table's (1).
-    pub(crate) flow_gain: S,
-    /// Delay that the lead network makes up for (s).
-    pub(crate) response_delay: S,
-    /// The guard's factor on the compensation level (1).
-    pub(crate) level: S,
-}
-
 impl<S: Num> Signals<S> {
     /// What the controller reads, in its precision: velocity, force and spool opening.
     #[inline(always)]
@@ -119,7 +108,7 @@ impl<S: Num> Signals<S> {
 
 /// The same numbers in another precision.
 #[inline(always)]
-fn convert<A: Scalar, B: Scalar>(from: A) -> B {
+pub(crate) fn convert<A: Scalar, B: Scalar>(from: A) -> B {
     B::from_lanes(|i| B::Element::from_f64(from.lane(i).to_f64()))
 }
 
@@ -145,25 +134,6 @@ impl Answer {
             valve_command: convert(answer.valve_command),
             compensation: convert(answer.compensation),
             status: C::flag(C::Mask::splat(true), answer.status),
-        }
-    }
-}
-
-/// The controller of a rig that adapts, and what it remembers.
-struct Adaptive<S: Num, C: Scalar> {
-    controller: RigAdaptiveController<C>,
-    state: AdaptiveControllerState<C>,
-    /// What drove the valve since the last tick.
-    before: Option<Driver<S>>,
-}
-
-impl<S: Num, C: Scalar> Adaptive<S, C> {
-    fn calibration(&self) -> Calibration<S> {
-        let state = &self.state.compensation;
-        Calibration {
-            flow_gain: convert(state.flow_gain()),
-            response_delay: convert(state.response_delay()),
-            level: convert(state.level()),
         }
     }
 }
@@ -319,6 +289,12 @@ where
     /// Puts a controller from outside in the place of the rig's own; of a digital side, one rig.
     pub(crate) fn controlled_by(&mut self, outside: Outside) {
         self.outside = Some(outside);
+    }
+
+    /// No-load flows (m³/s) that the valve of a lane was found to pass at these openings; none where nothing is
+    /// learned.
+    pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
+        self.adaptive.as_ref().map(|adaptive| adaptive.found_flows(openings, lane))
     }
 
     /// Asks the protection, where there is one, for the soft end.

@@ -1,5 +1,6 @@
 //! The sampled closed loop: `eft-core` around the continuous plant.
 
+mod adaptive;
 mod building;
 mod building_stepper;
 mod channel;

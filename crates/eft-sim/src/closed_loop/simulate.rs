@@ -203,6 +203,7 @@ fn run_through<P: Precision, M: PlantModel<f64>>(
         }
         start += ticks;
     }
+    run.learn(|openings| test.found_flows(openings, 0));
     go_on(total, total);
     Ok((run, test, state))
 }

@@ -111,6 +111,11 @@ where
         state.plant = self.plant.restarted(state.plant, at);
     }
 
+    /// As [`DigitalSide::found_flows`].
+    pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
+        self.digital.found_flows(openings, lane)
+    }
+
     /// Asks the protection, where there is one, for the soft end.
     pub(crate) fn end(&mut self) {
         self.digital.end();

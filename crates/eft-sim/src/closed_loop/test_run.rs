@@ -9,6 +9,7 @@ use crate::closed_loop::chunk::Keep;
 use crate::closed_loop::controller::adapts;
 use crate::closed_loop::single::Tick;
 use crate::config::{RigConfig, StructureKind};
+use crate::error::Result;
 use crate::rig::{EnergyBalance, Num, needs_detail};
 
 /// The traces of one test. Value `i` is the plant's true value at time `i / sample_rate`, before that tick's
@@ -45,6 +46,9 @@ pub struct TestRun {
     pub level: Vec<f64>,
     /// Bits of [`eft_core::status`].
     pub status: Vec<u32>,
+    /// No-load flows (m³/s) that the valve was found to pass by the end, at the openings of the rig's flow table; the
+    /// table's own where nothing is learned.
+    pub found_flows: Vec<f64>,
     /// Where the energy went, with a rig that has effects beyond the paper's model.
     pub energy: Option<EnergyBalance>,
     steady: bool,
@@ -94,6 +98,7 @@ impl TestRun {
             response_delay_estimate: moving(),
             level: moving(),
             status: Vec::with_capacity(ticks),
+            found_flows: rig.servovalve.flow_table.flows.clone(),
             energy: None,
             steady,
             measured: measures(rig).then(|| Measured {
@@ -104,6 +109,27 @@ impl TestRun {
                 supply_pressure: channel(),
             }),
         }
+    }
+
+    /// Takes over the flows (m³/s) that were found at openings, where any were.
+    pub(crate) fn learn(&mut self, found: impl FnOnce(&[f64]) -> Option<Vec<f64>>) {
+        if let Some(flows) = found(&self.rig.servovalve.flow_table.openings) {
+            self.found_flows = flows;
+        }
+    }
+
+    /// The rig with the flow curve that was found as its controller's; the valve itself stays what it was.
+    ///
+    /// # Errors
+    /// Flows that do not increase, which a controller in single precision can leave behind where the table all but
+    /// stands still.
+    pub fn corrected_rig(&self) -> Result<RigConfig> {
+        let mut rig = self.rig.clone();
+        let valve = &mut rig.servovalve;
+        valve.true_flow_table = Some(valve.true_curve().clone());
+        valve.flow_table.flows.clone_from(&self.found_flows);
+        rig.validate()?;
+        Ok(rig)
     }
 
     /// Where two runs differ by a bit for the first time, as trace and sample; none where they are equal.

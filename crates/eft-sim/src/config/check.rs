@@ -16,6 +16,8 @@ const BESIDE: &[(&str, &str)] = &[
     ("supply.droop", "supply.accumulator"),
     ("supply.accumulator", "supply.droop"),
     ("supply.pump_flow", "supply.droop"),
+    ("servovalve.true_flow_table.openings", "servovalve.true_flow_table.flows"),
+    ("servovalve.true_flow_table.flows", "servovalve.true_flow_table.openings"),
     ("supply.schedule.times", "supply.schedule.pressures"),
     ("supply.schedule.pressures", "supply.schedule.times"),
     ("structure.power_damper.coefficient", "structure.power_damper.exponent"),
@@ -64,7 +66,10 @@ pub(super) fn complete(given: Table) -> Result<Table> {
         }
     }
     together(&whole)?;
-    flow_table(&whole)?;
+    flow_table(&whole, "servovalve.flow_table")?;
+    if tree::get(&whole, "servovalve.true_flow_table").is_some() {
+        flow_table(&whole, "servovalve.true_flow_table")?;
+    }
     supply_schedule(&whole)?;
     stories(&whole)?;
     Ok(whole)
@@ -112,17 +117,17 @@ fn together(whole: &Table) -> Result<()> {
     Ok(())
 }
 
-/// The flow curve: as many flows as openings, both strictly increasing, through (0, 0), with both
+/// A flow curve: as many flows as openings, both strictly increasing, through (0, 0), with both
 /// directions of flow.
-fn flow_table(whole: &Table) -> Result<()> {
-    const OPENINGS: &str = "servovalve.flow_table.openings";
-    const FLOWS: &str = "servovalve.flow_table.flows";
-    let (openings, flows) = (list(whole, OPENINGS), list(whole, FLOWS));
+fn flow_table(whole: &Table, section: &str) -> Result<()> {
+    let openings_key = &*format!("{section}.openings");
+    let flows_key = &*format!("{section}.flows");
+    let (openings, flows) = (list(whole, openings_key), list(whole, flows_key));
     if openings.len() != flows.len() {
-        let allowed = format!("must have as many values as `{OPENINGS}`, which has {}", openings.len());
-        return Err(Error::value(FLOWS, format!("{} values", flows.len()), allowed));
+        let allowed = format!("must have as many values as `{openings_key}`, which has {}", openings.len());
+        return Err(Error::value(flows_key, format!("{} values", flows.len()), allowed));
     }
-    for (key, values) in [(OPENINGS, &openings), (FLOWS, &flows)] {
+    for (key, values) in [(openings_key, &openings), (flows_key, &flows)] {
         for (index, (before, value)) in values.iter().zip(values.iter().skip(1)).enumerate() {
             if value <= before {
                 let allowed = format!("must increase strictly: [{index}] is {}", Short(*before));
@@ -132,15 +137,15 @@ fn flow_table(whole: &Table) -> Result<()> {
     }
     if let Some((index, opening)) = openings.iter().enumerate().find(|(_, opening)| opening.abs() > 1.0) {
         let allowed = "must be between -1 and 1, a fraction of the spool's stroke";
-        return Err(Error::value(&format!("{OPENINGS}[{index}]"), Short(*opening), allowed));
+        return Err(Error::value(&format!("{openings_key}[{index}]"), Short(*opening), allowed));
     }
     let Some(zero) = openings.iter().position(|opening| *opening == 0.0) else {
-        return Err(Error::value(OPENINGS, "no point at 0", "must contain the point (0, 0)"));
+        return Err(Error::value(openings_key, "no point at 0", "must contain the point (0, 0)"));
     };
     match flows.get(zero) {
         Some(flow) if *flow != 0.0 => {
             return Err(Error::value(
-                &format!("{FLOWS}[{zero}]"),
+                &format!("{flows_key}[{zero}]"),
                 Short(*flow),
                 "must be 0, the flow at opening 0",
             ));
@@ -150,7 +155,7 @@ fn flow_table(whole: &Table) -> Result<()> {
     if zero == 0 || zero + 1 == openings.len() {
         let side = if zero == 0 { "nothing below opening 0" } else { "nothing above opening 0" };
         return Err(Error::value(
-            OPENINGS,
+            openings_key,
             side,
             "must have points on both sides of 0, one for each direction of flow",
         ));

@@ -16,6 +16,10 @@ fn everything() -> Table {
             Kind::Bool => Value::Boolean(true),
             Kind::Choice(words) => Value::String(words[0].into()),
             Kind::Text => Value::String("some text".into()),
+            // A curve has rules of its own, which the known one keeps.
+            Kind::Floats(..) if row.key.contains("true_flow_table") => {
+                tree::get(&whole, &row.key.replace("true_", "")).unwrap().clone()
+            }
             Kind::Floats(least, _) => {
                 Value::Array((0..least).map(|i| Value::Float(1.0 + i as f64)).collect())
             }

@@ -47,6 +47,7 @@ impl RigConfig {
                 spool_stroke: 2.79e-3,
                 spool_sensitivity: 3579.13,
                 flow_gain_scale: 1.0,
+                true_flow_table: None,
                 flow_table: FlowCurve {
                     openings: (-10..=10).map(|tenth| f64::from(tenth) / 10.0).collect(),
                     flows: flows.map(|flow| flow * CUBIC_INCH).collect(),
@@ -79,6 +80,7 @@ impl RigConfig {
                 sign_from: SignFrom::Spool,
                 feedforward: false,
                 adaptive: false,
+                curve_correction: false,
                 supply_correction: false,
                 guard: false,
             },

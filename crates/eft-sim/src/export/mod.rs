@@ -170,7 +170,12 @@ fn rust(
         }
         writeln!(out, "        force_sensitivity: {}, // V/N", number(a.force_sensitivity))?;
         writeln!(out, "        computation_delay: {}, // samples", a.computation_delay)?;
-        for (key, on) in [("feedforward", a.feedforward), ("adaptive", a.adaptive), ("guard", a.guard)] {
+        for (key, on) in [
+            ("feedforward", a.feedforward),
+            ("adaptive", a.adaptive),
+            ("correct_curve", a.correct_curve),
+            ("guard", a.guard),
+        ] {
             writeln!(out, "        {key}: {on},")?;
         }
         writeln!(out, "        tuning: Tuning::DEFAULT,\n    }};")?;
@@ -229,8 +234,12 @@ fn c(
                 writeln!(out, "  .{key} = {}, /* {unit} */", number(value))?;
             }
             writeln!(out, "  .computation_delay = {}, /* samples */", a.computation_delay)?;
-            let parts =
-                [(a.feedforward, "EFT_FEEDFORWARD"), (a.adaptive, "EFT_ESTIMATORS"), (a.guard, "EFT_GUARD")];
+            let parts = [
+                (a.feedforward, "EFT_FEEDFORWARD"),
+                (a.adaptive, "EFT_ESTIMATORS"),
+                (a.correct_curve, "EFT_CURVE"),
+                (a.guard, "EFT_GUARD"),
+            ];
             let on: Vec<_> = parts.iter().filter(|part| part.0).map(|part| part.1).collect();
             let on = if on.is_empty() { "0".to_owned() } else { on.join(" | ") };
             writeln!(out, "  .parts = {on},\n  .rig = {{")?;

@@ -119,7 +119,7 @@ fn merge(all: &mut Vec<Demand>, asked: Vec<Demand>) {
 
 fn demands(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Result<(Vec<Demand>, f64)> {
     let actuator = &rig.actuator;
-    let table = &rig.servovalve.flow_table;
+    let table = rig.servovalve.true_curve();
     let curve = FlowTable::<f64, TABLE_CAPACITY>::new(&table.openings, &table.flows)?;
     let (least, most) = (curve.flow(-1.0), curve.flow(1.0));
     let stall = actuator.piston_area * rig.supply.pressure;

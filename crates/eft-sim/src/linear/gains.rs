@@ -1,6 +1,6 @@
 //! Which slope of the flow curve stands for it near rest.
 
-use crate::config::{Mode, RigConfig};
+use crate::config::{FlowCurve, Mode, RigConfig};
 use crate::error::{Error, Result};
 
 /// The flow gain of a linear model. Plant and nonlinear compensation take the same slope, so that it cancels where
@@ -32,11 +32,19 @@ pub(super) struct Gains {
 impl FlowGain {
     pub(super) fn gains(self, rig: &RigConfig) -> Result<Gains> {
         let nominal = rig.compensation.flow_gain;
-        let slope = match self {
-            Self::Nominal => nominal,
-            Self::Steeper => slopes(rig)?.1,
-            Self::Shallower => slopes(rig)?.0,
-            Self::Mean => slopes(rig).map(|(shallower, steeper)| 0.5 * (shallower + steeper))?,
+        let of = |curve: &FlowCurve| -> Result<f64> {
+            let (shallower, steeper) = slopes(curve)?;
+            Ok(match self {
+                Self::Steeper => steeper,
+                Self::Shallower => shallower,
+                Self::Nominal | Self::Mean => 0.5 * (shallower + steeper),
+            })
+        };
+        let valve = &rig.servovalve;
+        let slope = if self == Self::Nominal { nominal } else { of(&valve.flow_table)? };
+        let true_over_known = match &valve.true_flow_table {
+            Some(curve) => of(curve)? / of(&valve.flow_table)?,
+            None => 1.0,
         };
         let known = match rig.compensation.mode {
             Mode::Nonlinear | Mode::Off => slope,
@@ -44,16 +52,15 @@ impl FlowGain {
         };
         let off = rig.compensation.mode == Mode::Off;
         Ok(Gains {
-            flow: slope * rig.servovalve.flow_gain_scale,
+            flow: slope * true_over_known * valve.flow_gain_scale,
             opening_per_flow: rig.compensation.level / known,
             compensated_area: if off { 0.0 } else { rig.actuator.piston_area },
         })
     }
 }
 
-/// The flow curve's slopes (m³/s) to either side of the origin, the shallower first.
-fn slopes(rig: &RigConfig) -> Result<(f64, f64)> {
-    let table = &rig.servovalve.flow_table;
+/// A flow curve's slopes (m³/s) to either side of the origin, the shallower first.
+fn slopes(table: &FlowCurve) -> Result<(f64, f64)> {
     let slope =
         |i: usize| (table.flows[i + 1] - table.flows[i]) / (table.openings[i + 1] - table.openings[i]);
     let last = table.openings.len() - 1;

@@ -51,12 +51,12 @@ impl<S: Num> LoadFlow<S> {
     }
 }
 
-/// The rig's flow curve in double precision.
+/// The true valve's flow curve in double precision.
 ///
 /// # Errors
 /// What the core refuses, with the configuration's key.
 fn flow_table(rig: &RigConfig) -> Result<FlowTable<f64, TABLE_CAPACITY>> {
-    let table = &rig.servovalve.flow_table;
+    let table = rig.servovalve.true_curve();
     Ok(FlowTable::<f64, TABLE_CAPACITY>::new(&table.openings, &table.flows)?)
 }
 

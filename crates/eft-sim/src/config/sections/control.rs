@@ -76,6 +76,8 @@ pub struct Compensation {
     pub feedforward: bool,
     /// Whether flow gain and valve are estimated during the test.
     pub adaptive: bool,
+    /// Whether the flow curve is corrected by direction and band of opening as well, where the rig adapts.
+    pub curve_correction: bool,
     /// Whether a measured supply pressure scales the flow.
     pub supply_correction: bool,
     /// Whether overcompensation takes the level back without estimates as well.

@@ -69,8 +69,10 @@ pub struct Servovalve {
     pub spool_sensitivity: f64,
     /// Scale of the true flow against the curve the controller knows, dimensionless.
     pub flow_gain_scale: f64,
-    /// The flow curve f, Table 2.
+    /// The flow curve f that the controller knows, Table 2.
     pub flow_table: FlowCurve,
+    /// The true valve's flow curve, where it is not that one.
+    pub true_flow_table: Option<FlowCurve>,
     /// Largest flow of the pilot stage, m³/s.
     pub pilot_flow_limit: Option<f64>,
     /// Overlap of the spool's lands, an opening, dimensionless.
@@ -89,6 +91,13 @@ pub struct ValveLeakage {
     pub constant: f64,
     /// Opening within which the constant part changes its sign, dimensionless.
     pub null_region: f64,
+}
+
+impl Servovalve {
+    /// The flow curve of the true valve, before `flow_gain_scale`.
+    pub(crate) fn true_curve(&self) -> &FlowCurve {
+        self.true_flow_table.as_ref().unwrap_or(&self.flow_table)
+    }
 }
 
 /// A piecewise linear flow curve through (0, 0).
