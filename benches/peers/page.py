@@ -122,7 +122,8 @@ def text(results):
         f"The {many['tests']:,} different tests took {many['seconds']:.0f} s; C's time for them is scaled "
         "from 20.",
         "## Accuracy",
-        "The default takes one step a tick of the [exponential method](theory.md#stepping-through-time) and stays within "
+        "The default takes one step a tick of the [exponential method](theory.md#stepping-through-time) "
+        "and stays within "
         "10⁻⁴ of the peak "
         "force. `method`, `largest_step` and `converged` of `eft.simulate` choose another place on "
         "these lines.",

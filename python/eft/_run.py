@@ -97,6 +97,8 @@ class TestRun:
     """Supply pressure as the sensor reported it, Pa."""
     status: NDArray[np.uint32]
     """Bits of `Status`."""
+    found_flows: Array
+    """Flow that the controller found at each opening of its table, m³/s; the fixed scheme finds the table."""
 
     @cached_property
     def time(self) -> Array:
@@ -144,7 +146,28 @@ class TestRun:
             raise IndexError(f"actuator = {index}: must be from 0 to {actuators - 1}")
         if self.command.ndim == 1:
             return self
-        return replace(self, **{name: getattr(self, name)[index] for name in _TRACES})
+        parts = (*_TRACES, "found_flows")
+        return replace(self, **{name: getattr(self, name)[index] for name in parts})
+
+    def corrected_rig(self) -> Rig:
+        """Return the rig with the flow curve that the controller found as its table, to be kept.
+
+        The valve stays what it was: its own curve stands as ``servovalve.true_flow_table``.
+
+        Raises
+        ------
+        ValueError
+            If the run is of several actuators, each of which found a curve of its own: take one `actuator`'s;
+            or if the flows do not increase, which single precision can leave behind.
+        """
+        if self.found_flows.ndim > 1:
+            actuators = self.found_flows.shape[0]
+            raise ValueError(
+                f"a run of {actuators} actuators has as many flow curves: take run.actuator(0)'s"
+            )
+        true = self.rig["servovalve.true_flow_table"] or self.rig["servovalve.flow_table"]
+        flows = {"servovalve.flow_table.flows": self.found_flows.tolist()}
+        return self.rig.replace({"servovalve.true_flow_table": true, **flows})
 
     @property
     def _actuators(self) -> list[TestRun]:
@@ -294,5 +317,5 @@ class TestRun:
         return f"<eft.TestRun of {name}: {len(self)} samples at {self.sample_rate:g} Hz, {self.message}>"
 
 
-_TRACES = tuple(field.name for field in fields(TestRun))[4:]
+_TRACES = tuple(field.name for field in fields(TestRun))[4:-1]
 """The fields that are arrays: all behind `version`."""

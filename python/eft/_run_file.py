@@ -28,6 +28,7 @@ def write(run: TestRun, traces: Sequence[str], path: Path) -> Path:
         "seed": np.int64(run.seed),
         "dtype": np.array(run.dtype),
         "sample_rate": np.float64(run.sample_rate),
+        "found_flows": run.found_flows,
     }
     with beside(path) as temporary, temporary.open("wb") as file:
         np.savez(file, allow_pickle=False, **about, **{name: getattr(run, name) for name in traces})
@@ -68,8 +69,15 @@ def _fields(stored: dict[str, NDArray[Any]], traces: Sequence[str]) -> dict[str,
     dtype = str(stored["dtype"])
     if dtype not in ("f32", "f64"):
         raise ValueError(f"dtype is {dtype!r}")
+    rig = Rig(str(stored["rig"]))
+    # A file of before there were any has the table's.
+    table = np.asarray(rig["servovalve.flow_table.flows"])
+    found = stored.get("found_flows", np.broadcast_to(table, (*shape[:-1], table.size)))
+    if found.dtype != np.float64 or found.shape != (*shape[:-1], table.size):
+        raise ValueError(f"found_flows is {found.dtype} of shape {found.shape}")
     return {
-        "rig": Rig(str(stored["rig"])),
+        "rig": rig,
+        "found_flows": found,
         "sample_rate": float(stored["sample_rate"]),
         "dtype": dtype,
         "version": str(stored["version"]),

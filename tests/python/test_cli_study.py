@@ -133,7 +133,8 @@ def test_ctrl_c_during_a_run_keeps_the_samples_that_are_done(folder):
     (folder / "t.toml").write_text(
         'rig = "rig.toml"\n' + COMMAND.replace("duration = 1.0", "duration = 4000.0")
     )
-    call = [sys.executable, "-m", "eft.cli", "run", "t.toml"]
+    # Friction takes steps that are slow enough to be interrupted.
+    call = [sys.executable, "-m", "eft.cli", "run", "t.toml", "--set", "actuator.friction=200"]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     # Not by the clock, for the machine may be busy: three seconds of work are past the imports.
     deadline = time.monotonic() + 100

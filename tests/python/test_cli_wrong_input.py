@@ -8,7 +8,7 @@ import pytest
 
 import eft
 from eft.cli import main
-from wrong_input import SWEEP, WRONG, paper
+from mistakes import SWEEP, WRONG, paper
 
 
 def contents(folder):

@@ -187,6 +187,8 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
         // One array under two names, for a copy of every trace costs as much as the test.
         traces.set_item(name, traces.get_item(truth)?)?;
     }
+    let found = runs.iter_mut().map(|run| std::mem::take(&mut run.found_flows)).collect();
+    traces.set_item("found_flows", arrays::stacked(py, found, stacked)?)?;
     let status = runs.into_iter().map(|run| run.status).collect();
     traces.set_item("status", arrays::stacked(py, status, stacked)?)?;
     Ok(traces)

@@ -1,0 +1,60 @@
+"""The flow table that a test corrected: what was found, kept and taken into the next test."""
+
+import numpy as np
+import pytest
+
+import eft
+
+ON = {"compensation.adaptive": True, "compensation.feedforward": True, "compensation.curve_correction": True}
+TABLE = eft.Rig.zhao2005()["servovalve.flow_table"]
+OPENINGS, FLOWS = (np.array(TABLE[name]) for name in ("openings", "flows"))
+TRUE = FLOWS * np.where(OPENINGS > 0.0, 1.05, 0.95)
+RIG = eft.Rig.zhao2005().replace(
+    {**ON, "servovalve.true_flow_table": {"openings": OPENINGS.tolist(), "flows": TRUE.tolist()}}
+)
+COMMAND = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return eft.simulate(RIG, COMMAND)
+
+
+def test_either_direction_is_found_and_the_force_met(run):
+    visited = (np.abs(OPENINGS) > 0.05) & (np.abs(OPENINGS) <= np.abs(run.spool).max())
+    assert visited.sum() > 6
+    assert run.found_flows[visited] == pytest.approx(TRUE[visited], rel=0.01)
+    one_gain = eft.simulate(RIG.replace({"compensation.curve_correction": False}), COMMAND)
+    assert one_gain.found_flows == pytest.approx(one_gain.flow_gain_estimate[-1] * FLOWS, rel=1e-6)
+    assert run.metrics()["nrmse"] < 0.02 < one_gain.metrics()["nrmse"]
+
+
+def test_the_fixed_scheme_goes_on_with_what_was_found(run):
+    corrected = run.corrected_rig()
+    assert corrected["servovalve.flow_table.flows"] == run.found_flows.tolist()
+    assert corrected["servovalve.true_flow_table.flows"] == TRUE.tolist()
+    fixed = {"compensation.adaptive": False, "compensation.curve_correction": False}
+    before = eft.simulate(RIG.replace(fixed), COMMAND).metrics()["nrmse"]
+    after = eft.simulate(eft.Rig(corrected.replace(fixed).to_toml()), COMMAND).metrics()["nrmse"]
+    assert after < 0.05 < before
+
+
+def test_what_was_found_is_kept_with_the_run(run, tmp_path):
+    again = eft.TestRun.load(run.save(tmp_path / "run.eft"))
+    assert np.array_equal(again.found_flows, run.found_flows)
+
+
+def test_a_fixed_controller_finds_its_table():
+    short = eft.sine_sweep(1000.0, 0.0, 10.0, 1.0, 1024.0)
+    assert eft.simulate(eft.Rig.zhao2005(), short).found_flows.tolist() == FLOWS.tolist()
+
+
+def test_a_building_has_a_curve_a_floor():
+    floors = {"masses": [7040.0] * 2, "dampings": [4330.0] * 2, "stiffnesses": [693.8e3] * 2}
+    rig = eft.Rig.zhao2005().replace({"structure.kind": "shear_building", "structure.stories": floors})
+    one = eft.sine_sweep(500.0, 0.0, 5.0, 1.0, 1024.0).values
+    run = eft.simulate(rig, eft.Command(np.stack([one, one]), 1024.0))
+    assert run.found_flows.shape == (2, OPENINGS.size)
+    with pytest.raises(ValueError, match="2 actuators"):
+        run.corrected_rig()
+    assert run.actuator(1).found_flows.shape == OPENINGS.shape
