@@ -16,7 +16,7 @@ GOALS = [
 ]
 
 FLOPS = [
-    ("propagating the state: 14 columns of 5 numbers", 140),
+    ("propagating the state: 11 columns of 5 numbers", 110),
     ("load flow, softening, demand and their differences", 38),
     ("what the controller sees and drives: force, rates, valve command", 22),
     ("compensation: correction, inverse table, lead network, checks", 25),
@@ -82,9 +82,10 @@ def limit(results):
     lines.append(
         f"A tick of one rig takes {per_tick:.1f} ns in a batch on one core, {rate:.1f} · 10⁹ "
         "operations a second. "
-        f"The same core reaches {results['peak']:.1f} · 10⁹ additions and multiplications a second in "
-        "a loop of "
-        f"nothing else, without contraction; the batch is at {rate / results['peak']:.0%} of that. "
+        f"The same core reaches {results['peak']:.1f} · 10⁹ a second in a loop of fused multiplications "
+        "and additions and "
+        f"nothing else; the batch is at {rate / results['peak']:.0%} of that. Half of its operations are "
+        "fused, in the propagation; the controller's may not be, for its bits are the same on every machine. "
         "The rest goes "
         "to comparisons and selections (the sign in the load pressure's root, limits, flags, checks of every "
         "measurement), to the look-ups in two tables, whose rows differ from lane to lane and are "
@@ -137,7 +138,8 @@ def text(results):
         "## Where the time goes",
         "Instructions of one tick of one rig with AVX2, counted by `valgrind --tool=callgrind` "
         "over the sweep "
-        "and put to the parts by the lines they come from (`benches/profile.json`; counted apart, not by "
+        "and put to the parts by the functions they come from (`python benches/profile.py "
+        "benches/profile.json`; counted apart, not by "
         "`make bench`):",
         "\n".join(profile()),
         "\n".join(limit(results)),

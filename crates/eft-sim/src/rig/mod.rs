@@ -56,8 +56,7 @@ pub trait Num: Scalar<Element = f64> + 'static {
     /// `self + factor·other`, rounded once.
     ///
     /// # Cost
-    /// One instruction in code that [`dispatch`](crate::dispatch) compiles; a processor without it takes many times as
-    /// long for the same bits.
+    /// One instruction where the processor has it; without it, many times as long for the same bits.
     fn plus(self, factor: Self, other: Self) -> Self;
 }
 
