@@ -147,6 +147,21 @@ def test_ctrl_c_during_a_run_keeps_the_samples_that_are_done(folder):
     assert 1000 < len(eft.TestRun.load("t.eft")) < 4000 * 4096
 
 
+def test_ctrl_c_while_a_test_is_written_is_held_back(folder, monkeypatch):
+    (folder / "t.toml").write_text('rig = "rig.toml"\n' + COMMAND)
+    real = eft.TestRun.save
+
+    def interrupted(run, path):
+        signal.raise_signal(signal.SIGINT)
+        return real(run, path)
+
+    monkeypatch.setattr(eft.TestRun, "save", interrupted)
+    assert main(["run", "t.toml"]) == 130
+    assert len(eft.TestRun.load("t.eft")) == 4096
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+
+
 def test_a_map_as_picture_table_and_json(folder, capsys):
     axes = ["--x", "compensation.level", "0.9", "1.1", "3", "--y", "structure.damping", "1e3", "9e3", "2"]
     assert main(["map", *axes, "-o", "m.png", "-o", "m.csv", "-o", "m.json"]) == 0

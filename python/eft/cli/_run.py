@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +51,8 @@ def run(
     target = output or (test.with_suffix(".eft") if test else Path("run.eft"))
     check_output(target)
     result, interrupted = _simulate(plan, dtype)
-    write_run(result, target)
+    with _held_back():
+        write_run(result, target)
     answer = describe(result) | {"command": plan.about, "output": str(target), "interrupted": interrupted}
     if as_json:
         emit_json(answer)
@@ -63,6 +67,24 @@ def run(
         raise KeyboardInterrupt
     if not judge(result).usable:
         raise click.exceptions.Exit(1)
+
+
+@contextmanager
+def _held_back() -> Iterator[None]:
+    """Holds Ctrl-C back while a test that is done is written; it then ends the command."""
+    stopped = False
+
+    def remember(_signal: int, _frame: object) -> None:
+        nonlocal stopped
+        stopped = True
+
+    before = signal.signal(signal.SIGINT, remember)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if stopped:
+        raise KeyboardInterrupt
 
 
 def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:
