@@ -279,6 +279,14 @@ impl Drive<f64> for Driver<f64> {
         }
     }
     #[inline]
+    fn passes(&self, demand: f64) -> bool {
+        match self.kind {
+            DriverKind::Held => self.held.passes(demand),
+            DriverKind::Analog => self.cell.analog().passes(demand),
+            DriverKind::ThroughCell => self.cell.passes(demand),
+        }
+    }
+    #[inline]
     fn limits(&self) -> bool {
         match self.kind {
             DriverKind::Held => self.held.limits(),

@@ -29,6 +29,9 @@ pub(crate) trait Drive<S: Num>: Copy {
     /// Whether [`limit`](Self::limit) may change a demand.
     fn limits(&self) -> bool;
 
+    /// Where [`limit`](Self::limit) leaves a demand (V) as it is.
+    fn passes(&self, demand: S) -> S::Mask;
+
     /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
     #[inline(always)]
     fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
@@ -86,6 +89,10 @@ impl<S: Num> Drive<S> for Held<S> {
     #[inline(always)]
     fn limits(&self) -> bool {
         false
+    }
+    #[inline(always)]
+    fn passes(&self, _: S) -> S::Mask {
+        S::Mask::splat(true)
     }
 }
 
@@ -194,6 +201,11 @@ impl<S: Num> Drive<S> for ThroughCell<S> {
     fn limits(&self) -> bool {
         true
     }
+    #[inline(always)]
+    fn passes(&self, demand: S) -> S::Mask {
+        let limited = self.limit(demand);
+        limited.le(demand) & limited.ge(demand)
+    }
 }
 
 impl<S: Num> Drive<S> for Analog<S> {
@@ -225,6 +237,10 @@ impl<S: Num> Drive<S> for Analog<S> {
     #[inline(always)]
     fn limits(&self) -> bool {
         self.limited
+    }
+    #[inline(always)]
+    fn passes(&self, demand: S) -> S::Mask {
+        demand.abs().le(self.amplitude)
     }
 }
 

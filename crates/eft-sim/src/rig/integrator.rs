@@ -148,6 +148,7 @@ impl<S: Num> Exponential<S> {
         if regular.all() {
             next
         } else {
+            // Copies, for what a reference leads to cannot stay in registers.
             let copies = (state, *drive);
             Carried::select(regular, next, self.fall_back(&copies, from, step))
         }
@@ -219,14 +220,12 @@ impl<S: Num> Exponential<S> {
             regular = regular & end.plant.spool.abs().lt(S::splat(1.0));
             if drive.limits() {
                 let demand = self.plant.driven_demand(&end.plant, end.memory.flow[0], drive, S::splat(time));
-                let limited = drive.limit(demand);
-                regular = regular & limited.le(demand) & limited.ge(demand);
+                regular = regular & drive.passes(demand);
             }
         }
         regular
     }
 
-    // By value: what a reference leads to could not stay in registers.
     #[cold]
     #[inline(never)]
     fn fall_back<D: Drive<S>>(&self, at: &(Carried<S>, D), from: f64, step: f64) -> Carried<S> {
