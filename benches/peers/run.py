@@ -22,7 +22,7 @@ import eft
 from eft import _native
 
 ROUNDS, PATIENCE = 25, 60.0
-BATCH = 32
+BATCH = 128
 SCIPY_TICKS = 1024
 JAX_RIGS, JAX_TICKS = 64, 8192
 TESTS = 10_000

@@ -12,7 +12,7 @@ from pathlib import Path
 import eft
 from eft import _native
 
-CHUNK = 512
+CHUNK = 2048
 
 if __name__ == "__main__":
     tests, threads = (int(argument) for argument in sys.argv[1:])

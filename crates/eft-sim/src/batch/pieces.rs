@@ -49,7 +49,17 @@ pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -
         kinds[n].1.push(place);
     }
     let width = width();
-    for (kind, places) in kinds {
+    for (kind, mut places) in kinds {
+        // A step that one lane needs in small pieces costs all of them: rigs that
+        // are compensated alike meet their limits together.
+        let alike = |place: usize| {
+            let (compensation, valve) = (&tests[place].rig.compensation, &tests[place].rig.servovalve);
+            (compensation.mode as u8, compensation.level * valve.flow_gain_scale)
+        };
+        places.sort_by(|&a, &b| {
+            let (a, b) = (alike(a), alike(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
         for places in places.chunks(width) {
             // A row of lanes costs about as much as two tests, however few of its lanes are filled.
             if places.len() > 2 {
