@@ -129,8 +129,8 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     }
 
     /// One tick's part of the work.
-    // First in a tick: it is a call, across which nothing has to be kept then.
-    #[inline(never)]
+    // First in a tick: across the slot's call nothing has to be kept then.
+    #[inline(always)]
     pub(crate) fn work(&self, state: &mut AdaptationState<S>) {
         let tick = state.tick & self.last_tick;
         state.tick = state.tick.wrapping_add(1);
@@ -190,7 +190,8 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     }
 
     /// The opening that was asked, and the one there is, in the estimators' band.
-    #[inline(never)]
+    // In line like `flow_gain`: what costs most is spared the call.
+    #[inline(always)]
     fn openings(&self, state: &mut AdaptationState<S>) {
         let (restart, share) = (state.restart(), state.mean_share);
         (state.asked, state.asked_change) =
@@ -286,7 +287,7 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         self.trust.weigh(&mut state.trust, openings, state.asked, state.asked_change);
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn flow_gain(&self, state: &mut AdaptationState<S>) {
         let on = state.learning();
         if !on.any() {
