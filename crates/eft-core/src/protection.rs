@@ -6,8 +6,9 @@
 //! ramp is over. A closed valve locks the piston, and a moving mass against locked oil makes a large force: the
 //! shutdown must be slow against the specimen's period, or act with a bypass valve across the actuator.
 
-use crate::error::{ConfigError, positive, range, within};
-use crate::scalar::{Mask, Real, Scalar};
+use crate::controller::ControllerOutput;
+use crate::error::{ConfigError, check, positive, range, within};
+use crate::scalar::{Flags, Mask, Scalar};
 use crate::status;
 
 /// A signal this many times its trip level shuts down at once.
@@ -46,7 +47,7 @@ pub struct ProtectionParameters {
     pub shutdown_time: f64,
     /// So many invalid samples in a row (1) are waited for before the shutdown.
     pub lost_samples: f64,
-    /// Time (s) for which a fault that others report is waited for before the trip; `f64::MAX` for ever.
+    /// Time (s) for which a fault that the controller reports is waited for before the trip; `f64::MAX` for ever.
     pub fault_time: f64,
     /// Sample rate (Hz).
     pub sample_rate: f64,
@@ -86,7 +87,7 @@ pub struct ProtectionState<S> {
     frozen: S,
     /// Invalid samples in a row (1).
     lost: S,
-    /// Samples in a row with a fault that others report (1).
+    /// Samples in a row with a fault that the controller reports (1).
     faulty: S,
     /// 1 once a fault has persisted.
     distrusted: S,
@@ -166,11 +167,13 @@ impl<S: Scalar> Protection<S> {
         }
     }
 
-    /// Counts a fault that others report, such as [`status::ADAPTATION_FROZEN`] of estimators whose models a lying
-    /// sensor contradicts, and trips when it persists; the ramp down is followed by a shutdown then. After each [`step`](Self::step), with the command (N) that
-    /// this gave.
+    /// Counts samples in a row whose flags say that a measurement cannot be right, though it looks plausible
+    /// ([`status::ADAPTATION_FROZEN`], [`status::STUCK_MEASUREMENT`]), and trips when they persist; the ramp down is
+    /// followed by a shutdown then. After each [`step`](Self::step), with the command (N) that this gave.
     #[inline(always)]
-    pub fn watch(&self, state: &mut ProtectionState<S>, fault: S::Mask, command: S) {
+    pub fn watch(&self, state: &mut ProtectionState<S>, flags: S::Flags, command: S) {
+        let faults = status::ADAPTATION_FROZEN | status::STUCK_MEASUREMENT;
+        let fault = S::Mask::from_lanes(|i| flags.lane(i) & faults != 0);
         let (zero, one) = (S::splat(0.0), S::splat(1.0));
         let count = (state.faulty + one).limit(zero, S::splat(1e9));
         state.faulty = S::select(fault, count, zero);
@@ -179,6 +182,27 @@ impl<S: Scalar> Protection<S> {
         state.frozen = S::select(trips, command, state.frozen);
         state.tripped = S::select(trips, one, state.tripped);
         state.distrusted = S::select(trips, one, state.distrusted);
+    }
+
+    /// The controller's output as it may drive the valve: the authority on its valve command, the flags of both. Faults
+    /// that the controller reports, and a stuck sensor, are [watched](Self::watch). After each [`step`](Self::step),
+    /// with what this gave.
+    ///
+    /// # Cost
+    /// Independent of history.
+    #[inline(always)]
+    pub fn apply(
+        &self,
+        state: &mut ProtectionState<S>,
+        protected: &Protected<S>,
+        output: ControllerOutput<S>,
+    ) -> ControllerOutput<S> {
+        self.watch(state, output.status, protected.command);
+        ControllerOutput {
+            valve_command: output.valve_command * protected.authority,
+            status: output.status | protected.status,
+            ..output
+        }
     }
 
     /// What the next [`step`](Self::step) will make of a command (N) if nothing new happens.
@@ -238,46 +262,63 @@ impl<S: Scalar> ProtectionState<S> {
     }
 }
 
-impl<S: Real> Protection<S> {
-    /// From its parameters.
-    ///
-    /// # Errors
-    /// A level that is negative or not a number, a warning above its trip, a time outside [0, 1e6] s, a sample rate
-    /// that is not positive.
-    pub fn new(p: &ProtectionParameters) -> Result<Self, ConfigError> {
-        let rate = positive("sample_rate", p.sample_rate)?;
-        let share = |name, time| {
-            let samples = within(name, time, 0.0, 1e6)? * rate;
-            Ok(S::from_f64(if samples > 1.0 { 1.0 / samples } else { 1.0 }))
-        };
-        Ok(Self {
-            force: limit("force_warning", "force_trip", p.force)?,
-            displacement: limit("displacement_warning", "displacement_trip", p.displacement)?,
-            velocity: limit("velocity_warning", "velocity_trip", p.velocity)?,
-            spool: limit("spool_warning", "spool_trip", p.spool)?,
-            rise: share("start_time", p.start_time)?,
-            fall: share("ramp_time", p.ramp_time)?,
-            shut: share("shutdown_time", p.shutdown_time)?,
-            lost_samples: S::from_f64(within("lost_samples", p.lost_samples, 0.0, 1e5)?),
-            // Beyond what the count can reach where there is no limit.
-            fault_samples: S::from_f64(range("fault_time", range("fault_time", p.fault_time)? * rate)?),
-        })
-    }
-}
+macro_rules! constructor {
+    ($t:ty) => {
+        impl Protection<$t> {
+            /// From its parameters.
+            ///
+            /// # Errors
+            /// A level that is negative or not a number, a warning above its trip, a time outside [0, 1e6] s, a sample
+            /// rate that is not positive.
+            pub const fn new(p: &ProtectionParameters) -> Result<Self, ConfigError> {
+                let rate = check!(positive("sample_rate", p.sample_rate));
+                Ok(Self {
+                    force: check!(Limit::<$t>::new("force_warning", "force_trip", p.force)),
+                    displacement: check!(Limit::<$t>::new(
+                        "displacement_warning",
+                        "displacement_trip",
+                        p.displacement
+                    )),
+                    velocity: check!(Limit::<$t>::new("velocity_warning", "velocity_trip", p.velocity)),
+                    spool: check!(Limit::<$t>::new("spool_warning", "spool_trip", p.spool)),
+                    rise: check!(share("start_time", p.start_time, rate)) as $t,
+                    fall: check!(share("ramp_time", p.ramp_time, rate)) as $t,
+                    shut: check!(share("shutdown_time", p.shutdown_time, rate)) as $t,
+                    lost_samples: check!(within("lost_samples", p.lost_samples, 0.0, 1e5)) as $t,
+                    // Beyond what the count can reach where there is no limit.
+                    fault_samples: check!(range(
+                        "fault_time",
+                        check!(range("fault_time", p.fault_time)) * rate
+                    )) as $t,
+                })
+            }
+        }
 
-fn limit<S: Real>(
-    warning: &'static str,
-    trip: &'static str,
-    levels: Levels,
-) -> Result<Limit<S>, ConfigError> {
-    let highest = range(trip, levels.trip)?;
-    let lowest = range(warning, levels.warning)?;
-    within(warning, lowest, 0.0, highest)?;
-    Ok(Limit {
-        warning: S::from_f64(lowest),
-        trip: S::from_f64(highest),
-        shutdown: S::from_f64(range(trip, SHUTDOWN_AT * highest)?),
-    })
+        impl Limit<$t> {
+            const fn new(
+                warning: &'static str,
+                trip: &'static str,
+                levels: Levels,
+            ) -> Result<Self, ConfigError> {
+                let highest = check!(range(trip, levels.trip));
+                let lowest = check!(range(warning, levels.warning));
+                check!(within(warning, lowest, 0.0, highest));
+                Ok(Self {
+                    warning: lowest as $t,
+                    trip: highest as $t,
+                    shutdown: check!(range(trip, SHUTDOWN_AT * highest)) as $t,
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);
+
+/// The share (1) of a ramp of a time (s) that one sample makes at a rate (Hz).
+const fn share(name: &'static str, time: f64, rate: f64) -> Result<f64, ConfigError> {
+    let samples = check!(within(name, time, 0.0, 1e6)) * rate;
+    Ok(if samples > 1.0 { 1.0 / samples } else { 1.0 })
 }
 
 #[cfg(test)]
@@ -286,7 +327,7 @@ mod tests {
     use super::*;
 
     fn protection() -> Protection<f64> {
-        Protection::new(&ProtectionParameters {
+        Protection::<f64>::new(&ProtectionParameters {
             force: Levels { warning: 80.0, trip: 100.0 },
             displacement: Levels { warning: 0.5, trip: 1.0 },
             velocity: Levels::NONE,
@@ -351,7 +392,8 @@ mod tests {
         let (p, mut state) = (protection(), ProtectionState::default());
         let mut command_with = |fault: bool| {
             let out = p.step(&mut state, 60.0, 0.0, 0.1, 0.0, 0.0);
-            p.watch(&mut state, fault, out.command);
+            let flags = if fault { status::ADAPTATION_FROZEN } else { status::SPOOL_WARNING };
+            p.watch(&mut state, flags, out.command);
             (out.command, out.status)
         };
         for fault in [true, true, true, true, true, false, true, true, true, true, true, true] {
@@ -363,6 +405,28 @@ mod tests {
             assert!((command - expected).abs() < 1e-9, "sample {n}: {command}");
             let expected = if n > 11 { status::TRIPPED | status::SHUT_DOWN } else { status::TRIPPED };
             assert_eq!(status, expected, "sample {n}");
+        }
+    }
+
+    #[test]
+    fn the_controllers_output_is_scaled_flagged_and_watched() {
+        let (p, mut state, mut watched) =
+            (protection(), ProtectionState::default(), ProtectionState::default());
+        for n in 0..40_u32 {
+            // Lost from the tenth sample on.
+            let force = if n < 10 { 20.0 } else { f64::NAN };
+            let permitted = p.step(&mut state, 50.0, force, 0.1, 0.0, 0.0);
+            let flags = if n > 2 { status::STUCK_MEASUREMENT } else { 0 };
+            let output = ControllerOutput { valve_command: 4.0, compensation: 3.0, status: flags };
+            let out = p.apply(&mut state, &permitted, output);
+            assert_eq!(p.step(&mut watched, 50.0, force, 0.1, 0.0, 0.0), permitted);
+            p.watch(&mut watched, flags, permitted.command);
+            assert_eq!(state, watched);
+            assert_eq!((out.valve_command, out.compensation), (4.0 * permitted.authority, 3.0));
+            assert_eq!(out.status, flags | permitted.status);
+            // Five samples are waited for; the trip shows at the next.
+            assert_eq!(out.status & status::TRIPPED != 0, n > 8, "{n}");
+            assert_eq!(permitted.authority < 1.0, n >= 13, "{n}");
         }
     }
 

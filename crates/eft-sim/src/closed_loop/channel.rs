@@ -2,8 +2,8 @@
 //! asks for.
 
 use eft_core::{
-    AdaptiveCompensationState, AdaptiveControllerState, ControllerState, Feedforward, FeedforwardState,
-    Measurements,
+    AdaptiveCompensationState, AdaptiveControllerState, ControllerOutput, ControllerState, Feedforward,
+    FeedforwardState, Measurements, Output,
 };
 
 use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
@@ -60,7 +60,7 @@ pub enum Reach {
 pub struct Channel<P: Precision> {
     core: Core<P>,
     estimate: Option<VelocityEstimate<P>>,
-    protection: Option<Guarded<f64>>,
+    protection: Option<Guarded<P>>,
     configured_supply: Option<P>,
     reach: Reach,
 }
@@ -78,6 +78,33 @@ enum Core<P: Precision> {
         controller: Box<RigAdaptiveController<P>>,
         state: Box<AdaptiveControllerState<P>>,
     },
+}
+
+impl<P: Precision<Flags = u32>> Core<P> {
+    /// The compensation alone, for a command (N).
+    fn compensation(&mut self, command: P, m: &Measurements<P>) -> Output<P> {
+        match self {
+            Self::Fixed { controller, feedforward, state, forward } => {
+                let flow = feedforward.step(forward, command);
+                let (core, state) = (&controller.compensation, &mut state.compensation);
+                core.step(state, m.velocity, m.force, m.spool, flow)
+            }
+            Self::Adaptive { controller, state } => {
+                controller.compensation.step(&mut state.compensation, command, m)
+            }
+        }
+    }
+
+    /// The whole tick for a command (N).
+    fn tick(&mut self, command: P, m: &Measurements<P>) -> ControllerOutput<P> {
+        match self {
+            Self::Fixed { controller, feedforward, state, forward } => {
+                let flow = feedforward.step(forward, command);
+                controller.step_via(state, command, m.velocity, m.force, m.spool, flow, |v| v)
+            }
+            Self::Adaptive { controller, state } => controller.step(state, command, m),
+        }
+    }
 }
 
 impl<P: Precision<Flags = u32>> Channel<P> {
@@ -121,58 +148,38 @@ impl<P: Precision<Flags = u32>> Channel<P> {
         }
         let sample = &sample;
         let (command, authority, protection) = match &mut self.protection {
-            None => (sample.command, 1.0, 0),
+            None => (P::from_f64(sample.command), P::splat(1.0), 0),
             Some(guarded) => {
                 let (command, _, flags) = guarded.protect(sample.command, sample.command, &signals(sample));
-                (command, guarded.authority, flags)
+                (command, guarded.authority(), flags)
             }
         };
         let measured = self.measured(sample);
-        let (value, status) = match (&mut self.core, self.reach) {
-            (Core::Fixed { controller, feedforward, state, forward }, reach) => {
-                let command = P::from_f64(command);
-                let flow = feedforward.step(forward, command);
-                let m = &measured;
-                match reach {
-                    Reach::Compensation => {
-                        let compensation = &controller.compensation;
-                        let out =
-                            compensation.step(&mut state.compensation, m.velocity, m.force, m.spool, flow);
-                        (out.value.to_f64(), out.status)
-                    }
-                    Reach::ValveCommand => {
-                        let out = controller.step_via(
-                            state,
-                            command,
-                            m.velocity,
-                            m.force,
-                            m.spool,
-                            flow,
-                            |compensation| compensation,
-                        );
-                        (out.valve_command.to_f64() * authority, out.status)
-                    }
+        let (value, status) = match self.reach {
+            Reach::Compensation => {
+                let out = self.core.compensation(command, &measured);
+                if let Some(guarded) = &mut self.protection {
+                    guarded.watch(out.status);
                 }
+                (out.value, out.status | protection)
             }
-            (Core::Adaptive { controller, state }, Reach::Compensation) => {
-                let out =
-                    controller.compensation.step(&mut state.compensation, P::from_f64(command), &measured);
-                (out.value.to_f64(), out.status)
-            }
-            (Core::Adaptive { controller, state }, Reach::ValveCommand) => {
-                let out = controller.step(state, P::from_f64(command), &measured);
-                (out.valve_command.to_f64() * authority, out.status)
+            Reach::ValveCommand => {
+                let out = self.core.tick(command, &measured);
+                let out = self.protection.as_mut().map_or(out, |guarded| guarded.apply(out));
+                (out.valve_command, out.status)
             }
         };
-        if let Some(guarded) = &mut self.protection {
-            guarded.watch(status, command);
+        ChannelOutput {
+            value: value.to_f64(),
+            permitted_command: command.to_f64(),
+            authority: authority.to_f64(),
+            status,
         }
-        ChannelOutput { value, permitted_command: command, authority, status: status | protection }
     }
 
     /// The last output once more; the state stays.
     pub fn hold(&self) -> (f64, u32) {
-        let authority = self.protection.as_ref().map_or(1.0, |guarded| guarded.authority);
+        let authority = self.protection.as_ref().map_or(P::splat(1.0), Guarded::authority);
         let (valve_command, compensation, status) = match &self.core {
             Core::Fixed { controller, state, .. } => {
                 let out = controller.hold(state);
@@ -185,7 +192,7 @@ impl<P: Precision<Flags = u32>> Channel<P> {
         };
         match self.reach {
             Reach::Compensation => (compensation.to_f64(), status),
-            Reach::ValveCommand => (valve_command.to_f64() * authority, status),
+            Reach::ValveCommand => ((valve_command * authority).to_f64(), status),
         }
     }
 

@@ -4,8 +4,8 @@
 
 use eft_core::{
     AdaptiveCompensation, AdaptiveController, AdaptiveParameters, Compensation, CompensationParameters,
-    Controller, Feedforward, FilteredDerivative, FlowTable, Limiter, Mode, Real, ServovalveController,
-    SignFrom, Tuning, VelocityObserver,
+    Controller, Feedforward, FilteredDerivative, FlowTable, Limiter, Mode, Protection, ProtectionParameters,
+    Real, ServovalveController, SignFrom, Tuning, VelocityObserver,
 };
 
 use crate::closed_loop::simulate::{SimulateOptions, simulate_controlled};
@@ -66,6 +66,12 @@ pub trait Precision: Real + 'static {
     /// # Errors
     /// What `eft-core` refuses.
     fn observer(rig: &RigConfig, sample_rate: f64) -> Result<VelocityObserver<Self>>;
+
+    /// A protection of the specimen.
+    ///
+    /// # Errors
+    /// What `eft-core` refuses.
+    fn protection(parameters: &ProtectionParameters) -> Result<Protection<Self>>;
 }
 
 /// Everything the compensation is made from, at a sample rate (Hz).
@@ -178,6 +184,10 @@ macro_rules! precision {
 
             fn observer(rig: &RigConfig, sample_rate: f64) -> Result<VelocityObserver<Self>> {
                 Ok(VelocityObserver::<$t>::new(observer_gains(rig, sample_rate)?, sample_rate)?)
+            }
+
+            fn protection(parameters: &ProtectionParameters) -> Result<Protection<Self>> {
+                Ok(Protection::<$t>::new(parameters)?)
             }
 
             fn feedforward(rig: &RigConfig, sample_rate: f64) -> Result<Feedforward<Self>> {

@@ -160,7 +160,7 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     /// One lane each; empty where every lane's velocity is measured.
     estimates: Vec<Option<VelocityEstimate<C::Element>>>,
     dac: Dac<S>,
-    protection: Option<Box<Guarded<S>>>,
+    protection: Option<Box<Guarded<C>>>,
     sample_rate: f64,
 }
 
@@ -254,7 +254,10 @@ where
         }
         let (command, next_command, protection) = match &mut self.protection {
             None => (command, next_command, S::Flags::default()),
-            Some(guarded) => guarded.protect(command, next_command, &measured),
+            Some(guarded) => {
+                let (now, next, flags) = guarded.protect(command, next_command, &measured);
+                (convert(now), convert(next), flags)
+            }
         };
         let mut decision = match self.realization {
             Realization::Analog => {
@@ -262,9 +265,6 @@ where
             }
             Realization::Digital => self.sample_digital(state, command, measured),
         };
-        if let Some(guarded) = &mut self.protection {
-            guarded.watch(decision.status, command);
-        }
         decision.status = decision.status | protection;
         if let Some(adaptive) = &mut self.adaptive {
             decision.calibration = adaptive.calibration();
@@ -307,7 +307,7 @@ where
     /// Trips the protection, where there is one, from outside, at a command (N).
     pub(crate) fn trip(&mut self, command: S) {
         if let Some(guarded) = &mut self.protection {
-            guarded.trip(command);
+            guarded.trip(convert(command));
         }
     }
 
@@ -370,11 +370,14 @@ where
         } else {
             self.dac.convert(self.computation.pass(convert(computed.value)))
         };
+        if let Some(guarded) = &mut self.protection {
+            guarded.watch(computed.status);
+        }
         let rate = (next_command - command) * S::splat(self.sample_rate);
         let analog = self.analog.at(command, rate, compensation);
         let behind = analog.through((wire.gain, wire.offset));
         let driver = match &self.protection {
-            Some(guarded) if !PLAIN => Driver::analog(behind.limited_to(guarded.authority), false),
+            Some(guarded) if !PLAIN => Driver::analog(behind.limited_to(convert(guarded.authority())), false),
             _ => Driver::analog(behind, PLAIN || wire.ideal),
         };
         let valve_command = plant.command(&driver);
@@ -417,10 +420,11 @@ where
                 path,
             )
         };
-        let (mut valve_command, clipped) = self.dac.convert(convert(output.valve_command));
-        if let Some(guarded) = &self.protection {
-            valve_command = valve_command * guarded.authority;
-        }
+        let output = match &mut self.protection {
+            Some(guarded) => guarded.apply(output),
+            None => output,
+        };
+        let (valve_command, clipped) = self.dac.convert(convert(output.valve_command));
         Decision {
             measured,
             valve_command,
