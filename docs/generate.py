@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+import fixed_against_adaptive
 import paper_figures
 import random_rigs
 import wrong_input
@@ -29,5 +30,6 @@ if __name__ == "__main__":
     paper_figures.write(FOLDER)
     wrong_input.write(FOLDER)
     random_rigs.report(FOLDER)
+    fixed_against_adaptive.report(FOLDER)
     # A number off its reference makes no page: the documentation must not show it as a result.
     sys.exit(main(["--output", str(FOLDER)]))

@@ -9,8 +9,9 @@ both for the page. The same seed makes the same rigs on every machine.
 import csv
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,19 @@ def noise(seed: int) -> dict[str, object]:
     return changes
 
 
+def valve_delay(delay: float) -> dict[str, object]:
+    """A true valve of this response delay (s), through its pilot's flow gain: 2ζ/ω_n is A_v/(K_3·K_vp)."""
+    base = eft.Rig.zhao2005()
+    area, sensitivity = base["servovalve.spool_area"], base["servovalve.spool_sensitivity"]
+    return {"servovalve.pilot_flow_gain": area / (sensitivity * delay)}
+
+
+def damping_ratio(ratio: float) -> dict[str, object]:
+    """A structure of this damping."""
+    base = eft.Rig.zhao2005()
+    return {"structure.damping": 2 * ratio * np.sqrt(base["structure.stiffness"] * base["structure.mass"])}
+
+
 def draw(count: int) -> list[dict[str, float]]:
     """What is true of each rig, against what its controller believes."""
     random = np.random.default_rng(SEED)
@@ -59,14 +73,11 @@ def draw(count: int) -> list[dict[str, float]]:
 def true_rig(truth: dict[str, float], seed: int) -> eft.Rig:
     """The rig; the controller's own numbers stay those of the paper."""
     base = eft.Rig.zhao2005()
-    # 2ζ/ω_n of the valve is A_v/(K_3·K_vp).
-    gain = base["servovalve.spool_area"] / (base["servovalve.spool_sensitivity"] * truth["response_delay"])
-    damping = 2 * truth["damping_ratio"] * np.sqrt(base["structure.stiffness"] * base["structure.mass"])
     return base.replace(
         {
             "servovalve.flow_gain_scale": truth["flow_gain"],
-            "servovalve.pilot_flow_gain": gain,
-            "structure.damping": damping,
+            **valve_delay(truth["response_delay"]),
+            **damping_ratio(truth["damping_ratio"]),
             "supply.schedule.times": [0.0],
             "supply.schedule.pressures": [truth["supply"] * base["supply.pressure"]],
             **noise(seed),
@@ -140,33 +151,59 @@ def northridge(folder: Path) -> list[dict[str, float]]:
         return list(pool.map(row, range(51)))
 
 
-def share(wanted: np.ndarray) -> str:
-    """Of the rigs, in percent."""
-    return f"{100 * wanted.mean():.1f} %"
+def northridge_errors(noisy: bool) -> dict[str, float]:
+    """Displacement error of the Northridge test with either scheme; with noise the median of the seeds."""
+    seeds = read(SEEDS)
+    return {scheme: float(np.median(seeds[scheme][(seeds["seed"] > 0) == noisy])) for scheme in SCHEMES}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Something asked of the rigs, and the share of them that reached it with each scheme."""
+
+    what: str
+    wanted: str
+    reached: dict[str, float]
+    met: bool
+
+
+def asked(data: dict[str, np.ndarray]) -> list[Asked]:
+    """What was asked, and how many rigs reached it."""
+
+    def of(judge: Callable[[dict[str, np.ndarray]], np.ndarray]) -> dict[str, float]:
+        names = ("lowest", "highest", "nrmse", "fei", "unstable")
+        return {
+            scheme: float(judge({name: data[f"{scheme}_{name}"] for name in names}).mean())
+            for scheme in SCHEMES
+        }
+
+    lines = [
+        Asked(
+            "specimen swings up",
+            "none",
+            swings := of(lambda one: one["unstable"] > 0),
+            swings["adaptive"] == 0,
+        )
+    ]
+    for what, least, reached in (
+        (
+            "sweep: force over command within 0.93–1.07 over 0.5–9.5 Hz",
+            0.98,
+            of(lambda one: (one["lowest"] >= 0.93) & (one["highest"] <= 1.07)),
+        ),
+        ("earthquake: force NRMSE at most 4 %", 0.95, of(lambda one: one["nrmse"] <= 0.04)),
+        ("earthquake: FEI amplitude within 2 % of 1", 0.95, of(lambda one: np.abs(one["fei"] - 1) <= 0.02)),
+    ):
+        lines.append(Asked(what, f"{100 * least:.0f} %", reached, reached["adaptive"] >= least))
+    return lines
 
 
 def table(data: dict[str, np.ndarray]) -> str:
     """What was asked, and how many rigs reached it."""
     lines = ["| share of the rigs | fixed scheme | self-calibrating | asked |", "| --- | --- | --- | --- |"]
-
-    def line(what: str, reached: str, asked: str) -> None:
-        lines.append(f"| {what} | {rows['fixed'][reached]} | {rows['adaptive'][reached]} | {asked} |")
-
-    rows = {}
-    for scheme in SCHEMES:
-        column = {
-            name: data[f"{scheme}_{name}"] for name in ("lowest", "highest", "nrmse", "fei", "unstable")
-        }
-        rows[scheme] = {
-            "unstable": share(column["unstable"] > 0),
-            "ratio": share((column["lowest"] >= 0.93) & (column["highest"] <= 1.07)),
-            "nrmse": share(column["nrmse"] <= 0.04),
-            "fei": share(np.abs(column["fei"] - 1) <= 0.02),
-        }
-    line("specimen swings up", "unstable", "none")
-    line("sweep: force over command within 0.93–1.07 over 0.5–9.5 Hz", "ratio", "98 %")
-    line("earthquake: force NRMSE at most 4 %", "nrmse", "95 %")
-    line("earthquake: FEI amplitude within 2 % of 1", "fei", "95 %")
+    for one in asked(data):
+        shares = " | ".join(f"{100 * value:.1f} %" for value in one.reached.values())
+        lines.append(f"| {one.what} | {shares} | {one.wanted} |")
     return "\n".join(lines) + "\n"
 
 
@@ -200,7 +237,7 @@ def report(folder: Path) -> None:
     """The generated part of the page, and its pictures."""
     data = read(RESULTS)
     figures(data, folder)
-    unstable = share(data["fixed_unstable"] > 0)
+    unstable = f"{100 * (data['fixed_unstable'] > 0).mean():.1f} %"
     text = [
         f"{len(data['flow_gain'])} rigs. With the fixed scheme the specimen swings up on {unstable} of them.",
         "",
@@ -218,14 +255,16 @@ def report(folder: Path) -> None:
     ]
     if SEEDS.exists():
         seeds = read(SEEDS)
-        silent, noisy = seeds["seed"] == 0, seeds["seed"] > 0
+        noisy = seeds["seed"] > 0
         head = (
             "| Northridge × 0.6: displacement error against the ideal response | fixed | self-calibrating |"
         )
         text += ["", head]
         text += ["| --- | --- | --- |"]
-        quiet = " | ".join(f"{100 * seeds[scheme][silent][0]:.1f} %" for scheme in SCHEMES)
-        median = " | ".join(f"{100 * np.median(seeds[scheme][noisy]):.1f} %" for scheme in SCHEMES)
+        quiet, median = (
+            " | ".join(f"{100 * value:.1f} %" for value in northridge_errors(one).values())
+            for one in (False, True)
+        )
         worst = " | ".join(f"{100 * seeds[scheme][noisy].max():.1f} %" for scheme in SCHEMES)
         text += [f"| without noise | {quiet} |", f"| with noise, median of {noisy.sum()} seeds | {median} |"]
         text += [f"| with noise, the worst of them | {worst} |", ""]
