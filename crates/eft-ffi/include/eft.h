@@ -380,8 +380,8 @@ uint8_t eft_adaptive_configure_f32(const struct eft_adaptive_parameters *paramet
                                    struct eft_adaptive_f32 *config,
                                    struct eft_error *why);
 
-// Whether a configuration still is what its parameters make; EFT_CORRUPT where it is not. Not for the
-// interrupt.
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
 uint8_t eft_adaptive_check_f32(const struct eft_adaptive_f32 *config, const struct eft_adaptive_parameters *parameters);
 
 // A rig at rest, nothing learned yet.
@@ -433,8 +433,8 @@ uint8_t eft_adaptive_configure_f64(const struct eft_adaptive_parameters *paramet
                                    struct eft_adaptive_f64 *config,
                                    struct eft_error *why);
 
-// Whether a configuration still is what its parameters make; EFT_CORRUPT where it is not. Not for the
-// interrupt.
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
 uint8_t eft_adaptive_check_f64(const struct eft_adaptive_f64 *config, const struct eft_adaptive_parameters *parameters);
 
 // A rig at rest, nothing learned yet.
@@ -487,7 +487,7 @@ uint8_t eft_configure_f32(const struct eft_parameters *parameters,
                           struct eft_error *why);
 
 // Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or without eft_configure. Not for the interrupt.
+// after a memory fault or before it was configured. Not for the interrupt.
 uint8_t eft_check_f32(const struct eft_controller_f32 *config, const struct eft_parameters *parameters);
 
 // Puts a state to rest.
@@ -540,7 +540,7 @@ uint8_t eft_configure_f64(const struct eft_parameters *parameters,
                           struct eft_error *why);
 
 // Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or without eft_configure. Not for the interrupt.
+// after a memory fault or before it was configured. Not for the interrupt.
 uint8_t eft_check_f64(const struct eft_controller_f64 *config, const struct eft_parameters *parameters);
 
 // Puts a state to rest.

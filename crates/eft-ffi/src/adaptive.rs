@@ -1,12 +1,11 @@
 //! The adaptive controller in C: compensation that calibrates itself, with feedforward and guard.
 
-use core::mem::{MaybeUninit, align_of, size_of};
-
 use eft_core::{
     AdaptiveCompensation, AdaptiveController, AdaptiveControllerState, AdaptiveParameters, ControllerOutput,
     FlowTable, Limiter, Measurements, ServovalveController, Tuning,
 };
 
+use crate::block::{configuration, held, opaque};
 use crate::parameters::{EFT_TABLE_CAPACITY, eft_error, eft_parameters, refuse};
 use crate::precision::{eft_output_f32, eft_output_f64};
 use crate::status::{EFT_CORRUPT, EFT_MISSED_TICK, EFT_NULL_POINTER, EFT_OK};
@@ -78,18 +77,14 @@ macro_rules! precision {
             type Core = AdaptiveController<$t, EFT_TABLE_CAPACITY>;
             type CoreState = AdaptiveControllerState<$t>;
 
-            /// A configuration: opaque, filled by eft_adaptive_configure only. One drives any number of states.
-            #[repr(C)]
-            #[derive(Debug, Clone, Copy)]
-            pub struct $Config {
-                words: [MaybeUninit<$t>; $controller_words],
+            opaque! {
+                /// A configuration: opaque, filled by eft_adaptive_configure only. One drives any number of states.
+                $Config, [$t; $controller_words] for Core
             }
-            /// What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
-            /// eft_adaptive_prime before the first step.
-            #[repr(C)]
-            #[derive(Debug, Clone, Copy)]
-            pub struct $State {
-                words: [MaybeUninit<$t>; $state_words],
+            opaque! {
+                /// What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
+                /// eft_adaptive_prime before the first step.
+                $State, [$t; $state_words] for CoreState
             }
             /// One tick's command and measurements.
             #[repr(C)]
@@ -122,12 +117,6 @@ macro_rules! precision {
                 pub level: $t,
             }
 
-            // With room to grow: a library with more to remember still fits its caller.
-            const _: () = assert!(size_of::<$Config>() >= size_of::<Core>());
-            const _: () = assert!(align_of::<$Config>() >= align_of::<Core>());
-            const _: () = assert!(size_of::<$State>() >= size_of::<CoreState>());
-            const _: () = assert!(align_of::<$State>() >= align_of::<CoreState>());
-
             fn build(p: &eft_adaptive_parameters) -> Result<Core, eft_core::ConfigError> {
                 let (openings, flows) = p.rig.table()?;
                 let table = FlowTable::<$t, EFT_TABLE_CAPACITY>::new(openings, flows)?;
@@ -157,54 +146,7 @@ macro_rules! precision {
                 }
             }
 
-            fn give(output: &mut $Output, out: &ControllerOutput<$t>) {
-                *output = $Output {
-                    valve_command: out.valve_command,
-                    compensation: out.compensation,
-                    status: out.status,
-                };
-            }
-
-            /// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-            /// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-            #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $configure(
-                parameters: *const eft_adaptive_parameters,
-                config: *mut $Config,
-                why: *mut eft_error,
-            ) -> u8 {
-                // Safety: null or valid, as the crate asks of its callers.
-                let (parameters, why) = unsafe { (parameters.as_ref(), why.as_mut()) };
-                let Some(parameters) = parameters else { return EFT_NULL_POINTER };
-                if config.is_null() {
-                    return EFT_NULL_POINTER;
-                }
-                match build(parameters) {
-                    Ok(core) => {
-                        // Safety: not null, and no smaller than a `Core`, and aligned (asserted above).
-                        unsafe { config.cast::<Core>().write(core) };
-                        EFT_OK
-                    }
-                    Err(error) => refuse(&error, why),
-                }
-            }
-
-            /// Whether a configuration still is what its parameters make; EFT_CORRUPT where it is not. Not for the
-            /// interrupt.
-            #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $check(
-                config: *const $Config,
-                parameters: *const eft_adaptive_parameters,
-            ) -> u8 {
-                // Safety: null or valid.
-                let (core, parameters) = unsafe { (config.cast::<Core>().as_ref(), parameters.as_ref()) };
-                let (Some(core), Some(parameters)) = (core, parameters) else { return EFT_NULL_POINTER };
-                match build(parameters) {
-                    Ok(made) if made == *core => EFT_OK,
-                    Ok(_) => EFT_CORRUPT,
-                    Err(error) => refuse(&error, None),
-                }
-            }
+            configuration! { $Config, Core, eft_adaptive_parameters, $configure, $check }
 
             /// A rig at rest, nothing learned yet.
             #[unsafe(no_mangle)]
@@ -240,41 +182,7 @@ macro_rules! precision {
                 EFT_OK
             }
 
-            /// Repeats the last valve command; the state stays.
-            #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $hold(
-                config: *const $Config,
-                state: *const $State,
-                output: *mut $Output,
-            ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, output) = unsafe {
-                    (config.cast::<Core>().as_ref(), state.cast::<CoreState>().as_ref(), output.as_mut())
-                };
-                let (Some(core), Some(state), Some(output)) = (core, state, output) else {
-                    return EFT_NULL_POINTER;
-                };
-                give(output, &core.hold(state));
-                EFT_OK
-            }
-
-            /// In place of a tick that was missed: the last valve command stays, and the output says so.
-            #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $missed(
-                config: *const $Config,
-                state: *const $State,
-                output: *mut $Output,
-            ) -> u8 {
-                // Safety: as the caller promises.
-                let code = unsafe { $hold(config, state, output) };
-                // Safety: null or valid.
-                if code == EFT_OK
-                    && let Some(output) = unsafe { output.as_mut() }
-                {
-                    output.status |= EFT_MISSED_TICK;
-                }
-                code
-            }
+            held! { $t, $Config, Core, $State, CoreState, $Output, $hold, $missed }
 
             /// One tick. What is NaN, infinite or out of its range repeats the last valve command and raises
             /// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for half a second after it.

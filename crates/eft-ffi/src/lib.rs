@@ -10,6 +10,7 @@
 #![allow(clippy::missing_safety_doc)] // one contract for all, above
 
 mod adaptive;
+mod block;
 mod parameters;
 mod precision;
 mod shadow;

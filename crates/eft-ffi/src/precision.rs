@@ -1,12 +1,11 @@
 //! The functions themselves, once for each precision.
 
-use core::mem::{MaybeUninit, align_of, size_of};
-
 use eft_core::{
     Compensation, CompensationState, Controller, ControllerOutput, ControllerState, FlowTable, Limiter,
     ServovalveController,
 };
 
+use crate::block::{configuration, held, opaque};
 use crate::parameters::{EFT_TABLE_CAPACITY, eft_error, eft_parameters, refuse};
 use crate::shadow::eft_turn;
 use crate::status::{EFT_BUSY, EFT_CORRUPT, EFT_MISSED_TICK, EFT_NULL_POINTER, EFT_OK};
@@ -41,17 +40,13 @@ macro_rules! precision {
 
             type Core = Controller<$t, EFT_TABLE_CAPACITY>;
 
-            /// A configuration: opaque, filled by eft_configure only. One drives any number of states.
-            #[repr(C)]
-            #[derive(Debug, Clone, Copy)]
-            pub struct $Config {
-                words: [MaybeUninit<$t>; $controller_words],
+            opaque! {
+                /// A configuration: opaque, filled by eft_configure only. One drives any number of states.
+                $Config, [$t; $controller_words] for Core
             }
-            /// What the controller remembers; all zero bytes are a rig at rest.
-            #[repr(C)]
-            #[derive(Debug, Clone, Copy)]
-            pub struct $State {
-                words: [MaybeUninit<$t>; $state_words],
+            opaque! {
+                /// What the controller remembers; all zero bytes are a rig at rest.
+                $State, [$t; $state_words] for ControllerState<$t>
             }
             /// One tick's command and measurements.
             #[repr(C)]
@@ -87,11 +82,6 @@ macro_rules! precision {
                 turn: eft_turn,
             }
 
-            const _: () = assert!(size_of::<$Config>() == size_of::<Core>());
-            const _: () = assert!(align_of::<$Config>() >= align_of::<Core>());
-            const _: () = assert!(size_of::<$State>() == size_of::<ControllerState<$t>>());
-            const _: () = assert!(align_of::<$State>() >= align_of::<ControllerState<$t>>());
-
             fn build(p: &eft_parameters) -> Result<Core, eft_core::ConfigError> {
                 let (openings, flows) = p.table()?;
                 let table = FlowTable::<$t, EFT_TABLE_CAPACITY>::new(openings, flows)?;
@@ -107,43 +97,7 @@ macro_rules! precision {
                 })
             }
 
-            /// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-            /// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-            #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $configure(
-                parameters: *const eft_parameters,
-                config: *mut $Config,
-                why: *mut eft_error,
-            ) -> u8 {
-                // Safety: null or valid, as the crate asks of its callers.
-                let (parameters, why) = unsafe { (parameters.as_ref(), why.as_mut()) };
-                let Some(parameters) = parameters else { return EFT_NULL_POINTER };
-                if config.is_null() {
-                    return EFT_NULL_POINTER;
-                }
-                match build(parameters) {
-                    Ok(core) => {
-                        // Safety: not null, and as large and aligned as a `Core` (asserted above).
-                        unsafe { config.cast::<Core>().write(core) };
-                        EFT_OK
-                    }
-                    Err(error) => refuse(&error, why),
-                }
-            }
-
-            /// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-            /// after a memory fault or without eft_configure. Not for the interrupt.
-            #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $check(config: *const $Config, parameters: *const eft_parameters) -> u8 {
-                // Safety: null or valid.
-                let (core, parameters) = unsafe { (config.cast::<Core>().as_ref(), parameters.as_ref()) };
-                let (Some(core), Some(parameters)) = (core, parameters) else { return EFT_NULL_POINTER };
-                match build(parameters) {
-                    Ok(made) if made == *core => EFT_OK,
-                    Ok(_) => EFT_CORRUPT,
-                    Err(error) => refuse(&error, None),
-                }
-            }
+            configuration! { $Config, Core, eft_parameters, $configure, $check }
 
             /// Puts a state to rest.
             #[unsafe(no_mangle)]
@@ -174,53 +128,7 @@ macro_rules! precision {
                 EFT_OK
             }
 
-            fn give(output: &mut $Output, out: &ControllerOutput<$t>) {
-                *output = $Output {
-                    valve_command: out.valve_command,
-                    compensation: out.compensation,
-                    status: out.status,
-                };
-            }
-
-            /// Repeats the last valve command; the state stays.
-            #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $hold(
-                config: *const $Config,
-                state: *const $State,
-                output: *mut $Output,
-            ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, output) = unsafe {
-                    (
-                        config.cast::<Core>().as_ref(),
-                        state.cast::<ControllerState<$t>>().as_ref(),
-                        output.as_mut(),
-                    )
-                };
-                let (Some(core), Some(state), Some(output)) = (core, state, output) else {
-                    return EFT_NULL_POINTER;
-                };
-                give(output, &core.hold(state));
-                EFT_OK
-            }
-
-            /// In place of a tick that was missed: the last valve command stays, and the output says so.
-            #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $missed(
-                config: *const $Config,
-                state: *const $State,
-                output: *mut $Output,
-            ) -> u8 {
-                // Safety: as the caller promises.
-                let code = unsafe { $hold(config, state, output) };
-                // Safety: null or valid.
-                if code == EFT_OK
-                    && let Some(output) = unsafe { output.as_mut() }
-                {
-                    output.status |= EFT_MISSED_TICK;
-                }
-                code
-            }
+            held! { $t, $Config, Core, $State, ControllerState<$t>, $Output, $hold, $missed }
 
             /// One tick. A measurement or command that is NaN, infinite or out of its range leaves the state as it
             /// was, repeats the last valve command and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the
