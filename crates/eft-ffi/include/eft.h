@@ -21,7 +21,7 @@
 #endif
 
 // Changes with every incompatible change of the header.
-#define EFT_ABI_VERSION 3
+#define EFT_ABI_VERSION 4
 
 // eft_adaptive_parameters.parts: demand the command's own flow as well.
 #define EFT_FEEDFORWARD 1
@@ -122,6 +122,18 @@
 
 // eft_output.status, adaptive: the overcompensation guard has taken the compensation level back.
 #define EFT_LEVEL_REDUCED (1 << 14)
+
+// A measurement is beyond its warning level of the protection.
+#define EFT_PROTECTION_WARNING (1 << 15)
+
+// The protection has tripped: the force command is frozen and taken to zero.
+#define EFT_TRIPPED (1 << 16)
+
+// The protection takes the whole valve command to zero.
+#define EFT_SHUT_DOWN (1 << 17)
+
+// A measurement repeats itself to the last bit: its sensor or converter is frozen.
+#define EFT_STUCK_MEASUREMENT (1 << 18)
 
 // A controller's parameters in SI units; plain data, so that a constant one can stay in flash.
 typedef struct eft_parameters {
@@ -367,6 +379,194 @@ typedef struct eft_shadow_f64 {
   struct eft_turn turn;
 } eft_shadow_f64;
 
+// A protection's parameters in SI units. DBL_MAX is no limit; a level that is zero trips at once.
+typedef struct eft_protection_parameters {
+  // Sample rate, Hz.
+  double sample_rate;
+  // Force that raises EFT_PROTECTION_WARNING, N.
+  double force_warning;
+  // Force that trips the test, N.
+  double force_trip;
+  // Displacement that raises EFT_PROTECTION_WARNING, m.
+  double displacement_warning;
+  // Displacement that trips the test, m.
+  double displacement_trip;
+  // Velocity that raises EFT_PROTECTION_WARNING, m/s.
+  double velocity_warning;
+  // Velocity that trips the test, m/s.
+  double velocity_trip;
+  // Spool opening that raises EFT_PROTECTION_WARNING, 1.
+  double spool_warning;
+  // Spool opening that trips the test, 1.
+  double spool_trip;
+  // Time from zero to the whole command at the start, s; 0 for none.
+  double start_time;
+  // Time from the whole command to zero after a trip or at the end, s.
+  double ramp_time;
+  // Time from the whole valve command to zero in a shutdown, s.
+  double shutdown_time;
+  // Lost samples in a row that are waited for before a shutdown, 1.
+  double lost_samples;
+  // Time for which EFT_ADAPTATION_FROZEN or EFT_STUCK_MEASUREMENT is waited for before a trip, s.
+  double fault_time;
+} eft_protection_parameters;
+
+// A protection: opaque, filled by eft_protection_configure only. One drives any number of states.
+typedef struct eft_protection_f32 {
+  float words[24];
+} eft_protection_f32;
+
+// What a protection remembers; all zero bytes are a rig before the start.
+typedef struct eft_protection_state_f32 {
+  float words[16];
+} eft_protection_state_f32;
+
+// One tick's command and measurements.
+typedef struct eft_protection_input_f32 {
+  // Force command, N.
+  float command;
+  // Force, N.
+  float force;
+  // Displacement, m.
+  float displacement;
+  // Piston velocity, m/s.
+  float velocity;
+  // Spool opening, 1.
+  float spool;
+} eft_protection_input_f32;
+
+// What the protection permits in one tick.
+typedef struct eft_permitted_f32 {
+  // The force command for the controller's step, N.
+  float command;
+  // Factor on the valve command, 1; eft_protection_apply puts it there.
+  float authority;
+  // EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN.
+  uint32_t status;
+} eft_permitted_f32;
+
+// A protection: opaque, filled by eft_protection_configure only. One drives any number of states.
+typedef struct eft_protection_f64 {
+  double words[24];
+} eft_protection_f64;
+
+// What a protection remembers; all zero bytes are a rig before the start.
+typedef struct eft_protection_state_f64 {
+  double words[16];
+} eft_protection_state_f64;
+
+// One tick's command and measurements.
+typedef struct eft_protection_input_f64 {
+  // Force command, N.
+  double command;
+  // Force, N.
+  double force;
+  // Displacement, m.
+  double displacement;
+  // Piston velocity, m/s.
+  double velocity;
+  // Spool opening, 1.
+  double spool;
+} eft_protection_input_f64;
+
+// What the protection permits in one tick.
+typedef struct eft_permitted_f64 {
+  // The force command for the controller's step, N.
+  double command;
+  // Factor on the valve command, 1; eft_protection_apply puts it there.
+  double authority;
+  // EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN.
+  uint32_t status;
+} eft_permitted_f64;
+
+// What a watch for stuck sensors is made from.
+typedef struct eft_stuck_parameters {
+  // Samples for which a measurement may repeat itself to the last bit before it counts as stuck, 1.
+  uint32_t repeats;
+} eft_stuck_parameters;
+
+// A watch for stuck sensors: opaque, filled by eft_stuck_configure only.
+typedef struct eft_stuck_f32 {
+  float words[2];
+} eft_stuck_f32;
+
+// The last measurements and how often each has repeated itself; all zero bytes have seen nothing.
+typedef struct eft_stuck_state_f32 {
+  float words[8];
+} eft_stuck_state_f32;
+
+// A watch for stuck sensors: opaque, filled by eft_stuck_configure only.
+typedef struct eft_stuck_f64 {
+  double words[2];
+} eft_stuck_f64;
+
+// The last measurements and how often each has repeated itself; all zero bytes have seen nothing.
+typedef struct eft_stuck_state_f64 {
+  double words[8];
+} eft_stuck_state_f64;
+
+// What a filtered derivative is made from.
+typedef struct eft_derivative_parameters {
+  // Sample rate, Hz.
+  double sample_rate;
+  // Corner of its two low-passes, Hz.
+  double corner;
+} eft_derivative_parameters;
+
+// A filtered derivative: opaque, filled by eft_derivative_configure only.
+typedef struct eft_derivative_f32 {
+  float words[4];
+} eft_derivative_f32;
+
+// What a filtered derivative remembers; all zero bytes are a rig at rest at zero displacement.
+typedef struct eft_derivative_state_f32 {
+  float words[4];
+} eft_derivative_state_f32;
+
+// What a steady-state Kalman observer is made from.
+typedef struct eft_observer_parameters {
+  // Sample rate, Hz.
+  double sample_rate;
+  // Gain on the displacement, 1.
+  double gain_on_displacement;
+  // Gain on the velocity, 1/s.
+  double gain_on_velocity;
+  // Gain on the drift of the acceleration, 1/s².
+  double gain_on_drift;
+} eft_observer_parameters;
+
+// A velocity observer: opaque, filled by eft_observer_configure only.
+typedef struct eft_observer_f32 {
+  float words[8];
+} eft_observer_f32;
+
+// What a velocity observer remembers; all zero bytes are a rig at rest at zero displacement and
+// acceleration.
+typedef struct eft_observer_state_f32 {
+  float words[8];
+} eft_observer_state_f32;
+
+// A filtered derivative: opaque, filled by eft_derivative_configure only.
+typedef struct eft_derivative_f64 {
+  double words[4];
+} eft_derivative_f64;
+
+// What a filtered derivative remembers; all zero bytes are a rig at rest at zero displacement.
+typedef struct eft_derivative_state_f64 {
+  double words[4];
+} eft_derivative_state_f64;
+
+// A velocity observer: opaque, filled by eft_observer_configure only.
+typedef struct eft_observer_f64 {
+  double words[8];
+} eft_observer_f64;
+
+// What a velocity observer remembers; all zero bytes are a rig at rest at zero displacement and
+// acceleration.
+typedef struct eft_observer_state_f64 {
+  double words[8];
+} eft_observer_state_f64;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -586,6 +786,224 @@ uint8_t eft_shadow_offer_f64(struct eft_shadow_f64 *shadow, const struct eft_con
 // In the interrupt, before the step: the configuration to step with; null for null.
 const struct eft_controller_f64 *eft_shadow_take_f64(const struct eft_shadow_f64 *shadow);
 
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_protection_configure_f32(const struct eft_protection_parameters *parameters,
+                                     struct eft_protection_f32 *config,
+                                     struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
+uint8_t eft_protection_check_f32(const struct eft_protection_f32 *config,
+                                 const struct eft_protection_parameters *parameters);
+
+// A rig before the start, nothing tripped.
+uint8_t eft_protection_reset_f32(struct eft_protection_state_f32 *state);
+
+// One tick, before the controller's step, which gets permitted->command. A measurement that is NaN or
+// infinite counts as lost; an invalid command is passed on for the controller to refuse.
+uint8_t eft_protection_step_f32(const struct eft_protection_f32 *config,
+                                struct eft_protection_state_f32 *state,
+                                const struct eft_protection_input_f32 *input,
+                                struct eft_permitted_f32 *permitted);
+
+// After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
+// that persists in output->status trips the test. *permitted is what the step gave.
+uint8_t eft_protection_apply_f32(const struct eft_protection_f32 *config,
+                                 struct eft_protection_state_f32 *state,
+                                 const struct eft_permitted_f32 *permitted,
+                                 struct eft_output_f32 *output);
+
+// Trips from outside, as an emergency stop does, at the permitted command, N. Not while a step runs.
+uint8_t eft_protection_trip_f32(struct eft_protection_state_f32 *state, float command);
+
+// Asks for the soft end: the command, still followed, fades along the ramp. Not while a step runs.
+uint8_t eft_protection_end_f32(struct eft_protection_state_f32 *state);
+
+// Sets *down to 1 where the ramp has reached zero (or the test has not begun), to 0 elsewhere.
+uint8_t eft_protection_is_down_f32(const struct eft_protection_state_f32 *state, uint8_t *down);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_protection_configure_f64(const struct eft_protection_parameters *parameters,
+                                     struct eft_protection_f64 *config,
+                                     struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
+uint8_t eft_protection_check_f64(const struct eft_protection_f64 *config,
+                                 const struct eft_protection_parameters *parameters);
+
+// A rig before the start, nothing tripped.
+uint8_t eft_protection_reset_f64(struct eft_protection_state_f64 *state);
+
+// One tick, before the controller's step, which gets permitted->command. A measurement that is NaN or
+// infinite counts as lost; an invalid command is passed on for the controller to refuse.
+uint8_t eft_protection_step_f64(const struct eft_protection_f64 *config,
+                                struct eft_protection_state_f64 *state,
+                                const struct eft_protection_input_f64 *input,
+                                struct eft_permitted_f64 *permitted);
+
+// After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
+// that persists in output->status trips the test. *permitted is what the step gave.
+uint8_t eft_protection_apply_f64(const struct eft_protection_f64 *config,
+                                 struct eft_protection_state_f64 *state,
+                                 const struct eft_permitted_f64 *permitted,
+                                 struct eft_output_f64 *output);
+
+// Trips from outside, as an emergency stop does, at the permitted command, N. Not while a step runs.
+uint8_t eft_protection_trip_f64(struct eft_protection_state_f64 *state, double command);
+
+// Asks for the soft end: the command, still followed, fades along the ramp. Not while a step runs.
+uint8_t eft_protection_end_f64(struct eft_protection_state_f64 *state);
+
+// Sets *down to 1 where the ramp has reached zero (or the test has not begun), to 0 elsewhere.
+uint8_t eft_protection_is_down_f64(const struct eft_protection_state_f64 *state, uint8_t *down);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_stuck_configure_f32(const struct eft_stuck_parameters *parameters,
+                                struct eft_stuck_f32 *config,
+                                struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
+uint8_t eft_stuck_check_f32(const struct eft_stuck_f32 *config, const struct eft_stuck_parameters *parameters);
+
+// Forgets what was seen.
+uint8_t eft_stuck_reset_f32(struct eft_stuck_state_f32 *state);
+
+// One sample of piston velocity, m/s (or displacement, m, where the velocity is made of it), force, N, and
+// spool opening, 1: *status is EFT_STUCK_MEASUREMENT where one of them has repeated itself too often, 0
+// elsewhere. NaN is never stuck.
+uint8_t eft_stuck_step_f32(const struct eft_stuck_f32 *config,
+                           struct eft_stuck_state_f32 *state,
+                           float velocity,
+                           float force,
+                           float spool,
+                           uint32_t *status);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_stuck_configure_f64(const struct eft_stuck_parameters *parameters,
+                                struct eft_stuck_f64 *config,
+                                struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
+uint8_t eft_stuck_check_f64(const struct eft_stuck_f64 *config, const struct eft_stuck_parameters *parameters);
+
+// Forgets what was seen.
+uint8_t eft_stuck_reset_f64(struct eft_stuck_state_f64 *state);
+
+// One sample of piston velocity, m/s (or displacement, m, where the velocity is made of it), force, N, and
+// spool opening, 1: *status is EFT_STUCK_MEASUREMENT where one of them has repeated itself too often, 0
+// elsewhere. NaN is never stuck.
+uint8_t eft_stuck_step_f64(const struct eft_stuck_f64 *config,
+                           struct eft_stuck_state_f64 *state,
+                           double velocity,
+                           double force,
+                           double spool,
+                           uint32_t *status);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_derivative_configure_f32(const struct eft_derivative_parameters *parameters,
+                                     struct eft_derivative_f32 *config,
+                                     struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
+uint8_t eft_derivative_check_f32(const struct eft_derivative_f32 *config,
+                                 const struct eft_derivative_parameters *parameters);
+
+// A rig that has long been at rest at this displacement, m: no kick in the next step.
+uint8_t eft_derivative_reset_f32(const struct eft_derivative_f32 *config,
+                                 struct eft_derivative_state_f32 *state,
+                                 float displacement);
+
+// One sample: *velocity, m/s, for the measured displacement, m. A displacement that is NaN or infinite
+// leaves the state and gives NaN, which the controller's step refuses with EFT_INVALID_MEASUREMENT.
+uint8_t eft_derivative_step_f32(const struct eft_derivative_f32 *config,
+                                struct eft_derivative_state_f32 *state,
+                                float displacement,
+                                float *velocity);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_observer_configure_f32(const struct eft_observer_parameters *parameters,
+                                   struct eft_observer_f32 *config,
+                                   struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
+uint8_t eft_observer_check_f32(const struct eft_observer_f32 *config, const struct eft_observer_parameters *parameters);
+
+// A rig that has long been at rest at this displacement, m, and with this acceleration, m/s², as the
+// step will get it: that of a steady force over the mass is none of the piston's.
+uint8_t eft_observer_reset_f32(const struct eft_observer_f32 *config,
+                               struct eft_observer_state_f32 *state,
+                               float displacement,
+                               float acceleration);
+
+// One sample: *velocity, m/s, for the measured displacement, m, and an acceleration, m/s²: an
+// accelerometer's, or the measured force over the mass that it moves. What is NaN or infinite leaves
+// the state and gives NaN, which the controller's step refuses with EFT_INVALID_MEASUREMENT.
+uint8_t eft_observer_step_f32(const struct eft_observer_f32 *config,
+                              struct eft_observer_state_f32 *state,
+                              float displacement,
+                              float acceleration,
+                              float *velocity);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_derivative_configure_f64(const struct eft_derivative_parameters *parameters,
+                                     struct eft_derivative_f64 *config,
+                                     struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
+uint8_t eft_derivative_check_f64(const struct eft_derivative_f64 *config,
+                                 const struct eft_derivative_parameters *parameters);
+
+// A rig that has long been at rest at this displacement, m: no kick in the next step.
+uint8_t eft_derivative_reset_f64(const struct eft_derivative_f64 *config,
+                                 struct eft_derivative_state_f64 *state,
+                                 double displacement);
+
+// One sample: *velocity, m/s, for the measured displacement, m. A displacement that is NaN or infinite
+// leaves the state and gives NaN, which the controller's step refuses with EFT_INVALID_MEASUREMENT.
+uint8_t eft_derivative_step_f64(const struct eft_derivative_f64 *config,
+                                struct eft_derivative_state_f64 *state,
+                                double displacement,
+                                double *velocity);
+
+// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
+// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
+uint8_t eft_observer_configure_f64(const struct eft_observer_parameters *parameters,
+                                   struct eft_observer_f64 *config,
+                                   struct eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
+// after a memory fault or before it was configured. Not for the interrupt.
+uint8_t eft_observer_check_f64(const struct eft_observer_f64 *config, const struct eft_observer_parameters *parameters);
+
+// A rig that has long been at rest at this displacement, m, and with this acceleration, m/s², as the
+// step will get it: that of a steady force over the mass is none of the piston's.
+uint8_t eft_observer_reset_f64(const struct eft_observer_f64 *config,
+                               struct eft_observer_state_f64 *state,
+                               double displacement,
+                               double acceleration);
+
+// One sample: *velocity, m/s, for the measured displacement, m, and an acceleration, m/s²: an
+// accelerometer's, or the measured force over the mass that it moves. What is NaN or infinite leaves
+// the state and gives NaN, which the controller's step refuses with EFT_INVALID_MEASUREMENT.
+uint8_t eft_observer_step_f64(const struct eft_observer_f64 *config,
+                              struct eft_observer_state_f64 *state,
+                              double displacement,
+                              double acceleration,
+                              double *velocity);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus
@@ -621,6 +1039,31 @@ EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f32) == 24);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f64) == 48);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 16);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 32);
+EFT_STATIC_ASSERT(sizeof(eft_derivative_parameters) == 16);
+EFT_STATIC_ASSERT(sizeof(eft_observer_parameters) == 32);
+EFT_STATIC_ASSERT(sizeof(eft_derivative_f32) == 16);
+EFT_STATIC_ASSERT(sizeof(eft_derivative_f64) == 32);
+EFT_STATIC_ASSERT(sizeof(eft_derivative_state_f32) == 16);
+EFT_STATIC_ASSERT(sizeof(eft_derivative_state_f64) == 32);
+EFT_STATIC_ASSERT(sizeof(eft_observer_f32) == 32);
+EFT_STATIC_ASSERT(sizeof(eft_observer_f64) == 64);
+EFT_STATIC_ASSERT(sizeof(eft_observer_state_f32) == 32);
+EFT_STATIC_ASSERT(sizeof(eft_observer_state_f64) == 64);
+EFT_STATIC_ASSERT(sizeof(eft_protection_parameters) == 112);
+EFT_STATIC_ASSERT(offsetof(eft_protection_parameters, fault_time) == 104);
+EFT_STATIC_ASSERT(sizeof(eft_protection_f32) == 96);
+EFT_STATIC_ASSERT(sizeof(eft_protection_f64) == 192);
+EFT_STATIC_ASSERT(sizeof(eft_protection_state_f32) == 64);
+EFT_STATIC_ASSERT(sizeof(eft_protection_state_f64) == 128);
+EFT_STATIC_ASSERT(sizeof(eft_protection_input_f32) == 20);
+EFT_STATIC_ASSERT(sizeof(eft_protection_input_f64) == 40);
+EFT_STATIC_ASSERT(sizeof(eft_permitted_f32) == 12);
+EFT_STATIC_ASSERT(sizeof(eft_permitted_f64) == 24);
+EFT_STATIC_ASSERT(sizeof(eft_stuck_parameters) == 4);
+EFT_STATIC_ASSERT(sizeof(eft_stuck_f32) == 8);
+EFT_STATIC_ASSERT(sizeof(eft_stuck_f64) == 16);
+EFT_STATIC_ASSERT(sizeof(eft_stuck_state_f32) == 32);
+EFT_STATIC_ASSERT(sizeof(eft_stuck_state_f64) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_shadow_f32) == 808);
 EFT_STATIC_ASSERT(sizeof(eft_shadow_f64) == 1480);
 #endif

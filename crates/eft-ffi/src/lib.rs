@@ -13,17 +13,23 @@ mod adaptive;
 mod block;
 mod parameters;
 mod precision;
+mod protection;
 mod shadow;
 mod status;
+mod stuck;
+mod velocity;
 
 pub use adaptive::*;
 pub use parameters::*;
 pub use precision::*;
+pub use protection::*;
 pub use shadow::eft_turn;
 pub use status::*;
+pub use stuck::*;
+pub use velocity::*;
 
 /// Changes with every incompatible change of the header.
-pub const EFT_ABI_VERSION: u32 = 3;
+pub const EFT_ABI_VERSION: u32 = 4;
 
 /// The version this library was built with: compare it with EFT_ABI_VERSION once at start-up.
 #[unsafe(no_mangle)]
@@ -49,5 +55,19 @@ const _: () = {
     assert!(size_of::<eft_adaptive_state_f32>() == 832 && size_of::<eft_adaptive_state_f64>() == 1664);
     assert!(size_of::<eft_adaptive_input_f32>() == 24 && size_of::<eft_adaptive_input_f64>() == 48);
     assert!(size_of::<eft_learned_f32>() == 16 && size_of::<eft_learned_f64>() == 32);
+    assert!(size_of::<eft_derivative_parameters>() == 16 && size_of::<eft_observer_parameters>() == 32);
+    assert!(size_of::<eft_derivative_f32>() == 16 && size_of::<eft_derivative_f64>() == 32);
+    assert!(size_of::<eft_derivative_state_f32>() == 16 && size_of::<eft_derivative_state_f64>() == 32);
+    assert!(size_of::<eft_observer_f32>() == 32 && size_of::<eft_observer_f64>() == 64);
+    assert!(size_of::<eft_observer_state_f32>() == 32 && size_of::<eft_observer_state_f64>() == 64);
+    assert!(size_of::<eft_protection_parameters>() == 112);
+    assert!(offset_of!(eft_protection_parameters, fault_time) == 104);
+    assert!(size_of::<eft_protection_f32>() == 96 && size_of::<eft_protection_f64>() == 192);
+    assert!(size_of::<eft_protection_state_f32>() == 64 && size_of::<eft_protection_state_f64>() == 128);
+    assert!(size_of::<eft_protection_input_f32>() == 20 && size_of::<eft_protection_input_f64>() == 40);
+    assert!(size_of::<eft_permitted_f32>() == 12 && size_of::<eft_permitted_f64>() == 24);
+    assert!(size_of::<eft_stuck_parameters>() == 4);
+    assert!(size_of::<eft_stuck_f32>() == 8 && size_of::<eft_stuck_f64>() == 16);
+    assert!(size_of::<eft_stuck_state_f32>() == 32 && size_of::<eft_stuck_state_f64>() == 64);
     assert!(size_of::<eft_shadow_f32>() == 808 && size_of::<eft_shadow_f64>() == 1480);
 };

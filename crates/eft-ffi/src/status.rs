@@ -50,6 +50,14 @@ pub const EFT_ADAPTATION_FROZEN: u32 = 1 << 12;
 pub const EFT_ESTIMATE_BOUNDED: u32 = 1 << 13;
 /// eft_output.status, adaptive: the overcompensation guard has taken the compensation level back.
 pub const EFT_LEVEL_REDUCED: u32 = 1 << 14;
+/// A measurement is beyond its warning level of the protection.
+pub const EFT_PROTECTION_WARNING: u32 = 1 << 15;
+/// The protection has tripped: the force command is frozen and taken to zero.
+pub const EFT_TRIPPED: u32 = 1 << 16;
+/// The protection takes the whole valve command to zero.
+pub const EFT_SHUT_DOWN: u32 = 1 << 17;
+/// A measurement repeats itself to the last bit: its sensor or converter is frozen.
+pub const EFT_STUCK_MEASUREMENT: u32 = 1 << 18;
 
 // Spelt out above, because the header takes them literally.
 const _: () = {
@@ -65,6 +73,10 @@ const _: () = {
     assert!(EFT_ADAPTATION_FROZEN == status::ADAPTATION_FROZEN);
     assert!(EFT_ESTIMATE_BOUNDED == status::ESTIMATE_BOUNDED);
     assert!(EFT_LEVEL_REDUCED == status::LEVEL_REDUCED);
+    assert!(EFT_PROTECTION_WARNING == status::PROTECTION_WARNING);
+    assert!(EFT_TRIPPED == status::TRIPPED);
+    assert!(EFT_SHUT_DOWN == status::SHUT_DOWN);
+    assert!(EFT_STUCK_MEASUREMENT == status::STUCK_MEASUREMENT);
 };
 
 pub(crate) fn of(error: &ConfigError) -> u8 {

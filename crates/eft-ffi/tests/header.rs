@@ -41,6 +41,28 @@ fn committed_header_is_what_the_sources_say() {
 }
 
 #[test]
+fn the_proof_without_panics_names_every_function() {
+    let header = std::fs::read_to_string(format!("{CRATE}/include/eft.h")).unwrap();
+    let proof = std::fs::read_to_string(format!("{CRATE}/../../firmware/proof/src/main.rs")).unwrap();
+    let named: Vec<_> = proof
+        .split(|c: char| !c.is_alphanumeric() && c != '_')
+        .filter(|word| word.starts_with("eft_"))
+        .collect();
+    let declared = header.split('(').filter_map(|before| {
+        before
+            .rsplit(|c: char| !c.is_alphanumeric() && c != '_')
+            .next()
+            .filter(|word| word.starts_with("eft_"))
+    });
+    let mut count = 0;
+    for function in declared {
+        assert!(named.contains(&function), "firmware/proof does not keep {function}");
+        count += 1;
+    }
+    assert!(count > 80, "{count} functions found");
+}
+
+#[test]
 fn header_compiles_without_a_warning() {
     let include = format!("-I{CRATE}/include");
     let header = format!("{CRATE}/include/eft.h");
