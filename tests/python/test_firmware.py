@@ -14,9 +14,10 @@ from eft.cli import main
 RIGS = Path(__file__).resolve().parents[2] / "firmware" / "rigs"
 
 
-@pytest.mark.parametrize(("target", "file"), [("rust", "src/uneven.rs"), ("c", "uneven.h")])
-def test_export_is_what_the_firmware_holds(target, file, tmp_path):
-    rig = RIGS / "uneven.toml"
+@pytest.mark.parametrize("name", ["uneven", "guarded"])
+@pytest.mark.parametrize(("target", "file"), [("rust", "src/{}.rs"), ("c", "{}.h")])
+def test_export_is_what_the_firmware_holds(target, file, name, tmp_path):
+    rig, file = RIGS / f"{name}.toml", file.format(name)
     text = eft.export(eft.Rig.from_toml(rig), target)
     assert text == (RIGS / file).read_text(encoding="utf-8")
     assert main(["export", str(rig), "--target", target, "-o", str(tmp_path / "out")]) == 0

@@ -25,13 +25,14 @@ use crate::run::{Watch, traces};
 /// Returns
 /// -------
 /// str
-///     Ready to be compiled; checked here, and once more by the compiler (Rust) or by `eft_configure_f32` (C).
+///     Ready to be compiled; checked here, and once more by the compiler (Rust) or by `eft_configure_f32` (C). A
+///     velocity that is estimated and the protection are constants beside the controller's.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     If firmware has to build something around the controller (protection, a computation delay), or the flow
-///     table has more than 21 points for C; the message names the key.
+///     If there is a computation delay, which the firmware's own timing makes, or the flow table has more than 21
+///     points for C; the message names the key.
 #[pyfunction]
 #[pyo3(signature = (rig, target, name=None))]
 pub(crate) fn export(rig: &Rig, target: &str, name: Option<&str>) -> PyResult<String> {

@@ -5,6 +5,8 @@
 #[rustfmt::skip]
 pub mod adaptive;
 #[rustfmt::skip]
+pub mod guarded;
+#[rustfmt::skip]
 pub mod uneven;
 #[rustfmt::skip]
 pub mod zhao2005;

@@ -24,8 +24,10 @@ pub use controller::{
     Precision, RigAdaptiveController, RigController, adaptive_parameters, adapts, compensation_parameters,
 };
 pub use digital_side::Answer;
+pub(crate) use guarded::protection_parameters;
 pub use ideal::{IdealResponse, ideal_response};
 pub use simulate::{CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate};
 pub(crate) use simulate::{one_actuator, simulate_controlled};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;
+pub(crate) use velocity_estimate::observer_per_mass;

@@ -6,6 +6,11 @@ use crate::closed_loop::controller::Precision;
 use crate::config::{RigConfig, VelocitySource};
 use crate::error::Result;
 
+/// One over the mass that the force moves (1/kg), as the observer knows it.
+pub(crate) fn observer_per_mass(rig: &RigConfig) -> f64 {
+    1.0 / rig.controller.observer_mass.unwrap_or(rig.structure.mass)
+}
+
 /// An estimate in the controller's precision, and what it remembers.
 #[derive(Debug, Clone)]
 pub(crate) enum VelocityEstimate<P> {
@@ -27,7 +32,7 @@ impl<P: Precision> VelocityEstimate<P> {
             VelocitySource::Observer => Some(Self::Observer {
                 core: P::observer(rig, sample_rate)?,
                 state: VelocityObserverState::default(),
-                per_mass: P::from_f64(1.0 / rig.controller.observer_mass.unwrap_or(rig.structure.mass)),
+                per_mass: P::from_f64(observer_per_mass(rig)),
             }),
         })
     }

@@ -1,12 +1,16 @@
 //! From a rig to a ready configuration for firmware, as source text.
 
-use std::fmt::Write as _;
+mod c;
+mod rust;
 
-use eft_core::{AdaptiveParameters, CompensationParameters, Mode, SignFrom};
+use eft_core::{AdaptiveParameters, CompensationParameters, Levels, ProtectionParameters};
 
-use crate::closed_loop::{Precision, adaptive_parameters, adapts, compensation_parameters};
+use crate::closed_loop::{
+    Precision, adaptive_parameters, adapts, compensation_parameters, observer_per_mass, protection_parameters,
+};
 use crate::config::{RigConfig, VelocitySource};
 use crate::error::{Error, Result};
+use crate::linear::observer_gains;
 
 /// Points a flow table may have in the C interface.
 const C_CAPACITY: usize = 21;
@@ -14,10 +18,11 @@ const C_CAPACITY: usize = 21;
 /// The language of the exported configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
-    /// A constant `eft_core::Controller` or `AdaptiveController`, checked by the compiler.
+    /// A constant `eft_core::Controller` or `AdaptiveController`, checked by the compiler; beside it `VELOCITY` and
+    /// `PROTECTION` where the rig has them.
     Rust,
     /// A constant `eft_parameters` or `eft_adaptive_parameters` for `eft.h`, checked here and again by
-    /// `eft_configure_f32` or `eft_adaptive_configure_f32`.
+    /// `eft_configure_f32` or `eft_adaptive_configure_f32`; beside it `EFT_VELOCITY` and `EFT_PROTECTION`.
     C,
 }
 
@@ -32,12 +37,31 @@ impl std::str::FromStr for Target {
     }
 }
 
+/// All that a rig's firmware is made from.
+struct Parts<'a> {
+    rig: &'a RigConfig,
+    name: &'a str,
+    compensation: CompensationParameters,
+    adaptive: Option<AdaptiveParameters>,
+    velocity: Option<Velocity>,
+    protection: Option<ProtectionParameters>,
+}
+
+/// What makes the velocity of a rig that measures only displacement.
+enum Velocity {
+    /// With its corner (Hz).
+    Derivative(f64),
+    /// With its gains, and one over the mass (1/kg) that the force moves.
+    Observer([f64; 3], f64),
+}
+
 /// The configuration of a rig's controller as a source file; the digital side runs at `controller.sample_rate`. A rig
-/// with feedforward, estimators, guard or supply correction makes an adaptive controller.
+/// with feedforward, estimators, guard or supply correction makes an adaptive controller. A velocity that is estimated
+/// and a protection are constants of their own, for the functions that stand around the controller.
 ///
 /// # Errors
-/// A rig that the controller refuses, in `f32` or at all; parts that firmware has to build itself (protection,
-/// computation delay); for C, a flow table of more than 21 points.
+/// A rig that the controller refuses, in `f32` or at all; a computation delay, which the firmware's own timing makes; for
+/// C, a flow table of more than 21 points.
 pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
     rig.validate()?;
     let rate = rig.controller.sample_rate;
@@ -47,37 +71,60 @@ pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
     if target == Target::C && points > C_CAPACITY {
         return Err(Error::value("servovalve.flow_table", points, "must have at most 21 points for C"));
     }
-    let asked = adapts(rig) || rig.compensation.feedforward;
-    let adaptive = if asked { Some(adaptive_parameters(rig, rate)?) } else { None };
-    if adaptive.is_some() {
-        <f32 as Precision>::adaptive(rig, rate)?;
-    }
+    let parts = Parts {
+        rig,
+        name,
+        compensation: compensation_parameters(rig, rate),
+        adaptive: adaptive(rig, rate)?,
+        velocity: velocity(rig, rate)?,
+        protection: protection(rig, rate)?,
+    };
     let mut out = String::new();
     let written = match target {
-        Target::Rust => rust(&mut out, rig, name, &compensation_parameters(rig, rate), adaptive.as_ref()),
-        Target::C => c(&mut out, rig, name, &compensation_parameters(rig, rate), adaptive.as_ref()),
+        Target::Rust => rust::write(&mut out, &parts),
+        Target::C => c::write(&mut out, &parts),
     };
     written.map_err(|_| Error::value("name", name, "could not be written"))?;
     Ok(out)
 }
 
-/// Refuses what firmware has to build itself, around the controller.
+fn adaptive(rig: &RigConfig, rate: f64) -> Result<Option<AdaptiveParameters>> {
+    if !adapts(rig) && !rig.compensation.feedforward {
+        return Ok(None);
+    }
+    <f32 as Precision>::adaptive(rig, rate)?;
+    Ok(Some(adaptive_parameters(rig, rate)?))
+}
+
+fn velocity(rig: &RigConfig, rate: f64) -> Result<Option<Velocity>> {
+    Ok(match rig.controller.velocity_source {
+        VelocitySource::Sensor => None,
+        VelocitySource::Derivative => {
+            <f32 as Precision>::derivative(rig, rate)?;
+            Some(Velocity::Derivative(rig.controller.velocity_corner))
+        }
+        VelocitySource::Observer => {
+            <f32 as Precision>::observer(rig, rate)?;
+            Some(Velocity::Observer(observer_gains(rig, rate)?, observer_per_mass(rig)))
+        }
+    })
+}
+
+fn protection(rig: &RigConfig, rate: f64) -> Result<Option<ProtectionParameters>> {
+    if !rig.protection.enabled {
+        return Ok(None);
+    }
+    let parameters = protection_parameters(rig, rate);
+    <f32 as Precision>::protection(&parameters)?;
+    Ok(Some(parameters))
+}
+
+/// Refuses what only the firmware itself can make.
 fn exportable(rig: &RigConfig) -> Result<()> {
-    if rig.protection.enabled {
-        return Err(Error::value("protection.enabled", true, "must be false for firmware"));
+    match rig.compensation.computation_delay {
+        0 => Ok(()),
+        delay => Err(Error::value("compensation.computation_delay", delay, "must be 0 for firmware")),
     }
-    let delay = rig.compensation.computation_delay;
-    if delay != 0 {
-        return Err(Error::value("compensation.computation_delay", delay, "must be 0 for firmware"));
-    }
-    if rig.controller.velocity_source != VelocitySource::Sensor {
-        return Err(Error::value(
-            "controller.velocity_source",
-            "an estimate",
-            "must be \"sensor\" for firmware",
-        ));
-    }
-    Ok(())
 }
 
 /// Refuses a rig whose controller is more than one `eft_core::Controller`, by the first key that asks for more.
@@ -87,11 +134,19 @@ pub(crate) fn runs_on_firmware(rig: &RigConfig) -> Result<()> {
         ("compensation.adaptive", rig.compensation.adaptive),
         ("compensation.guard", rig.compensation.guard),
         ("compensation.supply_correction", rig.compensation.supply_correction),
+        ("protection.enabled", rig.protection.enabled),
     ];
-    match asked.into_iter().find(|(_, on)| *on) {
-        None => exportable(rig),
-        Some((key, _)) => Err(Error::value(key, true, "must be false for firmware")),
+    if let Some((key, _)) = asked.into_iter().find(|(_, on)| *on) {
+        return Err(Error::value(key, true, "must be false for firmware"));
     }
+    if rig.controller.velocity_source != VelocitySource::Sensor {
+        return Err(Error::value(
+            "controller.velocity_source",
+            "an estimate",
+            "must be \"sensor\" for firmware",
+        ));
+    }
+    exportable(rig)
 }
 
 /// A number that reads back as itself, in both languages.
@@ -99,174 +154,13 @@ fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
+/// A limit that may be none.
+fn limit(value: f64, none: &str) -> String {
+    if value < f64::MAX { number(value) } else { none.to_owned() }
+}
+
 fn list(values: &[f64]) -> String {
     values.iter().map(|&v| number(v)).collect::<Vec<_>>().join(", ")
-}
-
-fn rust(
-    out: &mut String,
-    rig: &RigConfig,
-    name: &str,
-    p: &CompensationParameters,
-    adaptive: Option<&AdaptiveParameters>,
-) -> std::fmt::Result {
-    let table = &rig.servovalve.flow_table;
-    let n = table.openings.len();
-    let c = &rig.controller;
-    let limit = |value: Option<f64>| value.map_or("f64::MAX".to_owned(), number);
-    let mode = match p.mode {
-        Mode::Off => "Off",
-        Mode::Linear => "Linear",
-        Mode::Nonlinear => "Nonlinear",
-    };
-    let sign_from = match p.sign_from {
-        SignFrom::Spool => "Spool",
-        SignFrom::Demand => "Demand",
-    };
-    writeln!(out, "//! The controller of `{name}` at {} Hz, exported by eft.", c.sample_rate)?;
-    let parts = match adaptive {
-        None => {
-            "Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode,\n    ServovalveController, SignFrom"
-        }
-        Some(_) => {
-            "AdaptiveCompensation, AdaptiveController, AdaptiveParameters, CompensationParameters, FlowTable,\n    Limiter, Mode, ServovalveController, SignFrom, Tuning"
-        }
-    };
-    writeln!(out, "use eft_core::{{\n    {parts},\n}};\n")?;
-    writeln!(
-        out,
-        "/// Points of the flow table.\npub const POINTS: usize = {n};\n/// Sample rate (Hz).\npub const SAMPLE_RATE: f64 = {};\n",
-        number(c.sample_rate)
-    )?;
-    writeln!(
-        out,
-        "macro_rules! checked {{\n    ($made:expr) => {{\n        match $made {{\n            Ok(made) => made,\n            Err(_) => panic!(\"refused\"),\n        }}\n    }};\n}}\n"
-    )?;
-    writeln!(
-        out,
-        "/// Spool openings (1).\npub const OPENINGS: [f64; POINTS] = [{}];",
-        list(&table.openings)
-    )?;
-    writeln!(out, "/// Flows (m³/s).\npub const FLOWS: [f64; POINTS] = [{}];\n", list(&table.flows))?;
-    writeln!(out, "/// What the compensation is made from.")?;
-    writeln!(out, "pub const PARAMETERS: CompensationParameters = CompensationParameters {{")?;
-    writeln!(out, "    mode: Mode::{mode},\n    sign_from: SignFrom::{sign_from},")?;
-    for (key, value, unit) in fields(p) {
-        writeln!(out, "    {key}: {}, // {unit}", number(value))?;
-    }
-    writeln!(
-        out,
-        "    sample_rate: SAMPLE_RATE,\n    proportional_gain: {}, // V/V\n}};\n",
-        number(p.proportional_gain)
-    )?;
-    let adaptively = if adaptive.is_some() { "Adaptive" } else { "" };
-    writeln!(out, "/// The controller.\npub static CONTROLLER: {adaptively}Controller<f32, POINTS> = {{")?;
-    writeln!(out, "    let table = checked!(FlowTable::<f32, POINTS>::new(&OPENINGS, &FLOWS));")?;
-    let parameters = if adaptive.is_some() { "adaptive" } else { "PARAMETERS" };
-    if let Some(a) = adaptive {
-        writeln!(out, "    let adaptive = AdaptiveParameters {{\n        compensation: PARAMETERS,")?;
-        for (key, value, unit) in adaptive_fields(a) {
-            writeln!(out, "        {key}: {}, // {unit}", number(value))?;
-        }
-        writeln!(out, "        force_sensitivity: {}, // V/N", number(a.force_sensitivity))?;
-        writeln!(out, "        computation_delay: {}, // samples", a.computation_delay)?;
-        for (key, on) in [
-            ("feedforward", a.feedforward),
-            ("adaptive", a.adaptive),
-            ("correct_curve", a.correct_curve),
-            ("guard", a.guard),
-        ] {
-            writeln!(out, "        {key}: {on},")?;
-        }
-        writeln!(out, "        tuning: Tuning::DEFAULT,\n    }};")?;
-    }
-    writeln!(out, "    {adaptively}Controller {{")?;
-    writeln!(
-        out,
-        "        compensation: checked!({adaptively}Compensation::<f32, POINTS>::new(&{parameters}, &table)),"
-    )?;
-    writeln!(
-        out,
-        "        // Force sensitivity (V/N), proportional gain (V/V), derivative gain (s).\n        servovalve: checked!(ServovalveController::<f32>::new({}, {}, {}, SAMPLE_RATE)),",
-        number(c.force_sensitivity),
-        number(c.proportional_gain),
-        number(c.derivative_gain)
-    )?;
-    writeln!(
-        out,
-        "        // Largest valve command (V) and rate (V/s).\n        limiter: checked!(Limiter::<f32>::new({}, {}, SAMPLE_RATE)),",
-        limit(rig.limits.valve_command),
-        limit(rig.limits.valve_command_rate)
-    )?;
-    writeln!(out, "    }}\n}};")
-}
-
-fn c(
-    out: &mut String,
-    rig: &RigConfig,
-    name: &str,
-    p: &CompensationParameters,
-    adaptive: Option<&AdaptiveParameters>,
-) -> std::fmt::Result {
-    let table = &rig.servovalve.flow_table;
-    let limit = |value: Option<f64>| value.map_or("DBL_MAX".to_owned(), number);
-    let mode = match p.mode {
-        Mode::Off => "OFF",
-        Mode::Linear => "LINEAR",
-        Mode::Nonlinear => "NONLINEAR",
-    };
-    let sign_from = match p.sign_from {
-        SignFrom::Spool => "SPOOL",
-        SignFrom::Demand => "DEMAND",
-    };
-    let comment = name.replace("*/", "* /");
-    writeln!(
-        out,
-        "/* The controller of {comment} at {} Hz, exported by eft. */",
-        rig.controller.sample_rate
-    )?;
-    writeln!(out, "#include <float.h>\n#include \"eft.h\"\n")?;
-    match adaptive {
-        None => writeln!(out, "static const eft_parameters EFT_RIG = {{")?,
-        Some(a) => {
-            writeln!(out, "static const eft_adaptive_parameters EFT_RIG = {{")?;
-            for (key, value, unit) in adaptive_fields(a) {
-                writeln!(out, "  .{key} = {}, /* {unit} */", number(value))?;
-            }
-            writeln!(out, "  .computation_delay = {}, /* samples */", a.computation_delay)?;
-            let parts = [
-                (a.feedforward, "EFT_FEEDFORWARD"),
-                (a.adaptive, "EFT_ESTIMATORS"),
-                (a.correct_curve, "EFT_CURVE"),
-                (a.guard, "EFT_GUARD"),
-            ];
-            let on: Vec<_> = parts.iter().filter(|part| part.0).map(|part| part.1).collect();
-            let on = if on.is_empty() { "0".to_owned() } else { on.join(" | ") };
-            writeln!(out, "  .parts = {on},\n  .rig = {{")?;
-        }
-    }
-    writeln!(out, "  .table_length = {},", table.openings.len())?;
-    writeln!(out, "  .mode = EFT_MODE_{mode},\n  .sign_from = EFT_SIGN_FROM_{sign_from},")?;
-    for (key, value, unit) in fields(p) {
-        writeln!(out, "  .{key} = {}, /* {unit} */", number(value))?;
-    }
-    for (key, value, unit) in [
-        ("sample_rate", number(p.sample_rate), "Hz"),
-        ("proportional_gain", number(p.proportional_gain), "V/V"),
-        ("force_sensitivity", number(rig.controller.force_sensitivity), "V/N"),
-        ("derivative_gain", number(rig.controller.derivative_gain), "s"),
-        ("valve_command", limit(rig.limits.valve_command), "V"),
-        ("valve_command_rate", limit(rig.limits.valve_command_rate), "V/s"),
-    ] {
-        writeln!(out, "  .{key} = {value}, /* {unit} */")?;
-    }
-    writeln!(
-        out,
-        "  .openings = {{{}}},\n  .flows = {{{}}}, /* m3/s */\n{}}};",
-        list(&table.openings),
-        list(&table.flows),
-        if adaptive.is_some() { "} " } else { "" }
-    )
 }
 
 /// What the adaptive controller knows besides, by the same names in both languages.
@@ -295,6 +189,27 @@ fn fields(p: &CompensationParameters) -> [(&'static str, f64, &'static str); 11]
     ]
 }
 
+/// The levels of a protection by signal, with their unit.
+fn levels(p: &ProtectionParameters) -> [(&'static str, Levels, &'static str); 4] {
+    [
+        ("force", p.force, "N"),
+        ("displacement", p.displacement, "m"),
+        ("velocity", p.velocity, "m/s"),
+        ("spool", p.spool, "1"),
+    ]
+}
+
+/// The rest of a protection, by the same names in both languages.
+fn protection_fields(p: &ProtectionParameters) -> [(&'static str, f64, &'static str); 5] {
+    [
+        ("start_time", p.start_time, "s"),
+        ("ramp_time", p.ramp_time, "s"),
+        ("shutdown_time", p.shutdown_time, "s"),
+        ("lost_samples", p.lost_samples, "1"),
+        ("fault_time", p.fault_time, "s"),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -303,7 +218,10 @@ mod tests {
     #[test]
     fn firmware_holds_what_its_rigs_export() {
         let firmware = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/rigs");
-        let uneven = std::fs::read_to_string(format!("{firmware}/uneven.toml")).unwrap();
+        let read = |name: &str| {
+            let text = std::fs::read_to_string(format!("{firmware}/{name}.toml")).unwrap();
+            RigConfig::from_toml(&text).unwrap()
+        };
         let adaptive = RigConfig::zhao2005()
             .replace::<&str>(&[
                 ("compensation.feedforward", true.into()),
@@ -317,8 +235,9 @@ mod tests {
             .unwrap();
         for (name, rig) in [
             ("zhao2005", RigConfig::zhao2005()),
-            ("uneven", RigConfig::from_toml(&uneven).unwrap()),
+            ("uneven", read("uneven")),
             ("adaptive", adaptive),
+            ("guarded", read("guarded")),
         ] {
             for (target, path) in [(Target::Rust, format!("src/{name}.rs")), (Target::C, format!("{name}.h"))]
             {
@@ -341,12 +260,9 @@ mod tests {
     #[test]
     fn what_firmware_must_build_itself_is_refused() {
         let mut rig = RigConfig::zhao2005();
-        rig.protection.enabled = true;
-        let refusal = export(&rig, "rig", Target::C).unwrap_err().to_string();
-        assert_eq!(refusal, "protection.enabled = true: must be false for firmware");
-        rig = RigConfig::zhao2005();
         rig.compensation.computation_delay = 2;
-        assert!(export(&rig, "rig", Target::Rust).is_err());
+        let refusal = export(&rig, "rig", Target::C).unwrap_err().to_string();
+        assert_eq!(refusal, "compensation.computation_delay = 2: must be 0 for firmware");
         rig = RigConfig::zhao2005();
         rig.compensation.level = -1.0;
         assert!(export(&rig, "rig", Target::Rust).is_err());
