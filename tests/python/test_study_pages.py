@@ -82,3 +82,14 @@ def test_a_row_that_misses_what_is_asked_says_so(script):
     assert not [line for line in met if line.endswith("| **no** |")]
     worse["adaptive_unstable"] = "1"
     assert "0.994 … unstable" in study.table(rows)
+
+
+def test_the_readme_tells_what_was_kept(script):
+    rigs = script("random_rigs")
+    kept = rigs.read(rigs.RESULTS)
+    text = " ".join((DOCS.parent / "README.md").read_text(encoding="utf-8").split())
+    assert "a thousand rigs" in text and len(kept["supply"]) == 1000
+    assert "on a third" in text and 0.3 < kept["fixed_unstable"].mean() < 0.36
+    assert "none does" in text and not kept["adaptive_unstable"].any()
+    assert "within 4 % of its command" in text
+    assert kept["adaptive_lowest"].min() >= 0.96 and kept["adaptive_highest"].max() <= 1.04
