@@ -2,6 +2,10 @@
 
 use core::arch::global_asm;
 
+use semihosting::println;
+
+use crate::inputs::Random;
+
 #[repr(C)]
 struct Probe {
     function: usize,
@@ -80,3 +84,25 @@ pub fn cost() -> Cost {
 fn instructions(ticks: u32) -> u32 {
     ((ticks * 40 + 128) / 256).wrapping_sub(2)
 }
+
+/// The highest cost over many calls, printed.
+pub fn worst(name: &str, mut call: impl FnMut(&mut Random)) {
+    let mut worst = Cost::default();
+    let mut random = Random(12345);
+    for _ in 0..20_000 {
+        call(&mut random);
+        let cost = cost();
+        worst.instructions = worst.instructions.max(cost.instructions);
+        worst.stack = worst.stack.max(cost.stack);
+    }
+    println!("{name} {} {}", worst.instructions, worst.stack);
+}
+
+/// `$function`, called through the probe.
+macro_rules! probed {
+    ($function:expr, $type:ty) => {{
+        // Safety: the trampoline passes every argument on unchanged.
+        unsafe { core::mem::transmute::<usize, $type>($crate::probe::arm($function as *const () as usize)) }
+    }};
+}
+pub(crate) use probed;

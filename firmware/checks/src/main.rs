@@ -8,8 +8,8 @@ mod swap;
 
 use cortex_m::peripheral::Peripherals;
 use cortex_m_rt::{entry, exception};
-use eft_core::Controller;
-use eft_rigs::{uneven, zhao2005};
+use eft_core::{Controller, Measurements};
+use eft_rigs::{adaptive, guarded_tick, uneven, zhao2005};
 use semihosting::{eprintln, println, process};
 
 fn golden<const N: usize>(rig: &str, core: &Controller<f32, N>) {
@@ -22,6 +22,31 @@ fn golden<const N: usize>(rig: &str, core: &Controller<f32, N>) {
 fn main() -> ! {
     golden("zhao2005", &zhao2005::CONTROLLER);
     golden("uneven", &uneven::CONTROLLER);
+    let mut state = adaptive::CONTROLLER.at_rest();
+    let bits = eft_golden::learning(|s| {
+        let measured = Measurements {
+            velocity: s.velocity,
+            force: s.force,
+            spool: s.spool,
+            valve_command: 0.0,
+            supply_pressure: adaptive::PARAMETERS.supply_pressure as f32,
+        };
+        let out = adaptive::CONTROLLER.step(&mut state, s.command, &measured);
+        (out.valve_command, out.status)
+    });
+    println!("adaptive learning {bits:016x}");
+    let mut state = guarded_tick::State::at_rest();
+    let bits = eft_golden::learning(|s| {
+        let (_, out) = state.step(&guarded_tick::Sample {
+            command: s.command,
+            displacement: s.displacement,
+            force: s.force,
+            spool: s.spool,
+            supply_pressure: s.supply_pressure,
+        });
+        (out.valve_command, out.status)
+    });
+    println!("guarded learning {bits:016x}");
     match faults::run() {
         Ok(survived) => eprintln!("faults: {survived} put in, all survived"),
         Err(failure) => fail(failure),

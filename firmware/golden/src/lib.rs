@@ -1,12 +1,14 @@
 //! The same inputs everywhere, and a hash of every bit that the controller answers: equal on the host, on the target,
-//! through C (`../c/golden.c`) and through Python (`tests/python/test_golden_bits.py`), which write the inputs again.
+//! through C (`../c/golden.c`, `../c/learning.c`) and through Python (`tests/python/test_golden_bits.py`), which write the inputs again.
 //!
 //! `bits.txt` holds the hashes; a change of any of them is a change of what firmware computes.
 #![no_std]
 
 mod inputs;
+mod learning;
 
 pub use inputs::{Inputs, SPECIAL, STEPS, Tick, Xorshift};
+pub use learning::{Sample, learning};
 
 use eft_core::{CompensationState, Controller, ControllerState};
 

@@ -10,3 +10,5 @@ pub mod guarded;
 pub mod uneven;
 #[rustfmt::skip]
 pub mod zhao2005;
+
+pub mod guarded_tick;

@@ -1,0 +1,57 @@
+//! What goes into the subjects.
+
+use eft_core::Measurements;
+
+use crate::blocks::TABLE;
+
+/// Numbers as sensors send them, and as they should not.
+pub struct Random(pub u32);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+    pub fn sample(&mut self, scale: f32) -> f32 {
+        match self.next() % 16 {
+            0 => f32::NAN,
+            1 => f32::INFINITY,
+            2 => f32::NEG_INFINITY,
+            3 => 0.0,
+            4 => f32::from_bits(self.next()),
+            5 => -scale,
+            6 => scale,
+            _ => (self.next() as i32 as f32) * (1.3 * scale / 2_147_483_648.0),
+        }
+    }
+}
+
+/// A slow swing between −1 and 1.
+fn triangle(tick: u32) -> f32 {
+    let phase = (tick & 0x3ff) as f32 / 256.0;
+    if phase < 2.0 { phase - 1.0 } else { 3.0 - phase }
+}
+
+/// A tick of a rig whose valve passes more than its table in one direction: three quarters of the time it does as it is
+/// asked, so that the estimators work.
+pub fn rig(tick: &mut u32, r: &mut Random) -> (f32, Measurements<f32>) {
+    let wild = *tick & 0x1800 == 0;
+    *tick += 1;
+    let opening = 0.3 * triangle(*tick);
+    let side = if opening > 0.0 { 1.05 } else { 1.0 };
+    let mut sample = |scale: f32, sane: f32| {
+        let value = r.sample(scale);
+        if wild { value } else { sane }
+    };
+    let command = sample(1.0e4, 0.0);
+    let measured = Measurements {
+        velocity: sample(1.0, side * TABLE.flow(opening) / 8.212e-3),
+        force: sample(1.5e5, 0.0),
+        spool: sample(1.0, 1.02 * opening),
+        valve_command: 0.0,
+        supply_pressure: sample(2.5e7, 1.9e7),
+    };
+    (command, measured)
+}
