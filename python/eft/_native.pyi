@@ -161,6 +161,7 @@ class Compensator:
         *,
         valve_command: float | None = None,
         displacement: float | None = None,
+        acceleration: float | None = None,
     ) -> float: ...
     def process(
         self,
@@ -172,6 +173,7 @@ class Compensator:
         *,
         valve_command: ArrayLike | None = None,
         displacement: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
     ) -> _Array: ...
     def prime(
         self,
@@ -212,6 +214,7 @@ class Controller:
         supply_pressure: float | None = None,
         *,
         displacement: float | None = None,
+        acceleration: float | None = None,
     ) -> float: ...
     def process(
         self,
@@ -222,6 +225,7 @@ class Controller:
         supply_pressure: ArrayLike | None = None,
         *,
         displacement: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
     ) -> _Array: ...
     def prime(
         self,
@@ -440,6 +444,8 @@ class PlantState:
     def load_pressure(self) -> Any: ...
     @property
     def supply_pressure(self) -> Any: ...
+    @property
+    def acceleration(self) -> Any: ...
     @property
     def status(self) -> Any: ...
 

@@ -95,6 +95,10 @@ class TestRun:
     """Spool opening as the sensor reported it, 1."""
     measured_supply_pressure: Array
     """Supply pressure as the sensor reported it, Pa."""
+    acceleration: Array | None = None
+    """Acceleration of a rig with an accelerometer, m/s²."""
+    measured_acceleration: Array | None = None
+    """Acceleration as the accelerometer reported it, m/s²."""
     status: NDArray[np.uint32]
     """Bits of `Status`."""
     found_flows: Array
@@ -146,7 +150,7 @@ class TestRun:
             raise IndexError(f"actuator = {index}: must be from 0 to {actuators - 1}")
         if self.command.ndim == 1:
             return self
-        parts = (*_TRACES, "found_flows")
+        parts = (*self._traces, "found_flows")
         return replace(self, **{name: getattr(self, name)[index] for name in parts})
 
     def corrected_rig(self) -> Rig:
@@ -168,6 +172,11 @@ class TestRun:
         true = self.rig["servovalve.true_flow_table"] or self.rig["servovalve.flow_table"]
         flows = {"servovalve.flow_table.flows": self.found_flows.tolist()}
         return self.rig.replace({"servovalve.true_flow_table": true, **flows})
+
+    @property
+    def _traces(self) -> tuple[str, ...]:
+        """The traces that there are."""
+        return _TRACES + tuple(name for name in _OPTIONAL if getattr(self, name) is not None)
 
     @property
     def _actuators(self) -> list[TestRun]:
@@ -259,11 +268,11 @@ class TestRun:
         if self.command.ndim > 1:
             columns = {
                 (name, number): trace
-                for name in _TRACES
+                for name in self._traces
                 for number, trace in enumerate(getattr(self, name), start=1)
             }
             return pd.DataFrame(columns, index=index, copy=False).rename_axis(columns=["signal", "actuator"])
-        return pd.DataFrame({name: getattr(self, name) for name in _TRACES}, index=index, copy=False)
+        return pd.DataFrame({name: getattr(self, name) for name in self._traces}, index=index, copy=False)
 
     def to_control(self) -> Any:
         """Return force (output) under command (input) as a python-control ``TimeResponseData``."""
@@ -291,7 +300,7 @@ class TestRun:
         pathlib.Path
             `path`, as it was given: no suffix is added.
         """
-        return _run_file.write(self, _TRACES, Path(path))
+        return _run_file.write(self, self._traces, Path(path))
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> TestRun:
@@ -304,7 +313,7 @@ class TestRun:
         ValueError
             If the file is not a saved test, is damaged, or is of a later format; the message says which.
         """
-        return cls(**_run_file.read(Path(path), _TRACES))
+        return cls(**_run_file.read(Path(path), _TRACES, _OPTIONAL))
 
     def __iter__(self) -> Iterator[Array]:
         return iter((self.time, self.force))
@@ -317,5 +326,7 @@ class TestRun:
         return f"<eft.TestRun of {name}: {len(self)} samples at {self.sample_rate:g} Hz, {self.message}>"
 
 
-_TRACES = tuple(field.name for field in fields(TestRun))[4:-1]
-"""The fields that are arrays: all behind `version`."""
+_OPTIONAL = ("acceleration", "measured_acceleration")
+"""Traces that only some rigs have."""
+_TRACES = tuple(field.name for field in fields(TestRun)[4:-1] if field.name not in _OPTIONAL)
+"""The other fields that are arrays, of every rig: all behind `version`."""

@@ -35,15 +35,16 @@ def write(run: TestRun, traces: Sequence[str], path: Path) -> Path:
     return path
 
 
-def read(path: Path, traces: Sequence[str]) -> dict[str, Any]:
+def read(path: Path, traces: Sequence[str], optional: Sequence[str]) -> dict[str, Any]:
     """Every field of a run that `write` wrote; ValueError where the file is something else."""
     with path.open("rb") as file:
         try:
-            stored = np.load(file, allow_pickle=False)
-            if not isinstance(stored, np.lib.npyio.NpzFile):
+            opened = np.load(file, allow_pickle=False)
+            if not isinstance(opened, np.lib.npyio.NpzFile):
                 raise ValueError("a single array")
-            with stored as archive:
-                return _fields({name: archive[name] for name in archive.files}, traces)
+            with opened as archive:
+                stored = {name: archive[name] for name in archive.files}
+                return _fields(stored, [*traces, *(name for name in optional if name in stored)])
         except (
             ValueError,
             KeyError,

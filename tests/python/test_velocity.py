@@ -7,7 +7,8 @@ import eft
 
 RATE = 4096.0
 SWEEP = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, RATE)
-RANGES = {"force": 156e3, "displacement": 0.127, "spool": 1.0, "velocity": 1.05}
+# The accelerometer: ±2 g.
+RANGES = {"force": 156e3, "displacement": 0.127, "spool": 1.0, "velocity": 1.05, "acceleration": 19.6}
 NOISE = {
     f"sensors.{sensor}.{key}": value
     for sensor, size in RANGES.items()
@@ -21,6 +22,7 @@ SOURCES = {
         "controller.observer_mass": 7040.0,
         "controller.observer_drift": 200.0,
     },
+    "accelerometer": {"controller.velocity_source": "accelerometer"},
 }
 ADAPTIVE = {"compensation.feedforward": True, "compensation.adaptive": True}
 
@@ -46,9 +48,12 @@ def test_the_observer_follows_through_noise_that_drowns_the_derivative():
             assert lowest > 0.95
             assert highest < 1.05
     assert errors["sensor"] < errors["observer"] < 0.6 * errors["derivative"]
+    # It has the displacement's share of the noise below its few hertz, and integrates its own away above.
+    assert errors["accelerometer"] < 0.5 * errors["sensor"]
+    assert run.metrics()["nrmse"] < 0.02
 
 
-@pytest.mark.parametrize("source", ["derivative", "observer"])
+@pytest.mark.parametrize("source", ["derivative", "observer", "accelerometer"])
 def test_without_noise_either_follows(source):
     # At 80 Hz the lead network leaves a little of the derivative's delay, and that counts forty times.
     error, lowest, highest, _ = swept(source, {"controller.velocity_corner": 400.0})
@@ -78,7 +83,7 @@ def test_its_delay_enters_the_budget():
 
 
 @pytest.mark.parametrize("dtype", ["f32", "f64"])
-@pytest.mark.parametrize("source", ["derivative", "observer"])
+@pytest.mark.parametrize("source", ["derivative", "observer", "accelerometer"])
 def test_the_controller_gives_the_simulated_ones_bits(source, dtype):
     rig = eft.Rig.zhao2005().replace(
         {**ADAPTIVE, **NOISE, **SOURCES[source], "controller.realization": "digital"}
@@ -88,12 +93,18 @@ def test_the_controller_gives_the_simulated_ones_bits(source, dtype):
     signals = (run.measured_force, run.measured_spool)
     # The velocity that is handed over is not looked at.
     nothing = np.zeros(len(run))
-    commands = controller.process(run.command, nothing, *signals, displacement=run.measured_displacement)
+    measured = {"displacement": run.measured_displacement, "acceleration": run.measured_acceleration}
+    commands = controller.process(run.command, nothing, *signals, **measured)
     np.testing.assert_array_equal(commands, run.valve_command)
     with pytest.raises(
         ValueError, match=r"^displacement = None: must be given: `controller.velocity_source`"
     ):
         eft.Controller(rig).step(0.0, 0.0, 0.0, 0.0)
+    if source == "accelerometer":
+        with pytest.raises(
+            ValueError, match=r"^acceleration = None: must be given: `controller.velocity_source`"
+        ):
+            eft.Controller(rig).step(0.0, 0.0, 0.0, 0.0, displacement=0.0)
 
 
 def test_an_observer_needs_its_mass():

@@ -183,6 +183,12 @@ impl PlantState {
         self.of(py, |reading| reading.supply_pressure)
     }
 
+    /// Acceleration in m/s²; of a structure of one's own the mean of the sample that ends now.
+    #[getter]
+    fn acceleration<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        self.of(py, |reading| reading.acceleration)
+    }
+
     /// Bits of `Status`.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> Numbers<'py> {

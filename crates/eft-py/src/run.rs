@@ -187,6 +187,15 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
         // One array under two names, for a copy of every trace costs as much as the test.
         traces.set_item(name, traces.get_item(truth)?)?;
     }
+    type Present = fn(&TestRun) -> Option<&[f64]>;
+    let accelerations: [(&str, Present); 2] =
+        [("acceleration", TestRun::acceleration), ("measured_acceleration", TestRun::measured_acceleration)];
+    for (name, trace) in accelerations {
+        let channels: Option<Vec<_>> = runs.iter().map(|run| Some(trace(run)?.to_vec())).collect();
+        if let Some(channels) = channels {
+            traces.set_item(name, arrays::stacked(py, channels, stacked)?)?;
+        }
+    }
     let found = runs.iter_mut().map(|run| std::mem::take(&mut run.found_flows)).collect();
     traces.set_item("found_flows", arrays::stacked(py, found, stacked)?)?;
     let status = runs.into_iter().map(|run| run.status).collect();

@@ -58,7 +58,8 @@ class Traces:
             raise ValueError(
                 f"{name}: a run of {run.command.shape[0]} actuators; must be of one, as `run.actuator(0)` is"
             )
-        columns = {key: getattr(run, key) for key in QUANTITIES if key != "time" and hasattr(run, key)}
+        traces = {key: getattr(run, key, None) for key in QUANTITIES if key != "time"}
+        columns = {key: trace for key, trace in traces.items() if trace is not None}
         return cls(name, run.sample_rate, columns)
 
     @classmethod

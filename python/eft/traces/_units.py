@@ -56,6 +56,7 @@ QUANTITIES = {
     "measured_velocity": Quantity("velocity", ()),
     "measured_spool": Quantity("ratio", ()),
     "measured_supply_pressure": Quantity("pressure", ()),
+    "measured_acceleration": Quantity("acceleration", ()),
 }
 
 _SI = {name: next(iter(units)) for name, units in _UNITS.items()}

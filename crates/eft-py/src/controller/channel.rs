@@ -42,6 +42,7 @@ pub(super) struct Further {
     pub(super) supply_pressure: Option<f64>,
     pub(super) valve_command: Option<f64>,
     pub(super) displacement: Option<f64>,
+    pub(super) acceleration: Option<f64>,
 }
 
 /// Nothing asked, nothing said yet.
@@ -89,15 +90,18 @@ impl Channel {
     }
 
     /// Refuses what is left out though the rig looks at it; `given` is by the names of [`Further`].
-    fn required(&self, given: [bool; 3]) -> PyResult<()> {
+    fn required(&self, given: [bool; 4]) -> PyResult<()> {
         let (c, p) = (&self.rig.compensation, &self.rig.protection);
         let limited = p.displacement_warning.or(p.displacement_trip).is_some();
-        let estimated = self.rig.controller.velocity_source != VelocitySource::Sensor;
-        let displacement = if estimated { "controller.velocity_source" } else { "protection.enabled" };
+        let source = self.rig.controller.velocity_source;
+        let (estimated, key) = (source != VelocitySource::Sensor, "controller.velocity_source");
+        let accelerometer = source == VelocitySource::Accelerometer;
+        let displacement = if estimated { key } else { "protection.enabled" };
         let asked = [
             ("supply_pressure", "compensation.supply_correction", c.supply_correction),
             ("valve_command", "compensation.adaptive", c.adaptive && self.reach == Reach::Compensation),
             ("displacement", displacement, estimated || (p.enabled && limited)),
+            ("acceleration", key, accelerometer),
         ];
         for ((name, key, on), given) in asked.into_iter().zip(given) {
             if on && !given {
@@ -117,13 +121,14 @@ impl Channel {
             displacement: 0.0,
             valve_command: 0.0,
             supply_pressure: self.rig.supply.pressure,
+            acceleration: 0.0,
         }
     }
 
     /// The sample that a call brings, complete.
     fn sample(&self, values: [f64; 4], further: Further) -> PyResult<Sample> {
-        let Further { supply_pressure, valve_command, displacement } = further;
-        self.required([supply_pressure.is_some(), valve_command.is_some(), displacement.is_some()])?;
+        let Further { supply_pressure, valve_command, displacement, acceleration } = further;
+        self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
         let [command, velocity, force, spool] = values;
         Ok(Sample {
             command,
@@ -133,6 +138,7 @@ impl Channel {
             displacement: displacement.unwrap_or(0.0),
             valve_command: valve_command.unwrap_or(0.0),
             supply_pressure: supply_pressure.unwrap_or(self.rig.supply.pressure),
+            acceleration: acceleration.unwrap_or(0.0),
         })
     }
 
@@ -185,11 +191,12 @@ impl Channel {
     pub(super) fn process<'py>(
         &mut self,
         py: Python<'py>,
-        signals: [Option<&Bound<'py, PyAny>>; 7],
+        signals: [Option<&Bound<'py, PyAny>>; 8],
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let [command, velocity, force, spool, supply_pressure, valve_command, displacement] = signals;
-        self.required([supply_pressure.is_some(), valve_command.is_some(), displacement.is_some()])?;
-        let columns: [Column<'_, 'py>; 7] = [
+        let [command, velocity, force, spool, supply_pressure, valve_command, displacement, acceleration] =
+            signals;
+        self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
+        let columns: [Column<'_, 'py>; 8] = [
             ("velocity", velocity, |s| &mut s.velocity),
             ("force", force, |s| &mut s.force),
             ("spool", spool, |s| &mut s.spool),
@@ -197,6 +204,7 @@ impl Channel {
             ("supply_pressure", supply_pressure, |s| &mut s.supply_pressure),
             ("valve_command", valve_command, |s| &mut s.valve_command),
             ("displacement", displacement, |s| &mut s.displacement),
+            ("acceleration", acceleration, |s| &mut s.acceleration),
         ];
         let rest = self.rest();
         let mut samples: Option<(&str, Vec<Sample>)> = None;

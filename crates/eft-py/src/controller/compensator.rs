@@ -58,8 +58,10 @@ impl Compensator {
     ///     Valve command that stood when the others were sampled, V, a measurement like them; needed where
     ///     ``compensation.adaptive`` is on.
     /// displacement : float, optional
-    ///     Measured displacement, m; needed where the protection limits it.
-    #[pyo3(signature = (velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None))]
+    ///     Measured displacement, m; needed where the protection limits it or the velocity is estimated.
+    /// acceleration : float, optional
+    ///     Measured acceleration, m/s²; needed where ``controller.velocity_source`` is ``"accelerometer"``.
+    #[pyo3(signature = (velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None))]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn step(
         &mut self,
@@ -70,15 +72,16 @@ impl Compensator {
         supply_pressure: Option<f64>,
         valve_command: Option<f64>,
         displacement: Option<f64>,
+        acceleration: Option<f64>,
     ) -> PyResult<f64> {
-        let further = Further { supply_pressure, valve_command, displacement };
+        let further = Further { supply_pressure, valve_command, displacement, acceleration };
         self.channel.step([command, velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the compensation signal in V; `status` collects their flags.
     ///
     /// The arrays are those of `step`; `command` is needed where something looks at it.
-    #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None))]
+    #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None))]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn process<'py>(
         &mut self,
@@ -90,14 +93,16 @@ impl Compensator {
         supply_pressure: Option<&Bound<'py, PyAny>>,
         valve_command: Option<&Bound<'py, PyAny>>,
         displacement: Option<&Bound<'py, PyAny>>,
+        acceleration: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         if let (Some(key), None) = (self.channel.needs_command(), command) {
             return Err(refuse("command", "None", format!("must be given: `{key}` is on")));
         }
         let measured = [Some(velocity), Some(force), Some(spool)];
         let [velocity, force, spool] = measured;
-        self.channel
-            .process(py, [command, velocity, force, spool, supply_pressure, valve_command, displacement])
+        let signals =
+            [command, velocity, force, spool, supply_pressure, valve_command, displacement, acceleration];
+        self.channel.process(py, signals)
     }
 
     /// Go to the state of a rig that has long been at this operating point, nothing learned yet, so that the next

@@ -54,8 +54,11 @@ impl Controller {
     /// supply_pressure : float, optional
     ///     Measured supply pressure, Pa; read, and then needed, where ``compensation.supply_correction`` is on.
     /// displacement : float, optional
-    ///     Measured displacement, m; needed where the protection limits it.
-    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None))]
+    ///     Measured displacement, m; needed where the protection limits it or the velocity is estimated.
+    /// acceleration : float, optional
+    ///     Measured acceleration, m/s²; needed where ``controller.velocity_source`` is ``"accelerometer"``.
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None))]
+    #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn step(
         &mut self,
         command: f64,
@@ -64,13 +67,14 @@ impl Controller {
         spool: f64,
         supply_pressure: Option<f64>,
         displacement: Option<f64>,
+        acceleration: Option<f64>,
     ) -> PyResult<f64> {
-        let further = Further { supply_pressure, displacement, ..Further::default() };
+        let further = Further { supply_pressure, displacement, acceleration, ..Further::default() };
         self.channel.step([command, velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the valve commands in V; `status` collects their flags.
-    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None))]
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn process<'py>(
         &mut self,
@@ -81,10 +85,12 @@ impl Controller {
         spool: &Bound<'py, PyAny>,
         supply_pressure: Option<&Bound<'py, PyAny>>,
         displacement: Option<&Bound<'py, PyAny>>,
+        acceleration: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let measured = [Some(command), Some(velocity), Some(force), Some(spool)];
         let [command, velocity, force, spool] = measured;
-        self.channel.process(py, [command, velocity, force, spool, supply_pressure, None, displacement])
+        let signals = [command, velocity, force, spool, supply_pressure, None, displacement, acceleration];
+        self.channel.process(py, signals)
     }
 
     /// Go to the state of a rig that has long been at this operating point, nothing learned yet, so that the next

@@ -123,6 +123,7 @@ fn run_through<P: Precision<Flags = u32>>(
                 plant: plant.core(floor),
                 force: plant.force(floor),
                 supply_pressure: truth.supply_pressure,
+                acceleration: truth.acceleration,
                 decision,
                 status: flags,
             };

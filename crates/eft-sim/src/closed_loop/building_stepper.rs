@@ -6,6 +6,7 @@ use crate::closed_loop::stepper::PlantReading;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::rig::{BuildingPlant, Driver};
+use crate::sensors::Signals;
 
 /// The actuators of a shear building, carried on sample by sample under one held valve command each, the ground
 /// floor's first: [`PlantStepper`](crate::closed_loop::PlantStepper) for several actuators, with the same exchange.
@@ -17,6 +18,8 @@ pub struct BuildingStepper {
     steps: u32,
     ticks: u64,
     last_velocities: Vec<f64>,
+    /// What a structure from outside last answered with (m/s²), one a floor; none where the rig's own follows.
+    led: Option<Vec<f64>>,
 }
 
 impl BuildingStepper {
@@ -29,7 +32,15 @@ impl BuildingStepper {
         crate::checks::positive("sample_rate", sample_rate, "Hz")?;
         let (plant, steps) = (BuildingPlant::new(rig)?, steps(rig, options, sample_rate)?);
         let stories = plant.stories();
-        Ok(Self { plant, stories, sample_rate, steps, ticks: 0, last_velocities: vec![0.0; stories] })
+        Ok(Self {
+            plant,
+            stories,
+            sample_rate,
+            steps,
+            ticks: 0,
+            last_velocities: vec![0.0; stories],
+            led: None,
+        })
     }
 
     /// Back to rest.
@@ -37,15 +48,18 @@ impl BuildingStepper {
         self.plant.reset();
         self.ticks = 0;
         self.last_velocities.fill(0.0);
+        self.led = None;
     }
 
     /// What is true now, one reading a floor.
     pub fn readings(&self) -> Vec<PlantReading> {
         let time = self.ticks as f64 / self.sample_rate;
         let reading = |floor| {
-            let pressure = self.plant.signals(floor).supply_pressure;
+            let Signals { supply_pressure, acceleration, .. } = self.plant.signals(floor);
+            let led = self.led.as_ref().and_then(|led| led.get(floor).copied());
+            let further = [supply_pressure, led.unwrap_or(acceleration)];
             let limits = self.plant.at_limits(floor);
-            PlantReading::new(time, &self.plant.core(floor), self.plant.force(floor), pressure, limits)
+            PlantReading::new(time, &self.plant.core(floor), self.plant.force(floor), further, limits)
         };
         (0..self.stories).map(reading).collect()
     }
@@ -57,6 +71,7 @@ impl BuildingStepper {
     pub fn step(&mut self, valve_commands: &[f64]) -> Result<Vec<PlantReading>> {
         let drivers = self.held(valve_commands)?;
         self.plant.advance(&drivers, 1.0 / self.sample_rate, self.steps, None);
+        self.led = None;
         self.ticks += 1;
         Ok(self.readings())
     }
@@ -94,6 +109,8 @@ impl BuildingStepper {
         for (floor, (displacement, velocity)) in displacements.iter().zip(velocities).enumerate() {
             self.plant.set_motion(floor, *displacement, *velocity);
         }
+        let changes = velocities.iter().zip(&self.last_velocities);
+        self.led = Some(changes.map(|(now, last)| (now - last) * self.sample_rate).collect());
         Ok(())
     }
 

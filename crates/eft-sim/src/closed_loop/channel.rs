@@ -31,6 +31,8 @@ pub struct Sample {
     pub valve_command: f64,
     /// Supply pressure (Pa); the configured one where there is no transducer.
     pub supply_pressure: f64,
+    /// Acceleration (m/s²); only an observer that reads an accelerometer looks at it.
+    pub acceleration: f64,
 }
 
 /// What a channel makes of a sample.
@@ -59,7 +61,7 @@ pub enum Reach {
 #[derive(Debug, Clone)]
 pub struct Channel<P: Precision> {
     core: Core<P>,
-    estimate: Option<VelocityEstimate<P>>,
+    estimate: Option<Box<VelocityEstimate<P>>>,
     protection: Option<Guarded<P>>,
     configured_supply: Option<P>,
     reach: Reach,
@@ -130,7 +132,7 @@ impl<P: Precision<Flags = u32>> Channel<P> {
         let configured = P::from_f64(rig.supply.pressure);
         Ok(Self {
             core,
-            estimate: VelocityEstimate::new(rig, sample_rate)?,
+            estimate: VelocityEstimate::new(rig, sample_rate)?.map(Box::new),
             protection: Guarded::new(|_| rig, sample_rate)?,
             configured_supply: (!rig.compensation.supply_correction).then_some(configured),
             reach,
@@ -144,7 +146,7 @@ impl<P: Precision<Flags = u32>> Channel<P> {
     pub fn step(&mut self, sample: &Sample) -> ChannelOutput {
         let mut sample = *sample;
         if let Some(estimate) = &mut self.estimate {
-            sample.velocity = estimate.velocity(sample.displacement, sample.force);
+            sample.velocity = estimate.velocity(sample.displacement, sample.force, sample.acceleration);
         }
         let sample = &sample;
         let (command, authority, protection) = match &mut self.protection {
@@ -201,7 +203,7 @@ impl<P: Precision<Flags = u32>> Channel<P> {
     pub fn prime(&mut self, sample: &Sample) {
         let mut sample = *sample;
         if let Some(estimate) = &mut self.estimate {
-            estimate.rest(sample.displacement, sample.force);
+            estimate.rest(sample.displacement, sample.force, sample.acceleration);
             sample.velocity = 0.0;
         }
         let sample = &sample;
@@ -227,7 +229,7 @@ impl<P: Precision<Flags = u32>> Channel<P> {
             Core::Adaptive { controller, state } => **state = controller.at_rest(),
         }
         if let Some(estimate) = &mut self.estimate {
-            estimate.rest(0.0, 0.0);
+            estimate.rest(0.0, 0.0, 0.0);
         }
         if let Some(guarded) = &mut self.protection {
             guarded.reset();
@@ -238,7 +240,7 @@ impl<P: Precision<Flags = u32>> Channel<P> {
     pub fn is_at_rest(&self) -> bool {
         let resting = self.protection.as_ref().is_none_or(Guarded::is_at_rest);
         resting
-            && self.estimate.as_ref().is_none_or(VelocityEstimate::is_at_rest)
+            && self.estimate.as_ref().is_none_or(|estimate| estimate.is_at_rest())
             && match &self.core {
                 Core::Fixed { state, forward, .. } => {
                     *state == ControllerState::default() && *forward == FeedforwardState::default()
@@ -280,5 +282,6 @@ fn signals(sample: &Sample) -> Signals<f64> {
         force: sample.force,
         spool: sample.spool,
         supply_pressure: sample.supply_pressure,
+        acceleration: sample.acceleration,
     }
 }

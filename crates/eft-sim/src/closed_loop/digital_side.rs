@@ -91,6 +91,7 @@ impl<S: Num> Signals<S> {
             force: self.force.lane(lane),
             spool: self.spool.lane(lane),
             supply_pressure: self.supply_pressure.lane(lane),
+            acceleration: self.acceleration.lane(lane),
         }
     }
 
@@ -102,6 +103,7 @@ impl<S: Num> Signals<S> {
             force: S::from_lanes(|i| f(i).force),
             spool: S::from_lanes(|i| f(i).spool),
             supply_pressure: S::from_lanes(|i| f(i).supply_pressure),
+            acceleration: S::from_lanes(|i| f(i).acceleration),
         }
     }
 }
@@ -276,13 +278,14 @@ where
     /// In place of the velocity, what is made of the displacement.
     #[inline(never)]
     fn estimate(&mut self, measured: &mut Signals<S>) {
-        let (displacement, force, sensed) = (measured.displacement, measured.force, measured.velocity);
         let estimates = &mut self.estimates;
-        measured.velocity = S::from_lanes(|i| match estimates.get_mut(i) {
-            Some(Some(estimate)) => {
-                S::Element::from_f64(estimate.velocity(displacement.lane(i).to_f64(), force.lane(i).to_f64()))
-            }
-            _ => sensed.lane(i),
+        measured.velocity = S::from_lanes(|i| {
+            let one = measured.lane(i);
+            let velocity = match estimates.get_mut(i) {
+                Some(Some(estimate)) => estimate.velocity(one.displacement, one.force, one.acceleration),
+                _ => one.velocity,
+            };
+            S::Element::from_f64(velocity)
         });
     }
 

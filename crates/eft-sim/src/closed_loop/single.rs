@@ -16,6 +16,7 @@ pub(crate) struct Tick<S: Num> {
     pub(crate) plant: PlantState<S>,
     pub(crate) force: S,
     pub(crate) supply_pressure: S,
+    pub(crate) acceleration: S,
     pub(crate) decision: Decision<S>,
     pub(crate) status: S::Flags,
 }
@@ -90,6 +91,7 @@ where
             plant: *P::core(now),
             force: plant.force(now),
             supply_pressure: truth.supply_pressure,
+            acceleration: truth.acceleration,
             status: decision.status | limits,
             decision,
         }

@@ -6,6 +6,7 @@ use crate::closed_loop::simulate::{SimulateOptions, one_actuator};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::rig::{DetailedPlant, DetailedState, Held, Pace, PlantModel, PlantState, longest_step};
+use crate::sensors::Signals;
 
 /// What is true of the plant at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,18 +25,20 @@ pub struct PlantReading {
     pub load_pressure: f64,
     /// Supply pressure (Pa).
     pub supply_pressure: f64,
+    /// Acceleration (m/s²); of a structure from outside the mean of the sample that ends now.
+    pub acceleration: f64,
     /// [`status::SPOOL_STOP`], [`status::STROKE_EXCEEDED`] and [`status::DIVERGED`].
     pub status: u32,
 }
 
 impl PlantReading {
-    /// At a time (s): state, force (N), supply pressure (Pa), and whether the spool is at a stop and the piston
-    /// beyond its stroke.
+    /// At a time (s): state, force (N), supply pressure (Pa) and acceleration (m/s²), and whether the spool is at a
+    /// stop and the piston beyond its stroke.
     pub(crate) fn new(
         time: f64,
         core: &PlantState<f64>,
         force: f64,
-        supply_pressure: f64,
+        [supply_pressure, acceleration]: [f64; 2],
         (at_stop, beyond_stroke): (bool, bool),
     ) -> Self {
         let PlantState { spool, load_pressure, displacement, velocity, .. } = *core;
@@ -46,7 +49,17 @@ impl PlantReading {
             (!finite, status::DIVERGED),
         ];
         let status = flags.iter().filter(|flag| flag.0).fold(0, |all, flag| all | flag.1);
-        Self { time, force, displacement, velocity, spool, load_pressure, supply_pressure, status }
+        Self {
+            time,
+            force,
+            displacement,
+            velocity,
+            spool,
+            load_pressure,
+            supply_pressure,
+            acceleration,
+            status,
+        }
     }
 }
 
@@ -63,6 +76,8 @@ pub struct PlantStepper {
     pace: Pace,
     ticks: u64,
     last_velocity: f64,
+    /// What a structure from outside last answered with (m/s²); none where the rig's own follows.
+    led: Option<f64>,
 }
 
 impl PlantStepper {
@@ -79,7 +94,7 @@ impl PlantStepper {
             SimulateOptions { largest_step: longest_step(rig).min(options.largest_step), ..*options };
         let pace = Pace::new(sample_rate, needed.steps(sample_rate)?.max(asked));
         let plant = DetailedPlant::pack(|_| rig, pace)?;
-        Ok(Self { state: plant.at_rest(), plant, pace, ticks: 0, last_velocity: 0.0 })
+        Ok(Self { state: plant.at_rest(), plant, pace, ticks: 0, last_velocity: 0.0, led: None })
     }
 
     /// Back to rest.
@@ -87,15 +102,17 @@ impl PlantStepper {
         self.state = self.plant.at_rest();
         self.ticks = 0;
         self.last_velocity = 0.0;
+        self.led = None;
     }
 
     /// What is true now.
     pub fn reading(&self) -> PlantReading {
+        let Signals { supply_pressure, acceleration, .. } = self.plant.signals(&self.state);
         PlantReading::new(
             self.ticks as f64 / self.pace.sample_rate,
             DetailedPlant::core(&self.state),
             self.plant.force(&self.state),
-            self.plant.signals(&self.state).supply_pressure,
+            [supply_pressure, self.led.unwrap_or(acceleration)],
             self.plant.at_limits(&self.state),
         )
     }
@@ -107,6 +124,7 @@ impl PlantStepper {
     pub fn step(&mut self, valve_command: f64) -> Result<PlantReading> {
         crate::checks::finite("valve_command", valve_command, "V")?;
         self.state = self.plant.advance_driven(self.state, (), &Held(valve_command), self.pace);
+        self.led = None;
         self.ticks += 1;
         Ok(self.reading())
     }
@@ -141,6 +159,7 @@ impl PlantStepper {
         crate::checks::finite("displacement", displacement, "m")?;
         crate::checks::finite("velocity", velocity, "m/s")?;
         self.state.set_motion(displacement, velocity);
+        self.led = Some((velocity - self.last_velocity) * self.pace.sample_rate);
         Ok(())
     }
 }

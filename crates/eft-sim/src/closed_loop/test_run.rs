@@ -11,6 +11,7 @@ use crate::closed_loop::single::Tick;
 use crate::config::{RigConfig, StructureKind};
 use crate::error::Result;
 use crate::rig::{EnergyBalance, Num, needs_detail};
+use crate::sensors::{are_ideal, has_accelerometer};
 
 /// The traces of one test. Value `i` is the plant's true value at time `i / sample_rate`, before that tick's
 /// output acts.
@@ -64,6 +65,8 @@ struct Measured {
     velocity: Vec<f64>,
     spool: Vec<f64>,
     supply_pressure: Vec<f64>,
+    /// Of a rig with an accelerometer, true and reported.
+    acceleration: Option<[Vec<f64>; 2]>,
 }
 
 /// Has the allocator keep some tens of megabytes that were freed: the traces of the next test then stand in memory that
@@ -107,6 +110,7 @@ impl TestRun {
                 velocity: channel(),
                 spool: channel(),
                 supply_pressure: channel(),
+                acceleration: has_accelerometer(rig).then(|| [channel(), channel()]),
             }),
         }
     }
@@ -140,7 +144,7 @@ impl TestRun {
             differ.or((a.len() != b.len()).then(|| a.len().min(b.len())))
         }
         type Trace = fn(&TestRun) -> &[f64];
-        let traces: [(&str, Trace); 17] = [
+        let traces: [(&str, Trace); 19] = [
             ("command", |run| &run.command),
             ("force", |run| &run.force),
             ("displacement", |run| &run.displacement),
@@ -158,6 +162,8 @@ impl TestRun {
             ("measured_velocity", Self::measured_velocity),
             ("measured_spool", Self::measured_spool),
             ("measured_supply_pressure", Self::measured_supply_pressure),
+            ("acceleration", |run| run.acceleration().unwrap_or_default()),
+            ("measured_acceleration", |run| run.measured_acceleration().unwrap_or_default()),
         ];
         let flags = first(&self.status, &other.status, |&flags| flags.into()).map(|at| ("status", at));
         let differences = traces.into_iter().filter_map(|(name, trace)| {
@@ -196,6 +202,10 @@ impl TestRun {
                 velocity: more(&mut measured.velocity, ticks, 0.0),
                 spool: more(&mut measured.spool, ticks, 0.0),
                 supply_pressure: more(&mut measured.supply_pressure, ticks, 0.0),
+                acceleration: measured
+                    .acceleration
+                    .as_mut()
+                    .map(|both| both.each_mut().map(|channel| more(channel, ticks, 0.0))),
             }),
         }
     }
@@ -224,6 +234,8 @@ impl TestRun {
                 &mut measured.spool,
                 &mut measured.supply_pressure,
             ]
+            .into_iter()
+            .chain(measured.acceleration.iter_mut().flatten())
         });
         for channel in channels.into_iter().chain(measured.into_iter().flatten()) {
             channel.truncate(ticks);
@@ -266,6 +278,20 @@ impl TestRun {
         self.measured.as_ref().map_or(&self.supply_pressure, |measured| &measured.supply_pressure)
     }
 
+    /// Acceleration (m/s²) of a rig with an accelerometer.
+    pub fn acceleration(&self) -> Option<&[f64]> {
+        self.accelerations().map(|[truth, _]| truth.as_slice())
+    }
+
+    /// Acceleration (m/s²) as the accelerometer reported it.
+    pub fn measured_acceleration(&self) -> Option<&[f64]> {
+        self.accelerations().map(|[_, reported]| reported.as_slice())
+    }
+
+    fn accelerations(&self) -> Option<&[Vec<f64>; 2]> {
+        self.measured.as_ref().and_then(|measured| measured.acceleration.as_ref())
+    }
+
     /// Every flag that was raised at any time.
     pub fn status_union(&self) -> u32 {
         self.status.iter().fold(0, |all, s| all | s)
@@ -300,6 +326,7 @@ struct MeasuredRows<'a> {
     velocity: &'a mut [f64],
     spool: &'a mut [f64],
     supply_pressure: &'a mut [f64],
+    acceleration: Option<[&'a mut [f64]; 2]>,
 }
 
 impl Rows<'_> {
@@ -328,6 +355,10 @@ impl Rows<'_> {
             measured.velocity[i] = reported.velocity.lane(lane);
             measured.spool[i] = reported.spool.lane(lane);
             measured.supply_pressure[i] = reported.supply_pressure.lane(lane);
+            if let Some([truth, reading]) = &mut measured.acceleration {
+                truth[i] = tick.acceleration.lane(lane);
+                reading[i] = reported.acceleration.lane(lane);
+            }
         }
     }
 }
@@ -341,5 +372,5 @@ impl<S: Num> Keep<S> for Rows<'_> {
 
 /// Whether the controller sees anything but the truth.
 fn measures(rig: &RigConfig) -> bool {
-    !crate::sensors::are_ideal(rig) || rig.controller.velocity_source != crate::config::VelocitySource::Sensor
+    !are_ideal(rig) || rig.controller.velocity_source != crate::config::VelocitySource::Sensor
 }

@@ -13,6 +13,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("sensors.displacement.bits", "sensors.displacement.range"),
     ("sensors.spool.bits", "sensors.spool.range"),
     ("sensors.supply_pressure.bits", "sensors.supply_pressure.range"),
+    ("sensors.acceleration.bits", "sensors.acceleration.range"),
     ("supply.droop", "supply.accumulator"),
     ("supply.accumulator", "supply.droop"),
     ("supply.pump_flow", "supply.droop"),

@@ -68,6 +68,7 @@ impl RigConfig {
                 observer_displacement_noise: 6.4e-5,
                 observer_acceleration_noise: 0.02,
                 observer_drift: 200.0,
+                accelerometer_drift: 1.0,
             },
             compensation: Compensation {
                 mode: Mode::Nonlinear,
@@ -102,6 +103,7 @@ impl RigConfig {
                 displacement: IDEAL,
                 spool: IDEAL,
                 supply_pressure: IDEAL,
+                acceleration: IDEAL,
                 fault: None,
             },
             dac: None,

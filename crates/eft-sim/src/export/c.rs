@@ -88,8 +88,13 @@ fn around(out: &mut String, parts: &Parts) -> Result {
             writeln!(out, "  .gain_on_displacement = {}, /* 1 */", number(displacement))?;
             writeln!(out, "  .gain_on_velocity = {}, /* 1/s */", number(velocity))?;
             writeln!(out, "  .gain_on_drift = {}, /* 1/s2 */\n}};", number(drift))?;
-            writeln!(out, "/* Times the force, the acceleration that the observer takes, 1/kg. */")?;
-            writeln!(out, "static const double EFT_PER_MASS = {};", number(per_mass))?;
+            match per_mass {
+                Some(per_mass) => {
+                    writeln!(out, "/* Times the force, the acceleration that the observer takes, 1/kg. */")?;
+                    writeln!(out, "static const double EFT_PER_MASS = {};", number(per_mass))?;
+                }
+                None => writeln!(out, "/* It takes the accelerometer's reading, m/s2. */")?,
+            }
         }
     }
     let Some(p) = &parts.protection else { return Ok(()) };

@@ -51,8 +51,8 @@ struct Parts<'a> {
 enum Velocity {
     /// With its corner (Hz).
     Derivative(f64),
-    /// With its gains, and one over the mass (1/kg) that the force moves.
-    Observer([f64; 3], f64),
+    /// With its gains, and one over the mass (1/kg) that the force moves; none where the acceleration is measured.
+    Observer([f64; 3], Option<f64>),
 }
 
 /// The configuration of a rig's controller as a source file; the digital side runs at `controller.sample_rate`. A rig
@@ -103,7 +103,7 @@ fn velocity(rig: &RigConfig, rate: f64) -> Result<Option<Velocity>> {
             <f32 as Precision>::derivative(rig, rate)?;
             Some(Velocity::Derivative(rig.controller.velocity_corner))
         }
-        VelocitySource::Observer => {
+        VelocitySource::Observer | VelocitySource::Accelerometer => {
             <f32 as Precision>::observer(rig, rate)?;
             Some(Velocity::Observer(observer_gains(rig, rate)?, observer_per_mass(rig)))
         }

@@ -144,14 +144,17 @@ fn around(out: &mut String, parts: &Parts) -> Result {
             writeln!(out, "    checked!(FilteredDerivative::<f32>::new({}, SAMPLE_RATE));", number(corner))?;
         }
         Some(Velocity::Observer(gains, per_mass)) => {
+            let beside = if per_mass.is_some() { "force" } else { "acceleration (m/s²)" };
             writeln!(
                 out,
-                "\n/// The velocity (m/s) of the measured displacement (m) and force, by gains on displacement (1), velocity (1/s)\n/// and drift (1/s²)."
+                "\n/// The velocity (m/s) of the measured displacement (m) and {beside}, by gains on displacement (1), velocity (1/s)\n/// and drift (1/s²)."
             )?;
             writeln!(out, "pub static VELOCITY: VelocityObserver<f32> =")?;
             writeln!(out, "    checked!(VelocityObserver::<f32>::new([{}], SAMPLE_RATE));", list(&gains))?;
-            writeln!(out, "/// Times the force (N), the acceleration that the observer takes: 1/kg.")?;
-            writeln!(out, "pub const PER_MASS: f32 = {:?};", per_mass as f32)?;
+            if let Some(per_mass) = per_mass {
+                writeln!(out, "/// Times the force (N), the acceleration that the observer takes: 1/kg.")?;
+                writeln!(out, "pub const PER_MASS: f32 = {:?};", per_mass as f32)?;
+            }
         }
     }
     let Some(p) = &parts.protection else { return Ok(()) };

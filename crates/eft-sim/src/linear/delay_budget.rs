@@ -5,9 +5,9 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Complex;
 
 use super::inverse_dynamics::valve_response;
-use super::velocity::velocity_delay;
+use super::velocity::sensed_velocity_delay;
 use crate::checks;
-use crate::config::{RigConfig, VelocitySource};
+use crate::config::RigConfig;
 use crate::error::{Error, Result};
 
 /// Frequencies at which a phase is fitted.
@@ -22,8 +22,8 @@ pub struct DelayBudget {
     pub hold: f64,
     /// Computation: whole samples.
     pub computation: f64,
-    /// The velocity sensor: its filter's phase slope over the band and its samples of delay; where the velocity is
-    /// estimated, those of the displacement's and the estimate's own.
+    /// The velocity sensor: the slope of its phase over the band, by filter and samples of delay; where the velocity is
+    /// estimated, that of the estimate behind the sensors it is made of.
     pub sensor: f64,
     /// Derivative action: `−G_d/G_p`, the lead that the paper takes off the valve's delay.
     pub derivative: f64,
@@ -45,15 +45,9 @@ pub fn delay_budget(rig: &RigConfig, sample_rate: f64, band: (f64, f64)) -> Resu
     checks::positive("sample_rate", sample_rate, "Hz")?;
     let period = 1.0 / sample_rate;
     let valve = phase_delay(|frequency| valve_response(rig, frequency), band)?;
-    let estimated = rig.controller.velocity_source != VelocitySource::Sensor;
-    let sensor = if estimated { &rig.sensors.displacement } else { &rig.sensors.velocity };
-    let filter = match sensor.bandwidth {
-        Some(corner) => phase_delay(|frequency| Complex::new(1.0, frequency / corner).inv(), band)?,
-        None => 0.0,
-    };
     let hold = 0.5 * period;
     let computation = f64::from(rig.compensation.computation_delay) * period;
-    let sensor = filter + f64::from(sensor.delay) * period + velocity_delay(rig, sample_rate)?;
+    let sensor = sensed_velocity_delay(rig, sample_rate, band)?;
     let derivative = -rig.controller.derivative_gain / rig.controller.proportional_gain;
     let path = valve + hold + computation + sensor;
     Ok(DelayBudget { valve, hold, computation, sensor, derivative, path, total: path + derivative })
@@ -87,7 +81,8 @@ pub fn phase_delay(response: impl Fn(f64) -> Complex<f64>, band: (f64, f64)) -> 
         product += (frequency - middle) * unwrapped;
         square += (frequency - middle) * (frequency - middle);
     }
-    Ok(-product / square / TAU)
+    // No delay is 0, not −0.
+    Ok((0.0 - product) / square / TAU)
 }
 
 #[cfg(test)]

@@ -119,7 +119,13 @@ impl BuildingPlant {
             supply_pressure: self
                 .supply
                 .pressure(self.supply.setting(self.state.time), self.state.accumulator),
+            acceleration: self.acceleration(floor),
         }
+    }
+
+    /// Acceleration (m/s²) of a floor.
+    fn acceleration(&self, floor: usize) -> f64 {
+        self.scratch.accelerations.get(floor).copied().unwrap_or_default()
     }
 
     /// Whether a floor's spool stands at a stop, and whether its piston is beyond its stroke.
@@ -131,7 +137,7 @@ impl BuildingPlant {
     pub(crate) fn driven_command(&self, floor: usize, driver: &Driver<f64>) -> f64 {
         let pressure = self.signals(floor).supply_pressure;
         let Floor { core, cell } = self.state.floors.get(floor).copied().unwrap_or_default();
-        let acceleration = self.scratch.accelerations.get(floor).copied().unwrap_or_default();
+        let acceleration = self.acceleration(floor);
         let hydraulics = self.servo_actuator.hydraulics(&core, pressure);
         self.servo_actuator.driven_command(&core, cell, &hydraulics, acceleration, driver, 0.0)
     }

@@ -202,6 +202,7 @@ impl<S: Num> PlantModel<S> for DetailedPlant<S> {
             force: self.servo_actuator.shown(&state.core, state.cell),
             spool: state.core.spool,
             supply_pressure: self.supply_pressure(state),
+            acceleration: self.acceleration(state),
         }
     }
 

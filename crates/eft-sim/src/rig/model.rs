@@ -102,6 +102,7 @@ impl<S: Num> PlantModel<S> for Plant<S> {
             force: self.force(state),
             spool: state.spool,
             supply_pressure: self.supply_pressure(),
+            acceleration: self.acceleration(state),
         }
     }
     #[inline(always)]

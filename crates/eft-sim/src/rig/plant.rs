@@ -61,6 +61,12 @@ impl<S: Num> Plant<S> {
         self.supply_pressure
     }
 
+    /// Acceleration (m/s²) in this state.
+    #[inline(always)]
+    pub(crate) fn acceleration(&self, state: &PlantState<S>) -> S {
+        self.structure.acceleration(self.force(state), state.displacement, state.velocity)
+    }
+
     /// Where the spool stands at a stop, and where the piston is beyond its stroke.
     #[inline(always)]
     pub(crate) fn at_limits(&self, state: &PlantState<S>) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {

@@ -10,7 +10,7 @@ pub(crate) use quantizer::Quantizer;
 
 use channel::{Channel, Fault};
 
-use crate::config::{self, FaultSignal, RigConfig, Sensor, SensorFault};
+use crate::config::{self, FaultSignal, RigConfig, Sensor, SensorFault, VelocitySource};
 
 /// One value of each signal that has a sensor, true or measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +25,8 @@ pub(crate) struct Signals<S> {
     pub(crate) spool: S,
     /// Supply pressure (Pa).
     pub(crate) supply_pressure: S,
+    /// Acceleration (m/s²).
+    pub(crate) acceleration: S,
 }
 
 /// The sensors of one actuator.
@@ -35,6 +37,7 @@ pub(crate) struct Sensors {
     force: Channel,
     spool: Channel,
     supply_pressure: Channel,
+    acceleration: Channel,
     tick: u64,
 }
 
@@ -61,6 +64,7 @@ impl Sensors {
             force: channel(&Sensor { bandwidth: None, ..sensors.force.clone() }, FaultSignal::Force, 4),
             spool: channel(&sensors.spool, FaultSignal::Spool, 6),
             supply_pressure: channel(&sensors.supply_pressure, FaultSignal::SupplyPressure, 8),
+            acceleration: channel(&sensors.acceleration, FaultSignal::Acceleration, 10),
             tick: 0,
         })
     }
@@ -76,6 +80,7 @@ impl Sensors {
             force,
             spool: self.spool.read(tick, truth.spool).0,
             supply_pressure: self.supply_pressure.read(tick, truth.supply_pressure).0,
+            acceleration: self.acceleration.read(tick, truth.acceleration).0,
         };
         (readings, wire)
     }
@@ -91,9 +96,18 @@ pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
         displacement,
         spool,
         supply_pressure,
+        acceleration,
         fault,
     } = &rig.sensors;
-    [force, velocity, displacement, spool, supply_pressure].into_iter().all(is_ideal) && fault.is_none()
+    let all = [force, velocity, displacement, spool, supply_pressure, acceleration];
+    all.into_iter().all(is_ideal) && fault.is_none()
+}
+
+/// Whether a rig has an accelerometer: one that the observer reads, or one that is described.
+pub(crate) fn has_accelerometer(rig: &RigConfig) -> bool {
+    rig.controller.velocity_source == VelocitySource::Accelerometer
+        || !is_ideal(&rig.sensors.acceleration)
+        || rig.sensors.fault.as_ref().is_some_and(|fault| fault.signal == FaultSignal::Acceleration)
 }
 
 fn is_ideal(sensor: &Sensor) -> bool {

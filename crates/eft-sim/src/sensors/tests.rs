@@ -4,6 +4,14 @@ use crate::excitation::sine_sweep;
 use crate::{SimulateOptions, TestRun, simulate};
 
 const RATE: f64 = 4096.0;
+const STILL: Signals<f64> = Signals {
+    displacement: 0.0,
+    velocity: 0.0,
+    force: 0.0,
+    spool: 0.0,
+    supply_pressure: 0.0,
+    acceleration: 0.0,
+};
 
 fn rig(changes: &[(&str, toml::Value)]) -> RigConfig {
     RigConfig::zhao2005().replace(changes).unwrap()
@@ -17,13 +25,7 @@ fn run(changes: &[(&str, toml::Value)]) -> TestRun {
 /// Readings of a force that rises by 1 N a tick.
 fn ramp(changes: &[(&str, toml::Value)], ticks: usize) -> Vec<f64> {
     let mut sensors = Sensors::new(&rig(changes), RATE, 0).unwrap();
-    let truth = |tick: usize| Signals {
-        displacement: 0.0,
-        velocity: 0.0,
-        force: tick as f64,
-        spool: 0.0,
-        supply_pressure: 1.9e7,
-    };
+    let truth = |tick: usize| Signals { force: tick as f64, supply_pressure: 1.9e7, ..STILL };
     (0..ticks).map(|tick| sensors.read(&truth(tick)).0.force).collect()
 }
 
@@ -61,8 +63,7 @@ fn bias_range_and_resolution() {
 #[test]
 fn bandwidth_lags_a_ramp_by_its_time_constant() {
     let mut sensors = Sensors::new(&rig(&[("sensors.velocity.bandwidth", 100.0.into())]), RATE, 0).unwrap();
-    let still = Signals { displacement: 0.0, velocity: 0.0, force: 0.0, spool: 0.0, supply_pressure: 0.0 };
-    let read = |tick: u32| sensors.read(&Signals { velocity: f64::from(tick), ..still }).0.velocity;
+    let read = |tick: u32| sensors.read(&Signals { velocity: f64::from(tick), ..STILL }).0.velocity;
     let last = (0..4096).map(read).last().unwrap();
     let lag = RATE / (std::f64::consts::TAU * 100.0);
     assert!((last - (4095.0 - lag)).abs() < 1e-6);
@@ -122,8 +123,7 @@ fn same_seed_same_bits_other_seed_other_noise() {
     assert_ne!(first.force, with(2).force);
     let other = Sensors::new(&rig(&[("sensors.force.noise", 20.0.into())]), RATE, 1).unwrap();
     let mine = Sensors::new(&rig(&[("sensors.force.noise", 20.0.into())]), RATE, 0).unwrap();
-    let truth = Signals { displacement: 0.0, velocity: 0.0, force: 0.0, spool: 0.0, supply_pressure: 0.0 };
-    let read = |mut sensors: Sensors| sensors.read(&truth).0.force;
+    let read = |mut sensors: Sensors| sensors.read(&STILL).0.force;
     assert_ne!(read(other), read(mine), "two actuators share a stream");
 }
 

@@ -24,10 +24,12 @@ pub struct Controller {
     pub observer_mass: Option<f64>,
     /// Standard deviation of the displacement's noise per sample, as the observer knows it, m.
     pub observer_displacement_noise: f64,
-    /// The same of the acceleration, the force's over the mass, m/s².
+    /// The same of the acceleration, measured or the force over the mass, m/s².
     pub observer_acceleration_noise: f64,
     /// Rate at which spring and damper change the acceleration, as the observer expects it, m/s³.
     pub observer_drift: f64,
+    /// Rate at which the accelerometer's error changes, as the observer expects it, m/s³.
+    pub accelerometer_drift: f64,
 }
 
 /// Where the compensation's velocity comes from.
@@ -40,6 +42,8 @@ pub enum VelocitySource {
     Derivative,
     /// Displacement and force, through a steady-state Kalman observer.
     Observer,
+    /// Displacement and accelerometer, through the same observer.
+    Accelerometer,
 }
 
 /// Where the force loop runs.

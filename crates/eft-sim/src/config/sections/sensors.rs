@@ -20,6 +20,8 @@ pub struct Sensors {
     pub spool: Sensor,
     /// Supply pressure sensor, Pa.
     pub supply_pressure: Sensor,
+    /// Accelerometer on the piston, m/s².
+    pub acceleration: Sensor,
     /// A failure of one sensor during the test.
     pub fault: Option<SensorFault>,
 }
@@ -72,6 +74,8 @@ pub enum FaultSignal {
     Spool,
     /// The supply pressure sensor.
     SupplyPressure,
+    /// The accelerometer.
+    Acceleration,
 }
 
 /// How a sensor fails.
