@@ -6,6 +6,13 @@ CSV = "time (s),force (kN)\n0,1\n0.1,2\n0.2,1\n"
 COMMAND = '[command]\nkind = "sweep"\namplitude = 1.0\nf_start = 0.0\nf_end = 10.0\nduration = 1.0\n'
 SWEEP = ["run", "--sweep", "1", "0", "10", "1"]
 RECORD = ["run", "--record"]
+CORRECTED = ["--set", "compensation.adaptive=true", "--set", "compensation.curve_correction=true"]
+BUILDING = [
+    "--set",
+    "structure.kind=shear_building",
+    "--set",
+    "structure.stories={masses=[7e3], dampings=[4e3], stiffnesses=[7e5]}",
+]
 
 
 def paper(replace=("", ""), command=COMMAND):
@@ -42,6 +49,31 @@ WRONG = {
     "key of a wrong type": ([*SWEEP, "--set", "structure.mass=heavy"], {}, ["heavy", "number"]),
     "unknown mode": ([*SWEEP, "--set", "compensation.mode=magic"], {}, ["magic", "nonlinear"]),
     "unknown precision": ([*SWEEP, "--dtype", "f16"], {}, ["f16", "f32"]),
+    "rig to save without correction": (
+        [*SWEEP, "--set", "compensation.adaptive=true", "--save-rig", "next.toml"],
+        {},
+        ["next.toml", "compensation.curve_correction", "must be true"],
+    ),
+    "rig to save without estimators": (
+        [*SWEEP, "--set", "compensation.curve_correction=true", "--save-rig", "next.toml"],
+        {},
+        ["next.toml", "compensation.adaptive", "must be true"],
+    ),
+    "rig to save over the test": (
+        ["run", "test.toml", *CORRECTED, "--save-rig", "./test.toml"],
+        {"test.toml": paper()},
+        ["test.toml", "another file"],
+    ),
+    "rig to save in no folder": (
+        [*SWEEP, *CORRECTED, "--save-rig", "nowhere/next.toml"],
+        {},
+        ["nowhere", "folder"],
+    ),
+    "rig to save of a building": (
+        [*RECORD, "elcentro", *CORRECTED, *BUILDING, "--save-rig", "next.toml"],
+        {},
+        ["next.toml", "each floor finds its own", "run.actuator(i)"],
+    ),
     # commands that cannot be
     "negative amplitude": (["run", "--sweep", "nan", "0", "10", "1"], {}, ["amplitude", "nan", "finite"]),
     "above half the rate": (["run", "--sweep", "1", "0", "4000", "1"], {}, ["f_end", "4000"]),

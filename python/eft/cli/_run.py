@@ -16,6 +16,7 @@ from eft._test_file import TestPlan
 from eft._verdict import judge
 from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
 from eft.cli._plan import plan_of, test_options
+from eft.cli._save_rig import check_save_rig, save_rig
 from eft.traces import write_run
 from eft.traces._write import check_output
 
@@ -26,6 +27,7 @@ from eft.traces._write import check_output
         "eft run test.toml",
         "eft run --record elcentro --scale 1.3 --set compensation.mode=linear -o linear.eft",
         "eft run --rig rig.toml --sweep 8900 0 10 32 -o sweep.csv",
+        "eft run test.toml --save-rig corrected.toml",
     ),
 )
 @test_options
@@ -33,6 +35,13 @@ from eft.traces._write import check_output
     "--dtype", type=click.Choice(["f64", "f32"]), default="f64", help="Precision of the controller."
 )
 @click.option("-o", "--output", type=FILE, help=".eft (all of it), .csv, .h5, .parquet; default: TEST.eft")
+@click.option(
+    "--save-rig",
+    "corrected",
+    type=FILE,
+    metavar="FILE",
+    help="Rig with the flow curve that compensation.curve_correction found.",
+)
 @as_json
 def run(
     test: Path | None,
@@ -40,6 +49,7 @@ def run(
     changes: dict[str, Any],
     dtype: Any,
     output: Path | None,
+    corrected: Path | None,
     as_json: bool,
     **command: Any,
 ) -> None:
@@ -50,10 +60,15 @@ def run(
     plan = plan_of(test, rig, changes, command)
     target = output or (test.with_suffix(".eft") if test else Path("run.eft"))
     check_output(target)
+    if corrected is not None:
+        check_save_rig(corrected, plan, (test, target))
     result, interrupted = _simulate(plan, dtype)
     with _held_back():
         write_run(result, target)
-    answer = describe(result) | {"command": plan.about, "output": str(target), "interrupted": interrupted}
+        refused = save_rig(corrected, result, interrupted) if corrected is not None else None
+    saved = str(corrected) if corrected is not None and refused is None else None
+    about = {"command": plan.about, "output": str(target), "interrupted": interrupted, "saved_rig": saved}
+    answer = describe(result) | about
     if as_json:
         emit_json(answer)
     else:
@@ -63,9 +78,13 @@ def run(
         click.echo(f"\n{table(_rows(answer['metrics']), header)}\n")
         click.echo(answer["verdict"])
         click.echo(f"{target} written" + (", up to the interruption" if interrupted else ""))
+        if saved is not None:
+            click.echo(f"{saved} written: the rig with the flow curve that was found, for the next test")
+    if refused is not None:
+        click.echo(f"{corrected} not written: {refused}", err=True)
     if interrupted:
         raise KeyboardInterrupt
-    if not judge(result).usable:
+    if refused is not None or not judge(result).usable:
         raise click.exceptions.Exit(1)
 
 

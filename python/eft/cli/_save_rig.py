@@ -1,0 +1,51 @@
+"""`eft run --save-rig`: the rig with the flow curve that a test found, for the next one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import eft
+from eft._files import write_text
+from eft._test_file import TestPlan
+from eft._verdict import judge
+from eft.traces._write import check_folder
+
+_ASKED = ("compensation.adaptive", "compensation.curve_correction")
+
+
+def check_save_rig(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) -> None:
+    """Say before the test what would keep its flow curve from being saved; `others` are its other files.
+
+    Raises
+    ------
+    ValueError
+        If nothing will be found, or more than a rig file can hold; if `path` is another file of the test.
+    OSError
+        If the folder is not there.
+    """
+    check_folder(path)
+    for other in others:
+        if other is not None and path.resolve() == other.resolve():
+            raise ValueError(f"--save-rig {path}: must be another file: the test's own stands there")
+    for key in _ASKED:
+        if not plan.rig[key]:
+            raise ValueError(f"--save-rig {path}: {key} = false: must be true, or no flow curve is found")
+    if plan.rig["structure.kind"] == "shear_building":
+        raise ValueError(
+            f"--save-rig {path}: a building's rig file has one flow table for all floors, and each "
+            "floor finds its own: take run.actuator(i).found_flows in Python"
+        )
+
+
+def save_rig(path: Path, run: eft.TestRun, interrupted: bool) -> str | None:
+    """Write the corrected rig of a whole test, beside and renamed; in words why not, where it was not."""
+    if interrupted:
+        return "the test was interrupted"
+    if not (verdict := judge(run)).usable:
+        return verdict.text[0].lower() + verdict.text[1:].rstrip(".")
+    try:
+        corrected = run.corrected_rig()
+    except ValueError as error:
+        return str(error)
+    write_text(path, corrected.to_toml())
+    return None
