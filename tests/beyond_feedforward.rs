@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use eft::sim::excitation::sine_sweep;
-use eft::sim::metrics::{fft_ratio, nrmse};
+use eft::sim::metrics::{delay, fft_ratio, nrmse};
 use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
 
 fn run(changes: &[(&str, toml::Value)], amplitude: f64) -> TestRun {
@@ -19,6 +19,27 @@ fn sweep_error_falls_to_a_quarter() {
     assert!((0.010..0.0145).contains(&error), "NRMSE {error}");
     let ratio = fft_ratio(&run.command, &run.force, 4096.0, 2.0, 9.5).unwrap();
     assert!(ratio.min().0 > 0.98 && ratio.max().0 < 1.02, "{:?} {:?}", ratio.min(), ratio.max());
+}
+
+// The command's own flow is late by half a sample of difference and half a sample of hold.
+#[test]
+fn looking_ahead_makes_up_for_a_sample() {
+    let judged = |changes: &[(&str, toml::Value)], ahead: bool| {
+        let key = ("compensation.look_ahead", ahead.into());
+        let rig = RigConfig::zhao2005().replace(&[changes, &[key]].concat()).unwrap();
+        let command = sine_sweep(2200.0, 0.0, 10.0, 32.0, 512.0).unwrap();
+        let run = simulate::<f64>(&rig, &command, &SimulateOptions::default(), |_, _| true).unwrap();
+        delay(&run.command, &run.force, 512.0).unwrap()
+    };
+    let adaptive =
+        [("compensation.feedforward", true.into()), ("compensation.adaptive", true.into())].to_vec();
+    let digital = [adaptive.clone(), vec![("controller.realization", "digital".into())]].concat();
+    for changes in [adaptive, digital] {
+        let (without, with) = (judged(&changes, false), judged(&changes, true));
+        assert!(with < 0.9 * without, "{without} {with}");
+    }
+    // Where nothing is fed forward nothing changes.
+    assert_eq!(judged(&[], false).to_bits(), judged(&[], true).to_bits());
 }
 
 #[test]

@@ -27,10 +27,12 @@ fn host_computes_the_committed_bits() {
         let hash = eft_golden::learning(|s| {
             let out = channel.step(&Sample {
                 command: s.command.into(),
+                next_command: s.command.into(),
                 velocity: s.velocity.into(),
                 force: s.force.into(),
                 spool: s.spool.into(),
                 displacement: s.displacement.into(),
+                acceleration: 0.0,
                 valve_command: 0.0,
                 supply_pressure: s.supply_pressure.into(),
             });

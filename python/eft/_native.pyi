@@ -162,6 +162,7 @@ class Compensator:
         valve_command: float | None = None,
         displacement: float | None = None,
         acceleration: float | None = None,
+        next_command: float | None = None,
     ) -> float: ...
     def process(
         self,
@@ -174,6 +175,7 @@ class Compensator:
         valve_command: ArrayLike | None = None,
         displacement: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
+        next_command: ArrayLike | None = None,
     ) -> _Array: ...
     def prime(
         self,
@@ -215,6 +217,7 @@ class Controller:
         *,
         displacement: float | None = None,
         acceleration: float | None = None,
+        next_command: float | None = None,
     ) -> float: ...
     def process(
         self,
@@ -226,6 +229,7 @@ class Controller:
         *,
         displacement: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
+        next_command: ArrayLike | None = None,
     ) -> _Array: ...
     def prime(
         self,

@@ -20,6 +20,7 @@ ADAPTIVE = {
 }
 CASES = {
     "adaptive": ADAPTIVE,
+    "looking ahead": {**ADAPTIVE, "compensation.look_ahead": True},
     "guard alone": {"compensation.guard": True, "compensation.level": 1.05},
     "supply": {
         "compensation.supply_correction": True,
@@ -35,6 +36,7 @@ CASES = {
     },
     "all": {
         **ADAPTIVE,
+        "compensation.look_ahead": True,
         "compensation.supply_correction": True,
         "protection.enabled": True,
         "protection.force_trip": 8700.0,
@@ -69,7 +71,7 @@ def test_the_controller_gives_the_simulated_ones_bits(case, dtype):
 
 
 @pytest.mark.parametrize("dtype", ["f32", "f64"])
-@pytest.mark.parametrize("case", ["adaptive", "guard alone", "supply"])
+@pytest.mark.parametrize("case", ["adaptive", "looking ahead", "guard alone", "supply"])
 def test_the_compensator_gives_the_simulated_ones_bits(case, dtype):
     rig = DIGITAL.replace(CASES[case])
     run = eft.simulate(rig, SWEEP, dtype)
@@ -116,6 +118,9 @@ def test_what_a_rig_looks_at_must_be_given():
         eft.Controller(supply).step(0.0, 0.0, 0.0, 0.0)
     with pytest.raises(ValueError, match=r"^supply_pressure = None: must be given"):
         eft.Compensator(supply).process([0.0], [0.0], [0.0])
+    ahead = DIGITAL.replace({"compensation.feedforward": True, "compensation.look_ahead": True})
+    with pytest.raises(ValueError, match=r"^next_command = None: must be given: `compensation.look_ahead`"):
+        eft.Controller(ahead).step(0.0, 0.0, 0.0, 0.0)
     limited = DIGITAL.replace({"protection.enabled": True, "protection.displacement_trip": 0.1})
     with pytest.raises(ValueError, match=r"^displacement = None: must be given"):
         eft.Controller(limited).step(0.0, 0.0, 0.0, 0.0)
@@ -146,16 +151,16 @@ def test_hold_prime_and_reset(case):
     held = controller.hold()
     assert eft.Status(controller.status) == eft.Status.HELD
     assert held != 0.0
-    assert controller.step(r, v, f, x, p) == held
+    assert controller.step(r, v, f, x, p, next_command=r) == held
     compensator = eft.Compensator(rig)
     compensator.prime(v, f, x, r, p)
     held = compensator.hold()
-    assert compensator.step(v, f, x, r, p, valve_command=0.0) == held
+    assert compensator.step(v, f, x, r, p, valve_command=0.0, next_command=r) == held
     fresh = eft.Controller(rig)
     controller.reset()
     for i in range(50):
         sample = (1e3 * np.sin(0.1 * i), 0.1 * np.sin(0.1 * i), 0.0, 0.1, p)
-        assert controller.step(*sample) == fresh.step(*sample)
+        assert controller.step(*sample, next_command=50.0) == fresh.step(*sample, next_command=50.0)
 
 
 def test_a_controller_at_rest_can_be_sent_elsewhere():

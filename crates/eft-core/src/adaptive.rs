@@ -87,14 +87,30 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
         command: S,
         measured: &Measurements<S>,
     ) -> Output<S> {
+        self.step_ahead(state, command, command, measured)
+    }
+
+    /// As [`step`](Self::step), where the next sample's command (N) is known, as of a ground motion: the flow that is
+    /// fed forward is then that of the time until the next sample, not of the time since the last.
+    ///
+    /// # NaN
+    /// A next command that is not finite or beyond its range counts as the last one.
+    #[inline(always)]
+    pub fn step_ahead(
+        &self,
+        state: &mut AdaptiveCompensationState<S>,
+        command: S,
+        next_command: S,
+        measured: &Measurements<S>,
+    ) -> Output<S> {
         self.adaptation.work(&mut state.adaptation);
         let supply = measured.supply_pressure / self.supply_pressure;
         let good = self.valid(command, measured, supply) & measured.valve_command.abs().le(S::splat(LARGEST));
         if !good.any() {
-            let status = self.idle(state, command);
+            let status = self.idle(state, command, next_command);
             return Output { value: state.output(), status };
         }
-        let (next, flags) = self.advance(state, command, measured, supply);
+        let (next, flags) = self.advance(state, next_command, measured, supply);
         state.compensation = CompensationState::select(good, next, state.compensation);
         state.adaptation.window.collect(command, measured, supply, good);
         let status = S::select_flags(good, flags, self.faults(command)) | state.adaptation.flags;
@@ -123,9 +139,14 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
 
     /// A sample of which nothing is valid: flags.
     #[inline(always)]
-    pub(crate) fn idle(&self, state: &mut AdaptiveCompensationState<S>, command: S) -> S::Flags {
+    pub(crate) fn idle(
+        &self,
+        state: &mut AdaptiveCompensationState<S>,
+        command: S,
+        next_command: S,
+    ) -> S::Flags {
         // A valid command counts, so that the next one's rate is that of one sample.
-        self.feedforward.step(&mut state.feedforward, command);
+        self.feedforward.step(&mut state.feedforward, next_command);
         state.adaptation.window.spoil(S::Mask::splat(true));
         self.faults(command) | state.adaptation.flags
     }
@@ -135,11 +156,11 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
     pub(crate) fn advance(
         &self,
         state: &mut AdaptiveCompensationState<S>,
-        command: S,
+        next_command: S,
         measured: &Measurements<S>,
         supply: S,
     ) -> (CompensationState<S>, S::Flags) {
-        let further_flow = self.feedforward.step(&mut state.feedforward, command);
+        let further_flow = self.feedforward.step(&mut state.feedforward, next_command);
         let calibration = Calibration {
             per_flow_gain: state.adaptation.flow_gain.per_gain,
             supply,

@@ -65,16 +65,33 @@ impl<S: Scalar, const N: usize> AdaptiveController<S, N> {
         command: S,
         measured: &Measurements<S>,
     ) -> ControllerOutput<S> {
-        self.step_via(state, command, measured, |compensation| compensation)
+        self.step_ahead(state, command, command, measured)
     }
 
-    /// As [`step`](Self::step), with the compensation signal (V) passed through `path` on its way to the servovalve
-    /// controller.
+    /// As [`step`](Self::step), where the next sample's command (N) is known, as of a ground motion: the flow that is
+    /// fed forward is then that of the time until the next sample, not of the time since the last.
+    ///
+    /// # NaN
+    /// A next command that is not finite or beyond its range counts as the last one.
+    #[inline(always)]
+    pub fn step_ahead(
+        &self,
+        state: &mut AdaptiveControllerState<S>,
+        command: S,
+        next_command: S,
+        measured: &Measurements<S>,
+    ) -> ControllerOutput<S> {
+        self.step_via(state, command, next_command, measured, |compensation| compensation)
+    }
+
+    /// As [`step_ahead`](Self::step_ahead), with the compensation signal (V) passed through `path` on its way to the
+    /// servovalve controller.
     #[inline(always)]
     pub fn step_via(
         &self,
         state: &mut AdaptiveControllerState<S>,
         command: S,
+        next_command: S,
         measured: &Measurements<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
@@ -83,11 +100,12 @@ impl<S: Scalar, const N: usize> AdaptiveController<S, N> {
         let supply = measured.supply_pressure / self.compensation.supply_pressure;
         let good = self.compensation.valid(command, &measured, supply);
         if !good.any() {
-            let status = self.compensation.idle(&mut state.compensation, command);
+            let status = self.compensation.idle(&mut state.compensation, command, next_command);
             let compensation = path(state.compensation.output());
             return ControllerOutput { valve_command: state.valve_command, compensation, status };
         }
-        let (next, flags) = self.compensation.advance(&mut state.compensation, command, &measured, supply);
+        let (next, flags) =
+            self.compensation.advance(&mut state.compensation, next_command, &measured, supply);
         let next = CompensationState::select(good, next, state.compensation.compensation);
         state.compensation.compensation = next;
         let compensation = path(next.output());

@@ -43,6 +43,7 @@ pub(super) struct Further {
     pub(super) valve_command: Option<f64>,
     pub(super) displacement: Option<f64>,
     pub(super) acceleration: Option<f64>,
+    pub(super) next_command: Option<f64>,
 }
 
 /// Nothing asked, nothing said yet.
@@ -111,10 +112,15 @@ impl Channel {
         Ok(())
     }
 
+    fn looks_ahead(&self) -> bool {
+        self.rig.compensation.feedforward && self.rig.compensation.look_ahead
+    }
+
     /// A sample of a rig at rest.
     fn rest(&self) -> Sample {
         Sample {
             command: 0.0,
+            next_command: 0.0,
             velocity: 0.0,
             force: 0.0,
             spool: 0.0,
@@ -127,11 +133,15 @@ impl Channel {
 
     /// The sample that a call brings, complete.
     fn sample(&self, values: [f64; 4], further: Further) -> PyResult<Sample> {
-        let Further { supply_pressure, valve_command, displacement, acceleration } = further;
+        let Further { supply_pressure, valve_command, displacement, acceleration, next_command } = further;
         self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
+        if self.looks_ahead() && next_command.is_none() {
+            return Err(refuse("next_command", "None", "must be given: `compensation.look_ahead` is on"));
+        }
         let [command, velocity, force, spool] = values;
         Ok(Sample {
             command,
+            next_command: next_command.unwrap_or(command),
             velocity,
             force,
             spool,
@@ -187,16 +197,17 @@ impl Channel {
         learned.unwrap_or((1.0, self.rig.compensation.response_delay, 1.0))
     }
 
-    /// One sample after the other; the flags of all of them stay.
+    /// One sample after the other; the flags of all of them stay. Where the next commands are left out they are the
+    /// command's own, whose last one is held.
     pub(super) fn process<'py>(
         &mut self,
         py: Python<'py>,
-        signals: [Option<&Bound<'py, PyAny>>; 8],
+        [command, velocity, force, spool]: [Option<&Bound<'py, PyAny>>; 4],
+        [supply_pressure, valve_command, displacement, acceleration, next_command]: [Option<&Bound<'py, PyAny>>;
+            5],
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let [command, velocity, force, spool, supply_pressure, valve_command, displacement, acceleration] =
-            signals;
         self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
-        let columns: [Column<'_, 'py>; 8] = [
+        let columns: [Column<'_, 'py>; 9] = [
             ("velocity", velocity, |s| &mut s.velocity),
             ("force", force, |s| &mut s.force),
             ("spool", spool, |s| &mut s.spool),
@@ -205,6 +216,7 @@ impl Channel {
             ("valve_command", valve_command, |s| &mut s.valve_command),
             ("displacement", displacement, |s| &mut s.displacement),
             ("acceleration", acceleration, |s| &mut s.acceleration),
+            ("next_command", next_command, |s| &mut s.next_command),
         ];
         let rest = self.rest();
         let mut samples: Option<(&str, Vec<Sample>)> = None;
@@ -220,7 +232,14 @@ impl Channel {
                 *place(sample) = value;
             }
         }
-        let samples = samples.map(|(_, samples)| samples).unwrap_or_default();
+        let mut samples = samples.map(|(_, samples)| samples).unwrap_or_default();
+        if next_command.is_none() {
+            let mut next = samples.last().map_or(0.0, |s| s.command);
+            for sample in samples.iter_mut().rev() {
+                sample.next_command = next;
+                next = sample.command;
+            }
+        }
         let (core, mut last) = (&mut self.core, SILENT);
         let values = py.detach(|| {
             let mut step = |sample: &Sample| {

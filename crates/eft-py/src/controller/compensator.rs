@@ -61,7 +61,10 @@ impl Compensator {
     ///     Measured displacement, m; needed where the protection limits it or the velocity is estimated.
     /// acceleration : float, optional
     ///     Measured acceleration, m/s²; needed where ``controller.velocity_source`` is ``"accelerometer"``.
-    #[pyo3(signature = (velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None))]
+    /// next_command : float, optional
+    ///     Force command of the next sample, N; needed where ``compensation.look_ahead`` is on. In `process` the
+    ///     command's own next sample if left out, the last one held.
+    #[pyo3(signature = (velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None))]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn step(
         &mut self,
@@ -73,15 +76,16 @@ impl Compensator {
         valve_command: Option<f64>,
         displacement: Option<f64>,
         acceleration: Option<f64>,
+        next_command: Option<f64>,
     ) -> PyResult<f64> {
-        let further = Further { supply_pressure, valve_command, displacement, acceleration };
+        let further = Further { supply_pressure, valve_command, displacement, acceleration, next_command };
         self.channel.step([command, velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the compensation signal in V; `status` collects their flags.
     ///
     /// The arrays are those of `step`; `command` is needed where something looks at it.
-    #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None))]
+    #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None))]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn process<'py>(
         &mut self,
@@ -94,15 +98,14 @@ impl Compensator {
         valve_command: Option<&Bound<'py, PyAny>>,
         displacement: Option<&Bound<'py, PyAny>>,
         acceleration: Option<&Bound<'py, PyAny>>,
+        next_command: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         if let (Some(key), None) = (self.channel.needs_command(), command) {
             return Err(refuse("command", "None", format!("must be given: `{key}` is on")));
         }
-        let measured = [Some(velocity), Some(force), Some(spool)];
-        let [velocity, force, spool] = measured;
-        let signals =
-            [command, velocity, force, spool, supply_pressure, valve_command, displacement, acceleration];
-        self.channel.process(py, signals)
+        let signals = [command, Some(velocity), Some(force), Some(spool)];
+        let further = [supply_pressure, valve_command, displacement, acceleration, next_command];
+        self.channel.process(py, signals, further)
     }
 
     /// Go to the state of a rig that has long been at this operating point, nothing learned yet, so that the next

@@ -57,7 +57,10 @@ impl Controller {
     ///     Measured displacement, m; needed where the protection limits it or the velocity is estimated.
     /// acceleration : float, optional
     ///     Measured acceleration, m/s²; needed where ``controller.velocity_source`` is ``"accelerometer"``.
-    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None))]
+    /// next_command : float, optional
+    ///     Force command of the next sample, N; needed where ``compensation.look_ahead`` is on. In `process` the
+    ///     command's own next sample if left out, the last one held.
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn step(
         &mut self,
@@ -68,13 +71,15 @@ impl Controller {
         supply_pressure: Option<f64>,
         displacement: Option<f64>,
         acceleration: Option<f64>,
+        next_command: Option<f64>,
     ) -> PyResult<f64> {
-        let further = Further { supply_pressure, displacement, acceleration, ..Further::default() };
+        let further =
+            Further { supply_pressure, displacement, acceleration, next_command, ..Further::default() };
         self.channel.step([command, velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the valve commands in V; `status` collects their flags.
-    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None))]
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn process<'py>(
         &mut self,
@@ -86,11 +91,10 @@ impl Controller {
         supply_pressure: Option<&Bound<'py, PyAny>>,
         displacement: Option<&Bound<'py, PyAny>>,
         acceleration: Option<&Bound<'py, PyAny>>,
+        next_command: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let measured = [Some(command), Some(velocity), Some(force), Some(spool)];
-        let [command, velocity, force, spool] = measured;
-        let signals = [command, velocity, force, spool, supply_pressure, None, displacement, acceleration];
-        self.channel.process(py, signals)
+        let signals = [Some(command), Some(velocity), Some(force), Some(spool)];
+        self.channel.process(py, signals, [supply_pressure, None, displacement, acceleration, next_command])
     }
 
     /// Go to the state of a rig that has long been at this operating point, nothing learned yet, so that the next

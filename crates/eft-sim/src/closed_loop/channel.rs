@@ -18,6 +18,8 @@ use crate::sensors::Signals;
 pub struct Sample {
     /// Force command (N).
     pub command: f64,
+    /// Force command (N) of the next sample; only a feedforward that looks ahead looks at it.
+    pub next_command: f64,
     /// Piston velocity (m/s); not looked at where it is estimated.
     pub velocity: f64,
     /// Force (N).
@@ -63,6 +65,7 @@ pub struct Channel<P: Precision> {
     core: Core<P>,
     estimate: Option<Box<VelocityEstimate<P>>>,
     protection: Option<Guarded<P>>,
+    looks_ahead: bool,
     configured_supply: Option<P>,
     reach: Reach,
 }
@@ -83,28 +86,28 @@ enum Core<P: Precision> {
 }
 
 impl<P: Precision<Flags = u32>> Core<P> {
-    /// The compensation alone, for a command (N).
-    fn compensation(&mut self, command: P, m: &Measurements<P>) -> Output<P> {
+    /// The compensation alone, for a command (N) and the one that is fed forward.
+    fn compensation(&mut self, command: P, fed: P, m: &Measurements<P>) -> Output<P> {
         match self {
             Self::Fixed { controller, feedforward, state, forward } => {
-                let flow = feedforward.step(forward, command);
+                let flow = feedforward.step(forward, fed);
                 let (core, state) = (&controller.compensation, &mut state.compensation);
                 core.step(state, m.velocity, m.force, m.spool, flow)
             }
             Self::Adaptive { controller, state } => {
-                controller.compensation.step(&mut state.compensation, command, m)
+                controller.compensation.step_ahead(&mut state.compensation, command, fed, m)
             }
         }
     }
 
-    /// The whole tick for a command (N).
-    fn tick(&mut self, command: P, m: &Measurements<P>) -> ControllerOutput<P> {
+    /// The whole tick for a command (N) and the one that is fed forward.
+    fn tick(&mut self, command: P, fed: P, m: &Measurements<P>) -> ControllerOutput<P> {
         match self {
             Self::Fixed { controller, feedforward, state, forward } => {
-                let flow = feedforward.step(forward, command);
+                let flow = feedforward.step(forward, fed);
                 controller.step_via(state, command, m.velocity, m.force, m.spool, flow, |v| v)
             }
-            Self::Adaptive { controller, state } => controller.step(state, command, m),
+            Self::Adaptive { controller, state } => controller.step_ahead(state, command, fed, m),
         }
     }
 }
@@ -134,6 +137,7 @@ impl<P: Precision<Flags = u32>> Channel<P> {
             core,
             estimate: VelocityEstimate::new(rig, sample_rate)?.map(Box::new),
             protection: Guarded::new(|_| rig, sample_rate)?,
+            looks_ahead: rig.compensation.look_ahead,
             configured_supply: (!rig.compensation.supply_correction).then_some(configured),
             reach,
         })
@@ -149,24 +153,26 @@ impl<P: Precision<Flags = u32>> Channel<P> {
             sample.velocity = estimate.velocity(sample.displacement, sample.force, sample.acceleration);
         }
         let sample = &sample;
-        let (command, authority, protection) = match &mut self.protection {
-            None => (P::from_f64(sample.command), P::splat(1.0), 0),
+        let (command, next, authority, protection) = match &mut self.protection {
+            None => (P::from_f64(sample.command), P::from_f64(sample.next_command), P::splat(1.0), 0),
             Some(guarded) => {
-                let (command, _, flags) = guarded.protect(sample.command, sample.command, &signals(sample));
-                (command, guarded.authority(), flags)
+                let (command, next, flags) =
+                    guarded.protect(sample.command, sample.next_command, &signals(sample));
+                (command, next, guarded.authority(), flags)
             }
         };
+        let fed = if self.looks_ahead { next } else { command };
         let measured = self.measured(sample);
         let (value, status) = match self.reach {
             Reach::Compensation => {
-                let out = self.core.compensation(command, &measured);
+                let out = self.core.compensation(command, fed, &measured);
                 if let Some(guarded) = &mut self.protection {
                     guarded.watch(out.status);
                 }
                 (out.value, out.status | protection)
             }
             Reach::ValveCommand => {
-                let out = self.core.tick(command, &measured);
+                let out = self.core.tick(command, fed, &measured);
                 let out = self.protection.as_mut().map_or(out, |guarded| guarded.apply(out));
                 (out.valve_command, out.status)
             }

@@ -147,6 +147,8 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar> {
     feedforward: Feedforward<C>,
     /// Whether any lane has a feedforward at all.
     feeds_forward: bool,
+    /// Where it is fed the next tick's command.
+    looks_ahead: S::Mask,
     /// In place of the two above where the rig adapts.
     adaptive: Option<Box<Adaptive<S, C>>>,
     /// In place of them all, where the controller runs elsewhere.
@@ -213,6 +215,7 @@ where
             controller: RigController::pack(|i| &controllers[i]),
             feedforward: Feedforward::pack(|i| &feedforwards[i]),
             feeds_forward: (0..S::LANES).any(|i| rig(i).compensation.feedforward),
+            looks_ahead: S::Mask::from_lanes(|i| rig(i).compensation.look_ahead),
             computation: DelayLine::new(|i| rig(i).compensation.computation_delay as usize),
             realization: rig(0).controller.realization,
             analog: Analog::pack(&rig),
@@ -248,7 +251,8 @@ where
         plant: &impl Driven<S>,
     ) -> Decision<S> {
         if PLAIN {
-            return self.sample_analog::<true>(state, command, next_command, truth, Sensed::ideal(), plant);
+            let commands = [command, next_command, command];
+            return self.sample_analog::<true>(state, commands, truth, Sensed::ideal(), plant);
         }
         let (mut measured, wire) = self.measure(truth);
         if !self.estimates.is_empty() {
@@ -261,11 +265,13 @@ where
                 (convert(now), convert(next), flags)
             }
         };
+        let fed = S::select(self.looks_ahead, next_command, command);
         let mut decision = match self.realization {
             Realization::Analog => {
-                self.sample_analog::<false>(state, command, next_command, measured, wire, plant)
+                let commands = [command, next_command, fed];
+                self.sample_analog::<false>(state, commands, measured, wire, plant)
             }
-            Realization::Digital => self.sample_digital(state, command, measured),
+            Realization::Digital => self.sample_digital(state, command, fed, measured),
         };
         decision.status = decision.status | protection;
         if let Some(adaptive) = &mut self.adaptive {
@@ -340,8 +346,7 @@ where
     fn sample_analog<const PLAIN: bool>(
         &mut self,
         state: &mut DigitalState<C>,
-        command: S,
-        next_command: S,
+        [command, next_command, fed]: [S; 3],
         measured: Signals<S>,
         wire: Sensed<S>,
         plant: &impl Driven<S>,
@@ -352,13 +357,13 @@ where
             let before = Driver::analog(before, wire.ideal);
             let measurements = measured.measurements(plant.command(&before), self.unmeasured_supply);
             let (controller, state) = (&adaptive.controller.compensation, &mut adaptive.state.compensation);
-            controller.step(state, convert(command), &measurements)
+            controller.step_ahead(state, convert(command), convert(fed), &measurements)
         } else {
             let (velocity, force, spool) = measured.rounded::<C>();
             let further_flow = if PLAIN {
                 C::splat(0.0)
             } else {
-                self.feedforward.step(&mut state.feedforward, convert(command))
+                self.feedforward.step(&mut state.feedforward, convert(fed))
             };
             self.controller.compensation.step(
                 &mut state.controller.compensation,
@@ -399,6 +404,7 @@ where
         &mut self,
         state: &mut DigitalState<C>,
         command: S,
+        fed: S,
         measured: Signals<S>,
     ) -> Decision<S> {
         let computation = &mut self.computation;
@@ -409,10 +415,11 @@ where
         } else if let Some(adaptive) = &mut self.adaptive {
             let held = adaptive.before.map_or(S::splat(0.0), |driver| driver.held.0);
             let measurements = measured.measurements(held, self.unmeasured_supply);
-            adaptive.controller.step_via(&mut adaptive.state, convert(command), &measurements, path)
+            let (command, fed) = (convert(command), convert(fed));
+            adaptive.controller.step_via(&mut adaptive.state, command, fed, &measurements, path)
         } else {
             let (velocity, force, spool) = measured.rounded::<C>();
-            let further_flow = self.feedforward.step(&mut state.feedforward, convert(command));
+            let further_flow = self.feedforward.step(&mut state.feedforward, convert(fed));
             self.controller.step_via(
                 &mut state.controller,
                 convert(command),

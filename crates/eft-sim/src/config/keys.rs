@@ -85,6 +85,7 @@ pub static KEYS: &[Key] = &[
     key("compensation.computation_delay", "samples", Int(0, 1000), int(0), "delay of the compensation by computation"),
     key("compensation.sign_from", "", Choice(&["spool", "demand"]), Need::Default(Preset::Text("spool")), "signal that gives the sign of the load-pressure term"),
     key("compensation.feedforward", "", Bool, OFF, "demand the command's own flow as well"),
+    key("compensation.look_ahead", "", Bool, OFF, "feed forward the next sample's command, known in advance, where `compensation.feedforward` is on"),
     key("compensation.adaptive", "", Bool, OFF, "estimate flow gain and valve during the test, guarded against overcompensation"),
     key("compensation.curve_correction", "", Bool, OFF, "correct the flow curve by direction and band of opening during the test, where `compensation.adaptive` is on"),
     key("compensation.supply_correction", "", Bool, OFF, "scale the flow by a measured supply pressure, also without estimates"),

@@ -80,6 +80,7 @@ impl RigConfig {
                 computation_delay: 0,
                 sign_from: SignFrom::Spool,
                 feedforward: false,
+                look_ahead: false,
                 adaptive: false,
                 curve_correction: false,
                 supply_correction: false,

@@ -78,6 +78,8 @@ pub struct Compensation {
     pub sign_from: SignFrom,
     /// Whether the command's own flow is demanded as well.
     pub feedforward: bool,
+    /// Whether the feedforward takes the next sample's command, known in advance.
+    pub look_ahead: bool,
     /// Whether flow gain and valve are estimated during the test.
     pub adaptive: bool,
     /// Whether the flow curve is corrected by direction and band of opening as well, where the rig adapts.
