@@ -1,8 +1,7 @@
 /* A control loop in C as it would run on a board: timer tick, sample, step, command, watchdog on overrun. Samples come
    from the file "to-firmware" and commands go to "from-firmware", by semihosting, where a board has its converters. */
 #include "board.h"
-#include "eft.h"
-#include "zhao2005.h"
+#include "firmware.h"
 
 #define CLOCK 25000000u /* of both QEMU machines' timers, Hz */
 
@@ -34,9 +33,6 @@ static uint32_t transfer(uint32_t operation, uint32_t file, void *bytes, uint32_
 /* Only the interrupt writes it. */
 static volatile uint32_t ticks;
 
-static eft_controller_f32 config;
-static eft_state_f32 state;
-
 void sys_tick(void)
 {
   ticks = ticks + 1u;
@@ -44,14 +40,12 @@ void sys_tick(void)
 
 void program(void)
 {
-  eft_error why;
-  if (eft_abi_version() != EFT_ABI_VERSION || eft_configure_f32(&EFT_RIG, &config, &why) != EFT_OK ||
-      eft_reset_f32(&state) != EFT_OK) {
+  if (eft_abi_version() != EFT_ABI_VERSION || !start()) {
     leave(2u);
   }
   const uint32_t input = open_file("to-firmware", 11u, 1u);
   const uint32_t output = open_file("from-firmware", 13u, 5u);
-  SYST_RVR = (uint32_t)((double)CLOCK / EFT_RIG.sample_rate) - 1u;
+  SYST_RVR = (uint32_t)((double)CLOCK / SAMPLE_RATE) - 1u;
   SYST_CVR = 0u;
   SYST_CSR = 7u;
   uint32_t done = ticks;
@@ -60,16 +54,12 @@ void program(void)
       __asm__ volatile("wfi");
     }
     done = done + 1u;
-    float sample[4];
-    if (transfer(SYS_READ, input, sample, sizeof sample) != 0u) {
+    sample in;
+    answer out;
+    if (transfer(SYS_READ, input, &in, sizeof in) != 0u) {
       leave(0u); /* the end of the test */
     }
-    const eft_input_f32 in = {sample[0], sample[1], sample[2], sample[3], 0.0f};
-    eft_output_f32 out;
-    if (eft_step_f32(&config, &state, &in, &out) != EFT_OK) {
-      leave(2u);
-    }
-    if (transfer(SYS_WRITE, output, &out, sizeof out) != 0u) {
+    if (!tick(&in, &out) || transfer(SYS_WRITE, output, &out, sizeof out) != 0u) {
       leave(2u);
     }
     if (ticks != done) {

@@ -17,9 +17,9 @@ __all__ = ["ProcessorInTheLoop"]
 class ProcessorInTheLoop:
     """A firmware image under QEMU, to be tested in the place of the rig's own controller.
 
-    The image reads what the sensors report, and writes its valve commands, as those of `firmware/` do; it
-    must have been built with the controller of the rig that it is run with (see `export`). QEMU
-    (``qemu-system-arm``) must be installed.
+    The image reads what the sensors report, and writes its valve commands and what it has learned, as those
+    of `firmware/` do; it must have been built with the controller of the rig that it is run with, velocity
+    estimate and protection included (see `export`). QEMU (``qemu-system-arm``) must be installed.
 
     Parameters
     ----------
@@ -42,7 +42,8 @@ class ProcessorInTheLoop:
         """Run a test with the firmware as the controller.
 
         Everything else is that of `eft.simulate`: firmware that computes what the rig's own controller does
-        gives the traces of ``eft.simulate(rig, command, dtype="f32")``, bit for bit.
+        gives the traces of ``eft.simulate(rig, command, dtype="f32")``, bit for bit. The flows that it has
+        found stay in the firmware.
 
         Parameters
         ----------
@@ -57,7 +58,8 @@ class ProcessorInTheLoop:
         Raises
         ------
         ValueError
-            If the rig's controller is more than firmware has; the message names the key.
+            If the rig's controller is analog, or has a computation delay or a soft end, which only the host
+            could make; the message names the key.
         OSError
             If the image or QEMU is not there.
         """

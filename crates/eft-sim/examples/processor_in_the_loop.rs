@@ -1,7 +1,8 @@
-//! usage: processor_in_the_loop IMAGE MACHINE [short]
+//! usage: processor_in_the_loop IMAGE MACHINE [short | RIG.toml]
 //!
 //! The 8.9 kN sweep and the El Centro earthquake with the firmware in the loop, held bit for bit against the simulation
-//! with a controller in f32; "short" is the first second of the sweep. Exits with 1 where they differ.
+//! with a controller in f32; of a rig with a protection the sweep once more, with a spool sensor that gets stuck.
+//! "short" is the first second of the sweep on the paper's rig. Exits with 1 where they differ.
 
 use std::error::Error;
 use std::path::Path;
@@ -15,26 +16,45 @@ use eft_sim::{RigConfig, SimulateOptions, processor_in_the_loop, simulate};
 const ELCENTRO: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../../python/eft/data/RSN6_IMPVALL.I_I-ELC180-hor1.AT2");
 
-fn tests(rig: &RigConfig, short: bool) -> eft_sim::Result<Vec<(&'static str, Command)>> {
+type Test = (&'static str, RigConfig, Command);
+
+fn tests(rig: RigConfig, short: bool) -> eft_sim::Result<Vec<Test>> {
     let rate = rig.controller.sample_rate;
     if short {
-        return Ok(vec![("first second of the sweep", sine_sweep(8900.0, 0.0, 10.0, 1.0, rate)?)]);
+        let command = sine_sweep(8900.0, 0.0, 10.0, 1.0, rate)?;
+        return Ok(vec![("first second of the sweep", rig, command)]);
     }
+    let sweep = sine_sweep(8900.0, 0.0, 10.0, 32.0, rate)?;
     let earthquake = effective_force(&read_record(ELCENTRO)?, rig.structure.mass, rate, 1.0)?;
-    Ok(vec![("8.9 kN sweep", sine_sweep(8900.0, 0.0, 10.0, 32.0, rate)?), ("El Centro", earthquake)])
+    let mut tests = vec![("8.9 kN sweep", rig.clone(), sweep.clone()), ("El Centro", rig.clone(), earthquake)];
+    if rig.protection.enabled {
+        let stuck = [
+            ("sensors.fault.signal", "spool".into()),
+            ("sensors.fault.kind", "stuck".into()),
+            ("sensors.fault.start", 6.0.into()),
+        ];
+        tests.push(("8.9 kN sweep with a stuck spool sensor", rig.replace::<&str>(&stuck)?, sweep));
+    }
+    Ok(tests)
 }
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
-    let (image, machine, short) = match &arguments[..] {
-        [_, image, machine] => (image, machine, false),
-        [_, image, machine, short] if short == "short" => (image, machine, true),
-        _ => return Err("usage: IMAGE MACHINE [short]".into()),
+    let (image, machine, what) = match &arguments[..] {
+        [_, image, machine] => (image, machine, None),
+        [_, image, machine, what] => (image, machine, Some(what.as_str())),
+        _ => return Err("usage: IMAGE MACHINE [short | RIG.toml]".into()),
     };
-    let mut rig = RigConfig::zhao2005();
-    rig.controller.realization = Realization::Digital;
+    let rig = match what {
+        None | Some("short") => {
+            let mut rig = RigConfig::zhao2005();
+            rig.controller.realization = Realization::Digital;
+            rig
+        }
+        Some(path) => RigConfig::from_toml(&std::fs::read_to_string(path)?)?,
+    };
     let options = SimulateOptions::default();
-    for (name, command) in tests(&rig, short)? {
+    for (name, rig, command) in tests(rig, what == Some("short"))? {
         let host = simulate::<f32>(&rig, &command, &options, |_, _| true)?;
         let image = Path::new(image);
         let run = processor_in_the_loop::run_in_qemu(&rig, &command, &options, image, machine, |_, _| true)?;

@@ -14,24 +14,25 @@ use crate::closed_loop::{SimulateOptions, TestRun, simulate_controlled};
 use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
 use crate::excitation::Command;
-use crate::export::runs_on_firmware;
+use crate::export::exportable;
 
 /// A firmware that has not answered for so long is given up.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Runs `command` on the plant of `rig` with a controller from outside: `tick` takes the force command (N) and what the
-/// sensors report of velocity (m/s), force (N) and spool opening (1), each rounded to `f32`. All else is what
+/// sensors report of velocity (m/s), force (N), spool opening (1), displacement (m) and supply pressure (Pa), each
+/// rounded to `f32`. Velocity estimate, adaptation and protection are the controller's. All else is what
 /// [`simulate`](crate::simulate) does, so that a controller with the answers of the rig's own in `f32` gives the traces
-/// of `simulate::<f32>` bit for bit.
+/// of `simulate::<f32>` bit for bit; only the flows that were found stay with it.
 ///
 /// # Errors
-/// An invalid configuration or command; a controller that firmware has not (see [`export`](crate::export)); what `tick`
-/// reports, which ends the run; and an interruption, as in [`simulate`](crate::simulate).
+/// An invalid configuration or command; an analog controller, a computation delay, a soft end; what `tick` reports, which
+/// ends the run; and an interruption, as in [`simulate`](crate::simulate).
 pub fn run_with(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-    mut tick: impl FnMut([f32; 4]) -> Result<Answer> + Send + 'static,
+    mut tick: impl FnMut([f32; 6]) -> Result<Answer> + Send + 'static,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     check(rig)?;
@@ -59,9 +60,13 @@ pub fn run_with(
     }
 }
 
-/// Refuses a rig whose controller is not what firmware runs.
+/// Refuses a rig whose controller firmware cannot be.
 fn check(rig: &RigConfig) -> Result<()> {
-    runs_on_firmware(rig)?;
+    exportable(rig)?;
+    if rig.protection.enabled && rig.protection.soft_end {
+        let allowed = "must be false with the processor in the loop, which does not know the end";
+        return Err(Error::value("protection.soft_end", true, allowed));
+    }
     if rig.controller.realization != Realization::Digital {
         let allowed = "must be \"digital\" with the processor in the loop";
         return Err(Error::value("controller.realization", "\"analog\"", allowed));
@@ -70,8 +75,8 @@ fn check(rig: &RigConfig) -> Result<()> {
 }
 
 /// Runs `command` with the firmware `image` on QEMU's `machine` ("mps2-an386", "mps2-an500") as the controller. The
-/// firmware reads its samples from the file `to-firmware` and writes its answers to `from-firmware`, by semihosting.
-/// Its sample rate must be the command's, its controller that of `rig`.
+/// firmware reads its samples, six `f32` in the order of [`run_with`], from the file `to-firmware`, and writes its
+/// answers, the fields of [`Answer`] in their order, to `from-firmware`, by semihosting, all little-endian. Its sample rate must be the command's, its controller that of `rig`.
 ///
 /// # Errors
 /// As [`run_with`]; QEMU that cannot be started or ends early, by the name of the image.
@@ -127,21 +132,25 @@ pub fn run_in_qemu(
     let mut writer = OpenOptions::new().write(true).open(&to).map_err(&failed)?;
     let mut reader = File::open(&from).map_err(&failed)?;
     let lost = failed.clone();
-    let tick = move |sample: [f32; 4]| {
-        let mut request = [0; 16];
+    let tick = move |sample: [f32; 6]| {
+        let mut request = [0; 24];
         for (to, value) in request.chunks_exact_mut(4).zip(sample) {
             to.copy_from_slice(&value.to_le_bytes());
         }
-        let mut answer = [[0; 4]; 3];
+        let mut answer = [[0; 4]; 7];
         exchanges.fetch_or(1, Ordering::Relaxed);
         writer.write_all(&request).map_err(&lost)?;
         reader.read_exact(answer.as_flattened_mut()).map_err(&lost)?;
         exchanges.fetch_add(1, Ordering::Relaxed);
-        let [valve_command, compensation, status] = answer;
+        let [valve_command, compensation, status, velocity, flow_gain, response_delay, level] = answer;
         Ok(Answer {
             valve_command: f32::from_le_bytes(valve_command),
             compensation: f32::from_le_bytes(compensation),
             status: u32::from_le_bytes(status),
+            velocity: f32::from_le_bytes(velocity),
+            flow_gain: f32::from_le_bytes(flow_gain),
+            response_delay: f32::from_le_bytes(response_delay),
+            level: f32::from_le_bytes(level),
         })
     };
     // The pipe to the firmware closes with the run: that ends the firmware.
@@ -180,10 +189,10 @@ impl Drop for Folder {
 
 #[cfg(test)]
 mod tests {
-    use eft_core::ControllerState;
+    use eft_core::{ControllerState, Measurements, ProtectionState, status};
 
     use super::*;
-    use crate::closed_loop::Precision;
+    use crate::closed_loop::{Precision, observer_per_mass, protection_parameters};
     use crate::excitation::sine_sweep;
     use crate::simulate;
 
@@ -194,16 +203,65 @@ mod tests {
     }
 
     /// The core outside of the simulator, as firmware runs it.
-    fn firmware(rig: &RigConfig) -> impl FnMut([f32; 4]) -> Result<Answer> + Send + 'static {
+    fn firmware(rig: &RigConfig) -> impl FnMut([f32; 6]) -> Result<Answer> + Send + 'static {
         let controller = <f32 as Precision>::controller(rig, 4096.0).unwrap();
         let mut state = ControllerState::default();
-        move |[command, velocity, force, spool]| {
+        move |[command, velocity, force, spool, ..]| {
             let out = controller.step(&mut state, command, velocity, force, spool);
             Ok(Answer {
                 valve_command: out.valve_command,
                 compensation: out.compensation,
                 status: out.status,
+                ..Answer::default()
             })
+        }
+    }
+
+    /// The same with all that may stand around it.
+    fn protected_firmware(rig: &RigConfig) -> impl FnMut([f32; 6]) -> Result<Answer> + Send + 'static {
+        let controller = <f32 as Precision>::adaptive(rig, 4096.0).unwrap();
+        let observer = <f32 as Precision>::observer(rig, 4096.0).unwrap();
+        let protection = <f32 as Precision>::protection(&protection_parameters(rig, 4096.0)).unwrap();
+        let per_mass = observer_per_mass(rig) as f32;
+        let (mut state, mut observed) = (controller.at_rest(), observer.at_rest(0.0, 0.0));
+        let mut protected = ProtectionState::default();
+        move |[command, _, force, spool, displacement, supply_pressure]| {
+            let velocity = observer.step(&mut observed, displacement, force * per_mass);
+            let permitted = protection.step(&mut protected, command, force, displacement, velocity, spool);
+            let measured = Measurements { velocity, force, spool, valve_command: 0.0, supply_pressure };
+            let out = controller.step(&mut state, permitted.command, &measured);
+            let out = protection.apply(&mut protected, &permitted, out);
+            let learned = &state.compensation;
+            Ok(Answer {
+                valve_command: out.valve_command,
+                compensation: out.compensation,
+                status: out.status,
+                velocity,
+                flow_gain: learned.flow_gain(),
+                response_delay: learned.response_delay(),
+                level: learned.level(),
+            })
+        }
+    }
+
+    #[test]
+    fn what_stands_around_the_controller_is_the_simulations_bit_for_bit() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/rigs/guarded.toml");
+        let rig = RigConfig::from_toml(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let stuck = [
+            ("sensors.fault.signal", "displacement".into()),
+            ("sensors.fault.kind", "stuck".into()),
+            ("sensors.fault.start", 4.0.into()),
+        ];
+        let command = sine_sweep(8900.0, 1.0, 3.0, 8.0, 4096.0).unwrap();
+        let options = SimulateOptions::default();
+        for (rig, trips) in [(rig.clone(), false), (rig.replace::<&str>(&stuck).unwrap(), true)] {
+            let simulated = simulate::<f32>(&rig, &command, &options, |_, _| true).unwrap();
+            let outside = run_with(&rig, &command, &options, protected_firmware(&rig), |_, _| true).unwrap();
+            assert_eq!(simulated.first_difference(&outside), None);
+            let seen = simulated.status.iter().fold(0, |seen, bits| seen | bits);
+            assert_eq!(seen & status::TRIPPED != 0, trips, "{seen:#x}");
+            assert_ne!(simulated.flow_gain_estimate.last(), Some(&1.0));
         }
     }
 
@@ -245,11 +303,11 @@ mod tests {
         let command = sine_sweep(8900.0, 0.0, 10.0, 1.0, 4096.0).unwrap();
         for change in [
             ("controller.realization", "analog".into()),
-            ("compensation.feedforward", true.into()),
             ("compensation.computation_delay", 1.into()),
-            ("compensation.adaptive", true.into()),
+            ("protection.soft_end", true.into()),
         ] {
-            let rig = digital().replace(std::slice::from_ref(&change)).unwrap();
+            let on = ("protection.enabled", true.into());
+            let rig = digital().replace(&[on, change.clone()]).unwrap();
             let idle = |_| Ok(Answer::default());
             let error = run_with(&rig, &command, &SimulateOptions::default(), idle, |_, _| true).unwrap_err();
             assert!(error.to_string().starts_with(change.0), "{error}");

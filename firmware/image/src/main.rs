@@ -5,6 +5,9 @@
 #![no_std]
 #![no_main]
 
+#[cfg_attr(feature = "guarded", path = "guarded.rs")]
+#[cfg_attr(not(feature = "guarded"), path = "plain.rs")]
+mod firmware;
 #[cfg(feature = "flipped")]
 mod flipped;
 
@@ -12,8 +15,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::{Peripherals, syst::SystClkSource};
 use cortex_m_rt::{entry, exception};
-use eft_core::{Controller, ControllerState};
-use eft_rigs::zhao2005::{CONTROLLER, POINTS, SAMPLE_RATE};
+use eft_core::ControllerOutput;
+use firmware::{Firmware, SAMPLE_RATE};
 use semihosting::fs::{File, OpenOptions};
 use semihosting::io::{Read, Write};
 use semihosting::{println, process};
@@ -29,17 +32,56 @@ fn SysTick() {
     TICKS.store(TICKS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
 }
 
-/// Velocity (m/s), force (N) and spool (1) behind the force command (N), as the converters would give them; none at the
-/// end of the test.
-fn sample(input: &mut File) -> Option<[f32; 4]> {
-    let mut bytes = [0; 16];
-    input.read_exact(&mut bytes).ok()?;
-    let word = |n: usize| {
-        let mut word = [0; 4];
-        word.copy_from_slice(bytes.get(n * 4..n * 4 + 4).unwrap_or(&[0; 4]));
-        f32::from_le_bytes(word)
-    };
-    Some([word(0), word(1), word(2), word(3)])
+/// One tick's command and measurements, as the converters would give them.
+#[allow(dead_code)] // each firmware reads what its rig measures
+struct Sample {
+    /// Force command (N).
+    command: f32,
+    /// Piston velocity (m/s), where a sensor measures it.
+    velocity: f32,
+    /// Force (N).
+    force: f32,
+    /// Spool opening (1).
+    spool: f32,
+    /// Displacement (m).
+    displacement: f32,
+    /// Supply pressure (Pa), where a transducer measures it.
+    supply_pressure: f32,
+}
+
+/// One tick's result, and what the controller believes.
+struct Answer {
+    output: ControllerOutput<f32>,
+    /// Velocity (m/s) that it took.
+    velocity: f32,
+    /// True flow over the table's (1).
+    flow_gain: f32,
+    /// Delay (s) that it makes up for.
+    response_delay: f32,
+    /// The guard's factor on the compensation level (1).
+    level: f32,
+}
+
+/// None at the end of the test.
+fn sample(input: &mut File) -> Option<Sample> {
+    let mut bytes = [[0; 4]; 6];
+    input.read_exact(bytes.as_flattened_mut()).ok()?;
+    let [command, velocity, force, spool, displacement, supply_pressure] = bytes.map(f32::from_le_bytes);
+    Some(Sample { command, velocity, force, spool, displacement, supply_pressure })
+}
+
+fn write(output: &mut File, a: &Answer) -> bool {
+    let Answer { output: out, velocity, flow_gain, response_delay, level } = a;
+    let bytes = [
+        out.valve_command.to_le_bytes(),
+        out.compensation.to_le_bytes(),
+        out.status.to_le_bytes(),
+        velocity.to_le_bytes(),
+        flow_gain.to_le_bytes(),
+        response_delay.to_le_bytes(),
+        level.to_le_bytes(),
+    ];
+    output.write_all(bytes.as_flattened()).is_ok()
 }
 
 #[entry]
@@ -50,10 +92,7 @@ fn main() -> ! {
     else {
         process::exit(2)
     };
-    let controller: &Controller<f32, POINTS> = &CONTROLLER;
-    #[cfg(feature = "flipped")]
-    let controller = &flipped::controller(controller);
-    let mut state = ControllerState::default();
+    let mut firmware = Firmware::new();
 
     let mut timer = peripherals.SYST;
     timer.set_clock_source(SystClkSource::Core);
@@ -68,17 +107,8 @@ fn main() -> ! {
             cortex_m::asm::wfi();
         }
         done = done.wrapping_add(1);
-        let Some([command, velocity, force, spool]) = sample(&mut input) else { process::exit(0) };
-        let out = controller.step(&mut state, command, velocity, force, spool);
-        let mut bytes = [0; 12];
-        for (to, from) in bytes.chunks_exact_mut(4).zip([
-            out.valve_command.to_le_bytes(),
-            out.compensation.to_le_bytes(),
-            out.status.to_le_bytes(),
-        ]) {
-            to.copy_from_slice(&from);
-        }
-        if output.write_all(&bytes).is_err() {
+        let Some(sample) = sample(&mut input) else { process::exit(0) };
+        if !write(&mut output, &firmware.tick(&sample)) {
             process::exit(2)
         }
         // The watchdog: the work must be done before the next tick.

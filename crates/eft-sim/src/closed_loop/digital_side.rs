@@ -1,8 +1,6 @@
 //! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
-use eft_core::{
-    ControllerOutput, ControllerState, Feedforward, FeedforwardState, Mask, Measurements, Real, Scalar,
-};
+use eft_core::{ControllerState, Feedforward, FeedforwardState, Mask, Measurements, Real, Scalar};
 
 use crate::closed_loop::adaptive::{Adaptive, Calibration};
 use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
@@ -114,8 +112,9 @@ pub(crate) fn convert<A: Scalar, B: Scalar>(from: A) -> B {
     B::from_lanes(|i| B::Element::from_f64(from.lane(i).to_f64()))
 }
 
-/// A controller outside of this program: the answer to command (N), velocity (m/s), force (N) and spool opening (1).
-pub(crate) type Outside = Box<dyn FnMut([f32; 4]) -> Answer + Send>;
+/// A controller outside of this program: the answer to command (N), and what the sensors report of velocity (m/s), force
+/// (N), spool opening (1), displacement (m) and supply pressure (Pa).
+pub(crate) type Outside = Box<dyn FnMut([f32; 6]) -> Answer + Send>;
 
 /// What a controller outside of this program answers to one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -126,18 +125,14 @@ pub struct Answer {
     pub compensation: f32,
     /// Bits of [`eft_core::status`].
     pub status: u32,
-}
-
-impl Answer {
-    #[inline(never)]
-    fn of<C: Scalar>(outside: &mut Outside, signals: [C; 4]) -> ControllerOutput<C> {
-        let answer = outside(signals.map(|signal| signal.lane(0).to_f64() as f32));
-        ControllerOutput {
-            valve_command: convert(answer.valve_command),
-            compensation: convert(answer.compensation),
-            status: C::flag(C::Mask::splat(true), answer.status),
-        }
-    }
+    /// Velocity (m/s) that it took; looked at where the rig's controller estimates it.
+    pub velocity: f32,
+    /// True flow over the table's (1) as it was found; this and the rest is looked at where the rig adapts.
+    pub flow_gain: f32,
+    /// Delay (s) that it makes up for.
+    pub response_delay: f32,
+    /// The guard's factor on the compensation level (1).
+    pub level: f32,
 }
 
 /// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
@@ -255,6 +250,9 @@ where
             return self.sample_analog::<true>(state, commands, truth, Sensed::ideal(), plant);
         }
         let (mut measured, wire) = self.measure(truth);
+        if self.outside.is_some() {
+            return self.ask(command, measured);
+        }
         if !self.estimates.is_empty() {
             self.estimate(&mut measured);
         }
@@ -281,6 +279,37 @@ where
         decision
     }
 
+    /// Lets the controller from outside decide.
+    #[inline(never)]
+    fn ask(&mut self, command: S, mut measured: Signals<S>) -> Decision<S> {
+        let m = &measured;
+        let signals = [command, m.velocity, m.force, m.spool, m.displacement, m.supply_pressure];
+        let answer = match &mut self.outside {
+            Some(outside) => outside(signals.map(|signal| signal.lane(0).to_f64() as f32)),
+            None => Answer::default(),
+        };
+        if !self.estimates.is_empty() {
+            measured.velocity = convert(answer.velocity);
+        }
+        let calibration = match self.adaptive {
+            None => self.nominal,
+            Some(_) => Calibration {
+                flow_gain: convert(answer.flow_gain),
+                response_delay: convert(answer.response_delay),
+                level: convert(answer.level),
+            },
+        };
+        let (valve_command, clipped) = self.dac.convert(convert(answer.valve_command));
+        Decision {
+            measured,
+            valve_command,
+            compensation: convert(answer.compensation),
+            calibration,
+            status: S::flag(S::Mask::splat(true), answer.status) | clipped,
+            driver: Driver::held(valve_command),
+        }
+    }
+
     /// In place of the velocity, what is made of the displacement.
     #[inline(never)]
     fn estimate(&mut self, measured: &mut Signals<S>) {
@@ -301,9 +330,10 @@ where
     }
 
     /// No-load flows (m³/s) that the valve of a lane was found to pass at these openings; none where nothing is
-    /// learned.
+    /// learned, or not here.
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
-        self.adaptive.as_ref().map(|adaptive| adaptive.found_flows(openings, lane))
+        let inside = self.adaptive.as_ref().filter(|_| self.outside.is_none());
+        inside.map(|adaptive| adaptive.found_flows(openings, lane))
     }
 
     /// Asks the protection, where there is one, for the soft end.
@@ -409,10 +439,7 @@ where
     ) -> Decision<S> {
         let computation = &mut self.computation;
         let path = |compensation: C| convert(computation.pass(convert(compensation)));
-        let output = if let Some(outside) = &mut self.outside {
-            let (velocity, force, spool) = measured.rounded::<C>();
-            Answer::of(outside, [convert(command), velocity, force, spool])
-        } else if let Some(adaptive) = &mut self.adaptive {
+        let output = if let Some(adaptive) = &mut self.adaptive {
             let held = adaptive.before.map_or(S::splat(0.0), |driver| driver.held.0);
             let measurements = measured.measurements(held, self.unmeasured_supply);
             let (command, fed) = (convert(command), convert(fed));

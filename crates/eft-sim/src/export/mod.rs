@@ -120,33 +120,11 @@ fn protection(rig: &RigConfig, rate: f64) -> Result<Option<ProtectionParameters>
 }
 
 /// Refuses what only the firmware itself can make.
-fn exportable(rig: &RigConfig) -> Result<()> {
+pub(crate) fn exportable(rig: &RigConfig) -> Result<()> {
     match rig.compensation.computation_delay {
         0 => Ok(()),
         delay => Err(Error::value("compensation.computation_delay", delay, "must be 0 for firmware")),
     }
-}
-
-/// Refuses a rig whose controller is more than one `eft_core::Controller`, by the first key that asks for more.
-pub(crate) fn runs_on_firmware(rig: &RigConfig) -> Result<()> {
-    let asked = [
-        ("compensation.feedforward", rig.compensation.feedforward),
-        ("compensation.adaptive", rig.compensation.adaptive),
-        ("compensation.guard", rig.compensation.guard),
-        ("compensation.supply_correction", rig.compensation.supply_correction),
-        ("protection.enabled", rig.protection.enabled),
-    ];
-    if let Some((key, _)) = asked.into_iter().find(|(_, on)| *on) {
-        return Err(Error::value(key, true, "must be false for firmware"));
-    }
-    if rig.controller.velocity_source != VelocitySource::Sensor {
-        return Err(Error::value(
-            "controller.velocity_source",
-            "an estimate",
-            "must be \"sensor\" for firmware",
-        ));
-    }
-    exportable(rig)
 }
 
 /// A number that reads back as itself, in both languages.
