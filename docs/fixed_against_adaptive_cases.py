@@ -44,6 +44,9 @@ def cases() -> Iterator[Case]:
         for delay in DELAYS:
             for command in sweeps:
                 yield Case("map", "", command, SEED, gain, delay)
+    transducer = {"compensation.supply_correction": True}
+    for duration, label, more in ((10.0, "10 s", {}), (5.0, "5 s", {}), (5.0, "measured", transducer)):
+        yield Case("faster", label, "El Centro", changes=falling_supply(duration) | more)
     for seed in (0, SEED):
         yield Case("sweep", "sound calibration", "8.9 kN", seed)
         for command in sweeps:
@@ -94,11 +97,11 @@ def supplies() -> Iterator[tuple[str, dict[str, object]]]:
     yield "without a transducer", falling_supply()
 
 
-def falling_supply() -> dict[str, object]:
-    """By 20 % in 20 s."""
+def falling_supply(duration: float = 20.0) -> dict[str, object]:
+    """By 20 %, in so many seconds."""
     pressure = eft.Rig.zhao2005()["supply.pressure"]
     return {
-        "supply.schedule.times": [0.0, 2.0, 22.0],
+        "supply.schedule.times": [0.0, 2.0, 2.0 + duration],
         "supply.schedule.pressures": [pressure, pressure, 0.8 * pressure],
     }
 
