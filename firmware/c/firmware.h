@@ -12,6 +12,8 @@ typedef struct {
   float spool;           /* 1 */
   float displacement;    /* m */
   float supply_pressure; /* Pa, where a transducer measures it */
+  float acceleration;    /* m/s2, where an accelerometer measures it */
+  float next_command;    /* N, where the next tick's is known */
 } sample;
 
 /* One tick's result, and what the controller believes. */

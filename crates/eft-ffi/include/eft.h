@@ -610,6 +610,15 @@ uint8_t eft_adaptive_step_f32(const struct eft_adaptive_f32 *config,
                               const struct eft_adaptive_input_f32 *input,
                               struct eft_output_f32 *output);
 
+// As eft_adaptive_step, where the next sample's command, N, is known, as of a ground motion: the flow that
+// is fed forward is that of the time until the next sample. Behind a protection it is what
+// eft_protection_preview gives.
+uint8_t eft_adaptive_step_ahead_f32(const struct eft_adaptive_f32 *config,
+                                    struct eft_adaptive_state_f32 *state,
+                                    const struct eft_adaptive_input_f32 *input,
+                                    float next_command,
+                                    struct eft_output_f32 *output);
+
 // The compensation alone, for a force loop that another controller closes: output->valve_command is the
 // compensation signal. input->valve_command must be measured.
 uint8_t eft_adaptive_compensation_step_f32(const struct eft_adaptive_f32 *config,
@@ -662,6 +671,15 @@ uint8_t eft_adaptive_step_f64(const struct eft_adaptive_f64 *config,
                               struct eft_adaptive_state_f64 *state,
                               const struct eft_adaptive_input_f64 *input,
                               struct eft_output_f64 *output);
+
+// As eft_adaptive_step, where the next sample's command, N, is known, as of a ground motion: the flow that
+// is fed forward is that of the time until the next sample. Behind a protection it is what
+// eft_protection_preview gives.
+uint8_t eft_adaptive_step_ahead_f64(const struct eft_adaptive_f64 *config,
+                                    struct eft_adaptive_state_f64 *state,
+                                    const struct eft_adaptive_input_f64 *input,
+                                    double next_command,
+                                    struct eft_output_f64 *output);
 
 // The compensation alone, for a force loop that another controller closes: output->valve_command is the
 // compensation signal. input->valve_command must be measured.
@@ -807,6 +825,13 @@ uint8_t eft_protection_step_f32(const struct eft_protection_f32 *config,
                                 const struct eft_protection_input_f32 *input,
                                 struct eft_permitted_f32 *permitted);
 
+// After eft_protection_step: *permitted is what the next one will make of a command, N, known in advance,
+// if nothing new happens.
+uint8_t eft_protection_preview_f32(const struct eft_protection_f32 *config,
+                                   const struct eft_protection_state_f32 *state,
+                                   float next_command,
+                                   float *permitted);
+
 // After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
 // that persists in output->status trips the test. *permitted is what the step gave.
 uint8_t eft_protection_apply_f32(const struct eft_protection_f32 *config,
@@ -843,6 +868,13 @@ uint8_t eft_protection_step_f64(const struct eft_protection_f64 *config,
                                 struct eft_protection_state_f64 *state,
                                 const struct eft_protection_input_f64 *input,
                                 struct eft_permitted_f64 *permitted);
+
+// After eft_protection_step: *permitted is what the next one will make of a command, N, known in advance,
+// if nothing new happens.
+uint8_t eft_protection_preview_f64(const struct eft_protection_f64 *config,
+                                   const struct eft_protection_state_f64 *state,
+                                   double next_command,
+                                   double *permitted);
 
 // After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
 // that persists in output->status trips the test. *permitted is what the step gave.

@@ -68,7 +68,7 @@ macro_rules! precision {
     (
         $module:ident, $t:ty, controller: $controller_words:literal, state: $state_words:literal,
         $Config:ident $State:ident $Input:ident $Output:ident $Learned:ident
-        $configure:ident $check:ident $reset:ident $prime:ident $hold:ident $missed:ident $step:ident
+        $configure:ident $check:ident $reset:ident $prime:ident $hold:ident $missed:ident $step:ident $ahead:ident
         $compensation:ident $learned:ident $flow:ident
     ) => {
         mod $module {
@@ -209,6 +209,33 @@ macro_rules! precision {
                 EFT_OK
             }
 
+            /// As eft_adaptive_step, where the next sample's command, N, is known, as of a ground motion: the flow that
+            /// is fed forward is that of the time until the next sample. Behind a protection it is what
+            /// eft_protection_preview gives.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $ahead(
+                config: *const $Config,
+                state: *mut $State,
+                input: *const $Input,
+                next_command: $t,
+                output: *mut $Output,
+            ) -> u8 {
+                // Safety: null or valid.
+                let (core, state, input, output) = unsafe {
+                    (
+                        config.cast::<Core>().as_ref(),
+                        state.cast::<CoreState>().as_mut(),
+                        input.as_ref(),
+                        output.as_mut(),
+                    )
+                };
+                let (Some(core), Some(state), Some(i), Some(output)) = (core, state, input, output) else {
+                    return EFT_NULL_POINTER;
+                };
+                give(output, &core.step_ahead(state, i.command, next_command, &measured(i)));
+                EFT_OK
+            }
+
             /// The compensation alone, for a force loop that another controller closes: output->valve_command is the
             /// compensation signal. input->valve_command must be measured.
             #[unsafe(no_mangle)]
@@ -278,13 +305,15 @@ precision!(
     single, f32, controller: 288, state: 208,
     eft_adaptive_f32 eft_adaptive_state_f32 eft_adaptive_input_f32 eft_output_f32 eft_learned_f32
     eft_adaptive_configure_f32 eft_adaptive_check_f32 eft_adaptive_reset_f32 eft_adaptive_prime_f32
-    eft_adaptive_hold_f32 eft_adaptive_missed_f32 eft_adaptive_step_f32 eft_adaptive_compensation_step_f32
+    eft_adaptive_hold_f32 eft_adaptive_missed_f32 eft_adaptive_step_f32
+    eft_adaptive_step_ahead_f32 eft_adaptive_compensation_step_f32
     eft_adaptive_learned_f32 eft_adaptive_flow_f32
 );
 precision!(
     double, f64, controller: 288, state: 208,
     eft_adaptive_f64 eft_adaptive_state_f64 eft_adaptive_input_f64 eft_output_f64 eft_learned_f64
     eft_adaptive_configure_f64 eft_adaptive_check_f64 eft_adaptive_reset_f64 eft_adaptive_prime_f64
-    eft_adaptive_hold_f64 eft_adaptive_missed_f64 eft_adaptive_step_f64 eft_adaptive_compensation_step_f64
+    eft_adaptive_hold_f64 eft_adaptive_missed_f64 eft_adaptive_step_f64
+    eft_adaptive_step_ahead_f64 eft_adaptive_compensation_step_f64
     eft_adaptive_learned_f64 eft_adaptive_flow_f64
 );

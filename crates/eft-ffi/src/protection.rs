@@ -65,7 +65,7 @@ macro_rules! precision {
     (
         $module:ident, $t:ty,
         $Config:ident $State:ident $Input:ident $Permitted:ident $Output:ident
-        $configure:ident $check:ident $reset:ident $step:ident $apply:ident $trip:ident $end:ident $is_down:ident
+        $configure:ident $check:ident $reset:ident $step:ident $preview:ident $apply:ident $trip:ident $end:ident $is_down:ident
     ) => {
         mod $module {
             use super::*;
@@ -153,6 +153,26 @@ macro_rules! precision {
                 EFT_OK
             }
 
+            /// After eft_protection_step: *permitted is what the next one will make of a command, N, known in advance,
+            /// if nothing new happens.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $preview(
+                config: *const $Config,
+                state: *const $State,
+                next_command: $t,
+                permitted: *mut $t,
+            ) -> u8 {
+                // Safety: null or valid.
+                let (core, state, permitted) = unsafe {
+                    (config.cast::<Core>().as_ref(), state.cast::<CoreState>().as_ref(), permitted.as_mut())
+                };
+                let (Some(core), Some(state), Some(permitted)) = (core, state, permitted) else {
+                    return EFT_NULL_POINTER;
+                };
+                *permitted = core.preview(state, next_command);
+                EFT_OK
+            }
+
             /// After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
             /// that persists in output->status trips the test. *permitted is what the step gave.
             #[unsafe(no_mangle)]
@@ -229,11 +249,11 @@ precision!(
     single, f32,
     eft_protection_f32 eft_protection_state_f32 eft_protection_input_f32 eft_permitted_f32 eft_output_f32
     eft_protection_configure_f32 eft_protection_check_f32 eft_protection_reset_f32 eft_protection_step_f32
-    eft_protection_apply_f32 eft_protection_trip_f32 eft_protection_end_f32 eft_protection_is_down_f32
+    eft_protection_preview_f32 eft_protection_apply_f32 eft_protection_trip_f32 eft_protection_end_f32 eft_protection_is_down_f32
 );
 precision!(
     double, f64,
     eft_protection_f64 eft_protection_state_f64 eft_protection_input_f64 eft_permitted_f64 eft_output_f64
     eft_protection_configure_f64 eft_protection_check_f64 eft_protection_reset_f64 eft_protection_step_f64
-    eft_protection_apply_f64 eft_protection_trip_f64 eft_protection_end_f64 eft_protection_is_down_f64
+    eft_protection_preview_f64 eft_protection_apply_f64 eft_protection_trip_f64 eft_protection_end_f64 eft_protection_is_down_f64
 );

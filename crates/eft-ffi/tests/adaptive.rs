@@ -139,8 +139,16 @@ fn the_steps_are_the_cores() {
             let expected = core.compensation.step(&mut expected_alone, input.command, &measured);
             assert_eq!(signal.valve_command.to_bits(), expected.value.to_bits());
             assert_eq!(signal.status, expected.status);
-            let code = eft_adaptive_step_f32(config.as_ptr(), state.as_mut_ptr(), &input, &mut output);
-            let expected = core.step(&mut expected_state, input.command, &measured);
+            // Half of the time the next command is known.
+            let (config, state) = (config.as_ptr(), state.as_mut_ptr());
+            let (code, expected) = if n % 2 == 0 {
+                let code = eft_adaptive_step_f32(config, state, &input, &mut output);
+                (code, core.step(&mut expected_state, input.command, &measured))
+            } else {
+                let next = 1.01 * input.command;
+                let code = eft_adaptive_step_ahead_f32(config, state, &input, next, &mut output);
+                (code, core.step_ahead(&mut expected_state, input.command, next, &measured))
+            };
             assert_eq!(code, EFT_OK);
             assert_eq!(output.valve_command.to_bits(), expected.valve_command.to_bits());
             assert_eq!(output.compensation.to_bits(), expected.compensation.to_bits());
@@ -243,6 +251,8 @@ fn what_is_wrong_is_refused_by_name() {
         assert_eq!(eft_adaptive_configure_f32(null(), config.as_mut_ptr(), null_mut()), EFT_NULL_POINTER);
         assert_eq!(eft_adaptive_reset_f32(null(), null_mut()), EFT_NULL_POINTER);
         assert_eq!(eft_adaptive_step_f32(null(), null_mut(), null(), null_mut()), EFT_NULL_POINTER);
+        let ahead = eft_adaptive_step_ahead_f64(null(), null_mut(), null(), 0.0, null_mut());
+        assert_eq!(ahead, EFT_NULL_POINTER);
         assert_eq!(eft_adaptive_learned_f64(null(), null_mut()), EFT_NULL_POINTER);
     }
 }

@@ -130,6 +130,12 @@ fn what_may_pass_is_the_cores() {
                 input.velocity,
                 input.spool,
             );
+            let mut next = 0.0;
+            assert_eq!(
+                eft_protection_preview_f32(&config, state.as_ptr(), 0.9 * input.command, &mut next),
+                EFT_OK
+            );
+            assert_eq!(next.to_bits(), core.preview(&expected_state, 0.9 * input.command).to_bits());
             // From 150 on the estimators distrust what they read.
             let flags = if n < 150 { 0 } else { status::ADAPTATION_FROZEN };
             let mut output = eft_output_f32 { valve_command: 5.0 * swing, compensation: 3.0, status: flags };
@@ -244,6 +250,7 @@ fn what_is_wrong_is_refused() {
             eft_protection_reset_f32(null_mut()),
             eft_protection_step_f32(&config, null_mut(), null(), null_mut()),
             eft_protection_apply_f32(&config, null_mut(), null(), null_mut()),
+            eft_protection_preview_f32(&config, null(), 0.0, null_mut()),
             eft_protection_trip_f32(null_mut(), 0.0),
             eft_protection_end_f32(null_mut()),
             eft_protection_is_down_f32(null(), null_mut()),

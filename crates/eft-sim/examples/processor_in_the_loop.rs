@@ -26,7 +26,8 @@ fn tests(rig: RigConfig, short: bool) -> eft_sim::Result<Vec<Test>> {
     }
     let sweep = sine_sweep(8900.0, 0.0, 10.0, 32.0, rate)?;
     let earthquake = effective_force(&read_record(ELCENTRO)?, rig.structure.mass, rate, 1.0)?;
-    let mut tests = vec![("8.9 kN sweep", rig.clone(), sweep.clone()), ("El Centro", rig.clone(), earthquake)];
+    let mut tests =
+        vec![("8.9 kN sweep", rig.clone(), sweep.clone()), ("El Centro", rig.clone(), earthquake)];
     if rig.protection.enabled {
         let stuck = [
             ("sensors.fault.signal", "spool".into()),

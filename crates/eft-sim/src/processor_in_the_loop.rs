@@ -20,8 +20,8 @@ use crate::export::exportable;
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Runs `command` on the plant of `rig` with a controller from outside: `tick` takes the force command (N) and what the
-/// sensors report of velocity (m/s), force (N), spool opening (1), displacement (m) and supply pressure (Pa), each
-/// rounded to `f32`. Velocity estimate, adaptation and protection are the controller's. All else is what
+/// sensors report of velocity (m/s), force (N), spool opening (1), displacement (m), supply pressure (Pa) and
+/// acceleration (m/s²), and the next tick's command (N), each rounded to `f32`. Velocity estimate, adaptation and protection are the controller's. All else is what
 /// [`simulate`](crate::simulate) does, so that a controller with the answers of the rig's own in `f32` gives the traces
 /// of `simulate::<f32>` bit for bit; only the flows that were found stay with it.
 ///
@@ -32,7 +32,7 @@ pub fn run_with(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-    mut tick: impl FnMut([f32; 6]) -> Result<Answer> + Send + 'static,
+    mut tick: impl FnMut([f32; 8]) -> Result<Answer> + Send + 'static,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     check(rig)?;
@@ -75,7 +75,7 @@ fn check(rig: &RigConfig) -> Result<()> {
 }
 
 /// Runs `command` with the firmware `image` on QEMU's `machine` ("mps2-an386", "mps2-an500") as the controller. The
-/// firmware reads its samples, six `f32` in the order of [`run_with`], from the file `to-firmware`, and writes its
+/// firmware reads its samples, eight `f32` in the order of [`run_with`], from the file `to-firmware`, and writes its
 /// answers, the fields of [`Answer`] in their order, to `from-firmware`, by semihosting, all little-endian. Its sample rate must be the command's, its controller that of `rig`.
 ///
 /// # Errors
@@ -132,8 +132,8 @@ pub fn run_in_qemu(
     let mut writer = OpenOptions::new().write(true).open(&to).map_err(&failed)?;
     let mut reader = File::open(&from).map_err(&failed)?;
     let lost = failed.clone();
-    let tick = move |sample: [f32; 6]| {
-        let mut request = [0; 24];
+    let tick = move |sample: [f32; 8]| {
+        let mut request = [0; 32];
         for (to, value) in request.chunks_exact_mut(4).zip(sample) {
             to.copy_from_slice(&value.to_le_bytes());
         }
@@ -203,7 +203,7 @@ mod tests {
     }
 
     /// The core outside of the simulator, as firmware runs it.
-    fn firmware(rig: &RigConfig) -> impl FnMut([f32; 6]) -> Result<Answer> + Send + 'static {
+    fn firmware(rig: &RigConfig) -> impl FnMut([f32; 8]) -> Result<Answer> + Send + 'static {
         let controller = <f32 as Precision>::controller(rig, 4096.0).unwrap();
         let mut state = ControllerState::default();
         move |[command, velocity, force, spool, ..]| {
@@ -218,18 +218,21 @@ mod tests {
     }
 
     /// The same with all that may stand around it.
-    fn protected_firmware(rig: &RigConfig) -> impl FnMut([f32; 6]) -> Result<Answer> + Send + 'static {
+    fn protected_firmware(rig: &RigConfig) -> impl FnMut([f32; 8]) -> Result<Answer> + Send + 'static {
         let controller = <f32 as Precision>::adaptive(rig, 4096.0).unwrap();
         let observer = <f32 as Precision>::observer(rig, 4096.0).unwrap();
         let protection = <f32 as Precision>::protection(&protection_parameters(rig, 4096.0)).unwrap();
-        let per_mass = observer_per_mass(rig) as f32;
+        let per_mass = observer_per_mass(rig).map(|per_mass| per_mass as f32);
+        let looks_ahead = rig.compensation.look_ahead;
         let (mut state, mut observed) = (controller.at_rest(), observer.at_rest(0.0, 0.0));
         let mut protected = ProtectionState::default();
-        move |[command, _, force, spool, displacement, supply_pressure]| {
-            let velocity = observer.step(&mut observed, displacement, force * per_mass);
+        move |[command, _, force, spool, displacement, supply_pressure, acceleration, next]| {
+            let acceleration = per_mass.map_or(acceleration, |per_mass| force * per_mass);
+            let velocity = observer.step(&mut observed, displacement, acceleration);
             let permitted = protection.step(&mut protected, command, force, displacement, velocity, spool);
             let measured = Measurements { velocity, force, spool, valve_command: 0.0, supply_pressure };
-            let out = controller.step(&mut state, permitted.command, &measured);
+            let fed = if looks_ahead { protection.preview(&protected, next) } else { permitted.command };
+            let out = controller.step_ahead(&mut state, permitted.command, fed, &measured);
             let out = protection.apply(&mut protected, &permitted, out);
             let learned = &state.compensation;
             Ok(Answer {
@@ -255,7 +258,12 @@ mod tests {
         ];
         let command = sine_sweep(8900.0, 1.0, 3.0, 8.0, 4096.0).unwrap();
         let options = SimulateOptions::default();
-        for (rig, trips) in [(rig.clone(), false), (rig.replace::<&str>(&stuck).unwrap(), true)] {
+        let ahead = [
+            ("compensation.look_ahead", true.into()),
+            ("controller.velocity_source", "accelerometer".into()),
+        ];
+        let (faulty, ahead) = (rig.replace::<&str>(&stuck).unwrap(), rig.replace::<&str>(&ahead).unwrap());
+        for (rig, trips) in [(rig, false), (ahead, false), (faulty, true)] {
             let simulated = simulate::<f32>(&rig, &command, &options, |_, _| true).unwrap();
             let outside = run_with(&rig, &command, &options, protected_firmware(&rig), |_, _| true).unwrap();
             assert_eq!(simulated.first_difference(&outside), None);

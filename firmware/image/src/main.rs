@@ -47,6 +47,10 @@ struct Sample {
     displacement: f32,
     /// Supply pressure (Pa), where a transducer measures it.
     supply_pressure: f32,
+    /// Acceleration (m/s²), where an accelerometer measures it.
+    acceleration: f32,
+    /// Force command (N) of the next tick, where it is known.
+    next_command: f32,
 }
 
 /// One tick's result, and what the controller believes.
@@ -64,10 +68,20 @@ struct Answer {
 
 /// None at the end of the test.
 fn sample(input: &mut File) -> Option<Sample> {
-    let mut bytes = [[0; 4]; 6];
+    let mut bytes = [[0; 4]; 8];
     input.read_exact(bytes.as_flattened_mut()).ok()?;
-    let [command, velocity, force, spool, displacement, supply_pressure] = bytes.map(f32::from_le_bytes);
-    Some(Sample { command, velocity, force, spool, displacement, supply_pressure })
+    let [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command] =
+        bytes.map(f32::from_le_bytes);
+    Some(Sample {
+        command,
+        velocity,
+        force,
+        spool,
+        displacement,
+        supply_pressure,
+        acceleration,
+        next_command,
+    })
 }
 
 fn write(output: &mut File, a: &Answer) -> bool {

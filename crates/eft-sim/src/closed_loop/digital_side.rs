@@ -113,8 +113,8 @@ pub(crate) fn convert<A: Scalar, B: Scalar>(from: A) -> B {
 }
 
 /// A controller outside of this program: the answer to command (N), and what the sensors report of velocity (m/s), force
-/// (N), spool opening (1), displacement (m) and supply pressure (Pa).
-pub(crate) type Outside = Box<dyn FnMut([f32; 6]) -> Answer + Send>;
+/// (N), spool opening (1), displacement (m), supply pressure (Pa) and acceleration (m/s²), and to the next command (N).
+pub(crate) type Outside = Box<dyn FnMut([f32; 8]) -> Answer + Send>;
 
 /// What a controller outside of this program answers to one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -251,7 +251,7 @@ where
         }
         let (mut measured, wire) = self.measure(truth);
         if self.outside.is_some() {
-            return self.ask(command, measured);
+            return self.ask(command, next_command, measured);
         }
         if !self.estimates.is_empty() {
             self.estimate(&mut measured);
@@ -281,9 +281,10 @@ where
 
     /// Lets the controller from outside decide.
     #[inline(never)]
-    fn ask(&mut self, command: S, mut measured: Signals<S>) -> Decision<S> {
-        let m = &measured;
-        let signals = [command, m.velocity, m.force, m.spool, m.displacement, m.supply_pressure];
+    fn ask(&mut self, command: S, next_command: S, mut measured: Signals<S>) -> Decision<S> {
+        let Signals { velocity, force, spool, displacement, supply_pressure, acceleration } = measured;
+        let signals =
+            [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command];
         let answer = match &mut self.outside {
             Some(outside) => outside(signals.map(|signal| signal.lane(0).to_f64() as f32)),
             None => Answer::default(),

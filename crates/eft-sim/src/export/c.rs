@@ -31,6 +31,12 @@ pub(super) fn write(out: &mut String, parts: &Parts) -> Result {
     match adaptive {
         None => writeln!(out, "static const eft_parameters EFT_RIG = {{")?,
         Some(a) => {
+            if parts.looks_ahead() {
+                writeln!(
+                    out,
+                    "/* For eft_adaptive_step_ahead: its feedforward takes the next tick's command. */"
+                )?;
+            }
             writeln!(out, "static const eft_adaptive_parameters EFT_RIG = {{")?;
             for (key, value, unit) in adaptive_fields(a) {
                 writeln!(out, "  .{key} = {}, /* {unit} */", number(value))?;

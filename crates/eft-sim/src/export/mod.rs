@@ -47,6 +47,12 @@ struct Parts<'a> {
     protection: Option<ProtectionParameters>,
 }
 
+impl Parts<'_> {
+    fn looks_ahead(&self) -> bool {
+        self.rig.compensation.feedforward && self.rig.compensation.look_ahead
+    }
+}
+
 /// What makes the velocity of a rig that measures only displacement.
 enum Velocity {
     /// With its corner (Hz).
@@ -218,6 +224,34 @@ mod tests {
         for value in [0.0, -1.0, 8.212e-3, 1.9e7, 1.0 / 3.0, f64::MAX, 5.0e-324] {
             assert_eq!(number(value).parse::<f64>().unwrap().to_bits(), value.to_bits());
         }
+    }
+
+    #[test]
+    fn what_stands_around_the_controller_is_written_in_either_language() {
+        let on: [(&str, toml::Value); 5] = [
+            ("compensation.feedforward", true.into()),
+            ("compensation.look_ahead", true.into()),
+            ("controller.velocity_source", "accelerometer".into()),
+            ("protection.enabled", true.into()),
+            ("protection.force_trip", 5.0e4.into()),
+        ];
+        let rig = RigConfig::zhao2005().replace(&on).unwrap();
+        let rust = export(&rig, "rig", Target::Rust).unwrap();
+        let c = export(&rig, "rig", Target::C).unwrap();
+        for expected in ["`step_ahead`", "VelocityObserver::<f32>::new([", "warning: 50000.0, trip: 50000.0"]
+        {
+            assert!(rust.contains(expected), "{expected}");
+        }
+        for expected in
+            ["eft_adaptive_step_ahead", "eft_observer_parameters", ".force_trip = 50000.0, /* N */"]
+        {
+            assert!(c.contains(expected), "{expected}");
+        }
+        // An accelerometer's reading needs no mass.
+        assert!(!rust.contains("PER_MASS") && !c.contains("EFT_PER_MASS"));
+        let rig = rig.replace::<&str>(&[("controller.velocity_source", "derivative".into())]).unwrap();
+        assert!(export(&rig, "rig", Target::Rust).unwrap().contains("FilteredDerivative::<f32>::new(80.0"));
+        assert!(export(&rig, "rig", Target::C).unwrap().contains(".corner = 80.0, /* Hz */"));
     }
 
     #[test]

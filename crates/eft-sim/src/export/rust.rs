@@ -93,7 +93,15 @@ fn imports(out: &mut String, parts: &Parts) -> Result {
 fn controller(out: &mut String, parts: &Parts) -> Result {
     let (rig, c, adaptive) = (parts.rig, &parts.rig.controller, parts.adaptive.as_ref());
     let adaptively = if adaptive.is_some() { "Adaptive" } else { "" };
-    writeln!(out, "/// The controller.\npub static CONTROLLER: {adaptively}Controller<f32, POINTS> = {{")?;
+    let ahead = if parts.looks_ahead() {
+        ", for `step_ahead`: its feedforward takes the next tick's command"
+    } else {
+        ""
+    };
+    writeln!(
+        out,
+        "/// The controller{ahead}.\npub static CONTROLLER: {adaptively}Controller<f32, POINTS> = {{"
+    )?;
     writeln!(out, "    let table = checked!(FlowTable::<f32, POINTS>::new(&OPENINGS, &FLOWS));")?;
     let parameters = if adaptive.is_some() { "adaptive" } else { "PARAMETERS" };
     if let Some(a) = adaptive {
