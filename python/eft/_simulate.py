@@ -71,7 +71,7 @@ def simulate(
     Returns
     -------
     TestRun
-        With as many samples as the command, or fewer if the state stopped being finite (see `success`).
+        With as many samples as the command, or fewer, and finite, if it diverged (see `success`).
 
     Raises
     ------

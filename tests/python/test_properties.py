@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 import eft
+from eft._run import _TRACES
 
 RIG = eft.Rig.zhao2005()
 KEYS = {row["key"]: row for row in eft.rig_keys()}
@@ -50,15 +51,7 @@ def test_any_rig_runs_to_finite_numbers_or_says_that_it_diverged(rig, dtype):
     run = refused(eft.simulate, rig, SHORT, dtype)
     if run is None:
         return
-    for name in (
-        "force",
-        "displacement",
-        "velocity",
-        "spool",
-        "load_pressure",
-        "valve_command",
-        "compensation",
-    ):
+    for name in _TRACES:
         trace = getattr(run, name)
         assert np.isfinite(trace).all(), (name, run.message)
     assert run.success == (len(run) == len(SHORT)), run.message

@@ -67,7 +67,7 @@ impl SideBySide<'_> {
                 };
                 done += chunk::run(&mut test, &mut state, &kept.commands[done..], ticks - done, keep);
                 if done < ticks {
-                    let lost = !test.is_finite(&state);
+                    let lost = !test.is_bounded(&state);
                     for (lane, ended) in lanes.iter_mut().enumerate().filter(|(lane, _)| lost.lane(*lane)) {
                         if ended.is_none() {
                             *ended = Some(kept.end(lane, done, start + done, status::DIVERGED));

@@ -89,7 +89,7 @@ fn run_through<P: Precision<Flags = u32>>(
         if i % CHUNK == 0 && !go_on(i, total) {
             return Err(Error::Interrupted);
         }
-        if !floors.clone().all(|floor| plant.core(floor).magnitude() <= f64::MAX) {
+        if !floors.clone().all(|floor| plant.core(floor).is_bounded()) {
             for last in runs.iter_mut().filter_map(|run| run.status.last_mut()) {
                 *last |= status::DIVERGED;
             }

@@ -13,7 +13,7 @@ pub(crate) trait Keep<S: Num> {
     fn keep(&mut self, i: usize, tick: &Tick<S>);
 }
 
-/// Runs up to `ticks` ticks of a test, and gives how many began with finite states only. `commands` may go on beyond
+/// Runs up to `ticks` ticks of a test, and gives how many began with states to go on from only. `commands` may go on beyond
 /// them; where it ends with them, the last one is held.
 pub(crate) fn run<S: Num, C: Scalar<Flags = S::Flags>, M: PlantModel<S>>(
     test: &mut ClosedLoop<S, C, M>,
@@ -51,7 +51,7 @@ where
     fn run(mut self) -> usize {
         let mut state = *self.state;
         let mut done = 0;
-        while done < self.ticks && self.test.is_finite(&state).all() {
+        while done < self.ticks && self.test.is_bounded(&state).all() {
             let command = self.commands[done];
             let next = self.commands.get(done + 1).copied().unwrap_or(command);
             if S::LANES == 1 {

@@ -90,7 +90,8 @@ impl SimulateOptions {
 /// `go_on(done, total)` is asked every few thousand ticks; when it says no, the run ends with
 /// [`Error::Interrupted`].
 ///
-/// A run whose state stops being finite ends there, its last tick flagged [`status::DIVERGED`].
+/// A run whose state grows beyond 1e100, or stops being a number, ends there, its last tick flagged
+/// [`status::DIVERGED`]: every trace is finite up to it.
 ///
 /// # Errors
 /// An invalid command or configuration, or an interruption.

@@ -102,10 +102,10 @@ where
         self.digital.controlled_by(outside);
     }
 
-    /// Where the plant's state is finite.
+    /// Where the plant's state is one to go on from.
     #[inline(always)]
-    pub(crate) fn is_finite(&self, state: &LoopState<C, P::State>) -> S::Mask {
-        P::core(&state.plant).magnitude().le(S::splat(f64::MAX))
+    pub(crate) fn is_bounded(&self, state: &LoopState<C, P::State>) -> S::Mask {
+        P::core(&state.plant).is_bounded()
     }
 
     /// Puts the plants back to rest where the mask is true.

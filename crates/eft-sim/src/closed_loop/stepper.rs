@@ -42,11 +42,10 @@ impl PlantReading {
         (at_stop, beyond_stroke): (bool, bool),
     ) -> Self {
         let PlantState { spool, load_pressure, displacement, velocity, .. } = *core;
-        let finite = core.magnitude() <= f64::MAX;
         let flags = [
             (at_stop, status::SPOOL_STOP),
             (beyond_stroke, status::STROKE_EXCEEDED),
-            (!finite, status::DIVERGED),
+            (!core.is_bounded(), status::DIVERGED),
         ];
         let status = flags.iter().filter(|flag| flag.0).fold(0, |all, flag| all | flag.1);
         Self {

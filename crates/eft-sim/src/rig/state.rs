@@ -17,6 +17,9 @@ pub struct PlantState<S> {
     pub velocity: S,
 }
 
+/// Where a test is stopped, in the unit of each number: what gains, rates and squares make of it is still finite.
+const BEYOND: f64 = 1e100;
+
 /// How many numbers they are.
 pub(crate) const STATES: usize = 5;
 
@@ -66,10 +69,11 @@ impl<S: Num> PlantState<S> {
         }
     }
 
-    /// A number whose magnitude is finite where the whole state is.
+    /// Where a test can go on: no number is NaN or [`BEYOND`] any rig.
+    // A sum, which costs less than looking at each: numbers that large, and opposite to the last digit, do not happen.
     #[inline(always)]
-    pub(crate) fn magnitude(self) -> S {
+    pub(crate) fn is_bounded(self) -> S::Mask {
         let sum = (self.pilot_flow + self.spool) + (self.load_pressure + self.displacement) + self.velocity;
-        sum.abs()
+        sum.abs().le(S::splat(BEYOND))
     }
 }
