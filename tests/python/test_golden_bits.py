@@ -23,9 +23,8 @@ SPECIAL = np.array([
 # fmt: on
 
 
-def words():
+def words(word=2463534242):
     """Marsaglia's xorshift, 32 bits."""
-    word = 2463534242
     while True:
         word ^= word << 13 & MASK
         word ^= word >> 17
@@ -67,6 +66,38 @@ def regular(words, scales):
     return signed.astype(np.float32) * (scales / np.float32(2147483648.0))
 
 
+@pytest.fixture(scope="module")
+def learning():
+    """Command, velocity, force, spool, displacement and supply pressure of the run that is learned from."""
+    phase = (np.arange(STEPS) % 1024).astype(np.float32) / np.float32(256)
+    swing = np.where(phase < 2, phase - np.float32(1), np.float32(3) - phase)
+    opening = np.float32(0.3) * swing
+    velocity = (np.float32(2.293) - np.float32(1.579) * abs(opening)) * opening
+    position = np.cumsum(velocity * np.float32(1 / 4096), dtype=np.float32)
+    pressure = np.full(STEPS, 1.9e7, np.float32)
+    truth = np.stack(
+        [np.float32(2e3) * swing, velocity, np.float32(1.9e3) * swing, opening, position, pressure], axis=1
+    )
+    scales = np.array([1.0e4, 1.0, 1.5e5, 1.0, 0.127, 1.9e7], np.float32)
+    random = words(20_051)
+    noise, wrong = [], []
+    for n in range(STEPS):
+        for channel in range(6):
+            noise.append(next(random))
+            if n < 80_000:
+                if n % 1009 == 1008 and next(random) % 4 == 0:
+                    wrong.append((n, channel, np.float32("nan")))
+            elif n & 0x700 == 0x400:
+                kind, word = next(random) % 16, next(random)
+                special = np.array([SPECIAL[word % len(SPECIAL)] if kind == 0 else word], np.uint32)
+                value = special.view(np.float32) if kind < 2 else regular([word], scales[channel])
+                wrong.append((n, channel, value[0]))
+    values = truth + regular(noise, np.tile(np.float32(5e-4) * scales, STEPS)).reshape(-1, 6)
+    for n, channel, value in wrong:
+        values[n, channel] = value
+    return values
+
+
 def hashed(step, status, rows):
     """FNV-1a over the bits of every answer and its flags."""
     value = 0xCBF2_9CE4_8422_2325
@@ -94,3 +125,16 @@ def test_python_computes_the_committed_bits(name, ticks):
     assert (
         hashed(compensator.step, lambda: compensator.status, ticks[:, 1:4]) == golden[f"{name} compensation"]
     )
+
+
+@pytest.mark.parametrize("name", ["adaptive", "guarded"])
+def test_python_learns_the_committed_bits(name, learning):
+    golden = dict(line.rsplit(" ", 1) for line in (FIRMWARE / "golden" / "bits.txt").read_text().splitlines())
+    controller = eft.Controller(eft.Rig.from_toml(FIRMWARE / "rigs" / f"{name}.toml"), dtype="f32")
+
+    def step(command, velocity, force, spool, displacement, pressure):
+        if name == "adaptive":
+            return controller.step(command, velocity, force, spool)
+        return controller.step(command, velocity, force, spool, pressure, displacement=displacement)
+
+    assert hashed(step, lambda: controller.status, learning) == golden[f"{name} learning"]
