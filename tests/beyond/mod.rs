@@ -90,3 +90,17 @@ pub fn assert_quiet(run: &TestRun) {
 pub fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, v| v.abs().max(most))
 }
+
+/// Where the running peak of the displacement stands against the ideal one's at its worst, once the test has begun.
+pub fn overshoot(run: &eft::sim::TestRun, ideal: &[f64]) -> f64 {
+    let began = 0.2 * largest(ideal);
+    let (mut peak, mut ideal_peak, mut worst) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (x, ideal) in run.displacement.iter().zip(ideal) {
+        peak = peak.max(x.abs());
+        ideal_peak = ideal_peak.max(ideal.abs());
+        if ideal_peak > began {
+            worst = worst.max(peak / ideal_peak);
+        }
+    }
+    worst
+}
