@@ -972,7 +972,7 @@ uint8_t eft_observer_configure_f32(const struct eft_observer_parameters *paramet
 uint8_t eft_observer_check_f32(const struct eft_observer_f32 *config, const struct eft_observer_parameters *parameters);
 
 // A rig that has long been at rest at this displacement, m, and with this acceleration, m/s², as the
-// step will get it: that of a steady force over the mass is none of the piston's.
+// step will get it: it is taken as balanced, as that of a steady force on a standing piston is.
 uint8_t eft_observer_reset_f32(const struct eft_observer_f32 *config,
                                struct eft_observer_state_f32 *state,
                                float displacement,
@@ -1021,7 +1021,7 @@ uint8_t eft_observer_configure_f64(const struct eft_observer_parameters *paramet
 uint8_t eft_observer_check_f64(const struct eft_observer_f64 *config, const struct eft_observer_parameters *parameters);
 
 // A rig that has long been at rest at this displacement, m, and with this acceleration, m/s², as the
-// step will get it: that of a steady force over the mass is none of the piston's.
+// step will get it: it is taken as balanced, as that of a steady force on a standing piston is.
 uint8_t eft_observer_reset_f64(const struct eft_observer_f64 *config,
                                struct eft_observer_state_f64 *state,
                                double displacement,

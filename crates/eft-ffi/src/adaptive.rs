@@ -5,7 +5,7 @@ use eft_core::{
     FlowTable, Limiter, Measurements, ServovalveController, Tuning,
 };
 
-use crate::block::{configuration, held, opaque};
+use crate::block::{configuration, given, held, opaque};
 use crate::parameters::{EFT_TABLE_CAPACITY, eft_error, eft_parameters, refuse};
 use crate::precision::{eft_output_f32, eft_output_f64};
 use crate::status::{EFT_CORRUPT, EFT_MISSED_TICK, EFT_NULL_POINTER, EFT_OK};
@@ -151,10 +151,7 @@ macro_rules! precision {
             /// A rig at rest, nothing learned yet.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $reset(config: *const $Config, state: *mut $State) -> u8 {
-                // Safety: null or valid.
-                let Some(core) = (unsafe { config.cast::<Core>().as_ref() }) else {
-                    return EFT_NULL_POINTER;
-                };
+                let core = given!(config.cast::<Core>());
                 if state.is_null() {
                     return EFT_NULL_POINTER;
                 }
@@ -193,18 +190,10 @@ macro_rules! precision {
                 input: *const $Input,
                 output: *mut $Output,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, input, output) = unsafe {
-                    (
-                        config.cast::<Core>().as_ref(),
-                        state.cast::<CoreState>().as_mut(),
-                        input.as_ref(),
-                        output.as_mut(),
-                    )
-                };
-                let (Some(core), Some(state), Some(i), Some(output)) = (core, state, input, output) else {
-                    return EFT_NULL_POINTER;
-                };
+                let core = given!(config.cast::<Core>());
+                let state = given!(mut state.cast::<CoreState>());
+                let i = given!(input);
+                let output = given!(mut output);
                 give(output, &core.step(state, i.command, &measured(i)));
                 EFT_OK
             }
@@ -220,18 +209,10 @@ macro_rules! precision {
                 next_command: $t,
                 output: *mut $Output,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, input, output) = unsafe {
-                    (
-                        config.cast::<Core>().as_ref(),
-                        state.cast::<CoreState>().as_mut(),
-                        input.as_ref(),
-                        output.as_mut(),
-                    )
-                };
-                let (Some(core), Some(state), Some(i), Some(output)) = (core, state, input, output) else {
-                    return EFT_NULL_POINTER;
-                };
+                let core = given!(config.cast::<Core>());
+                let state = given!(mut state.cast::<CoreState>());
+                let i = given!(input);
+                let output = given!(mut output);
                 give(output, &core.step_ahead(state, i.command, next_command, &measured(i)));
                 EFT_OK
             }
@@ -245,18 +226,10 @@ macro_rules! precision {
                 input: *const $Input,
                 output: *mut $Output,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, input, output) = unsafe {
-                    (
-                        config.cast::<Core>().as_ref(),
-                        state.cast::<CoreState>().as_mut(),
-                        input.as_ref(),
-                        output.as_mut(),
-                    )
-                };
-                let (Some(core), Some(state), Some(i), Some(output)) = (core, state, input, output) else {
-                    return EFT_NULL_POINTER;
-                };
+                let core = given!(config.cast::<Core>());
+                let state = given!(mut state.cast::<CoreState>());
+                let i = given!(input);
+                let output = given!(mut output);
                 let out = core.compensation.step(&mut state.compensation, i.command, &measured(i));
                 *output = $Output { valve_command: out.value, compensation: out.value, status: out.status };
                 EFT_OK
@@ -265,9 +238,8 @@ macro_rules! precision {
             /// What was learned so far.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $learned(state: *const $State, learned: *mut $Learned) -> u8 {
-                // Safety: null or valid.
-                let (state, learned) = unsafe { (state.cast::<CoreState>().as_ref(), learned.as_mut()) };
-                let (Some(state), Some(learned)) = (state, learned) else { return EFT_NULL_POINTER };
+                let state = given!(state.cast::<CoreState>());
+                let learned = given!(mut learned);
                 let known = &state.compensation;
                 *learned = $Learned {
                     flow_gain: known.flow_gain(),
@@ -287,13 +259,9 @@ macro_rules! precision {
                 opening: $t,
                 flow: *mut $t,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, flow) = unsafe {
-                    (config.cast::<Core>().as_ref(), state.cast::<CoreState>().as_ref(), flow.as_mut())
-                };
-                let (Some(core), Some(state), Some(flow)) = (core, state, flow) else {
-                    return EFT_NULL_POINTER;
-                };
+                let core = given!(config.cast::<Core>());
+                let state = given!(state.cast::<CoreState>());
+                let flow = given!(mut flow);
                 *flow = core.compensation.found_flow(&state.compensation, opening);
                 EFT_OK
             }

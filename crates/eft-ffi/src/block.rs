@@ -1,5 +1,23 @@
 //! What the blocks of the interface have alike: opaque words, and the functions that fill and check them.
 
+/// What a pointer points to; null ends the function around with its code.
+macro_rules! given {
+    (mut $pointer:expr) => {
+        // Safety: null or valid, as the crate asks of its callers.
+        match unsafe { $pointer.as_mut() } {
+            Some(it) => it,
+            None => return crate::status::EFT_NULL_POINTER,
+        }
+    };
+    ($pointer:expr) => {
+        // Safety: null or valid, as the crate asks of its callers.
+        match unsafe { $pointer.as_ref() } {
+            Some(it) => it,
+            None => return crate::status::EFT_NULL_POINTER,
+        }
+    };
+}
+
 /// A configuration or a state that the caller owns and only the library reads, with room for a core's type: a library
 /// with more to keep still fits its caller.
 macro_rules! opaque {
@@ -46,9 +64,8 @@ macro_rules! configuration {
         /// after a memory fault or before it was configured. Not for the interrupt.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $check(config: *const $Config, parameters: *const $Parameters) -> u8 {
-            // Safety: null or valid.
-            let (core, parameters) = unsafe { (config.cast::<$Core>().as_ref(), parameters.as_ref()) };
-            let (Some(core), Some(parameters)) = (core, parameters) else { return EFT_NULL_POINTER };
+            let core = given!(config.cast::<$Core>());
+            let parameters = given!(parameters);
             match build(parameters) {
                 Ok(made) if made == *core => EFT_OK,
                 Ok(_) => EFT_CORRUPT,
@@ -78,13 +95,9 @@ macro_rules! held {
             state: *const $State,
             output: *mut $Output,
         ) -> u8 {
-            // Safety: null or valid.
-            let (core, state, output) = unsafe {
-                (config.cast::<$Core>().as_ref(), state.cast::<$CoreState>().as_ref(), output.as_mut())
-            };
-            let (Some(core), Some(state), Some(output)) = (core, state, output) else {
-                return EFT_NULL_POINTER;
-            };
+            let core = given!(config.cast::<$Core>());
+            let state = given!(state.cast::<$CoreState>());
+            let output = given!(mut output);
             give(output, &core.hold(state));
             EFT_OK
         }
@@ -109,4 +122,4 @@ macro_rules! held {
     };
 }
 
-pub(crate) use {configuration, held, opaque};
+pub(crate) use {configuration, given, held, opaque};

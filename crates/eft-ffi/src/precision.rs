@@ -5,7 +5,7 @@ use eft_core::{
     ServovalveController,
 };
 
-use crate::block::{configuration, held, opaque};
+use crate::block::{configuration, given, held, opaque};
 use crate::parameters::{EFT_TABLE_CAPACITY, eft_error, eft_parameters, refuse};
 use crate::shadow::eft_turn;
 use crate::status::{EFT_BUSY, EFT_CORRUPT, EFT_MISSED_TICK, EFT_NULL_POINTER, EFT_OK};
@@ -224,8 +224,7 @@ macro_rules! precision {
             /// a time.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $shadow_offer(shadow: *mut $Shadow, config: *const $Config) -> u8 {
-                // Safety: null or valid.
-                let Some(config) = (unsafe { config.as_ref() }) else { return EFT_NULL_POINTER };
+                let config = given!(config);
                 if shadow.is_null() {
                     return EFT_NULL_POINTER;
                 }

@@ -4,7 +4,7 @@ use eft_core::{
     ConfigError, ControllerOutput, Levels, Protected, Protection, ProtectionParameters, ProtectionState,
 };
 
-use crate::block::{configuration, opaque};
+use crate::block::{configuration, given, opaque};
 use crate::parameters::{eft_error, refuse};
 use crate::precision::{eft_output_f32, eft_output_f64};
 use crate::status::{EFT_CORRUPT, EFT_NULL_POINTER, EFT_OK};
@@ -134,19 +134,10 @@ macro_rules! precision {
                 input: *const $Input,
                 permitted: *mut $Permitted,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, input, permitted) = unsafe {
-                    (
-                        config.cast::<Core>().as_ref(),
-                        state.cast::<CoreState>().as_mut(),
-                        input.as_ref(),
-                        permitted.as_mut(),
-                    )
-                };
-                let (Some(core), Some(state), Some(i), Some(permitted)) = (core, state, input, permitted)
-                else {
-                    return EFT_NULL_POINTER;
-                };
+                let core = given!(config.cast::<Core>());
+                let state = given!(mut state.cast::<CoreState>());
+                let i = given!(input);
+                let permitted = given!(mut permitted);
                 let out = core.step(state, i.command, i.force, i.displacement, i.velocity, i.spool);
                 *permitted =
                     $Permitted { command: out.command, authority: out.authority, status: out.status };
@@ -162,13 +153,9 @@ macro_rules! precision {
                 next_command: $t,
                 permitted: *mut $t,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, permitted) = unsafe {
-                    (config.cast::<Core>().as_ref(), state.cast::<CoreState>().as_ref(), permitted.as_mut())
-                };
-                let (Some(core), Some(state), Some(permitted)) = (core, state, permitted) else {
-                    return EFT_NULL_POINTER;
-                };
+                let core = given!(config.cast::<Core>());
+                let state = given!(state.cast::<CoreState>());
+                let permitted = given!(mut permitted);
                 *permitted = core.preview(state, next_command);
                 EFT_OK
             }
@@ -182,19 +169,10 @@ macro_rules! precision {
                 permitted: *const $Permitted,
                 output: *mut $Output,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, permitted, output) = unsafe {
-                    (
-                        config.cast::<Core>().as_ref(),
-                        state.cast::<CoreState>().as_mut(),
-                        permitted.as_ref(),
-                        output.as_mut(),
-                    )
-                };
-                let (Some(core), Some(state), Some(p), Some(output)) = (core, state, permitted, output)
-                else {
-                    return EFT_NULL_POINTER;
-                };
+                let core = given!(config.cast::<Core>());
+                let state = given!(mut state.cast::<CoreState>());
+                let p = given!(permitted);
+                let output = given!(mut output);
                 let permitted = Protected { command: p.command, authority: p.authority, status: p.status };
                 let before = ControllerOutput {
                     valve_command: output.valve_command,
@@ -213,10 +191,7 @@ macro_rules! precision {
             /// Trips from outside, as an emergency stop does, at the permitted command, N. Not while a step runs.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $trip(state: *mut $State, command: $t) -> u8 {
-                // Safety: null or valid.
-                let Some(state) = (unsafe { state.cast::<CoreState>().as_mut() }) else {
-                    return EFT_NULL_POINTER;
-                };
+                let state = given!(mut state.cast::<CoreState>());
                 state.trip(command);
                 EFT_OK
             }
@@ -224,10 +199,7 @@ macro_rules! precision {
             /// Asks for the soft end: the command, still followed, fades along the ramp. Not while a step runs.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $end(state: *mut $State) -> u8 {
-                // Safety: null or valid.
-                let Some(state) = (unsafe { state.cast::<CoreState>().as_mut() }) else {
-                    return EFT_NULL_POINTER;
-                };
+                let state = given!(mut state.cast::<CoreState>());
                 state.end();
                 EFT_OK
             }
@@ -235,9 +207,8 @@ macro_rules! precision {
             /// Sets *down to 1 where the ramp has reached zero (or the test has not begun), to 0 elsewhere.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $is_down(state: *const $State, down: *mut u8) -> u8 {
-                // Safety: null or valid.
-                let (state, down) = unsafe { (state.cast::<CoreState>().as_ref(), down.as_mut()) };
-                let (Some(state), Some(down)) = (state, down) else { return EFT_NULL_POINTER };
+                let state = given!(state.cast::<CoreState>());
+                let down = given!(mut down);
                 *down = u8::from(state.is_down());
                 EFT_OK
             }

@@ -2,7 +2,7 @@
 
 use eft_core::{ConfigError, StuckWatch, StuckWatchState};
 
-use crate::block::{configuration, opaque};
+use crate::block::{configuration, given, opaque};
 use crate::parameters::{eft_error, refuse};
 use crate::status::{EFT_CORRUPT, EFT_NULL_POINTER, EFT_OK};
 
@@ -63,13 +63,9 @@ macro_rules! precision {
                 spool: $t,
                 status: *mut u32,
             ) -> u8 {
-                // Safety: null or valid.
-                let (core, state, status) = unsafe {
-                    (config.cast::<Core>().as_ref(), state.cast::<CoreState>().as_mut(), status.as_mut())
-                };
-                let (Some(core), Some(state), Some(status)) = (core, state, status) else {
-                    return EFT_NULL_POINTER;
-                };
+                let core = given!(config.cast::<Core>());
+                let state = given!(mut state.cast::<CoreState>());
+                let status = given!(mut status);
                 *status = core.step(state, velocity, force, spool);
                 EFT_OK
             }

@@ -4,7 +4,7 @@ use eft_core::{
     ConfigError, FilteredDerivative, FilteredDerivativeState, VelocityObserver, VelocityObserverState,
 };
 
-use crate::block::{configuration, opaque};
+use crate::block::{configuration, given, opaque};
 use crate::parameters::{eft_error, refuse};
 use crate::status::{EFT_CORRUPT, EFT_NULL_POINTER, EFT_OK};
 
@@ -74,10 +74,7 @@ macro_rules! precision {
                     state: *mut $DerivativeState,
                     displacement: $t,
                 ) -> u8 {
-                    // Safety: null or valid.
-                    let Some(core) = (unsafe { config.cast::<Core>().as_ref() }) else {
-                        return EFT_NULL_POINTER;
-                    };
+                    let core = given!(config.cast::<Core>());
                     if state.is_null() {
                         return EFT_NULL_POINTER;
                     }
@@ -95,17 +92,9 @@ macro_rules! precision {
                     displacement: $t,
                     velocity: *mut $t,
                 ) -> u8 {
-                    // Safety: null or valid.
-                    let (core, state, velocity) = unsafe {
-                        (
-                            config.cast::<Core>().as_ref(),
-                            state.cast::<CoreState>().as_mut(),
-                            velocity.as_mut(),
-                        )
-                    };
-                    let (Some(core), Some(state), Some(velocity)) = (core, state, velocity) else {
-                        return EFT_NULL_POINTER;
-                    };
+                    let core = given!(config.cast::<Core>());
+                    let state = given!(mut state.cast::<CoreState>());
+                    let velocity = given!(mut velocity);
                     *velocity = core.step(state, displacement);
                     EFT_OK
                 }
@@ -137,7 +126,7 @@ macro_rules! precision {
                 }
 
                 /// A rig that has long been at rest at this displacement, m, and with this acceleration, m/s², as the
-                /// step will get it: that of a steady force over the mass is none of the piston's.
+                /// step will get it: it is taken as balanced, as that of a steady force on a standing piston is.
                 #[unsafe(no_mangle)]
                 pub unsafe extern "C" fn $observer_reset(
                     config: *const $Observer,
@@ -145,10 +134,7 @@ macro_rules! precision {
                     displacement: $t,
                     acceleration: $t,
                 ) -> u8 {
-                    // Safety: null or valid.
-                    let Some(core) = (unsafe { config.cast::<Core>().as_ref() }) else {
-                        return EFT_NULL_POINTER;
-                    };
+                    let core = given!(config.cast::<Core>());
                     if state.is_null() {
                         return EFT_NULL_POINTER;
                     }
@@ -168,17 +154,9 @@ macro_rules! precision {
                     acceleration: $t,
                     velocity: *mut $t,
                 ) -> u8 {
-                    // Safety: null or valid.
-                    let (core, state, velocity) = unsafe {
-                        (
-                            config.cast::<Core>().as_ref(),
-                            state.cast::<CoreState>().as_mut(),
-                            velocity.as_mut(),
-                        )
-                    };
-                    let (Some(core), Some(state), Some(velocity)) = (core, state, velocity) else {
-                        return EFT_NULL_POINTER;
-                    };
+                    let core = given!(config.cast::<Core>());
+                    let state = given!(mut state.cast::<CoreState>());
+                    let velocity = given!(mut velocity);
                     *velocity = core.step(state, displacement, acceleration);
                     EFT_OK
                 }

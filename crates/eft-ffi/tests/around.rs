@@ -52,6 +52,11 @@ fn protection() -> Protection<f32> {
     .unwrap()
 }
 
+/// Bit for bit; the bits of a NaN are nobody's business.
+fn same(a: f32, b: f32) -> bool {
+    a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
+}
+
 /// Configures and checks by a block's functions.
 macro_rules! configured {
     ($parameters:expr, $configure:ident, $check:ident) => {{
@@ -82,12 +87,12 @@ fn velocities_are_the_cores() {
             let code =
                 eft_observer_step_f32(&config, state.as_mut_ptr(), displacement, acceleration, &mut velocity);
             let expected = observer.step(&mut observed, displacement, acceleration);
-            assert_eq!((code, velocity.to_bits()), (EFT_OK, expected.to_bits()));
+            assert!(code == EFT_OK && same(velocity, expected), "{n}: {velocity} {expected}");
             assert_eq!(velocity.is_nan(), n == 90 || n == 200);
             let state = derivative_state.as_mut_ptr();
             let code = eft_derivative_step_f32(&by_difference, state, displacement, &mut velocity);
             let expected = derivative.step(&mut derived, displacement);
-            assert_eq!((code, velocity.to_bits()), (EFT_OK, expected.to_bits()));
+            assert!(code == EFT_OK && same(velocity, expected), "{n}: {velocity} {expected}");
             assert_eq!(velocity.is_nan(), n == 90);
         }
         assert!(velocity.abs() > 0.1);
