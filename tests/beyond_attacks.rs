@@ -4,9 +4,9 @@
 mod beyond;
 
 use beyond::*;
-use eft::core::{Measurements, status};
+use eft::core::status;
 use eft::sim::RigConfig;
-use eft::sim::closed_loop::Precision;
+use eft::sim::closed_loop::{Channel, Reach, Sample};
 use eft::sim::excitation::Command;
 use eft::sim::excitation::effective_force;
 use eft::sim::records::read_record;
@@ -29,37 +29,63 @@ fn fault(signal: &str, kind: &str, start: f64, duration: f64) -> Vec<Change> {
     ]
 }
 
+/// Rigs whose true plants differ in everything from the paper's, their controllers in nothing.
+fn other_plants(changes: &[Change]) -> Vec<RigConfig> {
+    let nominal = RigConfig::zhao2005().servovalve.flow_table;
+    let flows: Vec<f64> = nominal.flows.iter().map(|q| if *q > 0.0 { 1.05 * q } else { 0.9 * q }).collect();
+    let truths = [
+        vec![flow_gain(0.9), valve_delay(8e-3), set("servovalve.pilot_time_constant", 3e-3)],
+        vec![damping_ratio(0.2)],
+        vec![set("structure.mass", 3000.0)],
+        vec![set("structure.kind", "linear"), set("structure.stiffness", 4.0 * 693.8e3)],
+        vec![
+            set("servovalve.true_flow_table.openings", nominal.openings.clone()),
+            set("servovalve.true_flow_table.flows", flows),
+        ],
+        vec![
+            set("supply.schedule.times", vec![0.0, 2.0, 4.0]),
+            set("supply.schedule.pressures", vec![1.9e7, 1.9e7, 1.5e7]),
+        ],
+    ];
+    truths.into_iter().map(|truth| adaptive(&[changes, &truth].concat())).collect()
+}
+
 // Controllers of rigs whose true plants differ in everything, fed with one rig's measurements.
 #[test]
 fn equal_measurements_give_equal_bits() {
-    let seen = run(&adaptive(&[noise(9), vec![flow_gain(1.06)]].concat()), &sweep(2200.0));
-    let others = [
-        adaptive(&[flow_gain(0.9), valve_delay(8e-3)]),
-        adaptive(&[
-            damping_ratio(0.2),
-            set("structure.mass", 3000.0),
-            set("servovalve.pilot_time_constant", 3e-3),
-        ]),
+    let sources = [
+        vec![],
+        vec![set("controller.velocity_source", "derivative")],
+        vec![set("controller.velocity_source", "observer"), set("controller.observer_mass", 7000.0)],
+        vec![set("controller.velocity_source", "accelerometer"), set("sensors.acceleration.noise", 0.01)],
+        vec![set("compensation.supply_correction", true), set("compensation.curve_correction", true)],
     ];
-    let outputs = |rig: &RigConfig| -> Vec<u64> {
-        let controller = <f64 as Precision>::adaptive(rig, RATE).unwrap();
-        let mut state = controller.at_rest();
-        let step = |i: usize| {
-            let measured = Measurements {
-                velocity: seen.measured_velocity()[i],
-                force: seen.measured_force()[i],
-                spool: seen.measured_spool()[i],
-                valve_command: seen.valve_command[i],
-                supply_pressure: 1.9e7,
+    for source in sources {
+        let changes = [noise(9), source].concat();
+        let seen = run(&adaptive(&[changes.clone(), vec![flow_gain(1.06)]].concat()), &sweep(2200.0));
+        let outputs = |rig: &RigConfig| -> Vec<u64> {
+            let mut controller = Channel::<f64>::new(rig, RATE, Reach::ValveCommand).unwrap();
+            let step = |i: usize| {
+                let sample = Sample {
+                    command: seen.command[i],
+                    next_command: seen.command[i + 1],
+                    velocity: seen.measured_velocity()[i],
+                    force: seen.measured_force()[i],
+                    spool: seen.measured_spool()[i],
+                    displacement: seen.measured_displacement()[i],
+                    valve_command: seen.valve_command[i],
+                    supply_pressure: seen.measured_supply_pressure()[i],
+                    acceleration: seen.measured_acceleration().map_or(0.0, |measured| measured[i]),
+                };
+                controller.step(&sample).value.to_bits()
             };
-            controller.step(&mut state, seen.command[i], &measured).valve_command.to_bits()
+            (0..8 * 4096).map(step).collect()
         };
-        (0..8 * 4096).map(step).collect()
-    };
-    let own = outputs(&seen.rig);
-    assert!(own.iter().any(|bits| *bits != own[0]));
-    for other in &others {
-        assert!(outputs(other) == own);
+        let own = outputs(&seen.rig);
+        assert!(own.iter().any(|bits| *bits != own[0]));
+        for (i, other) in other_plants(&changes).iter().enumerate() {
+            assert!(outputs(other) == own, "{:?}, plant {i}", seen.rig.controller.velocity_source);
+        }
     }
 }
 

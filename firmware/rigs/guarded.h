@@ -5,7 +5,7 @@
 static const eft_adaptive_parameters EFT_RIG = {
   .compressibility = 7.56e-13, /* m3/Pa */
   .leakage = 1.3e-11, /* m3/(s Pa) */
-  .velocity_delay = 4.61901018203593e-5, /* s */
+  .velocity_delay = 1.1254828529960618e-7, /* s */
   .computation_delay = 0, /* samples */
   .parts = EFT_FEEDFORWARD | EFT_ESTIMATORS | EFT_CURVE | EFT_GUARD,
   .rig = {

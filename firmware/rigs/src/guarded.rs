@@ -50,7 +50,7 @@ pub static CONTROLLER: AdaptiveController<f32, POINTS> = {
         compensation: PARAMETERS,
         compressibility: 7.56e-13, // m3/Pa
         leakage: 1.3e-11, // m3/(s Pa)
-        velocity_delay: 4.61901018203593e-5, // s
+        velocity_delay: 1.1254828529960618e-7, // s
         force_sensitivity: 5.6e-5, // V/N
         computation_delay: 0, // samples
         feedforward: true,
