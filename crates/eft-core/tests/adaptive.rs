@@ -6,8 +6,8 @@
 mod rig;
 
 use eft_core::{
-    AdaptiveController, AdaptiveParameters, Controller, ControllerState, Flags, FlowTable, Lanes,
-    Measurements, Scalar, status,
+    AdaptiveCompensation, AdaptiveController, AdaptiveParameters, Controller, ControllerState, Flags,
+    FlowTable, Lanes, Measurements, Scalar, Tuning, status,
 };
 use proptest::prelude::*;
 
@@ -38,6 +38,34 @@ fn measured<S: Scalar>(velocity: S, force: S, spool: S, supply_pressure: S) -> M
     Measurements { velocity, force, spool, valve_command: S::splat(0.0), supply_pressure }
 }
 
+/// A valve as it is, over the one that its controller knows.
+#[derive(Clone, Copy)]
+struct Valve {
+    /// True flow over the table's (1).
+    flow_gain: f64,
+    /// The spool's gain over the configured one (1).
+    valve_gain: f64,
+    /// Delay of the spool behind its command (s).
+    delay: f64,
+}
+
+/// What is to be found of a sound one.
+const SOUND_ESTIMATES: [f64; 3] = [1.0, 1.0, SOUND.delay];
+
+/// As configured.
+const SOUND: Valve = Valve { flow_gain: 1.0, valve_gain: 1.0, delay: 5.0e-3 };
+
+impl Valve {
+    /// Velocity (m/s), spool (1) and valve command (V) at a time (s) of a swing without force.
+    fn swing(&self, time: f64) -> [f64; 3] {
+        let wave = |time: f64| 0.3 * (std::f64::consts::TAU * 0.8 * time).sin();
+        let spool = self.valve_gain * wave(time - self.delay);
+        let table = FlowTable::<f64, 21>::new(&rig::OPENINGS, &rig::flows()).unwrap();
+        let velocity = self.flow_gain * table.flow(spool) / rig::PARAMETERS.piston_area;
+        [velocity, spool, wave(time) / rig::PARAMETERS.valve_gain]
+    }
+}
+
 macro_rules! tests {
     ($module:ident, $t:ty, $controller:path) => {
         mod $module {
@@ -45,6 +73,116 @@ macro_rules! tests {
 
             fn controller(p: &AdaptiveParameters) -> AdaptiveController<$t, 21> {
                 $controller(p, &FlowTable::<$t, 21>::new(&rig::OPENINGS, &rig::flows()).unwrap())
+            }
+
+            /// What is learned of a valve in some seconds of swinging, under this tuning: flow gain, the spool's gain, delay;
+            /// and the last flags.
+            fn learned(valve: Valve, tuning: Tuning) -> ([f64; 3], u32) {
+                let c = controller(&AdaptiveParameters { tuning, guard: false, ..rig::ADAPTIVE }).compensation;
+                let (mut state, mut flags) = (c.at_rest(), 0);
+                for i in 0..20_000_u32 {
+                    let [velocity, spool, valve_command] =
+                        valve.swing(f64::from(i) / 4096.0).map(|a| a as $t);
+                    let m = Measurements {
+                        velocity,
+                        force: 0.0,
+                        spool,
+                        valve_command,
+                        supply_pressure: 1.9e7,
+                    };
+                    flags = c.step(&mut state, 0.0, &m).status;
+                }
+                let found = [state.flow_gain(), state.valve_gain(), state.response_delay()];
+                (found.map(f64::from), flags)
+            }
+
+            // Each is found where no bound stands before it; the first of the bounds that does is the estimate's own, for
+            // the models' disagreement is let pass.
+            #[test]
+            fn estimates_stop_at_their_bounds() {
+                let bounded = Tuning { error_share: 1.0, ..Tuning::DEFAULT };
+                let wide = (0.01, 10.0);
+                let free = Tuning { flow_gain: wide, valve_gain: wide, response_delay: wide, ..bounded };
+                let cases = [
+                    // A flow gain that cannot be counts as 1.
+                    (0, Valve { flow_gain: 1.6, ..SOUND }, 1.6, 1.0),
+                    (0, Valve { flow_gain: 0.5, ..SOUND }, 0.5, 1.0),
+                    (1, Valve { valve_gain: 1.5, ..SOUND }, 1.5, 1.25),
+                    (1, Valve { valve_gain: 0.6, ..SOUND }, 0.6, 0.8),
+                    (2, Valve { delay: 30.0e-3, ..SOUND }, 30.0e-3, 20.0e-3),
+                    (2, Valve { delay: 0.5e-3, ..SOUND }, 0.5e-3, 1.0e-3),
+                ];
+                for (estimate, valve, truth, bound) in cases {
+                    let (found, flags) = learned(valve, free);
+                    assert!((found[estimate] - truth).abs() < 0.16 * SOUND_ESTIMATES[estimate], "{found:?}");
+                    assert_eq!(flags & status::ESTIMATE_BOUNDED, 0);
+                    let (found, flags) = learned(valve, bounded);
+                    assert!((found[estimate] - bound).abs() < 1e-3 * SOUND_ESTIMATES[estimate], "{found:?}");
+                    assert_ne!(flags & status::ESTIMATE_BOUNDED, 0);
+                }
+            }
+
+            #[test]
+            fn lanes_learn_what_single_rigs_do() {
+                type Wide = Lanes<$t, 4>;
+                let rigs = [
+                    (rig::ADAPTIVE, Valve { flow_gain: 1.06, ..SOUND }),
+                    (
+                        AdaptiveParameters { correct_curve: true, ..rig::ADAPTIVE },
+                        Valve { flow_gain: 0.95, ..SOUND },
+                    ),
+                    (
+                        AdaptiveParameters { feedforward: false, guard: false, ..rig::ADAPTIVE },
+                        Valve { valve_gain: 1.05, delay: 7.0e-3, ..SOUND },
+                    ),
+                    (AdaptiveParameters { adaptive: false, ..rig::ADAPTIVE }, SOUND),
+                ];
+                let single = rigs.map(|(p, _)| controller(&p).compensation);
+                let wide = AdaptiveCompensation::<Wide, 21>::pack(|i| &single[i]);
+                let mut states = single.map(|c| c.at_rest());
+                let mut packed = wide.at_rest();
+                for i in 0..12_000_u32 {
+                    let time = f64::from(i) / 4096.0;
+                    // The last of them pumps, for its guard.
+                    let force = |lane: usize, v: $t| if lane == 3 { 2.0e4 * v } else { 0.0 };
+                    let measured = |lane: usize| {
+                        let [velocity, spool, valve_command] = rigs[lane].1.swing(time).map(|a| a as $t);
+                        let force = force(lane, velocity);
+                        Measurements { velocity, force, spool, valve_command, supply_pressure: 1.9e7 }
+                    };
+                    let side_by_side = Measurements {
+                        velocity: Wide::from_lanes(|lane| measured(lane).velocity),
+                        force: Wide::from_lanes(|lane| measured(lane).force),
+                        spool: Wide::from_lanes(|lane| measured(lane).spool),
+                        valve_command: Wide::from_lanes(|lane| measured(lane).valve_command),
+                        supply_pressure: Wide::splat(1.9e7),
+                    };
+                    let together = wide.step(&mut packed, Wide::splat(0.0), &side_by_side);
+                    for lane in 0..4 {
+                        let alone = single[lane].step(&mut states[lane], 0.0, &measured(lane));
+                        assert_eq!(together.value.lane(lane).to_bits(), alone.value.to_bits());
+                        assert_eq!(together.status.lane(lane), alone.status);
+                        let (one, all) = (&states[lane], &packed);
+                        let both = [
+                            (one.flow_gain(), all.flow_gain()),
+                            (one.valve_gain(), all.valve_gain()),
+                            (one.response_delay(), all.response_delay()),
+                            (one.level(), all.level()),
+                        ];
+                        assert!(both.iter().all(|(one, all)| one.to_bits() == all.lane(lane).to_bits()));
+                    }
+                }
+                for lane in 0..4 {
+                    for opening in [-0.25, 0.1, 0.25] {
+                        let found = single[lane].found_flow(&states[lane], opening);
+                        let packed = wide.found_flow(&packed, Wide::splat(opening as f64)).lane(lane);
+                        assert_eq!(found.to_bits(), packed.to_bits());
+                    }
+                }
+                assert!((states[0].flow_gain() - 1.06).abs() < 0.01, "{}", states[0].flow_gain());
+                assert!((states[2].valve_gain() - 1.05).abs() < 0.01, "{}", states[2].valve_gain());
+                assert!((states[2].response_delay() - 7.0e-3).abs() < 2e-4, "{}", states[2].response_delay());
+                assert!(states[3].level() < 0.99, "{}", states[3].level());
             }
 
             proptest! {
