@@ -5,6 +5,7 @@ mod beyond;
 use beyond::*;
 use eft::core::status;
 use eft::sim::TestRun;
+use eft::sim::excitation::Command;
 use toml::Value;
 
 /// A true valve whose flow is the table's times this factor at every opening; the controller keeps the table.
@@ -154,4 +155,15 @@ fn nothing_is_learned_without_motion_or_with_the_key_off() {
     assert!(
         on.found_flows.iter().zip(table).all(|(found, known)| (found - known).abs() <= 0.01 * known.abs())
     );
+}
+
+// In the linear scheme the flow gain is that of a straight line: it says nothing of the table, which must stay.
+#[test]
+fn the_linear_scheme_finds_no_table() {
+    let linear = set("compensation.mode", "linear");
+    let command = Command { values: vec![1e3; 400], sample_rate: RATE };
+    let refused = run(&adaptive(&[linear.clone()]), &command).corrected_rig().unwrap_err().to_string();
+    assert!(refused.starts_with("compensation.mode = \"linear\": must be \"nonlinear\""), "{refused}");
+    let fixed = run(&rig(&[linear]), &command);
+    assert_eq!(fixed.corrected_rig().unwrap().servovalve.flow_table, fixed.rig.servovalve.flow_table);
 }

@@ -22,6 +22,7 @@ typedef struct {
   float velocity;       /* that it took, m/s */
   float flow_gain;      /* true flow over the table's, 1 */
   float response_delay; /* that it makes up for, s */
+  float valve_gain;     /* the spool's gain over the configured one, 1 */
   float level;          /* the guard's factor on the compensation level, 1 */
 } answer;
 
@@ -39,6 +40,7 @@ static inline int tick(const sample *s, answer *a)
   a->velocity = in.velocity;
   a->flow_gain = learned.flow_gain;
   a->response_delay = learned.response_delay;
+  a->valve_gain = learned.valve_gain;
   a->level = learned.level;
   return 1;
 }
@@ -60,6 +62,7 @@ static inline int tick(const sample *s, answer *a)
   a->velocity = s->velocity;
   a->flow_gain = 1.0f;
   a->response_delay = (float)EFT_RIG.response_delay;
+  a->valve_gain = 1.0f;
   a->level = 1.0f;
   return eft_step_f32(&config, &state, &in, &a->output) == EFT_OK;
 }

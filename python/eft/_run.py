@@ -83,6 +83,8 @@ class TestRun:
     """The flow gain the controller believes in, 1 = as its table says."""
     response_delay_estimate: Array
     """The delay that the controller makes up for, s."""
+    valve_gain_estimate: Array
+    """The spool's gain over the configured one that the controller believes in, 1 = as configured."""
     level: Array
     """The overcompensation guard's factor on the compensation level; 1 where it does not act."""
     measured_force: Array
@@ -162,12 +164,19 @@ class TestRun:
         ------
         ValueError
             If the run is of several actuators, each of which found a curve of its own: take one `actuator`'s;
-            or if the flows do not increase, which single precision can leave behind.
+            if an adaptive controller or a guard compensated by the linear scheme, whose straight line says
+            nothing of the table; or if the flows do not increase, which single precision can leave behind.
         """
         if self.found_flows.ndim > 1:
             actuators = self.found_flows.shape[0]
             raise ValueError(
                 f"a run of {actuators} actuators has as many flow curves: take run.actuator(0)'s"
+            )
+        adapts = any(self.rig[f"compensation.{part}"] for part in ("adaptive", "guard", "supply_correction"))
+        if adapts and self.rig["compensation.mode"] == "linear":
+            raise ValueError(
+                'compensation.mode = "linear": must be "nonlinear" for a flow table to be found: '
+                "the linear scheme looks at none"
             )
         true = self.rig["servovalve.true_flow_table"] or self.rig["servovalve.flow_table"]
         flows = {"servovalve.flow_table.flows": self.found_flows.tolist()}

@@ -63,6 +63,10 @@ def _fields(stored: dict[str, NDArray[Any]], traces: Sequence[str]) -> dict[str,
     if (version := int(stored["format"])) > _FORMAT:
         raise ValueError(f"format {version} is later than {_FORMAT}, the latest this version of eft reads")
     shape = stored["command"].shape
+    rig = Rig(str(stored["rig"]))
+    # A file of before there was any: what an estimator found is lost.
+    unknown = np.nan if rig["compensation.adaptive"] else 1.0
+    stored.setdefault("valve_gain_estimate", np.broadcast_to(unknown, shape))
     for name in traces:
         wanted = np.uint32 if name == "status" else np.float64
         if stored[name].dtype != wanted or stored[name].shape != shape or not shape:
@@ -70,7 +74,6 @@ def _fields(stored: dict[str, NDArray[Any]], traces: Sequence[str]) -> dict[str,
     dtype = str(stored["dtype"])
     if dtype not in ("f32", "f64"):
         raise ValueError(f"dtype is {dtype!r}")
-    rig = Rig(str(stored["rig"]))
     # A file of before there were any has the table's.
     table = np.asarray(rig["servovalve.flow_table.flows"])
     found = stored.get("found_flows", np.broadcast_to(table, (*shape[:-1], table.size)))

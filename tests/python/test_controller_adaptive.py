@@ -62,6 +62,8 @@ def test_the_controller_gives_the_simulated_ones_bits(case, dtype):
     np.testing.assert_array_equal(commands, run.valve_command)
     assert controller.flow_gain_estimate == run.flow_gain_estimate[-1]
     assert controller.response_delay_estimate == run.response_delay_estimate[-1]
+    assert controller.valve_gain_estimate == run.valve_gain_estimate[-1]
+    assert (controller.valve_gain_estimate == 1.0) != rig["compensation.adaptive"]
     assert controller.level == run.level[-1]
     beyond = eft.Status.SPOOL_STOP | eft.Status.STROKE_EXCEEDED
     assert eft.Status(controller.status) == run.flags & ~beyond

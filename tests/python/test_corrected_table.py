@@ -44,6 +44,29 @@ def test_what_was_found_is_kept_with_the_run(run, tmp_path):
     assert np.array_equal(again.found_flows, run.found_flows)
 
 
+@pytest.mark.parametrize("adaptive", [True, False])
+def test_a_file_of_before_the_valve_gain_was_kept_can_be_read(adaptive, tmp_path):
+    command = eft.sine_sweep(1000.0, 0.0, 10.0, 1.0, 1024.0)
+    run = eft.simulate(RIG.replace({"compensation.adaptive": adaptive}), command)
+    with np.load(run.save(tmp_path / "run.eft")) as archive:
+        older = {name: archive[name] for name in archive.files if name != "valve_gain_estimate"}
+    with (tmp_path / "older.eft").open("wb") as file:
+        np.savez(file, **older)
+    again = eft.TestRun.load(tmp_path / "older.eft")
+    # What an estimator found is not known; a fixed controller has the configured gain.
+    assert np.array_equal(again.valve_gain_estimate, run.valve_gain_estimate) != adaptive
+    assert np.isnan(again.valve_gain_estimate).all() == adaptive
+    assert np.array_equal(again.force, run.force)
+
+
+def test_the_linear_scheme_finds_no_table():
+    short = eft.sine_sweep(1000.0, 0.0, 10.0, 1.0, 1024.0)
+    linear = eft.Rig.zhao2005().replace({"compensation.mode": "linear"})
+    with pytest.raises(ValueError, match=r'^compensation.mode = "linear": must be "nonlinear"'):
+        eft.simulate(linear.replace({"compensation.adaptive": True}), short).corrected_rig()
+    assert eft.simulate(linear, short).corrected_rig()["servovalve.flow_table.flows"] == FLOWS.tolist()
+
+
 def test_a_fixed_controller_finds_its_table():
     short = eft.sine_sweep(1000.0, 0.0, 10.0, 1.0, 1024.0)
     assert eft.simulate(eft.Rig.zhao2005(), short).found_flows.tolist() == FLOWS.tolist()

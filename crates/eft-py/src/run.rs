@@ -148,7 +148,7 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
         ("measured_spool", "spool", |run| run.measured_spool().to_vec()),
         ("measured_supply_pressure", "supply_pressure", |run| run.measured_supply_pressure().to_vec()),
     ];
-    let all: [(&str, Trace); 12] = [
+    let all: [(&str, Trace); 13] = [
         ("command", |run| std::mem::take(&mut run.command)),
         ("force", |run| std::mem::take(&mut run.force)),
         ("displacement", |run| std::mem::take(&mut run.displacement)),
@@ -160,6 +160,7 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
         ("compensation", |run| std::mem::take(&mut run.compensation)),
         ("flow_gain_estimate", |run| std::mem::take(&mut run.flow_gain_estimate)),
         ("response_delay_estimate", |run| std::mem::take(&mut run.response_delay_estimate)),
+        ("valve_gain_estimate", |run| std::mem::take(&mut run.valve_gain_estimate)),
         ("level", |run| std::mem::take(&mut run.level)),
     ];
     let traces = PyDict::new(py);
@@ -178,6 +179,7 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
             ("supply_pressure", run.rig.supply.pressure),
             ("flow_gain_estimate", 1.0),
             ("response_delay_estimate", run.rig.compensation.response_delay),
+            ("valve_gain_estimate", 1.0),
             ("level", 1.0),
         ] {
             traces.set_item(name, numpy.call_method1("broadcast_to", (value, ticks))?)?;

@@ -137,20 +137,22 @@ pub fn run_in_qemu(
         for (to, value) in request.chunks_exact_mut(4).zip(sample) {
             to.copy_from_slice(&value.to_le_bytes());
         }
-        let mut answer = [[0; 4]; 7];
+        let mut answer = [[0; 4]; 8];
         exchanges.fetch_or(1, Ordering::Relaxed);
         writer.write_all(&request).map_err(&lost)?;
         reader.read_exact(answer.as_flattened_mut()).map_err(&lost)?;
         exchanges.fetch_add(1, Ordering::Relaxed);
-        let [valve_command, compensation, status, velocity, flow_gain, response_delay, level] = answer;
+        let [valve_command, compensation, status, velocity, learned @ ..] = answer;
+        let [flow_gain, response_delay, valve_gain, level] = learned.map(f32::from_le_bytes);
         Ok(Answer {
             valve_command: f32::from_le_bytes(valve_command),
             compensation: f32::from_le_bytes(compensation),
             status: u32::from_le_bytes(status),
             velocity: f32::from_le_bytes(velocity),
-            flow_gain: f32::from_le_bytes(flow_gain),
-            response_delay: f32::from_le_bytes(response_delay),
-            level: f32::from_le_bytes(level),
+            flow_gain,
+            response_delay,
+            valve_gain,
+            level,
         })
     };
     // The pipe to the firmware closes with the run: that ends the firmware.
@@ -242,6 +244,7 @@ mod tests {
                 velocity,
                 flow_gain: learned.flow_gain(),
                 response_delay: learned.response_delay(),
+                valve_gain: learned.valve_gain(),
                 level: learned.level(),
             })
         }

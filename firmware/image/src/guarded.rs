@@ -30,6 +30,7 @@ impl Firmware {
             velocity,
             flow_gain: learned.flow_gain(),
             response_delay: learned.response_delay(),
+            valve_gain: learned.valve_gain(),
             level: learned.level(),
         }
     }

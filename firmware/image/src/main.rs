@@ -62,6 +62,8 @@ struct Answer {
     flow_gain: f32,
     /// Delay (s) that it makes up for.
     response_delay: f32,
+    /// The spool's gain over the configured one (1).
+    valve_gain: f32,
     /// The guard's factor on the compensation level (1).
     level: f32,
 }
@@ -85,7 +87,7 @@ fn sample(input: &mut File) -> Option<Sample> {
 }
 
 fn write(output: &mut File, a: &Answer) -> bool {
-    let Answer { output: out, velocity, flow_gain, response_delay, level } = a;
+    let Answer { output: out, velocity, flow_gain, response_delay, valve_gain, level } = a;
     let bytes = [
         out.valve_command.to_le_bytes(),
         out.compensation.to_le_bytes(),
@@ -93,6 +95,7 @@ fn write(output: &mut File, a: &Answer) -> bool {
         velocity.to_le_bytes(),
         flow_gain.to_le_bytes(),
         response_delay.to_le_bytes(),
+        valve_gain.to_le_bytes(),
         level.to_le_bytes(),
     ];
     output.write_all(bytes.as_flattened()).is_ok()

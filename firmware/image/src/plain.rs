@@ -27,6 +27,13 @@ impl Firmware {
     pub fn tick(&mut self, s: &Sample) -> Answer {
         let output = self.controller.step(&mut self.state, s.command, s.velocity, s.force, s.spool);
         let delay = PARAMETERS.response_delay as f32;
-        Answer { output, velocity: s.velocity, flow_gain: 1.0, response_delay: delay, level: 1.0 }
+        Answer {
+            output,
+            velocity: s.velocity,
+            flow_gain: 1.0,
+            response_delay: delay,
+            valve_gain: 1.0,
+            level: 1.0,
+        }
     }
 }

@@ -50,6 +50,7 @@ QUANTITIES = {
     "compensation": Quantity("voltage", ()),
     "flow_gain_estimate": Quantity("ratio", ()),
     "response_delay_estimate": Quantity("time", ()),
+    "valve_gain_estimate": Quantity("ratio", ()),
     "level": Quantity("ratio", ()),
     "measured_force": Quantity("force", ()),
     "measured_displacement": Quantity("length", ()),

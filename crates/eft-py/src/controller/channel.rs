@@ -1,5 +1,6 @@
 //! What both classes share: a channel of the simulator in either precision, its arguments, its arrays.
 
+use eft_core::{AdaptiveCompensationState, Scalar};
 use eft_sim::RigConfig;
 use eft_sim::closed_loop::{Channel as Core, ChannelOutput, Reach, Sample};
 use eft_sim::config::VelocitySource;
@@ -24,6 +25,18 @@ macro_rules! each {
             Precision::F64($core) => $what,
         }
     };
+}
+
+/// What a controller believes of its rig.
+pub(super) struct Learned {
+    /// True flow over the table's (1).
+    pub(super) flow_gain: f64,
+    /// Delay that the lead network makes up for (s).
+    pub(super) response_delay: f64,
+    /// The spool's gain over the configured one (1).
+    pub(super) valve_gain: f64,
+    /// The guard's factor on the compensation level (1).
+    pub(super) level: f64,
 }
 
 /// A rig's controller, what it was made from, and what its last call said.
@@ -187,14 +200,21 @@ impl Channel {
     }
 
     /// Flow gain over the table's, response delay (s), and the guard's level, as the controller believes them.
-    pub(super) fn learned(&self) -> (f64, f64, f64) {
+    pub(super) fn learned(&self) -> Learned {
+        fn of<S: Scalar + Into<f64>>(state: &AdaptiveCompensationState<S>) -> Learned {
+            Learned {
+                flow_gain: state.flow_gain().into(),
+                response_delay: state.response_delay().into(),
+                valve_gain: state.valve_gain().into(),
+                level: state.level().into(),
+            }
+        }
         let learned = match &self.core {
-            Precision::F32(core) => core
-                .learned()
-                .map(|l| (f64::from(l.flow_gain()), f64::from(l.response_delay()), f64::from(l.level()))),
-            Precision::F64(core) => core.learned().map(|l| (l.flow_gain(), l.response_delay(), l.level())),
+            Precision::F32(core) => core.learned().map(of),
+            Precision::F64(core) => core.learned().map(of),
         };
-        learned.unwrap_or((1.0, self.rig.compensation.response_delay, 1.0))
+        let response_delay = self.rig.compensation.response_delay;
+        learned.unwrap_or(Learned { flow_gain: 1.0, response_delay, valve_gain: 1.0, level: 1.0 })
     }
 
     /// One sample after the other; the flags of all of them stay. Where the next commands are left out they are the

@@ -140,19 +140,25 @@ impl Controller {
     /// True flow over the table's, as the estimator has it; 1 where the rig does not adapt.
     #[getter]
     fn flow_gain_estimate(&self) -> f64 {
-        self.channel.learned().0
+        self.channel.learned().flow_gain
     }
 
     /// Delay that the lead network makes up for, s.
     #[getter]
     fn response_delay_estimate(&self) -> f64 {
-        self.channel.learned().1
+        self.channel.learned().response_delay
+    }
+
+    /// The spool's gain over the configured one, as the estimator has it; 1 where the rig does not adapt.
+    #[getter]
+    fn valve_gain_estimate(&self) -> f64 {
+        self.channel.learned().valve_gain
     }
 
     /// The overcompensation guard's factor on the compensation level; 1 where it does not act.
     #[getter]
     fn level(&self) -> f64 {
-        self.channel.learned().2
+        self.channel.learned().level
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {

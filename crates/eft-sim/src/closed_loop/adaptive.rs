@@ -13,6 +13,8 @@ pub(crate) struct Calibration<S> {
     pub(crate) flow_gain: S,
     /// Delay that the lead network makes up for (s).
     pub(crate) response_delay: S,
+    /// The spool's gain over the configured one (1).
+    pub(crate) valve_gain: S,
     /// The guard's factor on the compensation level (1).
     pub(crate) level: S,
 }
@@ -32,6 +34,7 @@ impl<S: Num, C: Scalar> Adaptive<S, C> {
         Calibration {
             flow_gain: convert(state.flow_gain()),
             response_delay: convert(state.response_delay()),
+            valve_gain: convert(state.valve_gain()),
             level: convert(state.level()),
         }
     }

@@ -131,6 +131,8 @@ pub struct Answer {
     pub flow_gain: f32,
     /// Delay (s) that it makes up for.
     pub response_delay: f32,
+    /// The spool's gain over the configured one (1).
+    pub valve_gain: f32,
     /// The guard's factor on the compensation level (1).
     pub level: f32,
 }
@@ -205,6 +207,7 @@ where
             nominal: Calibration {
                 flow_gain: S::splat(1.0),
                 response_delay: S::from_lanes(|i| rig(i).compensation.response_delay),
+                valve_gain: S::splat(1.0),
                 level: S::splat(1.0),
             },
             controller: RigController::pack(|i| &controllers[i]),
@@ -297,6 +300,7 @@ where
             Some(_) => Calibration {
                 flow_gain: convert(answer.flow_gain),
                 response_delay: convert(answer.response_delay),
+                valve_gain: convert(answer.valve_gain),
                 level: convert(answer.level),
             },
         };
@@ -441,8 +445,8 @@ where
         let computation = &mut self.computation;
         let path = |compensation: C| convert(computation.pass(convert(compensation)));
         let output = if let Some(adaptive) = &mut self.adaptive {
-            let held = adaptive.before.map_or(S::splat(0.0), |driver| driver.held.0);
-            let measurements = measured.measurements(held, self.unmeasured_supply);
+            // The controller knows its own valve command.
+            let measurements = measured.measurements(S::splat(0.0), self.unmeasured_supply);
             let (command, fed) = (convert(command), convert(fed));
             adaptive.controller.step_via(&mut adaptive.state, command, fed, &measurements, path)
         } else {

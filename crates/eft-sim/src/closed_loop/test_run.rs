@@ -8,8 +8,8 @@ use eft_core::Flags;
 use crate::closed_loop::chunk::Keep;
 use crate::closed_loop::controller::adapts;
 use crate::closed_loop::single::Tick;
-use crate::config::{RigConfig, StructureKind};
-use crate::error::Result;
+use crate::config::{Mode, RigConfig, StructureKind};
+use crate::error::{Error, Result};
 use crate::rig::{EnergyBalance, Num, needs_detail};
 use crate::sensors::{are_ideal, has_accelerometer};
 
@@ -43,12 +43,14 @@ pub struct TestRun {
     pub flow_gain_estimate: Vec<f64>,
     /// The delay (s) that the controller makes up for; empty where it stays the configured one.
     pub response_delay_estimate: Vec<f64>,
+    /// The spool's gain over the configured one (1), as the controller believes it; empty where it stays 1.
+    pub valve_gain_estimate: Vec<f64>,
     /// The overcompensation guard's factor on the compensation level (1); empty where it stays 1.
     pub level: Vec<f64>,
     /// Bits of [`eft_core::status`].
     pub status: Vec<u32>,
     /// No-load flows (m³/s) that the valve was found to pass by the end, at the openings of the rig's flow table; the
-    /// table's own where nothing is learned.
+    /// table's own where nothing is learned, a straight line's where the linear scheme learns.
     pub found_flows: Vec<f64>,
     /// Where the energy went, with a rig that has effects beyond the paper's model.
     pub energy: Option<EnergyBalance>,
@@ -83,7 +85,7 @@ impl TestRun {
         keep_memory();
         let channel = || Vec::with_capacity(ticks);
         let steady = !needs_detail(rig) && !adapts(rig) && rig.structure.kind != StructureKind::ShearBuilding;
-        // Four traces fewer to fill take a thirtieth of a test's time off.
+        // Five traces fewer to fill take a thirtieth of a test's time off.
         let moving = || if steady { Vec::new() } else { channel() };
         Self {
             rig: rig.clone(),
@@ -99,6 +101,7 @@ impl TestRun {
             compensation: channel(),
             flow_gain_estimate: moving(),
             response_delay_estimate: moving(),
+            valve_gain_estimate: moving(),
             level: moving(),
             status: Vec::with_capacity(ticks),
             found_flows: rig.servovalve.flow_table.flows.clone(),
@@ -125,9 +128,15 @@ impl TestRun {
     /// The rig with the flow curve that was found as its controller's; the valve itself stays what it was.
     ///
     /// # Errors
-    /// Flows that do not increase, which a controller in single precision can leave behind where the table all but
-    /// stands still.
+    /// A test in which an adaptive controller or a guard compensated by the linear scheme: what was found is the slope
+    /// of its straight line, and says nothing of the table. Flows that do not increase, which a controller in single
+    /// precision can leave behind where the table all but stands still.
     pub fn corrected_rig(&self) -> Result<RigConfig> {
+        if adapts(&self.rig) && self.rig.compensation.mode == Mode::Linear {
+            let allowed =
+                "must be \"nonlinear\" for a flow table to be found: the linear scheme looks at none";
+            return Err(Error::value("compensation.mode", "\"linear\"", allowed));
+        }
         let mut rig = self.rig.clone();
         let valve = &mut rig.servovalve;
         valve.true_flow_table = Some(valve.true_curve().clone());
@@ -144,7 +153,7 @@ impl TestRun {
             differ.or((a.len() != b.len()).then(|| a.len().min(b.len())))
         }
         type Trace = fn(&TestRun) -> &[f64];
-        let traces: [(&str, Trace); 19] = [
+        let traces: [(&str, Trace); 20] = [
             ("command", |run| &run.command),
             ("force", |run| &run.force),
             ("displacement", |run| &run.displacement),
@@ -156,6 +165,7 @@ impl TestRun {
             ("compensation", |run| &run.compensation),
             ("flow_gain_estimate", |run| &run.flow_gain_estimate),
             ("response_delay_estimate", |run| &run.response_delay_estimate),
+            ("valve_gain_estimate", |run| &run.valve_gain_estimate),
             ("level", |run| &run.level),
             ("measured_force", Self::measured_force),
             ("measured_displacement", Self::measured_displacement),
@@ -194,6 +204,7 @@ impl TestRun {
                 supply_pressure: more(&mut self.supply_pressure, ticks, 0.0),
                 flow_gain_estimate: more(&mut self.flow_gain_estimate, ticks, 0.0),
                 response_delay_estimate: more(&mut self.response_delay_estimate, ticks, 0.0),
+                valve_gain_estimate: more(&mut self.valve_gain_estimate, ticks, 0.0),
                 level: more(&mut self.level, ticks, 0.0),
             }),
             measured: self.measured.as_mut().map(|measured| MeasuredRows {
@@ -224,6 +235,7 @@ impl TestRun {
             &mut self.compensation,
             &mut self.flow_gain_estimate,
             &mut self.response_delay_estimate,
+            &mut self.valve_gain_estimate,
             &mut self.level,
         ];
         let measured = self.measured.as_mut().map(|measured| {
@@ -317,6 +329,7 @@ struct MovingRows<'a> {
     supply_pressure: &'a mut [f64],
     flow_gain_estimate: &'a mut [f64],
     response_delay_estimate: &'a mut [f64],
+    valve_gain_estimate: &'a mut [f64],
     level: &'a mut [f64],
 }
 
@@ -346,6 +359,7 @@ impl Rows<'_> {
             moving.supply_pressure[i] = tick.supply_pressure.lane(lane);
             moving.flow_gain_estimate[i] = calibration.flow_gain.lane(lane);
             moving.response_delay_estimate[i] = calibration.response_delay.lane(lane);
+            moving.valve_gain_estimate[i] = calibration.valve_gain.lane(lane);
             moving.level[i] = calibration.level.lane(lane);
         }
         if let Some(measured) = &mut self.measured {
