@@ -3,7 +3,7 @@
 use eft_core::{AdaptiveControllerState, Real, Scalar};
 
 use crate::closed_loop::controller::RigAdaptiveController;
-use crate::closed_loop::digital_side::convert;
+use crate::closed_loop::signals::convert;
 use crate::rig::{Driver, Num};
 
 /// What the controller believes of its rig.

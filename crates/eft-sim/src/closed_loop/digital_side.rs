@@ -1,12 +1,14 @@
 //! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
-use eft_core::{ControllerState, Feedforward, FeedforwardState, Mask, Measurements, Real, Scalar};
+use eft_core::{ControllerState, Feedforward, FeedforwardState, Mask, Real, Scalar};
 
 use crate::closed_loop::adaptive::{Adaptive, Calibration};
 use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
 use crate::closed_loop::dac::Dac;
 use crate::closed_loop::delay_line::DelayLine;
 use crate::closed_loop::guarded::Guarded;
+use crate::closed_loop::outside::{Answer, Outside};
+use crate::closed_loop::signals::convert;
 use crate::closed_loop::velocity_estimate::VelocityEstimate;
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
@@ -59,82 +61,6 @@ impl<C: Scalar> Default for DigitalState<C> {
     fn default() -> Self {
         Self { controller: ControllerState::default(), feedforward: FeedforwardState::default() }
     }
-}
-
-impl<S: Num> Signals<S> {
-    /// What the controller reads, in its precision: velocity, force and spool opening.
-    #[inline(always)]
-    fn rounded<C: Scalar>(&self) -> (C, C, C) {
-        (convert(self.velocity), convert(self.force), convert(self.spool))
-    }
-
-    /// What the adaptive controller reads besides, with the valve command (V), and the supply pressure (Pa) that it
-    /// takes for granted where none is measured.
-    #[inline(always)]
-    fn measurements<C: Scalar>(&self, valve_command: S, unmeasured: Option<S>) -> Measurements<C> {
-        Measurements {
-            velocity: convert(self.velocity),
-            force: convert(self.force),
-            spool: convert(self.spool),
-            valve_command: convert(valve_command),
-            supply_pressure: convert(unmeasured.unwrap_or(self.supply_pressure)),
-        }
-    }
-
-    /// One lane.
-    fn lane(&self, lane: usize) -> Signals<f64> {
-        Signals {
-            displacement: self.displacement.lane(lane),
-            velocity: self.velocity.lane(lane),
-            force: self.force.lane(lane),
-            spool: self.spool.lane(lane),
-            supply_pressure: self.supply_pressure.lane(lane),
-            acceleration: self.acceleration.lane(lane),
-        }
-    }
-
-    /// Lanes put side by side.
-    fn from_lanes(f: impl Fn(usize) -> Signals<f64>) -> Self {
-        Self {
-            displacement: S::from_lanes(|i| f(i).displacement),
-            velocity: S::from_lanes(|i| f(i).velocity),
-            force: S::from_lanes(|i| f(i).force),
-            spool: S::from_lanes(|i| f(i).spool),
-            supply_pressure: S::from_lanes(|i| f(i).supply_pressure),
-            acceleration: S::from_lanes(|i| f(i).acceleration),
-        }
-    }
-}
-
-/// The same numbers in another precision.
-#[inline(always)]
-pub(crate) fn convert<A: Scalar, B: Scalar>(from: A) -> B {
-    B::from_lanes(|i| B::Element::from_f64(from.lane(i).to_f64()))
-}
-
-/// A controller outside of this program: the answer to command (N), and what the sensors report of velocity (m/s), force
-/// (N), spool opening (1), displacement (m), supply pressure (Pa) and acceleration (m/s²), and to the next command (N).
-pub(crate) type Outside = Box<dyn FnMut([f32; 8]) -> Answer + Send>;
-
-/// What a controller outside of this program answers to one tick.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Answer {
-    /// Valve command (V).
-    pub valve_command: f32,
-    /// Compensation signal (V) in it.
-    pub compensation: f32,
-    /// Bits of [`eft_core::status`].
-    pub status: u32,
-    /// Velocity (m/s) that it took; looked at where the rig's controller estimates it.
-    pub velocity: f32,
-    /// True flow over the table's (1) as it was found; this and the rest is looked at where the rig adapts.
-    pub flow_gain: f32,
-    /// Delay (s) that it makes up for.
-    pub response_delay: f32,
-    /// The spool's gain over the configured one (1).
-    pub valve_gain: f32,
-    /// The guard's factor on the compensation level (1).
-    pub level: f32,
 }
 
 /// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's

@@ -5,7 +5,7 @@ use eft_core::{
 };
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::convert;
+use crate::closed_loop::signals::convert;
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::rig::Num;

@@ -11,6 +11,8 @@ mod delay_line;
 mod digital_side;
 mod guarded;
 mod ideal;
+mod outside;
+mod signals;
 mod simulate;
 pub(crate) mod single;
 mod stepper;
@@ -23,9 +25,9 @@ pub use channel::{Channel, ChannelOutput, Reach, Sample};
 pub use controller::{
     Precision, RigAdaptiveController, RigController, adaptive_parameters, adapts, compensation_parameters,
 };
-pub use digital_side::Answer;
 pub(crate) use guarded::protection_parameters;
 pub use ideal::{IdealResponse, ideal_response};
+pub use outside::Answer;
 pub use simulate::{CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate};
 pub(crate) use simulate::{one_actuator, simulate_controlled};
 pub use stepper::{PlantReading, PlantStepper};

@@ -4,7 +4,7 @@ use eft_core::status;
 
 use crate::closed_loop::chunk;
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::Outside;
+use crate::closed_loop::outside::Outside;
 use crate::closed_loop::single::{ClosedLoop, LoopState};
 use crate::closed_loop::test_run::TestRun;
 use crate::config::{RigConfig, StructureKind};

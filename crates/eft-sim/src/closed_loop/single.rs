@@ -3,7 +3,8 @@
 use eft_core::{Scalar, status};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{Decision, DigitalSide, DigitalState, Driven, Outside};
+use crate::closed_loop::digital_side::{Decision, DigitalSide, DigitalState, Driven};
+use crate::closed_loop::outside::Outside;
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::rig::{
