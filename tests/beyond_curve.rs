@@ -162,7 +162,8 @@ fn nothing_is_learned_without_motion_or_with_the_key_off() {
 fn the_linear_scheme_finds_no_table() {
     let linear = set("compensation.mode", "linear");
     let command = Command { values: vec![1e3; 400], sample_rate: RATE };
-    let refused = run(&adaptive(&[linear.clone()]), &command).corrected_rig().unwrap_err().to_string();
+    let refused =
+        run(&adaptive(std::slice::from_ref(&linear)), &command).corrected_rig().unwrap_err().to_string();
     assert!(refused.starts_with("compensation.mode = \"linear\": must be \"nonlinear\""), "{refused}");
     let fixed = run(&rig(&[linear]), &command);
     assert_eq!(fixed.corrected_rig().unwrap().servovalve.flow_table, fixed.rig.servovalve.flow_table);
