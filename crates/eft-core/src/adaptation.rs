@@ -4,6 +4,7 @@
 //! cost of a tick is bounded and even, whatever the estimators cost together.
 
 use crate::band_filter::{BandFilter, BandState};
+use crate::evidence::{Evidence, Proof};
 use crate::flow_correction::{FlowCorrection, FlowCorrectionState};
 use crate::flow_gain::{FlowGainEstimator, FlowGainState};
 use crate::flow_prediction::FlowPrediction;
@@ -17,15 +18,21 @@ use crate::window::WindowState;
 
 /// Slots of a window's work.
 pub(crate) const SLOTS: u32 = 16;
+/// Marks a tick that does several of them; above the ticks of any window.
+pub(crate) const CROWDED: u32 = 1 << 16;
 
 /// Estimators, guard and the schedule between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Adaptation<S: Scalar, const N: usize> {
     /// Ticks of a window, a power of two, less one.
     pub(crate) last_tick: u32,
-    /// Slots that a tick does: one, more where a window has fewer ticks than slots.
+    /// [`CROWDED`] where a window has fewer ticks than slots, otherwise 0.
+    pub(crate) crowded: u32,
+    /// Slots that a tick does there.
     pub(crate) slots: u32,
     pub(crate) per_window: S,
+    /// Ticks from one time that evidence is put by to the next, a power of two, less one.
+    pub(crate) last_of_proof: u32,
     /// Whether the calibration may move; otherwise it stays the configured one.
     pub(crate) adapting: S::Mask,
     pub(crate) guarding: S::Mask,
@@ -42,6 +49,8 @@ pub(crate) struct Adaptation<S: Scalar, const N: usize> {
     pub(crate) valve: ValveEstimator<S>,
     pub(crate) guard: Guard<S>,
     pub(crate) trust: Trust<S>,
+    /// The lead network by the configuration.
+    pub(crate) lead: LeadNetwork<S>,
 }
 
 /// Everything the slow side remembers.
@@ -56,6 +65,7 @@ pub(crate) struct AdaptationState<S: Scalar> {
     restart: S,
     /// Share of the way that the filters' means go in this window.
     mean_share: S,
+    share: S,
     asked: S,
     asked_change: S,
     spool: S,
@@ -69,6 +79,8 @@ pub(crate) struct AdaptationState<S: Scalar> {
     pub(crate) flow_gain: FlowGainState<S>,
     pub(crate) valve: ValveState<S>,
     pub(crate) guard: GuardState<S>,
+    evidence: Evidence<S>,
+    proof: Proof<S>,
     pub(crate) lead: LeadNetwork<S>,
     // Last: what is off lies out of the way.
     pub(crate) curve: FlowCorrectionState<S>,
@@ -84,6 +96,7 @@ impl<S: Scalar> AdaptationState<S> {
             started: zero,
             restart: one,
             mean_share: one,
+            share: one,
             asked: zero,
             asked_change: zero,
             spool: zero,
@@ -97,6 +110,8 @@ impl<S: Scalar> AdaptationState<S> {
             flow_gain: FlowGainState::default(),
             valve: ValveState::new(delay),
             guard: GuardState::default(),
+            evidence: Evidence::default(),
+            proof: Proof::default(),
             lead,
             curve: FlowCorrectionState::at_rest(),
         }
@@ -132,12 +147,11 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     // First in a tick: across the slot's call nothing has to be kept then.
     #[inline(always)]
     pub(crate) fn work(&self, state: &mut AdaptationState<S>) {
-        let tick = state.tick & self.last_tick;
+        let slot = state.tick & self.last_tick | self.crowded;
         state.tick = state.tick.wrapping_add(1);
-        if self.slots > 1 {
-            return self.several(state, tick * self.slots);
+        if !self.slot(state, slot) && slot >= CROWDED {
+            self.several(state, (slot - CROWDED) * self.slots);
         }
-        self.slot(state, tick);
     }
 
     /// The slots of a tick at a low sample rate.
@@ -150,8 +164,9 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         }
     }
 
+    /// Does a slot's work, and gives whether there is one of this number: the rest of a long window has none.
     #[inline(always)]
-    fn slot(&self, state: &mut AdaptationState<S>, slot: u32) {
+    fn slot(&self, state: &mut AdaptationState<S>, slot: u32) -> bool {
         match slot {
             0 => self.close(state),
             1 => self.asked(state),
@@ -169,9 +184,9 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
             13 => self.solve(state),
             14 => self.correct(state),
             15 => self.calibrate(state),
-            // The rest of a long window.
-            _ => {}
+            _ => return false,
         }
+        true
     }
 
     #[inline(never)]
@@ -193,7 +208,7 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     // In line like `flow_gain`: what costs most is spared the call.
     #[inline(always)]
     fn openings(&self, state: &mut AdaptationState<S>) {
-        let (restart, share) = (state.restart(), state.mean_share);
+        let (restart, share) = (state.restart(), state.share);
         (state.asked, state.asked_change) =
             self.filter.step(&mut state.asked_filter, state.valve.opening(), share, restart);
         (state.spool, _) =
@@ -242,7 +257,7 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     fn predicted(&self, state: &mut AdaptationState<S>) {
         let restart = state.restart();
         (state.predicted, _) =
-            self.filter.step(&mut state.predicted_filter, state.predicted, state.mean_share, restart);
+            self.filter.step(&mut state.predicted_filter, state.predicted, state.share, restart);
         self.guard.average(&mut state.guard, self.guarding & !restart);
     }
 
@@ -254,7 +269,7 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
             let flow = self.curve.straighten(&mut state.curve, state.flow, gain, per_gain);
             state.flow = S::select(self.correcting, flow, state.flow);
         }
-        (state.flow, _) = self.filter.step(&mut state.flow_filter, state.flow, state.mean_share, restart);
+        (state.flow, _) = self.filter.step(&mut state.flow_filter, state.flow, state.share, restart);
         // A rig that starts at rest, or primed, needs no settling.
         let first = state.tick <= 3 * self.last_tick;
         self.trust.settle(&mut state.trust, restart & !S::Mask::splat(first));
@@ -265,6 +280,13 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     fn compare(&self, state: &mut AdaptationState<S>) {
         let (flow, predicted, gain) = (state.flow, state.predicted, state.flow_gain.gain);
         self.trust.compare(&mut state.trust, flow, predicted, gain, state.spool, state.asked);
+        let just_now = state.trust.quarantine.gt(self.trust.just_now);
+        if just_now.any() {
+            state.proof.go_back(&mut state.evidence, just_now);
+        } else if state.tick & self.last_of_proof <= self.last_tick {
+            // While nothing is learned it is what it was.
+            state.proof.put_by(&state.evidence, !just_now);
+        }
         if self.correcting.any() {
             self.curve.offset(&mut state.curve);
         }
@@ -275,6 +297,9 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     fn judge(&self, state: &mut AdaptationState<S>) {
         let fresh = state.window.whole.gt(S::splat(0.0));
         self.trust.judge(&mut state.trust, fresh & self.adapting);
+        // What is not believed is no part of the means either.
+        let frozen = state.trust.quarantine.gt(S::splat(0.0));
+        state.share = S::select(frozen, S::splat(0.0), state.mean_share);
         if self.correcting.any() {
             self.curve.gains(&mut state.curve);
         }
@@ -284,18 +309,19 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     #[inline(never)]
     fn weigh(&self, state: &mut AdaptationState<S>) {
         let openings = [state.window.means.spool, state.valve.opening()];
-        self.trust.weigh(&mut state.trust, openings, state.asked, state.asked_change);
+        let asked = [state.asked, state.asked_change];
+        self.trust.weigh(&mut state.trust, &mut state.evidence.amount, openings, asked);
     }
 
     #[inline(always)]
     fn flow_gain(&self, state: &mut AdaptationState<S>) {
-        let on = state.learning();
+        let on = self.adapting;
         if !on.any() {
             return;
         }
         let instrument = state.trust.weight * state.asked;
-        let (flow, predicted, keep) = (state.flow, state.predicted, state.trust.keep);
-        self.flow_gain.step(&mut state.flow_gain, flow, predicted, instrument, keep, on);
+        let (flow, predicted, weights) = (state.flow, state.predicted, [instrument, state.trust.keep]);
+        self.flow_gain.step(&mut state.flow_gain, &mut state.evidence, flow, predicted, weights, on);
     }
 
     #[inline(never)]
@@ -305,10 +331,11 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
             self.curve.believe(&mut state.curve, believed);
             self.curve.depart(&mut state.curve, 0);
         }
+        self.guard.level_out(&mut state.guard, state.share);
         let t = state.trust;
         if t.weight.gt(S::splat(0.0)).any() {
-            let (asked, change) = (state.asked, state.asked_change);
-            self.valve.take(&mut state.valve, asked, change, state.spool, t.weight, t.keep);
+            let (asked, weights) = ([state.asked, state.asked_change], [t.weight, t.keep]);
+            self.valve.take(&state.valve, &mut state.evidence, asked, state.spool, weights);
         }
     }
 
@@ -317,14 +344,14 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         if self.correcting.any() {
             self.curve.depart(&mut state.curve, 1);
         }
-        if state.learning().any() {
-            self.valve.solve(&mut state.valve);
+        if self.adapting.any() {
+            self.valve.solve(&mut state.valve, &state.evidence);
         }
     }
 
     #[inline(never)]
     fn correct(&self, state: &mut AdaptationState<S>) {
-        let on = state.learning();
+        let on = self.adapting;
         if self.correcting.any() {
             self.curve.gather(&mut state.curve);
         }
@@ -343,12 +370,12 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         // Without estimates the configured network stays as it is, only its level moves.
         let lead = self.valve.lead(&state.valve, state.guard.level);
         state.lead = LeadNetwork::of(
-            S::select(self.adapting, lead.pole(), state.lead.pole()),
-            S::select(self.adapting, lead.rate(), state.lead.rate()),
+            S::select(self.adapting, lead.pole(), self.lead.pole()),
+            S::select(self.adapting, lead.rate(), self.lead.rate()),
             lead.gain(),
         );
         let zero = S::splat(0.0);
-        state.flags = S::flag(state.trust.quarantine.gt(zero), status::ADAPTATION_FROZEN)
+        state.flags = S::flag(state.trust.quarantine.gt(zero) & self.adapting, status::ADAPTATION_FROZEN)
             | S::flag(
                 (state.flow_gain.beyond + state.valve.beyond + state.curve.beyond).gt(zero),
                 status::ESTIMATE_BOUNDED,
@@ -365,6 +392,7 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     {
         Self {
             last_tick: lane(0).last_tick,
+            crowded: lane(0).crowded,
             slots: lane(0).slots,
             per_window: S::from_lanes(|i| lane(i).per_window),
             adapting: S::Mask::from_lanes(|i| lane(i).adapting),
@@ -380,6 +408,8 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
             valve: ValveEstimator::pack(|i| &lane(i).valve),
             guard: Guard::pack(|i| &lane(i).guard),
             trust: Trust::pack(|i| &lane(i).trust),
+            last_of_proof: lane(0).last_of_proof,
+            lead: LeadNetwork::pack(|i| &lane(i).lead),
         }
     }
 }

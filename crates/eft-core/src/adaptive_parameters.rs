@@ -1,6 +1,6 @@
 //! What an adaptive compensation is made from.
 
-use crate::adaptation::{Adaptation, SLOTS};
+use crate::adaptation::{Adaptation, CROWDED, SLOTS};
 use crate::adaptive::AdaptiveCompensation;
 use crate::band_filter::BandFilter;
 use crate::compensation::{Compensation, CompensationParameters, Mode};
@@ -128,6 +128,18 @@ const fn window(sample_rate: f64) -> u32 {
     window
 }
 
+/// Time (s) from one time that evidence is put by to the next, at the least: by then a failed sensor is noticed.
+const PROOF: f64 = 0.2;
+
+/// Ticks between two times that evidence is put by: a power of two.
+const fn proof(window: u32, sample_rate: f64) -> u32 {
+    let mut ticks = window;
+    while ticks < 1 << 20 && (ticks as f64) < PROOF * sample_rate {
+        ticks *= 2;
+    }
+    ticks
+}
+
 /// Share of the way a first-order low-pass with this corner (rad/s) goes in a period (s), Tustin's without a zero.
 const fn share(corner: f64, period: f64) -> f64 {
     let angle = corner * period;
@@ -192,8 +204,11 @@ macro_rules! constructor {
                 );
                 let adaptation = Adaptation {
                     last_tick: ticks - 1,
-                    slots: if ticks < SLOTS { SLOTS / ticks } else { 1 },
+                    crowded: if ticks < SLOTS { CROWDED } else { 0 },
+                    slots: SLOTS / ticks,
                     per_window: (1.0 / ticks as f64) as $t,
+                    last_of_proof: proof(ticks, c.sample_rate) - 1,
+                    lead: compensation.lead,
                     adapting: p.adaptive,
                     guarding: p.guard,
                     correcting: p.adaptive && p.correct_curve,
@@ -262,6 +277,8 @@ macro_rules! constructor {
                         half: t.half_evidence as $t,
                         forgotten: (period / t.memory) as $t,
                         quarantine: (0.5 / period) as $t,
+                        just_now: (0.5 / period - 1.5) as $t,
+                        settling: (0.1 / period) as $t,
                     },
                 };
                 Ok(Self {

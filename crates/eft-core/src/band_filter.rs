@@ -26,12 +26,13 @@ pub(crate) struct BandState<S> {
 impl<S: Scalar> BandFilter<S> {
     /// The filtered signal in the middle between the last step and this one, and its change between them: both
     /// belong to one instant, so that value and rate of a sine stand in quadrature exactly. `high_pass` is the share
-    /// of the way that the mean goes in this step; where it must `restart` the filter begins long after this input.
+    /// of the way that the mean goes in this step; where it must `restart` the low-passes begin long after this input.
     #[inline(always)]
     pub(crate) fn step(&self, state: &mut BandState<S>, input: S, high_pass: S, restart: S::Mask) -> (S, S) {
         let half = S::splat(0.5);
         if restart.any() {
-            *state = BandState::select(restart, BandState::at_rest(input), *state);
+            let mean = state.mean + high_pass * (input - state.mean);
+            *state = BandState::select(restart, BandState { first: input, second: input, mean }, *state);
         }
         state.first = state.first + self.low_pass * (input - state.first);
         let rise = self.low_pass * (state.first - state.second);
@@ -45,24 +46,18 @@ impl<S: Scalar> BandFilter<S> {
 }
 
 impl<S: Scalar> BandFilter<S> {
-    /// The mean's share in the next step: 1, 1/2, 1/3, … from a restart on, so that the first mean is that of many
-    /// steps and not one step's noise.
+    /// The mean's share in the next step: 1, 1/2, 1/3, … so that the first mean is that of many steps and not one
+    /// step's noise. In a `restart` it stays: the mean goes on where it was, since a few steps do not make another.
     #[inline(always)]
     pub(crate) fn next_share(&self, share: S, restart: S::Mask) -> S {
         let one = S::splat(1.0);
         let next = share / (one + share);
         let next = S::select(next.gt(self.high_pass), next, self.high_pass);
-        S::select(restart, one, next)
+        S::select(restart, share, next)
     }
 }
 
 impl<S: Scalar> BandState<S> {
-    /// The state after long at this input.
-    #[inline(always)]
-    fn at_rest(input: S) -> Self {
-        Self { first: input, second: input, mean: input }
-    }
-
     /// `yes` where the mask is true, `no` elsewhere.
     #[inline(always)]
     fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
@@ -98,11 +93,14 @@ mod tests {
     }
 
     #[test]
-    fn a_restart_begins_at_rest_and_the_first_means_are_of_many_steps() {
+    fn a_start_is_at_rest_a_restart_keeps_the_mean_and_the_first_means_are_of_many_steps() {
         let filter = BandFilter { low_pass: 0.25, high_pass: 0.002 };
         let mut state = BandState { first: 9.0, second: -9.0, mean: 4.0 };
         assert_eq!(filter.step(&mut state, 2.0, 1.0, true), (0.0, 0.0));
-        let mut share = filter.next_share(0.002, true);
+        state = BandState { first: 9.0, second: -9.0, mean: 4.0 };
+        assert_eq!(filter.step(&mut state, 2.0, 0.0, true), (-2.0, 0.0));
+        assert_eq!(filter.next_share(0.5, true), 0.5);
+        let mut share = filter.next_share(1.0, true);
         for n in 1..100_u32 {
             assert!((share - 1.0 / f64::from(n)).abs() < 1e-12);
             share = filter.next_share(share, false);

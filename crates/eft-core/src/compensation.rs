@@ -59,7 +59,7 @@ pub struct CompensationParameters {
 #[repr(C)]
 pub struct Compensation<S: Scalar, const N: usize> {
     inverse: InverseFlow<S, N>,
-    lead: LeadNetwork<S>,
+    pub(crate) lead: LeadNetwork<S>,
     velocity_to_flow: S,
     velocity_range: S,
     force_range: S,

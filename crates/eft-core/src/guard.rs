@@ -24,7 +24,7 @@ pub(crate) struct Guard<S> {
     pub(crate) average: S,
     /// The same of the slow average that the motion is held against.
     pub(crate) slow_average: S,
-    /// Square of a velocity (m²/s²) below which the guard loses its voice.
+    /// Mean square of a velocity (m²/s²) below which the guard has no voice.
     pub(crate) quiet: S,
     /// Overcompensation (1) that is tolerated.
     pub(crate) tolerated: S,
@@ -42,6 +42,8 @@ pack_numbers!(Guard: per_added_damping, force_per_flow, fed_forward, low_pass, a
 pub(crate) struct GuardState<S> {
     error: LowPass<S>,
     velocity: LowPass<S>,
+    /// Of the error: what offsets of sensors make.
+    mean_error: S,
     pumped: S,
     squares: S,
     slow_squares: S,
@@ -74,6 +76,7 @@ impl<S: Scalar> Default for GuardState<S> {
         Self {
             error: LowPass::default(),
             velocity: LowPass::default(),
+            mean_error: zero,
             pumped: zero,
             squares: zero,
             slow_squares: zero,
@@ -103,13 +106,20 @@ impl<S: Scalar> Guard<S> {
         state.velocity = LowPass::select(on, velocity, state.velocity);
     }
 
+    /// Follows the error that offsets make, by a `share` of the way.
+    #[inline(always)]
+    pub(crate) fn level_out(&self, state: &mut GuardState<S>, share: S) {
+        state.mean_error = state.mean_error + share * (state.error.second - state.mean_error);
+    }
+
     /// The pump, and the motion that it pumps, on average.
     #[inline(always)]
     pub(crate) fn average(&self, state: &mut GuardState<S>, on: S::Mask) {
         if !on.any() {
             return;
         }
-        let (error, velocity) = (state.error.second, state.velocity.second);
+        let error = state.error.second - state.mean_error;
+        let velocity = state.velocity.second;
         let square = velocity * velocity;
         let pumped = state.pumped + self.average * (error * velocity - state.pumped);
         let squares = state.squares + self.average * (square - state.squares);
@@ -129,7 +139,9 @@ impl<S: Scalar> Guard<S> {
         let (zero, one) = (S::splat(0.0), S::splat(1.0));
         let over = state.pumped * self.per_added_damping / (state.squares + self.quiet);
         let tripped = over.gt(self.tolerated) & state.squares.gt(state.slow_squares);
-        let acting = on & (tripped | state.level.lt(one));
+        // Where hardly anything moves, offsets and noise would have a voice.
+        let moving = on & state.squares.gt(self.quiet);
+        let acting = moving & (tripped | state.level.lt(one));
         let change = S::select(acting, self.correction * over, zero);
         state.level = (state.level - change).limit(self.lowest, one);
     }

@@ -20,6 +20,7 @@ mod band_filter;
 mod compensation;
 mod controller;
 mod error;
+mod evidence;
 mod feedforward;
 mod flow_correction;
 mod flow_gain;

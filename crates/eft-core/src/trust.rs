@@ -29,9 +29,13 @@ pub(crate) struct Trust<S> {
     pub(crate) forgotten: S,
     /// Windows without learning after a fault.
     pub(crate) quarantine: S,
+    /// What is left of them in the window after that, and a half less.
+    pub(crate) just_now: S,
+    /// Windows without learning after lost samples, until the low-passes have settled.
+    pub(crate) settling: S,
 }
 
-pack_numbers!(Trust: linear_range, excitation, audible, change_weight, per_square_flow, average, error_share, period, kept, half, forgotten, quarantine);
+pack_numbers!(Trust: linear_range, excitation, audible, change_weight, per_square_flow, average, error_share, period, kept, half, forgotten, quarantine, just_now, settling);
 
 /// What the judgement remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +43,6 @@ pack_numbers!(Trust: linear_range, excitation, audible, change_weight, per_squar
 pub(crate) struct TrustState<S> {
     signal: S,
     error: S,
-    evidence: S,
     /// Windows left without learning.
     pub(crate) quarantine: S,
     /// Share of the older evidence that stays.
@@ -51,14 +54,7 @@ pub(crate) struct TrustState<S> {
 impl<S: Scalar> Default for TrustState<S> {
     fn default() -> Self {
         let zero = S::splat(0.0);
-        Self {
-            signal: zero,
-            error: zero,
-            evidence: zero,
-            quarantine: zero,
-            keep: S::splat(1.0),
-            weight: zero,
-        }
+        Self { signal: zero, error: zero, quarantine: zero, keep: S::splat(1.0), weight: zero }
     }
 }
 
@@ -84,12 +80,12 @@ impl<S: Scalar> Trust<S> {
         state.signal = state.signal + self.average * (signal - state.signal);
     }
 
-    /// One window less to wait, or all of them again.
+    /// One window less to wait, or some of them again.
     #[inline(always)]
     pub(crate) fn settle(&self, state: &mut TrustState<S>, again: S::Mask) {
         let left = state.quarantine - S::splat(1.0);
-        let left = S::select(left.gt(S::splat(0.0)), left, S::splat(0.0));
-        state.quarantine = S::select(again, self.quarantine, left);
+        let least = S::select(again, self.settling, S::splat(0.0));
+        state.quarantine = S::select(left.gt(least), left, least);
     }
 
     /// Whether the window can be believed: not where the models do not explain it, nor for a while after that. `fresh`
@@ -107,7 +103,13 @@ impl<S: Scalar> Trust<S> {
     /// Whether its evidence counts: enough must have been asked, and neither opening (1, measured and asked, before
     /// the filters) be near its end. And how much of the older evidence stays beside it.
     #[inline(always)]
-    pub(crate) fn weigh(&self, state: &mut TrustState<S>, openings: [S; 2], asked: S, asked_change: S) {
+    pub(crate) fn weigh(
+        &self,
+        state: &mut TrustState<S>,
+        amount: &mut S,
+        openings: [S; 2],
+        [asked, asked_change]: [S; 2],
+    ) {
         let (zero, one) = (S::splat(0.0), S::splat(1.0));
         let [measured, wanted] = openings;
         let square = asked * asked;
@@ -117,14 +119,15 @@ impl<S: Scalar> Trust<S> {
         let linear = S::select(wider.lt(self.linear_range), state.weight, zero);
         state.weight = S::select(moved.gt(self.excitation), linear, zero);
         let on = state.weight.gt(zero);
+        state.keep = one;
         if !on.any() {
             return;
         }
-        let above = state.evidence - self.kept;
-        let share = S::select(above.gt(zero), self.forgotten * above / (state.evidence + self.half), zero);
+        let above = *amount - self.kept;
+        let share = S::select(above.gt(zero), self.forgotten * above / (*amount + self.half), zero);
         state.keep = S::select(on, one - share, one);
-        let evidence = state.keep * state.evidence + square * self.period;
-        state.evidence = S::select(on, evidence, state.evidence);
+        let evidence = state.keep * *amount + square * self.period;
+        *amount = S::select(on, evidence, *amount);
     }
 }
 
@@ -145,45 +148,47 @@ mod tests {
         half: 1e-3,
         forgotten: 0.016,
         quarantine: 20.0,
+        just_now: 18.5,
+        settling: 4.0,
     };
 
-    fn window(state: &mut TrustState<f64>, asked: f64, spool: f64) -> bool {
+    fn window((state, amount): (&mut TrustState<f64>, &mut f64), asked: f64, spool: f64) -> bool {
         TRUST.settle(state, false);
         TRUST.compare(state, asked, asked, 1.0, spool, asked);
         TRUST.judge(state, true);
-        TRUST.weigh(state, [spool, asked], asked, 0.0);
+        TRUST.weigh(state, amount, [spool, asked], [asked, 0.0]);
         state.weight > 0.0
     }
 
     #[test]
     fn only_motion_that_the_models_explain_counts() {
-        let mut state = TrustState::default();
-        assert!(window(&mut state, 0.1, 0.1));
-        assert!(!window(&mut state, 5e-4, 5e-4), "too small");
-        assert!(!window(&mut state, 0.95, 0.95), "saturated");
-        assert!(window(&mut state, 0.1, 0.1));
+        let (mut state, mut amount) = (TrustState::default(), 0.0);
+        assert!(window((&mut state, &mut amount), 0.1, 0.1));
+        assert!(!window((&mut state, &mut amount), 5e-4, 5e-4), "too small");
+        assert!(!window((&mut state, &mut amount), 0.95, 0.95), "saturated");
+        assert!(window((&mut state, &mut amount), 0.1, 0.1));
     }
 
     #[test]
     fn a_fault_is_waited_out() {
-        let mut state = TrustState::default();
-        while window(&mut state, 0.1, -0.1) {}
-        let waited = (0..200).position(|_| window(&mut state, 0.1, 0.1));
+        let (mut state, mut amount) = (TrustState::default(), 0.0);
+        while window((&mut state, &mut amount), 0.1, -0.1) {}
+        let waited = (0..200).position(|_| window((&mut state, &mut amount), 0.1, 0.1));
         // Until the errors' average has forgotten it, and the quarantine after that.
         assert!(waited.is_some_and(|n| (19..120).contains(&n)), "{waited:?}");
     }
 
     #[test]
     fn old_evidence_fades_only_as_new_comes() {
-        let mut state = TrustState::default();
+        let (mut state, mut amount) = (TrustState::default(), 0.0);
         for _ in 0..1000 {
-            window(&mut state, 0.3, 0.3);
+            window((&mut state, &mut amount), 0.3, 0.3);
         }
         assert!((state.keep - (1.0 - 0.016)).abs() < 0.01, "{}", state.keep);
-        let before = state.evidence;
+        let before = amount;
         for _ in 0..1000 {
-            window(&mut state, 0.0, 0.0);
+            window((&mut state, &mut amount), 0.0, 0.0);
         }
-        assert!((state.evidence - before).abs() < 1e-15);
+        assert!((amount - before).abs() < 1e-15);
     }
 }

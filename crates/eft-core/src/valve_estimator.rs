@@ -4,6 +4,7 @@
 //! the spool does instead is explained by a gain and a further delay, by least squares. The regressors come from
 //! the command, which carries no sensor noise of the spool, so noise does not pull the delay down.
 
+use crate::evidence::Evidence;
 use crate::lead::LeadNetwork;
 use crate::scalar::{Scalar, pack_numbers};
 
@@ -54,11 +55,6 @@ pack_numbers!(ValveEstimator: valve_gain, lead_gain, lag_per_delay, sample, peri
 pub(crate) struct ValveState<S> {
     opening: S,
     washout: S,
-    openings: S,
-    crossed: S,
-    changes: S,
-    on_opening: S,
-    on_change: S,
     found_gain: S,
     found_delay: S,
     gain_beyond: S,
@@ -79,11 +75,6 @@ impl<S: Scalar> ValveState<S> {
         Self {
             opening: zero,
             washout: zero,
-            openings: zero,
-            crossed: zero,
-            changes: zero,
-            on_opening: zero,
-            on_change: zero,
             found_gain: S::splat(1.0),
             found_delay: delay,
             gain_beyond: zero,
@@ -113,26 +104,34 @@ impl<S: Scalar> ValveEstimator<S> {
     /// Takes in one step: the asked opening (1) and its change, the measured spool (1), all through one filter.
     /// `weight` is the step's time (s), the older ones are kept by the share `keep`.
     #[inline(always)]
-    pub(crate) fn take(&self, state: &mut ValveState<S>, asked: S, change: S, spool: S, weight: S, keep: S) {
+    pub(crate) fn take(
+        &self,
+        state: &ValveState<S>,
+        evidence: &mut Evidence<S>,
+        [asked, change]: [S; 2],
+        spool: S,
+        [weight, keep]: [S; 2],
+    ) {
         let known =
             (state.delay + self.velocity_delay - self.nominal_delay + self.sampling_delay) * self.per_period;
         let error = weight * (spool - asked - known * change);
-        state.openings = keep * state.openings + weight * asked * asked;
-        state.crossed = keep * state.crossed + weight * asked * change;
-        state.changes = keep * state.changes + weight * change * change;
-        state.on_opening = keep * state.on_opening + error * asked;
-        state.on_change = keep * state.on_change - error * change;
+        let sums = evidence;
+        sums.openings = keep * sums.openings + weight * asked * asked;
+        sums.crossed = keep * sums.crossed + weight * asked * change;
+        sums.changes = keep * sums.changes + weight * change * change;
+        sums.on_opening = keep * sums.on_opening + error * asked;
+        sums.on_change = keep * sums.on_change - error * change;
     }
 
     /// Gain and delay that explain what was taken in, the gain within its bounds.
     #[inline(always)]
-    pub(crate) fn solve(&self, state: &mut ValveState<S>) {
-        let openings = state.openings + self.gain_prior;
-        let changes = state.changes + self.delay_prior;
-        let determinant = openings * changes - state.crossed * state.crossed;
+    pub(crate) fn solve(&self, state: &mut ValveState<S>, sums: &Evidence<S>) {
+        let openings = sums.openings + self.gain_prior;
+        let changes = sums.changes + self.delay_prior;
+        let determinant = openings * changes - sums.crossed * sums.crossed;
         let per = S::splat(1.0) / determinant;
-        let excess = (changes * state.on_opening + state.crossed * state.on_change) * per;
-        let further = (openings * state.on_change + state.crossed * state.on_opening) * per;
+        let excess = (changes * sums.on_opening + sums.crossed * sums.on_change) * per;
+        let further = (openings * sums.on_change + sums.crossed * sums.on_opening) * per;
         // The priors keep the determinant positive but for rounding; then nothing is known.
         let known = determinant.gt(S::splat(0.0));
         let gain = S::select(known, S::splat(1.0) + excess, state.gain);
@@ -191,15 +190,15 @@ mod tests {
 
     /// The estimate of a spool that follows what was asked by a gain and a delay (s).
     fn found(gain: f64, delay: f64) -> ValveState<f64> {
-        let mut state = ValveState::new(ESTIMATOR.nominal_delay);
+        let (mut state, mut evidence) = (ValveState::new(ESTIMATOR.nominal_delay), Evidence::default());
         for n in 0..2000_u32 {
             let at = |n: f64| 0.2 * (0.04 * n).sin();
             let (asked, change) = (at(f64::from(n) - 0.5), at(f64::from(n)) - at(f64::from(n) - 1.0));
             // The asked opening comes through the inverse of the network in use, one sample before the command.
             let late = delay - ESTIMATOR.sampling_delay - state.delay;
             let spool = gain * asked - late * ESTIMATOR.per_period * change;
-            ESTIMATOR.take(&mut state, asked, change, spool, ESTIMATOR.period, 0.99);
-            ESTIMATOR.solve(&mut state);
+            ESTIMATOR.take(&state, &mut evidence, [asked, change], spool, [ESTIMATOR.period, 0.99]);
+            ESTIMATOR.solve(&mut state, &evidence);
             ESTIMATOR.correct(&mut state, true);
         }
         state
