@@ -3,6 +3,7 @@
 mod beyond;
 
 use beyond::*;
+use eft::core::status;
 use eft::sim::excitation::Command;
 
 /// Farthest that a trace departs from what it was at `from`, between two of its samples.
@@ -38,6 +39,25 @@ fn a_moment_s_fault_is_forgotten() {
                 assert!(delay < most_delay, "{what}: delay {delay}");
             }
         }
+    }
+}
+
+// Longer than the means are held for: they are wrong then, and must come back.
+#[test]
+fn learning_goes_on_after_a_long_fault() {
+    for signal in ["velocity", "spool"] {
+        let fault = [
+            set("sensors.fault.signal", signal),
+            set("sensors.fault.kind", "stuck"),
+            set("sensors.fault.start", 8.3),
+            set("sensors.fault.duration", 6.0),
+        ];
+        let run = run(&adaptive(&[fault.to_vec(), vec![flow_gain(0.95)]].concat()), &sweep(2200.0));
+        let end = run.force.len();
+        let frozen = |from: usize| run.status[from..].iter().any(|s| s & status::ADAPTATION_FROZEN != 0);
+        assert!(frozen(10 * 4096) && !frozen(end - 8 * 4096), "{signal}");
+        let gain = run.flow_gain_estimate[end - 1];
+        assert!((gain - 0.95).abs() < 0.01, "{signal}: {gain}");
     }
 }
 

@@ -66,6 +66,8 @@ pub(crate) struct AdaptationState<S: Scalar> {
     /// Share of the way that the filters' means go in this window.
     mean_share: S,
     share: S,
+    /// 1 where the means go on although nothing is believed.
+    released: S,
     asked: S,
     asked_change: S,
     spool: S,
@@ -97,6 +99,7 @@ impl<S: Scalar> AdaptationState<S> {
             restart: one,
             mean_share: one,
             share: one,
+            released: zero,
             asked: zero,
             asked_change: zero,
             spool: zero,
@@ -283,6 +286,10 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         let just_now = state.trust.quarantine.gt(self.trust.just_now);
         if just_now.any() {
             state.proof.go_back(&mut state.evidence, just_now);
+            // Where nothing was learned since the last time it may be the means that are wrong.
+            let again = S::splat(1.0) - state.trust.learned;
+            state.released = S::select(just_now, again, state.released);
+            state.trust.learned = S::select(just_now, S::splat(0.0), state.trust.learned);
         } else if state.tick & self.last_of_proof <= self.last_tick {
             // While nothing is learned it is what it was.
             state.proof.put_by(&state.evidence, !just_now);
@@ -299,7 +306,7 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         self.trust.judge(&mut state.trust, fresh & self.adapting);
         // What is not believed is no part of the means either.
         let frozen = state.trust.quarantine.gt(S::splat(0.0));
-        state.share = S::select(frozen, S::splat(0.0), state.mean_share);
+        state.share = S::select(frozen, state.released * state.mean_share, state.mean_share);
         if self.correcting.any() {
             self.curve.gains(&mut state.curve);
         }

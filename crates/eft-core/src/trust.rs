@@ -49,12 +49,14 @@ pub(crate) struct TrustState<S> {
     pub(crate) keep: S,
     /// Time (s) that the window's evidence counts for.
     pub(crate) weight: S,
+    /// 1 where something was learned, 0 where not since it was taken back.
+    pub(crate) learned: S,
 }
 
 impl<S: Scalar> Default for TrustState<S> {
     fn default() -> Self {
         let zero = S::splat(0.0);
-        Self { signal: zero, error: zero, quarantine: zero, keep: S::splat(1.0), weight: zero }
+        Self { signal: zero, error: zero, quarantine: zero, keep: S::splat(1.0), weight: zero, learned: zero }
     }
 }
 
@@ -126,6 +128,7 @@ impl<S: Scalar> Trust<S> {
         let above = *amount - self.kept;
         let share = S::select(above.gt(zero), self.forgotten * above / (*amount + self.half), zero);
         state.keep = S::select(on, one - share, one);
+        state.learned = S::select(on, one, state.learned);
         let evidence = state.keep * *amount + square * self.period;
         *amount = S::select(on, evidence, *amount);
     }
