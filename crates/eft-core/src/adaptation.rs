@@ -290,7 +290,8 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
             let again = S::splat(1.0) - state.trust.learned;
             state.released = S::select(just_now, again, state.released);
             state.trust.learned = S::select(just_now, S::splat(0.0), state.trust.learned);
-        } else if state.tick & self.last_of_proof <= self.last_tick {
+        }
+        if state.tick & self.last_of_proof <= self.last_tick {
             // While nothing is learned it is what it was.
             state.proof.put_by(&state.evidence, !just_now);
         }

@@ -104,9 +104,8 @@ macro_rules! tests {
                 let wide = (0.01, 10.0);
                 let free = Tuning { flow_gain: wide, valve_gain: wide, response_delay: wide, ..bounded };
                 let cases = [
-                    // A flow gain that cannot be counts as 1.
-                    (0, Valve { flow_gain: 1.6, ..SOUND }, 1.6, 1.0),
-                    (0, Valve { flow_gain: 0.5, ..SOUND }, 0.5, 1.0),
+                    (0, Valve { flow_gain: 1.6, ..SOUND }, 1.6, 1.35),
+                    (0, Valve { flow_gain: 0.5, ..SOUND }, 0.5, 0.7),
                     (1, Valve { valve_gain: 1.5, ..SOUND }, 1.5, 1.25),
                     (1, Valve { valve_gain: 0.6, ..SOUND }, 0.6, 0.8),
                     (2, Valve { delay: 30.0e-3, ..SOUND }, 30.0e-3, 20.0e-3),
@@ -148,6 +147,9 @@ macro_rules! tests {
                     let measured = |lane: usize| {
                         let [velocity, spool, valve_command] = rigs[lane].1.swing(time).map(|a| a as $t);
                         let force = force(lane, velocity);
+                        // One loses what its sensor taught while it stuck, the others go on.
+                        let stuck = lane == 0 && (6500..7500).contains(&i);
+                        let velocity = if stuck { 0.1 } else { velocity };
                         Measurements { velocity, force, spool, valve_command, supply_pressure: 1.9e7 }
                     };
                     let side_by_side = Measurements {
