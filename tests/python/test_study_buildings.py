@@ -33,9 +33,9 @@ def test_without_transforms_their_columns_are_empty_and_the_others_the_same():
     }
 
 
-def test_what_diverged_and_is_too_large_to_judge_is_a_row_that_says_so():
+def test_what_diverged_is_a_row_that_says_so():
     row = eft.study(BUILDING, COMMANDS, [{"actuator.compressibility": 1e-18}]).row(0)
-    assert row["status"] == "diverged" and row["nrmse"] is None and row["max_spool"] > 0.0
+    assert row["status"] == "diverged" and row["nrmse"] > 1e6 and row["max_spool"] > 0.0
 
 
 def test_tests_run_side_by_side(monkeypatch):

@@ -91,5 +91,5 @@ def test_the_readme_tells_what_was_kept(script):
     assert "a thousand rigs" in text and len(kept["supply"]) == 1000
     assert "on a third" in text and 0.3 < kept["fixed_unstable"].mean() < 0.36
     assert "none does" in text and not kept["adaptive_unstable"].any()
-    assert "within 4 % of its command" in text
+    assert "within 4 % of the command's" in text
     assert kept["adaptive_lowest"].min() >= 0.96 and kept["adaptive_highest"].max() <= 1.04
