@@ -76,7 +76,8 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
     ///
     /// # NaN
     /// A measurement or command that is not finite or beyond its range repeats the last output and raises
-    /// [`status::INVALID_MEASUREMENT`] or [`status::INVALID_COMMAND`]; nothing is learned until the window after it.
+    /// [`status::INVALID_MEASUREMENT`] or [`status::INVALID_COMMAND`]; nothing is learned for a
+    /// tenth of a second after it.
     ///
     /// # Cost
     /// Bounded: each tick does one slot of sixteen of the estimators' work, two or more below some 3 kHz.

@@ -604,7 +604,7 @@ uint8_t eft_adaptive_missed_f32(const struct eft_adaptive_f32 *config,
                                 struct eft_output_f32 *output);
 
 // One tick. What is NaN, infinite or out of its range repeats the last valve command and raises
-// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for half a second after it.
+// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for a tenth of a second after it.
 // A supply pressure is in its range from 0.05 to 4 times the configured one.
 uint8_t eft_adaptive_step_f32(const struct eft_adaptive_f32 *config,
                               struct eft_adaptive_state_f32 *state,
@@ -667,7 +667,7 @@ uint8_t eft_adaptive_missed_f64(const struct eft_adaptive_f64 *config,
                                 struct eft_output_f64 *output);
 
 // One tick. What is NaN, infinite or out of its range repeats the last valve command and raises
-// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for half a second after it.
+// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for a tenth of a second after it.
 // A supply pressure is in its range from 0.05 to 4 times the configured one.
 uint8_t eft_adaptive_step_f64(const struct eft_adaptive_f64 *config,
                               struct eft_adaptive_state_f64 *state,

@@ -182,7 +182,7 @@ macro_rules! precision {
             held! { $t, $Config, Core, $State, CoreState, $Output, $hold, $missed }
 
             /// One tick. What is NaN, infinite or out of its range repeats the last valve command and raises
-            /// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for half a second after it.
+            /// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for a tenth of a second after it.
             /// A supply pressure is in its range from 0.05 to 4 times the configured one.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $step(
