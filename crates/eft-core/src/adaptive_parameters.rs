@@ -119,6 +119,9 @@ const SLOW_RATE: f64 = 200.0;
 /// Ticks of the shortest window.
 const SHORTEST: u32 = 8;
 
+/// Sample rate (Hz) that estimators and guard need at the least: eight of those windows a second.
+const LOWEST_RATE: f64 = 64.0;
+
 /// Ticks of a window: a power of two.
 const fn window(sample_rate: f64) -> u32 {
     let mut window = SHORTEST;
@@ -152,7 +155,8 @@ macro_rules! constructor {
             /// From its parameters and the flow table.
             ///
             /// # Errors
-            /// A parameter that is not finite or out of its range, by name.
+            /// A parameter that is not finite or out of its range, by name; a sample rate below 64 Hz with estimators or
+            /// guard.
             pub const fn new(p: &AdaptiveParameters, table: &FlowTable<$t, N>) -> Result<Self, ConfigError> {
                 let c = &p.compensation;
                 let compensation = check!(Compensation::<$t, N>::new(c, table));
@@ -161,6 +165,9 @@ macro_rules! constructor {
                 } else {
                     Feedforward::<$t>::OFF
                 };
+                if p.adaptive || p.guard {
+                    check!(within("sample_rate", c.sample_rate, LOWEST_RATE, LARGEST));
+                }
                 let ticks = window(c.sample_rate);
                 let sample = 1.0 / c.sample_rate;
                 let period = ticks as f64 * sample;

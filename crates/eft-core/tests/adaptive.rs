@@ -6,8 +6,8 @@
 mod rig;
 
 use eft_core::{
-    AdaptiveCompensation, AdaptiveController, AdaptiveParameters, Controller, ControllerState, Flags,
-    FlowTable, Lanes, Measurements, Scalar, Tuning, status,
+    AdaptiveCompensation, AdaptiveController, AdaptiveParameters, CompensationParameters, Controller,
+    ControllerState, Flags, FlowTable, Lanes, Measurements, Scalar, Tuning, status,
 };
 use proptest::prelude::*;
 
@@ -237,7 +237,7 @@ macro_rules! tests {
                 ) {
                     type Wide = Lanes<$t, 4>;
                     let rate = |p: &AdaptiveParameters| AdaptiveParameters {
-                        compensation: eft_core::CompensationParameters { sample_rate: 4096.0, ..p.compensation }, ..*p
+                        compensation: CompensationParameters { sample_rate: 4096.0, ..p.compensation }, ..*p
                     };
                     let single: Vec<_> = ps.iter().map(|p| controller(&rate(p))).collect();
                     let wide = AdaptiveController::<Wide, 21>::pack(|i| &single[i]);
@@ -283,5 +283,30 @@ macro_rules! tests {
         }
     };
 }
+#[test]
+fn flow_gain_is_found_at_every_sample_rate_that_is_allowed() {
+    let table = FlowTable::<f64, 21>::new(&rig::OPENINGS, &rig::flows()).unwrap();
+    let at = |sample_rate, p: AdaptiveParameters| AdaptiveParameters {
+        compensation: CompensationParameters { sample_rate, ..rig::PARAMETERS },
+        ..p
+    };
+    for rate in [64.0, 150.0, 1024.0, 20_000.0] {
+        let c = AdaptiveCompensation::<f64, 21>::new(&at(rate, rig::ADAPTIVE), &table).unwrap();
+        let mut state = c.at_rest();
+        let mut time = 0.0;
+        while time < 10.0 {
+            let [velocity, spool, valve_command] = Valve { flow_gain: 1.06, ..SOUND }.swing(time);
+            let m = Measurements { valve_command, ..measured(velocity, 0.0, spool, 1.9e7) };
+            c.step(&mut state, 0.0, &m);
+            time += 1.0 / rate;
+        }
+        assert!((state.flow_gain() - 1.06).abs() < 0.01, "{rate} Hz: {}", state.flow_gain());
+    }
+    let refused = AdaptiveCompensation::<f64, 21>::new(&at(63.0, rig::ADAPTIVE), &table).unwrap_err();
+    assert!(refused.to_string().starts_with("sample_rate = 63: must lie in [64, "), "{refused}");
+    // What does not average asks for nothing.
+    assert!(AdaptiveCompensation::<f64, 21>::new(&at(10.0, OFF), &table).is_ok());
+}
+
 tests!(single, f32, rig::adaptive_f32);
 tests!(double, f64, rig::adaptive_f64);
