@@ -88,8 +88,10 @@ impl<S: Scalar> Proof<S> {
 }
 
 #[cfg(test)]
+#[allow(clippy::indexing_slicing, reason = "tests")]
 mod tests {
     use super::*;
+    use crate::lanes::Lanes;
 
     #[test]
     fn what_was_put_by_last_but_one_stands_again() {
@@ -108,5 +110,35 @@ mod tests {
         proof.put_by(&of(6.0), true);
         proof.go_back(&mut now, true);
         assert_eq!(now, of(2.0));
+    }
+
+    #[test]
+    fn lanes_put_by_and_go_back_apart() {
+        type Wide = Lanes<f64, 2>;
+        let (mut alone, mut together) = ([Proof::<f64>::default(); 2], Proof::<Wide>::default());
+        let (mut now, mut both) = ([Evidence::default(); 2], Evidence::<Wide>::default());
+        // Every choice of who puts by and who goes back, after every other.
+        for n in 0..256_u32 {
+            let amounts = [f64::from(n), -f64::from(n)];
+            for choice in [n & 15, n >> 4] {
+                let chosen = |bit: u32| choice >> bit & 1 == 1;
+                let mask = |bit: u32| {
+                    Wide::from_lanes(|lane| f64::from(choice >> (bit + lane as u32) & 1)).gt(Wide::splat(0.0))
+                };
+                for lane in 0..2 {
+                    now[lane].amount = amounts[lane];
+                    alone[lane].go_back(&mut now[lane], chosen(2 + lane as u32));
+                    alone[lane].put_by(&now[lane], chosen(lane as u32));
+                }
+                both.amount = Wide::from_lanes(|lane| amounts[lane]);
+                together.go_back(&mut both, mask(2));
+                together.put_by(&both, mask(0));
+                assert_eq!(
+                    [0, 1].map(|lane| both.amount.lane(lane)),
+                    now.map(|one| one.amount),
+                    "{n} {choice}"
+                );
+            }
+        }
     }
 }
