@@ -88,7 +88,7 @@ impl<S: Scalar> Proof<S> {
 }
 
 #[cfg(test)]
-#[allow(clippy::indexing_slicing, reason = "tests")]
+#[allow(clippy::indexing_slicing, clippy::float_cmp, reason = "tests")]
 mod tests {
     use super::*;
     use crate::lanes::Lanes;
