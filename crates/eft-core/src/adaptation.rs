@@ -18,18 +18,44 @@ use crate::window::WindowState;
 
 /// Slots of a window's work.
 pub(crate) const SLOTS: u32 = 16;
-/// Marks a tick that does several of them; above the ticks of any window.
+/// Marks a tick that does two of them; above the ticks of any window.
 pub(crate) const CROWDED: u32 = 1 << 16;
+
+/// The schedule: the slots by their number, and by the tick that does two of them at a low sample rate.
+macro_rules! slots {
+    ($($tick:literal: $first:literal $one:ident, $second:literal $other:ident;)+) => {
+        /// Does a slot's work, and gives whether there is one of this number: the rest of a long window has none.
+        #[inline(always)]
+        fn slot(&self, state: &mut AdaptationState<S>, slot: u32) -> bool {
+            match slot {
+                $($first => self.$one(state), $second => self.$other(state),)+
+                _ => return false,
+            }
+            true
+        }
+
+        /// Does the work of two slots.
+        // One call behind the other, not one function of all: their stack is then not added up.
+        #[inline(never)]
+        fn pair(&self, state: &mut AdaptationState<S>, tick: u32) {
+            match tick {
+                $($tick => {
+                    self.$one(state);
+                    self.$other(state);
+                })+
+                _ => {}
+            }
+        }
+    };
+}
 
 /// Estimators, guard and the schedule between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Adaptation<S: Scalar, const N: usize> {
     /// Ticks of a window, a power of two, less one.
     pub(crate) last_tick: u32,
-    /// [`CROWDED`] where a window has fewer ticks than slots, otherwise 0.
+    /// [`CROWDED`] where a window has half as many ticks as there are slots, otherwise 0.
     pub(crate) crowded: u32,
-    /// Slots that a tick does there.
-    pub(crate) slots: u32,
     pub(crate) per_window: S,
     /// Ticks from one time that evidence is put by to the next, a power of two, less one.
     pub(crate) last_of_proof: u32,
@@ -153,43 +179,19 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         let slot = state.tick & self.last_tick | self.crowded;
         state.tick = state.tick.wrapping_add(1);
         if !self.slot(state, slot) && slot >= CROWDED {
-            self.several(state, (slot - CROWDED) * self.slots);
+            self.pair(state, slot - CROWDED);
         }
     }
 
-    /// The slots of a tick at a low sample rate.
-    #[inline(never)]
-    fn several(&self, state: &mut AdaptationState<S>, first: u32) {
-        let mut slot = first;
-        while slot < first + self.slots {
-            self.slot(state, slot);
-            slot += 1;
-        }
-    }
-
-    /// Does a slot's work, and gives whether there is one of this number: the rest of a long window has none.
-    #[inline(always)]
-    fn slot(&self, state: &mut AdaptationState<S>, slot: u32) -> bool {
-        match slot {
-            0 => self.close(state),
-            1 => self.asked(state),
-            2 => self.openings(state),
-            3 => self.flow(state),
-            4 => self.predict(state),
-            5 => self.predicted(state),
-            6 => self.level(state),
-            7 => self.filter_flow(state),
-            8 => self.compare(state),
-            9 => self.judge(state),
-            10 => self.weigh(state),
-            11 => self.flow_gain(state),
-            12 => self.valve(state),
-            13 => self.solve(state),
-            14 => self.correct(state),
-            15 => self.calibrate(state),
-            _ => return false,
-        }
-        true
+    slots! {
+        0: 0 close, 1 asked;
+        1: 2 openings, 3 flow;
+        2: 4 predict, 5 predicted;
+        3: 6 level, 7 filter_flow;
+        4: 8 compare, 9 judge;
+        5: 10 weigh, 11 flow_gain;
+        6: 12 valve, 13 solve;
+        7: 14 correct, 15 calibrate;
     }
 
     #[inline(never)]
@@ -401,7 +403,6 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         Self {
             last_tick: lane(0).last_tick,
             crowded: lane(0).crowded,
-            slots: lane(0).slots,
             per_window: S::from_lanes(|i| lane(i).per_window),
             adapting: S::Mask::from_lanes(|i| lane(i).adapting),
             guarding: S::Mask::from_lanes(|i| lane(i).guarding),

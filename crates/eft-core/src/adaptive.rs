@@ -80,7 +80,7 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
     /// tenth of a second after it.
     ///
     /// # Cost
-    /// Bounded: each tick does one slot of sixteen of the estimators' work, two or more below some 3 kHz.
+    /// Bounded: each tick does one slot of sixteen of the estimators' work, two below 3200 Hz.
     #[inline(always)]
     pub fn step(
         &self,

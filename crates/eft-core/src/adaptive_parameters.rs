@@ -116,8 +116,8 @@ impl Tuning {
 /// Estimator steps per second that a window aims at, at the least (Hz).
 const SLOW_RATE: f64 = 200.0;
 
-/// Ticks of the shortest window.
-const SHORTEST: u32 = 8;
+/// Ticks of the shortest window, of which each does two slots.
+const SHORTEST: u32 = SLOTS / 2;
 
 /// Sample rate (Hz) that estimators and guard need at the least: eight of those windows a second.
 const LOWEST_RATE: f64 = 64.0;
@@ -212,7 +212,6 @@ macro_rules! constructor {
                 let adaptation = Adaptation {
                     last_tick: ticks - 1,
                     crowded: if ticks < SLOTS { CROWDED } else { 0 },
-                    slots: SLOTS / ticks,
                     per_window: (1.0 / ticks as f64) as $t,
                     last_of_proof: proof(ticks, c.sample_rate) - 1,
                     lead: compensation.lead,

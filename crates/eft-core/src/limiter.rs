@@ -25,8 +25,10 @@ impl<S: Scalar> Limiter<S> {
         let last = self.settled(last);
         // Between two numbers within the amplitude, and so within it as well.
         let reached = limited.limit(last - self.change, last + self.change);
+        // Neither is NaN, and this is one condition where less or greater are two.
+        let differ = !(limited.le(reached) & limited.ge(reached));
         let flags = S::flag(!command.abs().le(self.amplitude), status::COMMAND_LIMITED)
-            | S::flag(limited.lt(reached) | limited.gt(reached), status::RATE_LIMITED);
+            | S::flag(differ, status::RATE_LIMITED);
         (reached, flags)
     }
     /// The command (V) after long: only the amplitude counts.

@@ -5,7 +5,7 @@ use eft_core::{
     FlowTable, Limiter, Measurements, ServovalveController, Tuning,
 };
 
-use crate::block::{configuration, given, held, opaque};
+use crate::block::{configuration, done, given, held, opaque};
 use crate::parameters::{EFT_TABLE_CAPACITY, eft_error, eft_parameters, refuse};
 use crate::precision::{eft_output_f32, eft_output_f64};
 use crate::status::{EFT_CORRUPT, EFT_MISSED_TICK, EFT_NULL_POINTER, EFT_OK};
@@ -191,12 +191,20 @@ macro_rules! precision {
                 input: *const $Input,
                 output: *mut $Output,
             ) -> u8 {
-                let core = given!(config.cast::<Core>());
-                let state = given!(mut state.cast::<CoreState>());
-                let i = given!(input);
-                let output = given!(mut output);
+                if config.is_null() || state.is_null() || input.is_null() || output.is_null() {
+                    return EFT_NULL_POINTER;
+                }
+                // Safety: not null, so valid.
+                let (core, state, i, output) =
+                    unsafe { (&*config.cast::<Core>(), &mut *state.cast(), &*input, &mut *output) };
+                stepped(core, state, i, output)
+            }
+
+            // Behind the checks: cheaper than one function for both.
+            #[inline(never)]
+            extern "C" fn stepped(core: &Core, state: &mut CoreState, i: &$Input, output: &mut $Output) -> u8 {
                 give(output, &core.step(state, i.command, &measured(i)));
-                EFT_OK
+                done()
             }
 
             /// As eft_adaptive_step, where the next sample's command, N, is known, as of a ground motion: the flow that
@@ -210,12 +218,25 @@ macro_rules! precision {
                 next_command: $t,
                 output: *mut $Output,
             ) -> u8 {
-                let core = given!(config.cast::<Core>());
-                let state = given!(mut state.cast::<CoreState>());
-                let i = given!(input);
-                let output = given!(mut output);
+                if config.is_null() || state.is_null() || input.is_null() || output.is_null() {
+                    return EFT_NULL_POINTER;
+                }
+                // Safety: not null, so valid.
+                let (core, state, i, output) =
+                    unsafe { (&*config.cast::<Core>(), &mut *state.cast(), &*input, &mut *output) };
+                stepped_ahead(core, state, i, next_command, output)
+            }
+
+            #[inline(never)]
+            extern "C" fn stepped_ahead(
+                core: &Core,
+                state: &mut CoreState,
+                i: &$Input,
+                next_command: $t,
+                output: &mut $Output,
+            ) -> u8 {
                 give(output, &core.step_ahead(state, i.command, next_command, &measured(i)));
-                EFT_OK
+                done()
             }
 
             /// The compensation alone, for a force loop that another controller closes: output->valve_command is the

@@ -5,28 +5,10 @@ use eft_core::{
     ServovalveController,
 };
 
-use crate::block::{configuration, given, held, opaque};
+use crate::block::{configuration, done, given, held, opaque};
 use crate::parameters::{EFT_TABLE_CAPACITY, eft_error, eft_parameters, refuse};
 use crate::shadow::eft_turn;
 use crate::status::{EFT_BUSY, EFT_CORRUPT, EFT_MISSED_TICK, EFT_NULL_POINTER, EFT_OK};
-
-/// [`EFT_OK`], hidden from the caller of a step's inner half: it would otherwise return its own copy of the code
-/// instead of jumping into that half.
-#[inline(always)]
-fn done() -> u8 {
-    #[cfg(target_arch = "arm")]
-    {
-        let mut code = u32::from(EFT_OK);
-        // Safety: no instruction at all, so the code is what it was.
-        unsafe {
-            core::arch::asm!("/* {0} */", inout(reg) code, options(pure, nomem, nostack, preserves_flags));
-            core::hint::assert_unchecked(code <= 0xff);
-        }
-        code as u8
-    }
-    #[cfg(not(target_arch = "arm"))]
-    EFT_OK
-}
 
 macro_rules! precision {
     (

@@ -1,10 +1,11 @@
 //! The core's blocks as exported functions of their own, to be measured, and the rigs they are measured with.
 
 use eft_core::{
-    AdaptiveController, AdaptiveControllerState, Compensation, CompensationState, Controller,
-    ControllerOutput, ControllerState, FilteredDerivative, FilteredDerivativeState, FlowTable, LeadNetwork,
-    LeadState, LoadPressure, Measurements, PiecewiseLinear, Protection, ProtectionState, VelocityObserver,
-    VelocityObserverState,
+    AdaptiveCompensation, AdaptiveController, AdaptiveControllerState, AdaptiveParameters, Compensation,
+    CompensationParameters, CompensationState, Controller, ControllerOutput, ControllerState,
+    FilteredDerivative, FilteredDerivativeState, FlowTable, LeadNetwork, LeadState, Limiter, LoadPressure,
+    Measurements, PiecewiseLinear, Protection, ProtectionState, ServovalveController, Tuning,
+    VelocityObserver, VelocityObserverState,
 };
 use eft_rigs::adaptive::{FLOWS, OPENINGS, PARAMETERS, SAMPLE_RATE};
 use eft_rigs::guarded_tick;
@@ -13,6 +14,10 @@ pub use eft_rigs::adaptive::CONTROLLER as ADAPTIVE;
 /// The same with the flow table corrected.
 pub use eft_rigs::guarded::CONTROLLER as CORRECTING;
 pub use eft_rigs::guarded::{PROTECTION, VELOCITY as OBSERVER};
+
+/// Either of them where a window has half as many ticks as there are slots: every tick does two.
+pub static SLOW: AdaptiveController<f32, N> = slow(false);
+pub static SLOW_CORRECTING: AdaptiveController<f32, N> = slow(true);
 
 macro_rules! ok {
     ($e:expr) => {
@@ -34,6 +39,34 @@ pub static CONTROLLER: Controller<f32, N> = Controller {
     limiter: ADAPTIVE.limiter,
 };
 
+pub const SLOW_RATE: f64 = 2048.0;
+
+const fn slow(correct_curve: bool) -> AdaptiveController<f32, N> {
+    let adaptive = AdaptiveParameters {
+        compensation: CompensationParameters { sample_rate: SLOW_RATE, ..PARAMETERS },
+        compressibility: 7.56e-13,
+        leakage: 1.3e-11,
+        velocity_delay: 0.0,
+        force_sensitivity: 5.6e-5,
+        computation_delay: 0,
+        feedforward: true,
+        adaptive: true,
+        correct_curve,
+        guard: true,
+        tuning: Tuning::DEFAULT,
+    };
+    AdaptiveController {
+        compensation: ok!(AdaptiveCompensation::<f32, N>::new(&adaptive, &TABLE)),
+        servovalve: ok!(ServovalveController::<f32>::new(
+            5.6e-5,
+            PARAMETERS.proportional_gain,
+            2.0e-4,
+            SLOW_RATE
+        )),
+        limiter: ok!(Limiter::<f32>::new(10.0, 2.0e4, SLOW_RATE)),
+    }
+}
+
 #[unsafe(no_mangle)]
 pub extern "C" fn adaptive_step(
     c: &AdaptiveController<f32, N>,
@@ -46,16 +79,18 @@ pub extern "C" fn adaptive_step(
     *status = out.status;
     out.valve_command
 }
-// The same under another name, for the budgets.
 #[unsafe(no_mangle)]
-pub extern "C" fn adaptive_curve_step(
+pub extern "C" fn adaptive_step_ahead(
     c: &AdaptiveController<f32, N>,
     s: &mut AdaptiveControllerState<f32>,
     status: &mut u32,
     r: f32,
+    next: f32,
     m: &Measurements<f32>,
 ) -> f32 {
-    adaptive_step(c, s, status, r, m)
+    let out = c.step_ahead(s, r, next, m);
+    *status = out.status;
+    out.valve_command
 }
 #[unsafe(no_mangle)]
 pub extern "C" fn lead_step(c: &LeadNetwork<f32>, s: &mut LeadState<f32>, x: f32) -> f32 {

@@ -8,10 +8,10 @@ use eft_rigs::adaptive::{FLOWS, OPENINGS, PARAMETERS};
 use eft_rigs::guarded::PER_MASS;
 
 use crate::blocks::N;
-use crate::inputs::rig;
+use crate::c_adaptive;
 use crate::probe::{probed, worst};
 
-fn parameters() -> eft_parameters {
+pub fn parameters() -> eft_parameters {
     eft_parameters {
         table_length: N as u32,
         mode: 2,
@@ -42,6 +42,7 @@ fn parameters() -> eft_parameters {
 /// Prints one line a function: name, instructions, bytes of stack.
 pub fn run() {
     controllers();
+    c_adaptive::run();
     around();
 }
 
@@ -77,46 +78,6 @@ fn controllers() {
             unsafe { f(config.as_ptr(), state.as_mut_ptr(), &input, &mut output) };
         });
     }
-
-    type AdaptiveStep = unsafe extern "C" fn(
-        *const eft_adaptive_f32,
-        *mut eft_adaptive_state_f32,
-        *const eft_adaptive_input_f32,
-        *mut eft_output_f32,
-    ) -> u8;
-    let parameters = eft_adaptive_parameters {
-        rig: parameters(),
-        compressibility: 7.56e-13,
-        leakage: 1.3e-11,
-        velocity_delay: 0.0,
-        computation_delay: 0,
-        parts: EFT_FEEDFORWARD | EFT_ESTIMATORS | EFT_GUARD,
-    };
-    let (mut config, mut state) =
-        (MaybeUninit::<eft_adaptive_f32>::uninit(), MaybeUninit::<eft_adaptive_state_f32>::uninit());
-    // Safety: every pointer is valid.
-    let codes = unsafe {
-        [
-            eft_adaptive_configure_f32(&parameters, config.as_mut_ptr(), null_mut()),
-            eft_adaptive_reset_f32(config.as_ptr(), state.as_mut_ptr()),
-        ]
-    };
-    assert!(codes == [0, 0], "refused");
-    let f = probed!(eft_adaptive_step_f32 as AdaptiveStep, AdaptiveStep);
-    let mut tick = 0_u32;
-    worst("eft_adaptive_step_f32", |r| {
-        let (command, m) = rig(&mut tick, r);
-        let input = eft_adaptive_input_f32 {
-            command,
-            velocity: m.velocity,
-            force: m.force,
-            spool: m.spool,
-            supply_pressure: m.supply_pressure,
-            valve_command: 0.0,
-        };
-        // Safety: every pointer is valid.
-        unsafe { f(config.as_ptr(), state.as_mut_ptr(), &input, &mut output) };
-    });
 }
 
 /// What stands around the controller.
@@ -146,10 +107,14 @@ fn around() {
     };
     let (mut observer_config, mut observed) = (MaybeUninit::uninit(), MaybeUninit::uninit());
     let (mut derivative_config, mut derived) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+    let stuck = eft_stuck_parameters { repeats: 3 };
+    let (mut watch, mut watched) = (MaybeUninit::uninit(), MaybeUninit::uninit());
     let (mut config, mut state) = (MaybeUninit::uninit(), MaybeUninit::uninit());
     // Safety: every pointer is valid.
     let codes = unsafe {
         [
+            eft_stuck_configure_f32(&stuck, watch.as_mut_ptr(), null_mut()),
+            eft_stuck_reset_f32(watched.as_mut_ptr()),
             eft_observer_configure_f32(&observer, observer_config.as_mut_ptr(), null_mut()),
             eft_observer_reset_f32(observer_config.as_ptr(), observed.as_mut_ptr(), 0.0, 0.0),
             eft_derivative_configure_f32(&derivative, derivative_config.as_mut_ptr(), null_mut()),
@@ -158,7 +123,7 @@ fn around() {
             eft_protection_reset_f32(state.as_mut_ptr()),
         ]
     };
-    assert!(codes == [0; 6], "refused");
+    assert!(codes == [0; 8], "refused");
     let mut velocity = 0.0;
 
     type Derivative =
@@ -176,6 +141,16 @@ fn around() {
         let config = observer_config.as_ptr();
         // Safety: every pointer is valid.
         unsafe { f(config, observed.as_mut_ptr(), displacement, acceleration, &mut velocity) };
+    });
+
+    type Stuck =
+        unsafe extern "C" fn(*const eft_stuck_f32, *mut eft_stuck_state_f32, f32, f32, f32, *mut u32) -> u8;
+    let mut status = 0;
+    let f = probed!(eft_stuck_step_f32 as Stuck, Stuck);
+    worst("eft_stuck_step_f32", |r| {
+        let (config, state) = (watch.as_ptr(), watched.as_mut_ptr());
+        // Safety: every pointer is valid.
+        unsafe { f(config, state, r.sample(1.0), r.sample(1.5e5), r.sample(1.0), &mut status) };
     });
 
     type Step = unsafe extern "C" fn(

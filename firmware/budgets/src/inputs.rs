@@ -55,3 +55,8 @@ pub fn rig(tick: &mut u32, r: &mut Random) -> (f32, Measurements<f32>) {
     };
     (command, measured)
 }
+
+/// The next tick's command (N) of such a rig, known in advance.
+pub fn next(command: f32, r: &mut Random) -> f32 {
+    if command == 0.0 { 0.0 } else { r.sample(1.0e4) }
+}

@@ -3,6 +3,7 @@
 #![no_main]
 
 mod blocks;
+mod c_adaptive;
 mod c_subjects;
 mod inputs;
 mod probe;

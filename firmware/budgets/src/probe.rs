@@ -86,7 +86,7 @@ fn instructions(ticks: u32) -> u32 {
 }
 
 /// The highest cost over many calls, printed.
-pub fn worst(name: &str, mut call: impl FnMut(&mut Random)) {
+pub fn worst(name: impl core::fmt::Display, mut call: impl FnMut(&mut Random)) {
     let mut worst = Cost::default();
     let mut random = Random(12345);
     for _ in 0..20_000 {

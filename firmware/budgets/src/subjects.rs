@@ -11,7 +11,7 @@ use eft_core::{
 use eft_rigs::guarded_tick;
 
 use crate::blocks::*;
-use crate::inputs::rig;
+use crate::inputs::{next, rig};
 use crate::probe::{probed, worst};
 
 /// Prints one line a function: name, instructions, bytes of stack.
@@ -63,19 +63,34 @@ pub fn run() {
         f32,
         &Measurements<f32>,
     ) -> f32;
-    for (name, function, controller) in [
-        ("adaptive_step", adaptive_step as Adaptive, &ADAPTIVE),
-        ("adaptive_curve_step", adaptive_curve_step as Adaptive, &CORRECTING),
-    ] {
-        let mut state = controller.at_rest();
-        let f = probed!(function, Adaptive);
-        let mut tick = 0_u32;
-        worst(name, |r| {
-            let (command, measured) = rig(&mut tick, r);
-            black_box(f(controller, &mut state, &mut status, command, &measured));
-        });
-        let learned = &state.compensation;
-        assert!(learned.flow_gain() != 1.0 && learned.valve_gain() != 1.0, "nothing was learned");
+    type Ahead = extern "C" fn(
+        &AdaptiveController<f32, N>,
+        &mut AdaptiveControllerState<f32>,
+        &mut u32,
+        f32,
+        f32,
+        &Measurements<f32>,
+    ) -> f32;
+    for (rate, [plain, correcting]) in
+        [("", [&ADAPTIVE, &CORRECTING]), (", 2048 Hz", [&SLOW, &SLOW_CORRECTING])]
+    {
+        for (curve, controller) in [("", plain), (", curve", correcting)] {
+            let mut state = controller.at_rest();
+            let mut tick = 0_u32;
+            let f = probed!(adaptive_step, Adaptive);
+            worst(format_args!("adaptive_step{curve}{rate}"), |r| {
+                let (command, measured) = rig(&mut tick, r);
+                black_box(f(controller, &mut state, &mut status, command, &measured));
+            });
+            let learned = &state.compensation;
+            assert!(learned.flow_gain() != 1.0 && learned.valve_gain() != 1.0, "nothing was learned");
+            let mut state = controller.at_rest();
+            let f = probed!(adaptive_step_ahead, Ahead);
+            worst(format_args!("adaptive_step_ahead{curve}{rate}"), |r| {
+                let (command, measured) = rig(&mut tick, r);
+                black_box(f(controller, &mut state, &mut status, command, next(command, r), &measured));
+            });
+        }
     }
 
     let mut state = FilteredDerivativeState::default();
