@@ -167,9 +167,10 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         S::select(self.correcting, self.curve.apply(&state.curve, demand), demand)
     }
 
-    /// No-load flow (m³/s) that the valve was found to pass at a spool opening (1).
+    /// No-load flow (m³/s) that the valve was found to pass at a spool opening (1); NaN at NaN.
     pub(crate) fn found_flow(&self, state: &AdaptationState<S>, opening: S) -> S {
-        self.curve.undo(&state.curve, self.prediction.curve.eval(opening)) * state.flow_gain.gain
+        let flow = self.curve.undo(&state.curve, self.prediction.curve.eval(opening)) * state.flow_gain.gain;
+        S::select(opening.abs().ge(S::splat(0.0)), flow, opening)
     }
 
     /// One tick's part of the work.

@@ -66,6 +66,9 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
 
     /// No-load flow (m³/s) that the valve was found to pass at a spool opening (1): the table's, corrected and times `θ`.
     ///
+    /// # NaN
+    /// NaN for an opening that is NaN; beyond the table's ends the flow is that of the end.
+    ///
     /// # Cost
     /// For after a test, not for a tick: the correction is searched.
     pub fn found_flow(&self, state: &AdaptiveCompensationState<S>, opening: S) -> S {

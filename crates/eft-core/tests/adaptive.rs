@@ -180,6 +180,9 @@ macro_rules! tests {
                         let packed = wide.found_flow(&packed, Wide::splat(opening as f64)).lane(lane);
                         assert_eq!(found.to_bits(), packed.to_bits());
                     }
+                    assert!(single[lane].found_flow(&states[lane], <$t>::NAN).is_nan());
+                    let end = |opening| single[lane].found_flow(&states[lane], opening).to_bits();
+                    assert_eq!([end(2.0), end(<$t>::INFINITY)], [end(1.0); 2]);
                 }
                 assert!((states[0].flow_gain() - 1.06).abs() < 0.01, "{}", states[0].flow_gain());
                 assert!((states[2].valve_gain() - 1.05).abs() < 0.01, "{}", states[2].valve_gain());

@@ -627,11 +627,21 @@ uint8_t eft_adaptive_compensation_step_f32(const struct eft_adaptive_f32 *config
                                            const struct eft_adaptive_input_f32 *input,
                                            struct eft_output_f32 *output);
 
+// As eft_adaptive_compensation_step, where the next sample's command, N, is known: see
+// eft_adaptive_step_ahead.
+uint8_t eft_adaptive_compensation_step_ahead_f32(const struct eft_adaptive_f32 *config,
+                                                 struct eft_adaptive_state_f32 *state,
+                                                 const struct eft_adaptive_input_f32 *input,
+                                                 float next_command,
+                                                 struct eft_output_f32 *output);
+
 // What was learned so far.
 uint8_t eft_adaptive_learned_f32(const struct eft_adaptive_state_f32 *state, struct eft_learned_f32 *learned);
 
 // No-load flow that the valve was found to pass at a spool opening: m3/s at 1. At the openings of the
-// table it is the rig's new flow curve. For after a test, not for the interrupt: its cost is not counted.
+// table it is the rig's new flow curve, beyond its ends that of the end. EFT_NOT_FINITE for an opening
+// that is NaN or infinite, and *flow stays. For after a test, not for the interrupt: its cost is not
+// counted.
 uint8_t eft_adaptive_flow_f32(const struct eft_adaptive_f32 *config,
                               const struct eft_adaptive_state_f32 *state,
                               float opening,
@@ -690,11 +700,21 @@ uint8_t eft_adaptive_compensation_step_f64(const struct eft_adaptive_f64 *config
                                            const struct eft_adaptive_input_f64 *input,
                                            struct eft_output_f64 *output);
 
+// As eft_adaptive_compensation_step, where the next sample's command, N, is known: see
+// eft_adaptive_step_ahead.
+uint8_t eft_adaptive_compensation_step_ahead_f64(const struct eft_adaptive_f64 *config,
+                                                 struct eft_adaptive_state_f64 *state,
+                                                 const struct eft_adaptive_input_f64 *input,
+                                                 double next_command,
+                                                 struct eft_output_f64 *output);
+
 // What was learned so far.
 uint8_t eft_adaptive_learned_f64(const struct eft_adaptive_state_f64 *state, struct eft_learned_f64 *learned);
 
 // No-load flow that the valve was found to pass at a spool opening: m3/s at 1. At the openings of the
-// table it is the rig's new flow curve. For after a test, not for the interrupt: its cost is not counted.
+// table it is the rig's new flow curve, beyond its ends that of the end. EFT_NOT_FINITE for an opening
+// that is NaN or infinite, and *flow stays. For after a test, not for the interrupt: its cost is not
+// counted.
 uint8_t eft_adaptive_flow_f64(const struct eft_adaptive_f64 *config,
                               const struct eft_adaptive_state_f64 *state,
                               double opening,

@@ -8,7 +8,7 @@ use eft_core::{
 use crate::block::{configuration, done, given, held, opaque};
 use crate::parameters::{EFT_TABLE_CAPACITY, eft_error, eft_parameters, refuse};
 use crate::precision::{eft_output_f32, eft_output_f64};
-use crate::status::{EFT_CORRUPT, EFT_MISSED_TICK, EFT_NULL_POINTER, EFT_OK};
+use crate::status::{EFT_CORRUPT, EFT_MISSED_TICK, EFT_NOT_FINITE, EFT_NULL_POINTER, EFT_OK};
 
 /// eft_adaptive_parameters.parts: demand the command's own flow as well.
 pub const EFT_FEEDFORWARD: u32 = 1;
@@ -69,7 +69,7 @@ macro_rules! precision {
         $module:ident, $t:ty, controller: $controller_words:literal, state: $state_words:literal,
         $Config:ident $State:ident $Input:ident $Output:ident $Learned:ident
         $configure:ident $check:ident $reset:ident $prime:ident $hold:ident $missed:ident $step:ident $ahead:ident
-        $compensation:ident $learned:ident $flow:ident
+        $compensation:ident $compensation_ahead:ident $learned:ident $flow:ident
     ) => {
         mod $module {
             use super::*;
@@ -257,6 +257,26 @@ macro_rules! precision {
                 EFT_OK
             }
 
+            /// As eft_adaptive_compensation_step, where the next sample's command, N, is known: see
+            /// eft_adaptive_step_ahead.
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $compensation_ahead(
+                config: *const $Config,
+                state: *mut $State,
+                input: *const $Input,
+                next_command: $t,
+                output: *mut $Output,
+            ) -> u8 {
+                let core = given!(config.cast::<Core>());
+                let state = given!(mut state.cast::<CoreState>());
+                let i = given!(input);
+                let output = given!(mut output);
+                let (core, state) = (&core.compensation, &mut state.compensation);
+                let out = core.step_ahead(state, i.command, next_command, &measured(i));
+                *output = $Output { valve_command: out.value, compensation: out.value, status: out.status };
+                EFT_OK
+            }
+
             /// What was learned so far.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $learned(state: *const $State, learned: *mut $Learned) -> u8 {
@@ -273,7 +293,9 @@ macro_rules! precision {
             }
 
             /// No-load flow that the valve was found to pass at a spool opening: m3/s at 1. At the openings of the
-            /// table it is the rig's new flow curve. For after a test, not for the interrupt: its cost is not counted.
+            /// table it is the rig's new flow curve, beyond its ends that of the end. EFT_NOT_FINITE for an opening
+            /// that is NaN or infinite, and *flow stays. For after a test, not for the interrupt: its cost is not
+            /// counted.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $flow(
                 config: *const $Config,
@@ -284,6 +306,9 @@ macro_rules! precision {
                 let core = given!(config.cast::<Core>());
                 let state = given!(state.cast::<CoreState>());
                 let flow = given!(mut flow);
+                if !opening.is_finite() {
+                    return EFT_NOT_FINITE;
+                }
                 *flow = core.compensation.found_flow(&state.compensation, opening);
                 EFT_OK
             }
@@ -296,7 +321,8 @@ precision!(
     eft_adaptive_f32 eft_adaptive_state_f32 eft_adaptive_input_f32 eft_output_f32 eft_learned_f32
     eft_adaptive_configure_f32 eft_adaptive_check_f32 eft_adaptive_reset_f32 eft_adaptive_prime_f32
     eft_adaptive_hold_f32 eft_adaptive_missed_f32 eft_adaptive_step_f32
-    eft_adaptive_step_ahead_f32 eft_adaptive_compensation_step_f32
+    eft_adaptive_step_ahead_f32
+    eft_adaptive_compensation_step_f32 eft_adaptive_compensation_step_ahead_f32
     eft_adaptive_learned_f32 eft_adaptive_flow_f32
 );
 precision!(
@@ -304,6 +330,7 @@ precision!(
     eft_adaptive_f64 eft_adaptive_state_f64 eft_adaptive_input_f64 eft_output_f64 eft_learned_f64
     eft_adaptive_configure_f64 eft_adaptive_check_f64 eft_adaptive_reset_f64 eft_adaptive_prime_f64
     eft_adaptive_hold_f64 eft_adaptive_missed_f64 eft_adaptive_step_f64
-    eft_adaptive_step_ahead_f64 eft_adaptive_compensation_step_f64
+    eft_adaptive_step_ahead_f64
+    eft_adaptive_compensation_step_f64 eft_adaptive_compensation_step_ahead_f64
     eft_adaptive_learned_f64 eft_adaptive_flow_f64
 );

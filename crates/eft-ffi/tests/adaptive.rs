@@ -131,21 +131,24 @@ fn the_steps_are_the_cores() {
                 valve_command: input.valve_command,
                 supply_pressure: input.supply_pressure,
             };
-            let mut signal = output;
-            assert_eq!(
-                eft_adaptive_compensation_step_f32(config.as_ptr(), alone.as_mut_ptr(), &input, &mut signal),
-                EFT_OK
-            );
-            let expected = core.compensation.step(&mut expected_alone, input.command, &measured);
-            assert_eq!(signal.valve_command.to_bits(), expected.value.to_bits());
-            assert_eq!(signal.status, expected.status);
             // Half of the time the next command is known.
             let (config, state) = (config.as_ptr(), state.as_mut_ptr());
+            let next = 1.01 * input.command;
+            let (mut signal, alone) = (output, alone.as_mut_ptr());
+            let (code, expected) = if n % 2 == 0 {
+                let code = eft_adaptive_compensation_step_f32(config, alone, &input, &mut signal);
+                (code, core.compensation.step(&mut expected_alone, input.command, &measured))
+            } else {
+                let code = eft_adaptive_compensation_step_ahead_f32(config, alone, &input, next, &mut signal);
+                (code, core.compensation.step_ahead(&mut expected_alone, input.command, next, &measured))
+            };
+            assert_eq!(code, EFT_OK);
+            assert_eq!(signal.valve_command.to_bits(), expected.value.to_bits());
+            assert_eq!(signal.status, expected.status);
             let (code, expected) = if n % 2 == 0 {
                 let code = eft_adaptive_step_f32(config, state, &input, &mut output);
                 (code, core.step(&mut expected_state, input.command, &measured))
             } else {
-                let next = 1.01 * input.command;
                 let code = eft_adaptive_step_ahead_f32(config, state, &input, next, &mut output);
                 (code, core.step_ahead(&mut expected_state, input.command, next, &measured))
             };
@@ -198,6 +201,11 @@ fn the_flow_table_is_corrected_as_the_core_does() {
             assert!((flow / table.flow(x) - ratio).abs() < 0.01, "{x}: {}", flow / table.flow(x));
         }
         assert_eq!(eft_adaptive_flow_f64(config.as_ptr(), null(), 0.1, &mut 0.0), EFT_NULL_POINTER);
+        let mut flow = 7.0;
+        for opening in [f64::NAN, f64::INFINITY] {
+            let code = eft_adaptive_flow_f64(config.as_ptr(), state.as_ptr(), opening, &mut flow);
+            assert_eq!((code, flow), (EFT_NOT_FINITE, 7.0));
+        }
     }
 }
 
@@ -252,6 +260,8 @@ fn what_is_wrong_is_refused_by_name() {
         assert_eq!(eft_adaptive_reset_f32(null(), null_mut()), EFT_NULL_POINTER);
         assert_eq!(eft_adaptive_step_f32(null(), null_mut(), null(), null_mut()), EFT_NULL_POINTER);
         let ahead = eft_adaptive_step_ahead_f64(null(), null_mut(), null(), 0.0, null_mut());
+        assert_eq!(ahead, EFT_NULL_POINTER);
+        let ahead = eft_adaptive_compensation_step_ahead_f64(null(), null_mut(), null(), 0.0, null_mut());
         assert_eq!(ahead, EFT_NULL_POINTER);
         assert_eq!(eft_adaptive_learned_f64(null(), null_mut()), EFT_NULL_POINTER);
     }

@@ -65,7 +65,13 @@ pub fn run() {
                     unsafe { f(config, state, input, output) };
                 });
             }
-            for (name, function) in [("eft_adaptive_step_ahead_f32", eft_adaptive_step_ahead_f32 as Ahead)] {
+            for (name, function) in [
+                ("eft_adaptive_step_ahead_f32", eft_adaptive_step_ahead_f32 as Ahead),
+                (
+                    "eft_adaptive_compensation_step_ahead_f32",
+                    eft_adaptive_compensation_step_ahead_f32 as Ahead,
+                ),
+            ] {
                 let f = probed!(function, Ahead);
                 measure(format_args!("{name}{curve}{rate}"), config, |state, input, next, output| {
                     // Safety: every pointer is valid.

@@ -24,7 +24,8 @@ pub extern "C" fn eft_proof(n: usize) {
     macro_rules! keep {
         ($($function:ident)*) => { $(black_box($function as *const () as usize);)* };
     }
-    keep!(eft_adaptive_check_f32 eft_adaptive_compensation_step_f32 eft_adaptive_configure_f32
+    keep!(eft_adaptive_check_f32 eft_adaptive_compensation_step_f32
+        eft_adaptive_compensation_step_ahead_f32 eft_adaptive_configure_f32
         eft_adaptive_flow_f32 eft_adaptive_hold_f32 eft_adaptive_learned_f32 eft_adaptive_missed_f32
         eft_adaptive_prime_f32 eft_adaptive_reset_f32 eft_adaptive_step_f32 eft_adaptive_step_ahead_f32 eft_check_f32
         eft_compensation_step_f32 eft_configure_f32 eft_derivative_check_f32 eft_derivative_configure_f32
@@ -34,7 +35,8 @@ pub extern "C" fn eft_proof(n: usize) {
         eft_protection_is_down_f32 eft_protection_preview_f32 eft_protection_reset_f32 eft_protection_step_f32 eft_protection_trip_f32
         eft_reset_f32 eft_shadow_init_f32 eft_shadow_offer_f32 eft_shadow_take_f32 eft_step_f32
         eft_stuck_check_f32 eft_stuck_configure_f32 eft_stuck_reset_f32 eft_stuck_step_f32);
-    keep!(eft_adaptive_check_f64 eft_adaptive_compensation_step_f64 eft_adaptive_configure_f64
+    keep!(eft_adaptive_check_f64 eft_adaptive_compensation_step_f64
+        eft_adaptive_compensation_step_ahead_f64 eft_adaptive_configure_f64
         eft_adaptive_flow_f64 eft_adaptive_hold_f64 eft_adaptive_learned_f64 eft_adaptive_missed_f64
         eft_adaptive_prime_f64 eft_adaptive_reset_f64 eft_adaptive_step_f64 eft_adaptive_step_ahead_f64 eft_check_f64
         eft_compensation_step_f64 eft_configure_f64 eft_derivative_check_f64 eft_derivative_configure_f64
