@@ -1,7 +1,10 @@
 //! Protection of the specimen, shown on the rig with faults put in.
 #![allow(clippy::unwrap_used)]
 
-use eft::core::status::{DIVERGED, PROTECTION_WARNING, SHUT_DOWN, TRIPPED};
+use eft::core::status::{
+    DIVERGED, INVALID_COMMAND, INVALID_MEASUREMENT, PROTECTION_WARNING, SHUT_DOWN, TRIPPED,
+};
+use eft::sim::closed_loop::{Channel, Reach, Sample};
 use eft::sim::excitation::{Command, sine_sweep};
 use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
 use toml::Value;
@@ -157,6 +160,107 @@ fn start_and_end_are_soft() {
         {
             let force = run.force[(time * RATE) as usize];
             assert!((force - expected).abs() < 400.0, "{realization} at {time} s: {force} N");
+        }
+    }
+}
+
+/// What the controller refuses leaves its output, and so an open valve, as it is: no trip of the command would reach it.
+#[test]
+fn samples_that_the_controller_refuses_shut_down_as_lost_ones_do() {
+    // The paper's sweep up to 3.75 Hz, past the structure's 1.58 Hz at 5.1 s.
+    let sweep = |amplitude| sine_sweep(amplitude, 0.0, 3.75, 12.0, RATE).unwrap();
+    let at = |signal: &str, kind: &str| {
+        let mut changes = fault(signal, kind);
+        changes[2].1 = 5.1.into();
+        changes
+    };
+    let supply = |kind| [at("supply_pressure", kind), vec![("compensation.supply_correction", true.into())]];
+    let adaptive = vec![
+        ("compensation.adaptive", Value::from(true)),
+        ("compensation.feedforward", true.into()),
+        ("protection.fault_time", 1.0.into()),
+    ];
+    let range = |signal, value: f64| vec![(signal, Value::from(value))];
+    let velocity = at("velocity", "lost");
+    for realization in ["analog", "digital"] {
+        // The paper's protection: no level but what is said.
+        let run = |amplitude, changes: &[(&str, Value)]| {
+            let mut all = vec![
+                ("controller.realization", Value::from(realization)),
+                ("protection.enabled", true.into()),
+            ];
+            all.extend(changes.iter().cloned());
+            let rig = RigConfig::zhao2005().replace(&all).unwrap();
+            simulate::<f64>(&rig, &sweep(amplitude), &SimulateOptions::default(), |_, _| true).unwrap()
+        };
+        let sound = [run(2200.0, &[]), run(8900.0, &[])];
+        for (name, amplitude, changes) in [
+            ("velocity lost", 2200.0, velocity.clone()),
+            ("supply lost", 2200.0, supply("lost").concat()),
+            ("supply zero", 2200.0, supply("zero").concat()),
+            ("supply zero, adaptive", 2200.0, [supply("zero").concat(), adaptive.clone()].concat()),
+            ("spool beyond", 8900.0, range("limits.spool_range", 0.3)),
+            ("force beyond", 8900.0, range("limits.force_range", 8e3)),
+        ] {
+            let run = run(amplitude, &changes);
+            let (refused, shut) =
+                (first(&run, INVALID_MEASUREMENT).unwrap(), first(&run, SHUT_DOWN).unwrap());
+            let displacement = largest(&run.displacement, 0.0);
+            println!(
+                "{realization}, {name}: refused from {refused:.4} s, shut down at {shut:.4} s, |x| {:.1} mm, |F| {:.1} kN",
+                1e3 * displacement,
+                1e-3 * largest(&run.force, 0.0),
+            );
+            // Ten samples are waited for.
+            assert!(shut - refused < 3e-3);
+            let sound = if amplitude < 3e3 { &sound[0] } else { &sound[1] };
+            assert!(displacement < largest(&sound.displacement, 0.0), "{displacement} m");
+            assert!(largest(&run.velocity, 11.0) < 2e-3, "{} m/s", largest(&run.velocity, 11.0));
+        }
+    }
+}
+
+#[test]
+fn a_command_that_is_lost_is_let_down_from_the_last_valid_one() {
+    for (realization, reach) in [("analog", Reach::Compensation), ("digital", Reach::ValveCommand)] {
+        let changes = [
+            ("controller.realization", Value::from(realization)),
+            ("protection.enabled", true.into()),
+            ("protection.force_trip", 20e3.into()),
+            ("protection.ramp_time", 0.05.into()),
+        ];
+        let rig = RigConfig::zhao2005().replace(&changes).unwrap();
+        // At the moment of the trip, or for good.
+        for (lost, force) in [(1, 25e3), (400, 1e3)] {
+            let mut channel = Channel::<f64>::new(&rig, RATE, reach).unwrap();
+            let mut step = |command: f64, force: f64| {
+                channel.step(&Sample {
+                    command,
+                    next_command: command,
+                    velocity: 0.0,
+                    force,
+                    spool: 0.01,
+                    displacement: 0.0,
+                    valve_command: 0.1,
+                    supply_pressure: 1.9e7,
+                    acceleration: 0.0,
+                })
+            };
+            for _ in 0..200 {
+                assert!((step(1e3, 1e3).permitted_command - 1e3).abs() < 1e-9);
+            }
+            let mut last = 1e3;
+            for n in 0..400 {
+                let out = if n < lost { step(f64::NAN, force) } else { step(1e3, 1e3) };
+                assert!(out.permitted_command <= last + 1e-9, "{realization} {n}: {}", out.permitted_command);
+                assert_eq!(out.status & INVALID_COMMAND != 0, n < lost);
+                assert!(out.value.is_finite());
+                last = out.permitted_command;
+                // The loop itself is sound.
+                assert_eq!((out.status & SHUT_DOWN, out.authority), (0, 1.0));
+                assert_eq!(out.status & TRIPPED != 0, lost == 1 || n >= 10, "{n}");
+            }
+            assert!(last.abs() < 1e-9, "{last}");
         }
     }
 }

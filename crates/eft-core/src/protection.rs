@@ -2,12 +2,12 @@
 //!
 //! Two stages. A *trip* freezes the force command and takes it to zero along a ramp, the force loop still closed:
 //! the specimen is let down gently. A *shutdown* takes the whole valve command to zero, for when the loop itself
-//! cannot be trusted: measurements stay lost, a signal goes well beyond its trip level, or the force stays when the
-//! ramp is over. A closed valve locks the piston, and a moving mass against locked oil makes a large force: the
+//! cannot be trusted: measurements stay lost, the controller refuses its samples and holds its output, a signal goes
+//! well beyond its trip level, or the force stays when the ramp is over. A closed valve locks the piston, and a moving mass against locked oil makes a large force: the
 //! shutdown must be slow against the specimen's period, or act with a bypass valve across the actuator.
 
 use crate::controller::ControllerOutput;
-use crate::error::{ConfigError, check, positive, range, within};
+use crate::error::{ConfigError, LARGEST, check, positive, range, whole};
 use crate::protection_parameters::{Limit, ProtectionParameters, share};
 use crate::scalar::{Flags, Mask, Scalar};
 use crate::status;
@@ -34,10 +34,12 @@ pub struct ProtectionState<S> {
     scale: S,
     /// Share of the valve command (1) that is taken away.
     shut_share: S,
-    /// The command (N) at the trip.
-    frozen: S,
-    /// Invalid samples in a row (1).
+    /// The last valid command (N), since a trip the one there was.
+    command: S,
+    /// Samples in a row (1) of which a measurement is lost, the command is lost, that the controller refused.
     lost: S,
+    unasked: S,
+    refused: S,
     /// Samples in a row with a fault that the controller reports (1).
     faulty: S,
     /// 1 once a fault has persisted.
@@ -51,11 +53,11 @@ pub struct ProtectionState<S> {
 /// One sample's result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Protected<S: Scalar> {
-    /// The force command (N) that may be followed.
+    /// The force command (N) that may be followed; finite.
     pub command: S,
     /// Factor on the valve command (1).
     pub authority: S,
-    /// [`status::PROTECTION_WARNING`], [`status::TRIPPED`], [`status::SHUT_DOWN`].
+    /// [`status::PROTECTION_WARNING`], [`status::TRIPPED`], [`status::SHUT_DOWN`], [`status::INVALID_COMMAND`].
     pub status: S::Flags,
 }
 
@@ -64,8 +66,9 @@ impl<S: Scalar> Protection<S> {
     /// opening (1).
     ///
     /// # NaN
-    /// A measurement that is not finite counts as lost; an invalid command is passed on as it is for the controller
-    /// to refuse.
+    /// A measurement that is not finite counts as lost. In place of a command that is not finite or beyond
+    /// [`LARGEST`] the last valid one is followed and [`status::INVALID_COMMAND`] raised; when it stays lost the test
+    /// is tripped.
     ///
     /// # Cost
     /// Independent of history.
@@ -80,64 +83,71 @@ impl<S: Scalar> Protection<S> {
         spool: S,
     ) -> Protected<S> {
         let (zero, one, half) = (S::splat(0.0), S::splat(1.0), S::splat(0.5));
-        let signals = [
-            (self.force, force),
-            (self.displacement, displacement),
-            (self.velocity, velocity),
-            (self.spool, spool),
-        ];
-        let none = S::Mask::splat(false);
-        let most = S::splat(f32::MAX as f64);
-        let over = |level: fn(&Limit<S>) -> S| {
-            // What is not finite is lost, not large.
-            signals
-                .iter()
-                .fold(none, |any, (limit, value)| any | (value.abs().gt(level(limit)) & value.abs().le(most)))
-        };
-        let valid = signals.iter().fold(!none, |all, (_, value)| all & value.abs().le(most));
-        state.lost = S::select(valid, zero, (state.lost + one).limit(zero, S::splat(1e6)));
-        let lost = state.lost.gt(self.lost_samples);
         let before = state.tripped.gt(half);
+        let commanded = command.abs().le(S::splat(LARGEST));
+        state.command = S::select(commanded & !before, command, state.command);
+        state.unasked = in_a_row(state.unasked, !commanded);
+        let most = S::splat(f32::MAX as f64);
+        let mut valid = S::Mask::splat(true);
+        let mut size = |value: S| {
+            let finite = value.abs().le(most);
+            valid = valid & finite;
+            // What is not finite is lost, not large.
+            S::select(finite, value.abs(), zero)
+        };
+        let sizes = [
+            (self.force, size(force)),
+            (self.displacement, size(displacement)),
+            (self.velocity, size(velocity)),
+            (self.spool, size(spool)),
+        ];
+        let over = |level: fn(&Limit<S>) -> S| {
+            sizes.iter().fold(S::Mask::splat(false), |any, (limit, size)| any | size.gt(level(limit)))
+        };
+        state.lost = in_a_row(state.lost, !valid);
+        let lost = state.lost.gt(self.lost_samples);
         // The ramp is over and the force is still there, or a sensor lied: the loop does not do what it should.
         let unruly = force.abs().gt(self.force.warning) | state.distrusted.gt(half);
         let stays = before & state.scale.le(zero) & unruly;
         let shut = state.shut_down.gt(half) | lost | over(|limit| limit.shutdown) | stays;
-        let tripped = before | shut | over(|limit| limit.trip);
-        state.frozen = S::select(before, state.frozen, command);
+        let tripped = before | shut | over(|limit| limit.trip) | state.unasked.gt(self.lost_samples);
         state.tripped = S::select(tripped, one, zero);
         state.shut_down = S::select(shut, one, zero);
         state.scale = self.next_scale(state);
         state.shut_share = S::select(shut, (state.shut_share + self.shut).limit(zero, one), zero);
         let warning = over(|limit| limit.warning);
         Protected {
-            command: state.scale * S::select(tripped, state.frozen, command),
+            command: state.scale * state.command,
             authority: one - state.shut_share,
             status: S::flag(warning, status::PROTECTION_WARNING)
                 | S::flag(tripped, status::TRIPPED)
-                | S::flag(shut, status::SHUT_DOWN),
+                | S::flag(shut, status::SHUT_DOWN)
+                | S::flag(!commanded, status::INVALID_COMMAND),
         }
     }
 
-    /// Counts samples in a row whose flags say that a measurement cannot be right, though it looks plausible
-    /// ([`status::ADAPTATION_FROZEN`], [`status::STUCK_MEASUREMENT`]), and trips when they persist; the ramp down is
-    /// followed by a shutdown then. After each [`step`](Self::step), with the command (N) that this gave.
+    /// Counts samples in a row by what the controller reports of them. Those that it refused, so that it holds its
+    /// output ([`status::INVALID_MEASUREMENT`], [`status::INVALID_COMMAND`]), shut down when they persist as lost
+    /// measurements do. Those of which a measurement cannot be right, though it looks plausible
+    /// ([`status::ADAPTATION_FROZEN`], [`status::STUCK_MEASUREMENT`]), trip when they persist; the ramp down is
+    /// followed by a shutdown then. After each [`step`](Self::step).
     #[inline(always)]
-    pub fn watch(&self, state: &mut ProtectionState<S>, flags: S::Flags, command: S) {
-        let faults = status::ADAPTATION_FROZEN | status::STUCK_MEASUREMENT;
-        let fault = S::Mask::from_lanes(|i| flags.lane(i) & faults != 0);
-        let (zero, one) = (S::splat(0.0), S::splat(1.0));
-        let count = (state.faulty + one).limit(zero, S::splat(1e9));
-        state.faulty = S::select(fault, count, zero);
+    pub fn watch(&self, state: &mut ProtectionState<S>, flags: S::Flags) {
+        let raised = |faults: u32| S::Mask::from_lanes(|i| flags.lane(i) & faults != 0);
+        let one = S::splat(1.0);
+        state.refused =
+            in_a_row(state.refused, raised(status::INVALID_MEASUREMENT | status::INVALID_COMMAND));
+        state.shut_down = S::select(state.refused.gt(self.lost_samples), one, state.shut_down);
+        state.faulty = in_a_row(state.faulty, raised(status::ADAPTATION_FROZEN | status::STUCK_MEASUREMENT));
         let before = state.tripped.gt(S::splat(0.5));
         let trips = state.faulty.gt(self.fault_samples) & !before;
-        state.frozen = S::select(trips, command, state.frozen);
         state.tripped = S::select(trips, one, state.tripped);
         state.distrusted = S::select(trips, one, state.distrusted);
     }
 
-    /// The controller's output as it may drive the valve: the authority on its valve command, the flags of both. Faults
-    /// that the controller reports, and a stuck sensor, are [watched](Self::watch). After each [`step`](Self::step),
-    /// with what this gave.
+    /// The controller's output as it may drive the valve: the authority on its valve command, the flags of both. What
+    /// the controller refused, faults that it reports, and a stuck sensor are [watched](Self::watch). After each
+    /// [`step`](Self::step), with what this gave.
     ///
     /// # Cost
     /// Independent of history.
@@ -148,7 +158,7 @@ impl<S: Scalar> Protection<S> {
         protected: &Protected<S>,
         output: ControllerOutput<S>,
     ) -> ControllerOutput<S> {
-        self.watch(state, output.status, protected.command);
+        self.watch(state, output.status);
         ControllerOutput {
             valve_command: output.valve_command * protected.authority,
             status: output.status | protected.status,
@@ -159,8 +169,8 @@ impl<S: Scalar> Protection<S> {
     /// What the next [`step`](Self::step) will make of a command (N) if nothing new happens.
     #[inline(always)]
     pub fn preview(&self, state: &ProtectionState<S>, command: S) -> S {
-        let tripped = state.tripped.gt(S::splat(0.5));
-        self.next_scale(state) * S::select(tripped, state.frozen, command)
+        let followed = command.abs().le(S::splat(LARGEST)) & !state.tripped.gt(S::splat(0.5));
+        self.next_scale(state) * S::select(followed, command, state.command)
     }
 
     /// Protections of single rigs side by side.
@@ -195,10 +205,8 @@ impl<S: Scalar> Protection<S> {
 }
 
 impl<S: Scalar> ProtectionState<S> {
-    /// Trips from outside: an emergency stop, or a guard that saw the compensation grow unstable.
-    pub fn trip(&mut self, command: S) {
-        let before = self.tripped.gt(S::splat(0.5));
-        self.frozen = S::select(before, self.frozen, command);
+    /// Trips from outside, at the last command: an emergency stop, or another actuator of the same specimen.
+    pub fn trip(&mut self) {
         self.tripped = S::splat(1.0);
     }
 
@@ -213,14 +221,20 @@ impl<S: Scalar> ProtectionState<S> {
     }
 }
 
+/// How many samples in a row (1) it has been so.
+#[inline(always)]
+fn in_a_row<S: Scalar>(count: S, so: S::Mask) -> S {
+    S::select(so, count + S::splat(1.0), S::splat(0.0))
+}
+
 macro_rules! constructor {
     ($t:ty) => {
         impl Protection<$t> {
             /// From its parameters.
             ///
             /// # Errors
-            /// A level that is negative or not a number, a warning above its trip, a time outside [0, 1e6] s, a sample
-            /// rate that is not positive.
+            /// A level that is negative or not a number, a warning above its trip, a time outside [0, 1e6] s, lost
+            /// samples that are no whole number in [0, 1e5], a sample rate that is not positive.
             pub const fn new(p: &ProtectionParameters) -> Result<Self, ConfigError> {
                 let rate = check!(positive("sample_rate", p.sample_rate));
                 Ok(Self {
@@ -235,7 +249,7 @@ macro_rules! constructor {
                     rise: check!(share("start_time", p.start_time, rate)) as $t,
                     fall: check!(share("ramp_time", p.ramp_time, rate)) as $t,
                     shut: check!(share("shutdown_time", p.shutdown_time, rate)) as $t,
-                    lost_samples: check!(within("lost_samples", p.lost_samples, 0.0, 1e5)) as $t,
+                    lost_samples: check!(whole("lost_samples", p.lost_samples, 1e5)) as $t,
                     // Beyond what the count can reach where there is no limit.
                     fault_samples: check!(range(
                         "fault_time",
@@ -322,7 +336,7 @@ mod tests {
         let mut command_with = |fault: bool| {
             let out = p.step(&mut state, 60.0, 0.0, 0.1, 0.0, 0.0);
             let flags = if fault { status::ADAPTATION_FROZEN } else { status::SPOOL_WARNING };
-            p.watch(&mut state, flags, out.command);
+            p.watch(&mut state, flags);
             (out.command, out.status)
         };
         for fault in [true, true, true, true, true, false, true, true, true, true, true, true] {
@@ -349,7 +363,7 @@ mod tests {
             let output = ControllerOutput { valve_command: 4.0, compensation: 3.0, status: flags };
             let out = p.apply(&mut state, &permitted, output);
             assert_eq!(p.step(&mut watched, 50.0, force, 0.1, 0.0, 0.0), permitted);
-            p.watch(&mut watched, flags, permitted.command);
+            p.watch(&mut watched, flags);
             assert_eq!(state, watched);
             assert_eq!((out.valve_command, out.compensation), (4.0 * permitted.authority, 3.0));
             assert_eq!(out.status, flags | permitted.status);
@@ -418,5 +432,23 @@ mod tests {
         assert!(with(Levels::NONE).is_ok());
         assert!(with(Levels { warning: 2.0, trip: 1.0 }).is_err());
         assert!(with(Levels { warning: f64::NAN, trip: 1.0 }).is_err());
+        let waiting = |lost_samples| {
+            let levels = Levels::NONE;
+            Protection::<f64>::new(&ProtectionParameters {
+                force: levels,
+                displacement: levels,
+                velocity: levels,
+                spool: levels,
+                start_time: 0.0,
+                ramp_time: 0.0,
+                shutdown_time: 0.0,
+                lost_samples,
+                fault_time: f64::MAX,
+                sample_rate: 1000.0,
+            })
+        };
+        let refusal = waiting(0.5).unwrap_err();
+        assert_eq!(refusal, ConfigError::NotWhole { parameter: "lost_samples", value: 0.5 });
+        assert!(waiting(1e5).is_ok() && waiting(1e5 + 1.0).is_err() && waiting(f64::NAN).is_err());
     }
 }

@@ -36,7 +36,8 @@ pub struct ProtectionParameters {
     pub ramp_time: f64,
     /// Time (s) from the whole valve command to zero in a shutdown.
     pub shutdown_time: f64,
-    /// So many invalid samples in a row (1) are waited for before the shutdown.
+    /// So many lost or refused samples in a row (1), a whole number, are waited for before the shutdown; so many lost
+    /// commands before the trip.
     pub lost_samples: f64,
     /// Time (s) for which a fault that the controller reports is waited for before the trip; `f64::MAX` for ever.
     pub fault_time: f64,

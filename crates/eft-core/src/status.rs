@@ -12,7 +12,7 @@ pub const COMMAND_LIMITED: u32 = 1 << 3;
 pub const RATE_LIMITED: u32 = 1 << 4;
 /// A measurement was not finite or out of its range; the last output is held.
 pub const INVALID_MEASUREMENT: u32 = 1 << 5;
-/// The force command was not finite; the last output is held.
+/// The force command was not finite; the last output is held, or a protection follows the last valid command.
 pub const INVALID_COMMAND: u32 = 1 << 6;
 /// The output was held on request.
 pub const HELD: u32 = 1 << 7;

@@ -21,7 +21,7 @@
 #endif
 
 // Changes with every incompatible change of the header.
-#define EFT_ABI_VERSION 4
+#define EFT_ABI_VERSION 5
 
 // eft_adaptive_parameters.parts: demand the command's own flow as well.
 #define EFT_FEEDFORWARD 1
@@ -86,6 +86,9 @@
 // The configuration is not what its parameters make.
 #define EFT_CORRUPT 10
 
+// A parameter is no whole number.
+#define EFT_NOT_WHOLE 11
+
 // Measured or required spool opening beyond the warning level.
 #define EFT_SPOOL_WARNING (1 << 0)
 
@@ -104,7 +107,7 @@
 // A measurement was not finite or out of its range; the last output is held.
 #define EFT_INVALID_MEASUREMENT (1 << 5)
 
-// The force command was not finite; the last output is held.
+// The force command was not finite; the last output is held, or a protection follows the last valid command.
 #define EFT_INVALID_COMMAND (1 << 6)
 
 // The output was held on request.
@@ -405,7 +408,8 @@ typedef struct eft_protection_parameters {
   double ramp_time;
   // Time from the whole valve command to zero in a shutdown, s.
   double shutdown_time;
-  // Lost samples in a row that are waited for before a shutdown, 1.
+  // Lost or refused samples in a row that are waited for before a shutdown, lost commands before a trip; a whole
+  // number, 1.
   double lost_samples;
   // Time for which EFT_ADAPTATION_FROZEN or EFT_STUCK_MEASUREMENT is waited for before a trip, s.
   double fault_time;
@@ -437,11 +441,11 @@ typedef struct eft_protection_input_f32 {
 
 // What the protection permits in one tick.
 typedef struct eft_permitted_f32 {
-  // The force command for the controller's step, N.
+  // The force command for the controller's step, N; finite.
   float command;
   // Factor on the valve command, 1; eft_protection_apply puts it there.
   float authority;
-  // EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN.
+  // EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN, EFT_INVALID_COMMAND.
   uint32_t status;
 } eft_permitted_f32;
 
@@ -471,11 +475,11 @@ typedef struct eft_protection_input_f64 {
 
 // What the protection permits in one tick.
 typedef struct eft_permitted_f64 {
-  // The force command for the controller's step, N.
+  // The force command for the controller's step, N; finite.
   double command;
   // Factor on the valve command, 1; eft_protection_apply puts it there.
   double authority;
-  // EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN.
+  // EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN, EFT_INVALID_COMMAND.
   uint32_t status;
 } eft_permitted_f64;
 
@@ -841,7 +845,8 @@ uint8_t eft_protection_check_f32(const struct eft_protection_f32 *config,
 uint8_t eft_protection_reset_f32(struct eft_protection_state_f32 *state);
 
 // One tick, before the controller's step, which gets permitted->command. A measurement that is NaN or
-// infinite counts as lost; an invalid command is passed on for the controller to refuse.
+// infinite counts as lost. In place of such a command the last valid one is followed and
+// EFT_INVALID_COMMAND raised; when it stays lost the test is tripped.
 uint8_t eft_protection_step_f32(const struct eft_protection_f32 *config,
                                 struct eft_protection_state_f32 *state,
                                 const struct eft_protection_input_f32 *input,
@@ -855,14 +860,16 @@ uint8_t eft_protection_preview_f32(const struct eft_protection_f32 *config,
                                    float *permitted);
 
 // After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
-// that persists in output->status trips the test. *permitted is what the step gave.
+// that persists in output->status trips the test; samples that the controller keeps refusing, so that it
+// holds its output (EFT_INVALID_MEASUREMENT, EFT_INVALID_COMMAND), shut it down as lost ones do.
+// *permitted is what the step gave.
 uint8_t eft_protection_apply_f32(const struct eft_protection_f32 *config,
                                  struct eft_protection_state_f32 *state,
                                  const struct eft_permitted_f32 *permitted,
                                  struct eft_output_f32 *output);
 
-// Trips from outside, as an emergency stop does, at the permitted command, N. Not while a step runs.
-uint8_t eft_protection_trip_f32(struct eft_protection_state_f32 *state, float command);
+// Trips from outside, as an emergency stop does, at the last command. Not while a step runs.
+uint8_t eft_protection_trip_f32(struct eft_protection_state_f32 *state);
 
 // Asks for the soft end: the command, still followed, fades along the ramp. Not while a step runs.
 uint8_t eft_protection_end_f32(struct eft_protection_state_f32 *state);
@@ -885,7 +892,8 @@ uint8_t eft_protection_check_f64(const struct eft_protection_f64 *config,
 uint8_t eft_protection_reset_f64(struct eft_protection_state_f64 *state);
 
 // One tick, before the controller's step, which gets permitted->command. A measurement that is NaN or
-// infinite counts as lost; an invalid command is passed on for the controller to refuse.
+// infinite counts as lost. In place of such a command the last valid one is followed and
+// EFT_INVALID_COMMAND raised; when it stays lost the test is tripped.
 uint8_t eft_protection_step_f64(const struct eft_protection_f64 *config,
                                 struct eft_protection_state_f64 *state,
                                 const struct eft_protection_input_f64 *input,
@@ -899,14 +907,16 @@ uint8_t eft_protection_preview_f64(const struct eft_protection_f64 *config,
                                    double *permitted);
 
 // After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
-// that persists in output->status trips the test. *permitted is what the step gave.
+// that persists in output->status trips the test; samples that the controller keeps refusing, so that it
+// holds its output (EFT_INVALID_MEASUREMENT, EFT_INVALID_COMMAND), shut it down as lost ones do.
+// *permitted is what the step gave.
 uint8_t eft_protection_apply_f64(const struct eft_protection_f64 *config,
                                  struct eft_protection_state_f64 *state,
                                  const struct eft_permitted_f64 *permitted,
                                  struct eft_output_f64 *output);
 
-// Trips from outside, as an emergency stop does, at the permitted command, N. Not while a step runs.
-uint8_t eft_protection_trip_f64(struct eft_protection_state_f64 *state, double command);
+// Trips from outside, as an emergency stop does, at the last command. Not while a step runs.
+uint8_t eft_protection_trip_f64(struct eft_protection_state_f64 *state);
 
 // Asks for the soft end: the command, still followed, fades along the ramp. Not while a step runs.
 uint8_t eft_protection_end_f64(struct eft_protection_state_f64 *state);

@@ -29,7 +29,7 @@ pub use stuck::*;
 pub use velocity::*;
 
 /// Changes with every incompatible change of the header.
-pub const EFT_ABI_VERSION: u32 = 4;
+pub const EFT_ABI_VERSION: u32 = 5;
 
 /// The version this library was built with: compare it with EFT_ABI_VERSION once at start-up.
 #[unsafe(no_mangle)]

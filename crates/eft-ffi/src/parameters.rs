@@ -80,6 +80,10 @@ impl eft_parameters {
             lowest: 0.0,
             highest: f64::from(highest),
         };
+        if self.reserved != 0 {
+            let value = f64::from(self.reserved);
+            return Err(ConfigError::OutOfRange { parameter: "reserved", value, lowest: 0.0, highest: 0.0 });
+        }
         Ok(CompensationParameters {
             mode: match self.mode {
                 EFT_MODE_OFF => Mode::Off,
@@ -141,20 +145,21 @@ pub struct eft_error {
 
 impl eft_error {
     pub(crate) fn from(error: &ConfigError) -> Self {
-        let (name, value, lowest, highest, index) = match *error {
-            ConfigError::NotFinite { parameter } => (parameter, 0.0, 0.0, 0.0, 0),
-            ConfigError::NotPositive { parameter, value } => (parameter, value, 0.0, 0.0, 0),
-            ConfigError::OutOfRange { parameter, value, lowest, highest } => {
-                (parameter, value, lowest, highest, 0)
-            }
-            ConfigError::NotIncreasing { parameter, index } | ConfigError::TooSteep { parameter, index } => {
-                (parameter, 0.0, 0.0, 0.0, index)
-            }
-            ConfigError::Length { parameter, length, shortest, longest } => {
-                (parameter, length as f64, shortest as f64, longest as f64, 0)
-            }
-            _ => ("", 0.0, 0.0, 0.0, 0),
-        };
+        let (name, value, lowest, highest, index) =
+            match *error {
+                ConfigError::NotFinite { parameter } => (parameter, 0.0, 0.0, 0.0, 0),
+                ConfigError::NotPositive { parameter, value }
+                | ConfigError::NotWhole { parameter, value } => (parameter, value, 0.0, 0.0, 0),
+                ConfigError::OutOfRange { parameter, value, lowest, highest } => {
+                    (parameter, value, lowest, highest, 0)
+                }
+                ConfigError::NotIncreasing { parameter, index }
+                | ConfigError::TooSteep { parameter, index } => (parameter, 0.0, 0.0, 0.0, index),
+                ConfigError::Length { parameter, length, shortest, longest } => {
+                    (parameter, length as f64, shortest as f64, longest as f64, 0)
+                }
+                _ => ("", 0.0, 0.0, 0.0, 0),
+            };
         let mut parameter = [0; 28];
         for (to, from) in parameter.iter_mut().take(27).zip(name.bytes()) {
             *to = from as c_char;

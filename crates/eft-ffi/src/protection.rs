@@ -37,7 +37,8 @@ pub struct eft_protection_parameters {
     pub ramp_time: f64,
     /// Time from the whole valve command to zero in a shutdown, s.
     pub shutdown_time: f64,
-    /// Lost samples in a row that are waited for before a shutdown, 1.
+    /// Lost or refused samples in a row that are waited for before a shutdown, lost commands before a trip; a whole
+    /// number, 1.
     pub lost_samples: f64,
     /// Time for which EFT_ADAPTATION_FROZEN or EFT_STUCK_MEASUREMENT is waited for before a trip, s.
     pub fault_time: f64,
@@ -100,11 +101,11 @@ macro_rules! precision {
             #[repr(C)]
             #[derive(Debug, Clone, Copy)]
             pub struct $Permitted {
-                /// The force command for the controller's step, N.
+                /// The force command for the controller's step, N; finite.
                 pub command: $t,
                 /// Factor on the valve command, 1; eft_protection_apply puts it there.
                 pub authority: $t,
-                /// EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN.
+                /// EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN, EFT_INVALID_COMMAND.
                 pub status: u32,
             }
 
@@ -126,7 +127,8 @@ macro_rules! precision {
             }
 
             /// One tick, before the controller's step, which gets permitted->command. A measurement that is NaN or
-            /// infinite counts as lost; an invalid command is passed on for the controller to refuse.
+            /// infinite counts as lost. In place of such a command the last valid one is followed and
+            /// EFT_INVALID_COMMAND raised; when it stays lost the test is tripped.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $step(
                 config: *const $Config,
@@ -161,7 +163,9 @@ macro_rules! precision {
             }
 
             /// After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
-            /// that persists in output->status trips the test. *permitted is what the step gave.
+            /// that persists in output->status trips the test; samples that the controller keeps refusing, so that it
+            /// holds its output (EFT_INVALID_MEASUREMENT, EFT_INVALID_COMMAND), shut it down as lost ones do.
+            /// *permitted is what the step gave.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $apply(
                 config: *const $Config,
@@ -188,11 +192,11 @@ macro_rules! precision {
                 EFT_OK
             }
 
-            /// Trips from outside, as an emergency stop does, at the permitted command, N. Not while a step runs.
+            /// Trips from outside, as an emergency stop does, at the last command. Not while a step runs.
             #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $trip(state: *mut $State, command: $t) -> u8 {
+            pub unsafe extern "C" fn $trip(state: *mut $State) -> u8 {
                 let state = given!(mut state.cast::<CoreState>());
-                state.trip(command);
+                state.trip();
                 EFT_OK
             }
 

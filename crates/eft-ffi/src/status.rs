@@ -24,6 +24,8 @@ pub const EFT_BUSY: u8 = 8;
 pub const EFT_REFUSED: u8 = 9;
 /// The configuration is not what its parameters make.
 pub const EFT_CORRUPT: u8 = 10;
+/// A parameter is no whole number.
+pub const EFT_NOT_WHOLE: u8 = 11;
 
 /// Measured or required spool opening beyond the warning level.
 pub const EFT_SPOOL_WARNING: u32 = 1 << 0;
@@ -37,7 +39,7 @@ pub const EFT_COMMAND_LIMITED: u32 = 1 << 3;
 pub const EFT_RATE_LIMITED: u32 = 1 << 4;
 /// A measurement was not finite or out of its range; the last output is held.
 pub const EFT_INVALID_MEASUREMENT: u32 = 1 << 5;
-/// The force command was not finite; the last output is held.
+/// The force command was not finite; the last output is held, or a protection follows the last valid command.
 pub const EFT_INVALID_COMMAND: u32 = 1 << 6;
 /// The output was held on request.
 pub const EFT_HELD: u32 = 1 << 7;
@@ -84,6 +86,7 @@ pub(crate) fn of(error: &ConfigError) -> u8 {
         ConfigError::NotFinite { .. } => EFT_NOT_FINITE,
         ConfigError::NotPositive { .. } => EFT_NOT_POSITIVE,
         ConfigError::OutOfRange { .. } => EFT_OUT_OF_RANGE,
+        ConfigError::NotWhole { .. } => EFT_NOT_WHOLE,
         ConfigError::NotIncreasing { .. } => EFT_NOT_INCREASING,
         ConfigError::Length { .. } => EFT_LENGTH,
         ConfigError::TooSteep { .. } => EFT_TOO_STEEP,

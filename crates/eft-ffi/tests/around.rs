@@ -116,7 +116,7 @@ fn what_may_pass_is_the_cores() {
         for n in 0..400_u16 {
             let swing = (0.1 * f32::from(n)).sin();
             let input = eft_protection_input_f32 {
-                command: 7.0e3 * swing,
+                command: if n == 60 { f32::NAN } else { 7.0e3 * swing },
                 // From 300 on the load cell is lost.
                 force: if n < 300 { 8.1e3 * swing } else { f32::NAN },
                 displacement: 0.04 * swing,
@@ -160,7 +160,28 @@ fn what_may_pass_is_the_cores() {
             assert_eq!(output.status & EFT_TRIPPED != 0, n > 150 + 20, "{n}");
         }
         let all = EFT_PROTECTION_WARNING | EFT_TRIPPED | EFT_SHUT_DOWN | EFT_ADAPTATION_FROZEN;
-        assert_eq!(seen, all);
+        assert_eq!(seen, all | EFT_INVALID_COMMAND);
+    }
+}
+
+#[test]
+fn a_controller_that_keeps_refusing_is_shut_down() {
+    let (mut state, mut permitted) = (MaybeUninit::zeroed(), MaybeUninit::uninit());
+    let input =
+        eft_protection_input_f32 { command: 4.0e3, force: 0.0, displacement: 0.0, velocity: 0.0, spool: 0.0 };
+    // Safety: every pointer is valid; a state of zero bytes is one.
+    unsafe {
+        let config = configured!(&PROTECTION, eft_protection_configure_f32, eft_protection_check_f32);
+        for n in 0..100 {
+            eft_protection_step_f32(&config, state.as_mut_ptr(), &input, permitted.as_mut_ptr());
+            let status = if n < 50 { 0 } else { EFT_INVALID_MEASUREMENT };
+            let mut output = eft_output_f32 { valve_command: 5.0, compensation: 3.0, status };
+            eft_protection_apply_f32(&config, state.as_mut_ptr(), permitted.as_ptr(), &mut output);
+            // Three are waited for.
+            assert_eq!(output.status & EFT_SHUT_DOWN != 0, n >= 54, "{n}");
+            assert_eq!(output.valve_command < 5.0, n >= 54, "{n}");
+            assert!(n < 95 || output.valve_command.abs() <= 0.0, "{n}");
+        }
     }
 }
 
@@ -185,7 +206,7 @@ fn from_outside_it_trips_and_ends() {
             let code = if end {
                 eft_protection_end_f64(state.as_mut_ptr())
             } else {
-                eft_protection_trip_f64(state.as_mut_ptr(), 4.0e3)
+                eft_protection_trip_f64(state.as_mut_ptr())
             };
             assert_eq!(code, EFT_OK);
             assert_eq!(eft_protection_is_down_f64(state.as_ptr(), &mut down), EFT_OK);
@@ -238,6 +259,11 @@ fn what_is_wrong_is_refused() {
         let mut protection = MaybeUninit::<eft_protection_f32>::uninit();
         let code = eft_protection_configure_f32(&wrong, protection.as_mut_ptr(), null_mut());
         assert_eq!(code, EFT_OUT_OF_RANGE);
+        let wrong = eft_protection_parameters { lost_samples: 0.5, ..PROTECTION };
+        let code = eft_protection_configure_f32(&wrong, protection.as_mut_ptr(), why.as_mut_ptr());
+        let why = why.assume_init();
+        assert_eq!((code, why.value.to_bits()), (EFT_NOT_WHOLE, 0.5_f64.to_bits()));
+        assert_eq!(&why.parameter.map(|c| c as u8)[..13], b"lost_samples\0");
         let config = configured!(&PROTECTION, eft_protection_configure_f32, eft_protection_check_f32);
         let other = eft_protection_parameters { ramp_time: 1.0, ..PROTECTION };
         assert_eq!(eft_protection_check_f32(&config, &other), EFT_CORRUPT);
@@ -256,7 +282,7 @@ fn what_is_wrong_is_refused() {
             eft_protection_step_f32(&config, null_mut(), null(), null_mut()),
             eft_protection_apply_f32(&config, null_mut(), null(), null_mut()),
             eft_protection_preview_f32(&config, null(), 0.0, null_mut()),
-            eft_protection_trip_f32(null_mut(), 0.0),
+            eft_protection_trip_f32(null_mut()),
             eft_protection_end_f32(null_mut()),
             eft_protection_is_down_f32(null(), null_mut()),
             eft_stuck_configure_f32(null(), null_mut(), null_mut()),

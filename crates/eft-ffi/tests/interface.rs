@@ -135,6 +135,7 @@ fn refusals_say_what_was_wrong() {
     assert_eq!((why.index, &name[..6]), (3, &b"flows\0"[..]));
     for (p, code) in [
         (eft_parameters { mode: 3, ..parameters() }, EFT_OUT_OF_RANGE),
+        (eft_parameters { reserved: 1, ..parameters() }, EFT_OUT_OF_RANGE),
         (eft_parameters { table_length: 22, ..parameters() }, EFT_LENGTH),
         (eft_parameters { piston_area: 0.0, ..parameters() }, EFT_NOT_POSITIVE),
         (eft_parameters { sample_rate: f64::NAN, ..parameters() }, EFT_NOT_FINITE),

@@ -1,7 +1,8 @@
 //! usage: processor_in_the_loop IMAGE MACHINE [short | RIG.toml]
 //!
 //! The 8.9 kN sweep and the El Centro earthquake with the firmware in the loop, held bit for bit against the simulation
-//! with a controller in f32; of a rig with a protection the sweep once more, with a spool sensor that gets stuck.
+//! with a controller in f32; of a rig with a protection the sweep once more, with a spool sensor that gets stuck,
+//! and its first quarter with a supply transducer that is lost.
 //! "short" is the first second of the sweep on the paper's rig. Exits with 1 where they differ.
 
 use std::error::Error;
@@ -29,12 +30,16 @@ fn tests(rig: RigConfig, short: bool) -> eft_sim::Result<Vec<Test>> {
     let mut tests =
         vec![("8.9 kN sweep", rig.clone(), sweep.clone()), ("El Centro", rig.clone(), earthquake)];
     if rig.protection.enabled {
-        let stuck = [
-            ("sensors.fault.signal", "spool".into()),
-            ("sensors.fault.kind", "stuck".into()),
-            ("sensors.fault.start", 6.0.into()),
-        ];
-        tests.push(("8.9 kN sweep with a stuck spool sensor", rig.replace::<&str>(&stuck)?, sweep));
+        let failing = |signal: &str, kind: &str| {
+            rig.replace(&[
+                ("sensors.fault.signal", signal.into()),
+                ("sensors.fault.kind", kind.into()),
+                ("sensors.fault.start", 6.0.into()),
+            ])
+        };
+        let first = sine_sweep(8900.0, 0.0, 2.5, 8.0, rate)?;
+        tests.push(("8.9 kN sweep with a stuck spool sensor", failing("spool", "stuck")?, sweep));
+        tests.push(("8.9 kN with a lost supply transducer", failing("supply_pressure", "lost")?, first));
     }
     Ok(tests)
 }

@@ -101,9 +101,7 @@ fn run_through<P: Precision<Flags = u32>>(
         }
         if tripped {
             // One floor let down alone would twist the others off it.
-            for (side, command) in digital.iter_mut().zip(commands) {
-                side.trip(command.values.get(i).copied().unwrap_or_default());
-            }
+            digital.iter_mut().for_each(DigitalSide::trip);
         }
         let sides = digital.iter_mut().zip(&mut states);
         for ((floor, command), ((digital, state), run)) in

@@ -274,10 +274,10 @@ where
         }
     }
 
-    /// Trips the protection, where there is one, from outside, at a command (N).
-    pub(crate) fn trip(&mut self, command: S) {
+    /// Trips the protection, where there is one, from outside.
+    pub(crate) fn trip(&mut self) {
         if let Some(guarded) = &mut self.protection {
-            guarded.trip(convert(command));
+            guarded.trip();
         }
     }
 

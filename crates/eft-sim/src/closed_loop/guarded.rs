@@ -66,7 +66,7 @@ where
 
     /// What a compensation alone reported of this tick.
     pub(crate) fn watch(&mut self, status: C::Flags) {
-        self.protection.watch(&mut self.state, status, self.last.command);
+        self.protection.watch(&mut self.state, status);
     }
 
     /// Back to the start, nothing tripped.
@@ -75,9 +75,9 @@ where
         self.last = untouched();
     }
 
-    /// Trips from outside, at a command (N).
-    pub(crate) fn trip(&mut self, command: C) {
-        self.state.trip(command);
+    /// Trips from outside.
+    pub(crate) fn trip(&mut self) {
+        self.state.trip();
     }
 
     /// Asks for the soft end.

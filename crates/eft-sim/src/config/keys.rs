@@ -172,7 +172,7 @@ pub static KEYS: &[Key] = &[
     key("protection.ramp_time", "s", Float(0.0, 1e4), float(0.5), "time of the ramp to zero force after a trip and at the soft end"),
     key("protection.soft_end", "", Bool, OFF, "whether the command fades along the ramp at its end"),
     key("protection.shutdown_time", "s", Float(0.0, 1e4), float(0.1), "time in which a shutdown takes the valve command to zero"),
-    key("protection.lost_samples", "samples", Int(0, 100000), int(10), "invalid samples in a row that are waited for before the shutdown"),
+    key("protection.lost_samples", "samples", Int(0, 100000), int(10), "lost or refused samples in a row that are waited for before the shutdown, lost commands before the trip"),
     key("protection.fault_time", "s", Float(0.0, 1e4), Optional, "how long the estimators may find their models contradicted (a sensor that lies) before the test is tripped"),
 
     key("limits.valve_command", "V", Float(1e-6, 1e6), Optional, "largest valve command to either side"),

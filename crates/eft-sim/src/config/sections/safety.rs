@@ -60,7 +60,7 @@ pub struct Protection {
     pub soft_end: bool,
     /// Ramp of the valve command to zero in a shutdown, s.
     pub shutdown_time: f64,
-    /// Invalid samples in a row that are waited for.
+    /// Lost or refused samples in a row that are waited for.
     pub lost_samples: u32,
     /// How long the estimators may find their models contradicted before the test is tripped, s.
     pub fault_time: Option<f64>,
