@@ -1,4 +1,10 @@
-/* The controller of adaptive at 4096 Hz, exported by eft. */
+/* The controller of adaptive at 4096 Hz, exported by eft.
+ *
+ * An analog controller closes the force loop of this rig: eft_adaptive_compensation_step gives the
+ * compensation signal, V, that is added to its force error; eft_adaptive_step would close the loop
+ * as well. The analog controller's valve command, V, is sampled with the rest. The supply pressure
+ * that is given with every sample is 19000000.0 Pa: none is measured.
+ */
 #include <float.h>
 #include "eft.h"
 

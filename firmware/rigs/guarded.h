@@ -1,4 +1,8 @@
-/* The controller of guarded at 4096 Hz, exported by eft. */
+/* The controller of guarded at 4096 Hz, exported by eft.
+ *
+ * The force loop is closed here: eft_adaptive_step gives the valve command, V. The supply pressure
+ * that is given with every sample is the measured one, Pa.
+ */
 #include <float.h>
 #include "eft.h"
 

@@ -1,4 +1,7 @@
-/* The controller of uneven at 5000 Hz, exported by eft. */
+/* The controller of uneven at 5000 Hz, exported by eft.
+ *
+ * The force loop is closed here: eft_step gives the valve command, V.
+ */
 #include <float.h>
 #include "eft.h"
 

@@ -1,4 +1,8 @@
-/* The controller of zhao2005 at 4096 Hz, exported by eft. */
+/* The controller of zhao2005 at 4096 Hz, exported by eft.
+ *
+ * An analog controller closes the force loop of this rig: eft_compensation_step gives the
+ * compensation signal, V, that is added to its force error; eft_step would close the loop as well.
+ */
 #include <float.h>
 #include "eft.h"
 

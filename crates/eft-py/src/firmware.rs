@@ -27,6 +27,8 @@ use crate::run::{Watch, traces};
 /// str
 ///     Ready to be compiled; checked here, and once more by the compiler (Rust) or by `eft_configure_f32` (C). A
 ///     velocity that is estimated and the protection are constants beside the controller's.
+///     What no constant holds, such as the supply pressure that has to be given or when the soft end begins, stands
+///     in the first comment.
 ///
 /// Raises
 /// ------

@@ -1,4 +1,9 @@
 //! The controller of `adaptive` at 4096 Hz, exported by eft.
+//!
+//! An analog controller closes the force loop of this rig: `CONTROLLER.compensation.step` gives the
+//! compensation signal, V, that is added to its force error; `CONTROLLER.step` would close the loop
+//! as well. The analog controller's valve command, V, is sampled with the rest. The supply pressure
+//! that is given with every sample is 19000000.0 Pa: none is measured.
 use eft_core::{
     AdaptiveCompensation, AdaptiveController, AdaptiveParameters, CompensationParameters, FlowTable,
     Limiter, Mode, ServovalveController, SignFrom, Tuning,

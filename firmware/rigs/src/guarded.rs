@@ -1,4 +1,7 @@
 //! The controller of `guarded` at 4096 Hz, exported by eft.
+//!
+//! The force loop is closed here: `CONTROLLER.step` gives the valve command, V. The supply pressure
+//! that is given with every sample is the measured one, Pa.
 use eft_core::{
     AdaptiveCompensation, AdaptiveController, AdaptiveParameters, CompensationParameters, FlowTable,
     Levels, Limiter, Mode, Protection, ProtectionParameters, ServovalveController, SignFrom, Tuning,

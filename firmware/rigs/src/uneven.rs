@@ -1,4 +1,6 @@
 //! The controller of `uneven` at 5000 Hz, exported by eft.
+//!
+//! The force loop is closed here: `CONTROLLER.step` gives the valve command, V.
 use eft_core::{
     Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode,
     ServovalveController, SignFrom,

@@ -1,4 +1,8 @@
 //! The controller of `zhao2005` at 4096 Hz, exported by eft.
+//!
+//! An analog controller closes the force loop of this rig: `CONTROLLER.compensation.step` gives the
+//! compensation signal, V, that is added to its force error; `CONTROLLER.step` would close the loop
+//! as well.
 use eft_core::{
     Compensation, CompensationParameters, Controller, FlowTable, Limiter, Mode,
     ServovalveController, SignFrom,

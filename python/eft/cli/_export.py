@@ -27,8 +27,10 @@ from eft.traces._write import check_folder
 def export(rig: Path, target: Literal["rust", "c"], output: Path | None) -> None:
     """Write the controller of the rig file RIG, or of a test's rig, as a constant ready to be compiled.
 
-    It runs at the rig's `controller.sample_rate`. What firmware has to build around it (protection, a
-    computation delay) is refused, never left out.
+    It runs at the rig's `controller.sample_rate`; a velocity that is estimated and the protection are
+    constants beside it. What no constant holds (who closes the force loop, which supply pressure to give,
+    when the soft end begins) stands in the file's first comment. A computation delay, which the firmware's
+    own timing makes, is refused.
     """
     path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
     check_folder(path)

@@ -29,7 +29,7 @@ pub(crate) use guarded::protection_parameters;
 pub use ideal::{IdealResponse, ideal_response};
 pub use outside::Answer;
 pub use simulate::{CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate};
-pub(crate) use simulate::{one_actuator, simulate_controlled};
+pub(crate) use simulate::{one_actuator, simulate_controlled, soft_end_ticks};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;
 pub(crate) use velocity_estimate::observer_per_mass;

@@ -157,11 +157,16 @@ pub(crate) fn one_actuator(rig: &RigConfig) -> Result<()> {
     Err(Error::value("structure.kind", "\"shear_building\"", allowed))
 }
 
+/// Ticks that the soft end takes, and one to be at rest in.
+pub(crate) fn soft_end_ticks(rig: &RigConfig, sample_rate: f64) -> usize {
+    ((rig.protection.ramp_time * sample_rate).ceil() as usize).saturating_add(1)
+}
+
 /// The tick at which the soft end begins.
 pub(crate) fn soft_end(rig: &RigConfig, sample_rate: f64, total: usize) -> Option<usize> {
     let protection = &rig.protection;
-    let ramp = (protection.ramp_time * sample_rate).ceil() as usize;
-    (protection.enabled && protection.soft_end).then(|| total.saturating_sub(ramp.saturating_add(1)))
+    (protection.enabled && protection.soft_end)
+        .then(|| total.saturating_sub(soft_end_ticks(rig, sample_rate)))
 }
 
 /// A test's traces, and how it was left.

@@ -4,7 +4,10 @@ use std::fmt::{Result, Write as _};
 
 use eft_core::{Mode, SignFrom};
 
-use super::{Parts, Velocity, adaptive_fields, fields, levels, limit, list, number, protection_fields};
+use super::notes::lines;
+use super::{
+    Parts, Target, Velocity, adaptive_fields, fields, levels, limit, list, number, protection_fields,
+};
 
 const NONE: &str = "DBL_MAX";
 
@@ -21,22 +24,15 @@ pub(super) fn write(out: &mut String, parts: &Parts) -> Result {
         SignFrom::Spool => "SPOOL",
         SignFrom::Demand => "DEMAND",
     };
-    let comment = parts.name.replace("*/", "* /");
-    writeln!(
-        out,
-        "/* The controller of {comment} at {} Hz, exported by eft. */",
-        rig.controller.sample_rate
-    )?;
+    for (n, line) in lines(parts, Target::C).iter().enumerate() {
+        let start = if n == 0 { "/*" } else { " *" };
+        writeln!(out, "{}", format!("{start} {line}").trim_end())?;
+    }
+    writeln!(out, " */")?;
     writeln!(out, "#include <float.h>\n#include \"eft.h\"\n")?;
     match adaptive {
         None => writeln!(out, "static const eft_parameters EFT_RIG = {{")?,
         Some(a) => {
-            if parts.looks_ahead() {
-                writeln!(
-                    out,
-                    "/* For eft_adaptive_step_ahead: its feedforward takes the next tick's command. */"
-                )?;
-            }
             writeln!(out, "static const eft_adaptive_parameters EFT_RIG = {{")?;
             for (key, value, unit) in adaptive_fields(a) {
                 writeln!(out, "  .{key} = {}, /* {unit} */", number(value))?;

@@ -1,6 +1,7 @@
 //! From a rig to a ready configuration for firmware, as source text.
 
 mod c;
+mod notes;
 mod rust;
 
 use eft_core::{AdaptiveParameters, CompensationParameters, Levels, ProtectionParameters};
@@ -63,7 +64,8 @@ enum Velocity {
 
 /// The configuration of a rig's controller as a source file; the digital side runs at `controller.sample_rate`. A rig
 /// with feedforward, estimators, guard or supply correction makes an adaptive controller. A velocity that is estimated
-/// and a protection are constants of their own, for the functions that stand around the controller.
+/// and a protection are constants of their own, for the functions that stand around the controller. What a constant cannot
+/// hold, such as the supply pressure that has to be given or when the soft end begins, the first comment says.
 ///
 /// # Errors
 /// A rig that the controller refuses, in `f32` or at all; a computation delay, which the firmware's own timing makes; for
@@ -195,73 +197,4 @@ fn protection_fields(p: &ProtectionParameters) -> [(&'static str, f64, &'static 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// To take over a change: `EFT_WRITE_EXPORTS=1 cargo test -p eft-sim firmware_holds`.
-    #[test]
-    fn firmware_holds_what_its_rigs_export() {
-        let firmware = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/rigs");
-        let read = |name: &str| {
-            let text = std::fs::read_to_string(format!("{firmware}/{name}.toml")).unwrap();
-            RigConfig::from_toml(&text).unwrap()
-        };
-        for name in ["zhao2005", "uneven", "adaptive", "guarded"] {
-            let rig = if name == "zhao2005" { RigConfig::zhao2005() } else { read(name) };
-            for (target, path) in [(Target::Rust, format!("src/{name}.rs")), (Target::C, format!("{name}.h"))]
-            {
-                let (path, fresh) = (format!("{firmware}/{path}"), export(&rig, name, target).unwrap());
-                if std::env::var_os("EFT_WRITE_EXPORTS").is_some() {
-                    std::fs::write(&path, &fresh).unwrap();
-                }
-                assert_eq!(std::fs::read_to_string(&path).unwrap(), fresh, "{path}");
-            }
-        }
-    }
-
-    #[test]
-    fn numbers_read_back_as_themselves() {
-        for value in [0.0, -1.0, 8.212e-3, 1.9e7, 1.0 / 3.0, f64::MAX, 5.0e-324] {
-            assert_eq!(number(value).parse::<f64>().unwrap().to_bits(), value.to_bits());
-        }
-    }
-
-    #[test]
-    fn what_stands_around_the_controller_is_written_in_either_language() {
-        let on: [(&str, toml::Value); 5] = [
-            ("compensation.feedforward", true.into()),
-            ("compensation.look_ahead", true.into()),
-            ("controller.velocity_source", "accelerometer".into()),
-            ("protection.enabled", true.into()),
-            ("protection.force_trip", 5.0e4.into()),
-        ];
-        let rig = RigConfig::zhao2005().replace(&on).unwrap();
-        let rust = export(&rig, "rig", Target::Rust).unwrap();
-        let c = export(&rig, "rig", Target::C).unwrap();
-        for expected in ["`step_ahead`", "VelocityObserver::<f32>::new([", "warning: 50000.0, trip: 50000.0"]
-        {
-            assert!(rust.contains(expected), "{expected}");
-        }
-        for expected in
-            ["eft_adaptive_step_ahead", "eft_observer_parameters", ".force_trip = 50000.0, /* N */"]
-        {
-            assert!(c.contains(expected), "{expected}");
-        }
-        // An accelerometer's reading needs no mass.
-        assert!(!rust.contains("PER_MASS") && !c.contains("EFT_PER_MASS"));
-        let rig = rig.replace::<&str>(&[("controller.velocity_source", "derivative".into())]).unwrap();
-        assert!(export(&rig, "rig", Target::Rust).unwrap().contains("FilteredDerivative::<f32>::new(80.0"));
-        assert!(export(&rig, "rig", Target::C).unwrap().contains(".corner = 80.0, /* Hz */"));
-    }
-
-    #[test]
-    fn what_firmware_must_build_itself_is_refused() {
-        let mut rig = RigConfig::zhao2005();
-        rig.compensation.computation_delay = 2;
-        let refusal = export(&rig, "rig", Target::C).unwrap_err().to_string();
-        assert_eq!(refusal, "compensation.computation_delay = 2: must be 0 for firmware");
-        rig = RigConfig::zhao2005();
-        rig.compensation.level = -1.0;
-        assert!(export(&rig, "rig", Target::Rust).is_err());
-    }
-}
+mod tests;

@@ -4,7 +4,10 @@ use std::fmt::{Result, Write as _};
 
 use eft_core::{Mode, SignFrom};
 
-use super::{Parts, Velocity, adaptive_fields, fields, levels, limit, list, number, protection_fields};
+use super::notes::lines;
+use super::{
+    Parts, Target, Velocity, adaptive_fields, fields, levels, limit, list, number, protection_fields,
+};
 
 const NONE: &str = "f64::MAX";
 
@@ -23,7 +26,9 @@ pub(super) fn write(out: &mut String, parts: &Parts) -> Result {
         SignFrom::Spool => "Spool",
         SignFrom::Demand => "Demand",
     };
-    writeln!(out, "//! The controller of `{}` at {} Hz, exported by eft.", parts.name, c.sample_rate)?;
+    for line in lines(parts, Target::Rust) {
+        writeln!(out, "{}", format!("//! {line}").trim_end())?;
+    }
     imports(out, parts)?;
     writeln!(
         out,
@@ -93,15 +98,7 @@ fn imports(out: &mut String, parts: &Parts) -> Result {
 fn controller(out: &mut String, parts: &Parts) -> Result {
     let (rig, c, adaptive) = (parts.rig, &parts.rig.controller, parts.adaptive.as_ref());
     let adaptively = if adaptive.is_some() { "Adaptive" } else { "" };
-    let ahead = if parts.looks_ahead() {
-        ", for `step_ahead`: its feedforward takes the next tick's command"
-    } else {
-        ""
-    };
-    writeln!(
-        out,
-        "/// The controller{ahead}.\npub static CONTROLLER: {adaptively}Controller<f32, POINTS> = {{"
-    )?;
+    writeln!(out, "/// The controller.\npub static CONTROLLER: {adaptively}Controller<f32, POINTS> = {{")?;
     writeln!(out, "    let table = checked!(FlowTable::<f32, POINTS>::new(&OPENINGS, &FLOWS));")?;
     let parameters = if adaptive.is_some() { "adaptive" } else { "PARAMETERS" };
     if let Some(a) = adaptive {

@@ -1,0 +1,114 @@
+//! What the constants cannot hold: what the firmware around them has to do, said in the exported file's first comment.
+
+use crate::closed_loop::soft_end_ticks;
+use crate::config::Realization;
+
+use super::{Parts, Target, number};
+
+/// Widest line of a comment, without what marks it as one.
+const WIDTH: usize = 96;
+
+/// The lines of the first comment.
+pub(super) fn lines(parts: &Parts, target: Target) -> Vec<String> {
+    let rate = parts.rig.controller.sample_rate;
+    let name = match target {
+        Target::Rust => format!("`{}`", printable(parts.name)),
+        Target::C => printable(parts.name),
+    };
+    let mut lines = vec![format!("The controller of {name} at {rate} Hz, exported by eft."), String::new()];
+    lines.extend(wrapped(&notes(parts, target).join(" ")));
+    lines
+}
+
+/// One sentence or two about each key that a constant cannot hold.
+fn notes(parts: &Parts, target: Target) -> Vec<String> {
+    let (rig, whole, alone) = (parts.rig, step(parts, target, false), step(parts, target, true));
+    let protected = parts.protection.is_some();
+    let mut notes = Vec::new();
+    match rig.controller.realization {
+        Realization::Digital => {
+            notes.push(format!("The force loop is closed here: {whole} gives the valve command, V."));
+        }
+        Realization::Analog => {
+            notes.push(format!(
+                "An analog controller closes the force loop of this rig: {alone} gives the compensation signal, V, that \
+                 is added to its force error; {whole} would close the loop as well."
+            ));
+            if parts.adaptive.is_some() {
+                notes.push("The analog controller's valve command, V, is sampled with the rest.".to_owned());
+            }
+            if protected {
+                notes.push(
+                    "It follows the command that the protection permits, and its valve command is multiplied by the \
+                     protection's authority."
+                        .to_owned(),
+                );
+            }
+        }
+    }
+    if parts.looks_ahead() {
+        notes.push("The next tick's command, N, is given with this one's.".to_owned());
+    }
+    if parts.adaptive.is_some() {
+        let pressure = number(rig.supply.pressure);
+        notes.push(match rig.compensation.supply_correction {
+            true => "The supply pressure that is given with every sample is the measured one, Pa.".to_owned(),
+            false => format!(
+                "The supply pressure that is given with every sample is {pressure} Pa: none is measured."
+            ),
+        });
+    }
+    if protected && rig.protection.soft_end {
+        let ticks = soft_end_ticks(rig, rig.controller.sample_rate);
+        let end = match target {
+            Target::Rust => "`ProtectionState::end`",
+            Target::C => "eft_protection_end",
+        };
+        notes.push(format!("The command fades at its end: {end} is called before its last {ticks} ticks."));
+    }
+    notes
+}
+
+/// The function of a tick: the whole controller, or the compensation alone.
+fn step(parts: &Parts, target: Target, alone: bool) -> String {
+    let ahead = if parts.looks_ahead() { "_ahead" } else { "" };
+    match target {
+        Target::Rust => {
+            let alone = if alone { "compensation." } else { "" };
+            format!("`CONTROLLER.{alone}step{ahead}`")
+        }
+        Target::C => {
+            let adaptive = if parts.adaptive.is_some() { "adaptive_" } else { "" };
+            let alone = if alone { "compensation_" } else { "" };
+            format!("eft_{adaptive}{alone}step{ahead}")
+        }
+    }
+}
+
+/// A name on one line, which no comment of either language ends or begins in.
+fn printable(name: &str) -> String {
+    let mut out = String::new();
+    for c in name.chars() {
+        match c {
+            '\'' | '"' | '\\' => out.push(c),
+            _ => out.extend(c.escape_debug()),
+        }
+    }
+    out.replace("*/", "* /").replace("/*", "/ *")
+}
+
+/// A text in lines that are not too long.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= WIDTH => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
