@@ -103,3 +103,60 @@ def test_a_building_is_checked_before_its_test():
     assert answer["margin"] == pytest.approx(eft.stability_margin(rig, sampled=True, flow_gain="steeper"))
     too_much = eft.check_feasibility(rig, command_of(rig, record(), scale=20.0))
     assert too_much["verdict"] == "no"
+
+
+@pytest.mark.parametrize("floors", [3, 5, 8])
+def test_floors_that_share_poles_have_the_eigenvalues_of_numpy(floors):
+    # Every floor's lead network has the same pole; QR iterations that take no care stall at such settings.
+    met = [
+        (0.00042223024004577395, 0.020017824124905558),
+        (0.00011464747232246094, 0.010693870113456577),
+        (0.0001042999826885674, 0.20252719536616198),
+        (0.005, 1.0),
+    ]
+    changes = [
+        *({"compensation.response_delay": t, "servovalve.flow_gain_scale": k} for t, k in met),
+        {"compensation.computation_delay": (190 - 9 * floors) // floors},
+    ]
+    for change in changes:
+        rig = eft.Rig.zhao2005().replace(
+            {
+                "structure.kind": "shear_building",
+                "structure.stories.masses": [7e3] * floors,
+                "structure.stories.dampings": [9e3] * floors,
+                "structure.stories.stiffnesses": np.linspace(1.5e6, 1e6, floors).tolist(),
+                **change,
+            }
+        )
+        model = eft.linearize(rig, sampled=True)
+        found, expected = model.poles(), np.linalg.eigvals(model.A)
+        assert found.size == expected.size
+        # Those that vanish within some samples are as ill-conditioned as a chain of delays is long.
+        lasting = expected[np.abs(expected) > 0.9]
+        assert lasting.size >= 4 * floors
+        assert max(np.abs(found - pole).min() for pole in lasting) < 1e-11, change
+        growth = np.log(np.abs(expected).max()) * rig["controller.sample_rate"]
+        assert model.growth_rate == pytest.approx(growth, rel=1e-7, abs=1e-7)
+
+
+def test_the_margins_of_a_building_of_three_floors_lie_between_stable_and_unstable():
+    rig = eft.Rig.zhao2005().replace(
+        {
+            "structure.kind": "shear_building",
+            "structure.stories.masses": [7e3, 7e3, 7e3],
+            "structure.stories.dampings": [9e3, 9e3, 9e3],
+            "structure.stories.stiffnesses": [1.5e6, 1.2e6, 1e6],
+        }
+    )
+    margins = eft.stability_margins(rig, sampled=True)
+
+    def radius(key, value):
+        return np.abs(np.linalg.eigvals(eft.linearize(rig.replace({key: value}), sampled=True).A)).max()
+
+    edges = {
+        "compensation.level": margins["level"],
+        "compensation.response_delay": margins["response_delay"][1],
+    }
+    edges["servovalve.flow_gain_scale"] = margins["flow_gain"][1]
+    for key, edge in edges.items():
+        assert radius(key, edge * (1 - 1e-4)) < 1 < radius(key, edge * (1 + 1e-4)), key

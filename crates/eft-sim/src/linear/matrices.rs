@@ -4,29 +4,26 @@
 //! first costs no rounding and keeps the relative error of both near the machine's.
 
 use nalgebra::linalg::balancing::{balance_parlett_reinsch, unbalance};
-use nalgebra::{Complex, DMatrix, DVector, Schur};
+use nalgebra::{Complex, DMatrix, DVector, Hessenberg};
 
+use super::qr::hessenberg_eigenvalues;
 use crate::error::{Error, Result};
-
-/// Sweeps of the QR iteration before it is given up, per row.
-const SWEEPS_PER_ROW: usize = 1000;
 
 /// Eigenvalues, by magnitude, then by imaginary part.
 pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
+    let refused = |why| Err(Error::value("linear model", "no eigenvalues", why));
+    if !matrix.iter().all(|entry| entry.is_finite()) {
+        return refused("its entries are beyond double precision");
+    }
     let mut balanced = matrix.clone();
     balance_parlett_reinsch(&mut balanced);
     // Rows that nothing couples back have no partner to balance with; a common scale is still wanted.
-    let sweeps = SWEEPS_PER_ROW * matrix.nrows();
-    let finite = matrix.iter().all(|entry| entry.is_finite());
-    let schur = if finite { Schur::try_new(balanced, f64::EPSILON, sweeps) } else { None };
-    let Some(schur) = schur else {
-        return Err(Error::value(
-            "linear model",
-            "no eigenvalues",
-            "its entries are beyond double precision",
-        ));
+    let largest = balanced.amax();
+    let scale = if largest > 0.0 { largest } else { 1.0 };
+    let Some(mut values) = hessenberg_eigenvalues(Hessenberg::new(balanced / scale).unpack_h()) else {
+        return refused("the QR iteration does not converge on its entries");
     };
-    let mut values: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
+    values.iter_mut().for_each(|value| *value *= scale);
     values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.im.total_cmp(&b.im)));
     Ok(values)
 }
@@ -42,7 +39,53 @@ pub(super) fn exponential(matrix: &DMatrix<f64>) -> DMatrix<f64> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+    use crate::config::RigConfig;
+    use crate::linear::{FlowGain, Time, model};
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn the_poles_of_a_building_have_the_sums_that_its_matrix_has(
+            floors in 1_usize..9,
+            alike in any::<bool>(),
+            logs in prop::collection::vec((3.0..4.5, 2.0..4.5, 4.5..7.0), 8),
+            delay in -4.0..-1.5,
+            gain in -2.0..1.0,
+            samples in 0_i64..12,
+            rate in 200.0..12_800.0,
+            digital in any::<bool>(),
+        ) {
+            let pick = |part: fn(&(f64, f64, f64)) -> f64| -> Vec<f64> {
+                (0..floors).map(|i| 10.0_f64.powf(part(&logs[if alike { 0 } else { i }]))).collect()
+            };
+            let rig = RigConfig::zhao2005()
+                .replace(&[
+                    ("structure.kind", "shear_building".into()),
+                    ("structure.stories.masses", pick(|one| one.0).into()),
+                    ("structure.stories.dampings", pick(|one| one.1).into()),
+                    ("structure.stories.stiffnesses", pick(|one| one.2).into()),
+                    ("compensation.response_delay", 10.0_f64.powf(delay).into()),
+                    ("compensation.computation_delay", samples.into()),
+                    ("servovalve.flow_gain_scale", 10.0_f64.powf(gain).into()),
+                    ("controller.realization", if digital { "digital" } else { "analog" }.into()),
+                ])
+                .unwrap();
+            for time in [Time::Continuous, Time::Sampled(rate)] {
+                let mut matrix = model(&rig, FlowGain::Nominal, time).unwrap().a;
+                let poles = eigenvalues(&matrix).unwrap();
+                prop_assert_eq!(poles.len(), matrix.nrows());
+                balance_parlett_reinsch(&mut matrix);
+                let (norm, round) = (matrix.norm(), 1e-14 * matrix.nrows() as f64);
+                let sum: Complex<f64> = poles.iter().sum();
+                let squares: Complex<f64> = poles.iter().map(|pole| pole * pole).sum();
+                prop_assert!((sum - matrix.trace()).norm() <= round * norm);
+                prop_assert!((squares - (&matrix * &matrix).trace()).norm() <= round * norm * norm);
+            }
+        }
+    }
 
     #[test]
     fn a_badly_scaled_oscillator_keeps_its_poles_and_its_exponential() {

@@ -12,6 +12,7 @@ mod map;
 mod margin;
 mod matrices;
 mod plant;
+mod qr;
 mod sampled;
 mod state_space;
 mod velocity;

@@ -50,7 +50,7 @@ impl StateSpace {
     /// Poles (1/s), of a sampled model in the z-plane (1), by magnitude.
     ///
     /// # Errors
-    /// Entries beyond double precision.
+    /// Entries beyond double precision, or a QR iteration that does not converge on them.
     pub fn poles(&self) -> Result<Vec<Complex<f64>>> {
         eigenvalues(&self.a)
     }
