@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from eft import _native, _run_file
 from eft._native import Rig
-from eft._status import Status
+from eft._status import ENDED, Status, status_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -128,8 +128,14 @@ class TestRun:
 
     @property
     def message(self) -> str:
-        """How the test went, in words: every flag that was raised, since when and how often."""
-        parts = ["completed" if self.success else f"diverged after {self.time[-1]:.6g} s"]
+        """How the test went, in words.
+
+        Whether it was completed or how it ended, as a study's status says it; then every flag that was
+        raised, since when and how often.
+        """
+        word, early = status_of(self.flags)
+        end = self.time[-1] if not self.success else self.to_its_end().duration
+        parts = [word if early is None else f"{word} after {end:.6g} s"]
         for flag in self.flags & ~Status.DIVERGED:
             raised = (self.status & flag) != 0
             ticks = raised.reshape(-1, raised.shape[-1]).any(axis=0)
@@ -138,6 +144,23 @@ class TestRun:
                 f"{name} from {self.time[ticks.argmax()]:.6g} s, in {ticks.mean():.2%} of the samples"
             )
         return "; ".join(parts)
+
+    @property
+    def duration(self) -> float:
+        """Length of the test, s."""
+        return len(self) / self.sample_rate
+
+    def to_its_end(self) -> TestRun:
+        """Return the test up to the sample at which it tripped or a piston left its stroke.
+
+        That is all of it where neither happened. What follows is the simulation's, not a test's: `metrics` of
+        all samples judges a force that was taken away.
+        """
+        ended = ((self.status & ENDED) != 0).reshape(-1, len(self)).any(axis=0)
+        if not ended.any():
+            return self
+        kept = max(int(ended.argmax()), 1)
+        return replace(self, **{name: getattr(self, name)[..., :kept] for name in self._traces})
 
     def actuator(self, index: int) -> TestRun:
         """Return the traces of one actuator, counted from 0 at the ground, as a run of their own.

@@ -46,3 +46,20 @@ class Status(IntFlag):
     """The protection took the whole valve command to zero."""
     STUCK_MEASUREMENT = 1 << 18
     """A measurement repeated itself to the last bit: its sensor or converter was frozen (set by firmware)."""
+
+
+_ENDS = (
+    (Status.DIVERGED, "diverged", "the simulated state diverged"),
+    (Status.STROKE_EXCEEDED, "stroke_exceeded", "the piston left its stroke"),
+    (Status.TRIPPED | Status.SHUT_DOWN, "tripped", "the protection ended the test"),
+)
+ENDED = Status.STROKE_EXCEEDED | Status.TRIPPED | Status.SHUT_DOWN
+"""Any of these ends a test, though the simulation goes on."""
+
+
+def status_of(flags: Status) -> tuple[str, str | None]:
+    """In a word whether there is a whole test, and why not."""
+    for flag, word, reason in _ENDS:
+        if flags & flag:
+            return word, reason
+    return "completed", None

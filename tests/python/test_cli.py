@@ -146,12 +146,44 @@ def test_an_interrupted_run_keeps_its_samples_bit_for_bit(folder, monkeypatch, c
 
 def test_a_rig_that_leaves_its_stroke_is_said_and_ends_with_one(capsys):
     assert main(["run", *SWEEP, "--set", "compensation.level=2.0"]) == 1
-    assert "left its stroke" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "left its stroke" in said and "on zhao2005: stroke_exceeded after " in said
 
 
 def test_more_than_the_valve_has_is_a_concern_and_not_a_failure(capsys):
-    assert main(["run", *SWEEP, "--set", "controller.proportional_gain=10"]) == 0
+    large = ["--sweep", "30000", "0", "10", "4", "--sample-rate", "1024", "--set", "actuator.stroke=1.0"]
+    assert main(["run", *large]) == 0
     assert "asked for more than it has" in capsys.readouterr().out
+
+
+def test_a_loop_that_swings_by_itself_is_no_test_and_ends_with_one(folder, capsys):
+    swings = ["--set", "controller.proportional_gain=10"]
+    assert main(["run", *SWEEP, *swings]) == 1
+    said = capsys.readouterr().out
+    run = eft.TestRun.load(folder / "run.eft")
+    assert not run.flags & (eft.Status.STROKE_EXCEEDED | eft.Status.DIVERGED)
+    error = run.metrics()["nrmse"]
+    assert error > 1 and f"No test of this command: the force misses it by {error:.0%} (rms)" in said
+    assert f"{np.abs(run.force).max() / 1e3:.4g} kN against 2 kN" in said
+    assert "the spool at its stop in" in said
+    # No shift makes such a force the command's.
+    assert next(line for line in said.splitlines() if line.startswith("delay")).endswith(" –")
+
+
+def test_a_test_that_tripped_is_not_called_completed_and_is_judged_until_then(folder, capsys):
+    tripping = ["--set", "protection.enabled=true", "--set", "protection.force_trip=1900"]
+    assert main(["run", *SWEEP, *tripping, "--json"]) == 1
+    answer = json.loads(capsys.readouterr().out)
+    run = eft.TestRun.load(folder / "run.eft")
+    first = int(((run.status & eft.Status.TRIPPED) != 0).argmax())
+    assert 0 < first < len(run) and answer["judged_samples"] == first
+    assert answer["message"].startswith(f"tripped after {first / 1024:.6g} s; ")
+    error = np.sqrt(np.mean((run.force - run.command)[:first] ** 2) / np.mean(run.command[:first] ** 2))
+    assert answer["metrics"]["nrmse"] == pytest.approx(error, rel=1e-9)
+    assert run.metrics()["nrmse"] > 2 * error, "all samples judge a force that was taken away"
+    assert f"In the {first / 1024:.4g} s before, the force misses the command by {error:.1%}" in answer["verdict"]
+    assert main(["run", *SWEEP, *tripping]) == 1
+    assert f"until it ended, after {first / 1024:.4g} s:" in capsys.readouterr().out
 
 
 def test_check_gives_the_verdict_of_the_library_and_the_test_on_the_virtual_rig(folder, capsys):
@@ -180,6 +212,24 @@ def test_check_says_no_and_why(change, why, capsys):
     assert main(["check", "--sweep", "20000", "0", "10", "4", "--set", change]) == 1
     said = capsys.readouterr().out.split("\nNo:\n")[1]
     assert why in said.lower()
+
+
+def test_check_lets_the_virtual_test_decide_on_a_rig_that_calibrates_itself(capsys):
+    command = ["--sweep", "2000", "0", "10", "8"]
+    off = ["--set", "servovalve.flow_gain_scale=1.05", "--set", "compensation.feedforward=true"]
+    assert main(["check", *command, *off]) == 1
+    said = capsys.readouterr().out
+    assert "before self-calibration" not in said and "The loop is unstable at 4096 Hz" in said
+    adaptive = [*off, "--set", "compensation.adaptive=true"]
+    assert main(["check", *command, *adaptive]) == 0
+    said = capsys.readouterr().out
+    assert "as configured, before self-calibration:\n" in said
+    assert "Before self-calibration the loop is unstable at 4096 Hz" in said.split("\nCaution:\n")[1]
+    # A loop that no level makes stable is a caution too, and what the virtual test says counts.
+    hopeless = ["--set", "controller.proportional_gain=10", "--set", "compensation.adaptive=true"]
+    assert main(["check", *SWEEP, *hopeless]) == 1
+    said = capsys.readouterr().out.split("\nNo:\n")[1].lower()
+    assert "before self-calibration the loop is unstable" in said and "no test of this command" in said
 
 
 def test_check_does_not_hide_a_force_that_stays_away(capsys):

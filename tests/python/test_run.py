@@ -131,7 +131,7 @@ def test_a_run_says_how_it_went(run):
     assert eft.Status.SPOOL_WARNING in hard.flags
     opened = np.abs(hard.spool) > 0.6
     assert ((hard.status & eft.Status.SPOOL_WARNING) != 0)[opened].all()
-    assert "spool_warning from " in hard.message and hard.message.startswith("completed; ")
+    assert "spool_warning from " in hard.message and hard.message.startswith("stroke_exceeded after ")
     assert "spool_warning" in repr(hard)
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from eft._native import BatchResult, Command, Rig, __version__, simulate_batch
 from eft._run import TestRun
 from eft._simulate import simulate
-from eft._status import Status
+from eft._status import Status, status_of
 from eft._study._plan import Batch, Test, scaled
-from eft._study._rows import Outcome, WrongVersionError, failed_row, row_of, status_of
+from eft._study._rows import Outcome, WrongVersionError, failed_row, row_of
 from eft._study._values import SCALE, Changes
 
 

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 from eft._native import Rig, rig_keys
 from eft._run import TestRun
-from eft._status import Status
 from eft._study._plan import Test
 from eft._study._values import type_of
 
@@ -92,18 +91,3 @@ def row_of(
 def _known(value: float | None) -> float | None:
     """No answer is an empty cell, not a NaN."""
     return None if value is None or math.isnan(value) else value
-
-
-_UNUSABLE: tuple[tuple[Status, str, str], ...] = (
-    (Status.DIVERGED, "diverged", "the simulated state diverged"),
-    (Status.STROKE_EXCEEDED, "stroke_exceeded", "the piston left its stroke"),
-    (Status.TRIPPED | Status.SHUT_DOWN, "tripped", "the protection ended the test"),
-)
-
-
-def status_of(flags: Status) -> tuple[str, str | None]:
-    """In a word whether there is a whole test, and why not."""
-    for flag, word, reason in _UNUSABLE:
-        if flags & flag:
-            return word, reason
-    return "completed", None

@@ -34,8 +34,9 @@ def check(
     """Say whether a rig can do a test: go, caution or no, and why.
 
     What the test asks of the rig is that of the structure under exactly the commanded force. The margins are
-    those of the model linear about rest, sampled at the rate of the command, each setting changed alone. Then
-    the test is run on the virtual rig. Nothing is written. Exit code 1 when the answer is no.
+    those of the model linear about rest, sampled at the rate of the command, each setting changed alone; of a
+    controller that calibrates itself or guards its level, before it does. Then the test is run on the virtual
+    rig. Nothing is written. Exit code 1 when the answer is no.
     """
     plan = plan_of(test, rig, changes, command)
     margins = _margins(plan)
@@ -57,6 +58,8 @@ def check(
         click.echo(f"{plan.about}\non {plan.rig['name']}, {plan.command.sample_rate:g} Hz\n")
         if found["demands"]:
             click.echo(table(_demands(found), ("the test asks for", "", "advised", "there is")) + "\n")
+        if before := _before(plan):
+            click.echo(f"as configured, {before}:")
         click.echo(table(_settings(plan, found, margins), ("setting", "is", "stable")))
         click.echo(f"\non the virtual rig: {outcome.text}")
         told = "".join(f"\n- {reason[0].upper()}{reason[1:]}" for reason in reasons)
@@ -82,7 +85,16 @@ def _feasibility(plan: TestPlan) -> dict[str, Any]:
             "margin": None,
             "smallest_sample_rate": None,
         }
+        if before := _before(plan):
+            return nothing | {"verdict": "caution", "reasons": [f"{before} the loop is unstable: {error}"]}
         return nothing | {"verdict": "no", "reasons": [f"the loop is unstable: {error}"]}
+
+
+def _before(plan: TestPlan) -> str:
+    """Of which loop the linear model speaks, where the controller changes it: the virtual test decides."""
+    if plan.rig["compensation.adaptive"]:
+        return "before self-calibration"
+    return "before the guard acts" if plan.rig["compensation.guard"] else ""
 
 
 def _margins(plan: TestPlan) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +14,7 @@ import numpy as np
 
 import eft
 from eft._test_file import TestPlan
-from eft._verdict import judge
+from eft._verdict import judge, told_delay
 from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
 from eft.cli._plan import plan_of, test_options
 from eft.cli._save_rig import check_save_rig, save_rig
@@ -75,6 +76,9 @@ def run(
         click.echo(f"{plan.about}\non {result.rig['name']}: {result.message}")
         floors = result.command.shape[0] if result.command.ndim > 1 else 1
         header = ("", *(f"floor {i + 1}" for i in range(floors))) if floors > 1 else None
+        judged = answer["judged_samples"]
+        if judged < len(result):
+            click.echo(f"\nuntil it ended, after {judged / result.sample_rate:.4g} s:")
         click.echo(f"\n{table(_rows(answer['metrics']), header)}\n")
         click.echo(answer["verdict"])
         click.echo(f"{target} written" + (", up to the interruption" if interrupted else ""))
@@ -139,12 +143,14 @@ def describe(result: eft.TestRun) -> dict[str, Any]:
         "usable": verdict.usable,
         "verdict": verdict.text,
         "flags": [str(flag.name).lower() for flag in result.flags],
+        "judged_samples": len(result.to_its_end()),
         "metrics": metrics_of(result),
     }
 
 
 def metrics_of(result: eft.TestRun) -> dict[str, Any]:
-    """The metrics, or only those that need no command where the command is zero."""
+    """The metrics up to where the test ended; where the command is zero, those that need none."""
+    result = result.to_its_end()
     if not result.command.any():
         return {"max_spool": float(abs(result.spool).max())}
     return result.metrics()
@@ -159,11 +165,14 @@ def _rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
         "delay": ("delay of the force, ms", "{:.2f}"),
         "max_spool": ("largest spool opening", "{:.1%}"),
     }
+    if "delay" in metrics:
+        metrics = metrics | {"delay": told_delay(metrics) * 1e3}
+
+    def cell(form: str, value: float) -> str:
+        return "–" if math.isnan(value) else form.format(value)
+
     return [
-        (
-            words,
-            *(form.format(value * (1e3 if key == "delay" else 1)) for value in np.atleast_1d(metrics[key])),
-        )
+        (words, *(cell(form, value) for value in np.atleast_1d(metrics[key])))
         for key, (words, form) in shown.items()
         if key in metrics
     ]

@@ -13,7 +13,7 @@ from pathlib import Path
 from eft._files import write_text
 from eft._run import TestRun
 from eft._signals import labelled
-from eft._verdict import judge
+from eft._verdict import judge, told_delay
 from eft.report._charts import Page, draw
 
 _METRICS = {
@@ -102,17 +102,23 @@ def _verdict(name: str, run: TestRun) -> str:
 
 
 def _metrics(runs: Sequence[TestRun]) -> list[list[str]]:
-    found = [run.metrics() if run.command.any() else {} for run in runs]
+    judged = [run.to_its_end() for run in runs]
+    found = [run.metrics() if run.command.any() else {} for run in judged]
+    found = [metrics | {"delay": float(told_delay(metrics))} if metrics else {} for metrics in found]
     rows = []
+    if any(len(part) < len(run) for part, run in zip(judged, runs, strict=True)):
+        rows.append(["the test ended after; up to there:", *(_number(part.duration, "s") for part in judged)])
     for key, (words, scale, unit) in _METRICS.items():
         if any(key in metrics for metrics in found):
             cells = [_number(metrics.get(key, math.nan) * scale, unit) for metrics in found]
             rows.append([words, *cells])
     rows.append(
-        ["largest displacement", *(_number(float(abs(r.displacement).max()) * 1e3, "mm") for r in runs)]
+        ["largest displacement", *(_number(float(abs(r.displacement).max()) * 1e3, "mm") for r in judged)]
     )
-    rows.append(["largest command", *(_number(float(abs(r.command).max()) / 1e3, "kN") for r in runs)])
-    rows.append(["duration", *(_number(len(r) / r.sample_rate, "s") for r in runs)])
+    for signal in ("force", "command"):
+        largest = (float(abs(getattr(r, signal)).max()) / 1e3 for r in judged)
+        rows.append([f"largest {signal}", *(_number(value, "kN") for value in largest)])
+    rows.append(["duration of the command", *(_number(r.duration, "s") for r in runs)])
     return rows
 
 

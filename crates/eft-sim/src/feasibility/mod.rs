@@ -45,7 +45,7 @@ pub enum Verdict {
     Go,
     /// Possible, but beyond what is advised.
     Caution,
-    /// The rig cannot do it, or the loop is not stable.
+    /// The rig cannot do it, or the loop is not stable and the controller does not calibrate itself.
     No,
 }
 
@@ -69,6 +69,9 @@ pub struct Feasibility {
 
 /// Checks a rig against force commands, one an actuator, from the structure's response to exactly those forces. The
 /// demands are those of the actuator that is asked for most; the pump's mean flow is that of all together.
+///
+/// Where the controller calibrates itself or guards its level, stability is that of the loop before it does so, and
+/// advice: only a test on the virtual rig tells what becomes of it.
 ///
 /// # Errors
 /// An invalid configuration or command, not one command an actuator, or a loop that no level makes stable.
@@ -236,11 +239,19 @@ fn judge(answer: &mut Feasibility, rig: &RigConfig, sample_rate: f64) -> Result<
         }
     }
     let growth = linearize(rig, FlowGain::Steeper, Time::Sampled(sample_rate))?.growth_rate()?;
+    // What a controller makes of itself, no linear model knows: only a test on the virtual rig tells.
+    let before = match (rig.compensation.adaptive, rig.compensation.guard) {
+        (true, _) => "before self-calibration ",
+        (false, true) => "before the guard acts ",
+        (false, false) => "",
+    };
     if growth > 0.0 {
-        say(Verdict::No, format!("the loop is unstable at {sample_rate} Hz: it grows at {growth:.3} 1/s"));
+        let verdict = if before.is_empty() { Verdict::No } else { Verdict::Caution };
+        let text = format!("{before}the loop is unstable at {sample_rate} Hz: it grows at {growth:.3} 1/s");
+        say(verdict, text);
     } else if answer.margin / rig.compensation.level.max(1e-12) < ADVISED_MARGIN {
         let text = format!(
-            "the largest stable level is {:.4}: the flow gain must be known that well",
+            "{before}the largest stable level is {:.4}: the flow gain must be known that well",
             answer.margin
         );
         say(Verdict::Caution, text);
@@ -259,7 +270,7 @@ fn judge(answer: &mut Feasibility, rig: &RigConfig, sample_rate: f64) -> Result<
     match answer.smallest_sample_rate {
         None => say(
             Verdict::Caution,
-            "no sample rate from 200 to 12800 Hz keeps half of the stability margin".into(),
+            format!("{before}no sample rate from 200 to 12800 Hz keeps half of the stability margin"),
         ),
         Some(rate) if rate > sample_rate => {
             say(
@@ -303,5 +314,17 @@ mod tests {
         assert_eq!(answer.verdict, Verdict::No);
         assert!(answer.reasons[0].contains("unstable"), "{:?}", answer.reasons);
         assert_eq!(answer.scheme, Mode::Linear, "a sweep of 100 N stays in the linear range");
+        let advised = |answer: &Feasibility, words: &str| {
+            assert_eq!(answer.verdict, Verdict::Caution, "{:?}", answer.reasons);
+            assert!(answer.reasons[0].starts_with(words), "{:?}", answer.reasons);
+        };
+        rig.compensation.guard = true;
+        advised(
+            &check_feasibility(&rig, &[sweep(100.0)]).unwrap(),
+            "before the guard acts the loop is unstable",
+        );
+        rig.compensation.adaptive = true;
+        let answer = check_feasibility(&rig, &[sweep(100.0)]).unwrap();
+        advised(&answer, "before self-calibration the loop is unstable");
     }
 }
