@@ -60,7 +60,7 @@ lint-python: $(VENV)/.extra-lint $(VENV)/.extra-test
 	$(PY) -m mypy.stubtest eft._native
 
 firmware: ## Build the Cortex-M images, run them under QEMU, budgets against measurements
-	@if [ -x firmware/run ]; then exec firmware/run; else echo "firmware/run is not there yet: nothing to build"; fi
+	firmware/run
 
 bench: $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/performance.md
 	$(CARGO) bench --locked --package eft-core --bench core

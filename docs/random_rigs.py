@@ -279,6 +279,7 @@ def main(count: int) -> None:
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         seeds = range(done + 1, count + 1)
         write(RESULTS, pool.map(tested, draw(count)[done:], seeds), further=done > 0)
+    print(f"{max(done, count)} of {count} are there")
 
 
 if __name__ == "__main__":

@@ -118,7 +118,9 @@ def _rig_of(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, A
         rest = without_sections(text, NOT_THE_RIG)
         rig = Rig(rest) if tomllib.loads(rest) == tree else Rig.from_dict(tree)
     except ValueError as error:
-        raise pointed(path, text, error) from None
+        said = str(pointed(path, text, error))
+        hint = "; `eft init` writes a complete file" if str(error).startswith("missing key") else ""
+        raise ValueError(said + hint) from None
     return rig.replace(changes) if changes else rig
 
 

@@ -245,7 +245,7 @@ WRONG = {
     "section without its key": (
         ["run", "test.toml"],
         as_test(paper(("mass = 7040.0\n", ""))),
-        ["test.toml, line ", "missing key `structure.mass`"],
+        ["test.toml, line ", "missing key `structure.mass`", "`eft init` writes a complete file"],
     ),
     # maps
     "map of nothing known": (["map", "--kind", "weather"], {}, ["weather", "level-damping"]),

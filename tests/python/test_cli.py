@@ -181,7 +181,10 @@ def test_a_test_that_tripped_is_not_called_completed_and_is_judged_until_then(fo
     error = np.sqrt(np.mean((run.force - run.command)[:first] ** 2) / np.mean(run.command[:first] ** 2))
     assert answer["metrics"]["nrmse"] == pytest.approx(error, rel=1e-9)
     assert run.metrics()["nrmse"] > 2 * error, "all samples judge a force that was taken away"
-    assert f"In the {first / 1024:.4g} s before, the force misses the command by {error:.1%}" in answer["verdict"]
+    assert (
+        f"In the {first / 1024:.4g} s before, the force misses the command by {error:.1%}"
+        in answer["verdict"]
+    )
     assert main(["run", *SWEEP, *tripping]) == 1
     assert f"until it ended, after {first / 1024:.4g} s:" in capsys.readouterr().out
 
@@ -285,5 +288,10 @@ def test_a_package_that_is_not_there_is_named_with_what_brings_it(folder, monkey
     assert main(["compare", "a.h5", "a.h5"]) == 2
     assert (
         capsys.readouterr().err
-        == "eft compare: needs the package h5py, which is not installed: pip install h5py\n"
+        == "eft compare: needs the package h5py, which is not installed: pip install '.[files]'\n"
     )
+    assert main(["init", "a.toml", "--study"]) == 0
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    capsys.readouterr()
+    assert main(["study", "a.toml"]) == 2
+    assert capsys.readouterr().err.endswith("which is not installed: pip install '.[study]'\n")

@@ -67,7 +67,7 @@ def test_metrics_of_the_page_are_those_of_the_runs(page, runs):
 def test_curves_are_those_of_the_runs(page, runs):
     text = page.read_text(encoding="utf-8")
     specs = {spec["ylabel"]: spec for spec in charts(text)}
-    assert len(specs) == 8
+    assert len(specs) == 9
     spool = specs["spool opening (%)"]
     assert [rule["y"] for rule in spool["rules"]] == [60.0, -60.0]
     for series in spool["series"]:
@@ -75,6 +75,10 @@ def test_curves_are_those_of_the_runs(page, runs):
         values = stored(text, series["y"])
         assert np.abs(values).max() == pytest.approx(100 * np.abs(run.spool).max(), rel=1e-6)
         assert values.size * series["x"]["step"] == pytest.approx(run.time[-1], rel=1e-3)
+    for series in specs["force error (kN)"]["series"]:
+        run = runs[series["label"]]
+        largest = run.metrics()["peak_error"] * np.abs(run.command).max() / 1e3
+        assert np.abs(stored(text, series["y"])).max() == pytest.approx(largest, rel=1e-6)
     ratio = specs["|FFT(force)| / |FFT(command)|"]["series"][0]
     frequency, values = stored(text, ratio["x"]), stored(text, ratio["y"])
     wanted = runs["nonlinear"].fft_ratio(1.2, 2.0)
@@ -101,6 +105,34 @@ def test_report_of_a_run_that_left_its_stroke_says_so(tmp_path):
     assert '<div class="verdict unusable">The piston left its stroke' in text
 
 
+def test_metrics_of_a_test_that_ended_are_those_up_to_there(runs, tmp_path):
+    run = runs["nonlinear"]
+    status = run.status.copy()
+    status[65536:] |= np.uint32(eft.Status.TRIPPED)
+    # What follows a trip is no test's force.
+    force = np.where(np.arange(len(run)) < 65536, run.force, -5 * run.command)
+    ended = dataclasses.replace(run, status=status, force=force)
+    text = write_report({"ended": ended, "whole": run}, tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "<td>the test ended after; up to there:</td><td>16 s</td><td>32 s</td>" in text
+    part = ended.to_its_end()
+    assert len(part) == 65536 and len(run.to_its_end()) == len(run)
+    shown = [f"{100 * one.metrics()['nrmse']:.4g} %" for one in (part, run)]
+    assert f"<td>force error, rms over rms of the command</td><td>{shown[0]}</td><td>{shown[1]}</td>" in text
+    largest = [f"{np.abs(one.force).max() / 1e3:.4g} kN" for one in (part, run)]
+    assert f"<td>largest force</td><td>{largest[0]}</td><td>{largest[1]}</td>" in text
+
+
+def test_tests_under_different_commands_are_said_to_be(runs, tmp_path, capsys):
+    words = "These tests have different commands"
+    one = runs["nonlinear"]
+    other = eft.simulate(one.rig, eft.sine_sweep(4000.0, 0.0, 10.0, 4.0, 4096.0))
+    assert words in write_report({"a": one, "b": other}, tmp_path / "a.html").read_text(encoding="utf-8")
+    assert words not in write_report(runs, tmp_path / "b.html").read_text(encoding="utf-8")
+    files = [str(run.save(tmp_path / f"{n}.eft")) for n, run in enumerate((one, other))]
+    assert main(["report", *files, "-o", str(tmp_path / "c.html")]) == 0
+    assert words in capsys.readouterr().err
+
+
 def test_a_run_that_tripped_is_no_whole_test(runs):
     run = runs["nonlinear"]
     status = run.status.copy()
@@ -114,7 +146,7 @@ def test_command_line_writes_the_report(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["run", "--sweep", "2000", "0", "10", "4", "-o", "a.eft"]) == 0
     assert main(["report", "a.eft"]) == 0
-    assert len(charts((tmp_path / "a.html").read_text(encoding="utf-8"))) == 8
+    assert len(charts((tmp_path / "a.html").read_text(encoding="utf-8"))) == 9
 
 
 PROBE = """
@@ -155,12 +187,33 @@ ACT = """
 """
 
 
-def opened(page, folder):
+TICKS = """
+<style>body { max-width: 368px; padding: 0; }</style>
+<script>
+  // Numbers below the charts are centred, those beside them stand to the right.
+  const told = new Map();
+  const fillText = CanvasRenderingContext2D.prototype.fillText;
+  CanvasRenderingContext2D.prototype.fillText = function (words, ...place) {
+    if (!told.has(this.canvas)) told.set(this.canvas, { center: [], right: [] });
+    if (/^-?[0-9.]+$/.test(words)) told.get(this.canvas)[this.textAlign].push(words);
+    return fillText.call(this, words, ...place);
+  };
+</script>
+"""
+TOLD = """
+<script>
+  const answer = window.eftCharts.map((c) => ({ ...told.get(c.canvas), width: c.canvas.clientWidth }));
+  document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
+</script>
+"""
+
+
+def opened(page, folder, probe=PROBE, act=ACT):
     """What a headless Chromium says of a page after a zoom into its first figure."""
     text = page.read_text(encoding="utf-8")
     probed = folder / "probed.html"
     # Inside its own scope, for names of ours must not meet those of the page.
-    text = text.replace("<head>", "<head>" + PROBE, 1).replace("</body>", ACT + "</body>", 1)
+    text = text.replace("</head>", probe + "</head>", 1).replace("</body>", act + "</body>", 1)
     probed.write_text(text, encoding="utf-8")
     done = subprocess.run(
         [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile",
@@ -175,14 +228,22 @@ def opened(page, folder):
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, tmp_path):
     answer = opened(page, tmp_path)
-    assert answer["errors"] == [] and answer["missing"] == [0] * 8
-    assert len(answer["before"]) == 8 and min(answer["before"]) > 10
+    assert answer["errors"] == [] and answer["missing"] == [0] * 9
+    assert len(answer["before"]) == 9 and min(answer["before"]) > 10
     # A quarter to a half of 32 s, in every history and in nothing else.
-    time_charts, others = answer["zoomed"][:6], answer["zoomed"][6:]
+    time_charts, others = answer["zoomed"][:7], answer["zoomed"][7:]
     for view in time_charts:
         assert view == pytest.approx([8.0, 16.0], abs=0.1)
     assert others == [None, None]
-    assert answer["after"] == [None] * 8
+    assert answer["after"] == [None] * 9
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+def test_in_chromium_a_narrow_page_has_three_numbers_at_least_on_every_axis(page, tmp_path):
+    charts = opened(page, tmp_path, TICKS, TOLD)
+    assert len(charts) == 9 and all(chart["width"] <= 400 for chart in charts)
+    for chart in charts:
+        assert 3 <= len(set(chart["center"])) <= 8 and 3 <= len(set(chart["right"])) <= 16, chart
 
 
 @pytest.fixture(scope="module")

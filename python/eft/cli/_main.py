@@ -6,6 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from importlib import metadata
 
 import click
 
@@ -71,11 +72,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         named = f"{error.filename}: {error.strerror}" if error.filename else str(error)
         return _say(where, re.sub(r" \(os error \d+\)$", "", named))
     except ModuleNotFoundError as error:
+        package = error.name or str(error)
         return _say(
-            where, f"needs the package {error.name}, which is not installed: pip install {error.name}"
+            where,
+            f"needs the package {package}, which is not installed: pip install {_bringing(package, names)}",
         )
     except (ValueError, OverflowError, MemoryError) as error:
         return _say(where, str(error) or "not enough memory")
+
+
+def _bringing(package: str, names: Sequence[str]) -> str:
+    """What to install for a package: the extra that has it, the command's own first."""
+    of = re.compile(rf"{re.escape(package)}\b.*extra == ['\"](\w+)['\"]")
+    extras = [found[1] for line in metadata.requires("eft") or () if (found := of.match(line))]
+    extra = next((name for name in (*names, "files", "cluster", "control") if name in extras), None)
+    return f"'.[{extra}]'" if extra else package
 
 
 def _say(where: str, message: str) -> int:

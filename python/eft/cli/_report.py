@@ -9,6 +9,7 @@ import click
 import eft
 from eft.cli._output import FILE, epilog
 from eft.report import write_report, write_study_report
+from eft.report._page import DIFFERENT, commands_differ
 from eft.traces._write import check_folder
 
 
@@ -48,4 +49,6 @@ def report(runs: tuple[Path, ...], output: Path | None, title: str | None) -> No
         name = path.stem if path.stem not in named else str(path)
         named[name] = eft.TestRun.load(path)
     write_report(named, target, **heading)
+    if commands_differ(named):
+        click.echo(DIFFERENT, err=True)
     click.echo(f"{target} written")

@@ -82,8 +82,9 @@ class Page:
         kind = ' class="square"' if whole["square"] else ""
         name = html.escape(title)
         self.figures.append(
-            f'<figure{kind} data-chart="{chart}"><canvas role="img" aria-label="{name}"></canvas>'
-            f"<figcaption><b>{name}</b>{keys}<output></output></figcaption></figure>"
+            f'<figure{kind} data-chart="{chart}">'
+            f"<figcaption><b>{name}</b>{keys}<output></output></figcaption>"
+            f'<canvas role="img" aria-label="{name}"></canvas></figure>'
         )
 
 
@@ -100,6 +101,8 @@ def draw(runs: Mapping[str, TestRun]) -> Page:
         for label, run in commands(runs)
     ]
     page.add("Force", ("time (s)", "force (kN)"), [*wanted, *over_time("force", 1e-3)], link="time")
+    error = [page.history(k, colors[k], (r.force - r.command) / 1e3, r) for k, r in runs.items()]
+    page.add("Force error: force less command", ("time (s)", "force error (kN)"), error, link="time")
     page.add("Displacement", ("time (s)", "displacement (mm)"), over_time("displacement", 1e3), link="time")
     page.add("Velocity", ("time (s)", "velocity (m/s)"), over_time("velocity"), link="time")
     advice = [

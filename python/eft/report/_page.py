@@ -10,6 +10,8 @@ from importlib import metadata, resources
 from os import PathLike
 from pathlib import Path
 
+import numpy as np
+
 from eft._files import write_text
 from eft._run import TestRun
 from eft._signals import labelled
@@ -33,7 +35,7 @@ _METRICS = {
 def write_report(
     runs: TestRun | Mapping[str, TestRun], path: str | PathLike[str], title: str = "Effective force test"
 ) -> Path:
-    """Write the report of one test, or of several under the same command, as one HTML file.
+    """Write the report of one test, or of several, as one HTML file that says whether their commands differ.
 
     The actuators of a shear building are shown like tests of their own.
 
@@ -50,13 +52,30 @@ def write_report(
     if not named:
         raise ValueError("runs is empty: a report needs at least one run")
     target = Path(path)
-    write_text(target, _page(named, title))
+    notes = [f'<p class="note">{DIFFERENT}</p>'] if commands_differ(runs) else []
+    write_text(target, _page(named, title, notes))
     return target
 
 
-def _page(runs: Mapping[str, TestRun], title: str) -> str:
+DIFFERENT = "These tests have different commands or sample rates: each is judged by its own."
+
+
+def commands_differ(runs: TestRun | Mapping[str, TestRun]) -> bool:
+    """Whether tests have different commands or sample rates; one that ended early has but a beginning."""
+    first, *others = runs.values() if isinstance(runs, Mapping) else [runs]
+
+    def differs(other: TestRun) -> bool:
+        shared = min(len(first), len(other))
+        alike = np.array_equal(first.command[..., :shared], other.command[..., :shared])
+        return first.sample_rate != other.sample_rate or not alike
+
+    return any(differs(other) for other in others)
+
+
+def _page(runs: Mapping[str, TestRun], title: str, notes: Sequence[str]) -> str:
     charts = draw(runs)
     parts = [
+        *notes,
         *(_verdict(name if len(runs) > 1 else "", run) for name, run in runs.items()),
         "<h2>Metrics</h2>",
         html_table(["", *runs], _metrics(list(runs.values()))),

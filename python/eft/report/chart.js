@@ -20,10 +20,15 @@
     return (i) => x.start + i * x.step;
   }
 
+  // As many as there is room for, and three at least: fewer tell no scale.
   function ticks(low, high, room) {
     const rough = (high - low) / Math.max(room, 1);
-    const power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= rough);
+    const size = (k) => [1, 2, 5][((k % 3) + 3) % 3] * 10 ** Math.floor(k / 3);
+    const count = (step) => Math.floor(high / step + 1e-9) - Math.ceil(low / step) + 1;
+    let k = 3 * Math.floor(Math.log10(rough));
+    while (size(k) < rough) k++;
+    while (count(size(k)) < 3) k--;
+    const step = size(k);
     const answer = [];
     for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) answer.push(k * step);
     return [answer, Math.max(0, Math.min(10, -Math.floor(Math.log10(step) + 1e-9)))];
