@@ -84,6 +84,8 @@ pub(crate) fn displacement_spectrum<'py>(
 /// Check before a test what a force command asks of a rig, and whether the rig has it.
 ///
 /// Of a shear building the demands are those of the actuator that is asked for most, the pump's mean flow that of all.
+/// Of a controller that calibrates itself or guards its level, stability is that of the loop before it does, and an
+/// unstable one a caution: only a test on the virtual rig tells what becomes of it, as ``eft check`` runs one.
 ///
 /// Returns
 /// -------
