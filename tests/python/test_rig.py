@@ -230,3 +230,23 @@ def test_any_valid_rig_survives_toml_and_pickling_bit_for_bit(mass, gain, delay,
     assert rig["structure.mass"] == mass and rig["name"] == name
     assert eft.Rig(rig.to_toml()) == rig == pickle.loads(pickle.dumps(rig))
     assert tomllib.loads(rig.to_toml())["structure"]["mass"] == mass
+
+
+def test_a_flow_beyond_any_valve_is_refused_by_its_key():
+    flows = RIG["servovalve.flow_table.flows"]
+    for key in ("servovalve.flow_table.flows", "servovalve.true_flow_table.flows"):
+        changes = {"servovalve.true_flow_table": RIG["servovalve.flow_table"], key: [*flows[:-1], 1e300]}
+        with pytest.raises(
+            ValueError, match=rf"^{key}\[20\] = 1e300: must be a number between -1000 and 1000 m"
+        ):
+            RIG.replace(changes)
+
+
+def test_a_key_without_a_near_one_suggests_none():
+    with pytest.raises(ValueError, match=r"^unknown key `compensation\.tuning`$"):
+        RIG.replace({"compensation.tuning": 1.0})
+
+
+def test_the_core_s_messages_count_no_zeros():
+    with pytest.raises(ValueError, match=r"^sample_rate = 1e-300: must lie in \["):
+        eft.Controller(RIG, sample_rate=1e-300)

@@ -72,8 +72,11 @@ impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::NotFinite { parameter } => write!(f, "{parameter} is not finite: must be a finite number"),
-            Self::NotPositive { parameter, value } => write!(f, "{parameter} = {value}: must be positive"),
+            Self::NotPositive { parameter, value } => {
+                write!(f, "{parameter} = {}: must be positive", Short(value))
+            }
             Self::OutOfRange { parameter, value, lowest, highest } => {
+                let (value, lowest, highest) = (Short(value), Short(lowest), Short(highest));
                 write!(f, "{parameter} = {value}: must lie in [{lowest}, {highest}]")
             }
             Self::NotWhole { parameter, value } => {
@@ -96,6 +99,22 @@ impl fmt::Display for ConfigError {
 }
 
 impl core::error::Error for ConfigError {}
+
+/// A number (in the unit of whatever it is) as a person would write it: powers of ten for the very small and the very
+/// large. Both forms are the shortest that read back to the same bits. For messages, not for a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Short(pub f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || !size.is_finite() || (1e-3..1e7).contains(&size) {
+            write!(f, "{}", self.0)
+        } else {
+            write!(f, "{:e}", self.0)
+        }
+    }
+}
 
 /// Refuses NaN and infinities.
 pub(crate) const fn finite(parameter: &'static str, value: f64) -> Result<f64, ConfigError> {
@@ -151,3 +170,20 @@ macro_rules! check {
     };
 }
 pub(crate) use check;
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn no_message_counts_zeros() {
+        let error = positive("sample_rate", 1e-300).unwrap_err();
+        assert_eq!(error.to_string(), "sample_rate = 1e-300: must lie in [1e-18, 1e12]");
+        assert_eq!(positive("mass", -5e300).unwrap_err().to_string(), "mass = -5e300: must be positive");
+        let error = within("lead_alpha", 1.5, 0.001, 0.99).unwrap_err();
+        assert_eq!(error.to_string(), "lead_alpha = 1.5: must lie in [0.001, 0.99]");
+    }
+}

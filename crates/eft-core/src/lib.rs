@@ -49,7 +49,7 @@ pub use adaptive_controller::{AdaptiveController, AdaptiveControllerState};
 pub use adaptive_parameters::{AdaptiveParameters, Tuning};
 pub use compensation::{Compensation, CompensationParameters, CompensationState, Mode, Output};
 pub use controller::{Controller, ControllerOutput, ControllerState};
-pub use error::{ConfigError, LARGEST, SMALLEST};
+pub use error::{ConfigError, LARGEST, SMALLEST, Short};
 pub use feedforward::{Feedforward, FeedforwardState};
 pub use flow_table::FlowTable;
 pub use inverse_flow::{Inverse, InverseFlow, InverseFlowParameters, SignFrom};

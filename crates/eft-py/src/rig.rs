@@ -103,6 +103,13 @@ impl Rig {
         wrap(self.config.edit(&removed, &set))
     }
 
+    /// Return the keys that are set and do nothing as the others stand, in the words of what each needs.
+    ///
+    /// They are no error, so that a study can turn one switch without touching the rest.
+    fn idle_keys(&self) -> Vec<String> {
+        self.config.idle_keys().iter().map(ToString::to_string).collect()
+    }
+
     /// Give the value at a dotted key, a dictionary for a section, or `None` for an absent optional value.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         match self.config.get(key) {

@@ -1,5 +1,7 @@
 //! Argument checks that the excitations, records and metrics share.
 
+use eft_core::Short;
+
 use crate::error::{Error, Result};
 
 /// Rejects a number that is not finite; `unit` only serves the message.
@@ -7,7 +9,7 @@ pub(crate) fn finite(parameter: &str, value: f64, unit: &str) -> Result<()> {
     if value.is_finite() {
         Ok(())
     } else {
-        Err(Error::value(parameter, value, format!("must be finite{}", in_unit(unit))))
+        Err(Error::value(parameter, Short(value), format!("must be finite{}", in_unit(unit))))
     }
 }
 
@@ -16,7 +18,7 @@ pub(crate) fn positive(parameter: &str, value: f64, unit: &str) -> Result<()> {
     if value.is_finite() && value > 0.0 {
         Ok(())
     } else {
-        Err(Error::value(parameter, value, format!("must be positive and finite{}", in_unit(unit))))
+        Err(Error::value(parameter, Short(value), format!("must be positive and finite{}", in_unit(unit))))
     }
 }
 

@@ -5,6 +5,7 @@
 //! field and one row.
 
 mod check;
+mod idle;
 mod keys;
 mod schema;
 mod sections;
@@ -12,8 +13,8 @@ mod text;
 mod tree;
 mod zhao2005;
 
+pub use idle::IdleKey;
 pub use keys::KEYS;
-pub(crate) use schema::Short;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode,
@@ -144,6 +145,11 @@ impl RigConfig {
     pub fn get(&self, key: &str) -> Result<Option<toml::Value>> {
         tree::known(key)?;
         Ok(tree::get(&self.to_tree(), key).cloned())
+    }
+
+    /// The keys that are set and do nothing as the others stand, with what each needs.
+    pub fn idle_keys(&self) -> Vec<IdleKey> {
+        idle::idle_keys(&self.to_tree())
     }
 
     /// Checks values that were set field by field.

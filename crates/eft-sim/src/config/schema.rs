@@ -1,5 +1,7 @@
 //! What a row of the schema says.
 
+use eft_core::Short;
+
 /// One value of the configuration.
 #[derive(Clone, Copy, Debug)]
 pub struct Key {
@@ -28,8 +30,8 @@ pub enum Kind {
     Choice(&'static [&'static str]),
     /// Free text.
     Text,
-    /// A list of finite numbers with the least and the largest length.
-    Floats(usize, usize),
+    /// A list of numbers with the least and the largest length, each number between two inclusive bounds.
+    Floats(usize, usize, f64, f64),
 }
 
 /// Whether a value must be given.
@@ -76,7 +78,10 @@ impl Key {
                 format!("must be one of {}", quoted.join(", "))
             }
             Kind::Text => "must be a string".into(),
-            Kind::Floats(least, most) => format!("must be a list of {least} to {most} numbers{unit}"),
+            Kind::Floats(least, most, low, high) => {
+                let (low, high) = (Short(low), Short(high));
+                format!("must be a list of {least} to {most} numbers between {low} and {high}{unit}")
+            }
         }
     }
 
@@ -94,21 +99,6 @@ impl Preset {
             Self::Int(value) => toml::Value::Integer(value),
             Self::Bool(value) => toml::Value::Boolean(value),
             Self::Text(value) => toml::Value::String(value.to_owned()),
-        }
-    }
-}
-
-/// A number as a person would write it: powers of ten for the very small and the very large.
-/// Both forms are the shortest that read back to the same bits.
-pub(crate) struct Short(pub(crate) f64);
-
-impl std::fmt::Display for Short {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let size = self.0.abs();
-        if size == 0.0 || !size.is_finite() || (1e-3..1e7).contains(&size) {
-            write!(out, "{}", self.0)
-        } else {
-            write!(out, "{:e}", self.0)
         }
     }
 }

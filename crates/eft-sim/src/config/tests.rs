@@ -20,7 +20,7 @@ fn everything() -> Table {
             Kind::Floats(..) if row.key.contains("true_flow_table") => {
                 tree::get(&whole, &row.key.replace("true_", "")).unwrap().clone()
             }
-            Kind::Floats(least, _) => {
+            Kind::Floats(least, ..) => {
                 Value::Array((0..least).map(|i| Value::Float(1.0 + i as f64)).collect())
             }
         };
@@ -168,6 +168,8 @@ fn unknown_keys_name_the_nearest() {
         ("actuater.piston_area", Some("actuator.piston_area")),
         ("piston_area", Some("actuator.piston_area")),
         ("compensation.kv", None),
+        ("compensation.tuning", None),
+        ("compensation.levle", Some("compensation.level")),
         ("structure.softening.displacment", Some("structure.softening.displacement")),
         ("sensors.force.nosie", Some("sensors.force.noise")),
         ("zzz", None),
@@ -252,7 +254,8 @@ fn flow_tables_name_the_offending_index() {
         ]))
     };
     let table = "servovalve.flow_table.";
-    let cases: [(&[f64], &[f64], &str); 10] = [
+    let cases: [(&[f64], &[f64], &str); 11] = [
+        (&[-1.0, 0.0, 1.0], &[-1e300, 0.0, 1e300], "flows[0] = -1e300: must be a number between"),
         (&[-1.0, 0.0, 1.0], &[-1.0, 0.0], "flows = 2 values: must have as many values as"),
         (&[0.0], &[0.0], "flows = 1 values: must be a list of 2 to 64 numbers"),
         (
@@ -261,11 +264,15 @@ fn flow_tables_name_the_offending_index() {
             "openings[3] = 0.5: must increase strictly: [2] is 0.5",
         ),
         (&[-1.0, 0.0, 1.0], &[-1.0, 0.0, -2.0], "flows[2] = -2: must increase strictly: [1] is 0"),
-        (&[-1.0, 0.0, f64::NAN], &[-1.0, 0.0, 1.0], "openings[2] = NaN: must be a finite number"),
-        (&[-1.0, 0.0, 1.0], &[-1.0, 0.0, f64::INFINITY], "flows[2] = inf: must be a finite number"),
+        (&[-1.0, 0.0, f64::NAN], &[-1.0, 0.0, 1.0], "openings[2] = NaN: must be a number between -1 and 1"),
+        (
+            &[-1.0, 0.0, 1.0],
+            &[-1.0, 0.0, f64::INFINITY],
+            "flows[2] = inf: must be a number between -1000 and 1000",
+        ),
         (&[-1.0, 0.1, 1.0], &[-1.0, 0.0, 1.0], "openings = no point at 0: must contain the point (0, 0)"),
         (&[-1.0, 0.0, 1.0], &[-1.0, 0.5, 1.0], "flows[1] = 0.5: must be 0, the flow at opening 0"),
-        (&[-1.0, 0.0, 1.5], &[-1.0, 0.0, 1.0], "openings[2] = 1.5: must be between -1 and 1"),
+        (&[-1.0, 0.0, 1.5], &[-1.0, 0.0, 1.0], "openings[2] = 1.5: must be a number between -1 and 1"),
         (&[0.0, 1.0], &[0.0, 1.0], "openings = nothing below opening 0: must have points on both sides"),
     ];
     for (openings, flows, expected) in cases {
@@ -380,4 +387,29 @@ proptest! {
         let (from, to) = (cut(start), cut(start + length));
         let _ = RigConfig::from_toml(&format!("{}{insert}{}", &text[..from], &text[to..]));
     }
+}
+
+#[test]
+fn keys_that_do_nothing_are_named_with_what_they_need() {
+    let rig = RigConfig::zhao2005();
+    assert_eq!(rig.idle_keys(), []);
+    fn on(keys: &[&'static str]) -> Vec<(&'static str, Value)> {
+        keys.iter().map(|&key| (key, Value::from(true))).collect()
+    }
+    let idle = |rig: &RigConfig| rig.idle_keys().into_iter().map(|idle| idle.to_string()).collect::<Vec<_>>();
+    let set = rig.replace(&on(&["compensation.look_ahead", "compensation.curve_correction"])).unwrap();
+    let set = set.replace(&[("protection.fault_time", Value::from(1.0))]).unwrap();
+    let expected = [
+        "compensation.look_ahead needs compensation.feedforward = true",
+        "compensation.curve_correction needs compensation.adaptive = true",
+        "protection.fault_time needs protection.enabled = true",
+        "protection.fault_time needs compensation.adaptive = true",
+    ];
+    assert_eq!(idle(&set), expected);
+    let woken = set
+        .replace(&on(&["compensation.feedforward", "compensation.adaptive", "protection.enabled"]))
+        .unwrap();
+    assert_eq!(idle(&woken), [""; 0]);
+    let linear = woken.replace(&[("compensation.mode", Value::from("linear"))]).unwrap();
+    assert_eq!(idle(&linear), ["compensation.curve_correction needs compensation.mode = off or nonlinear"]);
 }

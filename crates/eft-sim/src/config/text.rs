@@ -6,9 +6,9 @@ use std::path::Path;
 
 use toml::{Table, Value};
 
-use super::schema::Short;
 use super::{KEYS, tree};
 use crate::{Error, Result};
+use eft_core::Short;
 
 /// A rig file of the whole schema is 5 kB; what is larger by far is another file.
 const LARGEST_FILE: u64 = 1 << 20;

@@ -104,7 +104,7 @@ pub(super) fn unknown(key: &str) -> Error {
             let whole = strsim::normalized_damerau_levenshtein(key, row.key);
             (name, name + 0.2 * whole, row.key)
         })
-        .filter(|(name, ..)| *name >= 0.5)
+        .filter(|(name, ..)| *name >= 0.6)
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(.., key)| key.to_owned());
     Error::UnknownKey { key: key.to_owned(), nearest }

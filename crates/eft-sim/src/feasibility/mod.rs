@@ -3,7 +3,9 @@
 use eft_core::FlowTable;
 
 use crate::closed_loop::{SimulateOptions, ideal_building_response, ideal_response};
-use crate::config::{Mode, RigConfig, Short, StructureKind};
+use eft_core::Short;
+
+use crate::config::{Mode, RigConfig, StructureKind};
 use crate::error::Result;
 use crate::excitation::Command;
 use crate::linear::{FlowGain, Time, linearize, stability_margin};

@@ -1,0 +1,50 @@
+//! Keys that are set and do nothing as the others stand.
+
+use std::fmt;
+
+use toml::{Table, Value};
+
+use super::tree;
+
+/// A key that is set and does nothing as long as another is not set to what it needs.
+///
+/// No error: each is a switch of its own, and a study turns one of them without touching the rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct IdleKey {
+    /// The key that does nothing.
+    pub key: &'static str,
+    /// The key that it needs.
+    pub needs: &'static str,
+    /// What it needs it to be, any of these.
+    pub values: &'static [&'static str],
+}
+
+const fn idle(key: &'static str, needs: &'static str, values: &'static [&'static str]) -> IdleKey {
+    IdleKey { key, needs, values }
+}
+
+const ON: &[&str] = &["true"];
+const NEEDS: &[IdleKey] = &[
+    idle("compensation.look_ahead", "compensation.feedforward", ON),
+    idle("compensation.curve_correction", "compensation.adaptive", ON),
+    idle("compensation.curve_correction", "compensation.mode", &["off", "nonlinear"]),
+    idle("protection.fault_time", "protection.enabled", ON),
+    idle("protection.fault_time", "compensation.adaptive", ON),
+];
+
+impl fmt::Display for IdleKey {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{} needs {} = {}", self.key, self.needs, self.values.join(" or "))
+    }
+}
+
+/// Those of a complete tree.
+pub(super) fn idle_keys(whole: &Table) -> Vec<IdleKey> {
+    let set = |key| !matches!(tree::get(whole, key), None | Some(Value::Boolean(false)));
+    let stands = |key| match tree::get(whole, key) {
+        Some(Value::String(word)) => word.clone(),
+        other => other.map(ToString::to_string).unwrap_or_default(),
+    };
+    let idles = |idle: &&IdleKey| set(idle.key) && !idle.values.contains(&stands(idle.needs).as_str());
+    NEEDS.iter().filter(idles).copied().collect()
+}
