@@ -45,6 +45,8 @@ class StabilityMap:
     """Its values."""
     values: NDArray[np.float64]
     """One row for each value of `vertical`."""
+    left_out: tuple[str, ...] = ()
+    """Keys of the rig that small signals feel and the linear model has not, at any point of the map."""
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -94,7 +96,12 @@ def stability_map(
     """
     (x_key, x), (y_key, y) = horizontal, vertical
     values = _native.stability_map(rig, (x_key, list(x)), (y_key, list(y)), quantity, flow_gain)
-    return StabilityMap(quantity, x_key, np.asarray(x), y_key, np.asarray(y), values)
+    left_out: dict[str, None] = {}
+    # Each value stands at one point at least of these.
+    for i in range(max(len(x), len(y))):
+        point = rig.replace({x_key: x[min(i, len(x) - 1)], y_key: y[min(i, len(y) - 1)]})
+        left_out |= dict.fromkeys(_native.linearize(point, sampled=True).left_out)
+    return StabilityMap(quantity, x_key, np.asarray(x), y_key, np.asarray(y), values, tuple(left_out))
 
 
 def level_damping_map(

@@ -235,6 +235,21 @@ def test_check_lets_the_virtual_test_decide_on_a_rig_that_calibrates_itself(caps
     assert "before self-calibration the loop is unstable" in said and "no test of this command" in said
 
 
+def test_check_says_what_its_model_has_not_and_which_keys_do_nothing(folder, capsys):
+    adaptive = ["--set", "compensation.adaptive=true", "--set", "controller.velocity_source=derivative"]
+    idle = ["--set", "compensation.look_ahead=true"]
+    assert main(["check", *SWEEP, *adaptive, *idle]) in (0, 1)
+    said = capsys.readouterr().out
+    assert "not in the linear model: controller.velocity_source, compensation.adaptive" in said
+    assert "without effect: compensation.look_ahead needs compensation.feedforward = true" in said
+    assert main(["check", *SWEEP, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["left_out"], answer["idle_keys"]) == ([], [])
+    axes = ["--x", "compensation.level", "0.9", "1.1", "3", "--y", "structure.damping", "1", "9", "2"]
+    assert main(["map", *axes, *adaptive[:2], "-o", "map.csv"]) == 0
+    assert "not in the linear model: compensation.adaptive\n" in capsys.readouterr().out
+
+
 def test_check_does_not_hide_a_force_that_stays_away(capsys):
     assert main(["check", *SWEEP, "--set", "compensation.mode=off"]) == 0
     said = capsys.readouterr().out.split("\nCaution:\n")[1]

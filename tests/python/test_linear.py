@@ -226,3 +226,18 @@ def test_a_model_is_pickled_whole(sampled):
     make, (matrices, names, sample_time) = model.__reduce__()
     with pytest.raises(ValueError, match="must be as it was pickled"):
         make((*matrices[:2], matrices[0], matrices[3]), names, sample_time)
+
+
+def test_a_velocity_that_is_estimated_is_named_where_the_model_has_its_sensor():
+    observer = {"controller.velocity_source": "observer", "controller.observer_mass": 7040.0}
+    rig = RIG.replace(observer | {"compensation.adaptive": True})
+    expected = ["controller.velocity_source", "compensation.adaptive"]
+    for sampled in (False, True):
+        assert eft.linearize(rig, sampled=sampled).left_out == expected
+    found = eft.stability_map(
+        RIG.replace(observer),
+        ("compensation.level", [0.9, 1.0, 1.1]),
+        ("controller.velocity_source", ["sensor", "observer"]),
+    )
+    assert found.left_out == ("controller.velocity_source",)
+    assert eft.level_damping_map(RIG, [1.0, 1.1], [4e3]).left_out == ()

@@ -35,11 +35,13 @@ def check(
 
     What the test asks of the rig is that of the structure under exactly the commanded force. The margins are
     those of the model linear about rest, sampled at the rate of the command, each setting changed alone; of a
-    controller that calibrates itself or guards its level, before it does. Then the test is run on the virtual
-    rig. Nothing is written. Exit code 1 when the answer is no.
+    controller that calibrates itself or guards its level, before it does. What that model cannot have is
+    named, and so are keys that do nothing as the others stand. Then the test is run on the virtual rig.
+    Nothing is written. Exit code 1 when the answer is no.
     """
     plan = plan_of(test, rig, changes, command)
     margins = _margins(plan)
+    left_out, idle = _linear(plan).left_out, plan.rig.idle_keys()
     found = _feasibility(plan)
     with progress("test") as update:
         run = eft.simulate(plan.rig, plan.command, progress=update)
@@ -50,6 +52,7 @@ def check(
             {"command": plan.about, "rig": plan.rig["name"]}
             | found
             | {"verdict": verdict, "reasons": reasons, "margins": margins}
+            | {"left_out": left_out, "idle_keys": idle}
             | {"delay_budget": eft.delay_budget(plan.rig, plan.command.sample_rate)}
             | {"virtual_test": {"verdict": outcome.text, "usable": outcome.usable}}
             | {"metrics": metrics_of(run)}
@@ -61,6 +64,10 @@ def check(
         if before := _before(plan):
             click.echo(f"as configured, {before}:")
         click.echo(table(_settings(plan, found, margins), ("setting", "is", "stable")))
+        if left_out:
+            click.echo(f"\nnot in the linear model: {', '.join(left_out)}")
+        for key in idle:
+            click.echo(f"\nwithout effect: {key}")
         click.echo(f"\non the virtual rig: {outcome.text}")
         told = "".join(f"\n- {reason[0].upper()}{reason[1:]}" for reason in reasons)
         click.echo(f"\n{verdict.capitalize()}{':' if told else '.'}{told}")
@@ -68,8 +75,8 @@ def check(
         raise click.exceptions.Exit(1)
 
 
-def _growth(plan: TestPlan) -> float:
-    return eft.linearize(plan.rig, sampled=True, sample_rate=plan.command.sample_rate).growth_rate
+def _linear(plan: TestPlan) -> eft.LinearModel:
+    return eft.linearize(plan.rig, sampled=True, sample_rate=plan.command.sample_rate)
 
 
 def _feasibility(plan: TestPlan) -> dict[str, Any]:
@@ -77,7 +84,7 @@ def _feasibility(plan: TestPlan) -> dict[str, Any]:
         return eft.check_feasibility(plan.rig, plan.command)
     except ValueError as error:
         # A loop that no level makes stable is an answer here; what else is wrong stays an error.
-        if not _growth(plan) > 0.0:
+        if not _linear(plan).growth_rate > 0.0:
             raise
         nothing: dict[str, Any] = {
             "demands": [],
@@ -101,7 +108,7 @@ def _margins(plan: TestPlan) -> dict[str, Any]:
     try:
         return eft.stability_margins(plan.rig, sampled=True, sample_rate=plan.command.sample_rate)
     except ValueError:
-        if not (growth := _growth(plan)) > 0.0:
+        if not (growth := _linear(plan).growth_rate) > 0.0:
             raise
         return {"growth_rate": growth}
 

@@ -86,6 +86,8 @@ def stability_map(
         return
     stable = found.stable.mean()
     click.echo(f"{chosen['name']}: stable at {stable:.0%} of {found.stable.size} points")
+    if found.left_out:
+        click.echo(f"not in the linear model: {', '.join(found.left_out)}")
     click.echo(f"{', '.join(map(str, targets))} written")
 
 
@@ -105,6 +107,7 @@ def _plain(found: eft.StabilityMap) -> dict[str, Any]:
         "horizontal": {"key": found.horizontal_key, "values": found.horizontal.tolist()},
         "vertical": {"key": found.vertical_key, "values": found.vertical.tolist()},
         "values": found.values.tolist(),
+        "left_out": list(found.left_out),
     }
 
 

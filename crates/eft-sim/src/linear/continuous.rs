@@ -277,6 +277,11 @@ mod tests {
         rig.compensation.computation_delay = 2;
         let left_out = continuous(&rig, FlowGain::Nominal).unwrap().left_out;
         assert_eq!(left_out, ["servovalve.overlap", "compensation.computation_delay"]);
+        rig.controller.velocity_source = crate::config::VelocitySource::Derivative;
+        rig.compensation.adaptive = true;
+        let left_out = continuous(&rig, FlowGain::Nominal).unwrap().left_out;
+        let expected = ["servovalve.overlap", "controller.velocity_source", "compensation.adaptive"];
+        assert_eq!(left_out[..3], expected);
     }
 
     #[test]

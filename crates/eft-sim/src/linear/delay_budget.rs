@@ -23,7 +23,7 @@ pub struct DelayBudget {
     /// Computation: whole samples.
     pub computation: f64,
     /// The velocity sensor: the slope of its phase over the band, by filter and samples of delay; where the velocity is
-    /// estimated, that of the estimate behind the sensors it is made of.
+    /// estimated, that of the estimate behind the sensors it is made of, negative where it leads.
     pub sensor: f64,
     /// Derivative action: `−G_d/G_p`, the lead that the paper takes off the valve's delay.
     pub derivative: f64,

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::Gains;
-use crate::config::{RigConfig, StructureKind};
+use crate::config::{RigConfig, StructureKind, VelocitySource};
 use crate::rig::Supply;
 
 /// Order of an actuator's states: that of [`crate::rig::PlantState`], then the load cell where it lags.
@@ -169,7 +169,7 @@ fn stories(rig: &RigConfig) -> Vec<Story> {
 }
 
 /// Keys of a rig whose effect on small signals no linear model has: a dead zone, a friction, a constant leakage, a
-/// damper that is infinitely steep at rest, estimates that move.
+/// damper that is infinitely steep at rest, estimates that move, a velocity that is not its sensor's.
 pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let (valve, compensation) = (&rig.servovalve, &rig.compensation);
     let steep = rig.structure.power_damper.as_ref().is_some_and(|damper| damper.exponent < 1.0);
@@ -179,6 +179,7 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
         (valve.leakage.constant > 0.0, "servovalve.leakage.constant"),
         (rig.actuator.friction > 0.0, "actuator.friction"),
         (steep && !building, "structure.power_damper"),
+        (rig.controller.velocity_source != VelocitySource::Sensor, "controller.velocity_source"),
         (compensation.adaptive, "compensation.adaptive"),
         (compensation.guard, "compensation.guard"),
     ]

@@ -111,11 +111,13 @@ fn response(
 /// # Errors
 /// As [`observer_gains`].
 pub fn velocity_delay(rig: &RigConfig, sample_rate: f64) -> Result<f64> {
-    delay_behind(rig, sample_rate, BAND, |_| [Complex::ONE; 2])
+    // A lead network takes no lead back.
+    Ok(delay_behind(rig, sample_rate, BAND, |_| [Complex::ONE; 2])?.max(0.0))
 }
 
 /// The delay (s) of the velocity over a band (Hz), with the filters and delays of the sensors before it, and for an
-/// observer of the force with what the rig's structure does.
+/// observer of the force with what the rig's structure does; negative where an observer's mass that is too small has it
+/// lead.
 ///
 /// # Errors
 /// As [`observer_gains`]; an invalid band.
@@ -140,7 +142,7 @@ pub(super) fn sensed_velocity_delay(rig: &RigConfig, sample_rate: f64, band: (f6
 }
 
 /// The delay (s) of an estimated velocity over a band (Hz) where the estimate gets this at a frequency (Hz) for
-/// displacement and acceleration, over the true ones.
+/// displacement and acceleration, over the true ones; negative where it leads.
 fn delay_behind(
     rig: &RigConfig,
     sample_rate: f64,
@@ -152,7 +154,7 @@ fn delay_behind(
     }
     let gains = observer_gains(rig, sample_rate)?;
     let estimate = |frequency| response(rig, gains, sample_rate, frequency, seen(frequency));
-    Ok(phase_delay(estimate, band)?.max(0.0))
+    phase_delay(estimate, band)
 }
 
 #[cfg(test)]
@@ -216,6 +218,27 @@ mod tests {
         rig.structure.mass *= 0.5;
         assert_eq!(velocity_delay(&rig, 4096.0).unwrap().to_bits(), known.to_bits());
         assert!(sensed_velocity_delay(&rig, 4096.0, BAND).unwrap() > 1e-5);
+    }
+
+    #[test]
+    fn an_observer_of_too_small_a_mass_leads_and_the_budget_says_so() {
+        let mut rig = rig(VelocitySource::Observer);
+        let mass = rig.structure.mass;
+        let band = (0.3, 10.0);
+        // Its acceleration is too large by the ratio of the masses: the estimate leads.
+        rig.controller.observer_mass = Some(0.5 * mass);
+        let lead = sensed_velocity_delay(&rig, 4096.0, band).unwrap();
+        assert!(lead < -1e-3, "{lead}");
+        // By the phases of simulated sines, whose delay is its slope.
+        let phase =
+            |frequency: f64| simulated(&rig, 4096.0, frequency, acceleration_of_force(&rig, frequency)).arg();
+        let points: Vec<f64> = (3..=100).map(|i| 0.1 * f64::from(i)).collect();
+        let middle = points.iter().sum::<f64>() / points.len() as f64;
+        let slope = points.iter().map(|f| (f - middle) * phase(*f)).sum::<f64>()
+            / points.iter().map(|f| (f - middle).powi(2)).sum::<f64>();
+        assert!((-slope / TAU - lead).abs() < 0.05e-3, "{} {lead}", -slope / TAU);
+        // What the controller knows of is no lead.
+        assert!(velocity_delay(&rig, 4096.0).unwrap() >= 0.0);
     }
 
     /// The estimate that `eft-core` makes of a sine's velocity, over it; `given` is what it gets for the acceleration,
