@@ -89,6 +89,25 @@ def test_the_compensator_gives_the_simulated_ones_bits(case, dtype):
     np.testing.assert_array_equal(signal, run.compensation)
 
 
+@pytest.mark.parametrize("dtype", ["f32", "f64"])
+@pytest.mark.parametrize("scheme", ["nonlinear", "linear"])
+def test_a_stream_finds_the_simulated_ones_curve(scheme, dtype):
+    curve = {"compensation.curve_correction": True, "compensation.mode": scheme}
+    rig = DIGITAL.replace({**ADAPTIVE, **curve})
+    run = eft.simulate(rig, SWEEP, dtype)
+    signals = (run.measured_velocity, run.measured_force, run.measured_spool)
+    controller, compensator = eft.Controller(rig, dtype), eft.Compensator(rig, dtype)
+    controller.process(run.command, *signals)
+    valve_command = np.concatenate([[0.0], run.valve_command[:-1]])
+    compensator.process(*signals, run.command, valve_command=valve_command)
+    table = np.array(rig["servovalve.flow_table.flows"])
+    assert not np.allclose(run.found_flows, table, rtol=0.01)
+    np.testing.assert_array_equal(controller.found_flows, run.found_flows)
+    np.testing.assert_array_equal(compensator.found_flows, run.found_flows)
+    for kind in (eft.Controller, eft.Compensator):
+        np.testing.assert_array_equal(kind(DIGITAL, dtype).found_flows, table)
+
+
 def test_a_loop_closed_in_python_is_the_simulation():
     rig = DIGITAL.replace({key: value for key, value in ADAPTIVE.items() if key not in NOISY})
     command = eft.sine_sweep(8900.0, 0.0, 10.0, 3.0, RATE)
@@ -107,10 +126,10 @@ def test_a_loop_closed_in_python_is_the_simulation():
 def test_the_analog_loop_takes_its_valve_command_as_a_measurement():
     compensator = eft.Compensator(eft.Rig.zhao2005().replace(ADAPTIVE))
     with pytest.raises(ValueError, match=r"^valve_command = None: must be given: `compensation.adaptive`"):
-        compensator.step(0.1, 0.0, 0.1)
-    assert np.isfinite(compensator.step(0.1, 0.0, 0.1, valve_command=1.0))
+        compensator.step(0.1, 0.0, 0.1, 0.0)
+    assert np.isfinite(compensator.step(0.1, 0.0, 0.1, 0.0, valve_command=1.0))
     before = compensator.hold()
-    assert compensator.step(0.2, 0.0, 0.1, valve_command=np.nan) == before
+    assert compensator.step(0.2, 0.0, 0.1, 0.0, valve_command=np.nan) == before
     assert eft.Status(compensator.status) & eft.Status.INVALID_MEASUREMENT
 
 
@@ -128,6 +147,11 @@ def test_what_a_rig_looks_at_must_be_given():
         eft.Controller(limited).step(0.0, 0.0, 0.0, 0.0)
     with pytest.raises(ValueError, match=r"^command = None: must be given: `compensation.guard` is on"):
         eft.Compensator(DIGITAL.replace({"compensation.guard": True})).process([0.0], [0.0], [0.0])
+    for key in ("compensation.guard", "compensation.feedforward", "protection.enabled"):
+        with pytest.raises(ValueError, match=rf"^command = None: must be given: `{key}` is on"):
+            eft.Compensator(DIGITAL.replace({key: True})).step(0.0, 0.0, 0.0)
+    # Where nothing looks at it, it may be left out.
+    assert eft.Compensator(DIGITAL).step(0.1, 0.0, 0.0) == eft.Compensator(DIGITAL).step(0.1, 0.0, 0.0, 1e3)
 
 
 def test_a_measured_supply_scales_the_flow_by_its_root():

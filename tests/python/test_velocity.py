@@ -110,3 +110,36 @@ def test_the_controller_gives_the_simulated_ones_bits(source, dtype):
 def test_an_observer_needs_its_mass():
     with pytest.raises(ValueError, match="observer_mass"):
         eft.Rig.zhao2005().replace({"controller.velocity_source": "observer"})
+
+
+@pytest.mark.parametrize("kind", [eft.Controller, eft.Compensator])
+@pytest.mark.parametrize("source", ["derivative", "observer", "accelerometer"])
+def test_primed_at_a_displacement_the_next_steps_have_no_bump(source, kind):
+    rig = eft.Rig.zhao2005().replace({**SOURCES[source], "controller.realization": "digital"})
+    given = {"displacement": 0.03, "acceleration": 0.0}
+    signals = {"command": 20814.0, "force": 20814.0, "spool": 0.0}
+    core = kind(rig)
+    core.prime(**signals, **given)
+    held = core.hold()
+    stepped = [core.step(velocity=0.0, **signals, **given) for _ in range(100)]
+    # One volt is a tenth of the valve; without the displacement there were 84 of them.
+    np.testing.assert_allclose(stepped, held, atol=1e-6)
+    for left_out in ("displacement", "acceleration")[: 2 if source == "accelerometer" else 1]:
+        rest = {name: value for name, value in given.items() if name != left_out}
+        with pytest.raises(ValueError, match=rf"^{left_out} = None: must be given: `controller.velocity_s"):
+            kind(rig).prime(**signals, **rest)
+    for moving in (0.1, np.nan):
+        with pytest.raises(ValueError, match=r"^velocity = (0\.1|NaN): must be 0: by `controller.velocity_s"):
+            kind(rig).prime(velocity=moving, **signals, **given)
+
+
+def test_a_lead_of_the_observer_stands_in_the_budget_with_its_sign():
+    # Half the mass doubles what the force says of the acceleration.
+    light = {**SOURCES["observer"], "controller.observer_mass": 3500.0, "compensation.mode": "off"}
+    rig = eft.Rig.zhao2005().replace(light)
+    budget = eft.delay_budget(rig)
+    assert budget["sensor"] < -1e-3
+    assert budget["path"] == pytest.approx(sum(budget[p] for p in ("valve", "hold", "computation", "sensor")))
+    run = eft.simulate(rig, SWEEP)
+    measured = eft.identify_delay(run.velocity, run.measured_velocity, RATE)
+    assert float(measured) < -1e-3

@@ -65,6 +65,13 @@ const SILENT: ChannelOutput = ChannelOutput { value: 0.0, permitted_command: 0.0
 /// A signal by its name in the interface, with where its samples go.
 type Column<'a, 'py> = (&'a str, Option<&'a Bound<'py, PyAny>>, fn(&mut Sample) -> &mut f64);
 
+const VELOCITY_SOURCE: &str = "controller.velocity_source";
+
+/// Refuses an argument that is not given though a key of the rig asks for it.
+fn needed(on: bool, name: &str, key: &str, given: bool) -> PyResult<()> {
+    if on && !given { Err(refuse(name, "None", format!("must be given: `{key}` is on"))) } else { Ok(()) }
+}
+
 impl Channel {
     pub(super) fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>, reach: Reach) -> PyResult<Self> {
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
@@ -91,38 +98,42 @@ impl Channel {
         Ok((Rig { config: self.rig.clone() }, self.dtype.name(), self.sample_rate))
     }
 
-    /// Whether the flow of the command, or its error, is looked at by a compensation.
-    pub(super) fn needs_command(&self) -> Option<&'static str> {
+    /// Refuses a command that is left out though something of a compensation looks at it.
+    pub(super) fn needs_command(&self, given: bool) -> PyResult<()> {
         let c = &self.rig.compensation;
-        let asked = [
+        for (on, key) in [
             (c.feedforward, "compensation.feedforward"),
             (c.adaptive, "compensation.adaptive"),
             (c.guard, "compensation.guard"),
             (self.rig.protection.enabled, "protection.enabled"),
-        ];
-        asked.into_iter().find_map(|(on, key)| on.then_some(key))
+        ] {
+            needed(on, "command", key, given)?;
+        }
+        Ok(())
     }
 
     /// Refuses what is left out though the rig looks at it; `given` is by the names of [`Further`].
     fn required(&self, given: [bool; 4]) -> PyResult<()> {
         let (c, p) = (&self.rig.compensation, &self.rig.protection);
+        let [supply_pressure, valve_command, displacement, acceleration] = given;
+        let compensates = self.reach == Reach::Compensation;
+        needed(c.supply_correction, "supply_pressure", "compensation.supply_correction", supply_pressure)?;
+        needed(c.adaptive && compensates, "valve_command", "compensation.adaptive", valve_command)?;
+        self.needs_motion(displacement, acceleration)?;
         let limited = p.displacement_warning.or(p.displacement_trip).is_some();
+        needed(p.enabled && limited, "displacement", "protection.enabled", displacement)
+    }
+
+    /// Refuses what a velocity that is estimated is made of, where it is left out.
+    fn needs_motion(&self, displacement: bool, acceleration: bool) -> PyResult<()> {
         let source = self.rig.controller.velocity_source;
-        let (estimated, key) = (source != VelocitySource::Sensor, "controller.velocity_source");
-        let accelerometer = source == VelocitySource::Accelerometer;
-        let displacement = if estimated { key } else { "protection.enabled" };
-        let asked = [
-            ("supply_pressure", "compensation.supply_correction", c.supply_correction),
-            ("valve_command", "compensation.adaptive", c.adaptive && self.reach == Reach::Compensation),
-            ("displacement", displacement, estimated || (p.enabled && limited)),
-            ("acceleration", key, accelerometer),
-        ];
-        for ((name, key, on), given) in asked.into_iter().zip(given) {
-            if on && !given {
-                return Err(refuse(name, "None", format!("must be given: `{key}` is on")));
-            }
-        }
-        Ok(())
+        needed(self.estimates(), "displacement", VELOCITY_SOURCE, displacement)?;
+        needed(source == VelocitySource::Accelerometer, "acceleration", VELOCITY_SOURCE, acceleration)
+    }
+
+    /// Whether the velocity is made of the displacement.
+    fn estimates(&self) -> bool {
+        self.rig.controller.velocity_source != VelocitySource::Sensor
     }
 
     fn looks_ahead(&self) -> bool {
@@ -178,12 +189,26 @@ impl Channel {
         value
     }
 
-    pub(super) fn prime(&mut self, values: [f64; 4], supply_pressure: Option<f64>) {
+    /// The operating point's values are command, velocity, force and spool.
+    pub(super) fn prime(
+        &mut self,
+        values: [f64; 4],
+        supply_pressure: Option<f64>,
+        [displacement, acceleration]: [Option<f64>; 2],
+    ) -> PyResult<()> {
         let [command, velocity, force, spool] = values;
+        self.needs_motion(displacement.is_some(), acceleration.is_some())?;
+        if self.estimates() && velocity != 0.0 {
+            let allowed = format!("must be 0: by `{VELOCITY_SOURCE}` it is that of a displacement at rest");
+            return Err(refuse("velocity", velocity, allowed));
+        }
         let rest = self.rest();
         let supply_pressure = supply_pressure.unwrap_or(rest.supply_pressure);
-        let sample = Sample { command, velocity, force, spool, supply_pressure, ..rest };
+        let (displacement, acceleration) = (displacement.unwrap_or(0.0), acceleration.unwrap_or(0.0));
+        let sample =
+            Sample { command, velocity, force, spool, supply_pressure, displacement, acceleration, ..rest };
         each!(&mut self.core, core => core.prime(&sample));
+        Ok(())
     }
 
     pub(super) fn reset(&mut self) {
@@ -215,6 +240,13 @@ impl Channel {
         };
         let response_delay = self.rig.compensation.response_delay;
         learned.unwrap_or(Learned { flow_gain: 1.0, response_delay, valve_gain: 1.0, level: 1.0 })
+    }
+
+    /// No-load flows (m³/s) that the valve was found to pass at the openings of the rig's flow table.
+    pub(super) fn found_flows<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let table = &self.rig.servovalve.flow_table;
+        let found = each!(&self.core, core => core.found_flows(&table.openings));
+        PyArray1::from_vec(py, found.unwrap_or_else(|| table.flows.clone()))
     }
 
     /// One sample after the other; the flags of all of them stay. Where the next commands are left out they are the

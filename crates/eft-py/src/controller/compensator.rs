@@ -6,7 +6,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::controller::channel::{Channel, Further};
-use crate::errors::refuse;
 use crate::rig::Rig;
 
 /// The velocity feedback compensation, one sample at a time: the same code as in firmware.
@@ -51,7 +50,8 @@ impl Compensator {
     /// spool : float
     ///     Measured spool opening.
     /// command : float
-    ///     Force command, N; feedforward, estimators, guard and protection look at it.
+    ///     Force command, N; needed where feedforward, estimators, guard or protection look at it, and without effect
+    ///     where none does.
     /// supply_pressure : float, optional
     ///     Measured supply pressure, Pa; read, and then needed, where ``compensation.supply_correction`` is on.
     /// valve_command : float, optional
@@ -64,22 +64,27 @@ impl Compensator {
     /// next_command : float, optional
     ///     Force command of the next sample, N; needed where ``compensation.look_ahead`` is on. In `process` the
     ///     command's own next sample if left out, the last one held.
-    #[pyo3(signature = (velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None))]
+    // Shown is the default's value; that it was left out must be told apart from a command of zero.
+    #[pyo3(
+        signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None),
+        text_signature = "($self, velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None)"
+    )]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn step(
         &mut self,
         velocity: f64,
         force: f64,
         spool: f64,
-        command: f64,
+        command: Option<f64>,
         supply_pressure: Option<f64>,
         valve_command: Option<f64>,
         displacement: Option<f64>,
         acceleration: Option<f64>,
         next_command: Option<f64>,
     ) -> PyResult<f64> {
+        self.channel.needs_command(command.is_some())?;
         let further = Further { supply_pressure, valve_command, displacement, acceleration, next_command };
-        self.channel.step([command, velocity, force, spool], further)
+        self.channel.step([command.unwrap_or(0.0), velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the compensation signal in V; `status` collects their flags.
@@ -100,9 +105,7 @@ impl Compensator {
         acceleration: Option<&Bound<'py, PyAny>>,
         next_command: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        if let (Some(key), None) = (self.channel.needs_command(), command) {
-            return Err(refuse("command", "None", format!("must be given: `{key}` is on")));
-        }
+        self.channel.needs_command(command.is_some())?;
         let signals = [command, Some(velocity), Some(force), Some(spool)];
         let further = [supply_pressure, valve_command, displacement, acceleration, next_command];
         self.channel.process(py, signals, further)
@@ -110,9 +113,29 @@ impl Compensator {
 
     /// Go to the state of a rig that has long been at this operating point, nothing learned yet, so that the next
     /// step has no bump; the protection goes on where it is.
-    #[pyo3(signature = (velocity=0.0, force=0.0, spool=0.0, command=0.0, supply_pressure=None))]
-    fn prime(&mut self, velocity: f64, force: f64, spool: f64, command: f64, supply_pressure: Option<f64>) {
-        self.channel.prime([command, velocity, force, spool], supply_pressure);
+    ///
+    /// Where ``controller.velocity_source`` is not ``"sensor"``, `displacement` (m), and for ``"accelerometer"``
+    /// `acceleration` (m/s²), must be given, and `velocity` must be 0: the velocity of a displacement at rest. The supply
+    /// pressure is the configured one where it is left out.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If what the velocity is made of is left out, or a velocity is given that is estimated.
+    #[pyo3(signature = (velocity=0.0, force=0.0, spool=0.0, command=0.0, supply_pressure=None, *, displacement=None, acceleration=None))]
+    #[allow(clippy::too_many_arguments)] // Python's, all of them optional
+    fn prime(
+        &mut self,
+        velocity: f64,
+        force: f64,
+        spool: f64,
+        command: f64,
+        supply_pressure: Option<f64>,
+        displacement: Option<f64>,
+        acceleration: Option<f64>,
+    ) -> PyResult<()> {
+        let values = [command, velocity, force, spool];
+        self.channel.prime(values, supply_pressure, [displacement, acceleration])
     }
 
     /// Return the last output once more, in V; the state stays.
@@ -170,6 +193,13 @@ impl Compensator {
     #[getter]
     fn level(&self) -> f64 {
         self.channel.learned().level
+    }
+
+    /// Flow that the controller has found at each opening of the rig's flow table, m³/s, as `TestRun.found_flows`; the
+    /// table's own where the rig does not adapt.
+    #[getter]
+    fn found_flows<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.channel.found_flows(py)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {

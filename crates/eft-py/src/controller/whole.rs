@@ -99,9 +99,29 @@ impl Controller {
 
     /// Go to the state of a rig that has long been at this operating point, nothing learned yet, so that the next
     /// step has no bump; the protection goes on where it is.
-    #[pyo3(signature = (command=0.0, velocity=0.0, force=0.0, spool=0.0, supply_pressure=None))]
-    fn prime(&mut self, command: f64, velocity: f64, force: f64, spool: f64, supply_pressure: Option<f64>) {
-        self.channel.prime([command, velocity, force, spool], supply_pressure);
+    ///
+    /// Where ``controller.velocity_source`` is not ``"sensor"``, `displacement` (m), and for ``"accelerometer"``
+    /// `acceleration` (m/s²), must be given, and `velocity` must be 0: the velocity of a displacement at rest. The supply
+    /// pressure is the configured one where it is left out.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If what the velocity is made of is left out, or a velocity is given that is estimated.
+    #[pyo3(signature = (command=0.0, velocity=0.0, force=0.0, spool=0.0, supply_pressure=None, *, displacement=None, acceleration=None))]
+    #[allow(clippy::too_many_arguments)] // Python's, all of them optional
+    fn prime(
+        &mut self,
+        command: f64,
+        velocity: f64,
+        force: f64,
+        spool: f64,
+        supply_pressure: Option<f64>,
+        displacement: Option<f64>,
+        acceleration: Option<f64>,
+    ) -> PyResult<()> {
+        let values = [command, velocity, force, spool];
+        self.channel.prime(values, supply_pressure, [displacement, acceleration])
     }
 
     /// Return the last output once more, in V; the state stays.
@@ -159,6 +179,13 @@ impl Controller {
     #[getter]
     fn level(&self) -> f64 {
         self.channel.learned().level
+    }
+
+    /// Flow that the controller has found at each opening of the rig's flow table, m³/s, as `TestRun.found_flows`; the
+    /// table's own where the rig does not adapt.
+    #[getter]
+    fn found_flows<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.channel.found_flows(py)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {

@@ -270,6 +270,14 @@ impl<P: Precision<Flags = u32>> Channel<P> {
         }
     }
 
+    /// No-load flows (m³/s) that the valve was found to pass at these openings, where the rig adapts or guards.
+    pub fn found_flows(&self, openings: &[f64]) -> Option<Vec<f64>> {
+        let Core::Adaptive { controller, state } = &self.core else { return None };
+        let (core, state) = (&controller.compensation, &state.compensation);
+        let flow = |opening: &f64| core.found_flow(state, P::from_f64(*opening)).to_f64();
+        Some(openings.iter().map(flow).collect())
+    }
+
     fn measured(&self, sample: &Sample) -> Measurements<P> {
         Measurements {
             velocity: P::from_f64(sample.velocity),
