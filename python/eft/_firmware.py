@@ -43,7 +43,7 @@ class ProcessorInTheLoop:
 
         Everything else is that of `eft.simulate`: firmware that computes what the rig's own controller does
         gives the traces of ``eft.simulate(rig, command, dtype="f32")``, bit for bit. The flows that it has
-        found stay in the firmware.
+        found stay in the firmware: of a rig that adapts, `TestRun.found_flows` is None.
 
         Parameters
         ----------

@@ -295,7 +295,7 @@ def simulate(
     *,
     method: _Method = "exponential",
     largest_step: float | None = None,
-) -> dict[str, NDArray[Any]]: ...
+) -> dict[str, Any]: ...
 def export(rig: Rig, target: Literal["rust", "c"], name: str | None = None) -> str: ...
 def processor_in_the_loop(
     rig: Rig,
@@ -303,7 +303,7 @@ def processor_in_the_loop(
     image: str | PathLike[str],
     machine: str,
     progress: Callable[[int, int], object] | None = None,
-) -> dict[str, NDArray[Any]]: ...
+) -> dict[str, Any]: ...
 
 @final
 class BatchResult:

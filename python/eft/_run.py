@@ -103,8 +103,9 @@ class TestRun:
     """Acceleration as the accelerometer reported it, m/s²."""
     status: NDArray[np.uint32]
     """Bits of `Status`."""
-    found_flows: Array
-    """Flow that the controller found at each opening of its table, m³/s; the fixed scheme finds the table."""
+    found_flows: Array | None = None
+    """Flow that the controller found at each opening of its table, m³/s; the fixed scheme finds the table.
+    None where a processor in the loop has learned: what it found stays with it."""
 
     @cached_property
     def time(self) -> Array:
@@ -175,7 +176,7 @@ class TestRun:
             raise IndexError(f"actuator = {index}: must be from 0 to {actuators - 1}")
         if self.command.ndim == 1:
             return self
-        parts = (*self._traces, "found_flows")
+        parts = self._traces if self.found_flows is None else (*self._traces, "found_flows")
         return replace(self, **{name: getattr(self, name)[index] for name in parts})
 
     def corrected_rig(self) -> Rig:
@@ -188,8 +189,13 @@ class TestRun:
         ValueError
             If the run is of several actuators, each of which found a curve of its own: take one `actuator`'s;
             if an adaptive controller or a guard compensated by the linear scheme, whose straight line says
-            nothing of the table; or if the flows do not increase, which single precision can leave behind.
+            nothing of the table; if a processor in the loop has learned, with which it stayed; or if the
+            flows do not increase, which single precision can leave behind.
         """
+        if self.found_flows is None:
+            raise ValueError(
+                "found_flows = None: must have been found here: those of a processor in the loop stay with it"
+            )
         if self.found_flows.ndim > 1:
             actuators = self.found_flows.shape[0]
             raise ValueError(

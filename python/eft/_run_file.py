@@ -28,7 +28,8 @@ def write(run: TestRun, traces: Sequence[str], path: Path) -> Path:
         "seed": np.int64(run.seed),
         "dtype": np.array(run.dtype),
         "sample_rate": np.float64(run.sample_rate),
-        "found_flows": run.found_flows,
+        # An archive knows no None.
+        "found_flows": np.empty(0) if run.found_flows is None else run.found_flows,
     }
     with beside(path) as temporary, temporary.open("wb") as file:
         np.savez(file, allow_pickle=False, **about, **{name: getattr(run, name) for name in traces})
@@ -77,11 +78,11 @@ def _fields(stored: dict[str, NDArray[Any]], traces: Sequence[str]) -> dict[str,
     # A file of before there were any has the table's.
     table = np.asarray(rig["servovalve.flow_table.flows"])
     found = stored.get("found_flows", np.broadcast_to(table, (*shape[:-1], table.size)))
-    if found.dtype != np.float64 or found.shape != (*shape[:-1], table.size):
+    if found.dtype != np.float64 or found.shape not in ((*shape[:-1], table.size), (0,)):
         raise ValueError(f"found_flows is {found.dtype} of shape {found.shape}")
     return {
         "rig": rig,
-        "found_flows": found,
+        "found_flows": found if found.size else None,
         "sample_rate": float(stored["sample_rate"]),
         "dtype": dtype,
         "version": str(stored["version"]),

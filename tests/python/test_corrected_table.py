@@ -1,5 +1,7 @@
 """The flow table that a test corrected: what was found, kept and taken into the next test."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -81,3 +83,12 @@ def test_a_building_has_a_curve_a_floor():
     with pytest.raises(ValueError, match="2 actuators"):
         run.corrected_rig()
     assert run.actuator(1).found_flows.shape == OPENINGS.shape
+
+
+def test_what_stayed_in_a_processor_is_none_and_refused(tmp_path):
+    run = dataclasses.replace(eft.simulate(eft.Rig.zhao2005(), COMMAND), found_flows=None)
+    with pytest.raises(ValueError, match=r"^found_flows = None: must have been found here"):
+        run.corrected_rig()
+    again = eft.TestRun.load(run.save(tmp_path / "run.eft"))
+    assert again.found_flows is None
+    assert np.array_equal(again.force, run.force)

@@ -198,8 +198,10 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
             traces.set_item(name, arrays::stacked(py, channels, stacked)?)?;
         }
     }
-    let found = runs.iter_mut().map(|run| std::mem::take(&mut run.found_flows)).collect();
-    traces.set_item("found_flows", arrays::stacked(py, found, stacked)?)?;
+    let found: Vec<_> = runs.iter_mut().map(|run| std::mem::take(&mut run.found_flows)).collect();
+    let known = !found.iter().all(Vec::is_empty);
+    let found = known.then(|| arrays::stacked(py, found, stacked)).transpose()?;
+    traces.set_item("found_flows", found)?;
     let status = runs.into_iter().map(|run| run.status).collect();
     traces.set_item("status", arrays::stacked(py, status, stacked)?)?;
     Ok(traces)

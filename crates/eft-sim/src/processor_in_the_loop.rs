@@ -273,6 +273,10 @@ mod tests {
             let seen = simulated.status.iter().fold(0, |seen, bits| seen | bits);
             assert_eq!(seen & status::TRIPPED != 0, trips, "{seen:#x}");
             assert_ne!(simulated.flow_gain_estimate.last(), Some(&1.0));
+            // What a firmware has found stays with it, and is not taken for the table.
+            assert!(!simulated.found_flows.is_empty() && outside.found_flows.is_empty());
+            let refused = outside.corrected_rig().unwrap_err().to_string();
+            assert!(refused.starts_with("found_flows = none: must have been found here"), "{refused}");
         }
     }
 

@@ -261,10 +261,11 @@ where
     }
 
     /// No-load flows (m³/s) that the valve of a lane was found to pass at these openings; none where nothing is
-    /// learned, or not here.
+    /// learned, empty where it is learned outside.
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
-        let inside = self.adaptive.as_ref().filter(|_| self.outside.is_none());
-        inside.map(|adaptive| adaptive.found_flows(openings, lane))
+        let adaptive = self.adaptive.as_ref()?;
+        let here = self.outside.is_none();
+        Some(if here { adaptive.found_flows(openings, lane) } else { Vec::new() })
     }
 
     /// Asks the protection, where there is one, for the soft end.

@@ -50,7 +50,8 @@ pub struct TestRun {
     /// Bits of [`eft_core::status`].
     pub status: Vec<u32>,
     /// No-load flows (m³/s) that the valve was found to pass by the end, at the openings of the rig's flow table; the
-    /// table's own where nothing is learned, a straight line's where the linear scheme learns.
+    /// table's own where nothing is learned, a straight line's where the linear scheme learns; empty where they stayed
+    /// with a controller from outside.
     pub found_flows: Vec<f64>,
     /// Where the energy went, with a rig that has effects beyond the paper's model.
     pub energy: Option<EnergyBalance>,
@@ -129,13 +130,17 @@ impl TestRun {
     ///
     /// # Errors
     /// A test in which an adaptive controller or a guard compensated by the linear scheme: what was found is the slope
-    /// of its straight line, and says nothing of the table. Flows that do not increase, which a controller in single
+    /// of its straight line, and says nothing of the table. A controller from outside, with which they stayed. Flows that do not increase, which a controller in single
     /// precision can leave behind where the table all but stands still.
     pub fn corrected_rig(&self) -> Result<RigConfig> {
         if adapts(&self.rig) && self.rig.compensation.mode == Mode::Linear {
             let allowed =
                 "must be \"nonlinear\" for a flow table to be found: the linear scheme looks at none";
             return Err(Error::value("compensation.mode", "\"linear\"", allowed));
+        }
+        if self.found_flows.is_empty() {
+            let allowed = "must have been found here: those of a controller from outside stay with it";
+            return Err(Error::value("found_flows", "none", allowed));
         }
         let mut rig = self.rig.clone();
         let valve = &mut rig.servovalve;
