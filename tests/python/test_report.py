@@ -149,6 +149,61 @@ def test_command_line_writes_the_report(tmp_path, monkeypatch, capsys):
     assert len(charts((tmp_path / "a.html").read_text(encoding="utf-8"))) == 9
 
 
+ADAPTIVE = {"compensation.adaptive": True, "compensation.feedforward": True}
+FOUND = (
+    "over the configured (1)",
+    "response delay (ms)",
+    "no-load flow (L/min)",
+    "flow over the configured (1)",
+)
+
+
+@pytest.fixture(scope="module")
+def learned():
+    """A fixed controller, one that adapts, and one that corrects its curve as well."""
+    rig = eft.Rig.zhao2005().replace({"servovalve.flow_gain_scale": 1.05})
+    command = eft.sine_sweep(8900.0, 0.0, 10.0, 16.0, 4096.0)
+    changes = {"fixed": {}, "adaptive": ADAPTIVE, "curve": ADAPTIVE | {"compensation.curve_correction": True}}
+    return {name: eft.simulate(rig.replace(change), command) for name, change in changes.items()}
+
+
+def test_what_an_adaptive_controller_found_is_shown_and_of_it_alone(learned, tmp_path):
+    def specs(runs):
+        text = write_report(runs, tmp_path / "a.html").read_text(encoding="utf-8")
+        return text, {spec["ylabel"]: spec for spec in charts(text)}
+
+    assert not set(FOUND) & set(specs(learned["fixed"])[1])
+    assert set(FOUND) & set(specs(learned["adaptive"])[1]) == set(FOUND[:2])
+    text, found = specs(learned)
+    gains = found[FOUND[0]]
+    wanted = ["adaptive: flow gain", "curve: flow gain", "adaptive: valve gain", "curve: valve gain"]
+    assert [s["label"] for s in gains["series"]] == [*wanted, "adaptive: level", "curve: level"]
+    last = stored(text, gains["series"][0]["y"])[-1]
+    assert last == pytest.approx(learned["adaptive"].flow_gain_estimate[-1], rel=1e-6)
+    delay = stored(text, found[FOUND[1]]["series"][0]["y"])
+    assert delay[-1] == pytest.approx(1e3 * learned["adaptive"].response_delay_estimate[-1], rel=1e-6)
+    configured, curve = found[FOUND[2]]["series"]
+    run = learned["curve"]
+    table = run.rig["servovalve.flow_table"]
+    assert stored(text, curve["y"]) == pytest.approx(6e4 * run.found_flows, rel=1e-6)
+    assert stored(text, configured["y"]) == pytest.approx(6e4 * np.array(table["flows"]), rel=1e-6)
+    assert stored(text, curve["x"]) == pytest.approx(100 * np.array(table["openings"]), rel=1e-6)
+    (ratio,) = found[FOUND[3]]["series"]
+    assert stored(text, ratio["y"]).size == len(table["flows"]) - 1
+    # The sweep visited the openings around the middle, where the valve passes 5 % more.
+    assert 1.03 < stored(text, ratio["y"])[8:12].mean() < 1.07
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+def test_in_chromium_the_estimates_are_drawn_without_an_error(learned, tmp_path):
+    page = write_report(learned, tmp_path / "a.html")
+    answer = opened(page, tmp_path)
+    assert answer["errors"] == []
+    assert len(answer["before"]) == len(charts(page.read_text(encoding="utf-8")))
+    # The charts of what was found are the last ones; a level that stays 1 lies under its rule.
+    assert answer["missing"][-3:] == [0] * 3 and min(answer["before"][-4:]) > 3
+
+
 PROBE = """
 <script>
   const errors = [];

@@ -39,6 +39,21 @@ def test_the_columns_of_metrics_are_the_metrics_of_a_run():
     assert tuple(rows(study)[0]) == tuple(c.name for c in study.columns)
 
 
+def test_of_rigs_that_adapt_the_last_estimates_are_columns(tmp_path):
+    parameters = {"compensation.adaptive": [False, True], "servovalve.flow_gain_scale": [1.05]}
+    rig = RIG.replace({"compensation.feedforward": True})
+    names = ["flow_gain_estimate", "response_delay_estimate", "valve_gain_estimate", "level"]
+    command = eft.sine_sweep(8900.0, 0.5, 4.0, 4.0, 1024.0)
+    for output in (None, tmp_path / "a.study"):
+        study = eft.study(rig, command, parameters, output=output)
+        fixed, adaptive = study
+        assert [fixed[name] for name in names] == [None] * 4
+        run = eft.simulate(study.rig(1), command)
+        assert [adaptive[name] for name in names] == [getattr(run, name)[-1] for name in names]
+        assert 1.02 < adaptive["flow_gain_estimate"] < 1.08
+        assert [c.name for c in study.columns if c.name in names] == names
+
+
 def test_several_commands_and_their_scale_are_axes_too():
     half = eft.Command(COMMAND.values * 0.5, COMMAND.sample_rate)
     study = eft.study(RIG, {"whole": COMMAND, "half": half}, {"command.scale": [1.0, 0.5]})
@@ -173,6 +188,9 @@ def test_the_repr_tells_how_it_went():
 def test_the_page_shows_every_column_as_it_is():
     page = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
     types = {"int": "int64", "flags": "uint32", "float": "double", "str": "string"}
-    for column in eft.study(RIG, COMMAND, [{}]).columns:
+    adaptive = {"compensation.adaptive": [False, True]}
+    shown = [c for c in eft.study(RIG, COMMAND, adaptive).columns if c.name not in adaptive]
+    assert len(shown) == len(eft.study(RIG, COMMAND, [{}]).columns) + 4
+    for column in shown:
         unit = f" {column.unit} " if column.unit else " "
         assert f"| `{column.name}` | {types[column.type]} |{unit}| {column.doc} |" in page

@@ -24,6 +24,19 @@ def test_a_building_has_one_row_with_its_worst_floor():
     assert study.row(1)["status"] == "refused" and (study.run(0).force == run.force).all()
 
 
+def test_its_estimates_are_those_of_the_floor_where_they_moved_farthest():
+    rig = BUILDING.replace({"compensation.feedforward": True})
+    study = eft.study(rig, COMMANDS, {"compensation.adaptive": [True]})
+    run = eft.simulate(study.rig(0), COMMANDS)
+    row = study.row(0)
+    found = run.flow_gain_estimate[:, -1]
+    assert found[0] != found[1]
+    assert row["flow_gain_estimate"] == pytest.approx(found[np.abs(found - 1).argmax()], rel=1e-12)
+    moved = np.abs(run.response_delay_estimate[:, -1] - RIG["compensation.response_delay"])
+    expected = run.response_delay_estimate[moved.argmax(), -1]
+    assert row["response_delay_estimate"] == pytest.approx(expected, rel=1e-12)
+
+
 def test_without_transforms_their_columns_are_empty_and_the_others_the_same():
     whole, part = (eft.study(BUILDING, COMMANDS, LEVELS, fft=fft).row(0) for fft in (True, False))
     transforms = {"delay", "nrmse_delay_removed", "fei_amplitude", "fei_delay", "fei_frequency"}

@@ -14,6 +14,7 @@ use crate::run::{Dtype, options, traces};
 #[pyclass(frozen, module = "eft._native")]
 pub(crate) struct BatchResult {
     metrics: Py<PyDict>,
+    estimates: Option<Py<PyDict>>,
     traces: Option<Py<PyDict>>,
     status: u32,
     samples: usize,
@@ -27,6 +28,12 @@ impl BatchResult {
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> Bound<'py, PyDict> {
         self.metrics.bind(py).clone()
+    }
+    /// What the controller believed at the end, by the names of `TestRun`'s traces; `None` of a rig that neither adapts
+    /// nor guards.
+    #[getter]
+    fn estimates<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyDict>> {
+        self.estimates.as_ref().map(|estimates| estimates.bind(py).clone())
     }
     /// Every status bit that was raised at any time.
     #[getter]
@@ -52,12 +59,16 @@ impl BatchResult {
 
 impl BatchResult {
     fn new(py: Python<'_>, outcome: Outcome) -> PyResult<Self> {
-        let metrics = PyDict::new(py);
-        for (name, value) in &outcome.metrics {
-            metrics.set_item(name, value)?;
-        }
+        let named = |values: &[(&str, f64)]| {
+            let dict = PyDict::new(py);
+            for (name, value) in values {
+                dict.set_item(name, value)?;
+            }
+            PyResult::Ok(dict.unbind())
+        };
         Ok(Self {
-            metrics: metrics.unbind(),
+            metrics: named(&outcome.metrics)?,
+            estimates: outcome.estimates.map(|estimates| named(&estimates)).transpose()?,
             status: outcome.status,
             samples: outcome.samples,
             finished: outcome.finished(),

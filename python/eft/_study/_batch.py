@@ -16,7 +16,7 @@ from eft._run import TestRun
 from eft._simulate import simulate
 from eft._status import Status, status_of
 from eft._study._plan import Batch, Test, scaled
-from eft._study._rows import Outcome, WrongVersionError, failed_row, row_of
+from eft._study._rows import ADAPTS, ESTIMATES, Outcome, WrongVersionError, failed_row, row_of
 from eft._study._values import SCALE, Changes
 
 
@@ -54,7 +54,8 @@ def _outcome(batch: Batch, test: Test, rig: Rig, command: Command, result: Batch
     if isinstance(result, str):
         return Outcome(failed_row(test, "refused", ValueError(result)), None)
     status, reason = status_of(Status(result.status))
-    row = row_of(test, result.metrics, status, result.status, result.samples, reason)
+    told = result.metrics | (result.estimates or {})
+    row = row_of(test, told, status, result.status, result.samples, reason)
     if result.traces is None:
         return Outcome(row, None)
     return Outcome(
@@ -99,8 +100,19 @@ def _building(batch: Batch, watch: Any, test: Test) -> Outcome:
     except ValueError as error:
         return Outcome(failed_row(test, "refused", error), None)
     status, reason = status_of(run.flags)
-    row = row_of(test, metrics, status, int(run.flags), len(run), reason)
+    row = row_of(test, metrics | _estimates(run), status, int(run.flags), len(run), reason)
     return Outcome(row, run if batch.traces else None)
+
+
+def _estimates(run: TestRun) -> dict[str, float]:
+    """What the controllers believed at the end: each estimate of the floor where it moved farthest."""
+    if not any(run.rig[key] for key in ADAPTS):
+        return {}
+    configured = dict.fromkeys(ESTIMATES, 1.0)
+    configured["response_delay_estimate"] = run.rig["compensation.response_delay"]
+    return {
+        name: nominal + _worst(getattr(run, name)[..., -1] - nominal) for name, nominal in configured.items()
+    }
 
 
 def _metrics(run: TestRun, fft: bool) -> dict[str, float]:

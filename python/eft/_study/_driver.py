@@ -97,7 +97,7 @@ def study(
     plan = Plan(rig, commands, combinations, dtype, traces, fft, chunk)
     table = columns(combinations.keys, rig)
     with ExitStack() as stack:
-        store: Folder | Memory = Memory()
+        store: Folder | Memory = Memory(table)
         done: Sequence[int] = ()
         if output is not None:
             store = Folder(Path(output))

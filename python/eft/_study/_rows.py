@@ -25,6 +25,17 @@ METRICS: dict[str, tuple[str, str]] = {
 }
 """Unit and meaning of each metric, in the order of the columns."""
 
+ESTIMATES: dict[str, tuple[str, str]] = {
+    "flow_gain_estimate": ("", "the controller's last estimate of the flow gain, 1 = as its table says"),
+    "response_delay_estimate": ("s", "the delay that it makes up for, at the end"),
+    "valve_gain_estimate": ("", "its last estimate of the spool's gain over the configured one"),
+    "level": ("", "the guard's last factor on the compensation level"),
+}
+"""Unit and meaning of each estimate: columns where the rig adapts or guards, or the study varies that."""
+
+ADAPTS = ("compensation.adaptive", "compensation.guard", "compensation.supply_correction")
+"""Keys that put the adaptive controller in the place of the fixed one."""
+
 Row = dict[str, Any]
 
 
@@ -51,17 +62,19 @@ class WrongVersionError(Exception):
 
 def columns(keys: Iterable[str], rig: Rig) -> list[Column]:
     """The columns of a study over some keys."""
+    keys = list(keys)
     known = {entry["key"]: entry for entry in rig_keys()}
     settings = []
     for key in keys:
         entry = known.get(key)
         unit, doc = (entry["unit"], entry["doc"]) if entry else ("", "factor on the command")
         settings.append(Column(key, type_of(key, rig), unit, doc))
+    numbers = METRICS | (ESTIMATES if any(key in keys or rig[key] for key in ADAPTS) else {})
     return [
         Column("index", "int", "", "number of the test, from 0"),
         Column("command", "str", "", "name of the command"),
         *settings,
-        *(Column(name, "float", *about) for name, about in METRICS.items()),
+        *(Column(name, "float", *about) for name, about in numbers.items()),
         Column("status", "str", "", "completed, stroke_exceeded, tripped, diverged, refused or failed"),
         Column("flags", "flags", "", "bits of eft.Status raised at any time"),
         Column("samples", "int", "", "samples of the test that were done"),
@@ -78,10 +91,10 @@ def failed_row(test: Test, status: str, error: BaseException) -> Row:
 
 
 def row_of(
-    test: Test, metrics: dict[str, float], status: str, flags: int, samples: int, reason: str | None
+    test: Test, told: dict[str, float], status: str, flags: int, samples: int, reason: str | None
 ) -> Row:
-    """A row of the table."""
-    numbers = {name: _known(metrics.get(name)) for name in METRICS}
+    """A row of the table; `told` are metrics and estimates."""
+    numbers = {name: _known(told.get(name)) for name in METRICS | ESTIMATES}
     return {
         "index": test.index, "command": test.command, **test.changes, **numbers,
         "status": status, "flags": flags, "samples": samples, "error": reason,

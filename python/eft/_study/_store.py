@@ -43,7 +43,8 @@ class Store(Protocol):
 class Memory:
     """Rows in memory, column by column."""
 
-    def __init__(self) -> None:
+    def __init__(self, table: Sequence[Column]) -> None:
+        self._names = [column.name for column in table]
         self._chunks: dict[int, Columns] = {}
         self._runs: dict[int, TestRun] = {}
 
@@ -53,7 +54,7 @@ class Memory:
 
     def put(self, number: int, outcomes: Sequence[Outcome]) -> None:
         """Keep a chunk."""
-        self._chunks[number] = by_column([outcome.row for outcome in outcomes])
+        self._chunks[number] = by_column([outcome.row for outcome in outcomes], self._names)
         self._runs |= {outcome.row["index"]: outcome.run for outcome in outcomes if outcome.run is not None}
 
     def read(self, number: int, names: Sequence[str] | None = None) -> Columns:
@@ -107,7 +108,7 @@ class Folder:
         elif differences := list(_differences(about["study"], json.loads(json.dumps(description)))):
             shown = "; ".join(differences[:5]) + ("; and more" if len(differences) > 5 else "")
             raise ValueError(f"{self.path}: holds another study and cannot be resumed with this one: {shown}")
-        self._schema = _schema(table, about)
+        self._schema = _schema([Column(**column) for column in about["columns"]], about)
         self._sweep()
         return int(about["chunk"])
 
@@ -152,7 +153,8 @@ class Folder:
             if outcome.run is not None:
                 (self.path / _TRACES).mkdir(exist_ok=True)
                 outcome.run.save(self._trace(outcome.row["index"]))
-        table = pa.Table.from_pydict(by_column([outcome.row for outcome in outcomes]), schema=self._schema)
+        columns = by_column([outcome.row for outcome in outcomes], self._schema.names)
+        table = pa.Table.from_pydict(columns, schema=self._schema)
         with beside(self._part(number)) as temporary:
             self._parquet.write_table(table, temporary, compression="zstd")
 
@@ -205,9 +207,9 @@ class Folder:
                 leftover.unlink()
 
 
-def by_column(rows: Sequence[Row]) -> Columns:
-    """Rows turned into columns."""
-    return {name: [row[name] for row in rows] for name in rows[0]}
+def by_column(rows: Sequence[Row], names: Sequence[str]) -> Columns:
+    """Rows turned into columns of these names."""
+    return {name: [row[name] for row in rows] for name in names}
 
 
 def _schema(table: Sequence[Column], about: Mapping[str, Any]) -> Any:

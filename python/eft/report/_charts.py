@@ -24,7 +24,8 @@ MOST = 65536
 _WEAKEST = 0.05
 """Share of the command's largest amplitude below which no ratio is shown."""
 
-_COMMAND_COLOR = "#9a9a9a"
+COMMAND_COLOR = "#9a9a9a"
+"""Of what was asked for, or configured."""
 _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
@@ -65,7 +66,8 @@ class Page:
     def add(self, title: str, labels: tuple[str, str], series: list[dict[str, Any]], **spec: Any) -> None:
         """A figure with its legend."""
         keys = "".join(
-            f'<span class="{"key dot" if s.get("points") else "key"}" style="--c:{s["color"]}">'
+            f'<span class="{"key dot" if s.get("points") else "key"}" '
+            f'style="--c:{s["color"]};--s:{s.get("dash") or "solid"}">'
             f"{html.escape(s['label'])}</span>"
             for s in series
             if not s["label"].startswith("_")
@@ -97,8 +99,7 @@ def draw(runs: Mapping[str, TestRun]) -> Page:
         return [page.history(k, colors[k], getattr(r, name) * scale, r) for k, r in runs.items()]
 
     wanted = [
-        page.history(label, _COMMAND_COLOR, run.command / 1e3, run, width=2.4)
-        for label, run in commands(runs)
+        page.history(label, COMMAND_COLOR, run.command / 1e3, run, width=2.4) for label, run in commands(runs)
     ]
     page.add("Force", ("time (s)", "force (kN)"), [*wanted, *over_time("force", 1e-3)], link="time")
     error = [page.history(k, colors[k], (r.force - r.command) / 1e3, r) for k, r in runs.items()]

@@ -17,6 +17,7 @@ from eft._run import TestRun
 from eft._signals import labelled
 from eft._verdict import judge, told_delay
 from eft.report._charts import Page, draw
+from eft.report._estimates import draw_estimates
 
 _METRICS = {
     "nrmse": ("force error, rms over rms of the command", 100.0, "%"),
@@ -40,8 +41,9 @@ def write_report(
     The actuators of a shear building are shown like tests of their own.
 
     It holds the verdict, the metrics, time histories to zoom into, the ratio of force to command over the
-    frequency, the spool opening against the advised 60 %, the restoring force, the configuration and the
-    versions, and reaches for no network. Written beside and renamed.
+    frequency, the spool opening against the advised 60 %, the restoring force, of a rig that adapts what it
+    found (flow gain, valve gain, level, response delay, flow curve), the configuration and the versions, and
+    reaches for no network. Written beside and renamed.
 
     Raises
     ------
@@ -74,6 +76,7 @@ def commands_differ(runs: TestRun | Mapping[str, TestRun]) -> bool:
 
 def _page(runs: Mapping[str, TestRun], title: str, notes: Sequence[str]) -> str:
     charts = draw(runs)
+    draw_estimates(charts, runs)
     parts = [
         *notes,
         *(_verdict(name if len(runs) > 1 else "", run) for name, run in runs.items()),

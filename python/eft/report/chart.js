@@ -160,6 +160,7 @@
     line(pen, s, px, py) {
       pen.strokeStyle = s.color;
       pen.lineWidth = s.width;
+      pen.setLineDash({ dashed: [9, 5], dotted: [2, 3] }[s.dash] || []);
       pen.beginPath();
       if (s.points) return this.dots(pen, s, px, py);
       if (this.spec.box) {

@@ -3,7 +3,7 @@
 use eft_core::status;
 
 use crate::batch::BatchOptions;
-use crate::closed_loop::TestRun;
+use crate::closed_loop::{TestRun, adapts};
 use crate::error::Result;
 use crate::metrics::{Metrics, Norms, TimeMetrics, not_silent};
 
@@ -15,6 +15,9 @@ pub struct Outcome {
     pub metrics: Vec<(&'static str, f64)>,
     /// Every flag of [`status`] that was raised at any time.
     pub status: u32,
+    /// What the controller believed at the end, by the names of [`TestRun`]'s traces: flow gain (1), response delay (s),
+    /// valve gain (1) and level (1). None of a rig that neither adapts nor guards.
+    pub estimates: Option<[(&'static str, f64); 4]>,
     /// Samples that were run: the command's, or fewer where the test diverged.
     pub samples: usize,
     /// The traces, where they were asked for.
@@ -31,7 +34,16 @@ impl Outcome {
         let spool = run.spool.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let force = options.fft.then_some(run.force.as_slice());
         let judged = Self::judged(&run.command, run.sample_rate, &norms, force, spool, run.status_union())?;
-        Ok(Self { run: options.traces.then_some(run), ..judged })
+        let last = |trace: &[f64]| trace.last().copied().unwrap_or(f64::NAN);
+        let estimates = adapts(&run.rig).then(|| {
+            [
+                ("flow_gain_estimate", last(&run.flow_gain_estimate)),
+                ("response_delay_estimate", last(&run.response_delay_estimate)),
+                ("valve_gain_estimate", last(&run.valve_gain_estimate)),
+                ("level", last(&run.level)),
+            ]
+        });
+        Ok(Self { run: options.traces.then_some(run), estimates, ..judged })
     }
 
     /// Judges a test by what was summed up, and by the whole force (N) where the metrics that need Fourier
@@ -61,7 +73,7 @@ impl Outcome {
             judged => judged?,
         };
         metrics.push(("max_spool", spool));
-        Ok(Self { metrics, status, samples: command.len(), run: None })
+        Ok(Self { metrics, status, estimates: None, samples: command.len(), run: None })
     }
 
     /// Whether the test ran to its end with finite values.

@@ -1,0 +1,90 @@
+"""Charts of what a controller has learned of its rig: estimates over time, and the flow curve it found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from eft._run import TestRun
+from eft.report._charts import COMMAND_COLOR, Page, cycle
+
+_ESTIMATES = (
+    ("flow_gain_estimate", "flow gain", None),
+    ("valve_gain_estimate", "valve gain", "dashed"),
+    ("level", "level", "dotted"),
+)
+_LITERS_PER_MINUTE = 6e4
+
+
+def draw_estimates(page: Page, runs: Mapping[str, TestRun]) -> None:
+    """Draw the estimates and the found curve of the runs that have any."""
+    colors = dict(zip(runs, cycle(len(runs)), strict=True))
+    adaptive = {name: run for name, run in runs.items() if run.rig["compensation.adaptive"]}
+    guarded = {name: run for name, run in runs.items() if run.rig["compensation.guard"] or name in adaptive}
+    gains: list[dict[str, Any]] = []
+    alone = cycle(len(_ESTIMATES))
+    for (trace, words, dash), hue in zip(_ESTIMATES, alone, strict=True):
+        for name, run in (guarded if trace == "level" else adaptive).items():
+            # Of several runs each keeps its color, and the lines tell the estimates apart.
+            label, color, style = (f"{name}: {words}", colors[name], dash)
+            if len(guarded) == 1:
+                label, color, style = words, hue, None
+            gains.append(page.history(label, color, getattr(run, trace), run) | {"dash": style})
+    if gains:
+        rules = [{"y": 1.0, "label": "as configured"}]
+        labels = ("time (s)", "over the configured (1)")
+        page.add("Estimates of flow gain and valve gain, and level", labels, gains, link="time", rules=rules)
+    if adaptive:
+        delays = [
+            page.history(_label(name, runs), colors[name], run.response_delay_estimate * 1e3, run)
+            for name, run in adaptive.items()
+        ]
+        configured = {run.rig["compensation.response_delay"] for run in adaptive.values()}
+        rules = [{"y": delay * 1e3, "label": "as configured"} for delay in configured]
+        labels = ("time (s)", "response delay (ms)")
+        page.add("Response delay that is made up for", labels, delays, link="time", rules=rules)
+    _found(page, adaptive, colors)
+
+
+def _label(name: str, runs: Mapping[str, object]) -> str:
+    """A run alone has no name of its own."""
+    return name if len(runs) > 1 else "found"
+
+
+def _found(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -> None:
+    """The flow curves that were found, against the configured ones."""
+    curves: list[dict[str, Any]] = []
+    ratios: list[dict[str, Any]] = []
+    known: list[dict[str, Any]] = []
+    for name, run in runs.items():
+        linear = run.rig["compensation.mode"] == "linear"
+        if linear or run.found_flows is None or not run.rig["compensation.curve_correction"]:
+            continue
+        table = run.rig["servovalve.flow_table"]
+        if table not in known:
+            known.append(table)
+        openings, flows = np.asarray(table["openings"]) * 100, np.asarray(table["flows"])
+        label = _label(name, colors)
+        curves.append(page.curve(label, colors[name], openings, run.found_flows * _LITERS_PER_MINUTE))
+        moved = flows != 0.0
+        ratio = run.found_flows[moved] / flows[moved]
+        ratios.append(page.points(label, colors[name], openings[moved], ratio))
+    if not curves:
+        return
+    given = [
+        page.curve(
+            "as configured",
+            COMMAND_COLOR,
+            np.asarray(table["openings"]) * 100,
+            np.asarray(table["flows"]) * _LITERS_PER_MINUTE,
+        )
+        | {"width": 2.4}
+        for table in known
+    ]
+    labels = ("spool opening (%)", "no-load flow (L/min)")
+    page.add("Flow curve as found by the end", labels, [*given, *curves])
+    labels = ("spool opening (%)", "flow over the configured (1)")
+    rules = [{"y": 1.0, "label": "as configured"}]
+    page.add("Flow found over the configured flow", labels, ratios, rules=rules)
