@@ -173,6 +173,16 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
         S::select(opening.abs().ge(S::splat(0.0)), flow, opening)
     }
 
+    /// Where a tick was collected without its valve command: adds the one that would have asked for the measured spool
+    /// opening (1), since with any other the filters' means would contradict each other for seconds. Nothing is learned
+    /// until the low-passes have forgotten it.
+    #[inline(never)]
+    pub(crate) fn stand_in(&self, state: &mut AdaptationState<S>, spool: S, missing: S::Mask) {
+        self.trust.doubt(&mut state.trust, missing & self.adapting);
+        let valve_command = spool / (self.valve.valve_gain * state.valve.gain);
+        state.window.add_valve_command(valve_command, missing);
+    }
+
     /// One tick's part of the work.
     // First in a tick: across the slot's call nothing has to be kept then.
     #[inline(always)]

@@ -80,7 +80,8 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
     /// # NaN
     /// A measurement or command that is not finite or beyond its range repeats the last output and raises
     /// [`status::INVALID_MEASUREMENT`] or [`status::INVALID_COMMAND`]; nothing is learned for a
-    /// tenth of a second after it.
+    /// tenth of a second after it. A valve command that is not finite keeps from learning only
+    /// ([`status::ADAPTATION_FROZEN`]), and does nothing where nothing is estimated.
     ///
     /// # Cost
     /// Bounded: each tick does one slot of sixteen of the estimators' work, two below 3200 Hz.
@@ -109,14 +110,21 @@ impl<S: Scalar, const N: usize> AdaptiveCompensation<S, N> {
     ) -> Output<S> {
         self.adaptation.work(&mut state.adaptation);
         let supply = measured.supply_pressure / self.supply_pressure;
-        let good = self.valid(command, measured, supply) & measured.valve_command.abs().le(S::splat(LARGEST));
+        let good = self.valid(command, measured, supply);
         if !good.any() {
             let status = self.idle(state, command, next_command);
             return Output { value: state.output(), status };
         }
         let (next, flags) = self.advance(state, next_command, measured, supply);
         state.compensation = CompensationState::select(good, next, state.compensation);
-        state.adaptation.window.collect(command, measured, supply, good);
+        let known = measured.valve_command.abs().le(S::splat(LARGEST));
+        let valve_command = S::select(known, measured.valve_command, S::splat(0.0));
+        let collected = Measurements { valve_command, ..*measured };
+        state.adaptation.window.collect(command, &collected, supply, good);
+        if !known.all() {
+            // Only the estimators look at it: they wait, and all else goes on.
+            self.adaptation.stand_in(&mut state.adaptation, measured.spool, good & !known);
+        }
         let status = S::select_flags(good, flags, self.faults(command)) | state.adaptation.flags;
         Output { value: state.compensation.output(), status }
     }

@@ -27,7 +27,7 @@ pub struct AdaptiveParameters {
     pub leakage: f64,
     /// Force sensitivity `C_F` (V/N) of the servovalve controller.
     pub force_sensitivity: f64,
-    /// Delay of the compensation by computation (samples), beyond which the valve command shows it.
+    /// Delay of the compensation by computation (samples, at most 1000), beyond which the valve command shows it.
     pub computation_delay: u32,
     /// Delay of the velocity itself (s), of an estimate for example, that the lead network makes up for besides.
     pub velocity_delay: f64,
@@ -113,6 +113,9 @@ impl Tuning {
     };
 }
 
+/// Delay by computation (samples) at the most.
+const MOST_COMPUTATION: f64 = 1000.0;
+
 /// Estimator steps per second that a window aims at, at the least (Hz).
 const SLOW_RATE: f64 = 200.0;
 
@@ -168,6 +171,8 @@ macro_rules! constructor {
                 if p.adaptive || p.guard {
                     check!(within("sample_rate", c.sample_rate, LOWEST_RATE, LARGEST));
                 }
+                let delay =
+                    check!(within("computation_delay", p.computation_delay as f64, 0.0, MOST_COMPUTATION));
                 let ticks = window(c.sample_rate);
                 let sample = 1.0 / c.sample_rate;
                 let period = ticks as f64 * sample;
@@ -248,7 +253,7 @@ macro_rules! constructor {
                         per_period: (1.0 / period) as $t,
                         nominal_delay: nominal as $t,
                         velocity_delay: check!(within("velocity_delay", p.velocity_delay, 0.0, 1.0)) as $t,
-                        sampling_delay: ((1.0 + p.computation_delay as f64) * sample) as $t,
+                        sampling_delay: ((1.0 + delay) * sample) as $t,
                         gain_prior: t.priors.1 as $t,
                         delay_prior: (t.priors.2 * period * period) as $t,
                         lowest_gain: t.valve_gain.0 as $t,

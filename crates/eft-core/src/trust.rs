@@ -90,6 +90,13 @@ impl<S: Scalar> Trust<S> {
         state.quarantine = S::select(left.gt(least), left, least);
     }
 
+    /// Believes neither the window that is being filled nor those after it until the low-passes have settled.
+    #[inline(always)]
+    pub(crate) fn doubt(&self, state: &mut TrustState<S>, about: S::Mask) {
+        let least = self.settling + S::splat(1.0);
+        state.quarantine = S::select(about & state.quarantine.lt(least), least, state.quarantine);
+    }
+
     /// Whether the window can be believed: not where the models do not explain it, nor for a while after that. `fresh`
     /// is where it is whole.
     #[inline(always)]

@@ -87,6 +87,13 @@ impl<S: Scalar> WindowState<S> {
         }
     }
 
+    /// Adds a valve command (V) to a tick that was collected without one.
+    #[inline(always)]
+    pub(crate) fn add_valve_command(&mut self, valve_command: S, missing: S::Mask) {
+        let sum = self.sums.valve_command;
+        self.sums.valve_command = S::select(missing, sum + valve_command, sum);
+    }
+
     /// Leaves a tick out.
     #[inline(always)]
     pub(crate) fn spoil(&mut self, bad: S::Mask) {

@@ -198,7 +198,7 @@ typedef struct eft_adaptive_parameters {
   double leakage;
   // Delay of the velocity itself, of an estimate for example, s; 0 for a sensor's.
   double velocity_delay;
-  // Samples by which the compensation comes late to the valve command, 1.
+  // Samples by which the compensation comes late to the valve command, at most 1000, 1.
   uint32_t computation_delay;
   // EFT_FEEDFORWARD and its siblings, added up.
   uint32_t parts;
@@ -625,7 +625,8 @@ uint8_t eft_adaptive_step_ahead_f32(const struct eft_adaptive_f32 *config,
                                     struct eft_output_f32 *output);
 
 // The compensation alone, for a force loop that another controller closes: output->valve_command is the
-// compensation signal. input->valve_command must be measured.
+// compensation signal. input->valve_command must be measured; where it is NaN, infinite or beyond 1e12, only
+// learning waits (EFT_ADAPTATION_FROZEN).
 uint8_t eft_adaptive_compensation_step_f32(const struct eft_adaptive_f32 *config,
                                            struct eft_adaptive_state_f32 *state,
                                            const struct eft_adaptive_input_f32 *input,
@@ -698,7 +699,8 @@ uint8_t eft_adaptive_step_ahead_f64(const struct eft_adaptive_f64 *config,
                                     struct eft_output_f64 *output);
 
 // The compensation alone, for a force loop that another controller closes: output->valve_command is the
-// compensation signal. input->valve_command must be measured.
+// compensation signal. input->valve_command must be measured; where it is NaN, infinite or beyond 1e12, only
+// learning waits (EFT_ADAPTATION_FROZEN).
 uint8_t eft_adaptive_compensation_step_f64(const struct eft_adaptive_f64 *config,
                                            struct eft_adaptive_state_f64 *state,
                                            const struct eft_adaptive_input_f64 *input,

@@ -31,7 +31,7 @@ pub struct eft_adaptive_parameters {
     pub leakage: f64,
     /// Delay of the velocity itself, of an estimate for example, s; 0 for a sensor's.
     pub velocity_delay: f64,
-    /// Samples by which the compensation comes late to the valve command, 1.
+    /// Samples by which the compensation comes late to the valve command, at most 1000, 1.
     pub computation_delay: u32,
     /// EFT_FEEDFORWARD and its siblings, added up.
     pub parts: u32,
@@ -240,7 +240,8 @@ macro_rules! precision {
             }
 
             /// The compensation alone, for a force loop that another controller closes: output->valve_command is the
-            /// compensation signal. input->valve_command must be measured.
+            /// compensation signal. input->valve_command must be measured; where it is NaN, infinite or beyond 1e12, only
+            /// learning waits (EFT_ADAPTATION_FROZEN).
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $compensation(
                 config: *const $Config,

@@ -241,6 +241,8 @@ fn what_is_wrong_is_refused_by_name() {
     for (change, name) in [
         ((|p| p.parts = 16) as fn(&mut eft_adaptive_parameters), "parts"),
         (|p| p.compressibility = 0.0, "compressibility"),
+        (|p| p.computation_delay = u32::MAX, "computation_delay"),
+        (|p| p.rig.reserved = 1, "reserved"),
         (|p| p.rig.level = -1.0, "level"),
     ] {
         let mut p = parameters();
