@@ -160,3 +160,22 @@ def test_the_margins_of_a_building_of_three_floors_lie_between_stable_and_unstab
     edges["servovalve.flow_gain_scale"] = margins["flow_gain"][1]
     for key, edge in edges.items():
         assert radius(key, edge * (1 - 1e-4)) < 1 < radius(key, edge * (1 + 1e-4)), key
+
+
+@pytest.mark.parametrize("floors", [3, 8])
+def test_every_margin_of_a_tall_building_is_there_with_its_compensation_and_without(floors):
+    rig = eft.Rig.zhao2005().replace(
+        {
+            "structure.kind": "shear_building",
+            "structure.stories.masses": [7e3] * floors,
+            "structure.stories.dampings": [9e4] * floors,
+            "structure.stories.stiffnesses": [1.5e6] * floors,
+        }
+    )
+    off = eft.stability_margins(rig.replace({"compensation.mode": "off"}), sampled=True)
+    assert off["dead_time"] == np.inf and off["growth_rate"] < 0, "nothing is there to be delayed"
+    samples = round(eft.stability_margins(rig, sampled=True)["dead_time"] * rig["controller.sample_rate"])
+    for delay, stable in ((samples, False), (samples - 1, True)):
+        late = rig.replace({"compensation.computation_delay": delay})
+        radius = np.abs(np.linalg.eigvals(eft.linearize(late, sampled=True).A)).max()
+        assert (radius < 1) == stable

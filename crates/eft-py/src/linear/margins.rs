@@ -95,8 +95,9 @@ pub(crate) fn stability_margin(
 /// dict
 ///     ``growth_rate`` (1/s, of the rig as it is), ``level`` (the largest stable compensation level), and, unless the
 ///     rig as it is grows, ``response_delay`` (s, lowest and highest stable), ``dead_time`` (s, the shortest additional
-///     delay of the compensation that is unstable, in whole samples), ``loop_gain`` (the largest stable factor on the
-///     force loop) and ``flow_gain`` (lowest and highest stable ratio of the true flow gain to the configured one).
+///     delay of the compensation that is unstable, in whole samples; infinite where none of up to 64 is, or of as many
+///     as a building's model can hold), ``loop_gain`` (the largest stable factor on the force loop) and
+///     ``flow_gain`` (lowest and highest stable ratio of the true flow gain to the configured one).
 #[pyfunction]
 #[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
 pub(crate) fn stability_margins<'py>(

@@ -1,8 +1,9 @@
 //! How far a setting may go until the linear loop is no longer stable.
 
 use super::gains::FlowGain;
+use super::sampled::MOST_STATES;
 use super::{Time, model};
-use crate::config::RigConfig;
+use crate::config::{Mode, RigConfig};
 use crate::error::{Error, Result};
 
 /// Growth (1/s) that still counts as rest: a structure without a spring has a pole at the origin.
@@ -35,7 +36,8 @@ pub struct Margins {
 pub struct MarginsAround {
     /// Stable range of the response delay (s) given to the lead network.
     pub response_delay: (f64, f64),
-    /// Shortest additional delay (s) of the compensation that is no longer stable, in whole samples.
+    /// Shortest additional delay (s) of the compensation that is no longer stable, in whole samples; infinite where
+    /// none of up to 64 is, or of as many as a model of the building's size can hold.
     pub dead_time: f64,
     /// Largest stable factor (1) on the force loop's gain.
     pub loop_gain: f64,
@@ -116,7 +118,13 @@ fn dead_time(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
         Time::Continuous => rig.controller.sample_rate,
         Time::Sampled(rate) => rate,
     };
-    for more in 0..=MOST_SAMPLES {
+    if rig.compensation.mode == Mode::Off {
+        return Ok(f64::INFINITY);
+    }
+    // A sample of delay is a state of each actuator.
+    let now = model(rig, gain, Time::Sampled(rate))?;
+    let room = (MOST_STATES - now.states.len()) / now.inputs.len();
+    for more in (0..=MOST_SAMPLES).take(room + 1) {
         let growth =
             growth_with(rig, gain, Time::Sampled(rate), |rig| rig.compensation.computation_delay += more)?;
         if growth > AT_REST {
@@ -183,7 +191,7 @@ fn edge(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{Mode, Realization};
+    use crate::config::Realization;
 
     type Change<'a> = &'a dyn Fn(&mut RigConfig);
 

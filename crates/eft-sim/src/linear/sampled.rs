@@ -12,7 +12,7 @@ use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
 
 /// More states than this make the model too large to be of use; delays by samples and stories are what adds them.
-const MOST_STATES: usize = 200;
+pub(super) const MOST_STATES: usize = 400;
 
 /// The closed loop about rest, exactly sampled at a rate (Hz), from the samples of one force command (N) an actuator.
 ///
