@@ -48,6 +48,36 @@ fn a_failed_sensor_bends_no_curve() {
     }
 }
 
+// At and around resonance, where whatever fails is large. A fault that ends before it is noticed leaves something.
+#[test]
+fn what_a_failing_sensor_taught_the_curve_is_taken_back() {
+    let until = |amplitude: f64, end: f64| {
+        let values = sweep(amplitude).values[..(end * RATE) as usize].to_vec();
+        Command { values, sample_rate: RATE }
+    };
+    for (amplitude, start, duration, most) in [
+        (2200.0, 4.7, 0.5, 0.01),
+        (2200.0, 5.5, 0.5, 0.01),
+        (8900.0, 5.5, 0.5, 0.01),
+        (8900.0, 6.0, 0.05, 0.06),
+    ] {
+        let sound = corrected(&[], &until(amplitude, start));
+        let table = &sound.rig.servovalve.flow_table.flows;
+        for signal in ["velocity", "spool"] {
+            for kind in ["lost", "zero", "stuck", "sign"] {
+                let run = corrected(&[fault(signal, kind, start, duration)], &until(amplitude, start + 4.0));
+                let pairs = run.found_flows.iter().zip(&sound.found_flows).zip(table);
+                let moved = pairs.fold(0.0_f64, |moved, ((found, before), flow)| {
+                    if *flow == 0.0 { moved } else { moved.max(((found - before) / flow).abs()) }
+                });
+                let what = format!("{signal} {kind}, {amplitude} N, {start} s, {duration} s");
+                println!("{what}: curve moved by {moved:.4}");
+                assert!(moved < most, "{what}: {moved}");
+            }
+        }
+    }
+}
+
 #[test]
 fn minutes_of_silence_bend_no_curve() {
     let before = sweep(2200.0).values;

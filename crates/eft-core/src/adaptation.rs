@@ -108,7 +108,7 @@ pub(crate) struct AdaptationState<S: Scalar> {
     pub(crate) valve: ValveState<S>,
     pub(crate) guard: GuardState<S>,
     evidence: Evidence<S>,
-    proof: Proof<S>,
+    proof: Proof<Evidence<S>>,
     pub(crate) lead: LeadNetwork<S>,
     // Last: what is off lies out of the way.
     pub(crate) curve: FlowCorrectionState<S>,
@@ -208,6 +208,17 @@ impl<S: Scalar, const N: usize> Adaptation<S, N> {
     #[inline(never)]
     fn close(&self, state: &mut AdaptationState<S>) {
         state.window.close(self.per_window);
+        if self.correcting.any() {
+            self.keep_curve(state);
+        }
+    }
+
+    /// What was learned of the curve is put by, or taken back.
+    // Apart: only who corrects the curve pays for its registers.
+    #[inline(never)]
+    fn keep_curve(&self, state: &mut AdaptationState<S>) {
+        let doubtful = state.trust.quarantine.gt(self.trust.just_now);
+        self.curve.keep(&mut state.curve, doubtful);
     }
 
     /// The opening that was asked of the valve.

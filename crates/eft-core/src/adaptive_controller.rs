@@ -24,10 +24,11 @@ pub struct AdaptiveController<S: Scalar, const N: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct AdaptiveControllerState<S: Scalar> {
-    /// The compensation's part: all there is where an analog controller follows it.
-    pub compensation: AdaptiveCompensationState<S>,
     servovalve: ServovalveControllerState<S>,
     valve_command: S,
+    // Last: it is long, and what lies beyond a kilobyte takes an instruction more to reach.
+    /// The compensation's part: all there is where an analog controller follows it.
+    pub compensation: AdaptiveCompensationState<S>,
 }
 
 impl<S: Scalar, const N: usize> AdaptiveController<S, N> {

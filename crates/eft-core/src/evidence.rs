@@ -1,8 +1,8 @@
 //! What the estimators have taken in, and what of it to go back to when the latest turns out to be wrong.
 //!
 //! A sensor that fails is noticed only when the models have missed its signal for some windows, and these count until
-//! then. So evidence is put by from time to time, and when the estimators cease to explain what is measured the older
-//! of the last two stands again.
+//! then. So what was learned is put by from time to time, and when the estimators cease to explain what is measured the
+//! older of the last two stands again.
 
 use crate::scalar::{Mask, Scalar};
 
@@ -39,49 +39,64 @@ impl<S: Scalar> Default for Evidence<S> {
     }
 }
 
-impl<S: Scalar> Evidence<S> {
+/// What can be put by, and stand again, lane by lane.
+pub(crate) trait Learned: Copy {
+    /// One truth value per lane.
+    type Mask: Mask;
     /// Takes over another's where the mask is true.
+    fn take_over(&mut self, from: &Self, at: Self::Mask);
+}
+
+impl<S: Scalar> Learned for S {
+    type Mask = S::Mask;
+    #[inline(always)]
+    fn take_over(&mut self, from: &Self, at: S::Mask) {
+        *self = S::select(at, *from, *self);
+    }
+}
+
+impl<S: Scalar> Learned for Evidence<S> {
+    type Mask = S::Mask;
     #[inline(always)]
     fn take_over(&mut self, from: &Self, at: S::Mask) {
         if at.all() {
             *self = *from;
             return;
         }
-        let take = |to: &mut S, from: S| *to = S::select(at, from, *to);
-        take(&mut self.predicted, from.predicted);
-        take(&mut self.excess, from.excess);
-        take(&mut self.openings, from.openings);
-        take(&mut self.crossed, from.crossed);
-        take(&mut self.changes, from.changes);
-        take(&mut self.on_opening, from.on_opening);
-        take(&mut self.on_change, from.on_change);
-        take(&mut self.amount, from.amount);
+        self.predicted.take_over(&from.predicted, at);
+        self.excess.take_over(&from.excess, at);
+        self.openings.take_over(&from.openings, at);
+        self.crossed.take_over(&from.crossed, at);
+        self.changes.take_over(&from.changes, at);
+        self.on_opening.take_over(&from.on_opening, at);
+        self.on_change.take_over(&from.on_change, at);
+        self.amount.take_over(&from.amount, at);
     }
 }
 
 /// The last two that were put by.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
-pub(crate) struct Proof<S: Scalar> {
-    older: Evidence<S>,
-    newer: Evidence<S>,
+pub(crate) struct Proof<T> {
+    older: T,
+    newer: T,
 }
 
-impl<S: Scalar> Proof<S> {
+impl<T: Learned> Proof<T> {
     /// Puts by what there is, where nothing speaks against it.
     #[inline(always)]
-    pub(crate) fn put_by(&mut self, evidence: &Evidence<S>, sound: S::Mask) {
+    pub(crate) fn put_by(&mut self, learned: &T, sound: T::Mask) {
         if sound.any() {
             self.older.take_over(&self.newer, sound);
-            self.newer.take_over(evidence, sound);
+            self.newer.take_over(learned, sound);
         }
     }
 
     /// Goes back to what was put by.
     #[inline(always)]
-    pub(crate) fn go_back(&mut self, evidence: &mut Evidence<S>, at: S::Mask) {
+    pub(crate) fn go_back(&mut self, learned: &mut T, at: T::Mask) {
         if at.any() {
-            evidence.take_over(&self.older, at);
+            learned.take_over(&self.older, at);
             self.newer.take_over(&self.older, at);
         }
     }
@@ -115,7 +130,8 @@ mod tests {
     #[test]
     fn lanes_put_by_and_go_back_apart() {
         type Wide = Lanes<f64, 2>;
-        let (mut alone, mut together) = ([Proof::<f64>::default(); 2], Proof::<Wide>::default());
+        let (mut alone, mut together) =
+            ([Proof::<Evidence<f64>>::default(); 2], Proof::<Evidence<Wide>>::default());
         let (mut now, mut both) = ([Evidence::default(); 2], Evidence::<Wide>::default());
         // Every choice of who puts by and who goes back, after every other.
         for n in 0..256_u32 {

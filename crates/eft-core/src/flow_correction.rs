@@ -10,13 +10,18 @@
 //! Estimated is the inverse and not the curve: the nodes then stand where demands are, a tick finds its piece by one
 //! multiplication, and no piece has to be inverted.
 
+use crate::evidence::{Learned, Proof};
 use crate::piecewise::Row;
-use crate::scalar::{Scalar, pack_numbers};
+use crate::scalar::{Mask, Scalar, pack_numbers};
 
 /// Pieces in either direction.
 const PIECES: usize = 8;
 /// Nodes: the pieces' ends.
 const NODES: usize = 2 * PIECES + 1;
+/// What is learned: a departure at each node, and the sums of either direction.
+const ITEMS: u32 = NODES as u32 + 2;
+/// Rounds through them from one time that they are put by to the next: a quarter of a second or more.
+const ROUNDS: u32 = 4;
 
 /// Constants of the correction; flows in steps from node to node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,6 +77,24 @@ struct Direction<S> {
     gain: S,
 }
 
+impl<S: Scalar> Learned for Direction<S> {
+    type Mask = S::Mask;
+
+    #[inline(always)]
+    fn take_over(&mut self, from: &Self, at: S::Mask) {
+        if at.all() {
+            *self = *from;
+            return;
+        }
+        self.slopes.take_over(&from.slopes, at);
+        self.slope_flows.take_over(&from.slope_flows, at);
+        self.slope_errors.take_over(&from.slope_errors, at);
+        self.flows.take_over(&from.flows, at);
+        self.flow_errors.take_over(&from.flow_errors, at);
+        self.gain.take_over(&from.gain, at);
+    }
+}
+
 /// What the correction remembers; flows in steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
@@ -96,8 +119,13 @@ pub(crate) struct FlowCorrectionState<S> {
     counts: S,
     /// How far a direction wanted to go beyond its bounds (1).
     pub(crate) beyond: S,
-    /// The node that was brought up to date last.
-    node: u32,
+    /// The item that was looked after last, and the rounds through all of them.
+    item: u32,
+    round: u32,
+    /// Items left to take back.
+    doubted: S,
+    departures_proof: [Proof<S>; NODES],
+    directions_proof: [Proof<Direction<S>>; 2],
 }
 
 impl<S: Scalar> FlowCorrectionState<S> {
@@ -122,7 +150,11 @@ impl<S: Scalar> FlowCorrectionState<S> {
             error: zero,
             counts: zero,
             beyond: zero,
-            node: 0,
+            item: 0,
+            round: 0,
+            doubted: zero,
+            departures_proof: [Proof::default(); NODES],
+            directions_proof: [Proof::default(); 2],
         }
     }
 
@@ -317,11 +349,37 @@ impl<S: Scalar> FlowCorrection<S> {
     /// Brings the next node, round and round, up to its direction's gain.
     #[inline(always)]
     pub(crate) fn follow(&self, state: &mut FlowCorrectionState<S>) {
-        state.node = if state.node < NODES as u32 - 2 { state.node + 1 } else { 1 };
         let mut lane = 0;
         while lane < S::LANES {
-            state.refresh(lane, state.node as usize);
+            state.refresh(lane, state.item as usize);
             lane += 1;
+        }
+    }
+
+    /// Looks after the next item, round and round: takes it back where what was learned lately became `doubtful` since
+    /// its last turn, elsewhere puts it by in one of the rounds. All at once would cost a tick too much.
+    #[inline(always)]
+    pub(crate) fn keep(&self, state: &mut FlowCorrectionState<S>, doubtful: S::Mask) {
+        let last = state.item >= ITEMS - 1;
+        state.item = if last { 0 } else { state.item + 1 };
+        if last {
+            state.round = state.round.wrapping_add(1) % ROUNDS;
+        }
+        let left = S::select(doubtful, S::splat(f64::from(ITEMS)), state.doubted);
+        let doubted = left.gt(S::splat(0.0));
+        let sound = !doubted & S::Mask::splat(state.round == 0);
+        state.doubted = S::select(doubted, left - S::splat(1.0), left);
+        let item = state.item as usize;
+        if let (Some(departure), Some(proof)) =
+            (state.departures.get_mut(item), state.departures_proof.get_mut(item))
+        {
+            proof.go_back(departure, doubted);
+            proof.put_by(departure, sound);
+        } else if let (Some(direction), Some(proof)) =
+            (state.directions.get_mut(item - NODES), state.directions_proof.get_mut(item - NODES))
+        {
+            proof.go_back(direction, doubted);
+            proof.put_by(direction, sound);
         }
     }
 }
@@ -367,6 +425,7 @@ mod tests {
             CORRECTION.straighten(&mut state, 0.9 * true_flow(table), 1.0, 1.0);
             CORRECTION.offset(&mut state);
             CORRECTION.gains(&mut state);
+            CORRECTION.keep(&mut state, false);
             CORRECTION.believe(&mut state, true);
             CORRECTION.depart(&mut state, 0);
             CORRECTION.depart(&mut state, 1);

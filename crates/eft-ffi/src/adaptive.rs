@@ -318,7 +318,7 @@ macro_rules! precision {
     };
 }
 precision!(
-    single, f32, controller: 288, state: 208,
+    single, f32, controller: 288, state: 272,
     eft_adaptive_f32 eft_adaptive_state_f32 eft_adaptive_input_f32 eft_output_f32 eft_learned_f32
     eft_adaptive_configure_f32 eft_adaptive_check_f32 eft_adaptive_reset_f32 eft_adaptive_prime_f32
     eft_adaptive_hold_f32 eft_adaptive_missed_f32 eft_adaptive_step_f32
@@ -327,7 +327,7 @@ precision!(
     eft_adaptive_learned_f32 eft_adaptive_flow_f32
 );
 precision!(
-    double, f64, controller: 288, state: 208,
+    double, f64, controller: 288, state: 272,
     eft_adaptive_f64 eft_adaptive_state_f64 eft_adaptive_input_f64 eft_output_f64 eft_learned_f64
     eft_adaptive_configure_f64 eft_adaptive_check_f64 eft_adaptive_reset_f64 eft_adaptive_prime_f64
     eft_adaptive_hold_f64 eft_adaptive_missed_f64 eft_adaptive_step_f64

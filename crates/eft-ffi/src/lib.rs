@@ -52,7 +52,7 @@ const _: () = {
     assert!(size_of::<eft_output_f32>() == 12 && size_of::<eft_output_f64>() == 24);
     assert!(size_of::<eft_adaptive_parameters>() == 512 && offset_of!(eft_adaptive_parameters, parts) == 508);
     assert!(size_of::<eft_adaptive_f32>() == 1152 && size_of::<eft_adaptive_f64>() == 2304);
-    assert!(size_of::<eft_adaptive_state_f32>() == 832 && size_of::<eft_adaptive_state_f64>() == 1664);
+    assert!(size_of::<eft_adaptive_state_f32>() == 1088 && size_of::<eft_adaptive_state_f64>() == 2176);
     assert!(size_of::<eft_adaptive_input_f32>() == 24 && size_of::<eft_adaptive_input_f64>() == 48);
     assert!(size_of::<eft_learned_f32>() == 16 && size_of::<eft_learned_f64>() == 32);
     assert!(size_of::<eft_derivative_parameters>() == 16 && size_of::<eft_observer_parameters>() == 32);
