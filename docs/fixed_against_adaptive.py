@@ -96,7 +96,7 @@ def report(folder: Path) -> None:
 
 def table(rows: list[dict[str, str]]) -> str:
     """What was asked, and what both schemes reach."""
-    lines = ["| case | noise | asked | fixed scheme | self-calibrating | met |", "| --- " * 6 + "|"]
+    lines = ["| case | noise | goal | fixed scheme | self-calibrating | met |", "| --- " * 6 + "|"]
     for name, row in ROWS.items():
         for noisy in (False, True):
             of_it = [one for one in rows if one["row"] == name and (one["seed"] != "0") == noisy]

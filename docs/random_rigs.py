@@ -200,7 +200,7 @@ def asked(data: dict[str, np.ndarray]) -> list[Asked]:
 
 def table(data: dict[str, np.ndarray]) -> str:
     """What was asked, and how many rigs reached it."""
-    lines = ["| share of the rigs | fixed scheme | self-calibrating | asked |", "| --- | --- | --- | --- |"]
+    lines = ["| share of the rigs | fixed scheme | self-calibrating | goal |", "| --- | --- | --- | --- |"]
     for one in asked(data):
         shares = " | ".join(f"{100 * value:.1f} %" for value in one.reached.values())
         lines.append(f"| {one.what} | {shares} | {one.wanted} |")
@@ -249,7 +249,7 @@ def report(folder: Path) -> None:
         "",
         "![Share of the rigs below a force error in the earthquake test](_generated/random_rigs_error.png)",
         "",
-        "*Force error of the earthquake test: share of the rigs below it; the dashed line is the 4 % asked.*",
+        "*Force error of the earthquake test: share of the rigs below it; the dashed line is the goal, 4 %.*",
         "",
         table(data),
     ]

@@ -147,7 +147,7 @@ fn falling_supply_is_followed_with_and_without_a_transducer() {
 }
 
 /// Force and displacement (N, m) beyond which the specimen of these tests must be let go, and a second of estimators
-/// that contradict what they see: they wait half a second after a lost sample already.
+/// that contradict what they see: they wait a tenth of a second after a lost sample already.
 fn protected() -> Vec<Change> {
     vec![
         set("protection.enabled", true),

@@ -122,8 +122,8 @@ const SLOW_RATE: f64 = 200.0;
 /// Ticks of the shortest window, of which each does two slots.
 const SHORTEST: u32 = SLOTS / 2;
 
-/// Sample rate (Hz) that estimators and guard need at the least: eight of those windows a second.
-const LOWEST_RATE: f64 = 64.0;
+/// Sample rate (Hz) that estimators and guard need at the least: below, their filters have too few windows.
+const LOWEST_RATE: f64 = 200.0;
 
 /// Ticks of a window: a power of two.
 const fn window(sample_rate: f64) -> u32 {
@@ -158,7 +158,7 @@ macro_rules! constructor {
             /// From its parameters and the flow table.
             ///
             /// # Errors
-            /// A parameter that is not finite or out of its range, by name; a sample rate below 64 Hz with estimators or
+            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz with estimators or
             /// guard.
             pub const fn new(p: &AdaptiveParameters, table: &FlowTable<$t, N>) -> Result<Self, ConfigError> {
                 let c = &p.compensation;

@@ -119,6 +119,8 @@ pub(crate) struct FlowCorrectionState<S> {
     counts: S,
     /// How far a direction wanted to go beyond its bounds (1).
     pub(crate) beyond: S,
+    /// The node that was brought up to date last.
+    node: u32,
     /// The item that was looked after last, and the rounds through all of them.
     item: u32,
     round: u32,
@@ -150,6 +152,7 @@ impl<S: Scalar> FlowCorrectionState<S> {
             error: zero,
             counts: zero,
             beyond: zero,
+            node: 0,
             item: 0,
             round: 0,
             doubted: zero,
@@ -349,9 +352,10 @@ impl<S: Scalar> FlowCorrection<S> {
     /// Brings the next node, round and round, up to its direction's gain.
     #[inline(always)]
     pub(crate) fn follow(&self, state: &mut FlowCorrectionState<S>) {
+        state.node = if state.node < NODES as u32 - 2 { state.node + 1 } else { 1 };
         let mut lane = 0;
         while lane < S::LANES {
-            state.refresh(lane, state.item as usize);
+            state.refresh(lane, state.node as usize);
             lane += 1;
         }
     }

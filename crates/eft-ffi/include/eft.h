@@ -226,7 +226,7 @@ typedef struct eft_error {
 // What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
 // eft_adaptive_prime before the first step.
 typedef struct eft_adaptive_state_f32 {
-  float words[208];
+  float words[272];
 } eft_adaptive_state_f32;
 
 // One tick's command and measurements.
@@ -275,7 +275,7 @@ typedef struct eft_adaptive_f64 {
 // What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
 // eft_adaptive_prime before the first step.
 typedef struct eft_adaptive_state_f64 {
-  double words[208];
+  double words[272];
 } eft_adaptive_state_f64;
 
 // One tick's command and measurements.
@@ -1099,8 +1099,8 @@ EFT_STATIC_ASSERT(sizeof(eft_adaptive_parameters) == 512);
 EFT_STATIC_ASSERT(offsetof(eft_adaptive_parameters, parts) == 508);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_f32) == 1152);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_f64) == 2304);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f32) == 832);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f64) == 1664);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f32) == 1088);
+EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f64) == 2176);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f32) == 24);
 EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f64) == 48);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 16);
