@@ -121,7 +121,9 @@ impl<S: Scalar, const N: usize> AdaptiveController<S, N> {
         ControllerOutput { valve_command: state.valve_command, compensation, status: status | learner.flags }
     }
 
-    /// Repeats the last valve command and raises [`status::HELD`]; the state stays.
+    /// Repeats the last valve command and raises [`status::HELD`]; the state stays. Behind a protection the command has
+    /// to pass it as any other; for several ticks give [`step`](Self::step) a measurement that is NaN instead, so that
+    /// nothing is learned of the gap.
     pub fn hold(&self, state: &AdaptiveControllerState<S>) -> ControllerOutput<S> {
         ControllerOutput {
             valve_command: state.valve_command,

@@ -311,5 +311,27 @@ fn flow_gain_is_found_at_every_sample_rate_that_is_allowed() {
     assert!(AdaptiveCompensation::<f64, 21>::new(&at(10.0, OFF), &table).is_ok());
 }
 
+#[test]
+fn a_tuning_that_makes_no_sense_is_refused_by_name() {
+    let table = FlowTable::<f64, 21>::new(&rig::OPENINGS, &rig::flows()).unwrap();
+    let t = Tuning::DEFAULT;
+    for (name, tuning) in [
+        ("low_pass", Tuning { low_pass: f64::NAN, ..t }),
+        ("memory", Tuning { memory: 0.0, ..t }),
+        ("flow_gain", Tuning { flow_gain: (1.3, 0.7), ..t }),
+        ("flow_gain", Tuning { flow_gain: (-1.0, 1.3), ..t }),
+        ("valve_gain", Tuning { valve_gain: (f64::NAN, f64::NAN), ..t }),
+        ("rates", Tuning { rates: (0.5, -0.2, 2.0), ..t }),
+        ("priors", Tuning { priors: (1e-7, 1e-6, f64::INFINITY), ..t }),
+        ("error_share", Tuning { error_share: 2.0, ..t }),
+        ("guard_time", Tuning { guard_time: 1e-6, ..t }),
+    ] {
+        let refused =
+            AdaptiveCompensation::<f64, 21>::new(&AdaptiveParameters { tuning, ..rig::ADAPTIVE }, &table);
+        let why = refused.unwrap_err().to_string();
+        assert!(why.starts_with(name), "{name}: {why}");
+    }
+}
+
 tests!(single, f32, rig::adaptive_f32);
 tests!(double, f64, rig::adaptive_f64);

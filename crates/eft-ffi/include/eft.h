@@ -597,7 +597,9 @@ uint8_t eft_adaptive_prime_f32(const struct eft_adaptive_f32 *config,
                                struct eft_adaptive_state_f32 *state,
                                const struct eft_adaptive_input_f32 *input);
 
-// Repeats the last valve command; the state stays.
+// Repeats the last valve command; the state stays. Behind a protection it has to pass eft_protection_apply as any
+// other. Of an adaptive controller that misses several ticks give the step a measurement that is NaN instead, so
+// that nothing is learned of the gap.
 uint8_t eft_adaptive_hold_f32(const struct eft_adaptive_f32 *config,
                               const struct eft_adaptive_state_f32 *state,
                               struct eft_output_f32 *output);
@@ -671,7 +673,9 @@ uint8_t eft_adaptive_prime_f64(const struct eft_adaptive_f64 *config,
                                struct eft_adaptive_state_f64 *state,
                                const struct eft_adaptive_input_f64 *input);
 
-// Repeats the last valve command; the state stays.
+// Repeats the last valve command; the state stays. Behind a protection it has to pass eft_protection_apply as any
+// other. Of an adaptive controller that misses several ticks give the step a measurement that is NaN instead, so
+// that nothing is learned of the gap.
 uint8_t eft_adaptive_hold_f64(const struct eft_adaptive_f64 *config,
                               const struct eft_adaptive_state_f64 *state,
                               struct eft_output_f64 *output);
@@ -744,7 +748,9 @@ uint8_t eft_prime_f32(const struct eft_controller_f32 *config,
                       struct eft_state_f32 *state,
                       const struct eft_input_f32 *input);
 
-// Repeats the last valve command; the state stays.
+// Repeats the last valve command; the state stays. Behind a protection it has to pass eft_protection_apply as any
+// other. Of an adaptive controller that misses several ticks give the step a measurement that is NaN instead, so
+// that nothing is learned of the gap.
 uint8_t eft_hold_f32(const struct eft_controller_f32 *config,
                      const struct eft_state_f32 *state,
                      struct eft_output_f32 *output);
@@ -797,7 +803,9 @@ uint8_t eft_prime_f64(const struct eft_controller_f64 *config,
                       struct eft_state_f64 *state,
                       const struct eft_input_f64 *input);
 
-// Repeats the last valve command; the state stays.
+// Repeats the last valve command; the state stays. Behind a protection it has to pass eft_protection_apply as any
+// other. Of an adaptive controller that misses several ticks give the step a measurement that is NaN instead, so
+// that nothing is learned of the gap.
 uint8_t eft_hold_f64(const struct eft_controller_f64 *config,
                      const struct eft_state_f64 *state,
                      struct eft_output_f64 *output);

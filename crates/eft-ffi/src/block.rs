@@ -108,7 +108,9 @@ macro_rules! held {
             };
         }
 
-        /// Repeats the last valve command; the state stays.
+        /// Repeats the last valve command; the state stays. Behind a protection it has to pass eft_protection_apply as any
+        /// other. Of an adaptive controller that misses several ticks give the step a measurement that is NaN instead, so
+        /// that nothing is learned of the gap.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $hold(
             config: *const $Config,

@@ -173,7 +173,7 @@ pub static KEYS: &[Key] = &[
     key("protection.soft_end", "", Bool, OFF, "whether the command fades along the ramp at its end"),
     key("protection.shutdown_time", "s", Float(0.0, 1e4), float(0.1), "time in which a shutdown takes the valve command to zero"),
     key("protection.lost_samples", "samples", Int(0, 100000), int(10), "lost or refused samples in a row that are waited for before the shutdown, lost commands before the trip"),
-    key("protection.fault_time", "s", Float(0.0, 1e4), Optional, "how long the estimators may find their models contradicted (a sensor that lies) before the test is tripped, where `protection.enabled` and `compensation.adaptive` are on"),
+    key("protection.fault_time", "s", Float(0.0, 1e4), Optional, "how long nothing may be learned, because the models are contradicted (a sensor that lies) or samples are lost every tenth of a second, before the test is tripped, where `protection.enabled` and `compensation.adaptive` are on"),
 
     key("limits.valve_command", "V", Float(1e-6, 1e6), Optional, "largest valve command to either side"),
     key("limits.valve_command_rate", "V/s", Float(1e-6, 1e12), Optional, "largest rate of the valve command"),
