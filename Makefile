@@ -9,7 +9,7 @@ MAKEFLAGS += --no-builtin-rules
 PYTHON ?= python3
 CARGO ?= cargo
 DEMO_ARGS ?=
-PYTEST_ARGS ?=
+PYTEST_ARGS ?= --numprocesses auto --dist worksteal
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -22,13 +22,13 @@ export PYO3_PYTHON := $(abspath $(PY))
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export MPLBACKEND := Agg
 
-RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -name build.rs \) -not -path '*/target/*') \
+RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -name build.rs \) -not -path '*/target/*' -not -path 'crates/*/tests/*') \
   Cargo.toml Cargo.lock
-# The requirement strings of one extra, straight from pyproject.toml: this pip
-# knows no --group, and asking for "eft[test]" could reach for a stranger's eft.
-extra = $(PY) -c 'import sys, tomllib; p = tomllib.load(open("pyproject.toml", "rb"))["project"]; print("\n".join(r for e in sys.argv[1:] for r in p["optional-dependencies"][e]))'
 
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs dist dist-check build clean
+MSRV = $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
+
+.NOTPARALLEL:
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs dist dist-check build msrv clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -36,38 +36,44 @@ help: ## List the targets
 demo: $(VENV)/.built ## Run the paper's tests: a table, figures and a report (DEMO_ARGS="--short", "--record FILE --scale X", ...)
 	$(PY) -m eft.demo $(DEMO_ARGS)
 
-build: $(VENV)/.built ## Build the package into .venv
+build: $(VENV)/.built ## Build the package into .venv, optimized
 
 test: test-rust test-python ## Build and run every host test
 
 test-rust:
-	$(CARGO) test --locked --workspace --exclude eft-py
+	# With eft-py, which has no tests of its own here: crates get the features of the extension, and are built once.
+	$(CARGO) test --locked --workspace --exclude eft-benches
 
-test-python: $(VENV)/.extra-test
+test-python: $(VENV)/.importable $(VENV)/.extra-test
 	$(PY) -m pytest $(PYTEST_ARGS)
 
-lint: lint-rust lint-python ## Formatting, clippy, rustdoc, ruff, mypy, stubs against the module
+lint: lint-rust lint-python ## Formatting, clippy, rustdoc, licences, ruff, mypy, stubs against the module
 
 lint-rust: $(VENV)/.made
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps --quiet
+	.ci/licences
 
-lint-python: $(VENV)/.extra-lint $(VENV)/.extra-test
+lint-python: $(VENV)/.importable $(VENV)/.extra-lint $(VENV)/.extra-test
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(PY) -m mypy.stubtest eft._native
 
-firmware: ## Build the Cortex-M images, run them under QEMU, budgets against measurements
+msrv: ## Check eft-core alone with the oldest Rust that its manifest promises
+	rustup run "$(MSRV)" cargo check --locked --package eft-core --target-dir target/msrv
+	rustup run "$(MSRV)" cargo check --locked --package eft-core --features std --target-dir target/msrv
+
+firmware: $(VENV)/.built ## Build the Cortex-M images, run them under QEMU, budgets against measurements
 	firmware/run
 
-bench: $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/performance.md
-	$(CARGO) bench --locked --package eft-core --bench core
+bench: $(VENV)/.built $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/performance.md
+	$(CARGO) bench --locked --package eft-benches
 	$(PY) benches/peers/run.py benches/results.json
 	$(PY) benches/peers/page.py benches/results.json docs
 
-docs: $(VENV)/.extra-docs ## Build the documentation, warnings are errors
+docs: $(VENV)/.built $(VENV)/.extra-docs ## Build the documentation, warnings are errors
 	$(PY) docs/generate.py
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
@@ -95,9 +101,14 @@ $(VENV)/.made:
 
 $(VENV)/.built: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
 	$(BIN)/maturin develop --release --locked
+	@touch $@ $(VENV)/.importable
+
+# Enough to import: in the profile of the Rust tests, whose libraries it shares, unless an optimized one is there.
+$(VENV)/.importable: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
+	$(BIN)/maturin develop --locked
+	@rm -f $(VENV)/.built
 	@touch $@
 
-$(VENV)/.extra-%: $(VENV)/.built pyproject.toml
-	$(extra) $* > $@.txt
-	$(BIN)/pip install --quiet --requirement $@.txt
+$(VENV)/.extra-%: pyproject.toml | $(VENV)/.importable
+	$(BIN)/pip install --quiet 'effective-force-testing[$*]'
 	@touch $@

@@ -1,5 +1,5 @@
-//! What one tick costs on this machine: the lead network, the flow table's inverse and the whole step, in f32 and f64,
-//! and the filters of `idsp` and `biquad` that do what the lead network does, on the same signal.
+//! What one tick costs on this machine: the lead network, the flow table's inverse, the compensation and the whole tick,
+//! in f32 and f64, and the filters of `idsp` and `biquad` that do what the lead network does, on the same signal.
 //!
 //! Every bench runs one second of a 4096 Hz signal and asserts what came out. On a microcontroller the instructions
 //! count: `make firmware`.
@@ -11,31 +11,16 @@ use biquad::Biquad as _;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use dsp_process::SplitProcess as _;
 use eft_core::{
-    Compensation, CompensationParameters, CompensationState, FlowTable, LeadNetwork, LeadState, Mode,
-    SignFrom,
+    Channel, Compensation, CompensationInput, CompensationState, FlowTable, Input, LeadNetwork, LeadState,
+    Learner, Learning, Parameters,
 };
 
 const TICKS: usize = 4096;
 const RATE: f64 = TICKS as f64;
 /// The lead network's delay (s), α and DC gain (V).
 const LEAD: (f64, f64, f64) = (5.0e-3, 0.1, 12.4);
-const PARAMETERS: CompensationParameters = CompensationParameters {
-    mode: Mode::Nonlinear,
-    level: 1.0,
-    piston_area: 8.212e-3,
-    supply_pressure: 1.9e7,
-    flow_gain: 1.64e-2,
-    valve_gain: 0.1,
-    proportional_gain: 0.8059,
-    response_delay: LEAD.0,
-    lead_alpha: LEAD.1,
-    sample_rate: RATE,
-    sign_from: SignFrom::Spool,
-    spool_warning: 0.6,
-    velocity_range: 3.0,
-    force_range: 2.0e5,
-    spool_range: 1.2,
-};
+const PARAMETERS: Parameters = Parameters { sample_rate: RATE, ..Parameters::ZHAO2005 };
+const ADAPTIVE: Parameters = Parameters { feedforward: true, learning: Learning::ADAPTIVE, ..PARAMETERS };
 
 /// Two sines within ±1.
 fn signal() -> Vec<f64> {
@@ -122,7 +107,7 @@ macro_rules! benches {
                 })
             });
 
-            let step = Compensation::<$t, 21>::new(&PARAMETERS, &table).unwrap();
+            let step = Compensation::<$t, 21>::new(&PARAMETERS).unwrap();
             // The same chain by its parts, each in f64: Eqs. (6) to (8).
             let (mut x1, mut y1) = (0.0, 0.0);
             let gain = 1.0 / (PARAMETERS.proportional_gain * PARAMETERS.valve_gain);
@@ -139,13 +124,47 @@ macro_rules! benches {
             }
             group.bench_function("full compensation step", |b| {
                 b.iter(|| {
-                    let mut state = CompensationState::default();
-                    let out = sum(&mut black_box(&inputs)
-                        .iter()
-                        .map(|&x| step.step(&mut state, 0.5 * x, 5.0e4 * x, x, 0.0).value));
+                    let (mut state, calibration) = (CompensationState::default(), step.nominal());
+                    let out = sum(&mut black_box(&inputs).iter().map(|&x| {
+                        let input = CompensationInput {
+                            velocity: 0.5 * x,
+                            force: 5.0e4 * x,
+                            spool: x,
+                            supply: 1.0,
+                            further_flow: 0.0,
+                        };
+                        step.step(&mut state, &input, &calibration).value
+                    }));
                     holds("step", out, expected, $tolerance);
                 })
             });
+
+            // The whole tick, of the paper's rig and of one that learns inline.
+            for (name, parameters) in [("tick", &PARAMETERS), ("tick that learns", &ADAPTIVE)] {
+                let channel = Channel::<$t, 21>::new(parameters).unwrap();
+                let learner = Learner::<$t, 21>::new(parameters).unwrap();
+                let run = || {
+                    let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
+                    let outputs = black_box(&inputs).iter().map(|&x| {
+                        let input = Input {
+                            command: 5.1e4 * x,
+                            velocity: 0.5 * x,
+                            force: 5.0e4 * x,
+                            spool: x,
+                            ..Input::default()
+                        };
+                        let out = channel.step(&mut state, &input);
+                        if let Some(window) = out.window {
+                            channel.publish(&mut state, learner.update(&mut learned, &window));
+                        }
+                        f64::from(out.voltage).abs()
+                    });
+                    outputs.sum::<f64>()
+                };
+                let expected = run();
+                assert!(expected.is_finite() && expected > RATE, "{expected} V");
+                group.bench_function(name, |b| b.iter(|| assert_eq!(run(), expected)));
+            }
             group.finish();
         }
     };

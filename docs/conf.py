@@ -5,7 +5,7 @@ from importlib import metadata
 project = "eft"
 author = "The eft developers"
 project_copyright = "2026, The eft developers"
-release = metadata.version("eft")
+release = metadata.version("effective-force-testing")
 
 extensions = [
     "myst_parser",

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from random_rigs import RATE, damping_ratio, noise, valve_delay
+from random_rigs import RATE, damping_ratio, noise, true, valve_delay
 
 import eft
 from eft.demo.experiments import EL_CENTRO
@@ -30,8 +30,8 @@ class Case:
     changes: dict[str, object] = field(default_factory=dict)
 
     def rig(self) -> eft.Rig:
-        """The rig; the controller's own numbers stay those of the paper."""
-        changes = {"servovalve.flow_gain_scale": self.flow_gain} | self.changes
+        """The rig; what its controller believes stays the paper's."""
+        changes = true({"servovalve.flow_gain_scale": self.flow_gain}) | self.changes
         if self.response_delay is not None:
             changes |= valve_delay(self.response_delay)
         return eft.Rig.zhao2005().replace(changes | (noise(self.seed) if self.seed else {}))
@@ -64,7 +64,7 @@ def cases() -> Iterator[Case]:
 
 def structures(seed: int) -> Iterator[Case]:
     """What the controller is never told; with half the stiffness 8.9 kN would leave the stroke."""
-    halved = {"structure.kind": "linear", "structure.stiffness": STIFFNESS / 2}
+    halved = true({"structure.kind": "linear", "structure.stiffness": STIFFNESS / 2})
     yield Case("structure", "half the stiffness", "2.2 kN", seed, changes=halved)
     softening = {"displacement": 0.015, "stiffness": STIFFNESS / 2}
     hysteresis = {"yield_displacement": 0.010, "post_yield_ratio": 0.5, "exponent": 2.0, "shape": 0.5}
@@ -77,7 +77,7 @@ def structures(seed: int) -> Iterator[Case]:
     for spring, changes in springs.items():
         for ratio in (0.01, 0.05, 0.20):
             label = f"{spring}, damping {100 * ratio:.0f} %"
-            yield Case("structure", label, "8.9 kN", seed, changes=changes | damping_ratio(ratio))
+            yield Case("structure", label, "8.9 kN", seed, changes=true(changes) | damping_ratio(ratio))
 
 
 def buildings(seed: int) -> Iterator[Case]:
@@ -100,10 +100,11 @@ def supplies() -> Iterator[tuple[str, dict[str, object]]]:
 def falling_supply(duration: float = 20.0) -> dict[str, object]:
     """By 20 %, in so many seconds."""
     pressure = eft.Rig.zhao2005()["supply.pressure"]
-    return {
+    changes: dict[str, object] = {
         "supply.schedule.times": [0.0, 2.0, 2.0 + duration],
         "supply.schedule.pressures": [pressure, pressure, 0.8 * pressure],
     }
+    return true(changes)
 
 
 @cache

@@ -94,7 +94,7 @@ def maps(rows: Rows, figure: Figure) -> tuple[str, str]:
 
 def swept(scheme: str, gain: float) -> eft.TestRun:
     """The sweep of 8.9 kN on a valve that passes so much of the table's flow."""
-    rig = eft.Rig.zhao2005().replace({"servovalve.flow_gain_scale": gain, **SCHEMES[scheme]})
+    rig = eft.Rig.zhao2005().replace({"truth.servovalve.flow_gain_scale": gain, **SCHEMES[scheme]})
     return eft.simulate(rig, command("8.9 kN"))
 
 

@@ -33,26 +33,32 @@ RANGES = {"force": 156e3, "displacement": 0.127, "spool": 1.0, "velocity": 1.05}
 BLUE, ORANGE = "#0072B2", "#D55E00"
 
 
+def true(changes: dict[str, object]) -> dict[str, object]:
+    """Changes of the plant that its controller knows nothing of."""
+    return {f"truth.{key}": value for key, value in changes.items()}
+
+
 def noise(seed: int) -> dict[str, object]:
     """0.05 % of the range per sample and 16 bits, on every sensor."""
     changes: dict[str, object] = {"sensors.seed": seed}
     for sensor, size in RANGES.items():
         changes |= {f"sensors.{sensor}.noise": 5e-4 * size}
         changes |= {f"sensors.{sensor}.range": size, f"sensors.{sensor}.bits": 16}
-    return changes
+    return true(changes)
 
 
 def valve_delay(delay: float) -> dict[str, object]:
     """A true valve of this response delay (s), through its pilot's flow gain: 2ζ/ω_n is A_v/(K_3·K_vp)."""
     base = eft.Rig.zhao2005()
     area, sensitivity = base["servovalve.spool_area"], base["servovalve.spool_sensitivity"]
-    return {"servovalve.pilot_flow_gain": area / (sensitivity * delay)}
+    return true({"servovalve.pilot_flow_gain": area / (sensitivity * delay)})
 
 
 def damping_ratio(ratio: float) -> dict[str, object]:
     """A structure of this damping."""
     base = eft.Rig.zhao2005()
-    return {"structure.damping": 2 * ratio * np.sqrt(base["structure.stiffness"] * base["structure.mass"])}
+    critical = 2 * np.sqrt(base["structure.stiffness"] * base["structure.mass"])
+    return true({"structure.damping": ratio * critical})
 
 
 def draw(count: int) -> list[dict[str, float]]:
@@ -71,17 +77,18 @@ def draw(count: int) -> list[dict[str, float]]:
 
 
 def true_rig(truth: dict[str, float], seed: int) -> eft.Rig:
-    """The rig; the controller's own numbers stay those of the paper."""
+    """The rig; what its controller believes stays the paper's."""
     base = eft.Rig.zhao2005()
+    changes = {
+        "servovalve.flow_gain_scale": truth["flow_gain"],
+        "supply.schedule.times": [0.0],
+        "supply.schedule.pressures": [truth["supply"] * base["supply.pressure"]],
+    }
     return base.replace(
-        {
-            "servovalve.flow_gain_scale": truth["flow_gain"],
-            **valve_delay(truth["response_delay"]),
-            **damping_ratio(truth["damping_ratio"]),
-            "supply.schedule.times": [0.0],
-            "supply.schedule.pressures": [truth["supply"] * base["supply.pressure"]],
-            **noise(seed),
-        }
+        true(changes)
+        | valve_delay(truth["response_delay"])
+        | damping_ratio(truth["damping_ratio"])
+        | noise(seed)
     )
 
 

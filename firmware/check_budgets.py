@@ -73,55 +73,94 @@ def reached(name: str, graph: dict[str, set[str]]) -> set[str]:
     return found
 
 
-def adaptive_load(rows: dict[str, Cost]) -> str:
-    """What the adaptive tick takes of a second, at a high and a low sample rate."""
-    loads = []
-    for rate, setting in [(4096, ""), (2048, ", 2048 Hz")]:
-        each = rows[f"eft_adaptive_step_f32{setting}"].instructions
-        loads.append(
-            f"at {rate} Hz at most {each} instructions a tick, {each * rate / 1e6:.2f} million a second"
-        )
-    return "; ".join(loads)
+RATES, CLOCKS = [1000, 2048, 4096, 5000, 10000, 20000], [48, 84, 168, 216, 480]
+# A window lasts 2.5 ms at the least, whatever the sample rate.
+MOST_WINDOWS = 400
+
+
+def shares(head: str, cycles: dict[str, float]) -> list[str]:
+    """A table of the processor's share, by clock, of so many cycles a second."""
+    lines = [
+        f"| {head} | " + " | ".join(f"{clock} MHz" for clock in CLOCKS) + " |",
+        "| --- |" + " --- |" * len(CLOCKS),
+    ]
+    for name, each in cycles.items():
+        lines.append(f"| {name} | " + " | ".join(f"{100 * each / (c * 1e6):.2f} %" for c in CLOCKS) + " |")
+    return lines
+
+
+def costs(rows: dict[str, Cost], names: list[str]) -> list[str]:
+    """A table of functions."""
+    lines = ["| function | instructions | code, bytes | stack, bytes |", "| --- | --- | --- | --- |"]
+    for name in names:
+        cost, called = rows[name], function(name)
+        what = f"`{called}`{name[len(called) :]}"
+        lines.append(f"| {what} | {cost.instructions} | {cost.code} | {cost.stack} |")
+    return lines
 
 
 def loop_table(rows: dict[str, Cost]) -> str:
-    """The share of the period one tick takes, as Markdown."""
-    instructions = rows["eft_step_f32"].instructions
-    cycles = instructions * CYCLES_PER_INSTRUCTION
-    rates, clocks = [1000, 2048, 4096, 5000, 10000, 20000], [48, 84, 168, 216, 480]
+    """What the interrupt and the learner cost, as Markdown."""
+    tick, update = rows["self_calibrating_curve_tick"], rows["learner_update, curve"]
+    once_a_window = update.instructions + rows["channel_publish"].instructions
+    learner = [name for name in rows if "learn" in function(name)]
+    once = [name for name in rows if "publish" in name or "offer" in name]
+    ticks = [name for name in rows if name.startswith(("channel_step", "eft_step")) or name.endswith("_tick")]
+    parts = [name for name in rows if name not in learner + once + ticks]
     lines = [
         "<!-- Written by firmware/check_budgets.py; do not edit. -->",
         "# Loop budget",
         "",
-        f"One `eft_step_f32` takes at most {instructions} instructions on a Cortex-M4F, counted under QEMU "
-        "over all inputs tried. They are instructions, not cycles of silicon; the table assumes "
-        f"{CYCLES_PER_INSTRUCTION} cycles per instruction ({cycles:.0f} cycles), and gives the share of the "
-        "sample period that the tick takes.",
+        "Instructions on a Cortex-M4F, counted under QEMU over all inputs "
+        "tried, NaN and infinities included, of "
+        "a plain `cargo build --release` by the compiler that `firmware/rust-toolchain.toml` names. "
+        "`make firmware` fails when a function exceeds its entry in `firmware/budgets.toml`. They are "
+        f"instructions, not cycles of silicon; the shares assume {CYCLES_PER_INSTRUCTION} cycles for each.",
         "",
-        "| sample rate, Hz | " + " | ".join(f"{c} MHz" for c in clocks) + " |",
-        "| --- |" + " --- |" * len(clocks),
+        "## The interrupt",
+        "",
+        "The worst of all ticks, the first and the last of a window included. "
+        "A rig that stands in a `static`, as "
+        "`eft export` writes it for Rust, is known to the compiler, which "
+        "leaves out what the rig does not have: "
+        "these are the functions that end in `_tick`. The paper's has limits and a measured velocity; the "
+        "self-calibrating one feedforward, estimators and guard as well, and with `curve` its flow table is "
+        "corrected; `guarded` is `firmware/rigs/guarded.toml`, with velocity observer, protection and supply "
+        "correction. `channel_step` takes any channel by reference, and "
+        "`eft_step_f32` is that from C, with its "
+        "checks and the whole output.",
+        "",
+        *costs(rows, ticks),
+        "",
+        f"Share of the processor that the self-calibrating tick with the curve takes ({tick.instructions} "
+        "instructions a tick):",
+        "",
+        *shares(
+            "sample rate, Hz",
+            {str(rate): rate * tick.instructions * CYCLES_PER_INSTRUCTION for rate in RATES},
+        ),
+        "",
+        "Once a window the interrupt hands a window over and takes a calibration, between two ticks:",
+        "",
+        *costs(rows, once),
+        "",
+        "## The learner",
+        "",
+        "Once a window (16 ticks at 4096 Hz), inline behind the tick or in a task of lower "
+        "priority, which may take up to a whole window:",
+        "",
+        *costs(rows, learner),
+        "",
+        "Share of the processor that it takes with the curve, publishing "
+        "included, at any sample rate (at most "
+        f"{MOST_WINDOWS} windows a second of {once_a_window} instructions):",
+        "",
+        *shares("", {"at most": MOST_WINDOWS * once_a_window * CYCLES_PER_INSTRUCTION}),
+        "",
+        "## The parts by themselves",
+        "",
+        *costs(rows, parts),
     ]
-    for rate in rates:
-        shares = " | ".join(f"{100 * cycles * rate / (clock * 1e6):.2f} %" for clock in clocks)
-        lines.append(f"| {rate} | {shares} |")
-    lines += [
-        "",
-        "The functions, each with everything it reaches. `make firmware` fails when one exceeds its entry "
-        "in `firmware/budgets.toml`, built by the compiler that `firmware/rust-toolchain.toml` names and "
-        "with the wrapper `firmware/rustc-leaves`, which takes off the frame pointer that rustc forces on "
-        "ARM functions (without it a function takes two to five instructions more).",
-        "",
-        "The adaptive functions are measured with feedforward, estimators and guard on, at 4096 Hz where the "
-        "name has no rate behind it; `curve` is with the flow table corrected as well. From 3200 Hz up a "
-        "tick does one sixteenth of a window's work, below that two, in ticks that last longer: "
-        f"{adaptive_load(rows)}.",
-        "",
-        "| function | instructions | code, bytes | stack, bytes |",
-        "| --- | --- | --- | --- |",
-    ]
-    for name, c in rows.items():
-        what = f"`{function(name)}`{name[len(function(name)) :]}"
-        lines.append(f"| {what} | {c.instructions} | {c.code} | {c.stack} |")
     return "\n".join(lines) + "\n"
 
 

@@ -15,11 +15,21 @@ def main() -> int:
     from eft.cli import main as command_line
 
     if heeded:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    return command_line()
+        signal.signal(signal.SIGINT, _interrupt)
+    code = command_line()
+    if heeded:
+        # The interpreter would give the signal its default action while it ends, and lose the exit code.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return code
+
+
+def _interrupt(_signal: int, _frame: FrameType | None) -> None:
+    """End the command with what is done; one more ends the process, and finds no handler half done."""
+    signal.signal(signal.SIGINT, _leave)
+    raise KeyboardInterrupt
 
 
 def _leave(_signal: int, _frame: FrameType | None) -> None:
-    """End at once: nothing is begun yet, and an exception would pass through half a module."""
+    """End at once: an exception would pass through half a module, or through what handles the first."""
     os.write(sys.stderr.fileno(), b"eft: interrupted\n")
     os._exit(130)

@@ -1,5 +1,4 @@
-//! Effective force testing in one crate: [`core`] is the controller that firmware links,
-//! [`sim`] the virtual rig around it.
+#![doc = include_str!("README.md")]
 
 pub use eft_core as core;
 pub use eft_sim as sim;

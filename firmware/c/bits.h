@@ -110,6 +110,10 @@ void sys_tick(void)
 {
 }
 
+void pend_sv(void)
+{
+}
+
 void program(void)
 {
   leave(run() ? 0u : 2u);

@@ -47,4 +47,4 @@ typedef void (*handler)(void);
 __attribute__((section(".vectors"), used)) static const struct {
   uint32_t *stack;
   handler handlers[15];
-} vectors = {_estack, {reset, fault, fault, fault, fault, fault, 0, 0, 0, 0, fault, fault, 0, fault, sys_tick}};
+} vectors = {_estack, {reset, fault, fault, fault, fault, fault, 0, 0, 0, 0, fault, fault, 0, pend_sv, sys_tick}};

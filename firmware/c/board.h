@@ -13,5 +13,7 @@ void leave(uint32_t code);
 void program(void);
 /* The timer interrupt. */
 void sys_tick(void);
+/* The task below it. */
+void pend_sv(void);
 
 #endif

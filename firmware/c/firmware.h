@@ -1,4 +1,4 @@
-/* A rig's firmware between the converters: the paper's, or with GUARDED that of the rig "guarded". */
+/* A rig's firmware between the converters: the paper's, or with GUARDED that of the rig "guarded", which learns. */
 #ifndef FIRMWARE_H
 #define FIRMWARE_H
 
@@ -18,7 +18,9 @@ typedef struct {
 
 /* One tick's result, and what the controller believes. */
 typedef struct {
-  eft_output_f32 output;
+  float voltage;        /* V */
+  float compensation;   /* V */
+  uint32_t status;
   float velocity;       /* that it took, m/s */
   float flow_gain;      /* true flow over the table's, 1 */
   float response_delay; /* that it makes up for, s */
@@ -27,45 +29,67 @@ typedef struct {
 } answer;
 
 #ifdef GUARDED
-#include "guarded_tick.h"
-#define SAMPLE_RATE EFT_RIG.rig.sample_rate
-
-static inline int tick(const sample *s, answer *a)
-{
-  eft_adaptive_input_f32 in = {s->command, 0.0f, s->force, s->spool, s->supply_pressure, 0.0f};
-  eft_learned_f32 learned;
-  if (!step(&in, s->displacement, &a->output) || eft_adaptive_learned_f32(&state, &learned) != EFT_OK) {
-    return 0;
-  }
-  a->velocity = in.velocity;
-  a->flow_gain = learned.flow_gain;
-  a->response_delay = learned.response_delay;
-  a->valve_gain = learned.valve_gain;
-  a->level = learned.level;
-  return 1;
-}
+#include "guarded.h"
+#define RIG EFT_RIG_GUARDED
 #else
 #include "zhao2005.h"
-#define SAMPLE_RATE EFT_RIG.sample_rate
+#define RIG EFT_RIG_ZHAO2005
+#endif
 
-static eft_controller_f32 config;
+static eft_channel_f32 channel;
 static eft_state_f32 state;
+static eft_learner_f32 learner;
+static eft_learner_state_f32 learned;
 
+/* A rig at rest before the start; 0 where something was refused. */
 static inline int start(void)
 {
-  return eft_configure_f32(&EFT_RIG, &config, NULL) == EFT_OK && eft_reset_f32(&state) == EFT_OK;
+  return eft_abi_version() == EFT_ABI_VERSION && eft_configure_f32(&RIG, &channel, NULL) == EFT_OK &&
+         eft_check_f32(&channel, &RIG) == EFT_OK && eft_reset_f32(&channel, &state) == EFT_OK &&
+         eft_learner_configure_f32(&RIG, &learner, NULL) == EFT_OK &&
+         eft_learner_reset_f32(&learner, &learned) == EFT_OK;
 }
 
-static inline int tick(const sample *s, answer *a)
+/* One tick without what is learned of it; 0 where it was refused. */
+static inline int tick(const sample *s, eft_output_f32 *out, answer *a)
 {
-  const eft_input_f32 in = {s->command, s->velocity, s->force, s->spool, 0.0f};
-  a->velocity = s->velocity;
-  a->flow_gain = 1.0f;
-  a->response_delay = (float)EFT_RIG.response_delay;
-  a->valve_gain = 1.0f;
-  a->level = 1.0f;
-  return eft_step_f32(&config, &state, &in, &a->output) == EFT_OK;
+  eft_calibration_f32 calibration;
+  eft_learned_f32 found;
+  eft_input_f32 in;
+  if (eft_input_init_f32(&in) != EFT_OK) {
+    return 0;
+  }
+  in.command = s->command;
+  in.velocity = s->velocity;
+  in.force = s->force;
+  in.spool = s->spool;
+  in.displacement = s->displacement;
+  in.acceleration = s->acceleration;
+  in.supply_pressure = s->supply_pressure;
+  in.next_command = s->next_command;
+  if (eft_step_f32(&channel, &state, &in, out) != EFT_OK ||
+      eft_calibration_in_use_f32(&state, &calibration) != EFT_OK ||
+      eft_read_calibration_f32(&calibration, &found) != EFT_OK) {
+    return 0;
+  }
+  a->voltage = out->voltage;
+  a->compensation = out->compensation;
+  a->status = out->status;
+  a->velocity = out->velocity;
+  a->flow_gain = found.flow_gain;
+  a->response_delay = found.response_delay;
+  a->valve_gain = found.valve_gain;
+  a->level = found.level;
+  return 1;
 }
-#endif
+
+/* Inline behind the tick: what the window that has closed teaches; 0 where it was refused. */
+static inline int learn(const eft_output_f32 *out)
+{
+  eft_calibration_f32 calibration;
+  return out->window_closed == 0u ||
+         (eft_learn_f32(&learner, &learned, &out->window, &calibration) == EFT_OK &&
+          eft_publish_f32(&channel, &state, &calibration) == EFT_OK);
+}
 
 #endif

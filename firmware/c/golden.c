@@ -33,35 +33,33 @@ static int tick(uint32_t n, float channels[CHANNELS])
   return 1;
 }
 
-typedef uint8_t (*step)(const eft_controller_f32 *, eft_state_f32 *, const eft_input_f32 *, eft_output_f32 *);
+static eft_channel_f32 channel;
 
-static eft_controller_f32 config;
-
-/* The hash of a whole replay; `both` adds the compensation signal and the further flow. */
-static int replay(step function, int both)
+/* The hash of a whole replay: of the valve command, or of the compensation signal without a force loop. */
+static int replay(uint8_t realization)
 {
-  eft_state_f32 state;
+  static eft_state_f32 state;
+  eft_parameters parameters = RIG;
+  eft_input_f32 input;
   float c[CHANNELS];
   uint32_t n;
+  parameters.realization = realization;
   begin(2463534242u);
-  if (eft_reset_f32(&state) != EFT_OK) {
+  if (eft_configure_f32(&parameters, &channel, NULL) != EFT_OK || eft_check_f32(&channel, &parameters) != EFT_OK ||
+      eft_reset_f32(&channel, &state) != EFT_OK || eft_input_init_f32(&input) != EFT_OK) {
     return 0;
   }
   for (n = 0u; tick(n, c); n++) {
-    eft_input_f32 input;
     eft_output_f32 output;
-    input.command = c[0];
+    /* The compensation alone looks at no command. */
+    input.command = realization == EFT_REALIZATION_DIGITAL ? c[0] : 0.0f;
     input.velocity = c[1];
     input.force = c[2];
     input.spool = c[3];
-    input.further_flow = both ? c[4] : 0.0f;
-    if (function(&config, &state, &input, &output) != EFT_OK) {
+    if (eft_step_f32(&channel, &state, &input, &output) != EFT_OK) {
       return 0;
     }
-    add(bits_of(output.valve_command));
-    if (both) {
-      add(bits_of(output.compensation));
-    }
+    add(bits_of(output.voltage));
     add(output.status);
   }
   return 1;
@@ -69,8 +67,6 @@ static int replay(step function, int both)
 
 static int run(void)
 {
-  return eft_abi_version() == EFT_ABI_VERSION && eft_configure_f32(&EFT_RIG, &config, NULL) == EFT_OK &&
-         eft_check_f32(&config, &EFT_RIG) == EFT_OK && replay(eft_step_f32, 0) && report("controller") &&
-         replay(eft_compensation_step_f32, 0) && report("compensation") && replay(eft_step_f32, 1) &&
-         report("further_flow");
+  return eft_abi_version() == EFT_ABI_VERSION && replay(EFT_REALIZATION_DIGITAL) && report("controller") &&
+         replay(EFT_REALIZATION_ANALOG) && report("compensation");
 }

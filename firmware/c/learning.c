@@ -1,11 +1,7 @@
-/* The golden bits of an adaptive rig through the C interface, on the host and on the target: the run of
-   firmware/golden/src/learning.rs once more. With GUARDED, velocity observer and protection stand around it. */
-#ifdef GUARDED
-#include "guarded_tick.h"
-#else
+/* The golden bits of a rig that learns through the C interface, on the host and on the target: the run of
+   firmware/golden/src/learning.rs once more. The rig is that of the exported header named by RIG_HEADER. */
 #include "eft.h"
 #include RIG_HEADER
-#endif
 #include "bits.h"
 
 #define TICKS 100000u
@@ -28,50 +24,51 @@ static float reported(uint32_t tick, float scale, float truth)
   return (tick & 0x700u) == 0x400u ? sample(scale) : truth + noise;
 }
 
-#ifndef GUARDED
-static eft_adaptive_f32 config;
-static eft_adaptive_state_f32 state;
+static eft_channel_f32 channel;
+static eft_state_f32 state;
+static eft_learner_f32 learner;
+static eft_learner_state_f32 learned;
 
 static int start(void)
 {
-  return eft_adaptive_configure_f32(&EFT_RIG, &config, NULL) == EFT_OK &&
-         eft_adaptive_check_f32(&config, &EFT_RIG) == EFT_OK && eft_adaptive_reset_f32(&config, &state) == EFT_OK;
+  return eft_configure_f32(&RIG, &channel, NULL) == EFT_OK && eft_check_f32(&channel, &RIG) == EFT_OK &&
+         eft_reset_f32(&channel, &state) == EFT_OK && eft_learner_configure_f32(&RIG, &learner, NULL) == EFT_OK &&
+         eft_learner_check_f32(&learner, &RIG) == EFT_OK && eft_learner_reset_f32(&learner, &learned) == EFT_OK;
 }
 
-static int step(eft_adaptive_input_f32 *in, float displacement, eft_output_f32 *out)
+/* One tick, and what it teaches. */
+static int step(const eft_input_f32 *in, eft_output_f32 *out)
 {
-  (void)displacement;
-  in->supply_pressure = (float)EFT_RIG.rig.supply_pressure; /* this rig has no transducer */
-  return eft_adaptive_step_f32(&config, &state, in, out) == EFT_OK;
+  eft_calibration_f32 calibration;
+  return eft_step_f32(&channel, &state, in, out) == EFT_OK &&
+         (out->window_closed == 0u || (eft_learn_f32(&learner, &learned, &out->window, &calibration) == EFT_OK &&
+                                       eft_publish_f32(&channel, &state, &calibration) == EFT_OK));
 }
-#endif
 
 static int run(void)
 {
   float position = 0.0f;
   uint32_t tick;
-  if (eft_abi_version() != EFT_ABI_VERSION || !start()) {
+  eft_input_f32 in;
+  if (eft_abi_version() != EFT_ABI_VERSION || !start() || eft_input_init_f32(&in) != EFT_OK) {
     return 0;
   }
   begin(20051u);
   for (tick = 0u; tick < TICKS; tick++) {
     const float swing = triangle(tick), opening = 0.3f * triangle(tick);
     const float velocity = (2.293f - 1.579f * (opening < 0.0f ? -opening : opening)) * opening;
-    eft_adaptive_input_f32 in;
     eft_output_f32 out;
-    float displacement;
     position += velocity * (1.0f / 4096.0f);
     in.command = reported(tick, 1.0e4f, 2.0e3f * swing);
     in.velocity = reported(tick, 1.0f, velocity);
     in.force = reported(tick, 1.5e5f, 1.9e3f * swing);
     in.spool = reported(tick, 1.0f, opening);
-    displacement = reported(tick, 0.127f, position);
+    in.displacement = reported(tick, 0.127f, position);
     in.supply_pressure = reported(tick, 1.9e7f, 1.9e7f);
-    in.valve_command = 0.0f;
-    if (!step(&in, displacement, &out)) {
+    if (!step(&in, &out)) {
       return 0;
     }
-    add(bits_of(out.valve_command));
+    add(bits_of(out.voltage));
     add(out.status);
   }
   return report("learning");

@@ -1,40 +1,77 @@
 /* The controller of adaptive at 4096 Hz, exported by eft.
  *
- * An analog controller closes the force loop of this rig: eft_adaptive_compensation_step gives the
- * compensation signal, V, that is added to its force error; eft_adaptive_step would close the loop
- * as well. The analog controller's valve command, V, is sampled with the rest. The supply pressure
- * that is given with every sample is 19000000.0 Pa: none is measured.
+ * The force loop is closed here: eft_step gives the valve command, V.
  */
+#ifndef EFT_RIG_ADAPTIVE_H
+#define EFT_RIG_ADAPTIVE_H
+
 #include <float.h>
+
 #include "eft.h"
 
-static const eft_adaptive_parameters EFT_RIG = {
-  .compressibility = 7.56e-13, /* m3/Pa */
-  .leakage = 1.3e-11, /* m3/(s Pa) */
-  .velocity_delay = 0.0, /* s */
-  .computation_delay = 0, /* samples */
-  .parts = EFT_FEEDFORWARD | EFT_ESTIMATORS | EFT_GUARD,
-  .rig = {
-  .table_length = 21,
-  .mode = EFT_MODE_NONLINEAR,
-  .sign_from = EFT_SIGN_FROM_SPOOL,
-  .level = 1.0, /* 1 */
-  .piston_area = 0.008212, /* m2 */
-  .supply_pressure = 19000000.0, /* Pa */
-  .flow_gain = 0.0164, /* m3/s */
-  .valve_gain = 0.1, /* 1/V */
-  .response_delay = 0.005, /* s */
-  .lead_alpha = 0.1, /* 1 */
-  .spool_warning = 0.6, /* 1 */
-  .velocity_range = 3.0, /* m/s */
-  .force_range = 200000.0, /* N */
-  .spool_range = 1.2, /* 1 */
-  .sample_rate = 4096.0, /* Hz */
-  .proportional_gain = 0.8059, /* V/V */
-  .force_sensitivity = 5.6e-5, /* V/N */
-  .derivative_gain = 0.0002, /* s */
-  .valve_command = 10.0, /* V */
-  .valve_command_rate = 20000.0, /* V/s */
-  .openings = {-1.0, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0},
-  .flows = {-0.008786743716800001, -0.008327905924799999, -0.0078690681328, -0.0074118690472, -0.0068809281735999995, -0.0061795618344, -0.0053126861488, -0.004275384997599999, -0.0030840454447999995, -0.001655093464, 0.0, 0.0016747579408, 0.0030676583807999996, 0.0042671914656, 0.0052618862504, 0.0060599362672, 0.006738360716799999, 0.007226695224, 0.0076740620712, 0.0081230676248, 0.008570434472}, /* m3/s */
-} };
+static const eft_parameters EFT_RIG_ADAPTIVE = {
+  4096.0, /* sample_rate, Hz */
+  EFT_REALIZATION_DIGITAL, /* realization */
+  EFT_MODE_NONLINEAR, /* mode */
+  1.0, /* level, 1 */
+  EFT_SIGN_FROM_SPOOL, /* sign_from */
+  0.008212, /* piston_area, m2 */
+  19000000.0, /* supply_pressure, Pa */
+  0, /* supply_correction */
+  7.56e-13, /* compressibility, m3/Pa */
+  1.3e-11, /* leakage, m3/(s Pa) */
+  21u, /* table_length */
+  {-1.0, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0}, /* openings, 1 */
+  {-0.008786743716800001, -0.008327905924799999, -0.0078690681328, -0.0074118690472, -0.0068809281735999995, -0.0061795618344, -0.0053126861488, -0.004275384997599999, -0.0030840454447999995, -0.001655093464, 0.0, 0.0016747579408, 0.0030676583807999996, 0.0042671914656, 0.0052618862504, 0.0060599362672, 0.006738360716799999, 0.007226695224, 0.0076740620712, 0.0081230676248, 0.008570434472}, /* flows, m3/s */
+  0.0164, /* flow_gain, m3/s */
+  0.1, /* valve_gain, 1/V */
+  0.005, /* response_delay, s */
+  0.1, /* lead_alpha, 1 */
+  EFT_VELOCITY_SENSOR, /* velocity_source */
+  0.0, /* corner, Hz */
+  0.0, /* gain_on_displacement, 1 */
+  0.0, /* gain_on_velocity, 1/s */
+  0.0, /* gain_on_drift, 1/s2 */
+  0.0, /* mass, kg */
+  0.0, /* velocity_delay, s */
+  0u, /* computation_delay, samples */
+  1, /* feedforward */
+  0, /* look_ahead */
+  5.6e-5, /* force_sensitivity, V/N */
+  0.8059, /* proportional_gain, V/V */
+  0.0002, /* derivative_gain, s */
+  10.0, /* valve_command, V */
+  20000.0, /* valve_command_rate, V/s */
+  0.6, /* spool_warning, 1 */
+  3.0, /* velocity_range, m/s */
+  200000.0, /* force_range, N */
+  1.2, /* spool_range, 1 */
+  { /* learning */
+    1, /* adaptive */
+    0, /* curve_correction */
+    1, /* guard */
+    0.0005, /* excitation, 1 */
+    {0.7, 1.35}, /* flow_gain_bounds, 1 */
+    {0.8, 1.25}, /* valve_gain_bounds, 1 */
+    {0.2, 4.0}, /* response_delay_bounds, 1 */
+  },
+  { /* protection */
+    0, /* enabled */
+    DBL_MAX, /* force_warning, N */
+    DBL_MAX, /* force_trip, N */
+    DBL_MAX, /* displacement_warning, m */
+    DBL_MAX, /* displacement_trip, m */
+    DBL_MAX, /* velocity_warning, m/s */
+    DBL_MAX, /* velocity_trip, m/s */
+    DBL_MAX, /* spool_warning, 1 */
+    DBL_MAX, /* spool_trip, 1 */
+    0.0, /* start_time, s */
+    0.5, /* ramp_time, s */
+    0.1, /* shutdown_time, s */
+    10u, /* lost_samples, samples */
+    DBL_MAX, /* fault_time, s */
+  },
+  0u, /* stuck_samples, samples */
+};
+
+#endif

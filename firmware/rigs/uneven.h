@@ -2,30 +2,76 @@
  *
  * The force loop is closed here: eft_step gives the valve command, V.
  */
+#ifndef EFT_RIG_UNEVEN_H
+#define EFT_RIG_UNEVEN_H
+
 #include <float.h>
+
 #include "eft.h"
 
-static const eft_parameters EFT_RIG = {
-  .table_length = 9,
-  .mode = EFT_MODE_NONLINEAR,
-  .sign_from = EFT_SIGN_FROM_DEMAND,
-  .level = 1.02, /* 1 */
-  .piston_area = 0.0113, /* m2 */
-  .supply_pressure = 20700000.0, /* Pa */
-  .flow_gain = 0.0164, /* m3/s */
-  .valve_gain = 0.12, /* 1/V */
-  .response_delay = 0.0041, /* s */
-  .lead_alpha = 0.15, /* 1 */
-  .spool_warning = 0.5, /* 1 */
-  .velocity_range = 1.1, /* m/s */
-  .force_range = 220000.0, /* N */
-  .spool_range = 1.15, /* 1 */
-  .sample_rate = 5000.0, /* Hz */
-  .proportional_gain = 0.61, /* V/V */
-  .force_sensitivity = 7.1e-5, /* V/N */
-  .derivative_gain = 0.0002, /* s */
-  .valve_command = 8.0, /* V */
-  .valve_command_rate = 4000.0, /* V/s */
-  .openings = {-1.0, -0.62, -0.2, -0.05, -0.04, 0.0, 0.03, 0.25, 1.0},
-  .flows = {-0.0101, -0.0083, -0.0034, -0.0006, -0.0004, 0.0, 0.0005, 0.0045, 0.0107}, /* m3/s */
+static const eft_parameters EFT_RIG_UNEVEN = {
+  5000.0, /* sample_rate, Hz */
+  EFT_REALIZATION_DIGITAL, /* realization */
+  EFT_MODE_NONLINEAR, /* mode */
+  1.02, /* level, 1 */
+  EFT_SIGN_FROM_DEMAND, /* sign_from */
+  0.0113, /* piston_area, m2 */
+  20700000.0, /* supply_pressure, Pa */
+  0, /* supply_correction */
+  7.56e-13, /* compressibility, m3/Pa */
+  1.3e-11, /* leakage, m3/(s Pa) */
+  9u, /* table_length */
+  {-1.0, -0.62, -0.2, -0.05, -0.04, 0.0, 0.03, 0.25, 1.0}, /* openings, 1 */
+  {-0.0101, -0.0083, -0.0034, -0.0006, -0.0004, 0.0, 0.0005, 0.0045, 0.0107}, /* flows, m3/s */
+  0.0164, /* flow_gain, m3/s */
+  0.12, /* valve_gain, 1/V */
+  0.0041, /* response_delay, s */
+  0.15, /* lead_alpha, 1 */
+  EFT_VELOCITY_SENSOR, /* velocity_source */
+  0.0, /* corner, Hz */
+  0.0, /* gain_on_displacement, 1 */
+  0.0, /* gain_on_velocity, 1/s */
+  0.0, /* gain_on_drift, 1/s2 */
+  0.0, /* mass, kg */
+  0.0, /* velocity_delay, s */
+  0u, /* computation_delay, samples */
+  0, /* feedforward */
+  0, /* look_ahead */
+  7.1e-5, /* force_sensitivity, V/N */
+  0.61, /* proportional_gain, V/V */
+  0.0002, /* derivative_gain, s */
+  8.0, /* valve_command, V */
+  4000.0, /* valve_command_rate, V/s */
+  0.5, /* spool_warning, 1 */
+  1.1, /* velocity_range, m/s */
+  220000.0, /* force_range, N */
+  1.15, /* spool_range, 1 */
+  { /* learning */
+    0, /* adaptive */
+    0, /* curve_correction */
+    0, /* guard */
+    0.0005, /* excitation, 1 */
+    {0.7, 1.35}, /* flow_gain_bounds, 1 */
+    {0.8, 1.25}, /* valve_gain_bounds, 1 */
+    {0.2, 4.0}, /* response_delay_bounds, 1 */
+  },
+  { /* protection */
+    0, /* enabled */
+    DBL_MAX, /* force_warning, N */
+    DBL_MAX, /* force_trip, N */
+    DBL_MAX, /* displacement_warning, m */
+    DBL_MAX, /* displacement_trip, m */
+    DBL_MAX, /* velocity_warning, m/s */
+    DBL_MAX, /* velocity_trip, m/s */
+    DBL_MAX, /* spool_warning, 1 */
+    DBL_MAX, /* spool_trip, 1 */
+    0.0, /* start_time, s */
+    0.5, /* ramp_time, s */
+    0.1, /* shutdown_time, s */
+    10u, /* lost_samples, samples */
+    DBL_MAX, /* fault_time, s */
+  },
+  0u, /* stuck_samples, samples */
 };
+
+#endif

@@ -57,6 +57,7 @@ from eft._native import (
     tapered,
     valve_test,
 )
+from eft._replay import Replay, replay
 from eft._run import Coherence, FftRatio, TestRun
 from eft._simulate import EnergyBalance, IdealResponse, energy_balance, ideal_response, simulate
 from eft._status import Status
@@ -82,6 +83,7 @@ __all__ = [
     "PlantState",
     "ProcessorInTheLoop",
     "Record",
+    "Replay",
     "Rig",
     "Sobol",
     "StabilityMap",
@@ -114,6 +116,7 @@ __all__ = [
     "observer_gains",
     "rate_realization_map",
     "read_record",
+    "replay",
     "resampled",
     "rig_keys",
     "scaled",

@@ -115,7 +115,7 @@ class TestRun:
     @property
     def seed(self) -> int:
         """Seed of the sensors' noise."""
-        return cast(int, self.rig["sensors.seed"])
+        return cast(int, self.rig.plant["sensors.seed"])
 
     @property
     def success(self) -> bool:
@@ -207,9 +207,14 @@ class TestRun:
                 'compensation.mode = "linear": must be "nonlinear" for a flow table to be found: '
                 "the linear scheme looks at none"
             )
-        true = self.rig["servovalve.true_flow_table"] or self.rig["servovalve.flow_table"]
-        flows = {"servovalve.flow_table.flows": self.found_flows.tolist()}
-        return self.rig.replace({"servovalve.true_flow_table": true, **flows})
+        valve = self.rig.plant["servovalve"]
+        return self.rig.replace(
+            {
+                "truth.servovalve.flow_table": None,
+                "servovalve.true_flow_table": valve.get("true_flow_table", valve["flow_table"]),
+                "servovalve.flow_table.flows": self.found_flows.tolist(),
+            }
+        )
 
     @property
     def _traces(self) -> tuple[str, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,13 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eft import _foreign as foreign
 from eft._files import beside
-from eft._native import Rig
+from eft._native import Command, Rig
 
 if TYPE_CHECKING:
     from eft._run import TestRun
 
 _FORMAT = 1
+_TOLD = {"format": "i", "version": "U", "rig": "U", "dtype": "U", "sample_rate": "f"}
+"""What a run says of itself, and the kind of each."""
+_FINITE = ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command")
+"""Traces of the plant, which ends where it diverges; a sensor may well report NaN."""
 
 
 def write(run: TestRun, traces: Sequence[str], path: Path) -> Path:
@@ -38,43 +42,38 @@ def write(run: TestRun, traces: Sequence[str], path: Path) -> Path:
 
 def read(path: Path, traces: Sequence[str], optional: Sequence[str]) -> dict[str, Any]:
     """Every field of a run that `write` wrote; ValueError where the file is something else."""
-    with path.open("rb") as file:
-        try:
-            opened = np.load(file, allow_pickle=False)
-            if not isinstance(opened, np.lib.npyio.NpzFile):
-                raise ValueError("a single array")
-            with opened as archive:
-                stored = {name: archive[name] for name in archive.files}
-                return _fields(stored, [*traces, *(name for name in optional if name in stored)])
-        except (
-            ValueError,
-            KeyError,
-            EOFError,
-            MemoryError,
-            zipfile.BadZipFile,
-            NotImplementedError,
-        ) as error:
-            reason = f"has no {error}" if isinstance(error, KeyError) else str(error)
-            if "pickle" in reason:
-                reason = "no archive of arrays"  # NumPy's guess is advice that nobody should follow
-            raise ValueError(f"{path}: not a test saved by eft: {reason}") from None
+    with foreign.opened(path) as file, foreign.understood(path, "not a test saved by eft"):
+        stored = foreign.read_arrays(file, {*_TOLD, "found_flows", *traces, *optional})
+        return _fields(stored, [*traces, *(name for name in optional if name in stored)])
 
 
 def _fields(stored: dict[str, NDArray[Any]], traces: Sequence[str]) -> dict[str, Any]:
-    if (version := int(stored["format"])) > _FORMAT:
-        raise ValueError(f"format {version} is later than {_FORMAT}, the latest this version of eft reads")
+    told = {name: _told(name, stored[name]) for name in _TOLD}
+    if told["format"] > _FORMAT:
+        raise ValueError(
+            f"format {told['format']} is later than {_FORMAT}, the latest this version of eft reads"
+        )
     shape = stored["command"].shape
-    rig = Rig(str(stored["rig"]))
+    rig = Rig(told["rig"])
     # A file of before there was any: what an estimator found is lost.
     unknown = np.nan if rig["compensation.adaptive"] else 1.0
     stored.setdefault("valve_gain_estimate", np.broadcast_to(unknown, shape))
     for name in traces:
         wanted = np.uint32 if name == "status" else np.float64
-        if stored[name].dtype != wanted or stored[name].shape != shape or not shape:
+        if (
+            stored[name].dtype != wanted
+            or stored[name].shape != shape
+            or len(shape) not in (1, 2)
+            or 0 in shape
+        ):
             raise ValueError(f"{name} is {stored[name].dtype} of shape {stored[name].shape}")
-    dtype = str(stored["dtype"])
-    if dtype not in ("f32", "f64"):
-        raise ValueError(f"dtype is {dtype!r}")
+    for name in _FINITE:
+        # Without an array as large as the trace.
+        if not (np.isfinite(stored[name].min()) and np.isfinite(stored[name].max())):
+            raise ValueError(f"{name} has samples that are not finite")
+    Command([0.0], told["sample_rate"])  # refuses a rate that no test has
+    if told["dtype"] not in ("f32", "f64"):
+        raise ValueError(f"dtype is {told['dtype']!r}")
     # A file of before there were any has the table's.
     table = np.asarray(rig["servovalve.flow_table.flows"])
     found = stored.get("found_flows", np.broadcast_to(table, (*shape[:-1], table.size)))
@@ -83,8 +82,15 @@ def _fields(stored: dict[str, NDArray[Any]], traces: Sequence[str]) -> dict[str,
     return {
         "rig": rig,
         "found_flows": found if found.size else None,
-        "sample_rate": float(stored["sample_rate"]),
-        "dtype": dtype,
-        "version": str(stored["version"]),
+        "sample_rate": told["sample_rate"],
+        "dtype": told["dtype"],
+        "version": told["version"],
         **{name: stored[name] for name in traces},
     }
+
+
+def _told(name: str, value: NDArray[Any]) -> Any:
+    """What a run says of itself: one value of its kind, a text no longer than a rig."""
+    if value.shape or value.dtype.kind not in _TOLD[name] or value.dtype.itemsize > 4 * 1024**2:
+        raise ValueError(f"{name} is {value.dtype} of shape {value.shape}")
+    return value.item()

@@ -46,6 +46,8 @@ class Status(IntFlag):
     """The protection took the whole valve command to zero."""
     STUCK_MEASUREMENT = 1 << 18
     """A measurement repeated itself to the last bit: its sensor or converter was frozen (set by firmware)."""
+    CALIBRATION_LATE = 1 << 19
+    """The calibration in use was older than it should be: the learner's last one was late or missing."""
 
 
 _ENDS = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -11,6 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from eft import _foreign as foreign
 from eft._native import Command, Rig, effective_force, read_record, sine_sweep
 from eft._toml_lines import pointed, without_sections
 
@@ -126,24 +128,23 @@ def _rig_of(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, A
 
 def read_text(path: Path) -> str:
     """A configuration file as text; nobody writes one of 4 MiB by hand."""
-    if path.is_dir():
-        raise IsADirectoryError(21, "is a folder, must be a file", str(path))
-    with path.open("rb") as file:
-        data = file.read(4 * 1024**2 + 1)
-    if len(data) > 4 * 1024**2:
-        raise ValueError(f"{path}: larger than 4 MiB, which is no configuration")
-    try:
-        # Some editors begin a file with a byte order mark.
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: not a text file in UTF-8: byte {error.start + 1}") from None
+    return foreign.read_text(path, 4 * 1024**2, "configuration")
+
+
+_MANY_PARTS = re.compile(
+    r"""(?<![A-Za-z0-9_-])(?:(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}"""
+)
+"""The beginning of a key that `tomllib` takes a time for in proportion to the square of its parts."""
 
 
 def parse_toml(path: Path, text: str) -> dict[str, Any]:
     """Parse TOML; the error points at line and column."""
+    if many := _MANY_PARTS.search(text):
+        line = text.count("\n", 0, many.start()) + 1
+        raise ValueError(f"{path}, line {line}: a key of more than 32 parts")
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         try:
             # The parser of the core also knows the line of what ends too early.
             Rig(text)
@@ -168,8 +169,9 @@ def make_command(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Co
         if key == "kind":
             continue
         if key not in allowed_keys:
-            near = difflib.get_close_matches(key, allowed_keys, 1, 0.0)[0]
-            raise ValueError(f"unknown key `command.{key}`; the nearest of a {name} is `command.{near}`")
+            short = key if len(key) <= 80 else key[:80] + "…"
+            near = difflib.get_close_matches(short, allowed_keys, 1, 0.0)[0]
+            raise ValueError(f"unknown key `command.{short}`; the nearest of a {name} is `command.{near}`")
         _check(key, value, allowed_keys[key])
     for key in kind.required:
         if key not in section:

@@ -1,8 +1,37 @@
 """What every test may count on."""
 
+import gc
+import re
 import signal
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
 
 # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that: tests of an
 # interrupt would wait for what never comes.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def peak_memory():
+    """A context that fails where the process takes more than so many MiB beyond what it had."""
+
+    def kilobytes(name):
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        return int(re.search(rf"^{name}:\s+(\d+)", status, re.MULTILINE)[1])
+
+    @contextmanager
+    def within(mebibytes):
+        if not Path("/proc/self/clear_refs").exists():
+            yield
+            return
+        gc.collect()
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")  # begin the peak anew
+        before = kilobytes("VmRSS")
+        yield
+        taken = (kilobytes("VmHWM") - before) / 1024
+        assert taken < mebibytes, f"{taken:.0f} MiB"
+
+    return within

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+import eft
+
 
 class Ratio(NamedTuple):
     frequency: np.ndarray
@@ -22,7 +24,7 @@ class FakeRun:
     share: float = 0.5
 
     def __post_init__(self):
-        self.rig = {"structure.kind": "linear", "structure.mass": 7040.0, "structure.damping": 4330.0}
+        self.rig = eft.Rig.zhao2005().replace({"structure.kind": "linear"})
         self.time = np.arange(round(self.duration * self.sample_rate)) / self.sample_rate
         angle = 2 * np.pi * self.frequency * self.time
         omega = 2 * np.pi * self.frequency

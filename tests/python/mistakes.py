@@ -78,7 +78,7 @@ WRONG = {
     "negative amplitude": (["run", "--sweep", "nan", "0", "10", "1"], {}, ["amplitude", "nan", "finite"]),
     "above half the rate": (["run", "--sweep", "1", "0", "4000", "1"], {}, ["f_end", "4000"]),
     "no duration": (["run", "--sweep", "1", "0", "10", "0"], {}, ["duration", "0"]),
-    "too long to fit": (["run", "--sweep", "1", "0", "10", "1e9"], {}, ["4096000000000", "samples"]),
+    "too long to fit": (["run", "--sweep", "1", "0", "10", "1e9"], {}, ["4.096e12", "samples"]),
     "sample rate of zero": ([*SWEEP, "--sample-rate", "0"], {}, ["sample_rate", "0"]),
     "no such record": ([*RECORD, "nowhere.at2"], {}, ["nowhere.at2", "No such file"]),
     "record of words": ([*RECORD, "a.at2"], {"a.at2": "one\ntwo\nthree\nfour\nfive\n"}, ["a.at2"]),
@@ -382,7 +382,7 @@ WRONG = {
     "test of thirty thousand years": (
         ["run", "test.toml"],
         as_test(paper(command=COMMAND.replace("duration = 1.0", "duration = 1e12"))),
-        ["number of samples = 4096000000000000", "100000000"],
+        ["number of samples = 4.096e15", "100000000"],
     ),
     "name that is not ASCII": (["run", "нет такого.toml"], {}, ["нет такого.toml", "No such file"]),
     "no name": (["run", ""], {}, ["folder"]),
@@ -398,7 +398,7 @@ WRONG = {
     "record of nothing": ([*RECORD, "a.csv"], {"a.csv": ""}, ["a.csv", "empty"]),
     "record that is a folder": ([*RECORD, "."], {}, ["irectory"]),
     "record sampled beyond the memory": (
-        [*RECORD, "elcentro", "--sample-rate", "1e12"],
+        [*RECORD, "elcentro", "--sample-rate", "1e9"],
         {},
         ["number of samples", "100000000"],
     ),
@@ -443,7 +443,7 @@ WRONG = {
         {"a.csv": CSV},
         ["folder"],
     ),
-    "damping of a folder": (["identify", "damping", "."], {}, ["irectory"]),
+    "damping of a folder": (["identify", "damping", "."], {}, ["folder"]),
     "map of two rigs": (["map", "a.toml", "--rig", "a.toml"], {}, ["once"]),
     "map of a folder": (["map", "."], {}, ["folder"]),
     "map without an end": (

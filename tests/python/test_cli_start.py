@@ -4,8 +4,12 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
+
+import eft
+from processes import wait_until_busy
 
 SCRIPT = "import sys, _eft_script; sys.exit(_eft_script.main())"
 
@@ -27,6 +31,31 @@ def test_an_interrupt_while_the_package_loads_is_one_line(tmp_path):
         process.send_signal(signal.SIGINT)
         assert process.communicate(timeout=30)[1] == "eft: interrupted\n"
     assert process.returncode == 130
+
+
+LONG = ["--sweep", "8900", "0.5", "10", "2000"]
+STUDY = "[command]\nkind='sweep'\namplitude=1.0\nf_start=0.5\nf_end=9.0\nduration=60.0\n" + (
+    "[study.grid]\n'compensation.level' = { low = 0.5, high = 1.0, count = 5000 }\n"
+)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="interrupts are sent as signals")
+@pytest.mark.parametrize("gap", [0.0, 0.003, 0.05])
+@pytest.mark.parametrize("command", [["run", *LONG], ["study", "a.toml"]], ids=["run", "study"])
+def test_five_interrupts_in_a_row_leave_no_traceback(command, gap, tmp_path):
+    (tmp_path / "a.toml").write_text(eft.Rig.zhao2005().to_toml() + STUDY)
+    process = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, *command], stderr=subprocess.PIPE, text=True, cwd=tmp_path
+    )
+    with process:
+        # Loading takes a third of it.
+        wait_until_busy(process, 1.0)
+        for _ in range(5):
+            process.send_signal(signal.SIGINT)
+            time.sleep(gap)
+        said = process.communicate(timeout=30)[1]
+    assert process.returncode == 130, said
+    assert "interrupted" in said and "Traceback" not in said and "panicked" not in said, said
 
 
 def test_help_loads_neither_plots_nor_tables_nor_files_of_others():

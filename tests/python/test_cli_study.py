@@ -1,12 +1,10 @@
 """`eft study` and `eft map`: what they write, what they say, and that nothing is lost."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,6 +12,7 @@ import pytest
 
 import eft
 from eft.cli import main
+from processes import wait_until_busy
 
 COMMAND = '[command]\nkind = "sweep"\namplitude = 8900.0\nf_start = 0.5\nf_end = 4.0\nduration = 1.0\n'
 SWEEP = eft.sine_sweep(8900.0, 0.5, 4.0, 1.0, 4096.0)
@@ -47,6 +46,10 @@ def table():
         (
             '[study.grid]\n"actuator.leakage" = { low = 1e-13, high = 1e-11, count = 3, log = true }\n',
             {"actuator.leakage": np.geomspace(1e-13, 1e-11, 3)},
+        ),
+        (
+            '[study.grid]\n"truth.structure.mass" = [7000, 9000.0]\ntruth.actuator.leakage = [0]\n',
+            {"truth.structure.mass": [7000.0, 9000.0], "truth.actuator.leakage": [0.0]},
         ),
         (
             "[[study.list]]\nstructure.mass = 7000.0\n[[study.list]]\ncompensation.level = 0.9\n",
@@ -124,27 +127,20 @@ def test_ctrl_c_keeps_the_chunks_that_are_done_and_the_command_goes_on(folder):
     assert main(["study", name, "--set", "structure.mass=7000"]) == 2  # not of another rig
 
 
-def cpu_seconds(pid):
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 def test_ctrl_c_during_a_run_keeps_the_samples_that_are_done(folder):
     (folder / "t.toml").write_text(
-        'rig = "rig.toml"\n' + COMMAND.replace("duration = 1.0", "duration = 4000.0")
+        'rig = "rig.toml"\n' + COMMAND.replace("duration = 1.0", "duration = 1000.0")
     )
     # Friction takes steps that are slow enough to be interrupted.
     call = [sys.executable, "-m", "eft.cli", "run", "t.toml", "--set", "actuator.friction=200"]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    # Not by the clock, for the machine may be busy: three seconds of work are past the imports.
-    deadline = time.monotonic() + 100
-    while cpu_seconds(process.pid) < 3.0 and time.monotonic() < deadline:
-        time.sleep(0.05)
+    # Loading takes a third of it.
+    wait_until_busy(process, 1.0)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=100)
     assert process.returncode == 130, said
     assert "keeping what was done" in said and "Traceback" not in said
-    assert 1000 < len(eft.TestRun.load("t.eft")) < 4000 * 4096
+    assert 1000 < len(eft.TestRun.load("t.eft")) < 1000 * 4096
 
 
 def test_ctrl_c_while_a_test_is_written_is_held_back(folder, monkeypatch):

@@ -58,7 +58,10 @@ def test_what_is_given_is_copied():
     [
         (lambda: eft.Command([], 10.0), "no samples: must have at least one"),
         (lambda: eft.Command([1.0, math.nan], 10.0), "NaN at sample 1: every sample must be finite"),
-        (lambda: eft.Command([1.0], 0.0), r"^sample_rate = 0: must be positive and finite, in Hz$"),
+        (lambda: eft.Command([1.0], 0.0), r"^sample_rate = 0: must lie within 1e-6 and 1e9 Hz$"),
+        (lambda: eft.Command([1.0], 1e-300), r"^sample_rate = 1e-300: must lie within"),
+        (lambda: eft.Record([1.0], 1e300), r"^dt = 1e300: must lie within 1e-9 and 1000000 s$"),
+        (lambda: eft.sine_sweep(1.0, 0.0, 1.0, 1.0, 1e300), r"^sample_rate = 1e300: must lie within"),
         (lambda: eft.Command([1.0], math.inf), r"^sample_rate = inf"),
         (
             lambda: eft.Command([[[1.0]]], 10.0),
@@ -69,7 +72,7 @@ def test_what_is_given_is_copied():
         (lambda: eft.Command([1j], 10.0), r"^values = an array of complex128"),
         (lambda: eft.Command([[1.0], [1.0, 2.0]], 10.0), r"^values = .*must be an array of numbers$"),
         (lambda: eft.Command(None, 10.0), r"^values = an array of object"),
-        (lambda: eft.Record([1.0], -0.01), r"^dt = -0\.01: must be positive"),
+        (lambda: eft.Record([1.0], -0.01), r"^dt = -0\.01: must lie within"),
         (lambda: eft.Record([math.inf], 0.01), r"^acceleration = inf at sample 0"),
         (
             lambda: eft.sine_sweep(1.0, 0.0, 3.0, 1.0, 5.0),

@@ -185,7 +185,7 @@ def test_lead_and_valve_cancel_to_20_hz():
     ("arguments", "says"),
     [
         ({"flow_gain": "steep"}, 'flow_gain = "steep": must be "nominal"'),
-        ({"sample_rate": 0.0}, "sample_rate = 0: must be positive"),
+        ({"sample_rate": 0.0}, "sample_rate = 0: must lie within"),
         ({"sample_rate": float("nan")}, "sample_rate = NaN"),
     ],
 )

@@ -53,7 +53,7 @@ def test_hysteresis_recovers_the_spring_from_force_and_motion():
     mass, damping, stiffness, omega = 2.0, 3.0, 700.0, 2 * np.pi
     run = FakeRun(frequency=1.0, duration=4.0, sample_rate=2000.0)
     run.force = (stiffness - mass * omega**2) * run.displacement + damping * run.velocity
-    run.rig = {"structure.kind": "linear", "structure.mass": mass, "structure.damping": damping}
+    run.rig = run.rig.replace({"truth.structure.mass": mass, "truth.structure.damping": damping})
     ax = plots.hysteresis(run, ax=new_axes())
     displacement, force = ax.get_lines()[0].get_data()
     np.testing.assert_allclose(force * 1e3, stiffness * displacement / 1e3, atol=1e-4 * stiffness * 0.05)

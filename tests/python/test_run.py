@@ -194,7 +194,7 @@ def test_files_that_are_no_saved_runs_are_refused(tmp_path, run):
     refused("")
     with path.open("wb") as file:
         np.save(file, np.zeros(3))
-    refused("a single array")
+    refused("no archive of arrays")
     for spoil, says in [
         ({"format": np.int64(99)}, "format 99 is later than 1"),
         ({"force": stored["force"][:-1]}, "force is float64 of shape"),

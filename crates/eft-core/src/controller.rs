@@ -1,31 +1,57 @@
-//! The whole tick: compensation, servovalve controller, limits.
+//! The controller: compensation, feedforward, force loop and limits, for one rig or for several side by side.
 
-use crate::compensation::{Compensation, CompensationState};
-use crate::error::LARGEST;
-use crate::limiter::Limiter;
-use crate::scalar::{Mask, Scalar};
-use crate::servovalve_controller::{ServovalveController, ServovalveControllerState};
+use crate::compensation::{
+    Calibration, Compensation, CompensationInput, CompensationState, Feedforward, FeedforwardState,
+};
+use crate::error::{ConfigError, LARGEST, check};
+use crate::force_loop::{Limiter, ServovalveController, ServovalveControllerState};
+use crate::number::{Mask, Scalar};
+use crate::parameters::{Parameters, Realization};
 use crate::status;
 
 /// A controller's immutable configuration; one drives any number of channels.
-// The compensation comes first: its address is then the controller's own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Controller<S: Scalar, const N: usize> {
     /// Velocity feedback compensation.
-    pub compensation: Compensation<S, N>,
-    /// Eq. (1).
-    pub servovalve: ServovalveController<S>,
-    /// Limits of the valve command.
-    pub limiter: Limiter<S>,
+    pub(crate) compensation: Compensation<S, N>,
+    feedforward: Feedforward<S>,
+    servovalve: ServovalveController<S>,
+    limiter: Limiter<S>,
+    /// 1 over the configured supply pressure (1/Pa).
+    per_supply_pressure: S,
+    /// Where the supply pressure is measured.
+    pub(crate) measures_supply: S::Mask,
+    /// Where the feedforward is given the next tick's command.
+    looks_ahead: S::Mask,
+    /// Whether any lane has a feedforward.
+    feeds_forward: bool,
+    realization: Realization,
+}
+
+/// One tick's command and measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControllerInput<S> {
+    /// Force command (N).
+    pub command: S,
+    /// Force command (N) of the next tick; looked at where the feedforward looks ahead.
+    pub next_command: S,
+    /// Piston velocity (m/s).
+    pub velocity: S,
+    /// Force (N).
+    pub force: S,
+    /// Spool opening (1).
+    pub spool: S,
+    /// Supply pressure (Pa); looked at where it is measured.
+    pub supply_pressure: S,
 }
 
 /// What the controller remembers. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct ControllerState<S> {
-    /// The compensation's part: all there is where an analog controller follows it.
-    pub compensation: CompensationState<S>,
+    compensation: CompensationState<S>,
+    feedforward: FeedforwardState<S>,
     servovalve: ServovalveControllerState<S>,
     valve_command: S,
 }
@@ -33,7 +59,7 @@ pub struct ControllerState<S> {
 /// One tick's result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControllerOutput<S: Scalar> {
-    /// The valve command `v` (V).
+    /// The valve command `v` (V); the compensation signal where an analog controller closes the force loop.
     pub valve_command: S,
     /// The compensation signal `v_c` (V) in it.
     pub compensation: S,
@@ -41,67 +67,88 @@ pub struct ControllerOutput<S: Scalar> {
     pub status: S::Flags,
 }
 
+impl<S: Scalar> ControllerState<S> {
+    /// The last valve command (V).
+    pub const fn valve_command(&self) -> S {
+        self.valve_command
+    }
+}
+
 impl<S: Scalar, const N: usize> Controller<S, N> {
-    /// One tick: the valve command (V) for the force command (N) and the measured piston velocity (m/s), force (N)
-    /// and spool opening (1).
+    /// One tick, by a calibration. The compensation signal (V) goes through `path` on its way to the force loop: through
+    /// a computation delay, for example.
     ///
     /// # NaN
-    /// With an invalid measurement or command (not finite, or beyond [`LARGEST`]) the last valve
-    /// command is held, the state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is
-    /// raised.
+    /// With an invalid measurement or command (not finite, or beyond [`LARGEST`]) the last valve command is held, the
+    /// state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the feedforward
+    /// goes on with a valid command, so that the next one's rate is that of one tick.
     #[inline(always)]
     pub fn step(
         &self,
         state: &mut ControllerState<S>,
-        command: S,
-        velocity: S,
-        force: S,
-        spool: S,
-    ) -> ControllerOutput<S> {
-        self.step_via(state, command, velocity, force, spool, S::splat(0.0), |compensation| compensation)
-    }
-
-    /// As [`step`](Self::step), with a further flow (m³/s) wanted on top of the piston's (of a
-    /// [`Feedforward`](crate::Feedforward), for example), and with the compensation signal (V) passed through `path`
-    /// on its way to the servovalve controller (a computation delay, for example).
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments)] // one per wire
-    pub fn step_via(
-        &self,
-        state: &mut ControllerState<S>,
-        command: S,
-        velocity: S,
-        force: S,
-        spool: S,
-        further_flow: S,
+        input: &ControllerInput<S>,
+        calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let measured =
-            self.compensation.accepts(velocity, force, spool) & further_flow.abs().le(S::splat(LARGEST));
-        let commanded = command.abs().le(S::splat(LARGEST));
-        let good = commanded & measured;
-        let faults =
-            S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT);
-        if !good.any() {
-            let compensation = path(state.compensation.output());
-            return ControllerOutput { valve_command: state.valve_command, compensation, status: faults };
+        let supply = self.supply(input);
+        let good = self.accepts(input, supply);
+        if good.any() {
+            self.follow(state, input, supply, good, calibration, path)
+        } else {
+            self.refuse(state, input, supply, path)
         }
-        let (next, flags) =
-            self.compensation.advance(&state.compensation, velocity, force, spool, further_flow);
+    }
+
+    /// What [`step`](Self::step) makes of an input that is valid somewhere: where it is `good`.
+    #[inline(always)]
+    pub(crate) fn follow(
+        &self,
+        state: &mut ControllerState<S>,
+        input: &ControllerInput<S>,
+        supply: S,
+        good: S::Mask,
+        calibration: &Calibration<S>,
+        path: impl FnOnce(S) -> S,
+    ) -> ControllerOutput<S> {
+        let last = self.limiter.within(state.valve_command);
+        let further_flow = self.further_flow(&mut state.feedforward, input);
+        let ControllerInput { command, velocity, force, spool, .. } = *input;
+        let sample = CompensationInput { velocity, force, spool, supply, further_flow };
+        let (next, flags) = self.compensation.advance(&state.compensation, &sample, calibration);
         let next = CompensationState::select(good, next, state.compensation);
         let compensation = path(next.output());
         let mut servovalve = state.servovalve;
-        let raw = self.servovalve.step(&mut servovalve, command, force, compensation);
-        let (valve_command, limits) = self.limiter.apply(raw, state.valve_command);
-        *state = ControllerState::select(
-            good,
-            ControllerState { compensation: next, servovalve, valve_command },
-            *state,
-        );
+        let (valve_command, limits) = match self.realization {
+            Realization::Digital => {
+                let raw = self.servovalve.step(&mut servovalve, command, force, compensation);
+                self.limiter.apply(raw, last)
+            }
+            Realization::Analog => (compensation, S::Flags::default()),
+        };
+        state.compensation = next;
+        state.servovalve = ServovalveControllerState::select(good, servovalve, state.servovalve);
+        state.valve_command = S::select(good, valve_command, state.valve_command);
+        let mut status = flags | limits;
+        if !good.all() {
+            status = S::select_flags(good, status, self.faults(command, velocity, force, spool, supply));
+        }
+        ControllerOutput { valve_command: state.valve_command, compensation, status }
+    }
+
+    /// What [`step`](Self::step) makes of an input that is valid nowhere.
+    #[inline(always)]
+    pub(crate) fn refuse(
+        &self,
+        state: &mut ControllerState<S>,
+        input: &ControllerInput<S>,
+        supply: S,
+        path: impl FnOnce(S) -> S,
+    ) -> ControllerOutput<S> {
+        self.further_flow(&mut state.feedforward, input);
         ControllerOutput {
             valve_command: state.valve_command,
-            compensation,
-            status: S::select_flags(good, flags | limits, faults),
+            compensation: path(state.compensation.output()),
+            status: self.faults(input.command, input.velocity, input.force, input.spool, supply),
         }
     }
 
@@ -114,34 +161,91 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
     }
 
-    /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) (or
-    /// [`step_via`](Self::step_via), with the same further flow in m³/s) with the same arguments gives this state's
-    /// output, without a bump. Invalid arguments give the state of a rig at rest.
-    pub fn prime(&self, command: S, velocity: S, force: S, spool: S, further_flow: S) -> ControllerState<S> {
-        let compensation = self.compensation.prime(velocity, force, spool, further_flow);
+    /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
+    /// arguments gives this state's output, without a bump. An invalid input gives the state of a rig at rest.
+    pub fn prime(&self, input: &ControllerInput<S>, calibration: &Calibration<S>) -> ControllerState<S> {
+        // Long at one command, the next one is the same.
+        let input = &ControllerInput { next_command: input.command, ..*input };
+        let feedforward = self.feedforward.at_rest(input.command);
+        let supply = self.supply(input);
+        let further_flow = self.further_flow(&mut { feedforward }, input);
+        let ControllerInput { command, velocity, force, spool, .. } = *input;
+        let sample = CompensationInput { velocity, force, spool, supply, further_flow };
+        let compensation = self.compensation.prime(&sample, calibration);
         let mut servovalve = self.servovalve.at_rest(command, force);
         let raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
-        let valve_command = self.limiter.settled(raw);
-        let good = command.abs().le(S::splat(LARGEST))
-            & self.compensation.accepts(velocity, force, spool)
-            & further_flow.abs().le(S::splat(LARGEST));
-        ControllerState::select(
-            good,
-            ControllerState { compensation, servovalve, valve_command },
-            ControllerState::default(),
-        )
+        let valve_command = match self.realization {
+            Realization::Digital => self.limiter.settled(raw),
+            Realization::Analog => compensation.output(),
+        };
+        let good = self.accepts(input, supply);
+        let primed = ControllerState { compensation, feedforward, servovalve, valve_command };
+        ControllerState::select(good, primed, ControllerState::default())
     }
 
-    /// Controllers of single rigs side by side.
+    /// The calibration by the configuration: the paper's scheme.
+    #[inline(always)]
+    pub fn nominal(&self) -> Calibration<S> {
+        self.compensation.nominal()
+    }
+
+    /// Controllers of single rigs side by side, all of one realization.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a Controller<S::Element, N>) -> Self
     where
         S::Element: 'a,
     {
         Self {
             compensation: Compensation::pack(|i| &lane(i).compensation),
+            feedforward: Feedforward::pack(|i| &lane(i).feedforward),
             servovalve: ServovalveController::pack(|i| &lane(i).servovalve),
             limiter: Limiter::pack(|i| &lane(i).limiter),
+            per_supply_pressure: S::from_lanes(|i| lane(i).per_supply_pressure),
+            measures_supply: S::Mask::from_lanes(|i| lane(i).measures_supply),
+            looks_ahead: S::Mask::from_lanes(|i| lane(i).looks_ahead),
+            feeds_forward: (0..S::LANES).any(|i| lane(i).feeds_forward),
+            realization: lane(0).realization,
         }
+    }
+
+    /// The supply pressure over the configured one (1), where it is measured.
+    #[inline(always)]
+    pub(crate) fn supply(&self, i: &ControllerInput<S>) -> S {
+        if !self.measures_supply.any() {
+            return S::splat(1.0);
+        }
+        S::select(self.measures_supply, i.supply_pressure * self.per_supply_pressure, S::splat(1.0))
+    }
+
+    /// Where the input, with this supply (1), is valid.
+    #[inline(always)]
+    pub(crate) fn accepts(&self, i: &ControllerInput<S>, supply: S) -> S::Mask {
+        i.command.abs().le(S::splat(LARGEST)) & self.measured(i.velocity, i.force, i.spool, supply)
+    }
+
+    /// Where the measurements are valid, the supply from a twentieth of the configured pressure to four times it.
+    #[inline(always)]
+    fn measured(&self, velocity: S, force: S, spool: S, supply: S) -> S::Mask {
+        self.compensation.accepts(velocity, force, spool)
+            & (supply - S::splat(2.025)).abs().le(S::splat(1.975))
+    }
+
+    // By value and not inlined: what is looked at here does not burden the good tick.
+    #[cold]
+    #[inline(never)]
+    fn faults(&self, command: S, velocity: S, force: S, spool: S, supply: S) -> S::Flags {
+        let commanded = command.abs().le(S::splat(LARGEST));
+        let measured = self.measured(velocity, force, spool, supply);
+        S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT)
+    }
+
+    /// The flow (m³/s) that is wanted on top of the piston's.
+    #[inline(always)]
+    fn further_flow(&self, feedforward: &mut FeedforwardState<S>, i: &ControllerInput<S>) -> S {
+        if !self.feeds_forward {
+            return S::splat(0.0);
+        }
+        let command = S::select(self.looks_ahead, i.next_command, i.command);
+        self.feedforward.step(feedforward, command)
     }
 }
 
@@ -150,8 +254,39 @@ impl<S: Scalar> ControllerState<S> {
     fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
         Self {
             compensation: CompensationState::select(mask, yes.compensation, no.compensation),
+            feedforward: FeedforwardState::select(mask, yes.feedforward, no.feedforward),
             servovalve: ServovalveControllerState::select(mask, yes.servovalve, no.servovalve),
             valve_command: S::select(mask, yes.valve_command, no.valve_command),
         }
     }
 }
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl<const N: usize> Controller<$t, N> {
+            /// From the rig's parameters.
+            ///
+            /// # Errors
+            /// A parameter that is not finite or out of its range, by name.
+            pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
+                Ok(Self {
+                    compensation: check!(Compensation::<$t, N>::new(p)),
+                    feedforward: if p.feedforward {
+                        check!(Feedforward::<$t>::new(p))
+                    } else {
+                        Feedforward::<$t>::OFF
+                    },
+                    servovalve: check!(ServovalveController::<$t>::new(p)),
+                    limiter: check!(Limiter::<$t>::new(p.valve_command, p.valve_command_rate, p.sample_rate)),
+                    per_supply_pressure: (1.0 / p.supply_pressure) as $t,
+                    measures_supply: p.supply_correction,
+                    looks_ahead: p.feedforward && p.look_ahead,
+                    feeds_forward: p.feedforward,
+                    realization: p.realization,
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);

@@ -34,13 +34,6 @@ pub enum ConfigError {
         /// The highest value allowed.
         highest: f64,
     },
-    /// A fraction where only whole numbers make sense.
-    NotWhole {
-        /// The parameter's name.
-        parameter: &'static str,
-        /// The value given.
-        value: f64,
-    },
     /// A table whose entries do not increase strictly, after rounding to the scalar in use.
     NotIncreasing {
         /// The table's name.
@@ -78,9 +71,6 @@ impl fmt::Display for ConfigError {
             Self::OutOfRange { parameter, value, lowest, highest } => {
                 let (value, lowest, highest) = (Short(value), Short(lowest), Short(highest));
                 write!(f, "{parameter} = {value}: must lie in [{lowest}, {highest}]")
-            }
-            Self::NotWhole { parameter, value } => {
-                write!(f, "{parameter} = {value}: must be a whole number")
             }
             Self::NotIncreasing { parameter, index } => {
                 write!(
@@ -149,14 +139,6 @@ pub(crate) const fn within(
         Ok(v) if v >= lowest && v <= highest => Ok(v),
         Ok(value) => Err(ConfigError::OutOfRange { parameter, value, lowest, highest }),
         Err(e) => Err(e),
-    }
-}
-
-/// Refuses everything but whole numbers in `[0, highest]`.
-pub(crate) const fn whole(parameter: &'static str, value: f64, highest: f64) -> Result<f64, ConfigError> {
-    match within(parameter, value, 0.0, highest) {
-        Ok(v) if v - (v as u64) as f64 > 0.0 => Err(ConfigError::NotWhole { parameter, value }),
-        other => other,
     }
 }
 

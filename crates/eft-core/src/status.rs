@@ -38,9 +38,11 @@ pub const TRIPPED: u32 = 1 << 16;
 pub const SHUT_DOWN: u32 = 1 << 17;
 /// A measurement repeats itself to the last bit: its sensor or converter is frozen.
 pub const STUCK_MEASUREMENT: u32 = 1 << 18;
+/// The calibration in use is older than it should be: the learner's last one came late, or is missing.
+pub const CALIBRATION_LATE: u32 = 1 << 19;
 
 /// Every flag of this module with its name, lowest bit first.
-pub const NAMES: [(u32, &str); 19] = [
+pub const NAMES: [(u32, &str); 20] = [
     (SPOOL_WARNING, "spool_warning"),
     (DEMAND_SATURATED, "demand_saturated"),
     (LOAD_PRESSURE_FLOORED, "load_pressure_floored"),
@@ -60,4 +62,5 @@ pub const NAMES: [(u32, &str); 19] = [
     (TRIPPED, "tripped"),
     (SHUT_DOWN, "shut_down"),
     (STUCK_MEASUREMENT, "stuck_measurement"),
+    (CALIBRATION_LATE, "calibration_late"),
 ];

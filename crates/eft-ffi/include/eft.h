@@ -1,17 +1,74 @@
 /* Effective force testing: the controller for firmware. Made by cbindgen from crates/eft-ffi; do not edit.
 
-   Everything is owned by the caller and passed by pointer; there are no globals, so every function is re-entrant.
-   A null pointer gives EFT_NULL_POINTER and nothing else happens. SI units throughout. Signs: a positive spool
-   opening lets flow into the chamber that pulls the structure; force and velocity are then positive. */
+   A rig that learns, all in one context:
 
+     #include "eft.h"
+
+     extern const eft_parameters rig;      // written by "eft export"
+     static eft_channel_f32 channel;       // configuration
+     static eft_state_f32 state;           // what the tick remembers
+     static eft_learner_f32 learner;       // the same of the learner, for a rig that learns
+     static eft_learner_state_f32 learned;
+     static eft_input_f32 input;
+
+     int start(void)                       // 0: a parameter was refused
+     {
+       eft_error why;                      // why.parameter names it
+       return eft_abi_version() == EFT_ABI_VERSION &&
+              eft_configure_f32(&rig, &channel, &why) == EFT_OK && eft_reset_f32(&channel, &state) == EFT_OK &&
+              eft_learner_configure_f32(&rig, &learner, &why) == EFT_OK &&
+              eft_learner_reset_f32(&learner, &learned) == EFT_OK && eft_input_init_f32(&input) == EFT_OK;
+     }
+
+     float tick(float command, float velocity, float force, float spool)  // once a sample: V to the converter
+     {
+       eft_output_f32 output;
+       eft_calibration_f32 calibration;
+       input.command = command;            // N
+       input.velocity = velocity;          // m/s
+       input.force = force;                // N
+       input.spool = spool;                // 1
+       if (eft_step_f32(&channel, &state, &input, &output) != EFT_OK) {
+         return 0.0f;                      // start() was forgotten
+       }
+       if (output.window_closed && eft_learn_f32(&learner, &learned, &output.window, &calibration) == EFT_OK &&
+           eft_publish_f32(&channel, &state, &calibration) != EFT_OK) {
+         return 0.0f;
+       }
+       return output.voltage;              // output.status says what there is to report
+     }
+
+   Where learning belongs into a task below the interrupt, the interrupt offers the window (eft_offer_window_f32) and
+   publishes what it takes (eft_take_calibration_f32); the task does the reverse. The bits are the same.
+
+   What holds for every function:
+   - Memory. The caller owns every struct and passes it by pointer; the library has no globals and allocates nothing.
+     An opaque struct is used only where a function has made it: others are refused with EFT_NOT_MADE.
+   - Pointers. Each is null or points to a whole, aligned struct of its type, and no two of a call overlap. Null gives
+     EFT_NULL_POINTER and nothing else happens, except that eft_step gives 0 V.
+   - Contexts. What takes a state runs in one context at a time, that of its step. Requests (eft_request_...) come from
+     any context; of an exchange (eft_offer_..., eft_take_...) each end belongs to one.
+   - Floating point. Round to nearest, no flush to zero, no default NaN: FPSCR as it is after reset. With another mode
+     the bits differ from those of a simulation. Compile your own arithmetic with -ffp-contract=off for the same reason.
+   - Units are SI. A positive spool opening lets flow into the chamber that pulls the structure; load pressure, force,
+     displacement and velocity are then positive. */
 #ifndef EFT_H
 #define EFT_H
 
 #include <stddef.h>
 #include <stdint.h>
 
+#if defined(__cplusplus) ? __cplusplus >= 201703L : defined(__STDC_VERSION__) && __STDC_VERSION__ >= 202311L
+#define EFT_NODISCARD [[nodiscard]]
+#elif defined(__GNUC__)
+#define EFT_NODISCARD __attribute__((warn_unused_result))
+#else
+#define EFT_NODISCARD
+#endif
+
 #if defined(__cplusplus)
 #define EFT_STATIC_ASSERT(fact) static_assert(fact, #fact)
+extern "C" {
 #elif defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L
 #define EFT_STATIC_ASSERT(fact) _Static_assert(fact, #fact)
 #else
@@ -20,1124 +77,393 @@
 #define EFT_STATIC_ASSERT(fact) typedef char EFT_PASTE(eft_assert_, __LINE__)[(fact) ? 1 : -1]
 #endif
 
-// Changes with every incompatible change of the header.
-#define EFT_ABI_VERSION 5
+/* ---------- Version and return codes ---------- */
 
-// eft_adaptive_parameters.parts: demand the command's own flow as well.
-#define EFT_FEEDFORWARD 1
+#define EFT_ABI_VERSION 6          // Changes with every incompatible change of the header.
+#define EFT_OK 0                   // done
+#define EFT_NULL_POINTER 1         // a pointer is null
+#define EFT_NOT_FINITE 2           // a parameter is NaN or infinite
+#define EFT_NOT_POSITIVE 3         // a parameter is zero or negative
+#define EFT_OUT_OF_RANGE 4         // a parameter is outside its range
+#define EFT_NOT_INCREASING 5       // a table does not increase strictly
+#define EFT_LENGTH 6               // a table's length is not allowed
+#define EFT_TOO_STEEP 7            // a table rises too steeply
+#define EFT_BUSY 8                 // what was offered before has not been taken yet
+#define EFT_REFUSED 9              // a parameter was refused for a reason that has no code
+#define EFT_CORRUPT 10             // the configuration is not what its parameters make
+#define EFT_NOT_MADE 11            // an opaque struct was never made: not configured, not reset, not filled
 
-// eft_adaptive_parameters.parts: estimate flow gain and valve during the test.
-#define EFT_ESTIMATORS 2
+// The version this library was built with: compare it with EFT_ABI_VERSION once at start-up.
+EFT_NODISCARD uint32_t eft_abi_version(void);
 
-// eft_adaptive_parameters.parts: take the level back where overcompensation pumps the structure.
-#define EFT_GUARD 4
+/* ---------- Status of a tick ---------- */
 
-// eft_adaptive_parameters.parts: correct the flow table by direction and band of opening, beside EFT_ESTIMATORS.
-#define EFT_CURVE 8
+#define EFT_SPOOL_WARNING (1u << 0) // measured or required spool opening beyond its warning level
+#define EFT_DEMAND_SATURATED (1u << 1) // demanded flow beyond the flow table, or opening beyond the stroke
+#define EFT_LOAD_PRESSURE_FLOORED (1u << 2) // the load-pressure correction is at its limit
+#define EFT_COMMAND_LIMITED (1u << 3) // the valve command was cut to its limit
+#define EFT_RATE_LIMITED (1u << 4) // the valve command's rate was cut to its limit
+#define EFT_INVALID_MEASUREMENT (1u << 5) // not finite or out of range; the last output is held
+#define EFT_INVALID_COMMAND (1u << 6) // not finite; the last output is held, or the last valid command followed
+#define EFT_HELD (1u << 7)         // the output was held on request
+#define EFT_MISSED_TICK (1u << 11) // the tick was missed; the last output is held
+#define EFT_ADAPTATION_FROZEN (1u << 12) // nothing is learned: bad samples, or the models do not explain them
+#define EFT_ESTIMATE_BOUNDED (1u << 13) // an estimate stands at one of its bounds
+#define EFT_LEVEL_REDUCED (1u << 14) // the guard has taken the compensation level back
+#define EFT_PROTECTION_WARNING (1u << 15) // a measurement is beyond its warning level
+#define EFT_TRIPPED (1u << 16)     // the force command is frozen and taken to zero
+#define EFT_SHUT_DOWN (1u << 17)   // the whole valve command is taken to zero
+#define EFT_STUCK_MEASUREMENT (1u << 18) // a measurement repeats itself to the last bit
+#define EFT_CALIBRATION_LATE (1u << 19) // the learner's last calibration came late, or is missing
+#define EFT_NO_STEP (1u << 31)     // the step was refused, and its code says why; the output is 0 V
 
-// Points a flow table may have.
-#define EFT_TABLE_CAPACITY 21
+/* ---------- Parameters ---------- */
 
-// eft_parameters.mode: the piston's motion is not compensated.
-#define EFT_MODE_OFF 0
+#define EFT_TABLE_CAPACITY 21      // most points of a flow table
+#define EFT_REALIZATION_DIGITAL 0  // realization: the force loop is closed here; the output is the valve command
+#define EFT_REALIZATION_ANALOG 1   // realization: an analog controller closes it; the output is its compensation signal
+#define EFT_MODE_OFF 0             // mode: no compensation
+#define EFT_MODE_LINEAR 1          // mode: by the linear flow gain
+#define EFT_MODE_NONLINEAR 2       // mode: by the flow table, corrected for the load pressure
+#define EFT_SIGN_FROM_SPOOL 0      // sign_from: the measured spool, as in the paper
+#define EFT_SIGN_FROM_DEMAND 1     // sign_from: the demanded flow, which does not chatter near null
+#define EFT_VELOCITY_SENSOR 0      // velocity_source: a sensor
+#define EFT_VELOCITY_DERIVATIVE 1  // velocity_source: the filtered derivative of the displacement
+#define EFT_VELOCITY_OBSERVER 2    // velocity_source: an observer of displacement and force
+#define EFT_VELOCITY_ACCELEROMETER 3 // velocity_source: an observer of displacement and measured acceleration
 
-// eft_parameters.mode: through the initial flow gain.
-#define EFT_MODE_LINEAR 1
+// What is learned during the test, and within which bounds.
+typedef struct eft_learning {
+  uint8_t adaptive;                  // 0 or 1; estimate flow gain and valve
+  uint8_t curve_correction;          // 0 or 1; correct the flow table by direction and band of flow as well
+  uint8_t guard;                     // 0 or 1; take the level back where overcompensation pumps the structure
+  double excitation;                 // 1; opening below which nothing is learned
+  double flow_gain_bounds[2];        // 1; lowest and highest flow gain over the table's
+  double valve_gain_bounds[2];       // 1; the same of the valve gain over the configured one
+  double response_delay_bounds[2];   // 1; the same of the response delay over the configured one
+} eft_learning;
 
-// eft_parameters.mode: through the inverse flow table and the load-pressure correction.
-#define EFT_MODE_NONLINEAR 2
+// The protection of the specimen; DBL_MAX in a level or time means none.
+typedef struct eft_protection {
+  uint8_t enabled;                   // 0 or 1; without it no level, request or fault trips
+  double force_warning;              // N
+  double force_trip;                 // N
+  double displacement_warning;       // m
+  double displacement_trip;          // m
+  double velocity_warning;           // m/s
+  double velocity_trip;              // m/s
+  double spool_warning;              // 1
+  double spool_trip;                 // 1
+  double start_time;                 // s; from zero to the whole command at the start, 0 for none
+  double ramp_time;                  // s; from the whole command to zero after a trip or at the end
+  double shutdown_time;              // s; from the whole valve command to zero in a shutdown
+  uint32_t lost_samples;             // samples; lost ones in a row that are waited for, at most 100000
+  double fault_time;                 // s; how long a fault may last that the controller reports
+} eft_protection;
 
-// eft_parameters.sign_from: the load-pressure correction takes its sign from the measured spool, as in the paper.
-#define EFT_SIGN_FROM_SPOOL 0
-
-// eft_parameters.sign_from: the sign of the demanded flow, free of chatter.
-#define EFT_SIGN_FROM_DEMAND 1
-
-// Done.
-#define EFT_OK 0
-
-// A pointer was null; nothing was done.
-#define EFT_NULL_POINTER 1
-
-// A parameter is NaN or infinite.
-#define EFT_NOT_FINITE 2
-
-// A parameter is zero or negative.
-#define EFT_NOT_POSITIVE 3
-
-// A parameter is outside its range.
-#define EFT_OUT_OF_RANGE 4
-
-// A table does not increase strictly.
-#define EFT_NOT_INCREASING 5
-
-// A table's length is not allowed.
-#define EFT_LENGTH 6
-
-// A table rises too steeply.
-#define EFT_TOO_STEEP 7
-
-// Another configuration is still waiting to be taken over.
-#define EFT_BUSY 8
-
-// The configuration was refused for a reason this version of the interface has no name for.
-#define EFT_REFUSED 9
-
-// The configuration is not what its parameters make.
-#define EFT_CORRUPT 10
-
-// A parameter is no whole number.
-#define EFT_NOT_WHOLE 11
-
-// Measured or required spool opening beyond the warning level.
-#define EFT_SPOOL_WARNING (1 << 0)
-
-// The demanded flow lies beyond the flow table, or the required opening beyond the spool's stroke.
-#define EFT_DEMAND_SATURATED (1 << 1)
-
-// The load-pressure correction is at its limit.
-#define EFT_LOAD_PRESSURE_FLOORED (1 << 2)
-
-// The valve command was cut to its limit.
-#define EFT_COMMAND_LIMITED (1 << 3)
-
-// The valve command's rate was cut to its limit.
-#define EFT_RATE_LIMITED (1 << 4)
-
-// A measurement was not finite or out of its range; the last output is held.
-#define EFT_INVALID_MEASUREMENT (1 << 5)
-
-// The force command was not finite; the last output is held, or a protection follows the last valid command.
-#define EFT_INVALID_COMMAND (1 << 6)
-
-// The output was held on request.
-#define EFT_HELD (1 << 7)
-
-// The tick was missed; the last output is held.
-#define EFT_MISSED_TICK (1 << 11)
-
-// eft_output.status, adaptive: the estimators stand still, after a bad measurement or where their models do not
-// explain what is measured.
-#define EFT_ADAPTATION_FROZEN (1 << 12)
-
-// eft_output.status, adaptive: an estimate stands at one of its bounds.
-#define EFT_ESTIMATE_BOUNDED (1 << 13)
-
-// eft_output.status, adaptive: the overcompensation guard has taken the compensation level back.
-#define EFT_LEVEL_REDUCED (1 << 14)
-
-// A measurement is beyond its warning level of the protection.
-#define EFT_PROTECTION_WARNING (1 << 15)
-
-// The protection has tripped: the force command is frozen and taken to zero.
-#define EFT_TRIPPED (1 << 16)
-
-// The protection takes the whole valve command to zero.
-#define EFT_SHUT_DOWN (1 << 17)
-
-// A measurement repeats itself to the last bit: its sensor or converter is frozen.
-#define EFT_STUCK_MEASUREMENT (1 << 18)
-
-// A controller's parameters in SI units; plain data, so that a constant one can stay in flash.
+// The rig as its controller knows it, in SI units, and what of the controller is switched on. DBL_MAX in a limit or
+// range means none.
 typedef struct eft_parameters {
-  // Points of the flow table in use.
-  uint32_t table_length;
-  // EFT_MODE_...
-  uint8_t mode;
-  // EFT_SIGN_FROM_...
-  uint8_t sign_from;
-  // Zero.
-  uint16_t reserved;
-  // Compensation level, 1.
-  double level;
-  // Piston area, m².
-  double piston_area;
-  // Supply pressure, Pa.
-  double supply_pressure;
-  // Flow gain of the linear mode, m³/s.
-  double flow_gain;
-  // Valve gain, 1/V.
-  double valve_gain;
-  // Response delay, s.
-  double response_delay;
-  // The lead network's α, 1.
-  double lead_alpha;
-  // Sample rate, Hz.
-  double sample_rate;
-  // Force sensitivity, V/N.
-  double force_sensitivity;
-  // Proportional gain, V/V.
-  double proportional_gain;
-  // Derivative gain, s.
-  double derivative_gain;
-  // Largest valve command, V; DBL_MAX for no limit.
-  double valve_command;
-  // Largest rate of the valve command, V/s; DBL_MAX for no limit.
-  double valve_command_rate;
-  // Opening that raises EFT_SPOOL_WARNING, 1.
-  double spool_warning;
-  // Velocity beyond which a measurement is invalid, m/s.
-  double velocity_range;
-  // Force beyond which a measurement is invalid, N.
-  double force_range;
-  // Spool opening beyond which a measurement is invalid, 1.
-  double spool_range;
-  // Spool openings of the flow table, strictly increasing, 1.
-  double openings[EFT_TABLE_CAPACITY];
-  // Flows of the flow table, strictly increasing, m³/s.
-  double flows[EFT_TABLE_CAPACITY];
+  double sample_rate;                // Hz
+  uint8_t realization;               // EFT_REALIZATION_...
+  uint8_t mode;                      // EFT_MODE_...
+  double level;                      // 1; compensation level, 1 is full compensation
+  uint8_t sign_from;                 // EFT_SIGN_FROM_...
+  double piston_area;                // m2
+  double supply_pressure;            // Pa; at which the flow table holds
+  uint8_t supply_correction;         // 0 or 1; the supply pressure is measured and its departures are corrected
+  double compressibility;            // m3/Pa; of the oil in the chambers
+  double leakage;                    // m3/(s Pa); across the piston
+  uint32_t table_length;             // points of the flow table, from 2 to EFT_TABLE_CAPACITY
+  double openings[EFT_TABLE_CAPACITY]; // 1; spool openings of the flow table, strictly increasing
+  double flows[EFT_TABLE_CAPACITY];  // m3/s; its flows, strictly increasing
+  double flow_gain;                  // m3/s at opening 1; of the linear scheme
+  double valve_gain;                 // opening per V
+  double response_delay;             // s; that the lead network makes up for
+  double lead_alpha;                 // 1; the lead network's alpha
+  uint8_t velocity_source;           // EFT_VELOCITY_...
+  double corner;                     // Hz; low-passes of EFT_VELOCITY_DERIVATIVE
+  double gain_on_displacement;       // 1; gains of the observers
+  double gain_on_velocity;           // 1/s
+  double gain_on_drift;              // 1/s2
+  double mass;                       // kg; that the force moves, of EFT_VELOCITY_OBSERVER
+  double velocity_delay;             // s; of the velocity itself; a learning lead network makes up for it as well
+  uint32_t computation_delay;        // samples; delay of the compensation by computation, at most 1000
+  uint8_t feedforward;               // 0 or 1; the command's own flow is demanded as well
+  uint8_t look_ahead;                // 0 or 1; the feedforward is given the next tick's command
+  double force_sensitivity;          // V/N
+  double proportional_gain;          // V/V
+  double derivative_gain;            // s
+  double valve_command;              // V; limit of the valve command
+  double valve_command_rate;         // V/s; limit of its rate
+  double spool_warning;              // 1; opening that raises EFT_SPOOL_WARNING
+  double velocity_range;             // m/s; beyond it a measurement is invalid
+  double force_range;                // N
+  double spool_range;                // 1
+  eft_learning learning;             // What is learned.
+  eft_protection protection;         // The protection.
+  uint32_t stuck_samples;            // samples; that a measurement may repeat to the last bit, 0 does not look
 } eft_parameters;
-
-// An adaptive controller's parameters in SI units: the nominal rig, and what is switched on.
-typedef struct eft_adaptive_parameters {
-  // The rig as the plain controller knows it.
-  struct eft_parameters rig;
-  // Oil compressibility of the chambers, m³/Pa.
-  double compressibility;
-  // Cross-piston leakage, m³/(s·Pa).
-  double leakage;
-  // Delay of the velocity itself, of an estimate for example, s; 0 for a sensor's.
-  double velocity_delay;
-  // Samples by which the compensation comes late to the valve command, at most 1000, 1.
-  uint32_t computation_delay;
-  // EFT_FEEDFORWARD and its siblings, added up.
-  uint32_t parts;
-} eft_adaptive_parameters;
-
-// A configuration: opaque, filled by eft_adaptive_configure only. One drives any number of states.
-typedef struct eft_adaptive_f32 {
-  float words[288];
-} eft_adaptive_f32;
 
 // Why a configuration was refused.
 typedef struct eft_error {
-  // The refused value (lengths as numbers); zero where there is none.
-  double value;
-  // The lowest value allowed.
-  double lowest;
-  // The highest value allowed.
-  double highest;
-  // The entry of a table.
-  uint32_t index;
-  // The parameter's name, ended by a zero byte.
-  char parameter[28];
+  double value;                      // refused value or length; 0 where there is none
+  double lowest;                     // lowest value allowed
+  double highest;                    // highest value allowed
+  uint32_t index;                    // entry of a table
+  char parameter[28];                // name of the parameter, ended by a zero byte
 } eft_error;
 
-// What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
-// eft_adaptive_prime before the first step.
-typedef struct eft_adaptive_state_f32 {
-  float words[272];
-} eft_adaptive_state_f32;
+/* ---------- The tick ---------- */
 
-// One tick's command and measurements.
-typedef struct eft_adaptive_input_f32 {
-  // Force command, N.
-  float command;
-  // Piston velocity, m/s.
-  float velocity;
-  // Force, N.
-  float force;
-  // Spool opening, 1.
-  float spool;
-  // Supply pressure, Pa; the configured one where there is no transducer.
-  float supply_pressure;
-  // Valve command that stood when the others were sampled, V; only the compensation alone looks at it.
-  float valve_command;
-} eft_adaptive_input_f32;
+// A channel's configuration. One drives any number of actuators.
+typedef struct eft_channel_f32 { uint64_t words[80]; } eft_channel_f32;
+
+// A window that has closed: what the learner is given.
+typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
+
+// What the learner has found, as the tick uses it.
+typedef struct eft_calibration_f32 { uint64_t words[24]; } eft_calibration_f32;
+
+// What a channel remembers: one for each actuator.
+typedef struct eft_state_f32 { uint64_t words[72]; } eft_state_f32;
+
+// One tick's command and measurements. What is never given stays NaN, by eft_input_init: nothing looks at it, or the
+// tick is flagged.
+typedef struct eft_input_f32 {
+  float command;                     // N
+  float velocity;                    // m/s; where a sensor measures it
+  float force;                       // N
+  float spool;                       // 1
+  float displacement;                // m; for a protection, and where the velocity is made of it
+  float acceleration;                // m/s2; for EFT_VELOCITY_ACCELEROMETER
+  float supply_pressure;             // Pa; where its departures are corrected
+  float next_command;                // N; of the next tick, where the feedforward looks ahead
+  float valve_command;               // V; that stood meanwhile, for learning beside an analog controller
+} eft_input_f32;
 
 // One tick's result.
 typedef struct eft_output_f32 {
-  // Valve command, V.
-  float valve_command;
-  // The part of it that compensates the piston's motion, V.
-  float compensation;
-  // EFT_SPOOL_WARNING and its siblings.
-  uint32_t status;
+  float voltage;                     // V; to the converter: valve command, or compensation signal for an analog loop
+  float compensation;                // V; the compensation signal
+  float velocity;                    // m/s; measured or estimated
+  float permitted_command;           // N; the command that an analog controller may follow
+  float authority;                   // 1; the protection's factor; an analog controller has to apply it
+  uint32_t status;                   // EFT_SPOOL_WARNING and its siblings
+  uint32_t window_closed;            // 1 where a window has closed with this tick, else 0
+  eft_window_f32 window;             // for eft_learn, where one has closed
 } eft_output_f32;
 
-// What was learned.
+// Checks the parameters and makes a configuration of them. On refusal the configuration stays as it was and *why (may
+// be null) says what was wrong. Not for the interrupt.
+EFT_NODISCARD uint8_t eft_configure_f32(const eft_parameters *parameters, eft_channel_f32 *channel, eft_error *why);
+
+// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as after a memory
+// fault. Not for the interrupt.
+EFT_NODISCARD uint8_t eft_check_f32(const eft_channel_f32 *channel, const eft_parameters *parameters);
+
+// A rig at rest, nothing learned, tripped or asked for yet.
+EFT_NODISCARD uint8_t eft_reset_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
+
+// Nothing is given: every field is NaN.
+EFT_NODISCARD uint8_t eft_input_init_f32(eft_input_f32 *input);
+
+// Between eft_reset and the first step, or between two: a rig that has long been at this operating point, so that the
+// next step has no bump. What was learned stays in use, and the protection goes on where it is. An invalid input gives
+// a rig at rest.
+EFT_NODISCARD uint8_t eft_prime_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input);
+
+// One tick, in the interrupt. Where it is refused (a null pointer, a channel or state that was never made) the output
+// is 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last output
+// and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the first good tick continues.
+EFT_NODISCARD uint8_t eft_step_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input,
+    eft_output_f32 *output);
+
+// In place of a tick: repeats the last output and raises EFT_HELD; the state stays. For several ticks give eft_step a
+// measurement that is NaN instead, so that nothing is learned of the gap. Refused as eft_step is.
+EFT_NODISCARD uint8_t eft_hold_f32(const eft_channel_f32 *channel, const eft_state_f32 *state, eft_output_f32 *output);
+
+// As eft_hold, for a tick that was missed: raises EFT_MISSED_TICK as well.
+EFT_NODISCARD uint8_t eft_missed_f32(const eft_channel_f32 *channel, const eft_state_f32 *state,
+    eft_output_f32 *output);
+
+// Gives a calibration to the tick: that of window k takes effect with the first tick of window k + 2. A later one takes
+// effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE. In the context of the step.
+EFT_NODISCARD uint8_t eft_publish_f32(const eft_channel_f32 *channel, eft_state_f32 *state,
+    const eft_calibration_f32 *calibration);
+
+// The calibration in use. In the context of the step.
+EFT_NODISCARD uint8_t eft_calibration_in_use_f32(const eft_state_f32 *state, eft_calibration_f32 *calibration);
+
+// Asks for a trip, as an emergency stop does, or another actuator of the same specimen: the next step trips at the last
+// command, and no request is lost. From any context, at any moment.
+EFT_NODISCARD uint8_t eft_request_trip_f32(eft_state_f32 *state);
+
+// Asks for the soft end: from the next step on the command, still followed, fades along the ramp. From any context, at
+// any moment.
+EFT_NODISCARD uint8_t eft_request_end_f32(eft_state_f32 *state);
+
+// Sets *down to 1 where the protection's ramp has reached zero, or the test has not begun, to 0 elsewhere. In the
+// context of the step.
+EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down);
+
+/* ---------- The learner ---------- */
+
+// A learner's configuration. One serves any number of channels of the same parameters.
+typedef struct eft_learner_f32 { uint64_t words[80]; } eft_learner_f32;
+
+// What a learner remembers: one for each channel.
+typedef struct eft_learner_state_f32 { uint64_t words[120]; } eft_learner_state_f32;
+
+// What a calibration says.
 typedef struct eft_learned_f32 {
-  // True flow over the table's, 1.
-  float flow_gain;
-  // The spool's gain over the configured one, 1.
-  float valve_gain;
-  // Delay that the lead network makes up for, s.
-  float response_delay;
-  // The guard's factor on the compensation level, 1.
-  float level;
+  float flow_gain;                   // 1; true flow over the table's
+  float valve_gain;                  // 1; the spool's gain over the configured one
+  float response_delay;              // s; that the lead network makes up for
+  float level;                       // 1; the guard's factor on the compensation level
+  float test_ratio;                  // 1; what the models miss over what they may: above 1 nothing is learned
+  uint32_t window;                   // its window's number; UINT32_MAX where it was made of the configuration
+  uint32_t status;                   // EFT_ADAPTATION_FROZEN, EFT_ESTIMATE_BOUNDED, EFT_LEVEL_REDUCED
 } eft_learned_f32;
 
-// A configuration: opaque, filled by eft_adaptive_configure only. One drives any number of states.
-typedef struct eft_adaptive_f64 {
-  double words[288];
-} eft_adaptive_f64;
-
-// What the adaptive controller remembers and has learned; opaque, filled by eft_adaptive_reset or
-// eft_adaptive_prime before the first step.
-typedef struct eft_adaptive_state_f64 {
-  double words[272];
-} eft_adaptive_state_f64;
-
-// One tick's command and measurements.
-typedef struct eft_adaptive_input_f64 {
-  // Force command, N.
-  double command;
-  // Piston velocity, m/s.
-  double velocity;
-  // Force, N.
-  double force;
-  // Spool opening, 1.
-  double spool;
-  // Supply pressure, Pa; the configured one where there is no transducer.
-  double supply_pressure;
-  // Valve command that stood when the others were sampled, V; only the compensation alone looks at it.
-  double valve_command;
-} eft_adaptive_input_f64;
-
-// One tick's result.
-typedef struct eft_output_f64 {
-  // Valve command, V.
-  double valve_command;
-  // The part of it that compensates the piston's motion, V.
-  double compensation;
-  // EFT_SPOOL_WARNING and its siblings.
-  uint32_t status;
-} eft_output_f64;
-
-// What was learned.
-typedef struct eft_learned_f64 {
-  // True flow over the table's, 1.
-  double flow_gain;
-  // The spool's gain over the configured one, 1.
-  double valve_gain;
-  // Delay that the lead network makes up for, s.
-  double response_delay;
-  // The guard's factor on the compensation level, 1.
-  double level;
-} eft_learned_f64;
-
-// A configuration: opaque, filled by eft_configure only. One drives any number of states.
-typedef struct eft_controller_f32 {
-  float words[100];
-} eft_controller_f32;
-
-// What the controller remembers; all zero bytes are a rig at rest.
-typedef struct eft_state_f32 {
-  float words[5];
-} eft_state_f32;
-
-// One tick's command and measurements.
-typedef struct eft_input_f32 {
-  // Force command, N.
-  float command;
-  // Piston velocity, m/s.
-  float velocity;
-  // Force, N.
-  float force;
-  // Spool opening, 1.
-  float spool;
-  // Flow wanted on top of the piston's, m³/s; 0 for none.
-  float further_flow;
-} eft_input_f32;
-
-// Which copy is in use and which was last offered: 0 or 1 each.
-typedef struct eft_turn {
-  uint32_t active;
-  uint32_t offered;
-} eft_turn;
-
-// Two configurations: the interrupt steps with one while the other is written.
-typedef struct eft_shadow_f32 {
-  struct eft_controller_f32 copies[2];
-  struct eft_turn turn;
-} eft_shadow_f32;
-
-// A configuration: opaque, filled by eft_configure only. One drives any number of states.
-typedef struct eft_controller_f64 {
-  double words[92];
-} eft_controller_f64;
-
-// What the controller remembers; all zero bytes are a rig at rest.
-typedef struct eft_state_f64 {
-  double words[5];
-} eft_state_f64;
-
-// One tick's command and measurements.
-typedef struct eft_input_f64 {
-  // Force command, N.
-  double command;
-  // Piston velocity, m/s.
-  double velocity;
-  // Force, N.
-  double force;
-  // Spool opening, 1.
-  double spool;
-  // Flow wanted on top of the piston's, m³/s; 0 for none.
-  double further_flow;
-} eft_input_f64;
-
-// Two configurations: the interrupt steps with one while the other is written.
-typedef struct eft_shadow_f64 {
-  struct eft_controller_f64 copies[2];
-  struct eft_turn turn;
-} eft_shadow_f64;
-
-// A protection's parameters in SI units. DBL_MAX is no limit; a level that is zero trips at once.
-typedef struct eft_protection_parameters {
-  // Sample rate, Hz.
-  double sample_rate;
-  // Force that raises EFT_PROTECTION_WARNING, N.
-  double force_warning;
-  // Force that trips the test, N.
-  double force_trip;
-  // Displacement that raises EFT_PROTECTION_WARNING, m.
-  double displacement_warning;
-  // Displacement that trips the test, m.
-  double displacement_trip;
-  // Velocity that raises EFT_PROTECTION_WARNING, m/s.
-  double velocity_warning;
-  // Velocity that trips the test, m/s.
-  double velocity_trip;
-  // Spool opening that raises EFT_PROTECTION_WARNING, 1.
-  double spool_warning;
-  // Spool opening that trips the test, 1.
-  double spool_trip;
-  // Time from zero to the whole command at the start, s; 0 for none.
-  double start_time;
-  // Time from the whole command to zero after a trip or at the end, s.
-  double ramp_time;
-  // Time from the whole valve command to zero in a shutdown, s.
-  double shutdown_time;
-  // Lost or refused samples in a row that are waited for before a shutdown, lost commands before a trip; a whole
-  // number, 1.
-  double lost_samples;
-  // Time for which EFT_ADAPTATION_FROZEN or EFT_STUCK_MEASUREMENT is waited for before a trip, s.
-  double fault_time;
-} eft_protection_parameters;
-
-// A protection: opaque, filled by eft_protection_configure only. One drives any number of states.
-typedef struct eft_protection_f32 {
-  float words[24];
-} eft_protection_f32;
-
-// What a protection remembers; all zero bytes are a rig before the start.
-typedef struct eft_protection_state_f32 {
-  float words[16];
-} eft_protection_state_f32;
-
-// One tick's command and measurements.
-typedef struct eft_protection_input_f32 {
-  // Force command, N.
-  float command;
-  // Force, N.
-  float force;
-  // Displacement, m.
-  float displacement;
-  // Piston velocity, m/s.
-  float velocity;
-  // Spool opening, 1.
-  float spool;
-} eft_protection_input_f32;
-
-// What the protection permits in one tick.
-typedef struct eft_permitted_f32 {
-  // The force command for the controller's step, N; finite.
-  float command;
-  // Factor on the valve command, 1; eft_protection_apply puts it there.
-  float authority;
-  // EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN, EFT_INVALID_COMMAND.
-  uint32_t status;
-} eft_permitted_f32;
-
-// A protection: opaque, filled by eft_protection_configure only. One drives any number of states.
-typedef struct eft_protection_f64 {
-  double words[24];
-} eft_protection_f64;
-
-// What a protection remembers; all zero bytes are a rig before the start.
-typedef struct eft_protection_state_f64 {
-  double words[16];
-} eft_protection_state_f64;
-
-// One tick's command and measurements.
-typedef struct eft_protection_input_f64 {
-  // Force command, N.
-  double command;
-  // Force, N.
-  double force;
-  // Displacement, m.
-  double displacement;
-  // Piston velocity, m/s.
-  double velocity;
-  // Spool opening, 1.
-  double spool;
-} eft_protection_input_f64;
-
-// What the protection permits in one tick.
-typedef struct eft_permitted_f64 {
-  // The force command for the controller's step, N; finite.
-  double command;
-  // Factor on the valve command, 1; eft_protection_apply puts it there.
-  double authority;
-  // EFT_PROTECTION_WARNING, EFT_TRIPPED, EFT_SHUT_DOWN, EFT_INVALID_COMMAND.
-  uint32_t status;
-} eft_permitted_f64;
-
-// What a watch for stuck sensors is made from.
-typedef struct eft_stuck_parameters {
-  // Samples for which a measurement may repeat itself to the last bit before it counts as stuck, 1.
-  uint32_t repeats;
-} eft_stuck_parameters;
-
-// A watch for stuck sensors: opaque, filled by eft_stuck_configure only.
-typedef struct eft_stuck_f32 {
-  float words[2];
-} eft_stuck_f32;
-
-// The last measurements and how often each has repeated itself; all zero bytes have seen nothing.
-typedef struct eft_stuck_state_f32 {
-  float words[8];
-} eft_stuck_state_f32;
-
-// A watch for stuck sensors: opaque, filled by eft_stuck_configure only.
-typedef struct eft_stuck_f64 {
-  double words[2];
-} eft_stuck_f64;
-
-// The last measurements and how often each has repeated itself; all zero bytes have seen nothing.
-typedef struct eft_stuck_state_f64 {
-  double words[8];
-} eft_stuck_state_f64;
-
-// What a filtered derivative is made from.
-typedef struct eft_derivative_parameters {
-  // Sample rate, Hz.
-  double sample_rate;
-  // Corner of its two low-passes, Hz.
-  double corner;
-} eft_derivative_parameters;
-
-// A filtered derivative: opaque, filled by eft_derivative_configure only.
-typedef struct eft_derivative_f32 {
-  float words[4];
-} eft_derivative_f32;
-
-// What a filtered derivative remembers; all zero bytes are a rig at rest at zero displacement.
-typedef struct eft_derivative_state_f32 {
-  float words[4];
-} eft_derivative_state_f32;
-
-// What a steady-state Kalman observer is made from.
-typedef struct eft_observer_parameters {
-  // Sample rate, Hz.
-  double sample_rate;
-  // Gain on the displacement, 1.
-  double gain_on_displacement;
-  // Gain on the velocity, 1/s.
-  double gain_on_velocity;
-  // Gain on the drift of the acceleration, 1/s².
-  double gain_on_drift;
-} eft_observer_parameters;
-
-// A velocity observer: opaque, filled by eft_observer_configure only.
-typedef struct eft_observer_f32 {
-  float words[8];
-} eft_observer_f32;
-
-// What a velocity observer remembers; all zero bytes are a rig at rest at zero displacement and
-// acceleration.
-typedef struct eft_observer_state_f32 {
-  float words[8];
-} eft_observer_state_f32;
-
-// A filtered derivative: opaque, filled by eft_derivative_configure only.
-typedef struct eft_derivative_f64 {
-  double words[4];
-} eft_derivative_f64;
-
-// What a filtered derivative remembers; all zero bytes are a rig at rest at zero displacement.
-typedef struct eft_derivative_state_f64 {
-  double words[4];
-} eft_derivative_state_f64;
-
-// A velocity observer: opaque, filled by eft_observer_configure only.
-typedef struct eft_observer_f64 {
-  double words[8];
-} eft_observer_f64;
-
-// What a velocity observer remembers; all zero bytes are a rig at rest at zero displacement and
-// acceleration.
-typedef struct eft_observer_state_f64 {
-  double words[8];
-} eft_observer_state_f64;
-
-#ifdef __cplusplus
-extern "C" {
-#endif // __cplusplus
-
-// The version this library was built with: compare it with EFT_ABI_VERSION once at start-up.
-uint32_t eft_abi_version(void);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_adaptive_configure_f32(const struct eft_adaptive_parameters *parameters,
-                                   struct eft_adaptive_f32 *config,
-                                   struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_adaptive_check_f32(const struct eft_adaptive_f32 *config, const struct eft_adaptive_parameters *parameters);
-
-// A rig at rest, nothing learned yet.
-uint8_t eft_adaptive_reset_f32(const struct eft_adaptive_f32 *config, struct eft_adaptive_state_f32 *state);
-
-// A rig that has long been at this operating point, nothing learned yet: the next step starts without a
-// bump.
-uint8_t eft_adaptive_prime_f32(const struct eft_adaptive_f32 *config,
-                               struct eft_adaptive_state_f32 *state,
-                               const struct eft_adaptive_input_f32 *input);
-
-// Repeats the last valve command; the state stays. Behind a protection it has to pass eft_protection_apply as any
-// other. Of an adaptive controller that misses several ticks give the step a measurement that is NaN instead, so
-// that nothing is learned of the gap.
-uint8_t eft_adaptive_hold_f32(const struct eft_adaptive_f32 *config,
-                              const struct eft_adaptive_state_f32 *state,
-                              struct eft_output_f32 *output);
-
-// In place of a tick that was missed: the last valve command stays, and the output says so.
-uint8_t eft_adaptive_missed_f32(const struct eft_adaptive_f32 *config,
-                                const struct eft_adaptive_state_f32 *state,
-                                struct eft_output_f32 *output);
-
-// One tick. What is NaN, infinite or out of its range repeats the last valve command and raises
-// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for a tenth of a second after it.
-// A supply pressure is in its range from 0.05 to 4 times the configured one.
-uint8_t eft_adaptive_step_f32(const struct eft_adaptive_f32 *config,
-                              struct eft_adaptive_state_f32 *state,
-                              const struct eft_adaptive_input_f32 *input,
-                              struct eft_output_f32 *output);
-
-// As eft_adaptive_step, where the next sample's command, N, is known, as of a ground motion: the flow that
-// is fed forward is that of the time until the next sample. Behind a protection it is what
-// eft_protection_preview gives.
-uint8_t eft_adaptive_step_ahead_f32(const struct eft_adaptive_f32 *config,
-                                    struct eft_adaptive_state_f32 *state,
-                                    const struct eft_adaptive_input_f32 *input,
-                                    float next_command,
-                                    struct eft_output_f32 *output);
-
-// The compensation alone, for a force loop that another controller closes: output->valve_command is the
-// compensation signal. input->valve_command must be measured; where it is NaN, infinite or beyond 1e12, only
-// learning waits (EFT_ADAPTATION_FROZEN).
-uint8_t eft_adaptive_compensation_step_f32(const struct eft_adaptive_f32 *config,
-                                           struct eft_adaptive_state_f32 *state,
-                                           const struct eft_adaptive_input_f32 *input,
-                                           struct eft_output_f32 *output);
-
-// As eft_adaptive_compensation_step, where the next sample's command, N, is known: see
-// eft_adaptive_step_ahead.
-uint8_t eft_adaptive_compensation_step_ahead_f32(const struct eft_adaptive_f32 *config,
-                                                 struct eft_adaptive_state_f32 *state,
-                                                 const struct eft_adaptive_input_f32 *input,
-                                                 float next_command,
-                                                 struct eft_output_f32 *output);
-
-// What was learned so far.
-uint8_t eft_adaptive_learned_f32(const struct eft_adaptive_state_f32 *state, struct eft_learned_f32 *learned);
-
-// No-load flow that the valve was found to pass at a spool opening: m3/s at 1. At the openings of the
-// table it is the rig's new flow curve, beyond its ends that of the end. EFT_NOT_FINITE for an opening
-// that is NaN or infinite, and *flow stays. For after a test, not for the interrupt: its cost is not
-// counted.
-uint8_t eft_adaptive_flow_f32(const struct eft_adaptive_f32 *config,
-                              const struct eft_adaptive_state_f32 *state,
-                              float opening,
-                              float *flow);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_adaptive_configure_f64(const struct eft_adaptive_parameters *parameters,
-                                   struct eft_adaptive_f64 *config,
-                                   struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_adaptive_check_f64(const struct eft_adaptive_f64 *config, const struct eft_adaptive_parameters *parameters);
-
-// A rig at rest, nothing learned yet.
-uint8_t eft_adaptive_reset_f64(const struct eft_adaptive_f64 *config, struct eft_adaptive_state_f64 *state);
-
-// A rig that has long been at this operating point, nothing learned yet: the next step starts without a
-// bump.
-uint8_t eft_adaptive_prime_f64(const struct eft_adaptive_f64 *config,
-                               struct eft_adaptive_state_f64 *state,
-                               const struct eft_adaptive_input_f64 *input);
-
-// Repeats the last valve command; the state stays. Behind a protection it has to pass eft_protection_apply as any
-// other. Of an adaptive controller that misses several ticks give the step a measurement that is NaN instead, so
-// that nothing is learned of the gap.
-uint8_t eft_adaptive_hold_f64(const struct eft_adaptive_f64 *config,
-                              const struct eft_adaptive_state_f64 *state,
-                              struct eft_output_f64 *output);
-
-// In place of a tick that was missed: the last valve command stays, and the output says so.
-uint8_t eft_adaptive_missed_f64(const struct eft_adaptive_f64 *config,
-                                const struct eft_adaptive_state_f64 *state,
-                                struct eft_output_f64 *output);
-
-// One tick. What is NaN, infinite or out of its range repeats the last valve command and raises
-// EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; nothing is learned for a tenth of a second after it.
-// A supply pressure is in its range from 0.05 to 4 times the configured one.
-uint8_t eft_adaptive_step_f64(const struct eft_adaptive_f64 *config,
-                              struct eft_adaptive_state_f64 *state,
-                              const struct eft_adaptive_input_f64 *input,
-                              struct eft_output_f64 *output);
-
-// As eft_adaptive_step, where the next sample's command, N, is known, as of a ground motion: the flow that
-// is fed forward is that of the time until the next sample. Behind a protection it is what
-// eft_protection_preview gives.
-uint8_t eft_adaptive_step_ahead_f64(const struct eft_adaptive_f64 *config,
-                                    struct eft_adaptive_state_f64 *state,
-                                    const struct eft_adaptive_input_f64 *input,
-                                    double next_command,
-                                    struct eft_output_f64 *output);
-
-// The compensation alone, for a force loop that another controller closes: output->valve_command is the
-// compensation signal. input->valve_command must be measured; where it is NaN, infinite or beyond 1e12, only
-// learning waits (EFT_ADAPTATION_FROZEN).
-uint8_t eft_adaptive_compensation_step_f64(const struct eft_adaptive_f64 *config,
-                                           struct eft_adaptive_state_f64 *state,
-                                           const struct eft_adaptive_input_f64 *input,
-                                           struct eft_output_f64 *output);
-
-// As eft_adaptive_compensation_step, where the next sample's command, N, is known: see
-// eft_adaptive_step_ahead.
-uint8_t eft_adaptive_compensation_step_ahead_f64(const struct eft_adaptive_f64 *config,
-                                                 struct eft_adaptive_state_f64 *state,
-                                                 const struct eft_adaptive_input_f64 *input,
-                                                 double next_command,
-                                                 struct eft_output_f64 *output);
-
-// What was learned so far.
-uint8_t eft_adaptive_learned_f64(const struct eft_adaptive_state_f64 *state, struct eft_learned_f64 *learned);
-
-// No-load flow that the valve was found to pass at a spool opening: m3/s at 1. At the openings of the
-// table it is the rig's new flow curve, beyond its ends that of the end. EFT_NOT_FINITE for an opening
-// that is NaN or infinite, and *flow stays. For after a test, not for the interrupt: its cost is not
-// counted.
-uint8_t eft_adaptive_flow_f64(const struct eft_adaptive_f64 *config,
-                              const struct eft_adaptive_state_f64 *state,
-                              double opening,
-                              double *flow);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_configure_f32(const struct eft_parameters *parameters,
-                          struct eft_controller_f32 *config,
-                          struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_check_f32(const struct eft_controller_f32 *config, const struct eft_parameters *parameters);
-
-// Puts a state to rest.
-uint8_t eft_reset_f32(struct eft_state_f32 *state);
-
-// The state of a rig that has long been at this operating point: the next step starts without a bump.
-uint8_t eft_prime_f32(const struct eft_controller_f32 *config,
-                      struct eft_state_f32 *state,
-                      const struct eft_input_f32 *input);
-
-// Repeats the last valve command; the state stays. Behind a protection it has to pass eft_protection_apply as any
-// other. Of an adaptive controller that misses several ticks give the step a measurement that is NaN instead, so
-// that nothing is learned of the gap.
-uint8_t eft_hold_f32(const struct eft_controller_f32 *config,
-                     const struct eft_state_f32 *state,
-                     struct eft_output_f32 *output);
-
-// In place of a tick that was missed: the last valve command stays, and the output says so.
-uint8_t eft_missed_f32(const struct eft_controller_f32 *config,
-                       const struct eft_state_f32 *state,
-                       struct eft_output_f32 *output);
-
-// One tick. A measurement or command that is NaN, infinite or out of its range leaves the state as it
-// was, repeats the last valve command and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the
-// next good tick continues.
-uint8_t eft_step_f32(const struct eft_controller_f32 *config,
-                     struct eft_state_f32 *state,
-                     const struct eft_input_f32 *input,
-                     struct eft_output_f32 *output);
-
-// The compensation alone, for a force loop that another controller closes: the command does not count,
-// and output->valve_command is the compensation signal.
-uint8_t eft_compensation_step_f32(const struct eft_controller_f32 *config,
-                                  struct eft_state_f32 *state,
-                                  const struct eft_input_f32 *input,
-                                  struct eft_output_f32 *output);
-
-// Both copies become *config, and none waits. Before the interrupt is enabled.
-uint8_t eft_shadow_init_f32(struct eft_shadow_f32 *shadow, const struct eft_controller_f32 *config);
-
-// Offers a configuration to the interrupt; EFT_BUSY while the one before still waits. From one thread at
-// a time.
-uint8_t eft_shadow_offer_f32(struct eft_shadow_f32 *shadow, const struct eft_controller_f32 *config);
-
-// In the interrupt, before the step: the configuration to step with; null for null.
-const struct eft_controller_f32 *eft_shadow_take_f32(const struct eft_shadow_f32 *shadow);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_configure_f64(const struct eft_parameters *parameters,
-                          struct eft_controller_f64 *config,
-                          struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_check_f64(const struct eft_controller_f64 *config, const struct eft_parameters *parameters);
-
-// Puts a state to rest.
-uint8_t eft_reset_f64(struct eft_state_f64 *state);
-
-// The state of a rig that has long been at this operating point: the next step starts without a bump.
-uint8_t eft_prime_f64(const struct eft_controller_f64 *config,
-                      struct eft_state_f64 *state,
-                      const struct eft_input_f64 *input);
-
-// Repeats the last valve command; the state stays. Behind a protection it has to pass eft_protection_apply as any
-// other. Of an adaptive controller that misses several ticks give the step a measurement that is NaN instead, so
-// that nothing is learned of the gap.
-uint8_t eft_hold_f64(const struct eft_controller_f64 *config,
-                     const struct eft_state_f64 *state,
-                     struct eft_output_f64 *output);
-
-// In place of a tick that was missed: the last valve command stays, and the output says so.
-uint8_t eft_missed_f64(const struct eft_controller_f64 *config,
-                       const struct eft_state_f64 *state,
-                       struct eft_output_f64 *output);
-
-// One tick. A measurement or command that is NaN, infinite or out of its range leaves the state as it
-// was, repeats the last valve command and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the
-// next good tick continues.
-uint8_t eft_step_f64(const struct eft_controller_f64 *config,
-                     struct eft_state_f64 *state,
-                     const struct eft_input_f64 *input,
-                     struct eft_output_f64 *output);
-
-// The compensation alone, for a force loop that another controller closes: the command does not count,
-// and output->valve_command is the compensation signal.
-uint8_t eft_compensation_step_f64(const struct eft_controller_f64 *config,
-                                  struct eft_state_f64 *state,
-                                  const struct eft_input_f64 *input,
-                                  struct eft_output_f64 *output);
-
-// Both copies become *config, and none waits. Before the interrupt is enabled.
-uint8_t eft_shadow_init_f64(struct eft_shadow_f64 *shadow, const struct eft_controller_f64 *config);
-
-// Offers a configuration to the interrupt; EFT_BUSY while the one before still waits. From one thread at
-// a time.
-uint8_t eft_shadow_offer_f64(struct eft_shadow_f64 *shadow, const struct eft_controller_f64 *config);
-
-// In the interrupt, before the step: the configuration to step with; null for null.
-const struct eft_controller_f64 *eft_shadow_take_f64(const struct eft_shadow_f64 *shadow);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_protection_configure_f32(const struct eft_protection_parameters *parameters,
-                                     struct eft_protection_f32 *config,
-                                     struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_protection_check_f32(const struct eft_protection_f32 *config,
-                                 const struct eft_protection_parameters *parameters);
-
-// A rig before the start, nothing tripped.
-uint8_t eft_protection_reset_f32(struct eft_protection_state_f32 *state);
-
-// One tick, before the controller's step, which gets permitted->command. A measurement that is NaN or
-// infinite counts as lost. In place of such a command the last valid one is followed and
-// EFT_INVALID_COMMAND raised; when it stays lost the test is tripped.
-uint8_t eft_protection_step_f32(const struct eft_protection_f32 *config,
-                                struct eft_protection_state_f32 *state,
-                                const struct eft_protection_input_f32 *input,
-                                struct eft_permitted_f32 *permitted);
-
-// After eft_protection_step: *permitted is what the next one will make of a command, N, known in advance,
-// if nothing new happens.
-uint8_t eft_protection_preview_f32(const struct eft_protection_f32 *config,
-                                   const struct eft_protection_state_f32 *state,
-                                   float next_command,
-                                   float *permitted);
-
-// After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
-// that persists in output->status trips the test; samples that the controller keeps refusing, so that it
-// holds its output (EFT_INVALID_MEASUREMENT, EFT_INVALID_COMMAND), shut it down as lost ones do.
-// *permitted is what the step gave.
-uint8_t eft_protection_apply_f32(const struct eft_protection_f32 *config,
-                                 struct eft_protection_state_f32 *state,
-                                 const struct eft_permitted_f32 *permitted,
-                                 struct eft_output_f32 *output);
-
-// Trips from outside, as an emergency stop does, at the last command. Not while a step runs.
-uint8_t eft_protection_trip_f32(struct eft_protection_state_f32 *state);
-
-// Asks for the soft end: the command, still followed, fades along the ramp. Not while a step runs.
-uint8_t eft_protection_end_f32(struct eft_protection_state_f32 *state);
-
-// Sets *down to 1 where the ramp has reached zero (or the test has not begun), to 0 elsewhere.
-uint8_t eft_protection_is_down_f32(const struct eft_protection_state_f32 *state, uint8_t *down);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_protection_configure_f64(const struct eft_protection_parameters *parameters,
-                                     struct eft_protection_f64 *config,
-                                     struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_protection_check_f64(const struct eft_protection_f64 *config,
-                                 const struct eft_protection_parameters *parameters);
-
-// A rig before the start, nothing tripped.
-uint8_t eft_protection_reset_f64(struct eft_protection_state_f64 *state);
-
-// One tick, before the controller's step, which gets permitted->command. A measurement that is NaN or
-// infinite counts as lost. In place of such a command the last valid one is followed and
-// EFT_INVALID_COMMAND raised; when it stays lost the test is tripped.
-uint8_t eft_protection_step_f64(const struct eft_protection_f64 *config,
-                                struct eft_protection_state_f64 *state,
-                                const struct eft_protection_input_f64 *input,
-                                struct eft_permitted_f64 *permitted);
-
-// After eft_protection_step: *permitted is what the next one will make of a command, N, known in advance,
-// if nothing new happens.
-uint8_t eft_protection_preview_f64(const struct eft_protection_f64 *config,
-                                   const struct eft_protection_state_f64 *state,
-                                   double next_command,
-                                   double *permitted);
-
-// After the controller's step: puts the authority on output->valve_command and joins the flags. A fault
-// that persists in output->status trips the test; samples that the controller keeps refusing, so that it
-// holds its output (EFT_INVALID_MEASUREMENT, EFT_INVALID_COMMAND), shut it down as lost ones do.
-// *permitted is what the step gave.
-uint8_t eft_protection_apply_f64(const struct eft_protection_f64 *config,
-                                 struct eft_protection_state_f64 *state,
-                                 const struct eft_permitted_f64 *permitted,
-                                 struct eft_output_f64 *output);
-
-// Trips from outside, as an emergency stop does, at the last command. Not while a step runs.
-uint8_t eft_protection_trip_f64(struct eft_protection_state_f64 *state);
-
-// Asks for the soft end: the command, still followed, fades along the ramp. Not while a step runs.
-uint8_t eft_protection_end_f64(struct eft_protection_state_f64 *state);
-
-// Sets *down to 1 where the ramp has reached zero (or the test has not begun), to 0 elsewhere.
-uint8_t eft_protection_is_down_f64(const struct eft_protection_state_f64 *state, uint8_t *down);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_stuck_configure_f32(const struct eft_stuck_parameters *parameters,
-                                struct eft_stuck_f32 *config,
-                                struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_stuck_check_f32(const struct eft_stuck_f32 *config, const struct eft_stuck_parameters *parameters);
-
-// Forgets what was seen.
-uint8_t eft_stuck_reset_f32(struct eft_stuck_state_f32 *state);
-
-// One sample of piston velocity, m/s (or displacement, m, where the velocity is made of it), force, N, and
-// spool opening, 1: *status is EFT_STUCK_MEASUREMENT where one of them has repeated itself too often, 0
-// elsewhere. NaN is never stuck.
-uint8_t eft_stuck_step_f32(const struct eft_stuck_f32 *config,
-                           struct eft_stuck_state_f32 *state,
-                           float velocity,
-                           float force,
-                           float spool,
-                           uint32_t *status);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_stuck_configure_f64(const struct eft_stuck_parameters *parameters,
-                                struct eft_stuck_f64 *config,
-                                struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_stuck_check_f64(const struct eft_stuck_f64 *config, const struct eft_stuck_parameters *parameters);
-
-// Forgets what was seen.
-uint8_t eft_stuck_reset_f64(struct eft_stuck_state_f64 *state);
-
-// One sample of piston velocity, m/s (or displacement, m, where the velocity is made of it), force, N, and
-// spool opening, 1: *status is EFT_STUCK_MEASUREMENT where one of them has repeated itself too often, 0
-// elsewhere. NaN is never stuck.
-uint8_t eft_stuck_step_f64(const struct eft_stuck_f64 *config,
-                           struct eft_stuck_state_f64 *state,
-                           double velocity,
-                           double force,
-                           double spool,
-                           uint32_t *status);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_derivative_configure_f32(const struct eft_derivative_parameters *parameters,
-                                     struct eft_derivative_f32 *config,
-                                     struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_derivative_check_f32(const struct eft_derivative_f32 *config,
-                                 const struct eft_derivative_parameters *parameters);
-
-// A rig that has long been at rest at this displacement, m: no kick in the next step.
-uint8_t eft_derivative_reset_f32(const struct eft_derivative_f32 *config,
-                                 struct eft_derivative_state_f32 *state,
-                                 float displacement);
-
-// One sample: *velocity, m/s, for the measured displacement, m. A displacement that is NaN or infinite
-// leaves the state and gives NaN, which the controller's step refuses with EFT_INVALID_MEASUREMENT.
-uint8_t eft_derivative_step_f32(const struct eft_derivative_f32 *config,
-                                struct eft_derivative_state_f32 *state,
-                                float displacement,
-                                float *velocity);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_observer_configure_f32(const struct eft_observer_parameters *parameters,
-                                   struct eft_observer_f32 *config,
-                                   struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_observer_check_f32(const struct eft_observer_f32 *config, const struct eft_observer_parameters *parameters);
-
-// A rig that has long been at rest at this displacement, m, and with this acceleration, m/s², as the
-// step will get it: it is taken as balanced, as that of a steady force on a standing piston is.
-uint8_t eft_observer_reset_f32(const struct eft_observer_f32 *config,
-                               struct eft_observer_state_f32 *state,
-                               float displacement,
-                               float acceleration);
-
-// One sample: *velocity, m/s, for the measured displacement, m, and an acceleration, m/s²: an
-// accelerometer's, or the measured force over the mass that it moves. What is NaN or infinite leaves
-// the state and gives NaN, which the controller's step refuses with EFT_INVALID_MEASUREMENT.
-uint8_t eft_observer_step_f32(const struct eft_observer_f32 *config,
-                              struct eft_observer_state_f32 *state,
-                              float displacement,
-                              float acceleration,
-                              float *velocity);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_derivative_configure_f64(const struct eft_derivative_parameters *parameters,
-                                     struct eft_derivative_f64 *config,
-                                     struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_derivative_check_f64(const struct eft_derivative_f64 *config,
-                                 const struct eft_derivative_parameters *parameters);
-
-// A rig that has long been at rest at this displacement, m: no kick in the next step.
-uint8_t eft_derivative_reset_f64(const struct eft_derivative_f64 *config,
-                                 struct eft_derivative_state_f64 *state,
-                                 double displacement);
-
-// One sample: *velocity, m/s, for the measured displacement, m. A displacement that is NaN or infinite
-// leaves the state and gives NaN, which the controller's step refuses with EFT_INVALID_MEASUREMENT.
-uint8_t eft_derivative_step_f64(const struct eft_derivative_f64 *config,
-                                struct eft_derivative_state_f64 *state,
-                                double displacement,
-                                double *velocity);
-
-// Checks parameters and makes a configuration of them; on refusal the configuration stays as it was and
-// *why (may be null) says what was wrong. Not for the interrupt: it computes in double precision.
-uint8_t eft_observer_configure_f64(const struct eft_observer_parameters *parameters,
-                                   struct eft_observer_f64 *config,
-                                   struct eft_error *why);
-
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
-// after a memory fault or before it was configured. Not for the interrupt.
-uint8_t eft_observer_check_f64(const struct eft_observer_f64 *config, const struct eft_observer_parameters *parameters);
-
-// A rig that has long been at rest at this displacement, m, and with this acceleration, m/s², as the
-// step will get it: it is taken as balanced, as that of a steady force on a standing piston is.
-uint8_t eft_observer_reset_f64(const struct eft_observer_f64 *config,
-                               struct eft_observer_state_f64 *state,
-                               double displacement,
-                               double acceleration);
-
-// One sample: *velocity, m/s, for the measured displacement, m, and an acceleration, m/s²: an
-// accelerometer's, or the measured force over the mass that it moves. What is NaN or infinite leaves
-// the state and gives NaN, which the controller's step refuses with EFT_INVALID_MEASUREMENT.
-uint8_t eft_observer_step_f64(const struct eft_observer_f64 *config,
-                              struct eft_observer_state_f64 *state,
-                              double displacement,
-                              double acceleration,
-                              double *velocity);
-
-#ifdef __cplusplus
-}  // extern "C"
-#endif  // __cplusplus
-
-#endif  /* EFT_H */
-
-/* The same are asserted where the library is built. */
-#ifndef EFT_H_ASSERTED
-#define EFT_H_ASSERTED
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 480);
-EFT_STATIC_ASSERT(offsetof(eft_parameters, level) == 8);
-EFT_STATIC_ASSERT(offsetof(eft_parameters, openings) == 144);
-EFT_STATIC_ASSERT(offsetof(eft_parameters, flows) == 312);
+// As eft_configure, for a learner; the parameters are the channel's.
+EFT_NODISCARD uint8_t eft_learner_configure_f32(const eft_parameters *parameters, eft_learner_f32 *learner,
+    eft_error *why);
+
+// As eft_check, for a learner.
+EFT_NODISCARD uint8_t eft_learner_check_f32(const eft_learner_f32 *learner, const eft_parameters *parameters);
+
+// Nothing learned yet.
+EFT_NODISCARD uint8_t eft_learner_reset_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state);
+
+// Takes in a window and makes the next calibration, for eft_publish. Behind the step, or in a task below the interrupt.
+EFT_NODISCARD uint8_t eft_learn_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state,
+    const eft_window_f32 *window, eft_calibration_f32 *calibration);
+
+// Reads a calibration.
+EFT_NODISCARD uint8_t eft_read_calibration_f32(const eft_calibration_f32 *calibration, eft_learned_f32 *learned);
+
+// No-load flow, m3/s, that the valve was found to pass at a spool opening, 1: at the openings of the table it is the
+// rig's new flow curve, beyond its ends that of the end. EFT_NOT_FINITE for an opening that is NaN or infinite, and
+// *flow stays. For after a test.
+EFT_NODISCARD uint8_t eft_found_flow_f32(const eft_learner_f32 *learner, const eft_calibration_f32 *calibration,
+    float opening, float *flow);
+
+/* ---------- From one context to another, without a lock ---------- */
+
+// How often was offered, and up to which offer was taken.
+typedef struct eft_turn { uint32_t offered; uint32_t taken; } eft_turn;
+
+// Configurations on their way from a task to the interrupt; zero bytes are none.
+typedef struct eft_channels_f32 { eft_channel_f32 copies[2]; eft_turn turn; } eft_channels_f32;
+
+// Windows on their way from the interrupt to the learner's task; zero bytes are none.
+typedef struct eft_windows_f32 { eft_window_f32 copies[2]; eft_turn turn; } eft_windows_f32;
+
+// Calibrations on their way from the learner's task to the interrupt; zero bytes are none.
+typedef struct eft_calibrations_f32 { eft_calibration_f32 copies[2]; eft_turn turn; } eft_calibrations_f32;
+
+// Offers a configuration to the interrupt; EFT_BUSY while the one before waits.
+EFT_NODISCARD uint8_t eft_offer_channel_f32(eft_channels_f32 *to, const eft_channel_f32 *item);
+
+// The configuration that was offered, to step with until the next is taken, after eft_take_over; null where there is no
+// new one.
+EFT_NODISCARD const eft_channel_f32 *eft_take_channel_f32(eft_channels_f32 *from);
+
+// Offers output->window to the learner's task; EFT_BUSY while the one before waits: it then counts as lost samples.
+EFT_NODISCARD uint8_t eft_offer_window_f32(eft_windows_f32 *to, const eft_window_f32 *item);
+
+// The window that was offered, until the next is taken; null where there is no new one.
+EFT_NODISCARD const eft_window_f32 *eft_take_window_f32(eft_windows_f32 *from);
+
+// Offers a calibration to the interrupt; EFT_BUSY while the one before waits.
+EFT_NODISCARD uint8_t eft_offer_calibration_f32(eft_calibrations_f32 *to, const eft_calibration_f32 *item);
+
+// The calibration that was offered, for eft_publish, until the next is taken; null where there is no new one.
+EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibrations_f32 *from);
+
+// After eft_take_channel, for each state that goes on under the new configuration: no bump. Where nothing is learned it
+// holds at once, else what was learned stays in use until the new learner publishes.
+EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
+
+/* ---------- Double precision: as above ---------- */
+
+typedef struct eft_channel_f64 { uint64_t words[136]; } eft_channel_f64;
+typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; eft_turn turn; } eft_channels_f64;
+typedef struct eft_window_f64 { uint64_t words[16]; } eft_window_f64;
+typedef struct eft_windows_f64 { eft_window_f64 copies[2]; eft_turn turn; } eft_windows_f64;
+typedef struct eft_calibration_f64 { uint64_t words[48]; } eft_calibration_f64;
+typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; eft_turn turn; } eft_calibrations_f64;
+typedef struct eft_state_f64 { uint64_t words[128]; } eft_state_f64;
+typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
+    double acceleration; double supply_pressure; double next_command; double valve_command; } eft_input_f64;
+typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;
+    double authority; uint32_t status; uint32_t window_closed; eft_window_f64 window; } eft_output_f64;
+typedef struct eft_learner_f64 { uint64_t words[144]; } eft_learner_f64;
+typedef struct eft_learner_state_f64 { uint64_t words[240]; } eft_learner_state_f64;
+typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double level;
+    double test_ratio; uint32_t window; uint32_t status; } eft_learned_f64;
+EFT_NODISCARD uint8_t eft_offer_channel_f64(eft_channels_f64 *to, const eft_channel_f64 *item);
+EFT_NODISCARD const eft_channel_f64 *eft_take_channel_f64(eft_channels_f64 *from);
+EFT_NODISCARD uint8_t eft_offer_window_f64(eft_windows_f64 *to, const eft_window_f64 *item);
+EFT_NODISCARD const eft_window_f64 *eft_take_window_f64(eft_windows_f64 *from);
+EFT_NODISCARD uint8_t eft_offer_calibration_f64(eft_calibrations_f64 *to, const eft_calibration_f64 *item);
+EFT_NODISCARD const eft_calibration_f64 *eft_take_calibration_f64(eft_calibrations_f64 *from);
+EFT_NODISCARD uint8_t eft_configure_f64(const eft_parameters *parameters, eft_channel_f64 *channel, eft_error *why);
+EFT_NODISCARD uint8_t eft_check_f64(const eft_channel_f64 *channel, const eft_parameters *parameters);
+EFT_NODISCARD uint8_t eft_reset_f64(const eft_channel_f64 *channel, eft_state_f64 *state);
+EFT_NODISCARD uint8_t eft_input_init_f64(eft_input_f64 *input);
+EFT_NODISCARD uint8_t eft_prime_f64(const eft_channel_f64 *channel, eft_state_f64 *state, const eft_input_f64 *input);
+EFT_NODISCARD uint8_t eft_step_f64(const eft_channel_f64 *channel, eft_state_f64 *state, const eft_input_f64 *input,
+    eft_output_f64 *output);
+EFT_NODISCARD uint8_t eft_hold_f64(const eft_channel_f64 *channel, const eft_state_f64 *state, eft_output_f64 *output);
+EFT_NODISCARD uint8_t eft_missed_f64(const eft_channel_f64 *channel, const eft_state_f64 *state,
+    eft_output_f64 *output);
+EFT_NODISCARD uint8_t eft_publish_f64(const eft_channel_f64 *channel, eft_state_f64 *state,
+    const eft_calibration_f64 *calibration);
+EFT_NODISCARD uint8_t eft_calibration_in_use_f64(const eft_state_f64 *state, eft_calibration_f64 *calibration);
+EFT_NODISCARD uint8_t eft_request_trip_f64(eft_state_f64 *state);
+EFT_NODISCARD uint8_t eft_request_end_f64(eft_state_f64 *state);
+EFT_NODISCARD uint8_t eft_is_down_f64(const eft_state_f64 *state, uint8_t *down);
+EFT_NODISCARD uint8_t eft_take_over_f64(const eft_channel_f64 *channel, eft_state_f64 *state);
+EFT_NODISCARD uint8_t eft_learner_configure_f64(const eft_parameters *parameters, eft_learner_f64 *learner,
+    eft_error *why);
+EFT_NODISCARD uint8_t eft_learner_check_f64(const eft_learner_f64 *learner, const eft_parameters *parameters);
+EFT_NODISCARD uint8_t eft_learner_reset_f64(const eft_learner_f64 *learner, eft_learner_state_f64 *state);
+EFT_NODISCARD uint8_t eft_learn_f64(const eft_learner_f64 *learner, eft_learner_state_f64 *state,
+    const eft_window_f64 *window, eft_calibration_f64 *calibration);
+EFT_NODISCARD uint8_t eft_read_calibration_f64(const eft_calibration_f64 *calibration, eft_learned_f64 *learned);
+EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const eft_calibration_f64 *calibration,
+    double opening, double *flow);
+
+/* ---------- Sizes, as the library has them ---------- */
+
+EFT_STATIC_ASSERT(sizeof(eft_learning) == 64);
+EFT_STATIC_ASSERT(sizeof(eft_protection) == 112);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 768);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
-EFT_STATIC_ASSERT(offsetof(eft_error, parameter) == 28);
-EFT_STATIC_ASSERT(sizeof(eft_controller_f32) == 400);
-EFT_STATIC_ASSERT(sizeof(eft_controller_f64) == 736);
-EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 20);
-EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 40);
-EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 20);
-EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 40);
-EFT_STATIC_ASSERT(offsetof(eft_input_f32, further_flow) == 16);
-EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 12);
-EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 24);
-EFT_STATIC_ASSERT(offsetof(eft_output_f32, status) == 8);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_parameters) == 512);
-EFT_STATIC_ASSERT(offsetof(eft_adaptive_parameters, parts) == 508);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_f32) == 1152);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_f64) == 2304);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f32) == 1088);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_state_f64) == 2176);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f32) == 24);
-EFT_STATIC_ASSERT(sizeof(eft_adaptive_input_f64) == 48);
-EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 16);
-EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 32);
-EFT_STATIC_ASSERT(sizeof(eft_derivative_parameters) == 16);
-EFT_STATIC_ASSERT(sizeof(eft_observer_parameters) == 32);
-EFT_STATIC_ASSERT(sizeof(eft_derivative_f32) == 16);
-EFT_STATIC_ASSERT(sizeof(eft_derivative_f64) == 32);
-EFT_STATIC_ASSERT(sizeof(eft_derivative_state_f32) == 16);
-EFT_STATIC_ASSERT(sizeof(eft_derivative_state_f64) == 32);
-EFT_STATIC_ASSERT(sizeof(eft_observer_f32) == 32);
-EFT_STATIC_ASSERT(sizeof(eft_observer_f64) == 64);
-EFT_STATIC_ASSERT(sizeof(eft_observer_state_f32) == 32);
-EFT_STATIC_ASSERT(sizeof(eft_observer_state_f64) == 64);
-EFT_STATIC_ASSERT(sizeof(eft_protection_parameters) == 112);
-EFT_STATIC_ASSERT(offsetof(eft_protection_parameters, fault_time) == 104);
-EFT_STATIC_ASSERT(sizeof(eft_protection_f32) == 96);
-EFT_STATIC_ASSERT(sizeof(eft_protection_f64) == 192);
-EFT_STATIC_ASSERT(sizeof(eft_protection_state_f32) == 64);
-EFT_STATIC_ASSERT(sizeof(eft_protection_state_f64) == 128);
-EFT_STATIC_ASSERT(sizeof(eft_protection_input_f32) == 20);
-EFT_STATIC_ASSERT(sizeof(eft_protection_input_f64) == 40);
-EFT_STATIC_ASSERT(sizeof(eft_permitted_f32) == 12);
-EFT_STATIC_ASSERT(sizeof(eft_permitted_f64) == 24);
-EFT_STATIC_ASSERT(sizeof(eft_stuck_parameters) == 4);
-EFT_STATIC_ASSERT(sizeof(eft_stuck_f32) == 8);
-EFT_STATIC_ASSERT(sizeof(eft_stuck_f64) == 16);
-EFT_STATIC_ASSERT(sizeof(eft_stuck_state_f32) == 32);
-EFT_STATIC_ASSERT(sizeof(eft_stuck_state_f64) == 64);
-EFT_STATIC_ASSERT(sizeof(eft_shadow_f32) == 808);
-EFT_STATIC_ASSERT(sizeof(eft_shadow_f64) == 1480);
+EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 640);
+EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 576);
+EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 36);
+EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 96);
+EFT_STATIC_ASSERT(sizeof(eft_window_f32) == 64);
+EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 192);
+EFT_STATIC_ASSERT(sizeof(eft_learner_f32) == 640);
+EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 960);
+EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 28);
+EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 1088);
+EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 1024);
+EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 72);
+EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 176);
+EFT_STATIC_ASSERT(sizeof(eft_window_f64) == 128);
+EFT_STATIC_ASSERT(sizeof(eft_calibration_f64) == 384);
+EFT_STATIC_ASSERT(sizeof(eft_learner_f64) == 1152);
+EFT_STATIC_ASSERT(sizeof(eft_learner_state_f64) == 1920);
+EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 48);
+
+#ifdef __cplusplus
+}
 #endif
+
+#endif
+

@@ -1,165 +1,231 @@
-//! What a configuration is made from, and why it was refused.
+//! The parameters as C sees them, and the one place where they become the core's.
 
 use core::ffi::c_char;
 
-use eft_core::{CompensationParameters, ConfigError, Mode, SignFrom};
+use eft_core::{
+    ConfigError, Learning, Levels, Mode, Parameters, ProtectionParameters, Realization, SignFrom,
+    VelocitySource,
+};
 
-use crate::status;
+use crate::codes::{EFT_CORRUPT, of};
+use crate::place::{Opaque, give, given, made, make};
+use crate::tables::{constants, data};
 
-/// Points a flow table may have.
+/// most points of a flow table
 pub const EFT_TABLE_CAPACITY: usize = 21;
 
-/// eft_parameters.mode: the piston's motion is not compensated.
-pub const EFT_MODE_OFF: u8 = 0;
-/// eft_parameters.mode: through the initial flow gain.
-pub const EFT_MODE_LINEAR: u8 = 1;
-/// eft_parameters.mode: through the inverse flow table and the load-pressure correction.
-pub const EFT_MODE_NONLINEAR: u8 = 2;
-/// eft_parameters.sign_from: the load-pressure correction takes its sign from the measured spool, as in the paper.
-pub const EFT_SIGN_FROM_SPOOL: u8 = 0;
-/// eft_parameters.sign_from: the sign of the demanded flow, free of chatter.
-pub const EFT_SIGN_FROM_DEMAND: u8 = 1;
+constants! { u8:
+    EFT_REALIZATION_DIGITAL = 0, "realization: the force loop is closed here; the output is the valve command";
+    EFT_REALIZATION_ANALOG = 1, "realization: an analog controller closes it; the output is its compensation signal";
+    EFT_MODE_OFF = 0, "mode: no compensation";
+    EFT_MODE_LINEAR = 1, "mode: by the linear flow gain";
+    EFT_MODE_NONLINEAR = 2, "mode: by the flow table, corrected for the load pressure";
+    EFT_SIGN_FROM_SPOOL = 0, "sign_from: the measured spool, as in the paper";
+    EFT_SIGN_FROM_DEMAND = 1, "sign_from: the demanded flow, which does not chatter near null";
+    EFT_VELOCITY_SENSOR = 0, "velocity_source: a sensor";
+    EFT_VELOCITY_DERIVATIVE = 1, "velocity_source: the filtered derivative of the displacement";
+    EFT_VELOCITY_OBSERVER = 2, "velocity_source: an observer of displacement and force";
+    EFT_VELOCITY_ACCELEROMETER = 3, "velocity_source: an observer of displacement and measured acceleration";
+}
 
-/// A controller's parameters in SI units; plain data, so that a constant one can stay in flash.
-#[repr(C)]
-#[derive(Debug, Clone, Copy)]
-pub struct eft_parameters {
-    /// Points of the flow table in use.
-    pub table_length: u32,
-    /// EFT_MODE_...
-    pub mode: u8,
-    /// EFT_SIGN_FROM_...
-    pub sign_from: u8,
-    /// Zero.
-    pub reserved: u16,
-    /// Compensation level, 1.
-    pub level: f64,
-    /// Piston area, m².
-    pub piston_area: f64,
-    /// Supply pressure, Pa.
-    pub supply_pressure: f64,
-    /// Flow gain of the linear mode, m³/s.
-    pub flow_gain: f64,
-    /// Valve gain, 1/V.
-    pub valve_gain: f64,
-    /// Response delay, s.
-    pub response_delay: f64,
-    /// The lead network's α, 1.
-    pub lead_alpha: f64,
-    /// Sample rate, Hz.
-    pub sample_rate: f64,
-    /// Force sensitivity, V/N.
-    pub force_sensitivity: f64,
-    /// Proportional gain, V/V.
-    pub proportional_gain: f64,
-    /// Derivative gain, s.
-    pub derivative_gain: f64,
-    /// Largest valve command, V; DBL_MAX for no limit.
-    pub valve_command: f64,
-    /// Largest rate of the valve command, V/s; DBL_MAX for no limit.
-    pub valve_command_rate: f64,
-    /// Opening that raises EFT_SPOOL_WARNING, 1.
-    pub spool_warning: f64,
-    /// Velocity beyond which a measurement is invalid, m/s.
-    pub velocity_range: f64,
-    /// Force beyond which a measurement is invalid, N.
-    pub force_range: f64,
-    /// Spool opening beyond which a measurement is invalid, 1.
-    pub spool_range: f64,
-    /// Spool openings of the flow table, strictly increasing, 1.
-    pub openings: [f64; EFT_TABLE_CAPACITY],
-    /// Flows of the flow table, strictly increasing, m³/s.
-    pub flows: [f64; EFT_TABLE_CAPACITY],
+data! {
+    /// What is learned during the test, and within which bounds.
+    eft_learning {
+        adaptive: u8, "0 or 1; estimate flow gain and valve";
+        curve_correction: u8, "0 or 1; correct the flow table by direction and band of flow as well";
+        guard: u8, "0 or 1; take the level back where overcompensation pumps the structure";
+        excitation: f64, "1; opening below which nothing is learned";
+        flow_gain_bounds: [f64; 2], "1; lowest and highest flow gain over the table's";
+        valve_gain_bounds: [f64; 2], "1; the same of the valve gain over the configured one";
+        response_delay_bounds: [f64; 2], "1; the same of the response delay over the configured one";
+    }
+}
+
+data! {
+    /// The protection of the specimen; DBL_MAX in a level or time means none.
+    eft_protection {
+        enabled: u8, "0 or 1; without it no level, request or fault trips";
+        force_warning: f64, "N";
+        force_trip: f64, "N";
+        displacement_warning: f64, "m";
+        displacement_trip: f64, "m";
+        velocity_warning: f64, "m/s";
+        velocity_trip: f64, "m/s";
+        spool_warning: f64, "1";
+        spool_trip: f64, "1";
+        start_time: f64, "s; from zero to the whole command at the start, 0 for none";
+        ramp_time: f64, "s; from the whole command to zero after a trip or at the end";
+        shutdown_time: f64, "s; from the whole valve command to zero in a shutdown";
+        lost_samples: u32, "samples; lost ones in a row that are waited for, at most 100000";
+        fault_time: f64, "s; how long a fault may last that the controller reports";
+    }
+}
+
+data! {
+    /// The rig as its controller knows it, in SI units, and what of the controller is switched on. DBL_MAX in a limit or
+    /// range means none.
+    eft_parameters {
+        sample_rate: f64, "Hz";
+        realization: u8, "EFT_REALIZATION_...";
+        mode: u8, "EFT_MODE_...";
+        level: f64, "1; compensation level, 1 is full compensation";
+        sign_from: u8, "EFT_SIGN_FROM_...";
+        piston_area: f64, "m2";
+        supply_pressure: f64, "Pa; at which the flow table holds";
+        supply_correction: u8, "0 or 1; the supply pressure is measured and its departures are corrected";
+        compressibility: f64, "m3/Pa; of the oil in the chambers";
+        leakage: f64, "m3/(s Pa); across the piston";
+        table_length: u32, "points of the flow table, from 2 to EFT_TABLE_CAPACITY";
+        openings: [f64; EFT_TABLE_CAPACITY], "1; spool openings of the flow table, strictly increasing";
+        flows: [f64; EFT_TABLE_CAPACITY], "m3/s; its flows, strictly increasing";
+        flow_gain: f64, "m3/s at opening 1; of the linear scheme";
+        valve_gain: f64, "opening per V";
+        response_delay: f64, "s; that the lead network makes up for";
+        lead_alpha: f64, "1; the lead network's alpha";
+        velocity_source: u8, "EFT_VELOCITY_...";
+        corner: f64, "Hz; low-passes of EFT_VELOCITY_DERIVATIVE";
+        gain_on_displacement: f64, "1; gains of the observers";
+        gain_on_velocity: f64, "1/s";
+        gain_on_drift: f64, "1/s2";
+        mass: f64, "kg; that the force moves, of EFT_VELOCITY_OBSERVER";
+        velocity_delay: f64, "s; of the velocity itself; a learning lead network makes up for it as well";
+        computation_delay: u32, "samples; delay of the compensation by computation, at most 1000";
+        feedforward: u8, "0 or 1; the command's own flow is demanded as well";
+        look_ahead: u8, "0 or 1; the feedforward is given the next tick's command";
+        force_sensitivity: f64, "V/N";
+        proportional_gain: f64, "V/V";
+        derivative_gain: f64, "s";
+        valve_command: f64, "V; limit of the valve command";
+        valve_command_rate: f64, "V/s; limit of its rate";
+        spool_warning: f64, "1; opening that raises EFT_SPOOL_WARNING";
+        velocity_range: f64, "m/s; beyond it a measurement is invalid";
+        force_range: f64, "N";
+        spool_range: f64, "1";
+        learning: eft_learning, "What is learned.";
+        protection: eft_protection, "The protection.";
+        stuck_samples: u32, "samples; that a measurement may repeat to the last bit, 0 does not look";
+    }
+}
+
+/// A byte that stands for one of `choices`.
+fn choice<T: Copy>(parameter: &'static str, value: u8, choices: &[T]) -> Result<T, ConfigError> {
+    choices.get(usize::from(value)).copied().ok_or(ConfigError::OutOfRange {
+        parameter,
+        value: f64::from(value),
+        lowest: 0.0,
+        highest: (choices.len() - 1) as f64,
+    })
+}
+
+/// A byte that is 0 or 1.
+fn switch(parameter: &'static str, value: u8) -> Result<bool, ConfigError> {
+    choice(parameter, value, &[false, true])
 }
 
 impl eft_parameters {
-    pub(crate) fn compensation(&self) -> Result<CompensationParameters, ConfigError> {
-        let choice = |parameter, value: u8, highest: u8| ConfigError::OutOfRange {
-            parameter,
-            value: f64::from(value),
-            lowest: 0.0,
-            highest: f64::from(highest),
+    /// As the core takes them.
+    pub(crate) fn core(&self) -> Result<Parameters<'_>, ConfigError> {
+        let gains = [self.gain_on_displacement, self.gain_on_velocity, self.gain_on_drift];
+        let velocity_sources = [
+            VelocitySource::Sensor,
+            VelocitySource::Derivative { corner: self.corner },
+            VelocitySource::Observer { gains, mass: self.mass },
+            VelocitySource::Accelerometer { gains },
+        ];
+        let (l, p, length) = (&self.learning, &self.protection, self.table_length as usize);
+        let (Some(openings), Some(flows)) = (self.openings.get(..length), self.flows.get(..length)) else {
+            let (parameter, longest) = ("table_length", EFT_TABLE_CAPACITY);
+            return Err(ConfigError::Length { parameter, length, shortest: 2, longest });
         };
-        if self.reserved != 0 {
-            let value = f64::from(self.reserved);
-            return Err(ConfigError::OutOfRange { parameter: "reserved", value, lowest: 0.0, highest: 0.0 });
-        }
-        Ok(CompensationParameters {
-            mode: match self.mode {
-                EFT_MODE_OFF => Mode::Off,
-                EFT_MODE_LINEAR => Mode::Linear,
-                EFT_MODE_NONLINEAR => Mode::Nonlinear,
-                other => return Err(choice("mode", other, EFT_MODE_NONLINEAR)),
-            },
-            sign_from: match self.sign_from {
-                EFT_SIGN_FROM_SPOOL => SignFrom::Spool,
-                EFT_SIGN_FROM_DEMAND => SignFrom::Demand,
-                other => return Err(choice("sign_from", other, EFT_SIGN_FROM_DEMAND)),
-            },
+        let levels = |warning, trip| Levels { warning, trip };
+        let protection = ProtectionParameters {
+            force: levels(p.force_warning, p.force_trip),
+            displacement: levels(p.displacement_warning, p.displacement_trip),
+            velocity: levels(p.velocity_warning, p.velocity_trip),
+            spool: levels(p.spool_warning, p.spool_trip),
+            start_time: p.start_time,
+            ramp_time: p.ramp_time,
+            shutdown_time: p.shutdown_time,
+            lost_samples: p.lost_samples,
+            fault_time: p.fault_time,
+        };
+        Ok(Parameters {
+            sample_rate: self.sample_rate,
+            realization: choice(
+                "realization",
+                self.realization,
+                &[Realization::Digital, Realization::Analog],
+            )?,
+            mode: choice("mode", self.mode, &[Mode::Off, Mode::Linear, Mode::Nonlinear])?,
             level: self.level,
+            sign_from: choice("sign_from", self.sign_from, &[SignFrom::Spool, SignFrom::Demand])?,
             piston_area: self.piston_area,
             supply_pressure: self.supply_pressure,
+            supply_correction: switch("supply_correction", self.supply_correction)?,
+            compressibility: self.compressibility,
+            leakage: self.leakage,
+            openings,
+            flows,
             flow_gain: self.flow_gain,
             valve_gain: self.valve_gain,
-            proportional_gain: self.proportional_gain,
             response_delay: self.response_delay,
             lead_alpha: self.lead_alpha,
-            sample_rate: self.sample_rate,
+            velocity_source: choice("velocity_source", self.velocity_source, &velocity_sources)?,
+            velocity_delay: self.velocity_delay,
+            computation_delay: self.computation_delay,
+            feedforward: switch("feedforward", self.feedforward)?,
+            look_ahead: switch("look_ahead", self.look_ahead)?,
+            force_sensitivity: self.force_sensitivity,
+            proportional_gain: self.proportional_gain,
+            derivative_gain: self.derivative_gain,
+            valve_command: self.valve_command,
+            valve_command_rate: self.valve_command_rate,
             spool_warning: self.spool_warning,
             velocity_range: self.velocity_range,
             force_range: self.force_range,
             spool_range: self.spool_range,
+            learning: Learning {
+                adaptive: switch("adaptive", l.adaptive)?,
+                curve_correction: switch("curve_correction", l.curve_correction)?,
+                guard: switch("guard", l.guard)?,
+                excitation: l.excitation,
+                flow_gain_bounds: l.flow_gain_bounds,
+                valve_gain_bounds: l.valve_gain_bounds,
+                response_delay_bounds: l.response_delay_bounds,
+            },
+            protection: switch("enabled", p.enabled)?.then_some(protection),
+            stuck_samples: self.stuck_samples,
         })
-    }
-
-    /// Openings and flows in use; a length beyond the capacity is an error.
-    pub(crate) fn table(&self) -> Result<(&[f64], &[f64]), ConfigError> {
-        let length = self.table_length as usize;
-        match (self.openings.get(..length), self.flows.get(..length)) {
-            (Some(openings), Some(flows)) => Ok((openings, flows)),
-            _ => Err(ConfigError::Length {
-                parameter: "table_length",
-                length,
-                shortest: 2,
-                longest: EFT_TABLE_CAPACITY,
-            }),
-        }
     }
 }
 
-/// Why a configuration was refused.
-#[repr(C)]
-#[derive(Debug, Clone, Copy)]
-pub struct eft_error {
-    /// The refused value (lengths as numbers); zero where there is none.
-    pub value: f64,
-    /// The lowest value allowed.
-    pub lowest: f64,
-    /// The highest value allowed.
-    pub highest: f64,
-    /// The entry of a table.
-    pub index: u32,
-    /// The parameter's name, ended by a zero byte.
-    pub parameter: [c_char; 28],
+data! {
+    /// Why a configuration was refused.
+    eft_error {
+        value: f64, "refused value or length; 0 where there is none";
+        lowest: f64, "lowest value allowed";
+        highest: f64, "highest value allowed";
+        index: u32, "entry of a table";
+        parameter: [c_char; 28], "name of the parameter, ended by a zero byte";
+    }
 }
 
 impl eft_error {
-    pub(crate) fn from(error: &ConfigError) -> Self {
-        let (name, value, lowest, highest, index) =
-            match *error {
-                ConfigError::NotFinite { parameter } => (parameter, 0.0, 0.0, 0.0, 0),
-                ConfigError::NotPositive { parameter, value }
-                | ConfigError::NotWhole { parameter, value } => (parameter, value, 0.0, 0.0, 0),
-                ConfigError::OutOfRange { parameter, value, lowest, highest } => {
-                    (parameter, value, lowest, highest, 0)
-                }
-                ConfigError::NotIncreasing { parameter, index }
-                | ConfigError::TooSteep { parameter, index } => (parameter, 0.0, 0.0, 0.0, index),
-                ConfigError::Length { parameter, length, shortest, longest } => {
-                    (parameter, length as f64, shortest as f64, longest as f64, 0)
-                }
-                _ => ("", 0.0, 0.0, 0.0, 0),
-            };
+    fn new(error: ConfigError) -> Self {
+        let (name, value, lowest, highest, index) = match error {
+            ConfigError::NotFinite { parameter } => (parameter, 0.0, 0.0, 0.0, 0),
+            ConfigError::NotPositive { parameter, value } => (parameter, value, 0.0, 0.0, 0),
+            ConfigError::OutOfRange { parameter, value, lowest, highest } => {
+                (parameter, value, lowest, highest, 0)
+            }
+            ConfigError::NotIncreasing { parameter, index } | ConfigError::TooSteep { parameter, index } => {
+                (parameter, 0.0, 0.0, 0.0, index)
+            }
+            ConfigError::Length { parameter, length, shortest, longest } => {
+                (parameter, length as f64, shortest as f64, longest as f64, 0)
+            }
+            _ => ("", 0.0, 0.0, 0.0, 0),
+        };
         let mut parameter = [0; 28];
         for (to, from) in parameter.iter_mut().take(27).zip(name.bytes()) {
             *to = from as c_char;
@@ -168,10 +234,36 @@ impl eft_error {
     }
 }
 
-/// Writes the reason where the caller wants it, and gives its code.
-pub(crate) fn refuse(error: &ConfigError, why: Option<&mut eft_error>) -> u8 {
-    if let Some(why) = why {
-        *why = eft_error::from(error);
+/// Makes a configuration, or says why not. Each pointer is null or valid.
+pub(crate) unsafe fn configure<O: Opaque>(
+    new: fn(&Parameters) -> Result<O::Value, ConfigError>,
+    parameters: *const eft_parameters,
+    place: *mut O,
+    why: *mut eft_error,
+) -> Result<(), u8> {
+    // Safety: null or valid; where nobody asks for the reason none is given.
+    unsafe {
+        match given(parameters)?.core().and_then(|p| new(&p)) {
+            Ok(configuration) => make(place, configuration),
+            Err(error) => {
+                _ = give(why, eft_error::new(error));
+                Err(of(&error))
+            }
+        }
     }
-    status::of(error)
+}
+
+/// Whether a configuration is what its parameters make. Each pointer is null or valid.
+pub(crate) unsafe fn check<O: Opaque<Value: PartialEq> + 'static>(
+    new: fn(&Parameters) -> Result<O::Value, ConfigError>,
+    place: *const O,
+    parameters: *const eft_parameters,
+) -> Result<(), u8> {
+    // Safety: null or valid.
+    let (there, parameters) = unsafe { (made(place)?, given(parameters)?) };
+    match parameters.core().and_then(|p| new(&p)) {
+        Ok(again) if again == *there => Ok(()),
+        Ok(_) => Err(EFT_CORRUPT),
+        Err(error) => Err(of(&error)),
+    }
 }

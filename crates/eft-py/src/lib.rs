@@ -2,6 +2,7 @@
 //!
 //! Every class is a thin wrapper of the Rust type of the same name; what it computes is computed there.
 
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
 mod arrays;
@@ -15,12 +16,16 @@ mod identification;
 mod linear;
 mod planning;
 mod plant;
+mod replay;
 mod rig;
 mod run;
 mod values;
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    // NumPy's functions are looked up with the first array: an interrupt in the middle of that is a panic, and
+    // while the package loads there is none.
+    PyArray1::<f64>::zeros(module.py(), 1, false);
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<rig::Rig>()?;
     module.add_class::<excitation::Command>()?;
@@ -38,6 +43,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(excitation::read_record, module)?)?;
     module.add_function(wrap_pyfunction!(run::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(batch::simulate_batch, module)?)?;
+    module.add_function(wrap_pyfunction!(replay::replay, module)?)?;
     module.add_function(wrap_pyfunction!(firmware::export, module)?)?;
     module.add_function(wrap_pyfunction!(firmware::processor_in_the_loop, module)?)?;
     module.add_function(wrap_pyfunction!(run::metrics, module)?)?;

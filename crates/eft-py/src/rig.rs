@@ -14,6 +14,9 @@ use crate::values;
 
 /// A whole rig: plant, controller, sensors and limits, in SI units. It never changes; `replace` gives a new one.
 ///
+/// Its values are what the controller believes. Where the plant is something else, that stands under ``truth``, as in
+/// ``{"truth.structure.mass": 9000.0}``: plant, sensors and converter are made from it, the controller is not.
+///
 /// Parameters
 /// ----------
 /// text : str
@@ -103,6 +106,12 @@ impl Rig {
         wrap(self.config.edit(&removed, &set))
     }
 
+    /// The rig as it truly is: this one with the values of its ``truth`` in the place of what the controller believes.
+    #[getter]
+    fn plant(&self) -> Self {
+        Self { config: self.config.plant().clone() }
+    }
+
     /// Return the keys that are set and do nothing as the others stand, in the words of what each needs.
     ///
     /// They are no error, so that a study can turn one switch without touching the rest.
@@ -145,14 +154,15 @@ impl Rig {
     }
 }
 
-/// Return the schema of the configuration: one dictionary per key, in the order of files.
+/// Return the schema of the configuration: one dictionary per key, in the order of files; those of the plant once more,
+/// under ``truth``.
 ///
 /// Each has `key`, `unit`, `type` ("float", "int", "bool", "str" or "list"), `allowed`, `doc`, and `required` (bool).
 #[pyfunction]
 pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    let row = |row: &Key| {
+    let row = |row: &Key, key: &str, required: bool| {
         let entry = PyDict::new(py);
-        entry.set_item("key", row.key)?;
+        entry.set_item("key", key)?;
         entry.set_item("unit", row.unit)?;
         let kind = match row.kind {
             Kind::Float(..) => "float",
@@ -164,8 +174,10 @@ pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
         entry.set_item("type", kind)?;
         entry.set_item("allowed", row.allowed())?;
         entry.set_item("doc", row.doc)?;
-        entry.set_item("required", matches!(row.need, Need::Required))?;
+        entry.set_item("required", required)?;
         Ok(entry)
     };
-    KEYS.iter().map(row).collect()
+    let of_the_plant = KEYS.iter().filter(|key| key.is_of_the_plant());
+    let believed = KEYS.iter().map(|key| row(key, key.key, matches!(key.need, Need::Required)));
+    believed.chain(of_the_plant.map(|key| row(key, &format!("truth.{}", key.key), false))).collect()
 }

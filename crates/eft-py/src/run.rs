@@ -176,7 +176,7 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
         // One number in memory for the whole trace, and so read-only.
         let (numpy, ticks) = (py.import("numpy")?, run.status.len());
         for (name, value) in [
-            ("supply_pressure", run.rig.supply.pressure),
+            ("supply_pressure", run.rig.plant().supply.pressure),
             ("flow_gain_estimate", 1.0),
             ("response_delay_estimate", run.rig.compensation.response_delay),
             ("valve_gain_estimate", 1.0),

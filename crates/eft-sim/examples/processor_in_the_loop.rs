@@ -53,9 +53,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     };
     let rig = match what {
         None | Some("short") => {
-            let mut rig = RigConfig::zhao2005();
-            rig.controller.realization = Realization::Digital;
-            rig
+            RigConfig::zhao2005().with(|rig| rig.controller.realization = Realization::Digital)?
         }
         Some(path) => RigConfig::from_toml(&std::fs::read_to_string(path)?)?,
     };

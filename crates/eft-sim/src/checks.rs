@@ -22,6 +22,25 @@ pub(crate) fn positive(parameter: &str, value: f64, unit: &str) -> Result<()> {
     }
 }
 
+/// Rejects a sample rate (Hz) that no measurement has: what is computed from it would overflow.
+pub(crate) fn sample_rate(parameter: &str, value: f64) -> Result<()> {
+    within(parameter, value, 1e-6, 1e9, "Hz")
+}
+
+/// Rejects a time step (s) that no record has.
+pub(crate) fn time_step(parameter: &str, value: f64) -> Result<()> {
+    within(parameter, value, 1e-9, 1e6, "s")
+}
+
+fn within(parameter: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
+    if value >= low && value <= high {
+        Ok(())
+    } else {
+        let allowed = format!("must lie within {} and {} {unit}", Short(low), Short(high));
+        Err(Error::value(parameter, Short(value), allowed))
+    }
+}
+
 /// Rejects a signal that is empty or has a sample that is not finite.
 pub(crate) fn signal(parameter: &str, values: &[f64]) -> Result<()> {
     if values.is_empty() {

@@ -185,6 +185,10 @@ impl Flags for EightFlags {
     fn lane(self, lane: usize) -> u32 {
         words(self.0).get(lane).map_or(0, |word| *word as u32)
     }
+    #[inline(always)]
+    fn from_lanes(mut f: impl FnMut(usize) -> u32) -> Self {
+        Self(from_words(array::from_fn(|lane| u64::from(f(lane)))))
+    }
 }
 
 /// The mark of a crowded cell: every bit, and no row's beginning has them all.

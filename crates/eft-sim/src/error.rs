@@ -63,6 +63,19 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
+    /// The same of a key that stands within a section.
+    pub(crate) fn within(self, section: &str) -> Self {
+        match self {
+            Self::Value { parameter, value, allowed } => {
+                Self::Value { parameter: format!("{section}.{parameter}"), value, allowed }
+            }
+            Self::MissingKey { key, meaning } => {
+                Self::MissingKey { key: format!("{section}.{key}"), meaning }
+            }
+            other => other,
+        }
+    }
+
     /// An [`Error::Value`].
     pub fn value(parameter: &str, value: impl ToString, allowed: impl Into<String>) -> Self {
         Self::Value { parameter: parameter.into(), value: value.to_string(), allowed: allowed.into() }

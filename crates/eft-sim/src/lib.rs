@@ -1,4 +1,4 @@
-//! The virtual rig of effective force testing.
+#![doc = include_str!("../README.md")]
 
 pub mod batch;
 mod checks;
@@ -11,6 +11,8 @@ mod error;
 pub mod excitation;
 pub mod export;
 pub mod feasibility;
+mod files;
+mod fourier;
 pub mod identification;
 pub mod linear;
 pub mod metrics;

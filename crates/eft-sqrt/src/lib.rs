@@ -1,8 +1,4 @@
-//! The correctly rounded square root of an `f32`, without `std`.
-//!
-//! Stable Rust has none for bare metal: `core::f32::math::sqrt` is unstable, and `libm`'s is software (about 50
-//! instructions) where `vsqrt.f32` is one. This crate exists so that the one `unsafe` line that reaches it stays
-//! outside `eft-core`, which forbids them.
+#![doc = include_str!("../README.md")]
 #![no_std]
 
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]

@@ -3,199 +3,192 @@
 use core::mem::MaybeUninit;
 use core::ptr::null_mut;
 
+use eft_core::{Input, Mode, Parameters, Realization, SignFrom, VelocitySource};
 use eft_ffi::*;
-use eft_rigs::adaptive::{FLOWS, OPENINGS, PARAMETERS};
-use eft_rigs::guarded::PER_MASS;
+use eft_rigs::guarded;
+use semihosting::println;
 
-use crate::blocks::N;
-use crate::c_adaptive;
-use crate::probe::{probed, worst};
+use crate::inputs::{Random, rig};
+use crate::probe::{Cost, cost, probed};
+use crate::rigs::{CURVE, PAPER, SELF_CALIBRATING};
+use crate::subjects::LATER;
 
-pub fn parameters() -> eft_parameters {
-    eft_parameters {
-        table_length: N as u32,
-        mode: 2,
-        sign_from: 0,
-        reserved: 0,
-        level: PARAMETERS.level,
-        piston_area: PARAMETERS.piston_area,
-        supply_pressure: PARAMETERS.supply_pressure,
-        flow_gain: PARAMETERS.flow_gain,
-        valve_gain: PARAMETERS.valve_gain,
-        response_delay: PARAMETERS.response_delay,
-        lead_alpha: PARAMETERS.lead_alpha,
-        sample_rate: PARAMETERS.sample_rate,
-        force_sensitivity: 5.6e-5,
-        proportional_gain: PARAMETERS.proportional_gain,
-        derivative_gain: 2.0e-4,
-        valve_command: 10.0,
-        valve_command_rate: 2.0e4,
-        spool_warning: PARAMETERS.spool_warning,
-        velocity_range: PARAMETERS.velocity_range,
-        force_range: PARAMETERS.force_range,
-        spool_range: PARAMETERS.spool_range,
-        openings: OPENINGS,
-        flows: FLOWS,
-    }
-}
+type Step = unsafe extern "C" fn(
+    *const eft_channel_f32,
+    *mut eft_state_f32,
+    *const eft_input_f32,
+    *mut eft_output_f32,
+) -> u8;
+type Learn = unsafe extern "C" fn(
+    *const eft_learner_f32,
+    *mut eft_learner_state_f32,
+    *const eft_window_f32,
+    *mut eft_calibration_f32,
+) -> u8;
+type Publish =
+    unsafe extern "C" fn(*const eft_channel_f32, *mut eft_state_f32, *const eft_calibration_f32) -> u8;
+type Offer = unsafe extern "C" fn(*mut eft_windows_f32, *const eft_window_f32) -> u8;
 
-/// Prints one line a function: name, instructions, bytes of stack.
+/// Prints one line a function and setting: name, instructions, bytes of stack.
 pub fn run() {
-    controllers();
-    c_adaptive::run();
-    around();
-}
-
-fn controllers() {
-    type Step = unsafe extern "C" fn(
-        *const eft_controller_f32,
-        *mut eft_state_f32,
-        *const eft_input_f32,
-        *mut eft_output_f32,
-    ) -> u8;
-    let (mut config, mut state) =
-        (MaybeUninit::<eft_controller_f32>::uninit(), MaybeUninit::<eft_state_f32>::uninit());
-    let mut output = eft_output_f32 { valve_command: 0.0, compensation: 0.0, status: 0 };
-    // Safety: every pointer is valid.
-    let code = unsafe { eft_configure_f32(&parameters(), config.as_mut_ptr(), null_mut()) };
-    assert!(code == 0, "refused");
-    for (name, function) in [
-        ("eft_compensation_step_f32", eft_compensation_step_f32 as Step),
-        ("eft_step_f32", eft_step_f32 as Step),
+    for (setting, rig) in [
+        ("paper", &PAPER),
+        ("self-calibrating", &SELF_CALIBRATING),
+        ("curve", &CURVE),
+        ("guarded", &guarded::PARAMETERS),
     ] {
-        // Safety: every pointer is valid.
-        unsafe { eft_reset_f32(state.as_mut_ptr()) };
-        let f = probed!(function, Step);
-        worst(name, |r| {
-            let input = eft_input_f32 {
-                command: r.sample(1.0e4),
-                velocity: r.sample(1.0),
-                force: r.sample(1.5e5),
-                spool: r.sample(1.0),
-                further_flow: r.sample(1.0e-3),
-            };
-            // Safety: every pointer is valid.
-            unsafe { f(config.as_ptr(), state.as_mut_ptr(), &input, &mut output) };
-        });
+        let [step, learn, publish, offer] = costs(rig);
+        println!("eft_step_f32, {setting} {step}");
+        if setting == "curve" {
+            println!("eft_learn_f32, curve {learn}");
+            println!("eft_publish_f32 {publish}");
+            println!("eft_offer_window_f32 {offer}");
+        }
     }
 }
 
-/// What stands around the controller.
-fn around() {
-    let observer = eft_observer_parameters {
-        sample_rate: PARAMETERS.sample_rate,
-        gain_on_displacement: 0.07,
-        gain_on_velocity: 10.0,
-        gain_on_drift: 736.0,
-    };
-    let derivative = eft_derivative_parameters { sample_rate: PARAMETERS.sample_rate, corner: 80.0 };
-    let protection = eft_protection_parameters {
-        sample_rate: PARAMETERS.sample_rate,
-        force_warning: 4.0e4,
-        force_trip: 6.0e4,
-        displacement_warning: 0.1,
-        displacement_trip: 0.12,
-        velocity_warning: f64::MAX,
-        velocity_trip: f64::MAX,
-        spool_warning: 0.9,
-        spool_trip: 0.95,
-        start_time: 0.5,
-        ramp_time: 0.3,
-        shutdown_time: 0.1,
-        lost_samples: 5.0,
-        fault_time: 0.5,
-    };
-    let (mut observer_config, mut observed) = (MaybeUninit::uninit(), MaybeUninit::uninit());
-    let (mut derivative_config, mut derived) = (MaybeUninit::uninit(), MaybeUninit::uninit());
-    let stuck = eft_stuck_parameters { repeats: 3 };
-    let (mut watch, mut watched) = (MaybeUninit::uninit(), MaybeUninit::uninit());
-    let (mut config, mut state) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+/// The highest costs of a step, of learning, publishing and offering a window, in a run with the learner beside it.
+fn costs(p: &Parameters) -> [Cost; 4] {
+    let parameters = parameters(p);
+    let (mut channel, mut state) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+    let (mut learner, mut memory) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+    let mut output = MaybeUninit::<eft_output_f32>::zeroed();
+    let mut calibration = MaybeUninit::uninit();
     // Safety: every pointer is valid.
     let codes = unsafe {
         [
-            eft_stuck_configure_f32(&stuck, watch.as_mut_ptr(), null_mut()),
-            eft_stuck_reset_f32(watched.as_mut_ptr()),
-            eft_observer_configure_f32(&observer, observer_config.as_mut_ptr(), null_mut()),
-            eft_observer_reset_f32(observer_config.as_ptr(), observed.as_mut_ptr(), 0.0, 0.0),
-            eft_derivative_configure_f32(&derivative, derivative_config.as_mut_ptr(), null_mut()),
-            eft_derivative_reset_f32(derivative_config.as_ptr(), derived.as_mut_ptr(), 0.0),
-            eft_protection_configure_f32(&protection, config.as_mut_ptr(), null_mut()),
-            eft_protection_reset_f32(state.as_mut_ptr()),
+            eft_configure_f32(&parameters, channel.as_mut_ptr(), null_mut()),
+            eft_reset_f32(channel.as_ptr(), state.as_mut_ptr()),
+            eft_learner_configure_f32(&parameters, learner.as_mut_ptr(), null_mut()),
+            eft_learner_reset_f32(learner.as_ptr(), memory.as_mut_ptr()),
         ]
     };
-    assert!(codes == [0; 8], "refused");
-    let mut velocity = 0.0;
-
-    type Derivative =
-        unsafe extern "C" fn(*const eft_derivative_f32, *mut eft_derivative_state_f32, f32, *mut f32) -> u8;
-    let f = probed!(eft_derivative_step_f32 as Derivative, Derivative);
-    worst("eft_derivative_step_f32", |r| {
-        // Safety: every pointer is valid.
-        unsafe { f(derivative_config.as_ptr(), derived.as_mut_ptr(), r.sample(0.1), &mut velocity) };
-    });
-    type Observer =
-        unsafe extern "C" fn(*const eft_observer_f32, *mut eft_observer_state_f32, f32, f32, *mut f32) -> u8;
-    let f = probed!(eft_observer_step_f32 as Observer, Observer);
-    worst("eft_observer_step_f32", |r| {
-        let (displacement, acceleration) = (r.sample(0.1), PER_MASS * r.sample(1.5e5));
-        let config = observer_config.as_ptr();
-        // Safety: every pointer is valid.
-        unsafe { f(config, observed.as_mut_ptr(), displacement, acceleration, &mut velocity) };
-    });
-
-    type Stuck =
-        unsafe extern "C" fn(*const eft_stuck_f32, *mut eft_stuck_state_f32, f32, f32, f32, *mut u32) -> u8;
-    let mut status = 0;
-    let f = probed!(eft_stuck_step_f32 as Stuck, Stuck);
-    worst("eft_stuck_step_f32", |r| {
-        let (config, state) = (watch.as_ptr(), watched.as_mut_ptr());
-        // Safety: every pointer is valid.
-        unsafe { f(config, state, r.sample(1.0), r.sample(1.5e5), r.sample(1.0), &mut status) };
-    });
-
-    type Step = unsafe extern "C" fn(
-        *const eft_protection_f32,
-        *mut eft_protection_state_f32,
-        *const eft_protection_input_f32,
-        *mut eft_permitted_f32,
-    ) -> u8;
-    let mut permitted = eft_permitted_f32 { command: 0.0, authority: 1.0, status: 0 };
-    let mut tick = 0_u32;
-    let f = probed!(eft_protection_step_f32 as Step, Step);
-    worst("eft_protection_step_f32", |r| {
-        tick += 1;
-        let input = eft_protection_input_f32 {
-            command: r.sample(1.0e4),
-            force: r.sample(3.0e4),
-            displacement: r.sample(0.08),
-            velocity: r.sample(1.0),
-            spool: r.sample(0.8),
+    assert!(codes == [EFT_OK; 4], "refused");
+    let (channel, state, output) = (channel.as_ptr(), state.as_mut_ptr(), output.as_mut_ptr());
+    let (learner, memory, calibration) = (learner.as_ptr(), memory.as_mut_ptr(), calibration.as_mut_ptr());
+    let mut windows = MaybeUninit::<eft_windows_f32>::zeroed();
+    let mut worst = [Cost::default(); 4];
+    let (mut random, mut position, mut wait) = (Random(12345), 0.0, 0);
+    for tick in 0..20_000 {
+        // A trip is for good: now and then from the start again.
+        if tick & 0x7f == 0 && tick & 0x1fff <= 0x800 {
+            // Safety: every pointer is valid.
+            let codes = unsafe { [eft_reset_f32(channel, state), eft_learner_reset_f32(learner, memory)] };
+            assert!(codes == [EFT_OK; 2], "refused");
+            wait = 0;
+        }
+        let input = input(&rig(tick, &mut position, &mut random));
+        let mut measured = |what: usize, code: u8| {
+            assert!(code == EFT_OK, "refused");
+            worst[what].raise(cost());
         };
-        // Safety: every pointer is valid. A trip is for good: now and then from the start again.
-        unsafe {
-            if tick % 64 == 0 {
-                eft_protection_reset_f32(state.as_mut_ptr());
+        let step = probed!(eft_step_f32, Step);
+        // Safety: every pointer is valid.
+        measured(0, unsafe { step(channel, state, &input, output) });
+        // Safety: filled by the step.
+        let (closed, window) = unsafe { ((*output).window_closed != 0, &raw const (*output).window) };
+        if closed {
+            let learn = probed!(eft_learn_f32, Learn);
+            // Safety: every pointer is valid.
+            measured(1, unsafe { learn(learner, memory, window, calibration) });
+            let offer = probed!(eft_offer_window_f32, Offer);
+            // Safety: every pointer is valid.
+            measured(3, unsafe { offer(windows.as_mut_ptr(), window) });
+            // Safety: every pointer is valid.
+            assert!(!unsafe { eft_take_window_f32(windows.as_mut_ptr()) }.is_null());
+            wait = LATER;
+        } else if wait > 0 {
+            wait -= 1;
+            if wait == 0 {
+                let publish = probed!(eft_publish_f32, Publish);
+                // Safety: every pointer is valid.
+                measured(2, unsafe { publish(channel, state, calibration) });
             }
-            f(config.as_ptr(), state.as_mut_ptr(), &input, &mut permitted)
+        }
+    }
+    worst
+}
+
+fn input(i: &Input<f32>) -> eft_input_f32 {
+    eft_input_f32 {
+        command: i.command,
+        velocity: i.velocity,
+        force: i.force,
+        spool: i.spool,
+        displacement: i.displacement,
+        acceleration: i.acceleration,
+        supply_pressure: i.supply_pressure,
+        next_command: i.next_command,
+        valve_command: i.valve_command,
+    }
+}
+
+/// The same rig for C.
+fn parameters(p: &Parameters) -> eft_parameters {
+    // Safety: plain numbers, for which zero is a value.
+    let mut c: eft_parameters = unsafe { MaybeUninit::zeroed().assume_init() };
+    c.table_length = p.openings.len() as u32;
+    for (to, from) in c.openings.iter_mut().zip(p.openings).chain(c.flows.iter_mut().zip(p.flows)) {
+        *to = *from;
+    }
+    (c.sample_rate, c.level) = (p.sample_rate, p.level);
+    (c.piston_area, c.supply_pressure) = (p.piston_area, p.supply_pressure);
+    (c.compressibility, c.leakage) = (p.compressibility, p.leakage);
+    (c.flow_gain, c.valve_gain) = (p.flow_gain, p.valve_gain);
+    (c.response_delay, c.lead_alpha, c.velocity_delay) = (p.response_delay, p.lead_alpha, p.velocity_delay);
+    (c.force_sensitivity, c.proportional_gain, c.derivative_gain) =
+        (p.force_sensitivity, p.proportional_gain, p.derivative_gain);
+    (c.valve_command, c.valve_command_rate) = (p.valve_command, p.valve_command_rate);
+    (c.spool_warning, c.velocity_range) = (p.spool_warning, p.velocity_range);
+    (c.force_range, c.spool_range) = (p.force_range, p.spool_range);
+    c.realization = match p.realization {
+        Realization::Digital => EFT_REALIZATION_DIGITAL,
+        Realization::Analog => EFT_REALIZATION_ANALOG,
+    };
+    c.mode = match p.mode {
+        Mode::Off => EFT_MODE_OFF,
+        Mode::Linear => EFT_MODE_LINEAR,
+        Mode::Nonlinear => EFT_MODE_NONLINEAR,
+    };
+    c.sign_from = match p.sign_from {
+        SignFrom::Spool => EFT_SIGN_FROM_SPOOL,
+        SignFrom::Demand => EFT_SIGN_FROM_DEMAND,
+    };
+    if let VelocitySource::Observer { gains: [displacement, velocity, drift], mass } = p.velocity_source {
+        c.velocity_source = EFT_VELOCITY_OBSERVER;
+        (c.gain_on_displacement, c.gain_on_velocity, c.gain_on_drift) = (displacement, velocity, drift);
+        c.mass = mass;
+    }
+    c.supply_correction = u8::from(p.supply_correction);
+    c.feedforward = u8::from(p.feedforward);
+    c.stuck_samples = p.stuck_samples;
+    let l = &p.learning;
+    c.learning = eft_learning {
+        excitation: l.excitation,
+        flow_gain_bounds: l.flow_gain_bounds,
+        valve_gain_bounds: l.valve_gain_bounds,
+        response_delay_bounds: l.response_delay_bounds,
+        adaptive: u8::from(l.adaptive),
+        curve_correction: u8::from(l.curve_correction),
+        guard: u8::from(l.guard),
+    };
+    if let Some(p) = &p.protection {
+        c.protection = eft_protection {
+            force_warning: p.force.warning,
+            force_trip: p.force.trip,
+            displacement_warning: p.displacement.warning,
+            displacement_trip: p.displacement.trip,
+            velocity_warning: p.velocity.warning,
+            velocity_trip: p.velocity.trip,
+            spool_warning: p.spool.warning,
+            spool_trip: p.spool.trip,
+            start_time: p.start_time,
+            ramp_time: p.ramp_time,
+            shutdown_time: p.shutdown_time,
+            fault_time: p.fault_time,
+            lost_samples: p.lost_samples,
+            enabled: 1,
         };
-    });
-    type Apply = unsafe extern "C" fn(
-        *const eft_protection_f32,
-        *mut eft_protection_state_f32,
-        *const eft_permitted_f32,
-        *mut eft_output_f32,
-    ) -> u8;
-    let f = probed!(eft_protection_apply_f32 as Apply, Apply);
-    worst("eft_protection_apply_f32", |r| {
-        tick += 1;
-        let fault = if tick & 0x1000 == 0 { 0 } else { EFT_STUCK_MEASUREMENT };
-        let mut output = eft_output_f32 { valve_command: r.sample(10.0), compensation: 0.0, status: fault };
-        // Safety: every pointer is valid.
-        unsafe {
-            if tick % 4096 == 0 {
-                eft_protection_reset_f32(state.as_mut_ptr());
-            }
-            f(config.as_ptr(), state.as_mut_ptr(), &permitted, &mut output)
-        };
-    });
+    }
+    c
 }

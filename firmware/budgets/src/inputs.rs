@@ -1,14 +1,12 @@
 //! What goes into the subjects.
 
-use eft_core::Measurements;
-
-use crate::blocks::TABLE;
+use eft_core::Input;
 
 /// Numbers as sensors send them, and as they should not.
 pub struct Random(pub u32);
 
 impl Random {
-    fn next(&mut self) -> u32 {
+    pub fn next(&mut self) -> u32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;
@@ -35,28 +33,28 @@ fn triangle(tick: u32) -> f32 {
 }
 
 /// A tick of a rig whose valve passes more than its table in one direction: three quarters of the time it does as it is
-/// asked, so that the estimators work.
-pub fn rig(tick: &mut u32, r: &mut Random) -> (f32, Measurements<f32>) {
-    let wild = *tick & 0x1800 == 0;
-    *tick += 1;
-    let opening = 0.3 * triangle(*tick);
+/// asked, so that the learner works.
+pub fn rig(tick: u32, position: &mut f32, r: &mut Random) -> Input<f32> {
+    let wild = tick & 0x1800 == 0;
+    let opening = 0.3 * triangle(tick);
     let side = if opening > 0.0 { 1.05 } else { 1.0 };
     let mut sample = |scale: f32, sane: f32| {
         let value = r.sample(scale);
         if wild { value } else { sane }
     };
-    let command = sample(1.0e4, 0.0);
-    let measured = Measurements {
-        velocity: sample(1.0, side * TABLE.flow(opening) / 8.212e-3),
+    // Within 1 % of the rigs' tables over the piston area.
+    let velocity = side * (2.184 - 1.504 * opening.abs()) * opening;
+    *position = if wild { 0.0 } else { *position + velocity * (1.0 / 4096.0) };
+    Input {
+        command: sample(1.0e4, 0.0),
+        velocity: sample(1.0, velocity),
         force: sample(1.5e5, 0.0),
         spool: sample(1.0, 1.02 * opening),
-        valve_command: 0.0,
+        displacement: sample(0.1, *position),
+        acceleration: sample(20.0, 0.0),
         supply_pressure: sample(2.5e7, 1.9e7),
-    };
-    (command, measured)
-}
-
-/// The next tick's command (N) of such a rig, known in advance.
-pub fn next(command: f32, r: &mut Random) -> f32 {
-    if command == 0.0 { 0.0 } else { r.sample(1.0e4) }
+        next_command: sample(1.0e4, 0.0),
+        // As an analog controller has it, which opens the valve by a tenth a volt.
+        valve_command: sample(10.0, 10.2 * opening),
+    }
 }

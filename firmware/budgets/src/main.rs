@@ -3,10 +3,10 @@
 #![no_main]
 
 mod blocks;
-mod c_adaptive;
 mod c_subjects;
 mod inputs;
 mod probe;
+mod rigs;
 mod subjects;
 
 use cortex_m::peripheral::{Peripherals, syst::SystClkSource};

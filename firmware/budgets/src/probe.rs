@@ -6,17 +6,20 @@ use semihosting::println;
 
 use crate::inputs::Random;
 
+/// What the trampoline is told, what it saves, and what it finds.
 #[repr(C)]
 struct Probe {
     function: usize,
+    saved: [u32; 8],
     start: u32,
     end: u32,
     stack: u32,
 }
 
 #[unsafe(no_mangle)]
-static mut EFT_PROBE: Probe = Probe { function: 0, start: 0, end: 0, stack: 0 };
+static mut EFT_PROBE: Probe = Probe { function: 0, saved: [0; 8], start: 0, end: 0, stack: 0 };
 
+// Calls the function with its caller's registers and stack pointer, so that arguments may be on the stack.
 global_asm!(
     ".syntax unified",
     ".thumb",
@@ -26,7 +29,8 @@ global_asm!(
     ".type eft_probe_call, %function",
     ".thumb_func",
     "eft_probe_call:",
-    "push {{r4-r10, lr}}",
+    "ldr r12, =EFT_PROBE + 4",
+    "stm r12, {{r4-r10, lr}}",
     "ldr r4, =0xC0DEC0DE",
     "mov r5, sp",
     "sub r6, r5, #512",
@@ -39,8 +43,8 @@ global_asm!(
     "ldr r7, [r6]",
     "blx r10",
     "ldr r8, [r6]",
-    "str r7, [r9, #4]",
-    "str r8, [r9, #8]",
+    "str r7, [r9, #36]",
+    "str r8, [r9, #40]",
     "sub r5, sp, #512",
     "2: ldr r6, [r5], #4",
     "cmp r5, sp",
@@ -49,8 +53,9 @@ global_asm!(
     "beq 2b",
     "3: sub r5, r5, #4",
     "sub r5, sp, r5",
-    "str r5, [r9, #12]",
-    "pop {{r4-r10, pc}}",
+    "str r5, [r9, #44]",
+    "ldr r12, =EFT_PROBE + 4",
+    "ldm r12, {{r4-r10, pc}}",
     ".ltorg",
 );
 
@@ -63,6 +68,20 @@ unsafe extern "C" {
 pub struct Cost {
     pub instructions: u32,
     pub stack: u32,
+}
+
+impl Cost {
+    /// The higher of two, each for itself.
+    pub fn raise(&mut self, other: Self) {
+        self.instructions = self.instructions.max(other.instructions);
+        self.stack = self.stack.max(other.stack);
+    }
+}
+
+impl core::fmt::Display for Cost {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} {}", self.instructions, self.stack)
+    }
 }
 
 /// Arms the probe for `function` and gives the trampoline's address, to be called with `function`'s signature.
@@ -91,11 +110,9 @@ pub fn worst(name: impl core::fmt::Display, mut call: impl FnMut(&mut Random)) {
     let mut random = Random(12345);
     for _ in 0..20_000 {
         call(&mut random);
-        let cost = cost();
-        worst.instructions = worst.instructions.max(cost.instructions);
-        worst.stack = worst.stack.max(cost.stack);
+        worst.raise(cost());
     }
-    println!("{name} {} {}", worst.instructions, worst.stack);
+    println!("{name} {worst}");
 }
 
 /// `$function`, called through the probe.

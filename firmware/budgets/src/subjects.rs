@@ -1,21 +1,139 @@
-//! What is measured of the core.
+//! What is measured, with what settings.
 
 use core::hint::black_box;
 
-use eft_core::{
-    AdaptiveController, AdaptiveControllerState, Compensation, CompensationState, Controller,
-    ControllerOutput, ControllerState, FilteredDerivative, FilteredDerivativeState, LeadNetwork, LeadState,
-    LoadPressure, Measurements, PiecewiseLinear, Protection, ProtectionState, VelocityObserver,
-    VelocityObserverState,
-};
-use eft_rigs::guarded_tick;
+use eft_core::*;
+use eft_rigs::guarded;
+use semihosting::println;
 
 use crate::blocks::*;
-use crate::inputs::{next, rig};
-use crate::probe::{probed, worst};
+use crate::inputs::{Random, rig};
+use crate::probe::{Cost, cost, probed, worst};
+use crate::rigs::{CURVE, PAPER, SELF_CALIBRATING, made};
 
-/// Prints one line a function: name, instructions, bytes of stack.
+/// Ticks after which a window's calibration is published, so that the tick itself goes on to the next window.
+pub const LATER: u32 = 5;
+
+type Step = extern "C" fn(&Channel<f32, N>, &mut ChannelState<f32>, &Input<f32>, &mut Answer);
+type Update = extern "C" fn(&Learner<f32, N>, &mut LearnerState<f32>, &Window<f32>, &mut Calibration<f32>);
+type Publish = extern "C" fn(&Channel<f32, N>, &mut ChannelState<f32>, &Calibration<f32>);
+
+/// Prints one line a function and setting: name, instructions, bytes of stack.
 pub fn run() {
+    static PLAIN: Channel<f32, N> = made!(Channel::<f32, N>::new(&PAPER));
+    static LEARNING: Channel<f32, N> = made!(Channel::<f32, N>::new(&SELF_CALIBRATING));
+    static CORRECTING: Channel<f32, N> = made!(Channel::<f32, N>::new(&CURVE));
+    static LEARNER: Learner<f32, N> = made!(Learner::<f32, N>::new(&SELF_CALIBRATING));
+    static CORRECTOR: Learner<f32, N> = made!(Learner::<f32, N>::new(&CURVE));
+    blocks();
+    let (learner, corrector) = (Some(&LEARNER), Some(&CORRECTOR));
+    for (name, step, channel, learner) in [
+        ("paper_tick", paper_tick as Step, &PLAIN, None),
+        ("self_calibrating_tick", self_calibrating_tick, &LEARNING, learner),
+        ("self_calibrating_curve_tick", self_calibrating_curve_tick, &CORRECTING, corrector),
+        ("guarded_tick", guarded_tick, &guarded::CHANNEL, Some(&guarded::LEARNER)),
+        ("channel_step, paper", channel_step, &PLAIN, None),
+        ("channel_step, self-calibrating", channel_step, &LEARNING, learner),
+        ("channel_step, curve", channel_step, &CORRECTING, corrector),
+        ("channel_step, guarded", channel_step, &guarded::CHANNEL, Some(&guarded::LEARNER)),
+    ] {
+        let cost = ticks(step, channel, learner);
+        println!("{name} {}", cost.step);
+        // What the learner costs does not depend on who calls the tick.
+        match name {
+            "self_calibrating_tick" => println!("learner_update {}", cost.update),
+            "self_calibrating_curve_tick" => {
+                println!("learner_update, curve {}", cost.update);
+                println!("channel_publish {}", cost.publish);
+            }
+            _ => {}
+        }
+    }
+}
+
+#[derive(Default)]
+struct Costs {
+    step: Cost,
+    update: Cost,
+    publish: Cost,
+}
+
+/// The highest costs in a run with the learner beside it, the start and the end of windows included.
+fn ticks(function: Step, channel: &Channel<f32, N>, learner: Option<&Learner<f32, N>>) -> Costs {
+    let (mut random, mut worst) = (Random(12345), Costs::default());
+    let (mut position, mut learned) = (0.0, false);
+    let mut state = channel.at_rest();
+    let mut memory = learner.map(Learner::at_rest);
+    let mut answer = Answer::default();
+    let mut calibration = *state.calibration();
+    let mut wait = 0;
+    for tick in 0..20_000 {
+        // A trip is for good: now and then from the start again.
+        if tick & 0x7f == 0 && tick & 0x1fff <= 0x800 {
+            state = channel.at_rest();
+            memory = learner.map(Learner::at_rest);
+            wait = 0;
+        }
+        let input = rig(tick, &mut position, &mut random);
+        let f = probed!(function, Step);
+        f(channel, &mut state, &input, &mut answer);
+        worst.step.raise(cost());
+        if let (Some(learner), Some(memory), Some(window)) = (learner, &mut memory, &answer.window.take()) {
+            let f = probed!(learner_update, Update);
+            f(learner, memory, window, &mut calibration);
+            worst.update.raise(cost());
+            learned |= calibration.flow_gain != 1.0 && calibration.valve_gain != 1.0;
+            wait = LATER;
+        } else if wait > 0 {
+            wait -= 1;
+            if wait == 0 {
+                let f = probed!(channel_publish, Publish);
+                f(channel, &mut state, &calibration);
+                worst.publish.raise(cost());
+            }
+        }
+    }
+    assert!(learner.is_none() || learned, "nothing was learned");
+    worst
+}
+
+/// The parts by themselves.
+fn blocks() {
+    static COMPENSATION: Compensation<f32, N> = made!(Compensation::<f32, N>::new(&PAPER));
+    static TABLE: FlowTable<f32, N> = made!(FlowTable::<f32, N>::new(PAPER.openings, PAPER.flows));
+    static LEAD: LeadNetwork<f32> = made!(LeadNetwork::<f32>::new(12.4, 5.0e-3, 0.1, PAPER.sample_rate));
+    static LOAD_PRESSURE: LoadPressure<f32> =
+        made!(LoadPressure::<f32>::new(PAPER.piston_area, PAPER.supply_pressure));
+    static DERIVATIVE: FilteredDerivative<f32> =
+        made!(FilteredDerivative::<f32>::new(80.0, PAPER.sample_rate));
+    static OBSERVER: VelocityObserver<f32> =
+        made!(VelocityObserver::<f32>::new([0.07, 10.0, 736.0], PAPER.sample_rate));
+    const LEVELS: Option<ProtectionParameters> = guarded::PARAMETERS.protection;
+    static PROTECTION: Protection<f32> = match LEVELS {
+        Some(levels) => made!(Protection::<f32>::new(&levels, PAPER.sample_rate)),
+        None => panic!("the rig has a protection"),
+    };
+
+    let calibration = COMPENSATION.nominal();
+    let mut state = CompensationState::default();
+    let mut flags = 0;
+    let f = probed!(
+        compensation_step,
+        extern "C" fn(
+            &Compensation<f32, N>,
+            &mut CompensationState<f32>,
+            &Calibration<f32>,
+            &mut u32,
+            f32,
+            f32,
+            f32,
+            f32,
+        ) -> f32
+    );
+    worst("compensation_step", |r| {
+        let (v, f_, x, q) = (r.sample(1.0), r.sample(1.5e5), r.sample(1.0), r.sample(1.0e-3));
+        black_box(f(&COMPENSATION, &mut state, &calibration, &mut flags, v, f_, x, q));
+    });
     let mut lead = LeadState::default();
     let f = probed!(lead_step, extern "C" fn(&LeadNetwork<f32>, &mut LeadState<f32>, f32) -> f32);
     worst("lead_step", |r| {
@@ -29,70 +147,6 @@ pub fn run() {
     worst("load_pressure_factor", |r| {
         black_box(f(&LOAD_PRESSURE, r.sample(1.5e5), r.sample(1.0)));
     });
-    let (mut state, mut status) = (CompensationState::default(), 0);
-    let f = probed!(
-        compensation_step,
-        extern "C" fn(
-            &Compensation<f32, N>,
-            &mut CompensationState<f32>,
-            &mut u32,
-            f32,
-            f32,
-            f32,
-            f32,
-        ) -> f32
-    );
-    worst("compensation_step", |r| {
-        let (v, f_, x, q) = (r.sample(1.0), r.sample(1.5e5), r.sample(1.0), r.sample(1.0e-3));
-        black_box(f(&CONTROLLER.compensation, &mut state, &mut status, v, f_, x, q));
-    });
-    let mut state = ControllerState::default();
-    let f = probed!(
-        controller_step,
-        extern "C" fn(&Controller<f32, N>, &mut ControllerState<f32>, &mut u32, f32, f32, f32, f32) -> f32
-    );
-    worst("controller_step", |r| {
-        let (c, v, f_, x) = (r.sample(1.0e4), r.sample(1.0), r.sample(1.5e5), r.sample(1.0));
-        black_box(f(&CONTROLLER, &mut state, &mut status, c, v, f_, x));
-    });
-
-    type Adaptive = extern "C" fn(
-        &AdaptiveController<f32, N>,
-        &mut AdaptiveControllerState<f32>,
-        &mut u32,
-        f32,
-        &Measurements<f32>,
-    ) -> f32;
-    type Ahead = extern "C" fn(
-        &AdaptiveController<f32, N>,
-        &mut AdaptiveControllerState<f32>,
-        &mut u32,
-        f32,
-        f32,
-        &Measurements<f32>,
-    ) -> f32;
-    for (rate, [plain, correcting]) in
-        [("", [&ADAPTIVE, &CORRECTING]), (", 2048 Hz", [&SLOW, &SLOW_CORRECTING])]
-    {
-        for (curve, controller) in [("", plain), (", curve", correcting)] {
-            let mut state = controller.at_rest();
-            let mut tick = 0_u32;
-            let f = probed!(adaptive_step, Adaptive);
-            worst(format_args!("adaptive_step{curve}{rate}"), |r| {
-                let (command, measured) = rig(&mut tick, r);
-                black_box(f(controller, &mut state, &mut status, command, &measured));
-            });
-            let learned = &state.compensation;
-            assert!(learned.flow_gain() != 1.0 && learned.valve_gain() != 1.0, "nothing was learned");
-            let mut state = controller.at_rest();
-            let f = probed!(adaptive_step_ahead, Ahead);
-            worst(format_args!("adaptive_step_ahead{curve}{rate}"), |r| {
-                let (command, measured) = rig(&mut tick, r);
-                black_box(f(controller, &mut state, &mut status, command, next(command, r), &measured));
-            });
-        }
-    }
-
     let mut state = FilteredDerivativeState::default();
     let f = probed!(
         derivative_step,
@@ -109,48 +163,31 @@ pub fn run() {
     worst("observer_step", |r| {
         black_box(f(&OBSERVER, &mut state, r.sample(0.1), r.sample(20.0)));
     });
-
-    let output = ControllerOutput { valve_command: 1.0, compensation: 0.5, status: 0 };
-    let (mut state, mut out, mut tick) = (ProtectionState::default(), output, 0_u32);
+    let (mut state, mut tick) = (ProtectionState::default(), 0_u32);
+    let mut protected = Protected { command: 0.0, authority: 1.0, status: 0 };
     let f = probed!(
         protection_step,
         extern "C" fn(
             &Protection<f32>,
             &mut ProtectionState<f32>,
-            &mut ControllerOutput<f32>,
+            &mut Protected<f32>,
+            u32,
             f32,
             f32,
             f32,
             f32,
             f32,
-        ) -> f32
+        )
     );
     worst("protection_step", |r| {
         // A trip is for good: now and then from the start again.
         tick += 1;
         if tick % 64 == 0 {
-            (state, out) = (ProtectionState::default(), output);
+            state = ProtectionState::default();
         }
+        let flags = r.next() & status::STUCK_MEASUREMENT;
         let (c, f_, x, v, o) =
             (r.sample(1.0e4), r.sample(3.0e4), r.sample(0.08), r.sample(1.0), r.sample(0.8));
-        black_box(f(&PROTECTION, &mut state, &mut out, c, f_, x, v, o));
-    });
-
-    let (mut state, mut tick) = (guarded_tick::State::at_rest(), 0_u32);
-    let f = probed!(
-        guarded_step,
-        extern "C" fn(&mut guarded_tick::State, &guarded_tick::Sample, &mut ControllerOutput<f32>)
-    );
-    worst("guarded_step", |r| {
-        let (command, m) = rig(&mut tick, r);
-        let displacement = 0.05 * m.velocity;
-        let sample = guarded_tick::Sample {
-            command,
-            displacement,
-            force: m.force,
-            spool: m.spool,
-            supply_pressure: m.supply_pressure,
-        };
-        f(&mut state, &sample, &mut out);
+        f(&PROTECTION, &mut state, &mut protected, flags, c, f_, x, v, o);
     });
 }

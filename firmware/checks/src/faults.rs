@@ -1,8 +1,8 @@
 //! Sensors that fail in the middle of a run: the output stays finite and within its limit, a flag says so, the state
 //! stays, and the first good sample continues as if the bad ones had never been.
 
-use eft_core::{ControllerState, StuckWatch, StuckWatchState, status};
-use eft_rigs::uneven::{CONTROLLER, PARAMETERS};
+use eft_core::{Input, StuckWatch, StuckWatchState, status};
+use eft_rigs::uneven::{CHANNEL, PARAMETERS};
 
 /// The rig's largest valve command (V).
 const LIMIT: f32 = 8.0;
@@ -65,10 +65,10 @@ pub fn run() -> Result<u32, &'static str> {
 }
 
 fn survive(channel: usize, fault: Fault) -> Result<(), &'static str> {
-    let watch = StuckWatch::<f32>::new(REPEATS).map_err(|_| "watch refused")?;
-    let (mut state, mut watched) = (ControllerState::default(), StuckWatchState::default());
+    let watch = StuckWatch::new(REPEATS).map_err(|_| "watch refused")?;
+    let (mut state, mut watched) = (CHANNEL.at_rest(), StuckWatchState::default());
     // Its twin never sees a sample that was refused.
-    let mut twin = ControllerState::default();
+    let mut twin = CHANNEL.at_rest();
     let mut run = Run { cos: 1.0, sin: 0.0 };
     let mut last = [0.0; CHANNELS];
     for n in 0..2000 {
@@ -84,15 +84,12 @@ fn survive(channel: usize, fault: Fault) -> Result<(), &'static str> {
         }
         last = read;
         let [command, velocity, force, spool] = read;
+        let input = Input { command, velocity, force, spool, ..Input::default() };
         let stuck = watch.step(&mut watched, velocity, force, spool);
         let before = state;
-        let out = if stuck == 0 {
-            CONTROLLER.step(&mut state, command, velocity, force, spool)
-        } else {
-            CONTROLLER.hold(&state)
-        };
+        let out = if stuck == 0 { CHANNEL.step(&mut state, &input) } else { CHANNEL.hold(&state) };
         let status = out.status | stuck;
-        if !(out.valve_command.abs() <= LIMIT) || !out.compensation.is_finite() {
+        if !(out.voltage.abs() <= LIMIT) || !out.compensation.is_finite() {
             return Err("faults: an output beyond its limit");
         }
         let bad = status::INVALID_MEASUREMENT | status::INVALID_COMMAND | status::STUCK_MEASUREMENT;
@@ -105,12 +102,12 @@ fn survive(channel: usize, fault: Fault) -> Result<(), &'static str> {
             if state != before {
                 return Err("faults: a bad sample changed the state");
             }
-            if out.valve_command.to_bits() != CONTROLLER.hold(&before).valve_command.to_bits() {
+            if out.voltage.to_bits() != CHANNEL.hold(&before).voltage.to_bits() {
                 return Err("faults: the output was not held");
             }
         } else {
-            let expected = CONTROLLER.step(&mut twin, command, velocity, force, spool);
-            if twin != state || expected.valve_command.to_bits() != out.valve_command.to_bits() {
+            let expected = CHANNEL.step(&mut twin, &input);
+            if twin != state || expected.voltage.to_bits() != out.voltage.to_bits() {
                 return Err("faults: a good sample did not continue");
             }
         }

@@ -8,45 +8,46 @@ mod swap;
 
 use cortex_m::peripheral::Peripherals;
 use cortex_m_rt::{entry, exception};
-use eft_core::{Controller, Measurements};
-use eft_rigs::{adaptive, guarded_tick, uneven, zhao2005};
+use eft_core::{Channel, Compensation, Input, Learner, Parameters};
+use eft_rigs::{adaptive, guarded, uneven, zhao2005};
 use semihosting::{eprintln, println, process};
 
-fn golden<const N: usize>(rig: &str, core: &Controller<f32, N>) {
-    println!("{rig} controller {:016x}", eft_golden::controller(core));
-    println!("{rig} compensation {:016x}", eft_golden::compensation(core));
-    println!("{rig} further_flow {:016x}", eft_golden::further_flow(core));
+fn golden<const N: usize>(rig: &str, channel: &Channel<f32, N>, parameters: &Parameters) {
+    println!("{rig} controller {:016x}", eft_golden::controller(channel));
+    match Compensation::<f32, N>::new(parameters) {
+        Ok(core) => println!("{rig} compensation {:016x}", eft_golden::compensation(&core)),
+        Err(_) => fail("compensation: refused"),
+    }
+}
+
+/// A run in which the rig's learner learns, inline.
+fn learning<const N: usize>(rig: &str, channel: &Channel<f32, N>, learner: &Learner<f32, N>) {
+    let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
+    let bits = eft_golden::learning(|s| {
+        let input = Input {
+            command: s.command,
+            velocity: s.velocity,
+            force: s.force,
+            spool: s.spool,
+            displacement: s.displacement,
+            supply_pressure: s.supply_pressure,
+            ..Input::default()
+        };
+        let out = channel.step(&mut state, &input);
+        if let Some(window) = out.window {
+            channel.publish(&mut state, learner.update(&mut learned, &window));
+        }
+        (out.voltage, out.status)
+    });
+    println!("{rig} learning {bits:016x}");
 }
 
 #[entry]
 fn main() -> ! {
-    golden("zhao2005", &zhao2005::CONTROLLER);
-    golden("uneven", &uneven::CONTROLLER);
-    let mut state = adaptive::CONTROLLER.at_rest();
-    let bits = eft_golden::learning(|s| {
-        let measured = Measurements {
-            velocity: s.velocity,
-            force: s.force,
-            spool: s.spool,
-            valve_command: 0.0,
-            supply_pressure: adaptive::PARAMETERS.supply_pressure as f32,
-        };
-        let out = adaptive::CONTROLLER.step(&mut state, s.command, &measured);
-        (out.valve_command, out.status)
-    });
-    println!("adaptive learning {bits:016x}");
-    let mut state = guarded_tick::State::at_rest();
-    let bits = eft_golden::learning(|s| {
-        let (_, out) = state.step(&guarded_tick::Sample {
-            command: s.command,
-            displacement: s.displacement,
-            force: s.force,
-            spool: s.spool,
-            supply_pressure: s.supply_pressure,
-        });
-        (out.valve_command, out.status)
-    });
-    println!("guarded learning {bits:016x}");
+    golden("zhao2005", &zhao2005::CHANNEL, &zhao2005::PARAMETERS);
+    golden("uneven", &uneven::CHANNEL, &uneven::PARAMETERS);
+    learning("adaptive", &adaptive::CHANNEL, &adaptive::LEARNER);
+    learning("guarded", &guarded::CHANNEL, &guarded::LEARNER);
     match faults::run() {
         Ok(survived) => eprintln!("faults: {survived} put in, all survived"),
         Err(failure) => fail(failure),

@@ -2,25 +2,27 @@
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
-use core::ptr::null_mut;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::ptr::{null, null_mut};
+use core::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32, Ordering};
 
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use eft_ffi::*;
 use eft_golden::Xorshift;
-use eft_rigs::zhao2005::{FLOWS, OPENINGS, PARAMETERS, POINTS};
+use eft_rigs::zhao2005::{PARAMETERS, POINTS};
 
 /// Ticks of each part.
 const TICKS: u32 = 5_000;
 /// Counts of the timer between two ticks, 40 ns each: 937 instructions under `-icount shift=6`, of which a tick takes 300.
 const PERIOD: u32 = 1_499;
 
-struct Shared(UnsafeCell<MaybeUninit<eft_shadow_f32>>);
+struct Shared(UnsafeCell<MaybeUninit<eft_channels_f32>>);
 // Safety: what the interrupt and the main loop share is the interface under test.
 unsafe impl Sync for Shared {}
-static SHADOW: Shared = Shared(UnsafeCell::new(MaybeUninit::zeroed()));
+static EXCHANGE: Shared = Shared(UnsafeCell::new(MaybeUninit::zeroed()));
 
-/// Whether the interrupt reads the first copy whatever was offered, as a program without a shadow would.
+/// The configuration that the interrupt steps with.
+static IN_USE: AtomicPtr<eft_channel_f32> = AtomicPtr::new(null_mut());
+/// Whether the interrupt reads the first copy whatever was offered, as a program without an exchange would.
 static CARELESS: AtomicBool = AtomicBool::new(false);
 static COUNT: AtomicU32 = AtomicU32::new(0);
 /// The answers of the two configurations, and how often the interrupt saw each, and something else.
@@ -31,23 +33,26 @@ static TORN: AtomicU32 = AtomicU32::new(0);
 static CHANGES: AtomicU32 = AtomicU32::new(0);
 static LAST: AtomicU32 = AtomicU32::new(0);
 
-const INPUT: eft_input_f32 =
-    eft_input_f32 { command: 1.0e3, velocity: 0.2, force: 900.0, spool: 0.2, further_flow: 0.0 };
-
 /// What one tick from rest answers: it depends on the configuration alone.
-fn answer(config: *const eft_controller_f32) -> u32 {
-    let mut state = MaybeUninit::uninit();
-    let mut output = eft_output_f32 { valve_command: 0.0, compensation: 0.0, status: 0 };
-    // Safety: every pointer is valid.
+fn answer(channel: *const eft_channel_f32) -> u32 {
+    let (mut state, mut input, mut output) = (
+        MaybeUninit::uninit(),
+        MaybeUninit::<eft_input_f32>::uninit(),
+        MaybeUninit::<eft_output_f32>::zeroed(),
+    );
+    // Safety: every pointer is valid, and what is read has been filled.
     unsafe {
-        eft_reset_f32(state.as_mut_ptr());
-        eft_step_f32(config, state.as_mut_ptr(), &INPUT, &mut output);
+        let _ = eft_reset_f32(channel, state.as_mut_ptr());
+        let _ = eft_input_init_f32(input.as_mut_ptr());
+        let input = input.assume_init_mut();
+        (input.command, input.velocity, input.force, input.spool) = (1.0e3, 0.2, 900.0, 0.2);
+        let _ = eft_step_f32(channel, state.as_mut_ptr(), input, output.as_mut_ptr());
+        output.assume_init_ref().voltage.to_bits()
     }
-    output.valve_command.to_bits()
 }
 
-fn shadow() -> *mut eft_shadow_f32 {
-    SHADOW.0.get().cast()
+fn exchange() -> *mut eft_channels_f32 {
+    EXCHANGE.0.get().cast()
 }
 
 fn add(counter: &AtomicU32) {
@@ -56,13 +61,17 @@ fn add(counter: &AtomicU32) {
 
 /// The interrupt.
 pub fn tick() {
-    let config = if CARELESS.load(Ordering::Relaxed) {
-        shadow().cast_const().cast()
+    let channel = if CARELESS.load(Ordering::Relaxed) {
+        exchange().cast_const().cast()
     } else {
         // Safety: initialised before the interrupt was enabled.
-        unsafe { eft_shadow_take_f32(shadow()) }
+        let new = unsafe { eft_take_channel_f32(exchange()) };
+        if new != null() {
+            IN_USE.store(new.cast_mut(), Ordering::Relaxed);
+        }
+        IN_USE.load(Ordering::Relaxed).cast_const()
     };
-    let got = answer(config);
+    let got = answer(channel);
     match ANSWERS.iter().zip(&SEEN).find(|(answer, _)| answer.load(Ordering::Relaxed) == got) {
         Some((_, seen)) => add(seen),
         None => add(&TORN),
@@ -85,41 +94,25 @@ impl Swap for AtomicU32 {
     }
 }
 
-fn configured(level: f64, response_delay: f64) -> Option<eft_controller_f32> {
-    let (mut openings, mut flows) = ([0.0; EFT_TABLE_CAPACITY], [0.0; EFT_TABLE_CAPACITY]);
-    openings.get_mut(..POINTS)?.copy_from_slice(&OPENINGS);
-    flows.get_mut(..POINTS)?.copy_from_slice(&FLOWS);
-    let p = &PARAMETERS;
-    let parameters = eft_parameters {
-        table_length: POINTS as u32,
-        mode: EFT_MODE_NONLINEAR,
-        sign_from: EFT_SIGN_FROM_SPOOL,
-        reserved: 0,
-        level,
-        piston_area: p.piston_area,
-        supply_pressure: p.supply_pressure,
-        flow_gain: p.flow_gain,
-        valve_gain: p.valve_gain,
-        response_delay,
-        lead_alpha: p.lead_alpha,
-        sample_rate: p.sample_rate,
-        force_sensitivity: 5.6e-5,
-        proportional_gain: p.proportional_gain,
-        derivative_gain: 2.0e-4,
-        valve_command: 100.0,
-        valve_command_rate: f64::MAX,
-        spool_warning: p.spool_warning,
-        velocity_range: p.velocity_range,
-        force_range: p.force_range,
-        spool_range: p.spool_range,
-        openings,
-        flows,
-    };
-    let mut config = MaybeUninit::uninit();
+fn configured(level: f64, response_delay: f64) -> Option<eft_channel_f32> {
+    // Safety: plain numbers, for which zero is a value.
+    let mut p: eft_parameters = unsafe { MaybeUninit::zeroed().assume_init() };
+    let r = &PARAMETERS;
+    p.openings.get_mut(..POINTS)?.copy_from_slice(r.openings);
+    p.flows.get_mut(..POINTS)?.copy_from_slice(r.flows);
+    (p.table_length, p.mode, p.level, p.response_delay) =
+        (POINTS as u32, EFT_MODE_NONLINEAR, level, response_delay);
+    (p.sample_rate, p.piston_area, p.supply_pressure) = (r.sample_rate, r.piston_area, r.supply_pressure);
+    (p.flow_gain, p.valve_gain, p.lead_alpha) = (r.flow_gain, r.valve_gain, r.lead_alpha);
+    (p.compressibility, p.leakage) = (r.compressibility, r.leakage);
+    (p.force_sensitivity, p.proportional_gain, p.derivative_gain) =
+        (r.force_sensitivity, r.proportional_gain, r.derivative_gain);
+    (p.valve_command, p.valve_command_rate, p.spool_warning) = (100.0, f64::MAX, r.spool_warning);
+    (p.velocity_range, p.force_range, p.spool_range) = (r.velocity_range, r.force_range, r.spool_range);
+    let mut channel = MaybeUninit::uninit();
     // Safety: every pointer is valid or null; filled where the code says so.
     unsafe {
-        (eft_configure_f32(&parameters, config.as_mut_ptr(), null_mut()) == EFT_OK)
-            .then(|| config.assume_init())
+        (eft_configure_f32(&p, channel.as_mut_ptr(), null_mut()) == EFT_OK).then(|| channel.assume_init())
     }
 }
 
@@ -131,8 +124,7 @@ pub fn run(mut timer: SYST) -> Result<u32, &'static str> {
     for (to, config) in ANSWERS.iter().zip([&first, &second]) {
         to.store(answer(config), Ordering::Relaxed);
     }
-    // Safety: valid pointers; the interrupt is not enabled yet.
-    unsafe { eft_shadow_init_f32(shadow(), &first) };
+    IN_USE.store((&raw const first).cast_mut(), Ordering::Relaxed);
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(PERIOD);
     timer.clear_current();
@@ -149,7 +141,7 @@ pub fn run(mut timer: SYST) -> Result<u32, &'static str> {
         }
         // Safety: valid pointers; only here is offered.
         if let Some(config) = offer
-            && unsafe { eft_shadow_offer_f32(shadow(), config) } == EFT_OK
+            && unsafe { eft_offer_channel_f32(exchange(), config) } == EFT_OK
         {
             offer = next.next();
         }
@@ -158,18 +150,18 @@ pub fn run(mut timer: SYST) -> Result<u32, &'static str> {
     if torn != 0 || SEEN.iter().any(|seen| seen.load(Ordering::Relaxed) == 0) {
         return Err("swap: a torn configuration, or one that was never taken over");
     }
-    // The test must be able to fail: the same without the shadow tears.
+    // The test must be able to fail: the same without the exchange tears.
     CARELESS.store(true, Ordering::Release);
     let mut next = [&second, &first].into_iter().cycle();
     while COUNT.load(Ordering::Acquire) < 2 * TICKS {
         if let Some(config) = next.next() {
             // Safety: valid pointers; torn on purpose, and any bits make a configuration that steps without harm.
-            unsafe { shadow().cast::<eft_controller_f32>().write_volatile(*config) };
+            unsafe { exchange().cast::<eft_channel_f32>().write_volatile(*config) };
         }
     }
     timer.disable_interrupt();
     if TORN.load(Ordering::Acquire) == 0 {
-        return Err("swap: without the shadow nothing tore either, so the check sees nothing");
+        return Err("swap: without the exchange nothing tore either, so the check sees nothing");
     }
     Ok(changes)
 }

@@ -10,7 +10,7 @@ mod learning;
 pub use inputs::{Inputs, SPECIAL, STEPS, Tick, Xorshift};
 pub use learning::{Sample, learning};
 
-use eft_core::{CompensationState, Controller, ControllerState};
+use eft_core::{Channel, Compensation, CompensationInput, CompensationState, Input};
 
 /// The committed hashes: rig, replay, hash.
 pub const BITS: &str = include_str!("../bits.txt");
@@ -34,34 +34,24 @@ impl Hash {
 }
 
 /// Valve command and flags of every tick.
-pub fn controller<const N: usize>(core: &Controller<f32, N>) -> u64 {
-    let (mut hash, mut state) = (Hash::EMPTY, ControllerState::default());
+pub fn controller<const N: usize>(channel: &Channel<f32, N>) -> u64 {
+    let (mut hash, mut state) = (Hash::EMPTY, channel.at_rest());
     for t in Inputs::new() {
-        let out = core.step(&mut state, t.command, t.velocity, t.force, t.spool);
-        hash.add(out.valve_command.to_bits());
+        let Tick { command, velocity, force, spool, .. } = t;
+        let out = channel.step(&mut state, &Input { command, velocity, force, spool, ..Input::default() });
+        hash.add(out.voltage.to_bits());
         hash.add(out.status);
     }
     hash.get()
 }
 
 /// Compensation signal and flags of every tick.
-pub fn compensation<const N: usize>(core: &Controller<f32, N>) -> u64 {
-    let (mut hash, mut state) = (Hash::EMPTY, CompensationState::default());
-    for t in Inputs::new() {
-        let out = core.compensation.step(&mut state, t.velocity, t.force, t.spool, 0.0);
+pub fn compensation<const N: usize>(core: &Compensation<f32, N>) -> u64 {
+    let (mut hash, mut state, calibration) = (Hash::EMPTY, CompensationState::default(), core.nominal());
+    for Tick { velocity, force, spool, .. } in Inputs::new() {
+        let input = CompensationInput { velocity, force, spool, supply: 1.0, further_flow: 0.0 };
+        let out = core.step(&mut state, &input, &calibration);
         hash.add(out.value.to_bits());
-        hash.add(out.status);
-    }
-    hash.get()
-}
-
-/// Valve command, compensation signal and flags of every tick, a further flow wanted as well.
-pub fn further_flow<const N: usize>(core: &Controller<f32, N>) -> u64 {
-    let (mut hash, mut state) = (Hash::EMPTY, ControllerState::default());
-    for t in Inputs::new() {
-        let out = core.step_via(&mut state, t.command, t.velocity, t.force, t.spool, t.further_flow, |v| v);
-        hash.add(out.valve_command.to_bits());
-        hash.add(out.compensation.to_bits());
         hash.add(out.status);
     }
     hash.get()

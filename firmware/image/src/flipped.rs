@@ -1,36 +1,23 @@
-//! The same controller with one constant a little off, the one that `EFT_FLIP` named when this was built: its run must
-//! not equal the host's.
+//! The same channel with one constant a little off, the one that `EFT_FLIP` named when this was built: its run must not
+//! equal the host's.
 
-use eft_core::{Compensation, CompensationParameters, Controller, FlowTable, ServovalveController};
-use eft_rigs::zhao2005::{FLOWS, OPENINGS, PARAMETERS, POINTS, SAMPLE_RATE};
+use eft_core::{Channel, Parameters};
+use eft_rigs::zhao2005::{CHANNEL, PARAMETERS, POINTS};
 
 /// A few steps of an `f32`.
 const OFF: f64 = 1.000_001;
 
-/// `controller` but for the one constant.
-pub fn controller(controller: &Controller<f32, POINTS>) -> Controller<f32, POINTS> {
-    let (mut parameters, mut flows, mut sensitivity) = (PARAMETERS, FLOWS, 5.6e-5);
+/// The rig's channel but for the one constant.
+pub fn channel() -> Channel<f32, POINTS> {
+    let (mut p, mut flows) = (PARAMETERS, [0.0; POINTS]);
+    flows.copy_from_slice(PARAMETERS.flows);
     match option_env!("EFT_FLIP") {
-        Some("lead") => parameters.response_delay *= OFF,
-        Some("load_pressure") => parameters.supply_pressure *= OFF,
+        Some("lead") => p.response_delay *= OFF,
+        Some("load_pressure") => p.supply_pressure *= OFF,
         Some("table") => flows[11] *= OFF,
-        Some("piston_area") => parameters.piston_area *= OFF,
-        Some("force_sensitivity") => sensitivity *= OFF,
+        Some("piston_area") => p.piston_area *= OFF,
+        Some("force_sensitivity") => p.force_sensitivity *= OFF,
         _ => {}
     }
-    made(&parameters, &flows, sensitivity).unwrap_or(*controller)
-}
-
-fn made(
-    parameters: &CompensationParameters,
-    flows: &[f64],
-    force_sensitivity: f64,
-) -> Option<Controller<f32, POINTS>> {
-    let table = FlowTable::<f32, POINTS>::new(&OPENINGS, flows).ok()?;
-    let gain = parameters.proportional_gain;
-    Some(Controller {
-        compensation: Compensation::<f32, POINTS>::new(parameters, &table).ok()?,
-        servovalve: ServovalveController::<f32>::new(force_sensitivity, gain, 2.0e-4, SAMPLE_RATE).ok()?,
-        limiter: eft_rigs::zhao2005::CONTROLLER.limiter,
-    })
+    Channel::<f32, POINTS>::new(&Parameters { flows: &flows, ..p }).unwrap_or(CHANNEL)
 }

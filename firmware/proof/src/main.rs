@@ -24,28 +24,18 @@ pub extern "C" fn eft_proof(n: usize) {
     macro_rules! keep {
         ($($function:ident)*) => { $(black_box($function as *const () as usize);)* };
     }
-    keep!(eft_adaptive_check_f32 eft_adaptive_compensation_step_f32
-        eft_adaptive_compensation_step_ahead_f32 eft_adaptive_configure_f32
-        eft_adaptive_flow_f32 eft_adaptive_hold_f32 eft_adaptive_learned_f32 eft_adaptive_missed_f32
-        eft_adaptive_prime_f32 eft_adaptive_reset_f32 eft_adaptive_step_f32 eft_adaptive_step_ahead_f32 eft_check_f32
-        eft_compensation_step_f32 eft_configure_f32 eft_derivative_check_f32 eft_derivative_configure_f32
-        eft_derivative_reset_f32 eft_derivative_step_f32 eft_hold_f32 eft_missed_f32 eft_observer_check_f32
-        eft_observer_configure_f32 eft_observer_reset_f32 eft_observer_step_f32 eft_prime_f32
-        eft_protection_apply_f32 eft_protection_check_f32 eft_protection_configure_f32 eft_protection_end_f32
-        eft_protection_is_down_f32 eft_protection_preview_f32 eft_protection_reset_f32 eft_protection_step_f32 eft_protection_trip_f32
-        eft_reset_f32 eft_shadow_init_f32 eft_shadow_offer_f32 eft_shadow_take_f32 eft_step_f32
-        eft_stuck_check_f32 eft_stuck_configure_f32 eft_stuck_reset_f32 eft_stuck_step_f32);
-    keep!(eft_adaptive_check_f64 eft_adaptive_compensation_step_f64
-        eft_adaptive_compensation_step_ahead_f64 eft_adaptive_configure_f64
-        eft_adaptive_flow_f64 eft_adaptive_hold_f64 eft_adaptive_learned_f64 eft_adaptive_missed_f64
-        eft_adaptive_prime_f64 eft_adaptive_reset_f64 eft_adaptive_step_f64 eft_adaptive_step_ahead_f64 eft_check_f64
-        eft_compensation_step_f64 eft_configure_f64 eft_derivative_check_f64 eft_derivative_configure_f64
-        eft_derivative_reset_f64 eft_derivative_step_f64 eft_hold_f64 eft_missed_f64 eft_observer_check_f64
-        eft_observer_configure_f64 eft_observer_reset_f64 eft_observer_step_f64 eft_prime_f64
-        eft_protection_apply_f64 eft_protection_check_f64 eft_protection_configure_f64 eft_protection_end_f64
-        eft_protection_is_down_f64 eft_protection_preview_f64 eft_protection_reset_f64 eft_protection_step_f64 eft_protection_trip_f64
-        eft_reset_f64 eft_shadow_init_f64 eft_shadow_offer_f64 eft_shadow_take_f64 eft_step_f64
-        eft_stuck_check_f64 eft_stuck_configure_f64 eft_stuck_reset_f64 eft_stuck_step_f64);
+    keep!(eft_calibration_in_use_f32 eft_check_f32 eft_configure_f32 eft_found_flow_f32 eft_hold_f32
+        eft_input_init_f32 eft_is_down_f32 eft_learn_f32 eft_learner_check_f32 eft_learner_configure_f32
+        eft_learner_reset_f32 eft_missed_f32 eft_offer_calibration_f32 eft_offer_channel_f32
+        eft_offer_window_f32 eft_prime_f32 eft_publish_f32 eft_read_calibration_f32 eft_request_end_f32
+        eft_request_trip_f32 eft_reset_f32 eft_step_f32 eft_take_calibration_f32 eft_take_channel_f32
+        eft_take_over_f32 eft_take_window_f32);
+    keep!(eft_calibration_in_use_f64 eft_check_f64 eft_configure_f64 eft_found_flow_f64 eft_hold_f64
+        eft_input_init_f64 eft_is_down_f64 eft_learn_f64 eft_learner_check_f64 eft_learner_configure_f64
+        eft_learner_reset_f64 eft_missed_f64 eft_offer_calibration_f64 eft_offer_channel_f64
+        eft_offer_window_f64 eft_prime_f64 eft_publish_f64 eft_read_calibration_f64 eft_request_end_f64
+        eft_request_trip_f64 eft_reset_f64 eft_step_f64 eft_take_calibration_f64 eft_take_channel_f64
+        eft_take_over_f64 eft_take_window_f64);
     #[cfg(feature = "panic")]
     black_box([1, 2, 3][black_box(n)]);
     black_box(n);

@@ -10,5 +10,3 @@ pub mod guarded;
 pub mod uneven;
 #[rustfmt::skip]
 pub mod zhao2005;
-
-pub mod guarded_tick;

@@ -5,14 +5,18 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import json
+import os
+import re
 import reprlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
+from eft import _foreign as foreign
 from eft._files import beside, write_text
 from eft._run import TestRun
+from eft._study._checked import checked_about, read_part
 from eft._study._plan import FORMAT, configuration_hash
 from eft._study._rows import Column, Outcome, Row
 
@@ -20,6 +24,7 @@ ABOUT = "_study.json"
 """Names that begin with `_` are left aside by whatever reads a folder of Parquet files."""
 _TRACES = "_traces"
 _LOCK = "_lock"
+_PART = re.compile(r"part-([0-9]{6,9})\.parquet")
 
 Columns = dict[str, list[Any]]
 
@@ -82,9 +87,10 @@ class Folder:
     def open(cls, path: Path) -> tuple[Folder, dict[str, Any]]:
         """A folder that a study wrote, and what it says of itself."""
         folder = cls(path)
-        about = folder._about()
+        about = folder._about() if path.is_dir() else None
         if about is None:
             raise ValueError(f"{path}: not a study: there is no {ABOUT} in it")
+        folder._take(about)
         return folder, about
 
     def begin(self, description: Mapping[str, Any], table: Sequence[Column], chunk: int) -> int:
@@ -108,7 +114,7 @@ class Folder:
         elif differences := list(_differences(about["study"], json.loads(json.dumps(description)))):
             shown = "; ".join(differences[:5]) + ("; and more" if len(differences) > 5 else "")
             raise ValueError(f"{self.path}: holds another study and cannot be resumed with this one: {shown}")
-        self._schema = _schema([Column(**column) for column in about["columns"]], about)
+        self._take(about)
         self._sweep()
         return int(about["chunk"])
 
@@ -124,10 +130,12 @@ class Folder:
         if self.path.exists() and not self.path.is_dir():
             raise NotADirectoryError(20, "is a file, must be a folder or nothing yet", str(self.path))
         self.path.mkdir(exist_ok=True)
+        self._check_own()
         others = {entry.name for entry in self.path.iterdir()} - {_LOCK}
         if others and ABOUT not in others and not all(name.startswith("._study-") for name in others):
             raise ValueError(f"{self.path}: holds other files: must be a study, empty, or not there yet")
-        with (self.path / _LOCK).open("w") as file:
+        lock = foreign.descriptor(self.path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW)
+        with os.fdopen(lock, "r+b") as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -138,7 +146,10 @@ class Folder:
 
     def numbers(self) -> Sequence[int]:
         """Which chunks are there, in their order."""
-        return sorted(int(part.stem.removeprefix("part-")) for part in self.path.glob("part-*.parquet"))
+        found = (_PART.fullmatch(part.name) for part in self.path.glob("part-*.parquet"))
+        return sorted(
+            number for name in found if name and (number := int(name[1])) * self._chunk < self._tests
+        )
 
     def complete(self) -> Sequence[int]:
         """Which chunks need no second attempt: those in which nothing failed by accident."""
@@ -160,20 +171,21 @@ class Folder:
 
     def read(self, number: int, names: Sequence[str] | None = None) -> Columns:
         """A chunk by columns."""
-        part = self._part(number)
-        try:
-            columns: Columns = self._parquet.ParquetFile(part).read(columns=names).to_pydict()
-        except (OSError, ValueError) as error:
-            if isinstance(error, FileNotFoundError):
-                raise
-            raise ValueError(
-                f"{part}: damaged: {error}; remove it, and the study computes its rows again"
-            ) from None
-        return columns
+        rows = min(self._chunk, self._tests - number * self._chunk)
+        return read_part(self._part(number), self._schema, rows, names)
 
     def run(self, index: int) -> TestRun:
         """The traces of a test."""
         return TestRun.load(self._trace(index))
+
+    def _take(self, about: Mapping[str, Any]) -> None:
+        self._schema = _schema([Column(**column) for column in about["columns"]], about)
+        self._chunk, self._tests = about["chunk"], about["study"]["tests"]
+
+    def _check_own(self) -> None:
+        for folder in (self.path, self.path / _TRACES):
+            if folder.is_dir():
+                foreign.check_no_links(folder)
 
     def _part(self, number: int) -> Path:
         return self.path / f"part-{number:06d}.parquet"
@@ -182,22 +194,11 @@ class Folder:
         return self.path / _TRACES / f"{index:08d}.eft"
 
     def _about(self) -> dict[str, Any] | None:
-        try:
-            text = (self.path / ABOUT).read_text(encoding="utf-8")
-        except FileNotFoundError:
+        self._check_own()
+        file = self.path / ABOUT
+        if not file.exists():
             return None
-        try:
-            about = dict(json.loads(text))
-            later = int(about["format"]) > FORMAT
-            about["study"], about["columns"], about["chunk"]
-        except (ValueError, TypeError, KeyError) as error:
-            raise ValueError(f"{self.path / ABOUT}: damaged: {error}") from None
-        if later:
-            raise ValueError(
-                f"{self.path}: format {about['format']} is later than {FORMAT}, "
-                "the latest this version of eft reads"
-            )
-        return about
+        return checked_about(file, foreign.read_json(file, "description of a study"))
 
     def _sweep(self) -> None:
         """Take away what a killed process left half written; the lock says that none is at work."""

@@ -2,6 +2,6 @@
 
 import sys
 
-from eft.cli import main
+from _eft_script import main
 
 sys.exit(main())

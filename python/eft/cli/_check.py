@@ -12,7 +12,7 @@ import eft
 from eft._test_file import TestPlan
 from eft._verdict import Verdict, judge
 from eft.cli._output import as_json, emit_json, epilog, progress, table
-from eft.cli._plan import plan_of, test_options
+from eft.cli._plan import memory_of, plan_of, test_options
 from eft.cli._run import metrics_of
 
 _WORDS = ("go", "caution", "no")
@@ -49,7 +49,7 @@ def check(
     verdict, reasons = _answer(found, run, outcome)
     if as_json:
         emit_json(
-            {"command": plan.about, "rig": plan.rig["name"]}
+            {"command": plan.about, "rig": plan.rig["name"], "memory": memory_of(plan)}
             | found
             | {"verdict": verdict, "reasons": reasons, "margins": margins}
             | {"left_out": left_out, "idle_keys": idle}

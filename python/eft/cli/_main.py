@@ -22,8 +22,11 @@ from eft.cli._report import report
 from eft.cli._run import run
 from eft.cli._study import study
 
+DISTRIBUTION = "effective-force-testing"
 BAD_INPUT = 2
 INTERRUPTED = 130
+_LONGEST = 1000
+"""Characters of a message: a value in it may come from a file."""
 
 
 _HELP = """Effective force testing: controller, virtual rig and analysis.
@@ -72,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         named = f"{error.filename}: {error.strerror}" if error.filename else str(error)
         return _say(where, re.sub(r" \(os error \d+\)$", "", named))
     except ModuleNotFoundError as error:
-        package = error.name or str(error)
+        package = (error.name or str(error)).partition(".")[0]
         return _say(
             where,
             f"needs the package {package}, which is not installed: pip install {_bringing(package, names)}",
@@ -84,11 +87,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _bringing(package: str, names: Sequence[str]) -> str:
     """What to install for a package: the extra that has it, the command's own first."""
     of = re.compile(rf"{re.escape(package)}\b.*extra == ['\"](\w+)['\"]")
-    extras = [found[1] for line in metadata.requires("eft") or () if (found := of.match(line))]
+    extras = [found[1] for line in metadata.requires(DISTRIBUTION) or () if (found := of.match(line))]
     extra = next((name for name in (*names, "files", "cluster", "control") if name in extras), None)
-    return f"'.[{extra}]'" if extra else package
+    return f"'{DISTRIBUTION}[{extra}]'" if extra else package
 
 
 def _say(where: str, message: str) -> int:
-    click.echo(f"{where}: {' '.join(message.split())}", err=True)
+    sentence = " ".join(message.split())
+    if len(sentence) > _LONGEST:
+        sentence = sentence[:_LONGEST] + "…"
+    click.echo(f"{where}: {sentence}", err=True)
     return BAD_INPUT

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +15,7 @@ from eft._test_file import TestPlan, make_command, read_rig, read_test
 from eft.cli._output import FILE, F, settings
 
 _BYTES = 200
-"""Memory per sample of a test: its traces, and what the metrics take beside them."""
+"""Memory per sample and actuator of a test: its traces, and what the metrics take besides."""
 
 _OPTIONS = (
     click.argument("test", type=FILE, required=False),
@@ -30,6 +31,13 @@ _OPTIONS = (
     click.option(
         "--sample-rate", type=float, metavar="HZ", help="Default: the rig's controller.sample_rate."
     ),
+    click.option(
+        "--memory",
+        type=click.FloatRange(min=0.0, min_open=True),
+        default=2.0,
+        metavar="GIB",
+        help="Memory that the test may take; default: 2 GiB.",
+    ),
     settings,
 )
 
@@ -44,15 +52,25 @@ def test_options(function: F) -> F:
 def plan_of(
     test: Path | None, rig: Path | None, changes: Mapping[str, Any], command: Mapping[str, Any]
 ) -> TestPlan:
-    """The test of a file, or one put together from options; refused when memory cannot hold it."""
-    plan = _plan(test, rig, changes, command)
-    needed, there = len(plan.command) * _BYTES, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    """The test of a file, or one put together from options; refused when it takes too much memory."""
+    options = dict(command)
+    allowed = options.pop("memory")
+    plan = _plan(test, rig, changes, options)
+    needed = memory_of(plan)
+    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1024**3
+    said = f"{plan.about}: {len(plan.command)} samples need {needed:.1f} GiB of memory, must be at most the "
     if needed > there:
-        raise ValueError(
-            f"{plan.about}: {len(plan.command)} samples need {needed / 1024**3:.1f} GiB of memory, "
-            f"must be at most the {there / 1024**3:.1f} GiB of this machine; shorten it or sample less often"
-        )
+        raise ValueError(f"{said}{there:.1f} GiB of this machine; shorten it or sample less often")
+    if needed > allowed:
+        raise ValueError(f"{said}{allowed:g} GiB of --memory; --memory {math.ceil(needed)} lets it run")
     return plan
+
+
+def memory_of(plan: TestPlan) -> float:
+    """Memory that a test takes, GiB."""
+    building = plan.rig["structure.kind"] == "shear_building"
+    actuators = len(plan.rig["structure.stories.masses"]) if building else 1
+    return actuators * len(plan.command) * _BYTES / 1024**3
 
 
 def _plan(

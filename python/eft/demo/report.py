@@ -13,8 +13,10 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 
 from eft._files import write_text
+from eft._native import __version__
 from eft.demo.figures import Shown
 from eft.demo.tables import Table
+from eft.report._page import POLICY
 
 _STYLE = """
 body { font: 11pt/1.5 system-ui, sans-serif; color: #1a1a1a;
@@ -65,18 +67,19 @@ def _markdown(verdict: str, sections: Sequence[Section], configuration: str) -> 
 
 
 def _versions() -> str:
-    ours, numpys = metadata.version("eft"), metadata.version("numpy")
+    numpy = metadata.version("numpy")
     machine = f"{platform.machine()} {platform.system()}"
-    return f"eft {ours}, Python {platform.python_version()}, numpy {numpys}, {machine}"
+    return f"eft {__version__}, Python {platform.python_version()}, numpy {numpy}, {machine}"
 
 
 def _html(text: str, folder: Path) -> str:
-    body = str(MarkdownIt("commonmark").enable("table").render(text))
+    body = str(MarkdownIt("commonmark", {"html": False}).enable("table").render(text))
     for picture in sorted(folder.glob("*.png")):
         data = base64.b64encode(picture.read_bytes()).decode("ascii")
         body = body.replace(f'src="{picture.name}"', f'src="data:image/png;base64,{data}"')
     title = html.escape(text.split("\n", 1)[0].lstrip("# "))
     return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}"><title>{title}</title>'
         f"<style>{_STYLE}</style></head><body>\n{body}</body></html>\n"
     )

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def hysteresis(run: TestRun, *, window: tuple[float, float] | None = None, ax: Axes | None = None) -> Axes:
     """Restoring force `r(x) = F − m·ẍ − c·ẋ` in kN against displacement in mm; `window` in s.
 
-    Mass and damping are those of the rig that was tested.
+    Mass and damping are the true ones of the rig that was tested.
     """
     if run.rig["structure.kind"] == "shear_building":
         raise ValueError(
@@ -24,7 +24,8 @@ def hysteresis(run: TestRun, *, window: tuple[float, float] | None = None, ax: A
         )
     ax = axes_or_new(ax)
     part = inside(run.time, window)
-    force = restoring_force(run, run.rig["structure.mass"], run.rig["structure.damping"])
+    structure = run.rig.plant["structure"]
+    force = restoring_force(run, structure["mass"], structure["damping"])
     ax.plot(run.displacement[part] * 1e3, force[part] / 1e3, color=BLUE, linewidth=0.9)
     ax.axhline(0, color="0.7", linewidth=0.6)
     ax.axvline(0, color="0.7", linewidth=0.6)

@@ -154,7 +154,8 @@ def _hysteresis(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, st
     for name, run in runs.items():
         if len(run) < 3 or run.rig["structure.kind"] == "shear_building":
             continue
-        force = restoring_force(run, run.rig["structure.mass"], run.rig["structure.damping"])
+        structure = run.rig.plant["structure"]
+        force = restoring_force(run, structure["mass"], structure["damping"])
         every = -(-len(run) // (MOST // 2))
         series.append(page.curve(name, colors[name], run.displacement[::every] * 1e3, force[::every] / 1e3))
     if series:

@@ -47,6 +47,7 @@ def write_study_report(
     return target
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a file may hold any number
 def _page(study: Study, title: str) -> str:
     told = summary(study)
     charts = Page()
@@ -66,7 +67,8 @@ def _page(study: Study, title: str) -> str:
         "<h2>Configuration</h2>",
         *_configuration(study),
         "<h2>Versions</h2>",
-        f"<p>Simulated by eft {html.escape(told['version'])}, controller in {study.description['dtype']}. "
+        f"<p>Simulated by eft {html.escape(told['version'])}, controller in "
+        f"{html.escape(study.description['dtype'])}. "
         f"{html.escape(reporter())}</p>",
     ]
     return whole_page(title, parts, charts)

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping
+import io
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from itertools import chain, islice
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eft._foreign import LARGEST, WrongFileError, opened, ordinary_size
 from eft._run import TestRun
-from eft.traces._traces import Traces
+from eft.traces import _binary
+from eft.traces._traces import Column, Traces
 
-Raw = Iterator[tuple[str, str | None, NDArray[np.float64]]]
-
-LARGEST = 2 * 1024**3
-"""Bytes of the largest file that is read: a slip of the finger must not fill the memory."""
+_LONGEST = 1024**2
+"""Characters of the longest line of a text."""
 
 
 def read_traces(
@@ -31,7 +32,7 @@ def read_traces(
     """Read the signals of a test and bring them to SI units.
 
     The suffix tells the format: ``.csv``, ``.txt``, ``.tsv``; ``.mat`` (SciPy, from 7.3 on h5py);
-    ``.h5``, ``.hdf5`` (h5py); ``.parquet`` (pandas and pyarrow); anything else must be a run that
+    ``.h5``, ``.hdf5`` (h5py); ``.parquet`` (pyarrow); anything else must be a run that
     `TestRun.save` wrote. A column is known by its name and has its unit behind it, ``force (kip)`` or
     ``force_kip``, or in the attribute ``units`` of an HDF5 dataset.
 
@@ -51,36 +52,30 @@ def read_traces(
     Raises
     ------
     OSError
-        If the file cannot be read.
+        If the file cannot be read, or is a pipe or a device.
     ValueError
         If it is not what it should be; the message says where and what is allowed.
     """
     source = Path(path)
-    size = source.stat().st_size
+    size = ordinary_size(source)
     if size > LARGEST:
         raise ValueError(f"{source}: {size / 1024**3:.1f} GiB, must be at most {LARGEST / 1024**3:g} GiB")
     reader = _READERS.get(source.suffix.lower())
     if reader is None:
         return Traces.from_run(TestRun.load(source), str(source))
-    raw = _csv(source, gaps) if reader is _csv else reader(source)
-    return Traces.from_columns(
-        str(source), raw, columns=columns or {}, units=units or {}, sample_rate=sample_rate, gaps=gaps
-    )
+    with _csv(source, gaps) if reader is _csv else reader(source) as raw:
+        return Traces.from_columns(
+            str(source), raw, columns=columns or {}, units=units or {}, sample_rate=sample_rate, gaps=gaps
+        )
 
 
-def _csv(source: Path, gaps: bool = False) -> Raw:
-    try:
-        text = source.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{source}: not a text file in UTF-8: byte {error.start + 1}") from None
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(lines) < 2:
-        raise ValueError(f"{source}: {len(lines)} lines, must be a header and at least two samples")
-    _, header = lines.pop(0)
+@contextmanager
+def _csv(source: Path, gaps: bool = False) -> Iterator[list[Column]]:
+    lines = _lines(source)
+    begin = list(islice(lines, 2))
+    if len(begin) < 2:
+        raise ValueError(f"{source}: {len(begin)} lines, must be a header and at least two samples")
+    (_, header), first = begin
     delimiter = max(",;\t", key=header.count)
     names = [_unquoted(name) for name in header.split(delimiter)]
     if all(_is_number(name) for name in names):
@@ -88,21 +83,43 @@ def _csv(source: Path, gaps: bool = False) -> Raw:
             f"{source}, line 1: no header; it must name the columns, as in `time (s),force (kN)`"
         )
     units: list[str | None] = [None] * len(names)
-    second = [_unquoted(cell) for cell in lines[0][1].split(delimiter)]
-    if len(second) == len(names) and not any(_is_number(cell) for cell in second):
+    second = [_unquoted(cell) for cell in first[1].split(delimiter)]
+    has_units = len(second) == len(names) and not any(_is_number(cell) for cell in second)
+    if has_units:
         # A line of units below the names.
         units = [cell.strip("()[]") for cell in second]
-        lines.pop(0)
-    if gaps:
-        lines = [(number, _filled(line, delimiter)) for number, line in lines]
+
+    def filled(lines: Iterable[tuple[int, str]]) -> Iterator[tuple[int, str]]:
+        for number, line in lines:
+            yield number, _filled(line, delimiter) if gaps else line
+
     try:
-        values = np.loadtxt([line for _, line in lines], delimiter=delimiter, ndmin=2, comments=None)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of no rows
+            rows = (line for _, line in filled(lines if has_units else chain([first], lines)))
+            values = np.loadtxt(rows, delimiter=delimiter, ndmin=2, comments=None)
+    except WrongFileError:
+        raise
     except ValueError:
-        raise _csv_error(source, lines, delimiter, len(names)) from None
+        values = np.empty((0, 0))
     if values.shape[1] != len(names):
-        raise _csv_error(source, lines, delimiter, len(names))
-    for name, unit, column in zip(names, units, values.T, strict=True):
-        yield name, unit, np.ascontiguousarray(column)
+        rest = islice(_lines(source), 2 if has_units else 1, None)
+        raise _csv_error(source, filled(rest), delimiter, len(names))
+    yield [Column(name, unit, column.copy) for name, unit, column in zip(names, units, values.T, strict=True)]
+
+
+def _lines(source: Path) -> Iterator[tuple[int, str]]:
+    """The numbered lines of a text that say something; a comment does not."""
+    with opened(source) as file, io.TextIOWrapper(file, "utf-8-sig", errors="replace") as text:
+        number = 0
+        while line := text.readline(_LONGEST + 1):
+            number += 1
+            if len(line) > _LONGEST:
+                raise WrongFileError(f"{source}, line {number}: longer than {_LONGEST} characters")
+            if "\ufffd" in line:
+                raise WrongFileError(f"{source}, line {number}: not a text in UTF-8")
+            if line.strip() and not line.lstrip().startswith("#"):
+                yield number, line.rstrip("\r\n")
 
 
 def _filled(line: str, delimiter: str) -> str:
@@ -110,7 +127,7 @@ def _filled(line: str, delimiter: str) -> str:
     return delimiter.join(cell if cell.strip() else "nan" for cell in line.split(delimiter))
 
 
-def _csv_error(source: Path, lines: list[tuple[int, str]], delimiter: str, width: int) -> ValueError:
+def _csv_error(source: Path, lines: Iterable[tuple[int, str]], delimiter: str, width: int) -> ValueError:
     for number, line in lines:
         cells = line.split(delimiter)
         if len(cells) != width:
@@ -137,86 +154,12 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _mat(source: Path) -> Raw:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    with source.open("rb") as file:
-        start = file.read(128)
-    if start.startswith(b"MATLAB 7.3"):
-        yield from _hdf5(source)
-        return
-    try:
-        stored = loadmat(source, squeeze_me=True, appendmat=False)
-    except (MatReadError, ValueError, TypeError, NotImplementedError, OSError, EOFError) as error:
-        raise ValueError(f"{source}: not a MAT file: {error}") from None
-    except Exception as error:  # SciPy raises what its parser stumbles over, zlib errors among them
-        raise ValueError(f"{source}: a damaged MAT file: {error}") from None
-    yield from _vectors(source, {k: v for k, v in stored.items() if not k.startswith("__")}, {})
-
-
-def _hdf5(source: Path) -> Raw:
-    import h5py
-
-    found: dict[str, Any] = {}
-    units: dict[str, str] = {}
-
-    def visit(path: str, item: object) -> None:
-        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and not path.startswith("#"):
-            name = path.rsplit("/", 1)[-1]
-            if name in found:
-                raise ValueError(f"{source}: two data sets are called `{name}`")
-            if item.size * item.dtype.itemsize > LARGEST:
-                raise ValueError(f"{source}: data set `{path}` declares {item.size} numbers, too many")
-            found[name] = np.squeeze(item[()])
-            unit = item.attrs.get("units", item.attrs.get("unit"))
-            if unit is not None:
-                units[name] = unit.decode() if isinstance(unit, bytes) else str(unit)
-
-    try:
-        with h5py.File(source, "r") as file:
-            file.visititems(visit)
-    except (OSError, RuntimeError, KeyError) as error:
-        reason = re.sub(r"\s+", " ", str(error))
-        raise ValueError(f"{source}: not an HDF5 file that can be read: {reason}") from None
-    yield from _vectors(source, found, units)
-
-
-def _vectors(source: Path, found: Mapping[str, Any], units: Mapping[str, str]) -> Raw:
-    """The one-dimensional numeric arrays of the commonest length, for a file may hold other things."""
-    vectors = {
-        name: np.asarray(value, dtype=np.float64)
-        for name, value in found.items()
-        if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiu"
-    }
-    if not vectors:
-        raise ValueError(f"{source}: no one-dimensional arrays of numbers in it")
-    sizes = [vector.size for vector in vectors.values()]
-    size = max(set(sizes), key=sizes.count)
-    for name, vector in vectors.items():
-        if vector.size == size:
-            yield name, units.get(name), vector
-
-
-def _parquet(source: Path) -> Raw:
-    import pandas as pd
-
-    try:
-        frame = pd.read_parquet(source)
-    except (ValueError, OSError) as error:
-        reason = re.sub(r"\s+", " ", str(error))
-        raise ValueError(f"{source}: not a Parquet file that can be read: {reason}") from None
-    numbers = frame.reset_index() if frame.index.name else frame
-    for name in numbers.select_dtypes("number").columns:
-        yield str(name), None, np.ascontiguousarray(numbers[name], dtype=np.float64)
-
-
 _READERS = {
     ".csv": _csv,
     ".txt": _csv,
     ".tsv": _csv,
-    ".mat": _mat,
-    ".h5": _hdf5,
-    ".hdf5": _hdf5,
-    ".parquet": _parquet,
+    ".mat": _binary.mat,
+    ".h5": _binary.hdf5,
+    ".hdf5": _binary.hdf5,
+    ".parquet": _binary.parquet,
 }

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,21 @@ Array = NDArray[np.float64]
 _UNEVEN = 0.01
 """How far a time step may be from the mean one, as a fraction of it: clocks are written with few digits."""
 
+_SLOWEST, _FASTEST = 1e-6, 1e9
+"""Sample rates that a measurement can have, Hz."""
+
 _OUTLIERS = 0.1
 """Share of steps that may be odd before they are taken for the rounding of the clock."""
+
+
+class Column(NamedTuple):
+    """A column as it stands in a file."""
+
+    header: str
+    unit: str | None
+    """Where the file says it apart from the header."""
+    read: Callable[[], Array]
+    """Its samples, as an array of the caller's own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,14 +79,14 @@ class Traces:
     def from_columns(
         cls,
         name: str,
-        raw: Iterable[tuple[str, str | None, Array]],
+        raw: Iterable[Column],
         *,
         columns: Mapping[str, str],
         units: Mapping[str, str],
         sample_rate: float | None = None,
         gaps: bool = False,
     ) -> Traces:
-        """Bring columns as they stand in a file (header, unit if known, values) to SI and to one clock.
+        """Bring columns as they stand in a file to SI and to one clock; only known quantities are read.
 
         `columns` says which header holds a quantity, `units` the unit of a quantity whose header has none;
         with `gaps` samples other than the time's may be NaN.
@@ -87,7 +100,7 @@ class Traces:
         given = {checked_quantity(quantity): unit for quantity, unit in units.items()}
         found: dict[str, Array] = {}
         ignored = []
-        for header, unit, values in raw:
+        for header, unit, read in raw:
             quantity, written, _ = parse_header(header)
             quantity = chosen.get(header, None if quantity in chosen.values() else quantity)
             if quantity is None:
@@ -95,13 +108,19 @@ class Traces:
                 continue
             if quantity in found:
                 raise ValueError(f"{name}: two columns hold {quantity}; say which with {quantity}=HEADER")
-            found[quantity] = values * _factor(name, header, quantity, given.get(quantity, unit or written))
+            factor = _factor(name, header, quantity, given.get(quantity, unit or written))
+            found[quantity] = read()
+            with np.errstate(over="ignore", invalid="ignore"):  # what is infinite is refused
+                found[quantity] *= factor
             if not gaps or quantity == "time":
                 _all_finite(name, header, found[quantity])
         if sample_rate is None:
             if "time" not in found:
                 raise ValueError(f"{name}: no column `time (s)` among {', '.join(headers)}, no sample rate")
             start, sample_rate = _clock(name, found["time"])
+        elif not _SLOWEST <= sample_rate <= _FASTEST:
+            allowed = f"must lie within {_SLOWEST:g} and {_FASTEST:g} Hz"
+            raise ValueError(f"sample_rate = {sample_rate:g}: {allowed}")
         else:
             start = 0.0
         found.pop("time", None)
@@ -125,11 +144,13 @@ def _factor(name: str, header: str, quantity: str, unit: str | None) -> float:
 
 
 def _all_finite(name: str, header: str, values: Array) -> None:
-    bad = np.flatnonzero(~np.isfinite(values))
-    if bad.size:
-        raise ValueError(f"{name}: column `{header}`, sample {bad[0] + 1} is not a finite number")
+    # Without an array as large as the column.
+    if values.size and not (np.isfinite(values.min()) and np.isfinite(values.max())):
+        bad = int(np.isfinite(values).argmin())
+        raise ValueError(f"{name}: column `{header}`, sample {bad + 1} is not a finite number")
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _clock(name: str, time: Array) -> tuple[float, float]:
     """First time and sample rate of an evenly spaced clock."""
     if time.size < 2:
@@ -137,6 +158,10 @@ def _clock(name: str, time: Array) -> tuple[float, float]:
     step = (time[-1] - time[0]) / (time.size - 1)
     if step <= 0.0:
         raise ValueError(f"{name}: time must increase, and goes from {time[0]:g} s to {time[-1]:g} s")
+    if not _SLOWEST <= 1.0 / step <= _FASTEST:
+        raise ValueError(
+            f"{name}: a step of {step:g} s: must lie within {1 / _FASTEST:g} and {1 / _SLOWEST:g} s"
+        )
     steps = np.diff(time)
     off = np.abs(steps - np.median(steps))
     allowed = _UNEVEN * step

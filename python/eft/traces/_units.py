@@ -62,7 +62,7 @@ QUANTITIES = {
 
 _SI = {name: next(iter(units)) for name, units in _UNITS.items()}
 _NAMES = {alias: name for name, quantity in QUANTITIES.items() for alias in (name, *quantity.aliases)}
-_BRACKETS = re.compile(r"^(?P<name>[^(\[]*?)\s*[(\[](?P<unit>[^)\]]*)[)\]]\s*$")
+_BRACKETS = re.compile(r"(?P<name>[^(\[]*+)[(\[](?P<unit>[^)\]]*+)[)\]]")
 
 
 def si_unit(quantity: str) -> str:
@@ -95,8 +95,8 @@ def quantity_of(name: str) -> str | None:
 def parse_header(header: str) -> tuple[str | None, str | None, str]:
     """Quantity, unit and bare name of `Force (kip)`, `force [kip]`, `force_kip` or `force`."""
     text = header.strip().strip('"').strip()
-    if match := _BRACKETS.match(text):
-        return quantity_of(match["name"]), match["unit"].strip(), match["name"]
+    if match := _BRACKETS.fullmatch(text):
+        return quantity_of(match["name"]), match["unit"].strip(), match["name"].strip()
     if quantity := quantity_of(text):
         return quantity, None, text
     name, _, unit = re.sub(r"\s+", "_", text).rpartition("_")

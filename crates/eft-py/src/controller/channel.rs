@@ -1,8 +1,8 @@
 //! What both classes share: a channel of the simulator in either precision, its arguments, its arrays.
 
-use eft_core::{AdaptiveCompensationState, Scalar};
+use eft_core::{Calibration, Input, Output, Parameters, Real, Realization};
 use eft_sim::RigConfig;
-use eft_sim::closed_loop::{Channel as Core, ChannelOutput, Reach, Sample};
+use eft_sim::closed_loop::{RigChannel as Core, parameters};
 use eft_sim::config::VelocitySource;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -45,8 +45,8 @@ pub(super) struct Channel {
     rig: RigConfig,
     dtype: Dtype,
     sample_rate: f64,
-    reach: Reach,
-    last: ChannelOutput,
+    realization: Realization,
+    last: Output<f64>,
 }
 
 /// What a call may leave out.
@@ -60,10 +60,18 @@ pub(super) struct Further {
 }
 
 /// Nothing asked, nothing said yet.
-const SILENT: ChannelOutput = ChannelOutput { value: 0.0, permitted_command: 0.0, authority: 1.0, status: 0 };
+const SILENT: Output<f64> = Output {
+    voltage: 0.0,
+    compensation: 0.0,
+    velocity: 0.0,
+    permitted_command: 0.0,
+    authority: 1.0,
+    status: 0,
+    window: None,
+};
 
 /// A signal by its name in the interface, with where its samples go.
-type Column<'a, 'py> = (&'a str, Option<&'a Bound<'py, PyAny>>, fn(&mut Sample) -> &mut f64);
+type Column<'a, 'py> = (&'a str, Option<&'a Bound<'py, PyAny>>, fn(&mut Input<f64>) -> &mut f64);
 
 const VELOCITY_SOURCE: &str = "controller.velocity_source";
 
@@ -73,20 +81,26 @@ fn needed(on: bool, name: &str, key: &str, given: bool) -> PyResult<()> {
 }
 
 impl Channel {
-    pub(super) fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>, reach: Reach) -> PyResult<Self> {
+    pub(super) fn new(
+        rig: &Rig,
+        dtype: &str,
+        sample_rate: Option<f64>,
+        realization: Realization,
+    ) -> PyResult<Self> {
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
         let dtype = Dtype::parse(dtype)?;
         // Between compensation and servovalve controller, which are one step here.
         let delay = rig.config.compensation.computation_delay;
-        if reach == Reach::ValveCommand && delay > 0 {
+        if realization == Realization::Digital && delay > 0 {
             let allowed = "must be 0 for eft.Controller; step eft.Compensator and delay what it returns";
             return Err(refuse("compensation.computation_delay", delay, allowed));
         }
+        let parameters = Parameters { realization, ..parameters(&rig.config, rate).map_err(to_python)? };
         let core = match dtype {
-            Dtype::F32 => Precision::F32(Core::new(&rig.config, rate, reach).map_err(to_python)?),
-            Dtype::F64 => Precision::F64(Core::new(&rig.config, rate, reach).map_err(to_python)?),
+            Dtype::F32 => Precision::F32(Core::new(&parameters).map_err(to_python)?),
+            Dtype::F64 => Precision::F64(Core::new(&parameters).map_err(to_python)?),
         };
-        Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, reach, last: SILENT })
+        Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, realization, last: SILENT })
     }
 
     /// What `pickle` makes a new object from; only one at rest can be made again.
@@ -116,7 +130,7 @@ impl Channel {
     fn required(&self, given: [bool; 4]) -> PyResult<()> {
         let (c, p) = (&self.rig.compensation, &self.rig.protection);
         let [supply_pressure, valve_command, displacement, acceleration] = given;
-        let compensates = self.reach == Reach::Compensation;
+        let compensates = self.realization == Realization::Analog;
         needed(c.supply_correction, "supply_pressure", "compensation.supply_correction", supply_pressure)?;
         needed(c.adaptive && compensates, "valve_command", "compensation.adaptive", valve_command)?;
         self.needs_motion(displacement, acceleration)?;
@@ -141,8 +155,8 @@ impl Channel {
     }
 
     /// A sample of a rig at rest.
-    fn rest(&self) -> Sample {
-        Sample {
+    fn rest(&self) -> Input<f64> {
+        Input {
             command: 0.0,
             next_command: 0.0,
             velocity: 0.0,
@@ -156,14 +170,14 @@ impl Channel {
     }
 
     /// The sample that a call brings, complete.
-    fn sample(&self, values: [f64; 4], further: Further) -> PyResult<Sample> {
+    fn sample(&self, values: [f64; 4], further: Further) -> PyResult<Input<f64>> {
         let Further { supply_pressure, valve_command, displacement, acceleration, next_command } = further;
         self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
         if self.looks_ahead() && next_command.is_none() {
             return Err(refuse("next_command", "None", "must be given: `compensation.look_ahead` is on"));
         }
         let [command, velocity, force, spool] = values;
-        Ok(Sample {
+        Ok(Input {
             command,
             next_command: next_command.unwrap_or(command),
             velocity,
@@ -180,13 +194,13 @@ impl Channel {
     pub(super) fn step(&mut self, values: [f64; 4], further: Further) -> PyResult<f64> {
         let sample = self.sample(values, further)?;
         self.last = each!(&mut self.core, core => core.step(&sample));
-        Ok(self.last.value)
+        Ok(self.last.voltage)
     }
 
     pub(super) fn hold(&mut self) -> f64 {
-        let (value, status) = each!(&self.core, core => core.hold());
-        self.last = ChannelOutput { value, status, ..self.last };
-        value
+        let Output { voltage, status, .. } = each!(&self.core, core => core.hold());
+        self.last = Output { voltage, status, ..self.last };
+        voltage
     }
 
     /// The operating point's values are command, velocity, force and spool.
@@ -206,7 +220,7 @@ impl Channel {
         let supply_pressure = supply_pressure.unwrap_or(rest.supply_pressure);
         let (displacement, acceleration) = (displacement.unwrap_or(0.0), acceleration.unwrap_or(0.0));
         let sample =
-            Sample { command, velocity, force, spool, supply_pressure, displacement, acceleration, ..rest };
+            Input { command, velocity, force, spool, supply_pressure, displacement, acceleration, ..rest };
         each!(&mut self.core, core => core.prime(&sample));
         Ok(())
     }
@@ -220,23 +234,23 @@ impl Channel {
         each!(&mut self.core, core => core.end());
     }
 
-    pub(super) fn last(&self) -> &ChannelOutput {
+    pub(super) fn last(&self) -> &Output<f64> {
         &self.last
     }
 
     /// Flow gain over the table's, response delay (s), and the guard's level, as the controller believes them.
     pub(super) fn learned(&self) -> Learned {
-        fn of<S: Scalar + Into<f64>>(state: &AdaptiveCompensationState<S>) -> Learned {
+        fn of<T: Real>(calibration: &Calibration<T>) -> Learned {
             Learned {
-                flow_gain: state.flow_gain().into(),
-                response_delay: state.response_delay().into(),
-                valve_gain: state.valve_gain().into(),
-                level: state.level().into(),
+                flow_gain: calibration.flow_gain.to_f64(),
+                response_delay: calibration.response_delay.to_f64(),
+                valve_gain: calibration.valve_gain.to_f64(),
+                level: calibration.level.to_f64(),
             }
         }
         let learned = match &self.core {
-            Precision::F32(core) => core.learned().map(of),
-            Precision::F64(core) => core.learned().map(of),
+            Precision::F32(core) => core.calibration().map(of),
+            Precision::F64(core) => core.calibration().map(of),
         };
         let response_delay = self.rig.compensation.response_delay;
         learned.unwrap_or(Learned { flow_gain: 1.0, response_delay, valve_gain: 1.0, level: 1.0 })
@@ -271,7 +285,7 @@ impl Channel {
             ("next_command", next_command, |s| &mut s.next_command),
         ];
         let rest = self.rest();
-        let mut samples: Option<(&str, Vec<Sample>)> = None;
+        let mut samples: Option<(&str, Vec<Input<f64>>)> = None;
         for (name, given, place) in columns {
             let Some(given) = given else { continue };
             let values = arrays::vector(name, given)?;
@@ -294,10 +308,10 @@ impl Channel {
         }
         let (core, mut last) = (&mut self.core, SILENT);
         let values = py.detach(|| {
-            let mut step = |sample: &Sample| {
+            let mut step = |sample: &Input<f64>| {
                 let output = each!(&mut *core, core => core.step(sample));
-                last = ChannelOutput { status: last.status | output.status, ..output };
-                output.value
+                last = Output { status: last.status | output.status, ..output };
+                output.voltage
             };
             samples.iter().map(&mut step).collect::<Vec<_>>()
         });

@@ -1,6 +1,6 @@
 //! `eft.Controller`.
 
-use eft_sim::closed_loop::Reach;
+use eft_core::Realization;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -34,7 +34,7 @@ impl Controller {
     #[new]
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
     fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>) -> PyResult<Self> {
-        Ok(Self { channel: Channel::new(rig, dtype, sample_rate, Reach::ValveCommand)? })
+        Ok(Self { channel: Channel::new(rig, dtype, sample_rate, Realization::Digital)? })
     }
 
     /// Take one sample and return the valve command in V.

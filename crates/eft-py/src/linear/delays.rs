@@ -25,7 +25,7 @@ use crate::rig::Rig;
 /// Returns
 /// -------
 /// dict
-///     ``valve``, ``hold``, ``computation``, ``sensor`` (of an estimated velocity that leads negative),
+///     ``valve``, ``hold`` (half a sample, and ``dac.delay``), ``computation``, ``sensor`` (of an estimated velocity that leads negative),
 ///     ``derivative`` (negative: a lead), ``path`` (what the
 ///     compensation itself passes: all but the derivative, which acts on the force error only) and ``total`` (all of
 ///     them, as the paper counts).

@@ -65,10 +65,7 @@ pub fn simulate_batch<P: Precision>(
     let pieces = pieces::<P>(tests, options);
     let work = |n: usize, stopped: &dyn Fn() -> bool| {
         let piece = &pieces[n];
-        let valid = |&place: &usize| tests[place].rig.validate().is_ok();
-        if let Some(pace) = piece.side_by_side
-            && piece.places.iter().all(valid)
-        {
+        if let Some(pace) = piece.side_by_side {
             let side_by_side: Vec<_> = piece.places.iter().map(|&place| tests[place]).collect();
             let wide = SideBySide { tests: &side_by_side, pace, options, stopped };
             match wide.run_widest() {

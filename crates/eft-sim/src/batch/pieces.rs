@@ -53,7 +53,8 @@ pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -
         // A step that one lane needs in small pieces costs all of them: rigs that
         // are compensated alike meet their limits together.
         let alike = |place: usize| {
-            let (compensation, valve) = (&tests[place].rig.compensation, &tests[place].rig.servovalve);
+            let rig = tests[place].rig;
+            let (compensation, valve) = (&rig.compensation, &rig.plant().servovalve);
             (compensation.mode as u8, compensation.level * valve.flow_gain_scale)
         };
         places.sort_by(|&a, &b| {
@@ -74,7 +75,7 @@ pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -
     pieces
 }
 
-/// The kind of a test, of a valid rig and a sound command, that can run beside others; none for one that must run alone, or fails.
+/// The kind of a test, of a sound command, that can run beside others; none for one that must run alone, or fails.
 fn kind<P: Precision>(test: &Test<'_>, options: &BatchOptions) -> Option<Kind> {
     let Test { rig, command } = test;
     let double = TypeId::of::<P>() == TypeId::of::<f64>();

@@ -1,9 +1,9 @@
 //! A test of a shear building, each floor with its own actuator, servovalve, sensors and controller.
 
-use eft_core::status;
+use eft_core::{ControllerState, status};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{DigitalSide, DigitalState, Driven};
+use crate::closed_loop::digital_side::{DigitalSide, Driven};
 use crate::closed_loop::ideal::IdealResponse;
 use crate::closed_loop::simulate::{SimulateOptions, soft_end};
 use crate::closed_loop::single::Tick;
@@ -81,7 +81,7 @@ fn run_through<P: Precision<Flags = u32>>(
         .clone()
         .map(|floor| DigitalSide::new(|_| rig, sample_rate, floor as u64))
         .collect::<Result<_>>()?;
-    let mut states = vec![DigitalState::default(); commands.len()];
+    let mut states = vec![ControllerState::default(); commands.len()];
     let mut runs: Vec<_> = floors.clone().map(|_| TestRun::with_capacity(rig, sample_rate, total)).collect();
     let mut drivers = Vec::with_capacity(commands.len());
     let mut tripped = false;
@@ -189,7 +189,6 @@ pub fn ideal_building_response(
 }
 
 fn check(rig: &RigConfig, commands: &[Command]) -> Result<(f64, usize)> {
-    rig.validate()?;
     let stories = ShearBuilding::new(rig)?.len();
     let count =
         || Error::value("commands", commands.len(), format!("must be one for each of {stories} stories"));

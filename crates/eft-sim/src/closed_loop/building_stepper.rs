@@ -26,10 +26,9 @@ impl BuildingStepper {
     /// The plant of a rig at rest, to be stepped at a sample rate (Hz).
     ///
     /// # Errors
-    /// An invalid configuration or sample rate; a structure that is no building.
+    /// An invalid sample rate; a structure that is no building.
     pub fn new(rig: &RigConfig, sample_rate: f64, options: &SimulateOptions) -> Result<Self> {
-        rig.validate()?;
-        crate::checks::positive("sample_rate", sample_rate, "Hz")?;
+        crate::checks::sample_rate("sample_rate", sample_rate)?;
         let (plant, steps) = (BuildingPlant::new(rig)?, steps(rig, options, sample_rate)?);
         let stories = plant.stories();
         Ok(Self {

@@ -32,7 +32,10 @@ where
     }
 }
 
-struct Chunk<'a, S: Num, C: Scalar, M: PlantModel<S>, K, const PLAIN: bool> {
+struct Chunk<'a, S: Num, C: Scalar, M: PlantModel<S>, K, const PLAIN: bool>
+where
+    C::Element: Precision,
+{
     test: &'a mut ClosedLoop<S, C, M>,
     state: &'a mut LoopState<C, M::State>,
     commands: &'a [S],

@@ -3,9 +3,8 @@
 //! Only what a controller can know goes in: nothing of the true plant does.
 
 use eft_core::{
-    AdaptiveCompensation, AdaptiveController, AdaptiveParameters, Compensation, CompensationParameters,
-    Controller, Feedforward, FilteredDerivative, FlowTable, Limiter, Mode, Protection, ProtectionParameters,
-    Real, ServovalveController, SignFrom, Tuning, VelocityObserver,
+    Channel, Controller, Learner, Learning, Levels, Mode, Parameters, ProtectionParameters, Real,
+    Realization, SignFrom, VelocitySource,
 };
 
 use crate::closed_loop::simulate::{SimulateOptions, simulate_controlled};
@@ -19,28 +18,25 @@ use crate::rig::TABLE_CAPACITY;
 /// The controller of a simulated rig; its tables have the simulator's capacity.
 pub type RigController<S> = Controller<S, TABLE_CAPACITY>;
 
-/// The adaptive controller of a simulated rig.
-pub type RigAdaptiveController<S> = AdaptiveController<S, TABLE_CAPACITY>;
-
 /// A precision the controller can run in.
 pub trait Precision: Real + 'static {
-    /// The controller of a rig at a sample rate (Hz).
+    /// The controller alone.
     ///
     /// # Errors
     /// What `eft-core` refuses.
-    fn controller(rig: &RigConfig, sample_rate: f64) -> Result<RigController<Self>>;
+    fn controller(parameters: &Parameters) -> Result<RigController<Self>>;
 
-    /// The flow feedforward of a rig at a sample rate (Hz); off where its configuration says so.
+    /// The whole tick.
     ///
     /// # Errors
     /// What `eft-core` refuses.
-    fn feedforward(rig: &RigConfig, sample_rate: f64) -> Result<Feedforward<Self>>;
+    fn channel(parameters: &Parameters) -> Result<Channel<Self, TABLE_CAPACITY>>;
 
-    /// The adaptive controller of a rig at a sample rate (Hz).
+    /// The learner beside it.
     ///
     /// # Errors
     /// What `eft-core` refuses.
-    fn adaptive(rig: &RigConfig, sample_rate: f64) -> Result<RigAdaptiveController<Self>>;
+    fn learner(parameters: &Parameters) -> Result<Learner<Self, TABLE_CAPACITY>>;
 
     /// A whole test, as [`simulate`](crate::simulate) runs it: compiled once here, and not again in every crate that
     /// calls it.
@@ -54,107 +50,127 @@ pub trait Precision: Real + 'static {
         options: &SimulateOptions,
         go_on: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<TestRun>;
-
-    /// The derivative that a rig takes its velocity from, at a sample rate (Hz).
-    ///
-    /// # Errors
-    /// What `eft-core` refuses.
-    fn derivative(rig: &RigConfig, sample_rate: f64) -> Result<FilteredDerivative<Self>>;
-
-    /// The observer that a rig takes its velocity from, at a sample rate (Hz).
-    ///
-    /// # Errors
-    /// What `eft-core` refuses.
-    fn observer(rig: &RigConfig, sample_rate: f64) -> Result<VelocityObserver<Self>>;
-
-    /// A protection of the specimen.
-    ///
-    /// # Errors
-    /// What `eft-core` refuses.
-    fn protection(parameters: &ProtectionParameters) -> Result<Protection<Self>>;
 }
 
-/// Everything the compensation is made from, at a sample rate (Hz).
-pub fn compensation_parameters(rig: &RigConfig, sample_rate: f64) -> CompensationParameters {
-    let c = &rig.compensation;
-    // Any plausible number passes where no range is set.
-    let unlimited = f64::from(f32::MAX);
-    CompensationParameters {
+/// Whether something of the controller is learned during a test.
+pub fn adapts(rig: &RigConfig) -> bool {
+    rig.compensation.adaptive || rig.compensation.guard
+}
+
+/// Everything a rig's controller is made from, at a sample rate (Hz).
+///
+/// # Errors
+/// An observer without its gains, or an invalid sample rate.
+pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
+    crate::checks::sample_rate("sample_rate", sample_rate)?;
+    let (c, loop_, limits) = (&rig.compensation, &rig.controller, &rig.limits);
+    // Before the valve command that an analog controller makes; behind the one that the channel makes itself, and then
+    // the estimator of the valve sees it.
+    let converter = match loop_.realization {
+        config::Realization::Analog => rig.dac.delay,
+        config::Realization::Digital => 0,
+    };
+    Ok(Parameters {
+        sample_rate,
+        realization: match loop_.realization {
+            config::Realization::Analog => Realization::Analog,
+            config::Realization::Digital => Realization::Digital,
+        },
         mode: match c.mode {
             config::Mode::Off => Mode::Off,
             config::Mode::Linear => Mode::Linear,
             config::Mode::Nonlinear => Mode::Nonlinear,
         },
         level: c.level,
-        piston_area: rig.actuator.piston_area,
-        supply_pressure: rig.supply.pressure,
-        flow_gain: c.flow_gain,
-        valve_gain: c.valve_gain,
-        proportional_gain: rig.controller.proportional_gain,
-        response_delay: c.response_delay,
-        lead_alpha: c.lead_alpha,
-        sample_rate,
         sign_from: match c.sign_from {
             config::SignFrom::Spool => SignFrom::Spool,
             config::SignFrom::Demand => SignFrom::Demand,
         },
-        spool_warning: rig.limits.spool_warning,
-        velocity_range: rig.limits.velocity_range.unwrap_or(unlimited),
-        force_range: rig.limits.force_range.unwrap_or(unlimited),
-        spool_range: rig.limits.spool_range.unwrap_or(unlimited),
-    }
-}
-
-/// Whether anything of the adaptive controller beyond the feedforward is asked for.
-pub fn adapts(rig: &RigConfig) -> bool {
-    let c = &rig.compensation;
-    c.adaptive || c.guard || c.supply_correction
-}
-
-/// Everything the adaptive compensation is made from, at a sample rate (Hz).
-///
-/// # Errors
-/// An observer without its mass, or an invalid sample rate.
-pub fn adaptive_parameters(rig: &RigConfig, sample_rate: f64) -> Result<AdaptiveParameters> {
-    Ok(AdaptiveParameters {
-        compensation: compensation_parameters(rig, sample_rate),
+        piston_area: rig.actuator.piston_area,
+        supply_pressure: rig.supply.pressure,
+        supply_correction: c.supply_correction,
         compressibility: rig.actuator.compressibility,
         leakage: rig.actuator.leakage,
-        force_sensitivity: rig.controller.force_sensitivity,
-        computation_delay: rig.compensation.computation_delay,
+        openings: &rig.servovalve.flow_table.openings,
+        flows: &rig.servovalve.flow_table.flows,
+        flow_gain: c.flow_gain,
+        valve_gain: c.valve_gain,
+        response_delay: c.response_delay,
+        lead_alpha: c.lead_alpha,
+        velocity_source: velocity_source(rig, sample_rate)?,
         velocity_delay: velocity_delay(rig, sample_rate)?,
-        feedforward: rig.compensation.feedforward,
-        adaptive: rig.compensation.adaptive,
-        correct_curve: rig.compensation.curve_correction,
-        guard: rig.compensation.adaptive || rig.compensation.guard,
-        tuning: Tuning::DEFAULT,
+        computation_delay: c.computation_delay + converter,
+        feedforward: c.feedforward,
+        look_ahead: c.look_ahead,
+        force_sensitivity: loop_.force_sensitivity,
+        proportional_gain: loop_.proportional_gain,
+        derivative_gain: loop_.derivative_gain,
+        valve_command: limits.valve_command.unwrap_or(f64::MAX),
+        valve_command_rate: limits.valve_command_rate.unwrap_or(f64::MAX),
+        spool_warning: limits.spool_warning,
+        velocity_range: limits.velocity_range.unwrap_or(f64::MAX),
+        force_range: limits.force_range.unwrap_or(f64::MAX),
+        spool_range: limits.spool_range.unwrap_or(f64::MAX),
+        learning: Learning {
+            adaptive: c.adaptive,
+            curve_correction: c.curve_correction,
+            guard: c.adaptive || c.guard,
+            ..Learning::OFF
+        },
+        protection: protection(rig),
+        stuck_samples: 0,
+    })
+}
+
+/// Where a rig's controller takes the velocity from.
+fn velocity_source(rig: &RigConfig, sample_rate: f64) -> Result<VelocitySource> {
+    let c = &rig.controller;
+    Ok(match c.velocity_source {
+        config::VelocitySource::Sensor => VelocitySource::Sensor,
+        config::VelocitySource::Derivative => VelocitySource::Derivative { corner: c.velocity_corner },
+        config::VelocitySource::Observer => VelocitySource::Observer {
+            gains: observer_gains(rig, sample_rate)?,
+            mass: c.observer_mass.unwrap_or(rig.structure.mass),
+        },
+        config::VelocitySource::Accelerometer => {
+            VelocitySource::Accelerometer { gains: observer_gains(rig, sample_rate)? }
+        }
+    })
+}
+
+/// The protection of a rig's specimen, where it is on.
+fn protection(rig: &RigConfig) -> Option<ProtectionParameters> {
+    let p = &rig.protection;
+    let levels = |warning: Option<f64>, trip: Option<f64>| {
+        let trip = trip.unwrap_or(f64::MAX);
+        Levels { warning: warning.unwrap_or(trip), trip }
+    };
+    p.enabled.then(|| ProtectionParameters {
+        force: levels(p.force_warning, p.force_trip),
+        displacement: levels(p.displacement_warning, p.displacement_trip),
+        velocity: levels(p.velocity_warning, p.velocity_trip),
+        spool: levels(p.spool_warning, p.spool_trip),
+        start_time: p.start_time,
+        ramp_time: p.ramp_time,
+        shutdown_time: p.shutdown_time,
+        lost_samples: p.lost_samples,
+        fault_time: p.fault_time.unwrap_or(f64::MAX),
     })
 }
 
 macro_rules! precision {
     ($t:ty) => {
         impl Precision for $t {
-            fn controller(rig: &RigConfig, sample_rate: f64) -> Result<RigController<Self>> {
-                let known = &rig.servovalve.flow_table;
-                let table = FlowTable::<$t, TABLE_CAPACITY>::new(&known.openings, &known.flows)?;
-                let c = &rig.controller;
-                Ok(Controller {
-                    compensation: Compensation::<$t, TABLE_CAPACITY>::new(
-                        &compensation_parameters(rig, sample_rate),
-                        &table,
-                    )?,
-                    servovalve: ServovalveController::<$t>::new(
-                        c.force_sensitivity,
-                        c.proportional_gain,
-                        c.derivative_gain,
-                        sample_rate,
-                    )?,
-                    limiter: Limiter::<$t>::new(
-                        rig.limits.valve_command.unwrap_or(f64::MAX),
-                        rig.limits.valve_command_rate.unwrap_or(f64::MAX),
-                        sample_rate,
-                    )?,
-                })
+            fn controller(parameters: &Parameters) -> Result<RigController<Self>> {
+                Ok(RigController::<$t>::new(parameters)?)
+            }
+
+            fn channel(parameters: &Parameters) -> Result<Channel<Self, TABLE_CAPACITY>> {
+                Ok(Channel::<$t, TABLE_CAPACITY>::new(parameters)?)
+            }
+
+            fn learner(parameters: &Parameters) -> Result<Learner<Self, TABLE_CAPACITY>> {
+                Ok(Learner::<$t, TABLE_CAPACITY>::new(parameters)?)
             }
 
             fn test(
@@ -164,38 +180,6 @@ macro_rules! precision {
                 go_on: &mut dyn FnMut(usize, usize) -> bool,
             ) -> Result<TestRun> {
                 simulate_controlled::<$t>(rig, command, options, None, go_on)
-            }
-
-            fn adaptive(rig: &RigConfig, sample_rate: f64) -> Result<RigAdaptiveController<Self>> {
-                let known = &rig.servovalve.flow_table;
-                let table = FlowTable::<$t, TABLE_CAPACITY>::new(&known.openings, &known.flows)?;
-                let parameters = adaptive_parameters(rig, sample_rate)?;
-                let fixed = Self::controller(rig, sample_rate)?;
-                Ok(AdaptiveController {
-                    compensation: AdaptiveCompensation::<$t, TABLE_CAPACITY>::new(&parameters, &table)?,
-                    servovalve: fixed.servovalve,
-                    limiter: fixed.limiter,
-                })
-            }
-
-            fn derivative(rig: &RigConfig, sample_rate: f64) -> Result<FilteredDerivative<Self>> {
-                Ok(FilteredDerivative::<$t>::new(rig.controller.velocity_corner, sample_rate)?)
-            }
-
-            fn observer(rig: &RigConfig, sample_rate: f64) -> Result<VelocityObserver<Self>> {
-                Ok(VelocityObserver::<$t>::new(observer_gains(rig, sample_rate)?, sample_rate)?)
-            }
-
-            fn protection(parameters: &ProtectionParameters) -> Result<Protection<Self>> {
-                Ok(Protection::<$t>::new(parameters)?)
-            }
-
-            fn feedforward(rig: &RigConfig, sample_rate: f64) -> Result<Feedforward<Self>> {
-                if !rig.compensation.feedforward {
-                    return Ok(Feedforward::<$t>::OFF);
-                }
-                let a = &rig.actuator;
-                Ok(Feedforward::<$t>::new(a.piston_area, a.compressibility, a.leakage, sample_rate)?)
             }
         }
     };

@@ -1,37 +1,51 @@
-//! A delay of whole samples, its own length in every lane.
+//! Delays of whole samples, a length of its own in every lane.
 
-use crate::rig::Num;
+use eft_core::{Real, Scalar};
 
-/// Ring of the last samples.
+/// Rings of the last samples, one a lane.
 #[derive(Debug, Clone)]
-pub(crate) struct DelayLine<S> {
-    samples: Vec<S>,
-    delays: Vec<usize>,
-    newest: usize,
+pub(crate) struct DelayLines {
+    /// Empty where nothing is delayed.
+    lines: Vec<DelayLine>,
 }
 
-impl<S: Num> DelayLine<S> {
-    /// At rest; `delay(i)` is lane `i`'s delay in samples.
-    pub(crate) fn new(delay: impl Fn(usize) -> usize) -> Self {
-        let delays: Vec<usize> = (0..S::LANES).map(delay).collect();
-        let longest = delays.iter().copied().max().unwrap_or(0);
-        Self { samples: vec![S::default(); longest + 1], delays, newest: 0 }
+#[derive(Debug, Clone)]
+struct DelayLine {
+    samples: Vec<f64>,
+    next: usize,
+}
+
+impl DelayLines {
+    /// At rest; `delay(i)` is lane `i`'s delay in samples, of as many lanes as are passed.
+    pub(crate) fn new(lanes: usize, delay: impl Fn(usize) -> usize) -> Self {
+        let line = |i| DelayLine { samples: vec![0.0; delay(i)], next: 0 };
+        let mut lines: Vec<_> = (0..lanes).map(line).collect();
+        if lines.iter().all(|line| line.samples.is_empty()) {
+            lines.clear();
+        }
+        Self { lines }
     }
 
     /// Whether no lane delays anything.
     pub(crate) fn is_none(&self) -> bool {
-        self.samples.len() == 1
+        self.lines.is_empty()
     }
 
-    /// Takes a sample in and gives the delayed one out.
+    /// Takes a sample in and gives the delayed one out, in every lane.
     #[inline]
-    pub(crate) fn pass(&mut self, sample: S) -> S {
-        let length = self.samples.len();
-        if length == 1 {
+    pub(crate) fn pass<S: Scalar>(&mut self, sample: S) -> S {
+        if self.lines.is_empty() {
             return sample;
         }
-        self.newest = (self.newest + 1) % length;
-        self.samples[self.newest] = sample;
-        S::from_lanes(|i| self.samples[(self.newest + length - self.delays[i]) % length].lane(i))
+        S::from_lanes(|i| S::Element::from_f64(self.pass_lane(i, sample.lane(i).to_f64())))
+    }
+
+    /// The same in one lane.
+    pub(crate) fn pass_lane(&mut self, lane: usize, sample: f64) -> f64 {
+        let Some(line) = self.lines.get_mut(lane) else { return sample };
+        let Some(oldest) = line.samples.get_mut(line.next) else { return sample };
+        let delayed = std::mem::replace(oldest, sample);
+        line.next = (line.next + 1) % line.samples.len();
+        delayed
     }
 }

@@ -1,16 +1,14 @@
 //! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
-use eft_core::{ControllerState, Feedforward, FeedforwardState, Mask, Real, Scalar};
+use eft_core::{Calibration, ControllerInput, ControllerState, Flags, Mask, Output, Real, Scalar};
 
-use crate::closed_loop::adaptive::{Adaptive, Calibration};
-use crate::closed_loop::controller::{Precision, RigAdaptiveController, RigController, adapts};
+use crate::closed_loop::channel::RigChannel;
+use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
 use crate::closed_loop::dac::Dac;
-use crate::closed_loop::delay_line::DelayLine;
-use crate::closed_loop::guarded::Guarded;
+use crate::closed_loop::delay_line::DelayLines;
 use crate::closed_loop::outside::{Answer, Outside};
 use crate::closed_loop::signals::convert;
-use crate::closed_loop::velocity_estimate::VelocityEstimate;
-use crate::config::{Realization, RigConfig};
+use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::rig::{Analog, Driver, Num};
 use crate::sensors::{Sensors, Signals, Wire};
@@ -29,7 +27,7 @@ pub(crate) struct Decision<S: Num> {
     pub(crate) measured: Signals<S>,
     pub(crate) valve_command: S,
     pub(crate) compensation: S,
-    pub(crate) calibration: Calibration<S>,
+    pub(crate) estimates: Estimates<S>,
     pub(crate) status: S::Flags,
     /// What drives the valve until the next tick.
     pub(crate) driver: Driver<S>,
@@ -50,45 +48,61 @@ impl<S: Num> Sensed<S> {
     }
 }
 
-/// What the controller remembers from tick to tick, apart from all that is too large to stay in registers.
+/// What the controller believes of its rig.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct DigitalState<C: Scalar> {
-    controller: ControllerState<C>,
-    feedforward: FeedforwardState<C>,
+pub(crate) struct Estimates<S> {
+    /// True flow over the table's (1).
+    pub(crate) flow_gain: S,
+    /// Delay that the lead network makes up for (s).
+    pub(crate) response_delay: S,
+    /// The spool's gain over the configured one (1).
+    pub(crate) valve_gain: S,
+    /// The guard's factor on the compensation level (1).
+    pub(crate) level: S,
 }
 
-impl<C: Scalar> Default for DigitalState<C> {
-    fn default() -> Self {
-        Self { controller: ControllerState::default(), feedforward: FeedforwardState::default() }
-    }
+/// What the controllers put out.
+#[derive(Debug, Clone, Copy)]
+struct Voltages<S: Num> {
+    /// To the converter (V).
+    output: S,
+    /// The compensation signal (V).
+    compensation: S,
+    /// Factor (1) that protections put on an analog controller's valve command.
+    authority: S,
+    status: S::Flags,
 }
 
 /// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
 /// number.
-pub(crate) struct DigitalSide<S: Num, C: Scalar> {
+pub(crate) struct DigitalSide<S: Num, C: Scalar>
+where
+    C::Element: Precision,
+{
+    /// Controllers side by side, for rigs of which nothing is learned, protected or estimated.
     controller: RigController<C>,
-    feedforward: Feedforward<C>,
-    /// Whether any lane has a feedforward at all.
-    feeds_forward: bool,
-    /// Where it is fed the next tick's command.
-    looks_ahead: S::Mask,
-    /// In place of the two above where the rig adapts.
-    adaptive: Option<Box<Adaptive<S, C>>>,
-    /// In place of them all, where the controller runs elsewhere.
+    /// In its place a channel a lane; empty where the controller is enough.
+    channels: Vec<RigChannel<C::Element>>,
+    /// In place of both a controller that runs elsewhere.
     outside: Option<Outside>,
-    nominal: Calibration<S>,
-    /// The configured supply pressure (Pa), where the controller has no transducer.
-    unmeasured_supply: Option<S>,
-    computation: DelayLine<S>,
+    nominal: Estimates<S>,
+    /// What drove the valves since the last tick, and the command (N) that it arrives at.
+    before: Option<(Driver<S>, S)>,
+    estimates_velocity: bool,
+    feeds_forward: bool,
+    adapts: bool,
+    computation: DelayLines,
     realization: Realization,
     analog: Analog<S>,
     /// One lane each; empty where every lane's are ideal.
     sensors: Vec<Option<Sensors>>,
-    /// One lane each; empty where every lane's velocity is measured.
-    estimates: Vec<Option<VelocityEstimate<C::Element>>>,
     dac: Dac<S>,
-    protection: Option<Box<Guarded<C>>>,
     sample_rate: f64,
+}
+
+/// Whether the controller alone is a rig's whole channel.
+fn is_controller(rig: &RigConfig) -> bool {
+    !adapts(rig) && !rig.protection.enabled && rig.controller.velocity_source == VelocitySource::Sensor
 }
 
 impl<S: Num, C: Scalar<Flags = S::Flags>> DigitalSide<S, C>
@@ -102,50 +116,39 @@ where
         sample_rate: f64,
         actuator: u64,
     ) -> Result<Self> {
-        let controllers =
-            (0..S::LANES).map(|i| C::Element::controller(rig(i), sample_rate)).collect::<Result<Vec<_>>>()?;
+        let lanes = 0..S::LANES;
+        let parameters: Vec<_> =
+            lanes.clone().map(|i| parameters(rig(i), sample_rate)).collect::<Result<_>>()?;
+        let controllers: Vec<_> = parameters.iter().map(C::Element::controller).collect::<Result<_>>()?;
+        let channels = if lanes.clone().all(|i| is_controller(rig(i))) {
+            Vec::new()
+        } else {
+            parameters.iter().map(RigChannel::new).collect::<Result<_>>()?
+        };
         let mut sensors: Vec<_> =
-            (0..S::LANES).map(|i| Sensors::new(rig(i), sample_rate, actuator)).collect();
+            lanes.clone().map(|i| Sensors::new(rig(i), sample_rate, actuator)).collect();
         if sensors.iter().all(Option::is_none) {
             sensors.clear();
         }
-        let feedforwards = (0..S::LANES)
-            .map(|i| C::Element::feedforward(rig(i), sample_rate))
-            .collect::<Result<Vec<_>>>()?;
-        let adaptives =
-            (0..S::LANES).map(|i| C::Element::adaptive(rig(i), sample_rate)).collect::<Result<Vec<_>>>()?;
-        let adaptive = adapts(rig(0)).then(|| {
-            let controller = RigAdaptiveController::pack(|i| &adaptives[i]);
-            let state = controller.at_rest();
-            Box::new(Adaptive { controller, state, before: None })
-        });
-        let mut estimates =
-            (0..S::LANES).map(|i| VelocityEstimate::new(rig(i), sample_rate)).collect::<Result<Vec<_>>>()?;
-        if estimates.iter().all(Option::is_none) {
-            estimates.clear();
-        }
         Ok(Self {
-            adaptive,
-            estimates,
+            controller: RigController::pack(|i| &controllers[i]),
+            channels,
             outside: None,
-            unmeasured_supply: (!rig(0).compensation.supply_correction)
-                .then(|| S::from_lanes(|i| rig(i).supply.pressure)),
-            nominal: Calibration {
+            nominal: Estimates {
                 flow_gain: S::splat(1.0),
                 response_delay: S::from_lanes(|i| rig(i).compensation.response_delay),
                 valve_gain: S::splat(1.0),
                 level: S::splat(1.0),
             },
-            controller: RigController::pack(|i| &controllers[i]),
-            feedforward: Feedforward::pack(|i| &feedforwards[i]),
-            feeds_forward: (0..S::LANES).any(|i| rig(i).compensation.feedforward),
-            looks_ahead: S::Mask::from_lanes(|i| rig(i).compensation.look_ahead),
-            computation: DelayLine::new(|i| rig(i).compensation.computation_delay as usize),
+            before: None,
+            estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
+            feeds_forward: lanes.clone().any(|i| rig(i).compensation.feedforward),
+            adapts: lanes.into_iter().any(|i| adapts(rig(i))),
+            computation: DelayLines::new(S::LANES, |i| rig(i).compensation.computation_delay as usize),
             realization: rig(0).controller.realization,
             analog: Analog::pack(&rig),
             sensors,
-            dac: Dac::new(|i| rig(i).dac.as_ref()),
-            protection: Guarded::new(&rig, sample_rate)?.map(Box::new),
+            dac: Dac::new(|i| &rig(i).plant().dac),
             sample_rate,
         })
     }
@@ -153,12 +156,10 @@ where
     /// Whether there is nothing but the paper's compensation in front of its analog controller.
     pub(crate) fn is_plain(&self) -> bool {
         self.realization == Realization::Analog
+            && self.channels.is_empty()
+            && self.outside.is_none()
             && !self.feeds_forward
             && self.sensors.is_empty()
-            && self.estimates.is_empty()
-            && self.protection.is_none()
-            && self.adaptive.is_none()
-            && self.outside.is_none()
             && self.computation.is_none()
             && self.dac.is_ideal()
     }
@@ -168,49 +169,154 @@ where
     #[inline(always)]
     pub(crate) fn sample<const PLAIN: bool>(
         &mut self,
-        state: &mut DigitalState<C>,
+        state: &mut ControllerState<C>,
         command: S,
         next_command: S,
         truth: Signals<S>,
         plant: &impl Driven<S>,
     ) -> Decision<S> {
+        let commands = [command, next_command];
         if PLAIN {
-            let commands = [command, next_command, command];
-            return self.sample_analog::<true>(state, commands, truth, Sensed::ideal(), plant);
+            return self.control::<true>(state, commands, truth, Sensed::ideal(), plant);
         }
-        let (mut measured, wire) = self.measure(truth);
+        let (measured, cell) = self.measure(truth);
         if self.outside.is_some() {
-            return self.ask(command, next_command, measured);
+            self.ask(commands, measured)
+        } else if self.channels.is_empty() {
+            self.control::<false>(state, commands, measured, cell, plant)
+        } else {
+            self.run_channels(commands, measured, cell, plant)
         }
-        if !self.estimates.is_empty() {
-            self.estimate(&mut measured);
-        }
-        let (command, next_command, protection) = match &mut self.protection {
-            None => (command, next_command, S::Flags::default()),
-            Some(guarded) => {
-                let (now, next, flags) = guarded.protect(command, next_command, &measured);
-                (convert(now), convert(next), flags)
-            }
+    }
+
+    /// Lets the controllers side by side decide, by the configuration.
+    #[inline(always)]
+    fn control<const PLAIN: bool>(
+        &mut self,
+        state: &mut ControllerState<C>,
+        [command, next_command]: [S; 2],
+        measured: Signals<S>,
+        cell: Sensed<S>,
+        plant: &impl Driven<S>,
+    ) -> Decision<S> {
+        let input = ControllerInput {
+            command: convert(command),
+            next_command: convert(next_command),
+            velocity: convert(measured.velocity),
+            force: convert(measured.force),
+            spool: convert(measured.spool),
+            supply_pressure: convert(measured.supply_pressure),
         };
-        let fed = S::select(self.looks_ahead, next_command, command);
-        let mut decision = match self.realization {
+        let calibration = self.controller.nominal();
+        let computation = &mut self.computation;
+        let path = |compensation: C| if PLAIN { compensation } else { computation.pass(compensation) };
+        let out = self.controller.step(state, &input, &calibration, path);
+        let out = Voltages {
+            output: convert(out.valve_command),
+            compensation: convert(out.compensation),
+            authority: S::splat(1.0),
+            status: out.status,
+        };
+        self.drive::<PLAIN>([command, next_command], measured, cell, plant, out)
+    }
+
+    /// Lets a channel a lane decide.
+    #[inline(never)]
+    fn run_channels(
+        &mut self,
+        [command, next_command]: [S; 2],
+        mut measured: Signals<S>,
+        cell: Sensed<S>,
+        plant: &impl Driven<S>,
+    ) -> Decision<S> {
+        let valve_command = match self.realization {
+            // What the analog controller made of it until now.
             Realization::Analog => {
-                let commands = [command, next_command, fed];
-                self.sample_analog::<false>(state, commands, measured, wire, plant)
+                let first = || S::from_lanes(|i| self.channels[i].preview(command.lane(i)));
+                let (before, arrived) = match self.before {
+                    Some((driver, arrived)) => (driver.cell.analog(), arrived),
+                    None => (self.analog, first()),
+                };
+                let before = before.arrived(arrived).through((cell.gain, cell.offset));
+                plant.command(&Driver::analog(before, cell.ideal))
             }
-            Realization::Digital => self.sample_digital(state, command, fed, measured),
+            Realization::Digital => S::splat(0.0),
         };
-        decision.status = decision.status | protection;
-        if let Some(adaptive) = &mut self.adaptive {
-            decision.calibration = adaptive.calibration();
-            adaptive.before = Some(decision.driver);
+        let (computation, channels) = (&mut self.computation, self.channels.iter_mut());
+        let mut step = |(i, channel): (usize, &mut RigChannel<C::Element>)| {
+            let [now, next] = [command.lane(i), next_command.lane(i)];
+            let input = measured.lane(i).input(now, next, valve_command.lane(i));
+            let out =
+                channel.step_via(&input, |v| C::Element::from_f64(computation.pass_lane(i, v.to_f64())));
+            (out, channel.preview(next))
+        };
+        let outputs: Vec<_> = channels.enumerate().map(&mut step).collect();
+        let of = |value: fn(&Output<f64>) -> f64| S::from_lanes(|i| value(&outputs[i].0));
+        measured.velocity = of(|out| out.velocity);
+        let out = Voltages {
+            output: of(|out| out.voltage),
+            compensation: of(|out| out.compensation),
+            authority: of(|out| out.authority),
+            status: S::Flags::from_lanes(|i| outputs[i].0.status),
+        };
+        let commands = [of(|out| out.permitted_command), S::from_lanes(|i| outputs[i].1)];
+        let mut decision = self.drive::<false>(commands, measured, cell, plant, out);
+        self.before = Some((decision.driver, commands[1]));
+        if self.adapts {
+            decision.estimates = self.estimates();
         }
         decision
     }
 
+    /// The converter, and what drives the valve until the next tick under the permitted commands (N).
+    #[inline(always)]
+    fn drive<const PLAIN: bool>(
+        &mut self,
+        [command, next_command]: [S; 2],
+        measured: Signals<S>,
+        cell: Sensed<S>,
+        plant: &impl Driven<S>,
+        out: Voltages<S>,
+    ) -> Decision<S> {
+        let (output, clipped) =
+            if PLAIN { (out.output, S::Flags::default()) } else { self.dac.convert(out.output) };
+        let (driver, valve_command, compensation) = if PLAIN || self.realization == Realization::Analog {
+            let rate = (next_command - command) * S::splat(self.sample_rate);
+            let behind = self.analog.at(command, rate, output).through((cell.gain, cell.offset));
+            let driver = if self.channels.is_empty() {
+                Driver::analog(behind, PLAIN || cell.ideal)
+            } else {
+                let whole = cell.ideal && out.authority.ge(S::splat(1.0)).all();
+                Driver::analog(behind.limited_to(out.authority), whole)
+            };
+            (driver, plant.command(&driver), output)
+        } else {
+            (Driver::held(output), output, out.compensation)
+        };
+        let status = out.status | clipped;
+        Decision { measured, valve_command, compensation, estimates: self.nominal, status, driver }
+    }
+
+    /// What the channels believe of their rigs.
+    fn estimates(&self) -> Estimates<S> {
+        let of = |value: fn(&Calibration<C::Element>) -> C::Element, nominal: S| {
+            S::from_lanes(|i| match self.channels[i].calibration() {
+                Some(calibration) => value(calibration).to_f64(),
+                None => nominal.lane(i),
+            })
+        };
+        let nominal = self.nominal;
+        Estimates {
+            flow_gain: of(|c| c.flow_gain, nominal.flow_gain),
+            response_delay: of(|c| c.response_delay, nominal.response_delay),
+            valve_gain: of(|c| c.valve_gain, nominal.valve_gain),
+            level: of(|c| c.level, nominal.level),
+        }
+    }
+
     /// Lets the controller from outside decide.
     #[inline(never)]
-    fn ask(&mut self, command: S, next_command: S, mut measured: Signals<S>) -> Decision<S> {
+    fn ask(&mut self, [command, next_command]: [S; 2], mut measured: Signals<S>) -> Decision<S> {
         let Signals { velocity, force, spool, displacement, supply_pressure, acceleration } = measured;
         let signals =
             [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command];
@@ -218,41 +324,28 @@ where
             Some(outside) => outside(signals.map(|signal| signal.lane(0).to_f64() as f32)),
             None => Answer::default(),
         };
-        if !self.estimates.is_empty() {
+        if self.estimates_velocity {
             measured.velocity = convert(answer.velocity);
         }
-        let calibration = match self.adaptive {
-            None => self.nominal,
-            Some(_) => Calibration {
+        let estimates = if self.adapts {
+            Estimates {
                 flow_gain: convert(answer.flow_gain),
                 response_delay: convert(answer.response_delay),
                 valve_gain: convert(answer.valve_gain),
                 level: convert(answer.level),
-            },
+            }
+        } else {
+            self.nominal
         };
         let (valve_command, clipped) = self.dac.convert(convert(answer.valve_command));
         Decision {
             measured,
             valve_command,
             compensation: convert(answer.compensation),
-            calibration,
+            estimates,
             status: S::flag(S::Mask::splat(true), answer.status) | clipped,
             driver: Driver::held(valve_command),
         }
-    }
-
-    /// In place of the velocity, what is made of the displacement.
-    #[inline(never)]
-    fn estimate(&mut self, measured: &mut Signals<S>) {
-        let estimates = &mut self.estimates;
-        measured.velocity = S::from_lanes(|i| {
-            let one = measured.lane(i);
-            let velocity = match estimates.get_mut(i) {
-                Some(Some(estimate)) => estimate.velocity(one.displacement, one.force, one.acceleration),
-                _ => one.velocity,
-            };
-            S::Element::from_f64(velocity)
-        });
     }
 
     /// Puts a controller from outside in the place of the rig's own; of a digital side, one rig.
@@ -263,23 +356,20 @@ where
     /// No-load flows (m³/s) that the valve of a lane was found to pass at these openings; none where nothing is
     /// learned, empty where it is learned outside.
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
-        let adaptive = self.adaptive.as_ref()?;
-        let here = self.outside.is_none();
-        Some(if here { adaptive.found_flows(openings, lane) } else { Vec::new() })
+        if self.outside.is_some() {
+            return self.adapts.then(Vec::new);
+        }
+        self.channels.get(lane)?.found_flows(openings)
     }
 
-    /// Asks the protection, where there is one, for the soft end.
+    /// Asks the protections, where there are any, for the soft end.
     pub(crate) fn end(&mut self) {
-        if let Some(guarded) = &mut self.protection {
-            guarded.end();
-        }
+        self.channels.iter_mut().for_each(RigChannel::end);
     }
 
-    /// Trips the protection, where there is one, from outside.
+    /// Trips the protections, where there are any, from outside.
     pub(crate) fn trip(&mut self) {
-        if let Some(guarded) = &mut self.protection {
-            guarded.trip();
-        }
+        self.channels.iter_mut().for_each(RigChannel::trip);
     }
 
     /// What the sensors make of the truth, and the load cell (gain and offset in N) as an analog controller sees it,
@@ -302,105 +392,5 @@ where
             ideal: false,
         };
         (Signals::from_lanes(|i| readings[i].0), wire)
-    }
-
-    #[inline(always)]
-    fn sample_analog<const PLAIN: bool>(
-        &mut self,
-        state: &mut DigitalState<C>,
-        [command, next_command, fed]: [S; 3],
-        measured: Signals<S>,
-        wire: Sensed<S>,
-        plant: &impl Driven<S>,
-    ) -> Decision<S> {
-        let computed = if !PLAIN && let Some(adaptive) = &mut self.adaptive {
-            let before = adaptive.before.map_or(self.analog, |driver| driver.cell.analog());
-            let before = before.arrived(command).through((wire.gain, wire.offset));
-            let before = Driver::analog(before, wire.ideal);
-            let measurements = measured.measurements(plant.command(&before), self.unmeasured_supply);
-            let (controller, state) = (&adaptive.controller.compensation, &mut adaptive.state.compensation);
-            controller.step_ahead(state, convert(command), convert(fed), &measurements)
-        } else {
-            let (velocity, force, spool) = measured.rounded::<C>();
-            let further_flow = if PLAIN {
-                C::splat(0.0)
-            } else {
-                self.feedforward.step(&mut state.feedforward, convert(fed))
-            };
-            self.controller.compensation.step(
-                &mut state.controller.compensation,
-                velocity,
-                force,
-                spool,
-                further_flow,
-            )
-        };
-        let (compensation, clipped) = if PLAIN {
-            (convert(computed.value), S::Flags::default())
-        } else {
-            self.dac.convert(self.computation.pass(convert(computed.value)))
-        };
-        if let Some(guarded) = &mut self.protection {
-            guarded.watch(computed.status);
-        }
-        let rate = (next_command - command) * S::splat(self.sample_rate);
-        let analog = self.analog.at(command, rate, compensation);
-        let behind = analog.through((wire.gain, wire.offset));
-        let driver = match &self.protection {
-            Some(guarded) if !PLAIN => Driver::analog(behind.limited_to(convert(guarded.authority())), false),
-            _ => Driver::analog(behind, PLAIN || wire.ideal),
-        };
-        let valve_command = plant.command(&driver);
-        Decision {
-            measured,
-            valve_command,
-            compensation,
-            calibration: self.nominal,
-            status: computed.status | clipped,
-            driver,
-        }
-    }
-
-    #[inline(always)]
-    fn sample_digital(
-        &mut self,
-        state: &mut DigitalState<C>,
-        command: S,
-        fed: S,
-        measured: Signals<S>,
-    ) -> Decision<S> {
-        let computation = &mut self.computation;
-        let path = |compensation: C| convert(computation.pass(convert(compensation)));
-        let output = if let Some(adaptive) = &mut self.adaptive {
-            // The controller knows its own valve command.
-            let measurements = measured.measurements(S::splat(0.0), self.unmeasured_supply);
-            let (command, fed) = (convert(command), convert(fed));
-            adaptive.controller.step_via(&mut adaptive.state, command, fed, &measurements, path)
-        } else {
-            let (velocity, force, spool) = measured.rounded::<C>();
-            let further_flow = self.feedforward.step(&mut state.feedforward, convert(fed));
-            self.controller.step_via(
-                &mut state.controller,
-                convert(command),
-                velocity,
-                force,
-                spool,
-                further_flow,
-                path,
-            )
-        };
-        let output = match &mut self.protection {
-            Some(guarded) => guarded.apply(output),
-            None => output,
-        };
-        let (valve_command, clipped) = self.dac.convert(convert(output.valve_command));
-        Decision {
-            measured,
-            valve_command,
-            compensation: convert(output.compensation),
-            calibration: self.nominal,
-            status: output.status | clipped,
-            driver: Driver::held(valve_command),
-        }
     }
 }

@@ -1,6 +1,5 @@
 //! The sampled closed loop: `eft-core` around the continuous plant.
 
-mod adaptive;
 mod building;
 mod building_stepper;
 mod channel;
@@ -9,27 +8,23 @@ mod controller;
 mod dac;
 mod delay_line;
 mod digital_side;
-mod guarded;
 mod ideal;
 mod outside;
+mod replay;
 mod signals;
 mod simulate;
 pub(crate) mod single;
 mod stepper;
 mod test_run;
-mod velocity_estimate;
 
 pub use building::{building_energy_balance, ideal_building_response, simulate_building, story_forces};
 pub use building_stepper::BuildingStepper;
-pub use channel::{Channel, ChannelOutput, Reach, Sample};
-pub use controller::{
-    Precision, RigAdaptiveController, RigController, adaptive_parameters, adapts, compensation_parameters,
-};
-pub(crate) use guarded::protection_parameters;
+pub use channel::RigChannel;
+pub use controller::{Precision, RigController, adapts, parameters};
 pub use ideal::{IdealResponse, ideal_response};
 pub use outside::Answer;
+pub use replay::{Replay, replay};
 pub use simulate::{CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate};
 pub(crate) use simulate::{one_actuator, simulate_controlled, soft_end_ticks};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;
-pub(crate) use velocity_estimate::observer_per_mass;

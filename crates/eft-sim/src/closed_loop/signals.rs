@@ -1,30 +1,11 @@
 //! Signals on their way into the controller: in its precision, and one rig's apart from those beside it.
 
-use eft_core::{Measurements, Real, Scalar};
+use eft_core::{Input, Real, Scalar};
 
 use crate::rig::Num;
 use crate::sensors::Signals;
 
 impl<S: Num> Signals<S> {
-    /// What the controller reads, in its precision: velocity, force and spool opening.
-    #[inline(always)]
-    pub(super) fn rounded<C: Scalar>(&self) -> (C, C, C) {
-        (convert(self.velocity), convert(self.force), convert(self.spool))
-    }
-
-    /// What the adaptive controller reads besides, with the valve command (V), and the supply pressure (Pa) that it
-    /// takes for granted where none is measured.
-    #[inline(always)]
-    pub(super) fn measurements<C: Scalar>(&self, valve_command: S, unmeasured: Option<S>) -> Measurements<C> {
-        Measurements {
-            velocity: convert(self.velocity),
-            force: convert(self.force),
-            spool: convert(self.spool),
-            valve_command: convert(valve_command),
-            supply_pressure: convert(unmeasured.unwrap_or(self.supply_pressure)),
-        }
-    }
-
     /// One lane.
     pub(super) fn lane(&self, lane: usize) -> Signals<f64> {
         Signals {
@@ -46,6 +27,23 @@ impl<S: Num> Signals<S> {
             spool: S::from_lanes(|i| f(i).spool),
             supply_pressure: S::from_lanes(|i| f(i).supply_pressure),
             acceleration: S::from_lanes(|i| f(i).acceleration),
+        }
+    }
+}
+
+impl Signals<f64> {
+    /// A channel's input, with the command (N) now and at the next tick, and the valve command (V) that stands.
+    pub(super) fn input(&self, command: f64, next_command: f64, valve_command: f64) -> Input<f64> {
+        Input {
+            command,
+            next_command,
+            valve_command,
+            velocity: self.velocity,
+            force: self.force,
+            spool: self.spool,
+            displacement: self.displacement,
+            acceleration: self.acceleration,
+            supply_pressure: self.supply_pressure,
         }
     }
 }

@@ -94,7 +94,7 @@ impl SimulateOptions {
 /// [`status::DIVERGED`]: every trace is finite up to it.
 ///
 /// # Errors
-/// An invalid command or configuration, or an interruption.
+/// An invalid command, or an interruption.
 pub fn simulate<P: Precision>(
     rig: &RigConfig,
     command: &Command,
@@ -112,7 +112,6 @@ pub(crate) fn simulate_controlled<P: Precision>(
     outside: Option<Outside>,
     go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
-    rig.validate()?;
     one_actuator(rig)?;
     command.validate()?;
     if needs_detail(rig) {
@@ -138,7 +137,6 @@ pub fn energy_balance(
     command: &Command,
     options: &SimulateOptions,
 ) -> Result<EnergyBalance> {
-    rig.validate()?;
     one_actuator(rig)?;
     command.validate()?;
     let (_, test, state) = run_through::<f64, DetailedPlant<f64>>(rig, command, options, None, |_, _| true)?;

@@ -1,9 +1,9 @@
 //! Plant and digital side tied together, one actuator a rig: one tick at a time.
 
-use eft_core::{Scalar, status};
+use eft_core::{ControllerState, Scalar, status};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{Decision, DigitalSide, DigitalState, Driven};
+use crate::closed_loop::digital_side::{Decision, DigitalSide, Driven};
 use crate::closed_loop::outside::Outside;
 use crate::config::RigConfig;
 use crate::error::Result;
@@ -23,7 +23,10 @@ pub(crate) struct Tick<S: Num> {
 }
 
 /// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
-pub(crate) struct ClosedLoop<S: Num, C: Scalar, P: PlantModel<S>> {
+pub(crate) struct ClosedLoop<S: Num, C: Scalar, P: PlantModel<S>>
+where
+    C::Element: Precision,
+{
     plant: P,
     digital: DigitalSide<S, C>,
     pace: Pace,
@@ -50,7 +53,7 @@ impl<S: Num, P: PlantModel<S>> Driven<S> for Standing<'_, P, P::State> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LoopState<C: Scalar, X> {
     plant: X,
-    digital: DigitalState<C>,
+    digital: ControllerState<C>,
 }
 
 impl<S: Num, C: Scalar<Flags = S::Flags>, P: PlantModel<S>> ClosedLoop<S, C, P>
@@ -64,7 +67,7 @@ where
 
     /// The state at rest.
     pub(crate) fn at_rest(&self) -> LoopState<C, P::State> {
-        LoopState { plant: self.plant.at_rest(), digital: DigitalState::default() }
+        LoopState { plant: self.plant.at_rest(), digital: ControllerState::default() }
     }
 
     /// Whether all the rest is what [`DigitalSide::is_plain`] says.
@@ -142,7 +145,10 @@ where
     }
 }
 
-impl<C: Scalar<Flags = u32>> ClosedLoop<f64, C, DetailedPlant<f64>> {
+impl<C: Scalar<Flags = u32>> ClosedLoop<f64, C, DetailedPlant<f64>>
+where
+    C::Element: Precision,
+{
     /// Where the energy went so far.
     pub(crate) fn balance(&self, state: &LoopState<C, DetailedState<f64>>) -> EnergyBalance {
         self.plant.balance(&self.plant.at_rest(), &state.plant, 0)

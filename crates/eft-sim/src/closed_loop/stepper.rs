@@ -83,10 +83,9 @@ impl PlantStepper {
     /// The plant of a rig at rest, to be stepped at a sample rate (Hz).
     ///
     /// # Errors
-    /// An invalid configuration or sample rate; a building, which has several valves.
+    /// An invalid sample rate; a building, which has several valves.
     pub fn new(rig: &RigConfig, sample_rate: f64, options: &SimulateOptions) -> Result<Self> {
-        rig.validate()?;
-        crate::checks::positive("sample_rate", sample_rate, "Hz")?;
+        crate::checks::sample_rate("sample_rate", sample_rate)?;
         one_actuator(rig)?;
         let asked = options.steps(sample_rate)?;
         let needed =

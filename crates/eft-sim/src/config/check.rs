@@ -3,7 +3,7 @@
 use eft_core::Short;
 use toml::{Table, Value};
 
-use super::schema::{Key, Kind, Need};
+use super::schema::{Key, Kind, Need, PLANT};
 use super::{KEYS, tree};
 use crate::{Error, Result};
 
@@ -41,20 +41,25 @@ const BESIDE: &[(&str, &str)] = &[
     ("structure.softening.stiffness", "structure.softening.displacement"),
 ];
 
-/// Checks every value against the schema and fills in the defaults.
-pub(super) fn complete(given: Table) -> Result<Table> {
-    let mut whole = Table::new();
-    for (key, value) in tree::leaves(&given) {
+/// Checks every name and value against the schema, those under `truth` as well.
+pub(super) fn accepted(given: &Table) -> Result<Table> {
+    let mut accepted = Table::new();
+    for (key, value) in tree::leaves(given) {
         match tree::row(&key) {
-            Some(row) => tree::set(&mut whole, &key, accept(row, value)?)?,
+            Some(row) => tree::set(&mut accepted, &key, accept(&key, row, value)?)?,
             None if tree::is_section(&key) => {
                 if !value.is_table() {
                     return Err(Error::value(&key, show(value), "must be a section"));
                 }
             }
-            None => return Err(tree::unknown(&key)),
+            None => return Err(refused(&key, value)),
         }
     }
+    Ok(accepted)
+}
+
+/// Fills in the defaults of accepted values, and checks what they must have in common.
+pub(super) fn complete(mut whole: Table) -> Result<Table> {
     for row in KEYS {
         if tree::get(&whole, row.key).is_none() {
             match row.need {
@@ -77,9 +82,55 @@ pub(super) fn complete(given: Table) -> Result<Table> {
     Ok(whole)
 }
 
+/// A complete tree with accepted values of its plant in the place of its own, checked as any other.
+pub(super) fn plant(believed: &Table, truth: &Table) -> Result<Table> {
+    let mut plant = believed.clone();
+    for (key, value) in tree::leaves(truth) {
+        tree::set(&mut plant, &key, value.clone())?;
+    }
+    let plant = complete(plant).map_err(|error| error.within(tree::TRUTH))?;
+    let curve = "servovalve.flow_table";
+    if tree::get(truth, curve).is_some() && tree::get(&plant, "servovalve.true_flow_table").is_some() {
+        let allowed = "must be absent: `servovalve.true_flow_table` is the valve's own curve already";
+        return Err(Error::value(curve, "a section", allowed).within(tree::TRUTH));
+    }
+    same_actuators(believed, &plant).map_err(|error| error.within(tree::TRUTH))?;
+    Ok(plant)
+}
+
+/// Truth has as many actuators as there are controllers.
+fn same_actuators(believed: &Table, plant: &Table) -> Result<()> {
+    const KIND: &str = "structure.kind";
+    const MASSES: &str = "structure.stories.masses";
+    let kind = |rig| tree::get(rig, KIND).and_then(Value::as_str).unwrap_or_default();
+    let is_building = |rig| kind(rig) == "shear_building";
+    if is_building(believed) != is_building(plant) {
+        let allowed = format!("must leave the number of actuators: `{KIND}` is \"{}\"", kind(believed));
+        return Err(Error::value(KIND, format!("\"{}\"", kind(plant)), allowed));
+    }
+    let [stories, true_stories] = [believed, plant].map(|rig| list(rig, MASSES).len());
+    if is_building(plant) && stories != true_stories {
+        let allowed = format!("must have as many values as `{MASSES}`, which has {stories}");
+        return Err(Error::value(MASSES, format!("{true_stories} values"), allowed));
+    }
+    Ok(())
+}
+
+/// The error for a name outside the schema.
+fn refused(key: &str, value: &Value) -> Error {
+    match tree::under_truth(key) {
+        Some(believed) if tree::known(believed).is_ok() => {
+            let sections = PLANT.map(|section| format!("`{section}`")).join(", ");
+            let allowed = format!("must be a key of the plant, in one of the sections {sections}");
+            Error::value(key, show(value), allowed)
+        }
+        _ => tree::unknown(key),
+    }
+}
+
 /// A value of the right type and range; whole numbers become floats where floats are wanted.
-fn accept(row: &Key, value: &Value) -> Result<Value> {
-    let refuse = || Error::value(row.key, show(value), row.allowed());
+fn accept(key: &str, row: &Key, value: &Value) -> Result<Value> {
+    let refuse = || Error::value(key, show(value), row.allowed());
     match (row.kind, value) {
         (Kind::Float(low, high), _) => {
             let number = number(value).ok_or_else(refuse)?;
@@ -91,13 +142,12 @@ fn accept(row: &Key, value: &Value) -> Result<Value> {
         (Kind::Choice(words), Value::String(word)) if words.contains(&word.as_str()) => Ok(value.clone()),
         (Kind::Floats(least, most, low, high), Value::Array(items)) => {
             if !(least..=most).contains(&items.len()) {
-                return Err(Error::value(row.key, format!("{} values", items.len()), row.allowed()));
+                return Err(Error::value(key, format!("{} values", items.len()), row.allowed()));
             }
             let each = Key { kind: Kind::Float(low, high), ..*row };
             let accepted = items.iter().enumerate().map(|(index, item)| {
                 let inside = number(item).filter(|number| (low..=high).contains(number)).map(Value::Float);
-                inside
-                    .ok_or_else(|| Error::value(&format!("{}[{index}]", row.key), show(item), each.allowed()))
+                inside.ok_or_else(|| Error::value(&format!("{key}[{index}]"), show(item), each.allowed()))
             });
             accepted.collect::<Result<Vec<_>>>().map(Value::Array)
         }
@@ -218,8 +268,5 @@ fn show(value: &Value) -> String {
         Value::Table(_) => "a section".to_owned(),
         other => other.to_string(),
     };
-    match text.char_indices().nth(80) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
-    }
+    tree::shortened(&text)
 }

@@ -22,6 +22,7 @@ pub use sections::{
     Stories, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage, VelocitySource,
 };
 
+use std::ops::Deref;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -29,9 +30,39 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, Result};
 
 /// A whole rig: plant, controller, sensors and limits, in SI units.
+///
+/// It is valid: every way to one checks names, types and ranges. Its [values](RigValues) are read as its own fields, and
+/// [`replace`](Self::replace) and [`with`](Self::with) give a rig with other ones.
+///
+/// The values are what the controller believes. What is true of the plant instead stands in them under `truth`, and
+/// [`plant`](Self::plant) is the rig with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigConfig {
+    values: RigValues,
+    truth: Option<Box<Truth>>,
+}
+
+/// Where the plant is not what the controller believes.
+#[derive(Clone, Debug, PartialEq)]
+struct Truth {
+    /// The values that differ, as a tree of sections.
+    values: toml::Table,
+    /// The rig with them.
+    plant: RigConfig,
+}
+
+impl Deref for RigConfig {
+    type Target = RigValues;
+
+    fn deref(&self) -> &RigValues {
+        &self.values
+    }
+}
+
+/// The values of a rig by section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RigConfig {
+pub struct RigValues {
     /// A name for reports and exported files.
     pub name: Option<String>,
     /// The actuator.
@@ -49,7 +80,7 @@ pub struct RigConfig {
     /// What the sensors do to the signals; ideal by default.
     pub sensors: Sensors,
     /// What the converter does to the controller's output; ideal by default.
-    pub dac: Option<Dac>,
+    pub dac: Dac,
     /// Protection of the specimen; none by default.
     pub protection: Protection,
     /// Limits and plausible measurement ranges; none by default.
@@ -93,18 +124,47 @@ impl RigConfig {
     /// # Errors
     /// [`Error::UnknownKey`], [`Error::MissingKey`] or [`Error::Value`], each naming the dotted key.
     pub fn from_tree(tree: toml::Table) -> Result<Self> {
-        let complete = check::complete(tree)?;
-        // The check above has settled names, types and ranges; what serde still refuses is a
+        let mut accepted = check::accepted(&tree)?;
+        let truth = accepted.remove(tree::TRUTH);
+        let complete = check::complete(accepted)?;
+        let truth = match truth {
+            Some(toml::Value::Table(values)) => {
+                let plant = Self::from_complete(check::plant(&complete, &values)?, None)?;
+                Some(Box::new(Truth { values, plant }))
+            }
+            _ => None,
+        };
+        Self::from_complete(complete, truth)
+    }
+
+    fn from_complete(complete: toml::Table, truth: Option<Box<Truth>>) -> Result<Self> {
+        // The checks have settled names, types and ranges; what serde still refuses is a
         // disagreement between KEYS and the structs.
-        Self::deserialize(toml::Value::Table(complete))
-            .map_err(|error| Error::Toml(error.message().to_owned()))
+        let values = RigValues::deserialize(toml::Value::Table(complete))
+            .map_err(|error| Error::Toml(error.message().to_owned()))?;
+        Ok(Self { values, truth })
     }
 
     /// The configuration as a tree of sections, defaults included.
     pub fn to_tree(&self) -> toml::Table {
-        // Plain structs of numbers, strings and lists always serialize; an integer that TOML
-        // cannot hold (a seed above 2^63) is the only exception and is left to `validate`.
-        toml::Table::try_from(self).unwrap_or_default()
+        // Plain structs of numbers, strings and lists always serialize; the one whole number that TOML cannot hold, a
+        // seed above 2^63, is in no valid rig.
+        self.tree_of(&self.values).unwrap_or_default()
+    }
+
+    /// A tree of these values, and of what is true of this rig's plant.
+    fn tree_of(&self, values: &RigValues) -> Result<toml::Table> {
+        let mut tree = toml::Table::try_from(values).map_err(|error| Error::Toml(error.to_string()))?;
+        if let Some(truth) = &self.truth {
+            tree.insert(tree::TRUTH.to_owned(), truth.values.clone().into());
+        }
+        Ok(tree)
+    }
+
+    /// The rig as it truly is: this one with the values of its `truth` in the place of what the controller believes. Plant,
+    /// sensors and converter are made from it, controllers from the rig itself.
+    pub fn plant(&self) -> &Self {
+        self.truth.as_ref().map_or(self, |truth| &truth.plant)
     }
 
     /// A new configuration with some values replaced; keys are dotted, values may be sections.
@@ -152,15 +212,28 @@ impl RigConfig {
         idle::idle_keys(&self.to_tree())
     }
 
-    /// Checks values that were set field by field.
+    /// A new configuration with fields changed.
     ///
     /// # Errors
     /// As [`Self::from_tree`].
-    pub fn validate(&self) -> Result<()> {
-        let tree = toml::Table::try_from(self).map_err(|error| Error::Toml(error.to_string()))?;
-        check::complete(tree).map(|_| ())
+    pub fn with(&self, change: impl FnOnce(&mut RigValues)) -> Result<Self> {
+        let mut values = self.values.clone();
+        change(&mut values);
+        Self::from_tree(self.tree_of(&values)?)
+    }
+
+    /// With fields changed, those of the plant alike, and unchecked: what an analysis looks at may lie beyond the ranges.
+    pub(crate) fn varied(&self, change: impl Fn(&mut RigValues)) -> Self {
+        let mut varied = self.clone();
+        change(&mut varied.values);
+        if let Some(truth) = &mut varied.truth {
+            change(&mut truth.plant.values);
+        }
+        varied
     }
 }
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod truth_tests;

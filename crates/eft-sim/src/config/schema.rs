@@ -60,7 +60,15 @@ pub enum Preset {
     Text(&'static str),
 }
 
+/// Sections that describe the plant, its sensors and its converter: what the rest of a rig has beliefs about.
+pub(super) const PLANT: [&str; 6] = ["actuator", "supply", "servovalve", "structure", "sensors", "dac"];
+
 impl Key {
+    /// Whether the key describes the plant, and may stand under `truth` as well.
+    pub fn is_of_the_plant(&self) -> bool {
+        self.key.split_once('.').is_some_and(|(section, _)| PLANT.contains(&section))
+    }
+
     /// What the key allows, as a phrase for error messages and documents.
     pub fn allowed(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };

@@ -1,13 +1,13 @@
 //! TOML in and out.
 
 use std::fmt::Write as _;
-use std::io::Read as _;
 use std::path::Path;
 
 use toml::{Table, Value};
 
+use super::schema::PLANT;
 use super::{KEYS, tree};
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 use eft_core::Short;
 
 /// A rig file of the whole schema is 5 kB; what is larger by far is another file.
@@ -21,6 +21,7 @@ pub(super) fn parse(text: &str) -> Result<Table> {
             message if message.starts_with("invalid type: integer") => {
                 "a whole number must fit 64 bits".into()
             }
+            "recursion limit" => "a key has too many parts".into(),
             message => message.lines().collect::<Vec<_>>().join("; "),
         };
         let Some(span) = error.span() else { return Error::Toml(message) };
@@ -33,23 +34,14 @@ pub(super) fn parse(text: &str) -> Result<Table> {
 
 /// Reads a file of bounded size as UTF-8.
 pub(super) fn read(path: &Path) -> Result<String> {
-    let io = |source| Error::Io { path: path.into(), source };
-    let file = std::fs::File::open(path).map_err(io)?;
-    let mut bytes = Vec::new();
-    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(io)?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        return Err(Error::File {
-            path: path.into(),
-            message: "larger than 1 MiB, which no rig file is".into(),
-        });
-    }
-    String::from_utf8(bytes).map_err(|error| Error::File {
+    String::from_utf8(files::read(path, LARGEST_FILE)?).map_err(|error| Error::File {
         path: path.into(),
         message: format!("not UTF-8 text at byte {}", error.utf8_error().valid_up_to()),
     })
 }
 
-/// Writes a complete tree in the order of the schema, with the meaning of each key if wanted.
+/// Writes a complete tree in the order of the schema, with the meaning of each key if wanted; what is true of the plant
+/// comes last.
 pub(super) fn write(whole: &Table, commented: bool) -> String {
     let mut text = String::new();
     let mut open = "";
@@ -69,6 +61,20 @@ pub(super) fn write(whole: &Table, commented: bool) -> String {
         match value {
             Some(value) => _ = writeln!(text, "{name} = {}", show(value)),
             None => _ = writeln!(text, "# {name} ="),
+        }
+    }
+    let truth = whole.get(tree::TRUTH).and_then(Value::as_table);
+    if truth.is_some() || commented {
+        let _ = writeln!(text, "\n[{}]", tree::TRUTH);
+    }
+    if commented {
+        let sections = PLANT.join(", ");
+        let _ = writeln!(text, "# what is true of the plant where it is not what the controller believes:");
+        let _ = writeln!(text, "# any key of {sections}, such as structure.mass");
+    }
+    for row in KEYS {
+        if let Some(value) = truth.and_then(|truth| tree::get(truth, row.key)) {
+            let _ = writeln!(text, "{} = {}", row.key, show(value));
         }
     }
     text

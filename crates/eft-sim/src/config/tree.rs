@@ -9,6 +9,9 @@ use super::KEYS;
 use super::schema::Key;
 use crate::{Error, Result};
 
+/// The section of what is true of the plant where it is not what the controller believes.
+pub(super) const TRUTH: &str = "truth";
+
 /// The value at a dotted key.
 pub(super) fn get<'a>(tree: &'a Table, key: &str) -> Option<&'a Value> {
     let mut parts = key.split('.');
@@ -19,16 +22,18 @@ pub(super) fn get<'a>(tree: &'a Table, key: &str) -> Option<&'a Value> {
     Some(value)
 }
 
-/// Puts a value at a dotted key, making sections on the way.
+/// Puts a value at a dotted key, making sections on the way. Whether there is such a key is not looked at.
 pub(super) fn set(tree: &mut Table, key: &str, value: Value) -> Result<()> {
-    known(key)?;
     let mut section = tree;
-    let (path, leaf) = key.rsplit_once('.').unwrap_or(("", key));
-    for part in path.split('.').filter(|part| !part.is_empty()) {
+    let (path, leaf) = key.rsplit_once('.').map_or((None, key), |(path, leaf)| (Some(path), leaf));
+    for part in path.into_iter().flat_map(|path| path.split('.')) {
         let next = section.entry(part).or_insert_with(|| Value::Table(Table::new()));
         section = match next {
             Value::Table(table) => table,
-            other => return Err(Error::value(part, other.to_string(), "must be a section")),
+            other => {
+                known(key)?;
+                return Err(Error::value(part, other.to_string(), "must be a section"));
+            }
         };
     }
     section.insert(leaf.to_owned(), value);
@@ -67,12 +72,21 @@ pub(super) fn leaves(tree: &Table) -> Vec<(String, &Value)> {
     found
 }
 
-/// What the schema says of a key.
+/// What the schema says of a key; a key under `truth` is that of the plant.
 pub(super) fn row(key: &str) -> Option<&'static Key> {
     // Studies check thousands of rigs of a hundred keys each.
     static ROWS: LazyLock<HashMap<&str, &Key>> =
         LazyLock::new(|| KEYS.iter().map(|row| (row.key, row)).collect());
-    ROWS.get(key).copied()
+    let row = |key| ROWS.get(key).copied();
+    match under_truth(key) {
+        Some(key) => row(key).filter(|row| row.is_of_the_plant()),
+        None => row(key),
+    }
+}
+
+/// What stands behind `truth.` in a key, if it begins so.
+pub(super) fn under_truth(key: &str) -> Option<&str> {
+    key.strip_prefix(TRUTH)?.strip_prefix('.')
 }
 
 /// Whether the schema has a value of this key.
@@ -82,7 +96,9 @@ pub(super) fn is_leaf(key: &str) -> bool {
 
 /// Whether the schema has a section of this name.
 pub(super) fn is_section(key: &str) -> bool {
-    KEYS.iter().any(|row| row.key.strip_prefix(key).is_some_and(|rest| rest.starts_with('.')))
+    let section = under_truth(key).unwrap_or(key);
+    let begins = |row: &Key| row.key.strip_prefix(section).is_some_and(|rest| rest.starts_with('.'));
+    key == TRUTH || KEYS.iter().any(|row| begins(row) && (section == key || row.is_of_the_plant()))
 }
 
 /// Refuses a key outside the schema.
@@ -97,15 +113,30 @@ pub(super) fn unknown(key: &str) -> Error {
     }
     // The name decides, wherever it stands: a right name in the wrong section is the commonest
     // mistake next to a typo. The section breaks ties.
+    let of_the_plant = KEYS.iter().filter(|row| row.is_of_the_plant());
+    let true_keys = of_the_plant.map(|row| format!("{TRUTH}.{}", row.key));
     let nearest = KEYS
         .iter()
-        .map(|row| {
-            let name = strsim::normalized_damerau_levenshtein(last(key), last(row.key));
-            let whole = strsim::normalized_damerau_levenshtein(key, row.key);
-            (name, name + 0.2 * whole, row.key)
+        .map(|row| row.key.to_owned())
+        .filter(|_| under_truth(key).is_none())
+        .chain(true_keys)
+        // The distance takes a time in proportion to the length of the key.
+        .filter(|known| key.len() <= 4 * known.len())
+        .map(|known| {
+            let name = strsim::normalized_damerau_levenshtein(last(key), last(&known));
+            let whole = strsim::normalized_damerau_levenshtein(key, &known);
+            (name, name + 0.2 * whole, known)
         })
         .filter(|(name, ..)| *name >= 0.6)
         .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(.., key)| key.to_owned());
-    Error::UnknownKey { key: key.to_owned(), nearest }
+        .map(|(.., known)| known);
+    Error::UnknownKey { key: shortened(key), nearest }
+}
+
+/// A text for a message, cut where it is long.
+pub(super) fn shortened(text: &str) -> String {
+    match text.char_indices().nth(80) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
 }

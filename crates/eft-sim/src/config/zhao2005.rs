@@ -1,7 +1,7 @@
 //! The rig of the paper: Tables 1 and 2 and Fig. 7, in SI units.
 
-use super::RigConfig;
 use super::sections::*;
+use super::{RigConfig, RigValues};
 
 /// m³ per in³.
 const CUBIC_INCH: f64 = 1.6387064e-5;
@@ -12,15 +12,23 @@ const EXTENDING: [f64; 10] = [102.2, 187.2, 260.4, 321.1, 369.8, 411.2, 441.0, 4
 const RETRACTING: [f64; 10] =
     [-101.0, -188.2, -260.9, -324.2, -377.1, -419.9, -452.3, -480.2, -508.2, -536.2];
 
-const IDEAL: Sensor =
-    Sensor { noise: 0.0, bandwidth: None, bits: None, range: None, delay: 0, bias: 0.0, dropout: 0.0 };
+const IDEAL: Sensor = Sensor {
+    gain: 1.0,
+    noise: 0.0,
+    bandwidth: None,
+    bits: None,
+    range: None,
+    delay: 0,
+    bias: 0.0,
+    dropout: 0.0,
+};
 
 impl RigConfig {
     /// The rig of Zhao, Shield, French and Posbergh (Tables 1 and 2, Fig. 7), nonlinear
     /// compensation at level 1, sampled at 4096 Hz.
     pub fn zhao2005() -> Self {
         let flows = RETRACTING.iter().rev().chain(&[0.0]).chain(&EXTENDING);
-        Self {
+        let values = RigValues {
             name: Some("zhao2005".into()),
             actuator: Actuator {
                 piston_area: 8.212e-3,
@@ -107,7 +115,7 @@ impl RigConfig {
                 acceleration: IDEAL,
                 fault: None,
             },
-            dac: None,
+            dac: Dac { range: None, bits: None, delay: 0 },
             protection: Protection {
                 enabled: false,
                 force_warning: None,
@@ -133,6 +141,7 @@ impl RigConfig {
                 velocity_range: None,
                 spool_range: None,
             },
-        }
+        };
+        Self { values, truth: None }
     }
 }

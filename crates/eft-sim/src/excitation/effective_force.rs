@@ -11,12 +11,13 @@ use crate::records::Record;
 /// within the record.
 ///
 /// # Errors
-/// When the record is empty or not finite, `mass`, `sample_rate` or the record's step is not positive and
-/// finite, `scale` is not finite, the force overflows, or the command would exceed [`super::MAX_SAMPLES`].
+/// When the record is empty or not finite, `mass` is not positive and finite, no measurement has the
+/// `sample_rate` or the record's step, `scale` is not finite, the force overflows, or the command would exceed
+/// [`super::MAX_SAMPLES`].
 pub fn effective_force(record: &Record, mass: f64, sample_rate: f64, scale: f64) -> Result<Command> {
     record.validate()?;
     checks::positive("mass", mass, "kg")?;
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     checks::finite("scale", scale, "")?;
     let ag = &record.acceleration;
     let last = ag.len() - 1;
@@ -82,7 +83,8 @@ mod tests {
         assert!(text(1.0, f64::NAN, 1.0).starts_with("sample_rate = NaN"));
         assert!(text(1.0, 100.0, f64::INFINITY).starts_with("scale = inf"));
         assert!(text(f64::MAX, 100.0, 10.0).starts_with("mass·scale"));
-        assert!(text(1.0, 1e13, 1.0).starts_with("number of samples"));
+        let long = effective_force(&record(&[1.0, 2.0], 1.0), 1.0, 1e9, 1.0).unwrap_err().to_string();
+        assert!(long.starts_with("number of samples = 1.000000001e9"), "{long}");
         let spoilt = Record { name: String::new(), acceleration: vec![f64::NAN], dt: 0.01 };
         assert!(effective_force(&spoilt, 1.0, 100.0, 1.0).is_err());
     }

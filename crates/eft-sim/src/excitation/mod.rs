@@ -8,6 +8,7 @@ pub use sweep::sine_sweep;
 
 use crate::checks;
 use crate::error::{Error, Result};
+use eft_core::Short;
 
 /// The longest command that is built: 10⁸ samples (0.8 GB), nearly seven hours at 4096 Hz.
 pub const MAX_SAMPLES: usize = 100_000_000;
@@ -25,7 +26,7 @@ impl Command {
     /// A command from force samples in N and their rate in Hz.
     ///
     /// # Errors
-    /// When there are no values, one of them is not finite, or the rate is not positive and finite.
+    /// When there are no values, one of them is not finite, or no measurement has the rate.
     pub fn new(values: Vec<f64>, sample_rate: f64) -> Result<Self> {
         let command = Self { values, sample_rate };
         command.validate()?;
@@ -37,7 +38,7 @@ impl Command {
     /// # Errors
     /// As [`Command::new`].
     pub fn validate(&self) -> Result<()> {
-        checks::positive("sample_rate", self.sample_rate, "Hz")?;
+        checks::sample_rate("sample_rate", self.sample_rate)?;
         checks::signal("command", &self.values)?;
         within_memory(self.values.len() as f64).map(|_| ())
     }
@@ -60,7 +61,7 @@ fn within_memory(samples: f64) -> Result<usize> {
     if samples >= 1.0 && samples <= MAX_SAMPLES as f64 {
         Ok(samples as usize)
     } else {
-        Err(Error::value("number of samples", samples, format!("must lie within 1 and {MAX_SAMPLES}")))
+        Err(Error::value("number of samples", Short(samples), format!("must lie within 1 and {MAX_SAMPLES}")))
     }
 }
 
@@ -80,8 +81,12 @@ mod tests {
         let text = |values: Vec<f64>, rate| Command::new(values, rate).unwrap_err().to_string();
         assert!(text(vec![], 10.0).starts_with("command"));
         assert!(text(vec![0.0, f64::NAN], 10.0).contains("sample 1"));
-        for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(text(vec![1.0], rate).starts_with("sample_rate = "));
+        for rate in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300, 1e300] {
+            let message = text(vec![1.0], rate);
+            assert!(
+                message.starts_with("sample_rate = ") && message.ends_with("within 1e-6 and 1e9 Hz"),
+                "{message}"
+            );
         }
     }
 }

@@ -1,113 +1,114 @@
-//! The export in C: constants for `eft.h`.
+//! The export in C: a constant for `eft.h`.
 
 use std::fmt::{Result, Write as _};
 
-use eft_core::{Mode, SignFrom};
+use eft_core::{ProtectionParameters, VelocitySource};
 
+use super::fields::{Field, Value, fields, learning, levels, list, number, protection};
 use super::notes::lines;
-use super::{
-    Parts, Target, Velocity, adaptive_fields, fields, levels, limit, list, number, protection_fields,
-};
+use super::{Parts, Target};
 
 const NONE: &str = "DBL_MAX";
 
-/// The whole file.
+/// The whole file. The values stand in the order of `eft_parameters`, which is the core's: C++17 knows no initialisers by
+/// name.
 pub(super) fn write(out: &mut String, parts: &Parts) -> Result {
-    let (rig, p, adaptive) = (parts.rig, &parts.compensation, parts.adaptive.as_ref());
-    let table = &rig.servovalve.flow_table;
-    let mode = match p.mode {
-        Mode::Off => "OFF",
-        Mode::Linear => "LINEAR",
-        Mode::Nonlinear => "NONLINEAR",
-    };
-    let sign_from = match p.sign_from {
-        SignFrom::Spool => "SPOOL",
-        SignFrom::Demand => "DEMAND",
-    };
+    let constant = constant(parts.name);
     for (n, line) in lines(parts, Target::C).iter().enumerate() {
         let start = if n == 0 { "/*" } else { " *" };
         writeln!(out, "{}", format!("{start} {line}").trim_end())?;
     }
-    writeln!(out, " */")?;
-    writeln!(out, "#include <float.h>\n#include \"eft.h\"\n")?;
-    match adaptive {
-        None => writeln!(out, "static const eft_parameters EFT_RIG = {{")?,
-        Some(a) => {
-            writeln!(out, "static const eft_adaptive_parameters EFT_RIG = {{")?;
-            for (key, value, unit) in adaptive_fields(a) {
-                writeln!(out, "  .{key} = {}, /* {unit} */", number(value))?;
-            }
-            writeln!(out, "  .computation_delay = {}, /* samples */", a.computation_delay)?;
-            let parts = [
-                (a.feedforward, "EFT_FEEDFORWARD"),
-                (a.adaptive, "EFT_ESTIMATORS"),
-                (a.correct_curve, "EFT_CURVE"),
-                (a.guard, "EFT_GUARD"),
-            ];
-            let on: Vec<_> = parts.iter().filter(|part| part.0).map(|part| part.1).collect();
-            let on = if on.is_empty() { "0".to_owned() } else { on.join(" | ") };
-            writeln!(out, "  .parts = {on},\n  .rig = {{")?;
-        }
-    }
-    writeln!(out, "  .table_length = {},", table.openings.len())?;
-    writeln!(out, "  .mode = EFT_MODE_{mode},\n  .sign_from = EFT_SIGN_FROM_{sign_from},")?;
-    for (key, value, unit) in fields(p) {
-        writeln!(out, "  .{key} = {}, /* {unit} */", number(value))?;
-    }
-    for (key, value, unit) in [
-        ("sample_rate", number(p.sample_rate), "Hz"),
-        ("proportional_gain", number(p.proportional_gain), "V/V"),
-        ("force_sensitivity", number(rig.controller.force_sensitivity), "V/N"),
-        ("derivative_gain", number(rig.controller.derivative_gain), "s"),
-        ("valve_command", limit(rig.limits.valve_command.unwrap_or(f64::MAX), NONE), "V"),
-        ("valve_command_rate", limit(rig.limits.valve_command_rate.unwrap_or(f64::MAX), NONE), "V/s"),
-    ] {
-        writeln!(out, "  .{key} = {value}, /* {unit} */")?;
-    }
-    writeln!(
-        out,
-        "  .openings = {{{}}},\n  .flows = {{{}}}, /* m3/s */\n{}}};",
-        list(&table.openings),
-        list(&table.flows),
-        if adaptive.is_some() { "} " } else { "" }
-    )?;
-    around(out, parts)
+    writeln!(out, " */\n#ifndef {constant}_H\n#define {constant}_H\n")?;
+    writeln!(out, "#include <float.h>\n\n#include \"eft.h\"\n")?;
+    writeln!(out, "static const eft_parameters {constant} = {{")?;
+    structure(out, &fields(&parts.parameters), "  ")?;
+    writeln!(out, "}};\n\n#endif")
 }
 
-/// What stands around the controller.
-fn around(out: &mut String, parts: &Parts) -> Result {
-    let rate = number(parts.compensation.sample_rate);
-    match parts.velocity {
-        None => {}
-        Some(Velocity::Derivative(corner)) => {
-            writeln!(out, "\nstatic const eft_derivative_parameters EFT_VELOCITY = {{")?;
-            writeln!(out, "  .sample_rate = {rate}, /* Hz */")?;
-            writeln!(out, "  .corner = {}, /* Hz */\n}};", number(corner))?;
-        }
-        Some(Velocity::Observer([displacement, velocity, drift], per_mass)) => {
-            writeln!(out, "\nstatic const eft_observer_parameters EFT_VELOCITY = {{")?;
-            writeln!(out, "  .sample_rate = {rate}, /* Hz */")?;
-            writeln!(out, "  .gain_on_displacement = {}, /* 1 */", number(displacement))?;
-            writeln!(out, "  .gain_on_velocity = {}, /* 1/s */", number(velocity))?;
-            writeln!(out, "  .gain_on_drift = {}, /* 1/s2 */\n}};", number(drift))?;
-            match per_mass {
-                Some(per_mass) => {
-                    writeln!(out, "/* Times the force, the acceleration that the observer takes, 1/kg. */")?;
-                    writeln!(out, "static const double EFT_PER_MASS = {};", number(per_mass))?;
+/// The constant's name: `EFT_RIG`, and behind it the rig's as far as C takes it.
+fn constant(rig: &str) -> String {
+    let of = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' };
+    match rig {
+        "rig" => "EFT_RIG".to_owned(),
+        named => format!("EFT_RIG_{}", named.chars().map(of).collect::<String>()),
+    }
+}
+
+fn structure(out: &mut String, fields: &[Field], indent: &str) -> Result {
+    for (name, value, unit) in fields {
+        let text = match value {
+            Value::Number(value) => number(*value, NONE),
+            Value::Count(value) => format!("{value}u"),
+            Value::Switch(on) => u8::from(*on).to_string(),
+            Value::Choice(of, choice) => format!("EFT_{}_{}", screaming(of), choice.to_uppercase()),
+            Value::Numbers(values) => {
+                if *name == "openings" {
+                    writeln!(out, "{indent}{}u, /* table_length */", values.len())?;
                 }
-                None => writeln!(out, "/* It takes the accelerometer's reading, m/s2. */")?,
+                format!("{{{}}}", list(values))
             }
+            Value::Bounds(bounds) => format!("{{{}}}", list(bounds)),
+            Value::Velocity(source) => {
+                velocity(out, source, indent)?;
+                continue;
+            }
+            Value::Learning(what) => {
+                writeln!(out, "{indent}{{ /* {name} */")?;
+                structure(out, &learning(what), &format!("{indent}  "))?;
+                writeln!(out, "{indent}}},")?;
+                continue;
+            }
+            Value::Protection(what) => {
+                let inside = format!("{indent}  ");
+                writeln!(out, "{indent}{{ /* {name} */")?;
+                writeln!(out, "{inside}{}, /* enabled */", u8::from(what.is_some()))?;
+                let p = what.unwrap_or(ProtectionParameters::DEFAULT);
+                for (signal, levels, unit) in levels(&p) {
+                    for (level, value) in [("warning", levels.warning), ("trip", levels.trip)] {
+                        writeln!(out, "{inside}{}, /* {signal}_{level}, {unit} */", number(value, NONE))?;
+                    }
+                }
+                structure(out, &protection(&p), &inside)?;
+                writeln!(out, "{indent}}},")?;
+                continue;
+            }
+        };
+        let unit = if unit.is_empty() { String::new() } else { format!(", {unit}") };
+        writeln!(out, "{indent}{text}, /* {name}{unit} */")?;
+    }
+    Ok(())
+}
+
+/// An enumeration's name as C writes it.
+fn screaming(name: &str) -> String {
+    let mut out = String::new();
+    for (n, c) in name.chars().enumerate() {
+        if n > 0 && c.is_uppercase() {
+            out.push('_');
         }
+        out.extend(c.to_uppercase());
     }
-    let Some(p) = &parts.protection else { return Ok(()) };
-    writeln!(out, "\nstatic const eft_protection_parameters EFT_PROTECTION = {{")?;
-    writeln!(out, "  .sample_rate = {rate}, /* Hz */")?;
-    for (signal, levels, unit) in levels(p) {
-        writeln!(out, "  .{signal}_warning = {}, /* {unit} */", limit(levels.warning, NONE))?;
-        writeln!(out, "  .{signal}_trip = {}, /* {unit} */", limit(levels.trip, NONE))?;
+    out
+}
+
+/// A source, and the numbers of all of them: 0 where this one has no such number.
+fn velocity(out: &mut String, source: &VelocitySource, indent: &str) -> Result {
+    let (name, corner, gains, mass) = match *source {
+        VelocitySource::Sensor => ("SENSOR", 0.0, [0.0; 3], 0.0),
+        VelocitySource::Derivative { corner } => ("DERIVATIVE", corner, [0.0; 3], 0.0),
+        VelocitySource::Observer { gains, mass } => ("OBSERVER", 0.0, gains, mass),
+        VelocitySource::Accelerometer { gains } => ("ACCELEROMETER", 0.0, gains, 0.0),
+    };
+    let [displacement, velocity, drift] = gains;
+    writeln!(out, "{indent}EFT_VELOCITY_{name}, /* velocity_source */")?;
+    for (name, value, unit) in [
+        ("corner", corner, "Hz"),
+        ("gain_on_displacement", displacement, "1"),
+        ("gain_on_velocity", velocity, "1/s"),
+        ("gain_on_drift", drift, "1/s2"),
+        ("mass", mass, "kg"),
+    ] {
+        writeln!(out, "{indent}{value:?}, /* {name}, {unit} */")?;
     }
-    for (key, value, unit) in protection_fields(p) {
-        writeln!(out, "  .{key} = {}, /* {unit} */", limit(value, NONE))?;
-    }
-    writeln!(out, "}};")
+    Ok(())
 }

@@ -1,9 +1,10 @@
 //! What the constants cannot hold: what the firmware around them has to do, said in the exported file's first comment.
 
-use crate::closed_loop::soft_end_ticks;
-use crate::config::Realization;
+use eft_core::Realization;
 
-use super::{Parts, Target, number};
+use crate::closed_loop::soft_end_ticks;
+
+use super::{Parts, Target};
 
 /// Widest line of a comment, without what marks it as one.
 const WIDTH: usize = 96;
@@ -22,22 +23,25 @@ pub(super) fn lines(parts: &Parts, target: Target) -> Vec<String> {
 
 /// One sentence or two about each key that a constant cannot hold.
 fn notes(parts: &Parts, target: Target) -> Vec<String> {
-    let (rig, whole, alone) = (parts.rig, step(parts, target, false), step(parts, target, true));
-    let protected = parts.protection.is_some();
+    let (rig, p) = (parts.rig, &parts.parameters);
+    let (step, end) = match target {
+        Target::Rust => ("`CHANNEL.step`", "`ChannelState::end`"),
+        Target::C => ("eft_step", "eft_request_end"),
+    };
     let mut notes = Vec::new();
-    match rig.controller.realization {
+    match p.realization {
         Realization::Digital => {
-            notes.push(format!("The force loop is closed here: {whole} gives the valve command, V."));
+            notes.push(format!("The force loop is closed here: {step} gives the valve command, V."));
         }
         Realization::Analog => {
             notes.push(format!(
-                "An analog controller closes the force loop of this rig: {alone} gives the compensation signal, V, that \
-                 is added to its force error; {whole} would close the loop as well."
+                "An analog controller closes the force loop of this rig: {step} gives the compensation signal, V, that \
+                 is added to its force error."
             ));
-            if parts.adaptive.is_some() {
+            if p.learning.is_on() {
                 notes.push("The analog controller's valve command, V, is sampled with the rest.".to_owned());
             }
-            if protected {
+            if p.protection.is_some() {
                 notes.push(
                     "It follows the command that the protection permits, and its valve command is multiplied by the \
                      protection's authority."
@@ -46,43 +50,17 @@ fn notes(parts: &Parts, target: Target) -> Vec<String> {
             }
         }
     }
-    if parts.looks_ahead() {
+    if p.feedforward && p.look_ahead {
         notes.push("The next tick's command, N, is given with this one's.".to_owned());
     }
-    if parts.adaptive.is_some() {
-        let pressure = number(rig.supply.pressure);
-        notes.push(match rig.compensation.supply_correction {
-            true => "The supply pressure that is given with every sample is the measured one, Pa.".to_owned(),
-            false => format!(
-                "The supply pressure that is given with every sample is {pressure} Pa: none is measured."
-            ),
-        });
+    if p.supply_correction {
+        notes.push("The measured supply pressure, Pa, is given with every sample.".to_owned());
     }
-    if protected && rig.protection.soft_end {
-        let ticks = soft_end_ticks(rig, rig.controller.sample_rate);
-        let end = match target {
-            Target::Rust => "`ProtectionState::end`",
-            Target::C => "eft_protection_end",
-        };
+    if p.protection.is_some() && rig.protection.soft_end {
+        let ticks = soft_end_ticks(rig, p.sample_rate);
         notes.push(format!("The command fades at its end: {end} is called before its last {ticks} ticks."));
     }
     notes
-}
-
-/// The function of a tick: the whole controller, or the compensation alone.
-fn step(parts: &Parts, target: Target, alone: bool) -> String {
-    let ahead = if parts.looks_ahead() { "_ahead" } else { "" };
-    match target {
-        Target::Rust => {
-            let alone = if alone { "compensation." } else { "" };
-            format!("`CONTROLLER.{alone}step{ahead}`")
-        }
-        Target::C => {
-            let adaptive = if parts.adaptive.is_some() { "adaptive_" } else { "" };
-            let alone = if alone { "compensation_" } else { "" };
-            format!("eft_{adaptive}{alone}step{ahead}")
-        }
-    }
 }
 
 /// A name on one line, which no comment of either language ends or begins in.

@@ -76,7 +76,7 @@ pub struct Feasibility {
 /// advice: only a test on the virtual rig tells what becomes of it.
 ///
 /// # Errors
-/// An invalid configuration or command, not one command an actuator, or a loop that no level makes stable.
+/// An invalid command, not one command an actuator, or a loop that no level makes stable.
 pub fn check_feasibility(rig: &RigConfig, commands: &[Command]) -> Result<Feasibility> {
     let options = SimulateOptions::default();
     let ideals = match commands {
@@ -123,6 +123,8 @@ fn merge(all: &mut Vec<Demand>, asked: Vec<Demand>) {
 }
 
 fn demands(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Result<(Vec<Demand>, f64)> {
+    // What the test asks for and what is there, whatever the controller believes of it.
+    let rig = rig.plant();
     let actuator = &rig.actuator;
     let table = rig.servovalve.true_curve();
     let curve = FlowTable::<f64, TABLE_CAPACITY>::new(&table.openings, &table.flows)?;
@@ -172,8 +174,7 @@ fn demands(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Result<(
 }
 
 fn scheme(rig: &RigConfig, demands: &[Demand], pressure: f64) -> Result<Mode> {
-    let mut off = rig.clone();
-    off.compensation.mode = Mode::Off;
+    let off = rig.with(|rig| rig.compensation.mode = Mode::Off)?;
     let model = linearize(&off, FlowGain::Nominal, Time::Continuous)?;
     let own = |frequency: f64| -> Result<Vec<f64>> {
         let forces = model.outputs.iter().filter(|name| name.starts_with("force"));
@@ -310,8 +311,7 @@ mod tests {
         let answer = check_feasibility(&RigConfig::zhao2005(), &[sweep(40e3)]).unwrap();
         assert_eq!(answer.verdict, Verdict::No);
         assert!(answer.reasons.iter().any(|r| r.starts_with("displacement exceeds")), "{:?}", answer.reasons);
-        let mut rig = RigConfig::zhao2005();
-        rig.compensation.level = 1.1;
+        let rig = RigConfig::zhao2005().with(|rig| rig.compensation.level = 1.1).unwrap();
         let answer = check_feasibility(&rig, &[sweep(100.0)]).unwrap();
         assert_eq!(answer.verdict, Verdict::No);
         assert!(answer.reasons[0].contains("unstable"), "{:?}", answer.reasons);
@@ -320,12 +320,12 @@ mod tests {
             assert_eq!(answer.verdict, Verdict::Caution, "{:?}", answer.reasons);
             assert!(answer.reasons[0].starts_with(words), "{:?}", answer.reasons);
         };
-        rig.compensation.guard = true;
+        let rig = rig.with(|rig| rig.compensation.guard = true).unwrap();
         advised(
             &check_feasibility(&rig, &[sweep(100.0)]).unwrap(),
             "before the guard acts the loop is unstable",
         );
-        rig.compensation.adaptive = true;
+        let rig = rig.with(|rig| rig.compensation.adaptive = true).unwrap();
         let answer = check_feasibility(&rig, &[sweep(100.0)]).unwrap();
         advised(&answer, "before self-calibration the loop is unstable");
     }

@@ -8,6 +8,7 @@ use super::Estimate;
 use super::gaps::detrend;
 use crate::checks;
 use crate::error::{Error, Result};
+use crate::fourier::spectrum;
 
 /// Cycles that must be there to tell decay from drift.
 const LEAST_CYCLES: f64 = 3.0;
@@ -29,7 +30,7 @@ pub struct DampingEstimate {
 /// # Errors
 /// A signal that is too short, constant, not one decaying oscillation, or shorter than three cycles.
 pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<DampingEstimate> {
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     let there: Vec<usize> = (0..displacement.len()).filter(|i| displacement[*i].is_finite()).collect();
     if there.len() < 20 {
         return Err(Error::value(
@@ -94,12 +95,7 @@ pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<Dampin
 /// Angular frequency (rad/s) at which the signal is strongest, by zero crossings of its strong first part.
 fn strongest(signal: &[f64], sample_rate: f64) -> f64 {
     let width = sample_rate / signal.len() as f64;
-    let mut planner = realfft::RealFftPlanner::<f64>::new();
-    let plan = planner.plan_fft_forward(signal.len());
-    let mut output = plan.make_output_vec();
-    if plan.process(&mut signal.to_vec(), &mut output).is_err() {
-        return 0.0;
-    }
+    let Ok(output) = spectrum(signal) else { return 0.0 };
     let peak = (1..output.len()).max_by(|a, b| output[*a].norm_sqr().total_cmp(&output[*b].norm_sqr()));
     TAU * width * peak.unwrap_or(0) as f64
 }

@@ -2,12 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex64;
-
 use super::gaps::{check, detrend, stretches};
 use crate::checks;
 use crate::error::{Error, Result};
+use crate::fourier::{Complex64, spectrum};
 
 /// A bin with less than this part of the band's largest power is not excited.
 const EXCITED: f64 = 1e-4;
@@ -48,7 +46,7 @@ pub fn identify_delay(
     band: (f64, f64),
 ) -> Result<DelayEstimate> {
     check(("command", "response"), (command.len(), response.len()), 16)?;
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     let (low, high) = band;
     if !(low >= 0.0 && low < high && high <= 0.5 * sample_rate) {
         let allowed =
@@ -58,8 +56,8 @@ pub fn identify_delay(
     let samples = command.len();
     let valid = |i: usize| command[i].is_finite() && response[i].is_finite();
     let mask = mask(samples, (2.0 * sample_rate / high) as usize, valid)?;
-    let x = transform(&faded(command, &mask))?;
-    let y = transform(&faded(response, &mask))?;
+    let x = spectrum(&faded(command, &mask))?;
+    let y = spectrum(&faded(response, &mask))?;
 
     let width = sample_rate / samples as f64;
     let first = ((low / width - 1e-9).ceil() as usize).max(1);
@@ -149,14 +147,6 @@ fn faded(signal: &[f64], mask: &[f64]) -> Vec<f64> {
     let mut rest = detrend(signal, |i| mask[i] > 0.0);
     rest.iter_mut().zip(mask).for_each(|(value, weight)| *value *= weight);
     rest
-}
-
-fn transform(signal: &[f64]) -> Result<Vec<Complex64>> {
-    let plan = RealFftPlanner::new().plan_fft_forward(signal.len());
-    let mut output = plan.make_output_vec();
-    let done = plan.process(&mut signal.to_vec(), &mut output);
-    done.map_err(|error| Error::value("signal", format!("{} samples", signal.len()), error.to_string()))?;
-    Ok(output)
 }
 
 #[cfg(test)]

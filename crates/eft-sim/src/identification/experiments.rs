@@ -33,9 +33,8 @@ pub struct FlowTest {
 /// still without flow through the main stage, so the whole command is the error.
 ///
 /// # Errors
-/// An invalid configuration or rate.
+/// An invalid rate.
 pub fn valve_test(rig: &RigConfig, amplitude: f64, sample_rate: f64) -> Result<ValveTest> {
-    rig.validate()?;
     let sweep = sine_sweep(amplitude * FULL_SCALE / rig.actuator.stroke, 0.0, 10.0, 32.0, sample_rate)?;
     let plant = Plant::<f64>::pack(|_| rig)?;
     let steps = SimulateOptions::default().steps(sample_rate)?;
@@ -54,7 +53,7 @@ pub fn valve_test(rig: &RigConfig, amplitude: f64, sample_rate: f64) -> Result<V
 /// no structure, sampled at a rate (Hz).
 ///
 /// # Errors
-/// An invalid configuration, rate or duration.
+/// An invalid piston mass, rate or duration.
 pub fn flow_test(
     rig: &RigConfig,
     amplitude: f64,
@@ -63,14 +62,15 @@ pub fn flow_test(
     piston_mass: f64,
     sample_rate: f64,
 ) -> Result<FlowTest> {
-    let mut free = rig.clone();
-    free.structure.kind = StructureKind::Linear;
-    (free.structure.mass, free.structure.damping, free.structure.stiffness) = (piston_mass, 0.0, 0.0);
-    free.validate()?;
+    let free = rig.plant().with(|free| {
+        free.structure.kind = StructureKind::Linear;
+        (free.structure.mass, free.structure.damping, free.structure.stiffness) = (piston_mass, 0.0, 0.0);
+    })?;
     let sweep = sine_sweep(amplitude, frequency, frequency, duration, sample_rate)?;
     let plant = Plant::<f64>::pack(|_| &free)?;
     // The free piston's resonance on the oil is far above the loaded rig's.
-    let resonance = rig.actuator.piston_area / (rig.actuator.compressibility * piston_mass).sqrt();
+    let actuator = &free.actuator;
+    let resonance = actuator.piston_area / (actuator.compressibility * piston_mass).sqrt();
     let steps =
         SimulateOptions::default().steps(sample_rate)?.max((4.0 * resonance / sample_rate).ceil() as u32);
     let per_metre = FULL_SCALE / rig.actuator.stroke;
@@ -97,9 +97,8 @@ pub fn flow_test(
 /// Displacement (m) of the rig's structure released from a displacement (m), disconnected from the actuator.
 ///
 /// # Errors
-/// An invalid configuration, rate or duration.
+/// An invalid rate or duration.
 pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f64) -> Result<Vec<f64>> {
-    rig.validate()?;
     one_actuator(rig)?;
     let still = Command::new(vec![0.0; (duration * sample_rate).round().max(0.0) as usize], sample_rate)?;
     let specimen = Specimen::<f64>::pack(|_| rig);
@@ -145,11 +144,13 @@ mod tests {
     #[test]
     fn the_delay_of_valves_from_2_to_10_ms_is_their_phase_slope() {
         for delay in [2e-3, 4e-3, 5.18e-3, 10e-3] {
-            let mut rig = RigConfig::zhao2005();
             // The delay of the inner loop is 1/(K_3·K_vp/A_v); the pilot's time constant in proportion.
             let ratio = 5.18e-3 / delay;
-            rig.servovalve.pilot_flow_gain *= ratio;
-            rig.servovalve.pilot_time_constant /= ratio;
+            let rig = RigConfig::zhao2005().with(|rig| {
+                rig.servovalve.pilot_flow_gain *= ratio;
+                rig.servovalve.pilot_time_constant /= ratio;
+            });
+            let rig = rig.unwrap();
             let test = valve_test(&rig, 0.0254, 2000.0).unwrap();
             let band = (0.25, 10.0);
             let found = identify_delay(&test.valve_command, &test.spool, 2000.0, band).unwrap();

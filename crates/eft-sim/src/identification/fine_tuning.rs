@@ -9,14 +9,13 @@
 use std::f64::consts::TAU;
 
 use eft_core::FlowTable;
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex64;
 
 use super::Estimate;
 use super::gaps::{check, detrend};
 use crate::checks;
 use crate::config::{Mode, Realization, RigConfig};
 use crate::error::{Error, Result};
+use crate::fourier::{Complex64, signal_of, spectrum};
 use crate::linear::valve_response;
 use crate::rig::TABLE_CAPACITY;
 
@@ -78,8 +77,7 @@ pub fn fine_tune(
     sample_rate: f64,
     band: (f64, f64),
 ) -> Result<FineTuning> {
-    rig.validate()?;
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     let TestSignals { command, force, velocity } = signals;
     check(("command", "force"), (command.len(), force.len()), 256)?;
     check(("command", "velocity"), (command.len(), velocity.len()), 256)?;
@@ -220,23 +218,13 @@ impl Spectra {
             let f = k as f64 * width;
             if f <= cutoff { 1.0 } else { 0.5 + 0.5 * (TAU * 0.5 * (f / cutoff - 1.0).min(1.0)).cos() }
         };
-        let mut planner = RealFftPlanner::<f64>::new();
-        let (forward, backward) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
-        let failed =
-            |error: realfft::FftError| Error::value("signal", format!("{n} samples"), error.to_string());
-        let transform = |signal: &[f64]| -> Result<Vec<Complex64>> {
-            let mut output = forward.make_output_vec();
-            forward.process(&mut signal.to_vec(), &mut output).map_err(failed)?;
-            Ok(output)
-        };
         let back = |mut spectrum: Vec<Complex64>| -> Result<Vec<f64>> {
-            let mut output = backward.make_output_vec();
             // The ends of a real signal's spectrum are real.
             spectrum[0].im = 0.0;
             if let (Some(last), 0) = (spectrum.last_mut(), n % 2) {
                 last.im = 0.0;
             }
-            backward.process(&mut spectrum, &mut output).map_err(failed)?;
+            let mut output = signal_of(spectrum, n)?;
             output.iter_mut().for_each(|value| *value /= n as f64);
             Ok(output)
         };
@@ -247,9 +235,9 @@ impl Spectra {
         let rate = |k: usize| Complex64::new(0.0, TAU * width * k as f64);
 
         let steady = |signal: &[f64]| detrend(signal, |_| true);
-        let command = transform(&steady(signals.command))?;
-        let force = transform(&steady(signals.force))?;
-        let velocity = transform(&steady(signals.velocity))?;
+        let command = spectrum(&steady(signals.command))?;
+        let force = spectrum(&steady(signals.force))?;
+        let velocity = spectrum(&steady(signals.velocity))?;
         let (smooth_force, smooth_velocity) = (back(scaled(&force, &one))?, back(scaled(&velocity, &one))?);
         let force_rate = back(scaled(&force, &rate))?;
         let (smooth_command, command_rate) = (back(scaled(&command, &one))?, back(scaled(&command, &rate))?);
@@ -273,7 +261,7 @@ impl Spectra {
             total.push(opening(motion + further(force, force_rate[i]), force));
         }
         let largest_opening = needed.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let (needed, total) = (transform(&needed)?, transform(&total)?);
+        let (needed, total) = (spectrum(&needed)?, spectrum(&total)?);
         let controller = &rig.controller;
         let hold = if controller.realization == Realization::Digital { 0.5 / sample_rate } else { 0.0 };
         let by_error = |k: usize| {

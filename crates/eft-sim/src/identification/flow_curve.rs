@@ -135,7 +135,7 @@ struct Fit {
 
 impl Fit {
     fn new(recordings: &[Recording<'_>], sample_rate: f64, piston_area: f64, knots: &[f64]) -> Result<Self> {
-        checks::positive("sample_rate", sample_rate, "Hz")?;
+        checks::sample_rate("sample_rate", sample_rate)?;
         checks::positive("piston_area", piston_area, "m²")?;
         if recordings.is_empty() {
             return Err(Error::value("spool", "no recordings", "must have at least one"));

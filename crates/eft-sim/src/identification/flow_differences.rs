@@ -25,7 +25,7 @@ pub fn flow_curve_by_differences(
     piston_area: f64,
     knots: usize,
 ) -> Result<FlowCurveEstimate> {
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     checks::positive("piston_area", piston_area, "m²")?;
     let openings = control_points(knots)?;
     if recordings.is_empty() {

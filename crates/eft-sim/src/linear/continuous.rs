@@ -23,7 +23,8 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     let gains = gain.gains(rig)?;
     let plant = LinearPlant::new(rig, &gains);
     let (controller, compensation) = (&rig.controller, &rig.compensation);
-    let velocity_lag = rig.sensors.velocity.bandwidth;
+    let sensors = &rig.plant().sensors;
+    let velocity_lag = sensors.velocity.bandwidth;
 
     let mut names = plant.names();
     let mut add = |present: bool, name: &str, actuator: usize| {
@@ -54,7 +55,7 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     let (mut b, mut r) = (DMatrix::zeros(states, plant.actuators), DMatrix::zeros(states, plant.actuators));
     for (i, (lead_state, velocity_state)) in controllers.into_iter().enumerate() {
         let mut velocity = RowDVector::zeros(states);
-        velocity[velocity_state.unwrap_or(plant.index(i, VELOCITY))] = 1.0;
+        velocity[velocity_state.unwrap_or(plant.index(i, VELOCITY))] = sensors.velocity.gain;
         if let (Some(state), Some(corner)) = (velocity_state, velocity_lag) {
             a[(state, plant.index(i, VELOCITY))] = TAU * corner;
             a[(state, state)] = -TAU * corner;
@@ -95,8 +96,9 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     let mut left_out = left_out(rig);
     let delays = [
         (compensation.computation_delay, "compensation.computation_delay"),
-        (rig.sensors.velocity.delay, "sensors.velocity.delay"),
-        (rig.sensors.force.delay, "sensors.force.delay"),
+        (rig.plant().dac.delay, "dac.delay"),
+        (sensors.velocity.delay, "sensors.velocity.delay"),
+        (sensors.force.delay, "sensors.force.delay"),
     ];
     left_out.extend(delays.iter().filter(|(samples, _)| *samples > 0).map(|(_, key)| (*key).to_owned()));
     Ok(StateSpace {
@@ -114,19 +116,22 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
 
 #[cfg(test)]
 mod tests {
+    use super::super::Mode as Vibration;
     use super::*;
+    use crate::config::{Mode, RigValues, VelocitySource};
     use nalgebra::Complex;
 
-    fn model(change: impl Fn(&mut RigConfig), gain: FlowGain) -> StateSpace {
-        let mut rig = RigConfig::zhao2005();
-        change(&mut rig);
-        continuous(&rig, gain).unwrap()
+    fn changed(change: impl Fn(&mut RigValues)) -> RigConfig {
+        RigConfig::zhao2005().with(change).unwrap()
+    }
+
+    fn model(change: impl Fn(&mut RigValues), gain: FlowGain) -> StateSpace {
+        continuous(&changed(change), gain).unwrap()
     }
 
     fn mode_near(model: &StateSpace, frequency: f64) -> Complex<f64> {
-        let distance = |m: &super::super::Mode| {
-            (m.frequency - frequency).abs() + if m.pole.im < 0.0 { 1e9 } else { 0.0 }
-        };
+        let distance =
+            |m: &Vibration| (m.frequency - frequency).abs() + if m.pole.im < 0.0 { 1e9 } else { 0.0 };
         let modes = model.modes().unwrap();
         modes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap().pole
     }
@@ -188,38 +193,36 @@ mod tests {
     fn with_feedforward_the_command_s_own_flow_is_there_without_an_error() {
         // Where valve and lead cancel, a force loop whose flow is all demanded has nothing left to do: at low
         // frequency the response is 1 but for the load cell's own loop, not 1 − 1/47.
-        let mut rig = RigConfig::zhao2005();
-        rig.compensation.valve_gain = valve_response_at_rest(&rig);
+        let rig = changed(|rig| rig.compensation.valve_gain = valve_response_at_rest(rig));
         let droop = |rig: &RigConfig| {
             (continuous(rig, FlowGain::Nominal).unwrap().response("force", 0.0).unwrap().re - 1.0).abs()
         };
         assert!((droop(&rig) - 1.0 / 48.0).abs() < 2e-3, "{}", droop(&rig));
-        rig.compensation.feedforward = true;
-        assert!(droop(&rig) < 1e-9, "{}", droop(&rig));
+        let fed = rig.with(|rig| rig.compensation.feedforward = true).unwrap();
+        assert!(droop(&fed) < 1e-9, "{}", droop(&fed));
         // And at 5 Hz the command's rate counts.
         let error = |rig: &RigConfig| {
             (continuous(rig, FlowGain::Nominal).unwrap().response("force", 5.0).unwrap()
                 - Complex::new(1.0, 0.0))
             .norm()
         };
-        let with = error(&rig);
-        rig.compensation.feedforward = false;
+        let with = error(&fed);
         assert!(with < 0.2 * error(&rig), "{with}, without {}", error(&rig));
     }
 
-    fn valve_response_at_rest(rig: &RigConfig) -> f64 {
+    fn valve_response_at_rest(rig: &RigValues) -> f64 {
         1.0 / (rig.servovalve.spool_sensitivity * rig.servovalve.spool_stroke)
     }
 
     #[test]
     fn sensors_add_their_lags_in_either_realization() {
-        let order = |change: &dyn Fn(&mut RigConfig)| model(change, FlowGain::Nominal).states.len();
+        let order = |change: &dyn Fn(&mut RigValues)| model(change, FlowGain::Nominal).states.len();
         assert_eq!(order(&|_| ()), 6);
         assert_eq!(order(&|rig| rig.compensation.response_delay = 0.0), 5);
         assert_eq!(order(&|rig| rig.sensors.velocity.bandwidth = Some(100.0)), 7);
         assert_eq!(order(&|rig| rig.sensors.force.bandwidth = Some(100.0)), 7);
         let lagged = |bandwidth| {
-            let with = |rig: &mut RigConfig| {
+            let with = |rig: &mut RigValues| {
                 rig.sensors.velocity.bandwidth = bandwidth;
                 rig.sensors.force.bandwidth = bandwidth;
             };
@@ -232,12 +235,12 @@ mod tests {
     #[test]
     fn a_load_cell_with_a_mass_before_it_is_the_block_between_force_and_loop() {
         // The loop sees F·(1 − m_p·s·Y)/(s/ω + 1), Y the structure's mobility: closed by hand.
-        let mut rig = RigConfig::zhao2005();
-        rig.compensation.mode = crate::config::Mode::Off;
-        (rig.sensors.force.bandwidth, rig.sensors.cell_mass) = (Some(200.0), Some(300.0));
+        let rig = changed(|rig| {
+            rig.compensation.mode = Mode::Off;
+            (rig.sensors.force.bandwidth, rig.sensors.cell_mass) = (Some(200.0), Some(300.0));
+        });
         let with = continuous(&rig, FlowGain::Nominal).unwrap();
-        let mut plain = rig.clone();
-        (plain.sensors.force.bandwidth, plain.sensors.cell_mass) = (None, None);
+        let plain = changed(|rig| rig.compensation.mode = Mode::Off);
         let plain = continuous(&plain, FlowGain::Nominal).unwrap();
         let structure = &rig.structure;
         for frequency in [0.5, 1.58, 10.0, 60.0] {
@@ -255,10 +258,8 @@ mod tests {
 
     #[test]
     fn leakage_and_supply_at_rest_are_in_the_model_and_what_is_not_is_named() {
-        let mut rig = RigConfig::zhao2005();
-        rig.servovalve.leakage.proportional = 5e-12;
-        let mut leaking = RigConfig::zhao2005();
-        leaking.actuator.leakage += 5e-12;
+        let rig = changed(|rig| rig.servovalve.leakage.proportional = 5e-12);
+        let leaking = changed(|rig| rig.actuator.leakage += 5e-12);
         let poles = |rig: &RigConfig| continuous(rig, FlowGain::Nominal).unwrap().poles().unwrap();
         assert_eq!(poles(&rig), poles(&leaking));
         let low = RigConfig::zhao2005()
@@ -267,18 +268,23 @@ mod tests {
                 ("supply.schedule.pressures", toml::Value::Array(vec![(0.81 * 1.9e7).into()])),
             ])
             .unwrap();
-        let mut slow = RigConfig::zhao2005();
-        slow.servovalve.flow_gain_scale = 0.9;
+        let slow = changed(|rig| rig.servovalve.flow_gain_scale = 0.9);
         for (a, b) in poles(&low).iter().zip(poles(&slow)) {
             assert!((a - b).norm() < 1e-9 * b.norm());
         }
         assert!(continuous(&rig, FlowGain::Nominal).unwrap().left_out.is_empty());
-        rig.servovalve.overlap = 0.01;
-        rig.compensation.computation_delay = 2;
+        let rig = rig.with(|rig| {
+            rig.servovalve.overlap = 0.01;
+            rig.compensation.computation_delay = 2;
+        });
+        let rig = rig.unwrap();
         let left_out = continuous(&rig, FlowGain::Nominal).unwrap().left_out;
         assert_eq!(left_out, ["servovalve.overlap", "compensation.computation_delay"]);
-        rig.controller.velocity_source = crate::config::VelocitySource::Derivative;
-        rig.compensation.adaptive = true;
+        let rig = rig.with(|rig| {
+            rig.controller.velocity_source = VelocitySource::Derivative;
+            rig.compensation.adaptive = true;
+        });
+        let rig = rig.unwrap();
         let left_out = continuous(&rig, FlowGain::Nominal).unwrap().left_out;
         let expected = ["servovalve.overlap", "controller.velocity_source", "compensation.adaptive"];
         assert_eq!(left_out[..3], expected);
@@ -302,10 +308,11 @@ mod tests {
         assert_eq!((&one.a, &one.b, &one.c, &one.d), (&plain.a, &plain.b, &plain.c, &plain.d));
         assert_eq!((one.inputs[0].as_str(), one.outputs[0].as_str()), ("command_1", "force_1"));
         // Actuators that hardly push leave the building its own modes: 2·√(k/m)·sin((2j − 1)π/(2(2n + 1))).
-        let mut loose = building(3);
-        loose.compensation.mode = crate::config::Mode::Off;
-        loose.actuator.piston_area = 1e-7;
-        let modes = continuous(&loose, FlowGain::Nominal).unwrap().modes().unwrap();
+        let loose = building(3).with(|rig| {
+            rig.compensation.mode = Mode::Off;
+            rig.actuator.piston_area = 1e-7;
+        });
+        let modes = continuous(&loose.unwrap(), FlowGain::Nominal).unwrap().modes().unwrap();
         for j in 1..=3 {
             let angle = f64::from(2 * j - 1) * std::f64::consts::PI / 14.0;
             let expected = 2.0 * (693.8e3_f64 / 7040.0).sqrt() * angle.sin() / TAU;

@@ -40,12 +40,9 @@ impl FlowGain {
                 Self::Nominal | Self::Mean => 0.5 * (shallower + steeper),
             })
         };
-        let valve = &rig.servovalve;
-        let slope = if self == Self::Nominal { nominal } else { of(&valve.flow_table)? };
-        let true_over_known = match &valve.true_flow_table {
-            Some(curve) => of(curve)? / of(&valve.flow_table)?,
-            None => 1.0,
-        };
+        let (known_curve, valve) = (&rig.servovalve.flow_table, &rig.plant().servovalve);
+        let slope = if self == Self::Nominal { nominal } else { of(known_curve)? };
+        let true_over_known = of(valve.true_curve())? / of(known_curve)?;
         let known = match rig.compensation.mode {
             Mode::Nonlinear | Mode::Off => slope,
             Mode::Linear => nominal,
@@ -93,14 +90,16 @@ mod tests {
 
     #[test]
     fn the_linear_scheme_divides_by_its_own_gain_whatever_the_table_says() {
-        let mut rig = RigConfig::zhao2005();
-        rig.compensation.mode = Mode::Linear;
-        rig.compensation.level = 1.5;
-        rig.servovalve.flow_gain_scale = 0.9;
+        let rig = RigConfig::zhao2005().with(|rig| {
+            rig.compensation.mode = Mode::Linear;
+            rig.compensation.level = 1.5;
+            rig.servovalve.flow_gain_scale = 0.9;
+        });
+        let rig = rig.unwrap();
         let gains = FlowGain::Steeper.gains(&rig).unwrap();
         assert!((gains.flow - 0.9 * 1022.0 * CUBIC_INCH).abs() < 1e-12);
         assert_eq!(gains.opening_per_flow, 1.5 / 1.64e-2);
-        rig.compensation.mode = Mode::Off;
+        let rig = rig.with(|rig| rig.compensation.mode = Mode::Off).unwrap();
         assert_eq!(FlowGain::Steeper.gains(&rig).unwrap().compensated_area, 0.0);
     }
 }

@@ -6,10 +6,10 @@ use nalgebra::Complex;
 
 use crate::config::RigConfig;
 
-/// Spool opening per valve command (1/V) at a frequency (Hz), Eq. (4): pilot stage and spool with their inner loop.
+/// Spool opening of the true valve per valve command (1/V) at a frequency (Hz), Eq. (4): pilot stage and spool with their inner loop.
 #[must_use]
 pub fn valve_response(rig: &RigConfig, frequency: f64) -> Complex<f64> {
-    let valve = &rig.servovalve;
+    let valve = &rig.plant().servovalve;
     let s = Complex::new(0.0, TAU * frequency);
     let pilot = (s * valve.pilot_time_constant + 1.0).inv() * valve.pilot_flow_gain;
     let forward = pilot / (s * (valve.spool_area * valve.spool_stroke));

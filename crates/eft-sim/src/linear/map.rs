@@ -3,7 +3,7 @@
 use toml::Value;
 
 use super::margin::largest_stable_level;
-use super::{FlowGain, Time, model};
+use super::{FlowGain, Time, linearize};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 
@@ -68,7 +68,7 @@ pub fn stability_map(
 fn at(rig: &RigConfig, quantity: MapQuantity, gain: FlowGain) -> Result<f64> {
     let time = Time::Sampled(rig.controller.sample_rate);
     match quantity {
-        MapQuantity::GrowthRate => model(rig, gain, time)?.growth_rate(),
+        MapQuantity::GrowthRate => linearize(rig, gain, time)?.growth_rate(),
         MapQuantity::Level => Ok(largest_stable_level(rig, gain, time)?.unwrap_or(f64::NAN)),
     }
 }
@@ -76,7 +76,8 @@ fn at(rig: &RigConfig, quantity: MapQuantity, gain: FlowGain) -> Result<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linear::{linearize, stability_margin};
+    use crate::config::RigValues;
+    use crate::linear::stability_margin;
 
     fn axis(key: &str, values: &[f64]) -> MapAxis {
         MapAxis { key: key.into(), values: values.iter().map(|v| (*v).into()).collect() }
@@ -94,8 +95,10 @@ mod tests {
         let time = Time::Sampled(rig.controller.sample_rate);
         for (j, damping) in dampings.into_iter().enumerate() {
             for (i, value) in levels.into_iter().enumerate() {
-                let mut changed = rig.clone();
-                (changed.compensation.level, changed.structure.damping) = (value, damping);
+                let setting = |rig: &mut RigValues| {
+                    (rig.compensation.level, rig.structure.damping) = (value, damping);
+                };
+                let changed = rig.with(setting).unwrap();
                 let model = linearize(&changed, FlowGain::Nominal, time).unwrap();
                 assert_eq!(growth[j][i], model.growth_rate().unwrap());
                 let margin = stability_margin(&changed, FlowGain::Nominal, time).unwrap();

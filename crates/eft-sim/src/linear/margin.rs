@@ -2,8 +2,8 @@
 
 use super::gains::FlowGain;
 use super::sampled::MOST_STATES;
-use super::{Time, model};
-use crate::config::{Mode, RigConfig};
+use super::{Time, linearize};
+use crate::config::{Mode, RigConfig, RigValues};
 use crate::error::{Error, Result};
 
 /// Growth (1/s) that still counts as rest: a structure without a spring has a pole at the origin.
@@ -50,9 +50,8 @@ pub struct MarginsAround {
 /// compensation switched off.
 ///
 /// # Errors
-/// An invalid configuration, or a loop that no level makes stable.
+/// A loop that no level makes stable.
 pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
-    rig.validate()?;
     if let Some(level) = largest_stable_level(rig, gain, time)? {
         return Ok(level);
     }
@@ -61,7 +60,7 @@ pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f
     Err(Error::value("growth rate", format!("{rate:.3} 1/s"), allowed))
 }
 
-/// As [`stability_margin`], of a configuration known to be valid; none where no level makes the loop stable.
+/// As [`stability_margin`]; none where no level makes the loop stable.
 pub(super) fn largest_stable_level(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Option<f64>> {
     let growth = |level: f64| growth_with(rig, gain, time, |rig| rig.compensation.level = level);
     let own = rig.compensation.level;
@@ -82,7 +81,6 @@ pub(super) fn largest_stable_level(rig: &RigConfig, gain: FlowGain, time: Time) 
 /// # Errors
 /// As [`stability_margin`].
 pub fn stability_margins(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Margins> {
-    rig.validate()?;
     let growth_rate = growth_with(rig, gain, time, |_| ())?;
     let level = stability_margin(rig, gain, time)?;
     let around = if growth_rate > AT_REST { None } else { Some(around(rig, gain, time)?) };
@@ -122,7 +120,7 @@ fn dead_time(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
         return Ok(f64::INFINITY);
     }
     // A sample of delay is a state of each actuator.
-    let now = model(rig, gain, Time::Sampled(rate))?;
+    let now = linearize(rig, gain, Time::Sampled(rate))?;
     let room = (MOST_STATES - now.states.len()) / now.inputs.len();
     for more in (0..=MOST_SAMPLES).take(room + 1) {
         let growth =
@@ -134,15 +132,8 @@ fn dead_time(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
     Ok(f64::INFINITY)
 }
 
-fn growth_with(
-    rig: &RigConfig,
-    gain: FlowGain,
-    time: Time,
-    change: impl FnOnce(&mut RigConfig),
-) -> Result<f64> {
-    let mut changed = rig.clone();
-    change(&mut changed);
-    model(&changed, gain, time)?.growth_rate()
+fn growth_with(rig: &RigConfig, gain: FlowGain, time: Time, change: impl Fn(&mut RigValues)) -> Result<f64> {
+    linearize(&rig.varied(change), gain, time)?.growth_rate()
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -193,7 +184,7 @@ mod tests {
     use super::*;
     use crate::config::Realization;
 
-    type Change<'a> = &'a dyn Fn(&mut RigConfig);
+    type Change<'a> = &'a dyn Fn(&mut RigValues);
 
     fn level(rig: &RigConfig) -> f64 {
         stability_margin(rig, FlowGain::Nominal, Time::Continuous).unwrap()
@@ -209,45 +200,44 @@ mod tests {
     fn margin_grows_with_damping_as_to_first_order() {
         // The level's margin grows by c/c_add, c_add = A²/(C_l + C_F·G_p·K_s·K_v·A); what is left over without
         // damping comes from the phase that the lead network leaves.
-        let mut rig = RigConfig::zhao2005();
+        let rig = RigConfig::zhao2005();
         let (a, c) = (&rig.actuator, &rig.controller);
         let yielding = a.leakage + c.force_sensitivity * c.proportional_gain * 0.1 * 1.64e-2 * a.piston_area;
         let added = a.piston_area * a.piston_area / yielding;
         let full = level(&rig);
-        rig.structure.damping = 433.0;
-        let slope = (full - level(&rig)) / (4330.0 - 433.0);
+        let less = rig.with(|rig| rig.structure.damping = 433.0).unwrap();
+        let slope = (full - level(&less)) / (4330.0 - 433.0);
         assert!((slope * added - 1.0).abs() < 0.01, "{slope} and {}", 1.0 / added);
     }
 
     #[test]
     fn without_compensation_no_level_matters() {
-        let mut rig = RigConfig::zhao2005();
-        rig.compensation.mode = Mode::Off;
+        let rig = RigConfig::zhao2005().with(|rig| rig.compensation.mode = Mode::Off).unwrap();
         assert_eq!(level(&rig), f64::INFINITY);
     }
 
     #[test]
     fn a_loop_that_no_level_makes_stable_is_said_to_be_one() {
-        let mut rig = RigConfig::zhao2005();
-        rig.controller.force_sensitivity *= 20.0;
+        let rig = RigConfig::zhao2005().with(|rig| rig.controller.force_sensitivity *= 20.0).unwrap();
         let error = stability_margin(&rig, FlowGain::Nominal, Time::Continuous).unwrap_err();
         assert!(error.to_string().starts_with("growth rate = "), "{error}");
     }
 
     #[test]
     fn the_margin_is_the_same_from_above_from_below_and_from_an_unstable_start() {
-        let mut rig = RigConfig::zhao2005();
-        rig.controller.realization = Realization::Digital;
-        // At this rate the sampled force loop alone is unstable; compensation damps its fast mode.
-        let mut at = |level: f64| {
-            rig.compensation.level = level;
-            stability_margin(&rig, FlowGain::Nominal, Time::Sampled(4096.0)).unwrap()
+        let digital = |level: f64| {
+            let set = |rig: &mut RigValues| {
+                (rig.controller.realization, rig.compensation.level) = (Realization::Digital, level);
+            };
+            RigConfig::zhao2005().with(set).unwrap()
         };
-        let margins = [0.0, 0.9, 1.0, 1.5].map(&mut at);
+        let time = Time::Sampled(4096.0);
+        // At this rate the sampled force loop alone is unstable; compensation damps its fast mode.
+        let at = |level: f64| stability_margin(&digital(level), FlowGain::Nominal, time).unwrap();
+        let margins = [0.0, 0.9, 1.0, 1.5].map(at);
         assert!(margins.iter().all(|margin| (margin / 1.0373 - 1.0).abs() < 1e-3), "{margins:?}");
         assert!(margins.iter().all(|margin| (margin - margins[0]).abs() < 1e-9), "{margins:?}");
-        rig.compensation.level = 0.0;
-        assert!(model(&rig, FlowGain::Nominal, Time::Sampled(4096.0)).unwrap().growth_rate().unwrap() > 0.0);
+        assert!(linearize(&digital(0.0), FlowGain::Nominal, time).unwrap().growth_rate().unwrap() > 0.0);
     }
 
     #[test]
@@ -258,7 +248,7 @@ mod tests {
         let around = margins.around.unwrap();
         assert!(margins.growth_rate < 0.0);
         let growth =
-            |change: &dyn Fn(&mut RigConfig)| growth_with(&rig, FlowGain::Nominal, time, change).unwrap();
+            |change: &dyn Fn(&mut RigValues)| growth_with(&rig, FlowGain::Nominal, time, change).unwrap();
         for side in [-1.0, 1.0] {
             let by = 1.0 + side * 1e-4;
             let more: [(f64, Change); 4] = [

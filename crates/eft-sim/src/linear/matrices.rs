@@ -43,7 +43,7 @@ mod tests {
 
     use super::*;
     use crate::config::RigConfig;
-    use crate::linear::{FlowGain, Time, model};
+    use crate::linear::{FlowGain, Time, linearize};
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
@@ -74,7 +74,7 @@ mod tests {
                 ])
                 .unwrap();
             for time in [Time::Continuous, Time::Sampled(rate)] {
-                let mut matrix = model(&rig, FlowGain::Nominal, time).unwrap().a;
+                let mut matrix = linearize(&rig, FlowGain::Nominal, time).unwrap().a;
                 let poles = eigenvalues(&matrix).unwrap();
                 prop_assert_eq!(poles.len(), matrix.nrows());
                 balance_parlett_reinsch(&mut matrix);

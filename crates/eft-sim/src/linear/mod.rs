@@ -42,14 +42,8 @@ pub enum Time {
 /// The rig's closed loop linearised about rest, from one force command (N) an actuator to the outputs of [`StateSpace`].
 ///
 /// # Errors
-/// An invalid configuration or sample rate; a building of so many stories that the sampled model grows too large.
+/// An invalid sample rate; a building of so many stories that the sampled model grows too large.
 pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
-    rig.validate()?;
-    model(rig, gain, time)
-}
-
-/// As [`linearize`], of a configuration known to be valid but for a factor on one of its values.
-fn model(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
     match time {
         Time::Continuous => continuous::continuous(rig, gain),
         Time::Sampled(rate) => sampled::sampled(rig, gain, rate),

@@ -33,6 +33,7 @@ pub(super) struct LinearPlant {
     /// States of one actuator.
     each: usize,
     piston_area: f64,
+    cell_gain: f64,
     numbered: bool,
 }
 
@@ -40,6 +41,7 @@ impl LinearPlant {
     /// Eqs. (2), (3), (6) without its root, (7), the leakage of Eq. (5) that is proportional, the load cell, and the
     /// structure's slope at rest.
     pub(super) fn new(rig: &RigConfig, gains: &Gains) -> Self {
+        let rig = rig.plant();
         let (valve, actuator) = (&rig.servovalve, &rig.actuator);
         let stories = stories(rig);
         let cell = rig.sensors.force.bandwidth.map(|corner| std::f64::consts::TAU * corner);
@@ -86,6 +88,7 @@ impl LinearPlant {
             actuators: stories.len(),
             each,
             piston_area: actuator.piston_area,
+            cell_gain: rig.sensors.force.gain,
             numbered: rig.structure.kind == StructureKind::ShearBuilding,
         }
     }
@@ -104,9 +107,9 @@ impl LinearPlant {
     pub(super) fn shown(&self, actuator: usize) -> RowDVector<f64> {
         let mut row = RowDVector::zeros(self.states());
         if self.each > CELL {
-            row[self.index(actuator, CELL)] = 1.0;
+            row[self.index(actuator, CELL)] = self.cell_gain;
         } else {
-            row[self.index(actuator, PRESSURE)] = self.piston_area;
+            row[self.index(actuator, PRESSURE)] = self.cell_gain * self.piston_area;
         }
         row
     }
@@ -171,13 +174,14 @@ fn stories(rig: &RigConfig) -> Vec<Story> {
 /// Keys of a rig whose effect on small signals no linear model has: a dead zone, a friction, a constant leakage, a
 /// damper that is infinitely steep at rest, estimates that move, a velocity that is not its sensor's.
 pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
-    let (valve, compensation) = (&rig.servovalve, &rig.compensation);
-    let steep = rig.structure.power_damper.as_ref().is_some_and(|damper| damper.exponent < 1.0);
-    let building = rig.structure.kind == StructureKind::ShearBuilding;
+    let (plant, compensation) = (rig.plant(), &rig.compensation);
+    let (valve, structure) = (&plant.servovalve, &plant.structure);
+    let steep = structure.power_damper.as_ref().is_some_and(|damper| damper.exponent < 1.0);
+    let building = structure.kind == StructureKind::ShearBuilding;
     [
         (valve.overlap > 0.0, "servovalve.overlap"),
         (valve.leakage.constant > 0.0, "servovalve.leakage.constant"),
-        (rig.actuator.friction > 0.0, "actuator.friction"),
+        (plant.actuator.friction > 0.0, "actuator.friction"),
         (steep && !building, "structure.power_damper"),
         (rig.controller.velocity_source != VelocitySource::Sensor, "controller.velocity_source"),
         (compensation.adaptive, "compensation.adaptive"),

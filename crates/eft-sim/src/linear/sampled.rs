@@ -24,7 +24,7 @@ pub(super) const MOST_STATES: usize = 400;
 /// A sample rate that is not positive and finite; delays of too many samples; a flow curve without the slope asked
 /// for.
 pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<StateSpace> {
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     let ticker = Ticker::new(rig, gain, sample_rate)?;
     let (states, inputs) = (ticker.names.len(), ticker.plant.actuators);
     if states > MOST_STATES {
@@ -93,6 +93,7 @@ struct DigitalSide {
     velocity: Chain,
     force: Chain,
     computation: Chain,
+    converter: Chain,
 }
 
 // A controller's states, then come the chains'.
@@ -115,19 +116,27 @@ impl<'a> Ticker<'a> {
         let mut digital = Vec::with_capacity(plant.actuators);
         for actuator in 0..plant.actuators {
             let at = names.len();
-            let (velocity, force) = (&rig.sensors.velocity, &rig.sensors.force);
+            let sensors = &rig.plant().sensors;
+            let (velocity, force) = (&sensors.velocity, &sensors.force);
             let velocity =
                 Chain::new(at + CONTROLLER.len(), velocity.bandwidth, velocity.delay as usize, sample_rate);
             // The load cell's bandwidth is the plant's.
             let force = Chain::new(velocity.end(), None, force.delay as usize, sample_rate);
             let delay = rig.compensation.computation_delay as usize;
             let computation = Chain::new(force.end(), None, delay, sample_rate);
+            let delay = rig.plant().dac.delay as usize;
+            let converter = Chain::new(computation.end(), None, delay, sample_rate);
             names.extend(CONTROLLER.iter().map(|name| plant.name(name, actuator)));
-            for chain in [velocity.names("velocity"), force.names("force"), computation.names("compensation")]
-            {
+            let chains = [
+                velocity.names("velocity"),
+                force.names("force"),
+                computation.names("compensation"),
+                converter.names("converter"),
+            ];
+            for chain in chains {
                 names.extend(chain.iter().map(|name| plant.name(name, actuator)));
             }
-            digital.push(DigitalSide { at, velocity, force, computation });
+            digital.push(DigitalSide { at, velocity, force, computation, converter });
         }
         Ok(Self {
             carried: step.view((0, 0), (states, states)).into_owned(),
@@ -154,20 +163,26 @@ impl<'a> Ticker<'a> {
         let control = &self.rig.controller;
         for (i, side) in self.digital.iter().enumerate() {
             let (command, next_command) = (command[i], next_command[i]);
-            let velocity = side.velocity.pass(state, &mut next, state[self.plant.index(i, VELOCITY)]);
+            let read = self.rig.plant().sensors.velocity.gain * state[self.plant.index(i, VELOCITY)];
+            let velocity = side.velocity.pass(state, &mut next, read);
             let shown = (self.plant.shown(i) * state.rows(0, self.plant.states()))[0];
             let force = side.force.pass(state, &mut next, shown);
             let computed = self.compensation(side.at, state, &mut next, velocity, command);
             let compensation = side.computation.pass(state, &mut next, computed);
             compensations[i] = compensation;
             let within = match control.realization {
-                Realization::Analog => [command, (next_command - command) * self.sample_rate, compensation],
+                Realization::Analog => {
+                    let compensation = side.converter.pass(state, &mut next, compensation);
+                    compensations[i] = compensation;
+                    [command, (next_command - command) * self.sample_rate, compensation]
+                }
                 Realization::Digital => {
                     let error = control.force_sensitivity * (command - force);
                     let rate = (error - state[side.at + ERROR]) * self.sample_rate;
                     next[side.at + ERROR] = error;
                     let proportional = control.proportional_gain * (error + compensation);
-                    [0.0, 0.0, proportional + control.derivative_gain * rate]
+                    let output = proportional + control.derivative_gain * rate;
+                    [0.0, 0.0, side.converter.pass(state, &mut next, output)]
                 }
             };
             for (k, value) in within.into_iter().enumerate() {

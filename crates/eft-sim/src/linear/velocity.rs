@@ -28,7 +28,7 @@ fn input(period: f64) -> Vector3<f64> {
 /// # Errors
 /// An invalid sample rate; noises so unlike that the equation is not solved.
 pub fn observer_gains(rig: &RigConfig, sample_rate: f64) -> Result<[f64; 3]> {
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     let c = &rig.controller;
     let period = 1.0 / sample_rate;
     let variance = c.observer_displacement_noise * c.observer_displacement_noise;
@@ -60,8 +60,8 @@ pub fn observer_gains(rig: &RigConfig, sample_rate: f64) -> Result<[f64; 3]> {
 /// Force over the observer's mass at a frequency (Hz), over the true acceleration, for the rig's structure at small
 /// motion.
 fn acceleration_of_force(rig: &RigConfig, frequency: f64) -> Complex<f64> {
-    let structure = &rig.structure;
-    let mass = rig.controller.observer_mass.unwrap_or(structure.mass);
+    let structure = &rig.plant().structure;
+    let mass = rig.controller.observer_mass.unwrap_or(rig.structure.mass);
     let s = Complex::new(0.0, TAU * frequency);
     (s * structure.mass + structure.damping + Complex::from(structure.stiffness) / s) / (s * mass)
 }
@@ -127,7 +127,7 @@ pub(super) fn sensed_velocity_delay(rig: &RigConfig, sample_rate: f64, band: (f6
             sensor.bandwidth.map_or(Complex::ONE, |corner| Complex::new(1.0, frequency / corner).inv());
         filter * Complex::cis(-TAU * frequency * f64::from(sensor.delay) / sample_rate)
     };
-    let sensors = &rig.sensors;
+    let sensors = &rig.plant().sensors;
     let source = rig.controller.velocity_source;
     if source == VelocitySource::Sensor {
         return phase_delay(|frequency| answer(&sensors.velocity, frequency), band);
@@ -162,22 +162,25 @@ mod tests {
     use eft_core::{FilteredDerivative, FilteredDerivativeState, VelocityObserver, VelocityObserverState};
 
     use super::*;
+    use crate::config::RigValues;
 
     fn rig(source: VelocitySource) -> RigConfig {
-        let mut rig = RigConfig::zhao2005();
-        rig.controller.velocity_source = source;
-        rig.controller.observer_mass = Some(rig.structure.mass);
-        rig
+        let observed = |rig: &mut RigValues| {
+            rig.controller.velocity_source = source;
+            rig.controller.observer_mass = Some(rig.structure.mass);
+        };
+        RigConfig::zhao2005().with(observed).unwrap()
     }
 
     #[test]
     fn gains_solve_the_riccati_equation() {
         let drifts = [(VelocitySource::Observer, 200.0), (VelocitySource::Accelerometer, 10.0)];
         for (source, drift) in drifts {
-            let mut rig = rig(source);
-            rig.controller.observer_drift = 200.0;
-            rig.controller.accelerometer_drift = 10.0;
-            check_gains(&rig, drift);
+            let rig = rig(source).with(|rig| {
+                rig.controller.observer_drift = 200.0;
+                rig.controller.accelerometer_drift = 10.0;
+            });
+            check_gains(&rig.unwrap(), drift);
         }
     }
 
@@ -210,23 +213,26 @@ mod tests {
 
     #[test]
     fn the_controller_s_delay_says_nothing_of_the_specimen() {
-        let mut rig = rig(VelocitySource::Observer);
+        let rig = rig(VelocitySource::Observer);
         let known = velocity_delay(&rig, 4096.0).unwrap();
         assert!(known < 1e-6, "{known}");
-        rig.structure.stiffness *= 4.0;
-        rig.structure.damping *= 4.0;
-        rig.structure.mass *= 0.5;
+        let rig = rig.with(|rig| {
+            rig.structure.stiffness *= 4.0;
+            rig.structure.damping *= 4.0;
+            rig.structure.mass *= 0.5;
+        });
+        let rig = rig.unwrap();
         assert_eq!(velocity_delay(&rig, 4096.0).unwrap().to_bits(), known.to_bits());
         assert!(sensed_velocity_delay(&rig, 4096.0, BAND).unwrap() > 1e-5);
     }
 
     #[test]
     fn an_observer_of_too_small_a_mass_leads_and_the_budget_says_so() {
-        let mut rig = rig(VelocitySource::Observer);
+        let rig = rig(VelocitySource::Observer);
         let mass = rig.structure.mass;
         let band = (0.3, 10.0);
         // Its acceleration is too large by the ratio of the masses: the estimate leads.
-        rig.controller.observer_mass = Some(0.5 * mass);
+        let rig = rig.with(|rig| rig.controller.observer_mass = Some(0.5 * mass)).unwrap();
         let lead = sensed_velocity_delay(&rig, 4096.0, band).unwrap();
         assert!(lead < -1e-3, "{lead}");
         // By the phases of simulated sines, whose delay is its slope.
@@ -284,14 +290,14 @@ mod tests {
 
     #[test]
     fn behind_an_accelerometer_the_delay_is_its_own() {
-        let mut rig = rig(VelocitySource::Accelerometer);
+        let rig = rig(VelocitySource::Accelerometer);
         assert!(velocity_delay(&rig, 4096.0).unwrap() < 1e-6);
         // Far above the few hertz up to which the observer follows the displacement.
         let band = (50.0, 100.0);
-        rig.sensors.acceleration.delay = 4;
+        let rig = rig.with(|rig| rig.sensors.acceleration.delay = 4).unwrap();
         let late = sensed_velocity_delay(&rig, 4096.0, band).unwrap();
         assert!((late * 4096.0 - 4.0).abs() < 0.05, "{late}");
-        rig.sensors.displacement.delay = 4;
+        let rig = rig.with(|rig| rig.sensors.displacement.delay = 4).unwrap();
         let all = sensed_velocity_delay(&rig, 4096.0, band).unwrap();
         assert!((all * 4096.0 - 4.0).abs() < 1e-3, "{all}");
     }

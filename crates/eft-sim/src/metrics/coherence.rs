@@ -1,10 +1,9 @@
 //! How much of a measured signal is linear in the command, by Welch's averaged periodograms.
 
 use super::pair::{check, in_range};
-use super::spectrum::spectrum;
 use crate::checks;
 use crate::error::{Error, Result};
-use realfft::num_complex::Complex64;
+use crate::fourier::{Complex64, spectrum};
 use std::f64::consts::TAU;
 
 /// Bins with less than this part of the largest power are rounding, not signal.
@@ -30,7 +29,7 @@ pub struct Coherence {
 /// always coherent.
 pub fn coherence(command: &[f64], measured: &[f64], sample_rate: f64, segment: usize) -> Result<Coherence> {
     check(command, measured)?;
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     let hop = segment - segment / 2;
     if segment < 2 || segment.saturating_add(hop) > command.len() {
         let allowed = format!("must be at least 2 and leave two segments in {} samples", command.len());

@@ -1,9 +1,9 @@
 //! How far a measured force lags its command, and the error that remains without the lag.
 
 use super::pair::{check, in_range};
-use super::spectrum::{padded_spectrum, signal_of};
 use crate::checks;
 use crate::error::{Error, Result};
+use crate::fourier::{padded_spectrum, signal_of};
 
 /// A lag counts only while the overlap keeps this part of both signals' energy.
 const LEAST_OVERLAP: f64 = 0.25;
@@ -23,7 +23,7 @@ const FLAT: f64 = 1e-12;
 /// When the signals are empty, unequal in length or not finite, either is zero throughout, or the sample
 /// rate is not positive and finite.
 pub fn delay(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<f64> {
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     in_range("delay", lag(command, measured)? / sample_rate)
 }
 

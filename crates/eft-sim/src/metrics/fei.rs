@@ -1,10 +1,9 @@
 //! The frequency-domain evaluation index: amplitude and delay, weighted by the command's own spectrum.
 
 use super::pair::{check, in_range};
-use super::spectrum::spectrum;
 use crate::checks;
 use crate::error::{Error, Result};
-use realfft::num_complex::Complex64;
+use crate::fourier::{Complex64, spectrum};
 use std::f64::consts::TAU;
 
 /// Amplitude, delay and frequency of the frequency-domain evaluation index with exponent l = 2.
@@ -25,7 +24,7 @@ pub struct Fei {
 /// is not positive and finite.
 pub fn fei(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<Fei> {
     check(command, measured)?;
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     if command.iter().all(|c| *c == command[0]) {
         return Err(Error::value("command", format!("{} at every sample", command[0]), "must vary"));
     }

@@ -1,9 +1,9 @@
 //! Frequency response from a whole record: the ratio of two spectra.
 
 use super::pair::{check, in_range};
-use super::spectrum::spectrum;
 use crate::checks;
 use crate::error::{Error, Result};
+use crate::fourier::spectrum;
 
 /// Bins in which the command holds less than this part of its largest bin are rounding, not excitation.
 const EMPTY_BIN: f64 = 1e-12;
@@ -78,7 +78,7 @@ pub fn fft_ratio(
 
 /// Rejects a band that is not ordered within zero and half the sample rate (all in Hz).
 pub(super) fn check_band(sample_rate: f64, f_low: f64, f_high: f64) -> Result<()> {
-    checks::positive("sample_rate", sample_rate, "Hz")?;
+    checks::sample_rate("sample_rate", sample_rate)?;
     let nyquist = 0.5 * sample_rate;
     if !(0.0..=nyquist).contains(&f_low) {
         let allowed = format!("must lie within 0 and half the sample rate, {nyquist} Hz");

@@ -10,7 +10,6 @@ mod fei;
 mod fft_ratio;
 mod norms;
 mod pair;
-mod spectrum;
 mod summary;
 mod tracking;
 

@@ -92,7 +92,7 @@ impl Metrics {
     /// sample rate is not positive and finite.
     pub fn new(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<Self> {
         let time = TimeMetrics::new(command, measured)?;
-        checks::positive("sample_rate", sample_rate, "Hz")?;
+        checks::sample_rate("sample_rate", sample_rate)?;
         Self::with_transforms(time, command, measured, sample_rate)
     }
 

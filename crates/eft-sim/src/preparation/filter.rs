@@ -1,8 +1,7 @@
 //! Band-pass without phase: a Butterworth filter run forwards and backwards.
 
-use realfft::RealFftPlanner;
-
 use crate::error::{Error, Result};
+use crate::fourier::{padded_spectrum, signal_of};
 use crate::records::Record;
 
 /// Most zeros behind a record: seconds of work, and a lower corner that no record is long enough to hold.
@@ -32,14 +31,7 @@ pub fn band_passed(record: &Record, low: f64, high: f64, order: i32) -> Result<R
     }
     let count = record.acceleration.len();
     let length = (count + zeros as usize + count).next_power_of_two();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-    let mut signal = record.acceleration.clone();
-    signal.resize(length, 0.0);
-    let mut spectrum = forward.make_output_vec();
-    let failed =
-        |error: realfft::FftError| Error::value("record", format!("{count} points"), error.to_string());
-    forward.process(&mut signal, &mut spectrum).map_err(failed)?;
+    let mut spectrum = padded_spectrum(&record.acceleration, length)?;
     let width = 1.0 / (length as f64 * record.dt);
     for (k, bin) in spectrum.iter_mut().enumerate() {
         let frequency = k as f64 * width;
@@ -47,7 +39,7 @@ pub fn band_passed(record: &Record, low: f64, high: f64, order: i32) -> Result<R
         let above = 1.0 / (1.0 + (frequency / high).powi(2 * order));
         *bin *= below * above / length as f64;
     }
-    backward.process(&mut spectrum, &mut signal).map_err(failed)?;
+    let mut signal = signal_of(spectrum, length)?;
     signal.truncate(count);
     Record::new(record.name.clone(), signal, record.dt)
 }

@@ -18,7 +18,7 @@ const CORNER: f64 = 0.93;
 /// An invalid record, a rate that is not positive and finite, or more samples than a command may have.
 pub fn resampled(record: &Record, rate: f64) -> Result<Record> {
     record.validate()?;
-    checks::positive("rate", rate, "Hz")?;
+    checks::sample_rate("rate", rate)?;
     let own = 1.0 / record.dt;
     let last = record.acceleration.len() - 1;
     let samples = (last as f64 * rate / own + 1e-6).floor() + 1.0;

@@ -39,7 +39,7 @@ impl Record {
     /// A record from accelerations in m/s² and their step in s.
     ///
     /// # Errors
-    /// When there are no points, one of them is not finite, or the step is not positive and finite.
+    /// When there are no points, one of them is not finite, or no record has the step.
     pub fn new(name: impl Into<String>, acceleration: Vec<f64>, dt: f64) -> Result<Self> {
         let record = Self { name: name.into(), acceleration, dt };
         record.validate()?;
@@ -51,7 +51,7 @@ impl Record {
     /// # Errors
     /// As [`Record::new`].
     pub fn validate(&self) -> Result<()> {
-        checks::positive("dt", self.dt, "s")?;
+        checks::time_step("dt", self.dt)?;
         checks::signal("acceleration", &self.acceleration)
     }
 

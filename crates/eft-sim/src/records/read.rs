@@ -3,8 +3,7 @@
 use super::text::{self, Fault, Line};
 use super::{Draft, Record, Unit, at2, block, columns, cosmos_v2, csmip_v2};
 use crate::error::Error;
-use std::fs::File;
-use std::io::Read;
+use crate::files;
 use std::path::Path;
 
 /// The largest file that is read, in bytes: 256 MiB, some twenty million points.
@@ -37,7 +36,7 @@ pub struct ReadOptions {
 ///
 /// # Errors
 /// [`Error::Io`] when the file cannot be read; [`Error::File`], with the line where there is one, when it is
-/// empty, larger than [`MAX_FILE_SIZE`], not text, or not what its format promises: a count that disagrees
+/// a pipe or a device, empty, larger than [`MAX_FILE_SIZE`], not text, or not what its format promises: a count that disagrees
 /// with the data, a value that is no finite number, an unknown unit, uneven times, no step, several channels.
 pub fn read_record(path: impl AsRef<Path>) -> Result<Record, Error> {
     read_record_with(path, &ReadOptions::default())
@@ -49,11 +48,7 @@ pub fn read_record(path: impl AsRef<Path>) -> Result<Record, Error> {
 /// As [`read_record`], and when an option contradicts the file.
 pub fn read_record_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Record, Error> {
     let path = path.as_ref();
-    let io = |source| Error::Io { path: path.to_path_buf(), source };
-    let mut bytes = Vec::new();
-    // One byte more than allowed tells a file that is too large, whatever size the system reports.
-    let file = File::open(path).map_err(io)?;
-    file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes).map_err(io)?;
+    let bytes = files::read(path, MAX_FILE_SIZE)?;
     record(&bytes, path, options).map_err(|fault| fault.of(path))
 }
 

@@ -50,6 +50,7 @@ struct Scratch {
 impl BuildingPlant {
     /// At rest; every floor has the actuator of the rig.
     pub(crate) fn new(rig: &RigConfig) -> Result<Self> {
+        let rig = rig.plant();
         let building = ShearBuilding::new(rig)?;
         let supply = Supply::pack(|_| rig);
         let state = State {
@@ -269,11 +270,11 @@ impl Drive<f64> for Driver<f64> {
         }
     }
     #[inline]
-    fn is_sound(&self) -> bool {
+    fn is_sound(&self, cell_gain: f64) -> bool {
         match self.kind {
-            DriverKind::Held => self.held.is_sound(),
-            DriverKind::Analog => self.cell.analog().is_sound(),
-            DriverKind::ThroughCell => self.cell.is_sound(),
+            DriverKind::Held => self.held.is_sound(cell_gain),
+            DriverKind::Analog => self.cell.analog().is_sound(cell_gain),
+            DriverKind::ThroughCell => self.cell.is_sound(cell_gain),
         }
     }
     #[inline]

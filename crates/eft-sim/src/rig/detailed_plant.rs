@@ -161,10 +161,11 @@ impl<S: Num> PlantModel<S> for DetailedPlant<S> {
     type Ahead = ();
 
     fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, _: Pace) -> Result<Self> {
+        let rig = |i| rig(i).plant();
         Ok(Self {
-            servo_actuator: ServoActuator::pack(&rig)?,
-            supply: Supply::pack(&rig),
-            specimen: Specimen::pack(&rig),
+            servo_actuator: ServoActuator::pack(rig)?,
+            supply: Supply::pack(rig),
+            specimen: Specimen::pack(rig),
         })
     }
 
@@ -239,8 +240,9 @@ impl<S: Num> PlantModel<S> for DetailedPlant<S> {
     }
 }
 
-/// Whether a rig has an effect that only the detailed plant knows.
+/// Whether a rig's true plant has an effect that only the detailed plant knows.
 pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
+    let rig = rig.plant();
     let (valve, actuator, supply) = (&rig.servovalve, &rig.actuator, &rig.supply);
     let leakage = &valve.leakage;
     let plain_valve = valve.overlap == 0.0
@@ -256,6 +258,7 @@ pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
 
 /// The longest step (s) that the effects beyond the paper's model allow.
 pub(crate) fn longest_step(rig: &RigConfig) -> f64 {
+    let rig = rig.plant();
     let (actuator, supply) = (&rig.actuator, &rig.supply);
     let stories =
         rig.structure.stories.as_ref().filter(|_| rig.structure.kind == StructureKind::ShearBuilding);

@@ -20,8 +20,8 @@ pub(crate) trait Drive<S: Num>: Copy {
     /// How fast (V/s) the demand changes at constant force.
     fn slope(&self) -> S;
 
-    /// Where the demand hangs on force and rate as it does on a sound rig.
-    fn is_sound(&self) -> S::Mask;
+    /// Where the demand hangs on force and rate as it does behind a load cell of this gain (1) that is sound.
+    fn is_sound(&self, cell_gain: S) -> S::Mask;
 
     /// What a demand (V) becomes at the output.
     fn limit(&self, demand: S) -> S;
@@ -79,7 +79,7 @@ impl<S: Num> Drive<S> for Held<S> {
         S::splat(0.0)
     }
     #[inline(always)]
-    fn is_sound(&self) -> S::Mask {
+    fn is_sound(&self, _: S) -> S::Mask {
         S::Mask::splat(true)
     }
     #[inline(always)]
@@ -203,9 +203,8 @@ impl<S: Num> Drive<S> for ThroughCell<S> {
         self.analog.slope()
     }
     #[inline(always)]
-    fn is_sound(&self) -> S::Mask {
-        let one = S::splat(1.0);
-        self.gain.le(one) & self.gain.ge(one)
+    fn is_sound(&self, cell_gain: S) -> S::Mask {
+        self.gain.le(cell_gain) & self.gain.ge(cell_gain)
     }
     #[inline(always)]
     fn limit(&self, demand: S) -> S {
@@ -238,7 +237,7 @@ impl<S: Num> Drive<S> for Analog<S> {
         self.proportional * self.command_rate
     }
     #[inline(always)]
-    fn is_sound(&self) -> S::Mask {
+    fn is_sound(&self, _: S) -> S::Mask {
         S::Mask::splat(true)
     }
     #[inline(always)]

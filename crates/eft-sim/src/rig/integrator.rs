@@ -28,6 +28,8 @@ const SUBSTEPS: u32 = 2;
 pub(crate) struct Exponential<S: Num> {
     plant: Plant<S>,
     propagator: Propagator<S>,
+    /// Gain (1) of a sound load cell, behind which the propagator's controller stands.
+    cell_gain: S,
 }
 
 /// The plant's state, and the memory of the method.
@@ -66,16 +68,24 @@ impl<S: Num> PlantModel<S> for Exponential<S> {
     const FAST: bool = true;
 
     fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, pace: Pace) -> Result<Self> {
+        let cell_gain = |i| rig(i).plant().sensors.force.gain;
         let propagators = (0..S::LANES)
             .map(|i| {
                 let plant = Plant::<f64>::pack(|_| rig(i))?;
                 Ok(match rig(i).controller.realization {
-                    Realization::Analog => Propagator::new(&plant, &Analog::pack(|_| rig(i)), pace.step()),
+                    Realization::Analog => {
+                        let analog = Analog::pack(|_| rig(i)).through((cell_gain(i), 0.0));
+                        Propagator::new(&plant, &analog, pace.step())
+                    }
                     Realization::Digital => Propagator::new(&plant, &Held(0.0), pace.step()),
                 })
             })
             .collect::<Result<Vec<_>>>()?;
-        Ok(Self { plant: Plant::pack(&rig)?, propagator: Propagator::pack(|i| &propagators[i]) })
+        Ok(Self {
+            plant: Plant::pack(&rig)?,
+            propagator: Propagator::pack(|i| &propagators[i]),
+            cell_gain: S::from_lanes(cell_gain),
+        })
     }
     #[inline(always)]
     fn at_rest(&self) -> Carried<S> {
@@ -215,7 +225,7 @@ impl<S: Num> Exponential<S> {
     /// Where the equations were linear over the whole step.
     #[inline(always)]
     fn is_regular(&self, ends: [&Carried<S>; 2], drive: &impl Drive<S>, from: f64, step: f64) -> S::Mask {
-        let mut regular = drive.is_sound();
+        let mut regular = drive.is_sound(self.cell_gain);
         for (end, time) in ends.into_iter().zip([from, from + step]) {
             regular = regular & end.plant.spool.abs().lt(S::splat(1.0));
             if drive.limits() {

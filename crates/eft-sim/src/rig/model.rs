@@ -44,7 +44,7 @@ pub(crate) trait PlantModel<S: Num>: Sized {
     /// Whether a loop for plain rigs is compiled beside the one for all; it is where most tests run.
     const FAST: bool = false;
 
-    /// The plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
+    /// The true plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
     fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, pace: Pace) -> Result<Self>;
     /// The state at rest.
     fn at_rest(&self) -> Self::State;

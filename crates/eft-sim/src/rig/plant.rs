@@ -34,17 +34,18 @@ pub struct Plant<S: Num> {
 }
 
 impl<S: Num> Plant<S> {
-    /// The plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
+    /// The true plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
     ///
     /// # Errors
     /// A flow curve that the core refuses.
     pub fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
+        let rig = |i| rig(i).plant();
         Ok(Self {
-            pilot_valve: PilotValve::pack(&rig),
-            spool: Spool::pack(&rig),
-            load_flow: LoadFlow::pack(&rig)?,
-            actuator: Actuator::pack(&rig),
-            structure: Structure::pack(&rig),
+            pilot_valve: PilotValve::pack(rig),
+            spool: Spool::pack(rig),
+            load_flow: LoadFlow::pack(rig)?,
+            actuator: Actuator::pack(rig),
+            structure: Structure::pack(rig),
             supply_pressure: S::from_lanes(|i| rig(i).supply.pressure),
         })
     }

@@ -19,12 +19,12 @@ struct Story {
 }
 
 impl ShearBuilding {
-    /// The building of a rig.
+    /// The true building of a rig.
     ///
     /// # Errors
     /// A structure of another kind.
     pub(crate) fn new(rig: &RigConfig) -> Result<Self> {
-        let Some(stories) = &rig.structure.stories else {
+        let Some(stories) = &rig.plant().structure.stories else {
             let allowed = "must be \"shear_building\", with `structure.stories`, for several actuators";
             return Err(Error::value("structure.kind", "another kind", allowed));
         };

@@ -15,11 +15,13 @@ pub(crate) struct Specimen<S> {
 }
 
 impl<S: Num> Specimen<S> {
+    /// The true structures of `rig(0)`, `rig(1)`, … side by side, one a lane.
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+        let rig = |i| rig(i).plant();
         Self {
-            structure: Structure::pack(&rig),
-            power_damper: PowerDamper::pack(&rig),
-            bouc_wen: BoucWen::pack(&rig),
+            structure: Structure::pack(rig),
+            power_damper: PowerDamper::pack(rig),
+            bouc_wen: BoucWen::pack(rig),
         }
     }
 

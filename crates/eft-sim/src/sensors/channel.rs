@@ -1,6 +1,6 @@
 //! One sensor: from the true signal to what the controller reads.
 //!
-//! In this order: bandwidth, bias and noise, range and resolution, fault, delay, lost samples.
+//! In this order: bandwidth, gain, bias and noise, range and resolution, fault, delay, lost samples.
 
 use std::collections::VecDeque;
 
@@ -32,6 +32,7 @@ pub(crate) struct Channel {
     bandwidth: Option<f64>,
     low_pass: Option<LowPass>,
     sample_rate: f64,
+    gain: f64,
     bias: f64,
     deviation: f64,
     noise: Noise,
@@ -57,6 +58,7 @@ impl Channel {
             bandwidth: sensor.bandwidth,
             low_pass: None,
             sample_rate,
+            gain: sensor.gain,
             bias: sensor.bias,
             deviation: sensor.noise,
             noise: Noise::new(seed, stream),
@@ -73,26 +75,27 @@ impl Channel {
     /// The reading at tick `tick` of a signal, and the wire to the analog side until the next. A lost sample reads
     /// NaN. Before the first tick the signal counts as having stood still.
     pub(crate) fn read(&mut self, tick: u64, signal: f64) -> (f64, Wire) {
-        let seen = match self.bandwidth {
+        let passed = match self.bandwidth {
             None => signal,
             Some(bandwidth) => {
                 let rate = self.sample_rate;
                 self.low_pass.get_or_insert_with(|| LowPass::new(bandwidth, rate, signal)).pass(signal)
             }
         };
+        let seen = self.gain * passed;
         let error = if self.deviation > 0.0 {
             self.bias + self.deviation * self.noise.normal(tick)
         } else {
             self.bias
         };
-        let sound = Wire { gain: 1.0, offset: error };
+        let sound = Wire { gain: self.gain, offset: error };
         let converted = self.converter.map_or(seen + error, |converter| converter.convert(seen + error));
         let (reported, wire) = match self.fault {
             Some(fault) if (fault.first..fault.end).contains(&tick) => match fault.kind {
                 FaultKind::Lost => (f64::NAN, Wire { gain: 0.0, offset: 0.0 }),
                 FaultKind::Zero => (0.0, Wire { gain: 0.0, offset: 0.0 }),
                 FaultKind::Stuck => (self.stuck_at, Wire { gain: 0.0, offset: self.stuck_at }),
-                FaultKind::Sign => (-converted, Wire { gain: -1.0, offset: -error }),
+                FaultKind::Sign => (-converted, Wire { gain: -self.gain, offset: -error }),
             },
             _ => (converted, sound),
         };

@@ -45,12 +45,12 @@ pub(crate) struct Sensors {
 const STREAMS: u64 = 16;
 
 impl Sensors {
-    /// The sensors of a rig's actuator number `actuator`, or none where each of them is ideal.
+    /// The true sensors of a rig's actuator number `actuator`, or none where each of them is ideal.
     pub(crate) fn new(rig: &RigConfig, sample_rate: f64, actuator: u64) -> Option<Self> {
         if are_ideal(rig) {
             return None;
         }
-        let sensors = &rig.sensors;
+        let sensors = &rig.plant().sensors;
         let channel = |sensor: &Sensor, signal, stream| {
             let fault = sensors.fault.as_ref().filter(|fault| fault.signal == signal);
             let fault = fault.map(|fault| in_ticks(fault, sample_rate));
@@ -98,21 +98,22 @@ pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
         supply_pressure,
         acceleration,
         fault,
-    } = &rig.sensors;
+    } = &rig.plant().sensors;
     let all = [force, velocity, displacement, spool, supply_pressure, acceleration];
     all.into_iter().all(is_ideal) && fault.is_none()
 }
 
 /// Whether a rig has an accelerometer: one that the observer reads, or one that is described.
 pub(crate) fn has_accelerometer(rig: &RigConfig) -> bool {
+    let sensors = &rig.plant().sensors;
     rig.controller.velocity_source == VelocitySource::Accelerometer
-        || !is_ideal(&rig.sensors.acceleration)
-        || rig.sensors.fault.as_ref().is_some_and(|fault| fault.signal == FaultSignal::Acceleration)
+        || !is_ideal(&sensors.acceleration)
+        || sensors.fault.as_ref().is_some_and(|fault| fault.signal == FaultSignal::Acceleration)
 }
 
 fn is_ideal(sensor: &Sensor) -> bool {
-    let Sensor { noise, bandwidth, bits, range, delay, bias, dropout } = sensor;
-    let exact = *noise == 0.0 && *bias == 0.0 && *dropout == 0.0;
+    let Sensor { gain, noise, bandwidth, bits, range, delay, bias, dropout } = sensor;
+    let exact = *gain == 1.0 && *noise == 0.0 && *bias == 0.0 && *dropout == 0.0;
     exact && *delay == 0 && bandwidth.is_none() && bits.is_none() && range.is_none()
 }
 

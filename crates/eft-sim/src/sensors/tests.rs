@@ -1,6 +1,6 @@
 use super::*;
 use crate::config::RigConfig;
-use crate::excitation::sine_sweep;
+use crate::excitation::{Command, sine_sweep};
 use crate::{SimulateOptions, TestRun, simulate};
 
 const RATE: f64 = 4096.0;
@@ -52,7 +52,9 @@ fn delay_is_in_samples_and_starts_at_rest() {
 }
 
 #[test]
-fn bias_range_and_resolution() {
+fn gain_bias_range_and_resolution() {
+    let scaled = ramp(&[("sensors.force.gain", 0.5.into()), ("sensors.force.bias", 5.0.into())], 3);
+    assert_eq!(scaled, [5.0, 5.5, 6.0]);
     assert_eq!(ramp(&[("sensors.force.bias", 5.0.into())], 3), [5.0, 6.0, 7.0]);
     assert_eq!(ramp(&[("sensors.force.range", 1.5.into())], 3), [0.0, 1.0, 1.5]);
     let coarse = ramp(&[("sensors.force.range", 8.0.into()), ("sensors.force.bits", 3.into())], 9);
@@ -128,6 +130,27 @@ fn same_seed_same_bits_other_seed_other_noise() {
 }
 
 #[test]
+fn a_gain_of_the_cell_is_one_of_the_loop_and_of_its_command() {
+    const GAIN: f64 = 1.05;
+    let command = sine_sweep(8900.0, 0.0, 10.0, 4.0, RATE).unwrap();
+    let less = Command::new(command.values.iter().map(|value| value / GAIN).collect(), RATE).unwrap();
+    for realization in ["analog", "digital"] {
+        let linear = [("compensation.mode", "linear".into()), ("controller.realization", realization.into())];
+        let test = |change: (&'static str, f64), command: &Command| {
+            let rig = rig(&linear).replace(&[(change.0, change.1.into())]).unwrap();
+            simulate::<f64>(&rig, command, &SimulateOptions::default(), |_, _| true).unwrap()
+        };
+        let with = test(("sensors.force.gain", GAIN), &command);
+        let other = test(("controller.force_sensitivity", GAIN * 5.6e-5), &less);
+        let differences = with.force.iter().zip(&other.force).map(|(a, b)| (a - b).abs());
+        let worst = differences.fold(0.0, f64::max);
+        assert!(worst < 1e-4, "{realization}: {worst} N");
+        let read = with.measured_force().iter().zip(&with.force);
+        assert!(read.into_iter().all(|(measured, force)| *measured == GAIN * force));
+    }
+}
+
+#[test]
 fn bias_of_the_cell_shifts_the_force_in_both_realizations() {
     for realization in ["analog", "digital"] {
         let rig = rig(&[
@@ -135,7 +158,7 @@ fn bias_of_the_cell_shifts_the_force_in_both_realizations() {
             ("controller.realization", realization.into()),
             ("structure.kind", "linear".into()),
         ]);
-        let command = crate::excitation::Command::new(vec![0.0; 16384], RATE).unwrap();
+        let command = Command::new(vec![0.0; 16384], RATE).unwrap();
         let run = simulate::<f64>(&rig, &command, &SimulateOptions::default(), |_, _| true).unwrap();
         // At rest the flow is C_l·F/A, so F = −bias·L/(1 + L) with the static loop gain L.
         let (c, a, v) = (&rig.controller, &rig.actuator, &rig.servovalve);
@@ -153,6 +176,24 @@ fn bias_of_the_cell_shifts_the_force_in_both_realizations() {
             (expected(slope).min(expected(retracting)), expected(slope).max(expected(retracting)));
         assert!(force > low - 1.0 && force < high + 1.0, "{realization}: {force}, between {low} and {high}");
     }
+}
+
+#[test]
+fn a_late_converter_gives_what_it_was_given_samples_before() {
+    let command = sine_sweep(4000.0, 0.0, 10.0, 1.0, RATE).unwrap();
+    let test = |changes: &[(&str, toml::Value)]| {
+        simulate::<f64>(&rig(changes), &command, &SimulateOptions::default(), |_, _| true).unwrap()
+    };
+    // Of an analog loop it is the compensation, as by a computation that takes as long.
+    let late = test(&[("dac.delay", 3.into())]);
+    assert_eq!(late.first_difference(&test(&[("compensation.computation_delay", 3.into())])), None);
+    assert!(late.first_difference(&test(&[])).is_some());
+    // Of a digital one the whole valve command, which the first force makes before anything moves.
+    let digital = ("controller.realization", toml::Value::from("digital"));
+    let [now, late] = [0, 3].map(|delay| test(&[digital.clone(), ("dac.delay", delay.into())]));
+    let first = |run: &crate::TestRun| run.valve_command.iter().position(|v| *v != 0.0).unwrap();
+    assert_eq!(first(&late), first(&now) + 3);
+    assert_eq!(late.valve_command[first(&late)], now.valve_command[first(&now)]);
 }
 
 #[test]

@@ -15,7 +15,8 @@ const STEPS_PER_PERIOD: f64 = 40.0;
 /// pseudo-acceleration.
 ///
 /// # Errors
-/// A record that is not valid, a period that is not positive and finite, a damping outside 0 to 0.99.
+/// A record that is not valid; a period that is not positive and finite, is less than a 2500th of the record's step, or
+/// half of which takes more than 1e7 steps; a damping outside 0 to 0.99.
 pub fn displacement_spectrum(record: &Record, periods: &[f64], damping: f64) -> Result<Vec<f64>> {
     record.validate()?;
     if !(0.0..=0.99).contains(&damping) {
@@ -32,6 +33,10 @@ fn peak(record: &Record, period: f64, zeta: f64) -> Result<f64> {
         return Err(Error::value("period", period, "must not be that short against the record's step"));
     }
     let step = record.dt / parts;
+    let half_period = (0.5 * period / step).ceil() + 1.0;
+    if half_period > 1e7 {
+        return Err(Error::value("period", period, "must not be that long against the record's step"));
+    }
     let root = (1.0 - zeta * zeta).sqrt();
     let (sin, cos) = (omega * root * step).sin_cos();
     let decay = (-zeta * omega * step).exp();
@@ -54,8 +59,7 @@ fn peak(record: &Record, period: f64, zeta: f64) -> Result<f64> {
         }
     }
     // The motion goes on after the ground has come to rest.
-    let half_period = (0.5 * period / step).ceil() as usize + 1;
-    for _ in 0..half_period {
+    for _ in 0..half_period as usize {
         (u, v) = advance(u, v, 0.0, 0.0);
         largest = largest.max(u.abs());
     }
@@ -93,5 +97,13 @@ mod tests {
         assert!((stiff - 1.0).abs() < 0.02, "{stiff}");
         assert!(displacement_spectrum(&record, &[0.0], 0.05).is_err());
         assert!(displacement_spectrum(&record, &[1.0], 1.0).is_err());
+    }
+
+    #[test]
+    fn a_period_that_would_take_forever_is_refused() {
+        let record = Record::new("step", vec![1.0; 10], 0.8).unwrap();
+        let refused = displacement_spectrum(&record, &[1.19e16], 0.0).unwrap_err().to_string();
+        assert!(refused.starts_with("period = 1"), "{refused}");
+        assert!(displacement_spectrum(&record, &[1e5], 0.0).is_ok());
     }
 }

@@ -7,9 +7,11 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Dac {
     /// Range to either side, V.
-    pub range: f64,
+    pub range: Option<f64>,
     /// Resolution over the range, bits.
     pub bits: Option<u32>,
+    /// Delay between the controller's output and the valve, samples.
+    pub delay: u32,
 }
 
 /// `[limits]`: absent means unlimited.

@@ -30,6 +30,8 @@ pub struct Sensors {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
+    /// What it reads over what is true, dimensionless.
+    pub gain: f64,
     /// Standard deviation of the noise per sample, in the signal's unit.
     pub noise: f64,
     /// First-order bandwidth, Hz.

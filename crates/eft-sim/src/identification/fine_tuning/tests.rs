@@ -1,4 +1,5 @@
 use super::*;
+use crate::config::RigValues;
 use crate::excitation::{Command, sine_sweep};
 use crate::linear::delay_budget;
 use crate::{SimulateOptions, TestRun, simulate};
@@ -22,10 +23,11 @@ fn tuned(rig: &RigConfig) -> FineTuning {
 }
 
 fn rig(level: f64, delay: f64, realization: Realization) -> RigConfig {
-    let mut rig = RigConfig::zhao2005();
-    (rig.compensation.level, rig.compensation.response_delay) = (level, delay);
-    rig.controller.realization = realization;
-    rig
+    let tuned = |rig: &mut RigValues| {
+        (rig.compensation.level, rig.compensation.response_delay) = (level, delay);
+        rig.controller.realization = realization;
+    };
+    RigConfig::zhao2005().with(tuned).unwrap()
 }
 
 #[test]
@@ -54,10 +56,12 @@ fn one_sees_what_the_paper_says_one_sees() {
 
 #[test]
 fn a_wrong_flow_gain_shows_as_a_level_and_noise_as_uncertainty() {
-    let mut wrong = rig(1.0, 4e-3, Realization::Digital);
-    wrong.servovalve.flow_gain_scale = 0.97;
-    wrong.sensors.force.noise = 30.0;
-    wrong.sensors.velocity.noise = 2e-3;
+    let wrong = rig(1.0, 4e-3, Realization::Digital).with(|rig| {
+        rig.servovalve.flow_gain_scale = 0.97;
+        rig.sensors.force.noise = 30.0;
+        rig.sensors.velocity.noise = 2e-3;
+    });
+    let wrong = wrong.unwrap();
     let found = tuned(&wrong);
     assert!((found.level.value - 1.0 / 0.97).abs() < 0.006, "{found:?}");
     let exact = delay_budget(&wrong, RATE, (1.0, 2.5)).unwrap().path;
@@ -74,8 +78,8 @@ fn what_cannot_be_tuned_is_refused() {
         let signals = TestSignals { command: &run.command, force, velocity };
         fine_tune(rig, signals, RATE, band).unwrap_err().to_string()
     };
-    let mut off = rig.clone();
-    off.compensation.mode = Mode::Off;
+    let in_mode = |mode| rig.with(|rig| rig.compensation.mode = mode).unwrap();
+    let off = in_mode(Mode::Off);
     assert!(text(&off, &run.force, &run.velocity, BAND).starts_with("compensation.mode = \"off\""));
     assert!(text(&rig, &run.force[1..], &run.velocity, BAND).starts_with("force = "));
     assert!(text(&rig, &run.force, &run.velocity, (3.0, 2.0)).starts_with("band = (3, 2)"));
@@ -84,8 +88,7 @@ fn what_cannot_be_tuned_is_refused() {
     let mut gap = run.force.clone();
     gap[7] = f64::NAN;
     assert!(text(&rig, &gap, &run.velocity, BAND).starts_with("force = NaN at sample 7"));
-    let mut linear = rig.clone();
-    linear.compensation.mode = Mode::Linear;
+    let linear = in_mode(Mode::Linear);
     let fast: Vec<f64> = run.velocity.iter().map(|v| 3.0 * v).collect();
     assert!(text(&linear, &run.force, &fast, BAND).contains("where the compensation is linear"));
     // A velocity sensor of the wrong sign, or a force in another unit.

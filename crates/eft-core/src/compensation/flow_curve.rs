@@ -1,0 +1,76 @@
+//! The flow table's correction in the tick: from the no-load flow that is demanded to the flow that the table has at
+//! the opening which passes it.
+//!
+//! The map is a chain of straight pieces between nodes at equal steps of flow. The learner keeps it increasing.
+
+use crate::number::{Real, Scalar};
+
+/// Pieces, half of them in either direction.
+pub(crate) const PIECES: usize = 16;
+/// Nodes: the pieces' ends.
+pub(crate) const NODES: usize = PIECES + 1;
+/// Flow (steps) of the first node.
+pub(crate) const FIRST_NODE: f64 = -(PIECES as f64) / 2.0;
+
+/// One piece of the chain: the table flow `offset + slope·demand`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct CurvePiece<S> {
+    /// Table flow (m³/s) at no demand, were the piece so long.
+    pub offset: S,
+    /// Table flow per demanded flow (1).
+    pub slope: S,
+}
+
+/// The pieces where nothing is corrected.
+pub(crate) fn table_itself<S: Scalar>() -> [CurvePiece<S>; PIECES] {
+    [CurvePiece { offset: S::splat(0.0), slope: S::splat(1.0) }; PIECES]
+}
+
+/// The distance of the nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct CurveGrid<S> {
+    /// Steps per flow (s/m³).
+    pub(crate) per_flow: S,
+    /// Flow (m³/s) of a step.
+    pub(crate) step: S,
+}
+
+impl<S: Scalar> CurveGrid<S> {
+    /// As a table that is corrected in place would read a no-load flow (m³/s). Beyond the nodes, where the valve is
+    /// saturated, the flow itself.
+    #[inline(always)]
+    pub(crate) fn apply(&self, pieces: &[CurvePiece<S>; PIECES], demand: S) -> S {
+        let steps = demand * self.per_flow;
+        // Lane by lane: each finds a piece of its own.
+        S::from_lanes(|lane| {
+            let flow = demand.lane(lane);
+            match pieces.get(node_below(steps.lane(lane))) {
+                Some(piece) => piece.offset.lane(lane) + flow * piece.slope.lane(lane),
+                None => flow,
+            }
+        })
+    }
+
+    pub(crate) fn pack<'a>(lane: impl Fn(usize) -> &'a CurveGrid<S::Element>) -> Self
+    where
+        S::Element: 'a,
+    {
+        Self { per_flow: S::from_lanes(|i| lane(i).per_flow), step: S::from_lanes(|i| lane(i).step) }
+    }
+}
+
+impl CurveGrid<f64> {
+    /// For a table that ends at this flow (m³/s); the last piece lies beyond its end.
+    pub(crate) const fn over(end: f64) -> Self {
+        let step = end / (PIECES / 2 - 1) as f64;
+        Self { per_flow: 1.0 / step, step }
+    }
+}
+
+/// Node below a flow (steps), which it may not have; the piece above a node has its number.
+#[inline(always)]
+pub(crate) fn node_below<T: Real>(demand: T) -> usize {
+    // A cell is counted from 1, the first node is cell 0.
+    (demand + T::splat(1.0 - FIRST_NODE)).cell().0 as usize
+}

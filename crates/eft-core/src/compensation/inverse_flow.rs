@@ -1,0 +1,106 @@
+//! From the flow that is wanted to the spool opening that passes it.
+
+use crate::compensation::{LoadPressure, Mode};
+use crate::error::{ConfigError, check, positive, within};
+use crate::number::{Mask as _, Scalar};
+use crate::parameters::Parameters;
+use crate::status;
+use crate::table::PiecewiseLinear;
+
+/// Where the sign of the spool opening in the load-pressure correction comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum SignFrom {
+    /// The measured spool, as in the paper; it chatters near null.
+    Spool = 0,
+    /// The demanded flow, free of chatter and of the loop through the spool.
+    Demand = 1,
+}
+
+/// The inverse of the servovalve's flow property.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct InverseFlow<S: Scalar, const N: usize> {
+    /// From flow to required opening: level and stroke are in its values, and it ends where they end.
+    table: PiecewiseLinear<S, N>,
+    load_pressure: LoadPressure<S>,
+    sign_from_demand: S::Mask,
+}
+
+impl<S: Scalar, const N: usize> InverseFlow<S, N> {
+    /// Required spool opening (1, within ±1) for a flow (m³/s), given the measured force (N) and spool (1), the supply at
+    /// a multiple `supply` (1) of its pressure, and the flags [`status::DEMAND_SATURATED`] and
+    /// [`status::LOAD_PRESSURE_FLOORED`]. `corrected` goes from the no-load flow (m³/s) that is demanded to the one that
+    /// the table has for the opening that passes it.
+    ///
+    /// # NaN
+    /// Finite and within ±1 for every input; a NaN flow gives an end of the range.
+    #[inline(always)]
+    pub fn required_opening(
+        &self,
+        flow: S,
+        force: S,
+        spool: S,
+        supply: S,
+        corrected: impl FnOnce(S) -> S,
+    ) -> (S, S::Flags) {
+        let direction = S::select(self.sign_from_demand, flow, spool);
+        let (root, floored) = self.load_pressure.root(force, direction, supply);
+        let demand = corrected(flow / root);
+        let (opening, saturated) = self.table.eval_flagged(demand);
+        let flags =
+            S::flag(floored, status::LOAD_PRESSURE_FLOORED) | S::flag(saturated, status::DEMAND_SATURATED);
+        (opening, flags)
+    }
+
+    /// Inverses of single rigs side by side.
+    pub fn pack<'a>(lane: impl Fn(usize) -> &'a InverseFlow<S::Element, N>) -> Self
+    where
+        S::Element: 'a,
+    {
+        Self {
+            sign_from_demand: S::Mask::from_lanes(|i| lane(i).sign_from_demand),
+            load_pressure: LoadPressure::pack(|i| &lane(i).load_pressure),
+            table: PiecewiseLinear::pack(|i| &lane(i).table),
+        }
+    }
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl<const N: usize> InverseFlow<$t, N> {
+            /// From the rig's parameters: the flow table's inverse with the load-pressure correction, or for
+            /// [`Mode::Linear`] `Q/K_v`.
+            ///
+            /// # Errors
+            /// A flow table that is refused; a gain, area or pressure not positive and finite; a level outside [0, 10];
+            /// fewer than three points of capacity for the linear inverse.
+            pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
+                let level = check!(within("level", p.level, 0.0, 10.0));
+                let flow_gain = check!(positive("flow_gain", p.flow_gain));
+                let load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
+                let mut inverse = Self {
+                    sign_from_demand: matches!(p.sign_from, SignFrom::Demand),
+                    load_pressure,
+                    table: PiecewiseLinear::<$t, N>::EMPTY,
+                };
+                // Whichever way it is used, it is refused as it was given.
+                check!(inverse.table.fill("openings", p.openings, "flows", p.flows));
+                if matches!(p.mode, Mode::Linear) {
+                    // The straight line, as far as the whole stroke is asked for.
+                    let reach = if level > 1.0e-3 { 1.0 / level } else { 1.0e3 };
+                    let (flow, opening) = (reach * flow_gain, reach);
+                    let (flows, openings) = ([-flow, 0.0, flow], [-opening, 0.0, opening]);
+                    check!(inverse.table.fill("flow_gain", &flows, "flow_gain", &openings));
+                    inverse.load_pressure = LoadPressure::<$t>::NONE;
+                } else {
+                    check!(inverse.table.fill("flows", p.flows, "openings", p.openings));
+                }
+                check!(inverse.table.scale_to_limit(level));
+                Ok(inverse)
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);

@@ -1,0 +1,18 @@
+//! Velocity feedback compensation, Fig. 5 of the paper: from the piston's velocity to the compensation signal `v_c`.
+
+mod calibration;
+mod feedforward;
+mod flow_curve;
+mod inverse_flow;
+mod lead;
+mod load_pressure;
+mod velocity_feedback;
+
+pub use calibration::Calibration;
+pub use feedforward::{Feedforward, FeedforwardState};
+pub use flow_curve::CurvePiece;
+pub(crate) use flow_curve::{CurveGrid, FIRST_NODE, NODES, PIECES, node_below, table_itself};
+pub use inverse_flow::{InverseFlow, SignFrom};
+pub use lead::{LeadNetwork, LeadState};
+pub use load_pressure::LoadPressure;
+pub use velocity_feedback::{Compensation, CompensationInput, CompensationOutput, CompensationState, Mode};

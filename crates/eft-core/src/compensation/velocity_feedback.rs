@@ -1,0 +1,224 @@
+//! Velocity feedback compensation (Fig. 5 of the paper): one call a sample.
+
+use crate::compensation::{Calibration, CurveGrid, InverseFlow, LeadNetwork, LeadState};
+use crate::error::{ConfigError, LARGEST, check, range};
+use crate::number::{Mask, Scalar};
+use crate::parameters::Parameters;
+use crate::status;
+
+/// The compensation scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Mode {
+    /// The piston's motion is not compensated.
+    Off = 0,
+    /// Through the initial flow gain `K_v`.
+    Linear = 1,
+    /// Through the inverse flow table and the load-pressure correction.
+    Nonlinear = 2,
+}
+
+/// The compensation's immutable configuration; one drives any number of channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Compensation<S: Scalar, const N: usize> {
+    inverse: InverseFlow<S, N>,
+    lead: LeadNetwork<S>,
+    response_delay: S,
+    velocity_to_flow: S,
+    velocity_range: S,
+    force_range: S,
+    spool_range: S,
+    spool_warning: S,
+    /// Where the flow table is corrected, and its nodes' distance.
+    corrects: S::Mask,
+    grid: CurveGrid<S>,
+}
+
+/// One sample's measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompensationInput<S> {
+    /// Piston velocity (m/s).
+    pub velocity: S,
+    /// Force (N).
+    pub force: S,
+    /// Spool opening (1).
+    pub spool: S,
+    /// Supply pressure over the configured one (1).
+    pub supply: S,
+    /// Flow (m³/s) wanted on top of the piston's.
+    pub further_flow: S,
+}
+
+/// What the compensation remembers from sample to sample. `default()` is a rig at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct CompensationState<S> {
+    lead: LeadState<S>,
+    output: S,
+}
+
+impl<S: Copy> CompensationState<S> {
+    /// The last output (V).
+    pub const fn output(&self) -> S {
+        self.output
+    }
+}
+
+impl<S: Scalar> CompensationState<S> {
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            lead: LeadState::select(mask, yes.lead, no.lead),
+            output: S::select(mask, yes.output, no.output),
+        }
+    }
+}
+
+/// One sample's result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompensationOutput<S: Scalar> {
+    /// Volt.
+    pub value: S,
+    /// Bits of [`status`].
+    pub status: S::Flags,
+}
+
+impl<S: Scalar, const N: usize> Compensation<S, N> {
+    /// One sample: the compensation signal `v_c` (V).
+    ///
+    /// # NaN
+    /// A measurement that is not finite or beyond its range, or such a flow, leaves the state as it was, repeats the last
+    /// output and raises [`status::INVALID_MEASUREMENT`]; the next good one continues.
+    ///
+    /// # Cost
+    /// Independent of mode and history.
+    #[inline(always)]
+    pub fn step(
+        &self,
+        state: &mut CompensationState<S>,
+        input: &CompensationInput<S>,
+        calibration: &Calibration<S>,
+    ) -> CompensationOutput<S> {
+        let valid = self.accepts(input.velocity, input.force, input.spool)
+            & input.further_flow.abs().le(S::splat(LARGEST));
+        if !valid.any() {
+            return self.repeat(state);
+        }
+        let (next, flags) = self.advance(state, input, calibration);
+        *state = CompensationState::select(valid, next, *state);
+        let invalid = S::flag(!valid, status::INVALID_MEASUREMENT);
+        CompensationOutput { value: state.output, status: S::select_flags(valid, flags, invalid) }
+    }
+
+    #[cold]
+    fn repeat(&self, state: &CompensationState<S>) -> CompensationOutput<S> {
+        let status = S::flag(S::Mask::splat(true), status::INVALID_MEASUREMENT);
+        CompensationOutput { value: state.output, status }
+    }
+
+    /// What [`step`](Self::step) makes of valid measurements.
+    #[inline(always)]
+    pub(crate) fn advance(
+        &self,
+        state: &CompensationState<S>,
+        input: &CompensationInput<S>,
+        calibration: &Calibration<S>,
+    ) -> (CompensationState<S>, S::Flags) {
+        let (opening, flags) = self.required_opening(input, calibration);
+        let mut lead = state.lead;
+        let output = calibration.lead.step(&mut lead, opening);
+        (CompensationState { lead, output }, flags)
+    }
+
+    /// The calibration by the configuration: the paper's scheme.
+    #[inline(always)]
+    pub fn nominal(&self) -> Calibration<S> {
+        Calibration::of(self.lead, self.response_delay)
+    }
+
+    /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
+    /// input gives the same output, without a bump. An invalid input gives the state of a rig at rest.
+    pub fn prime(&self, input: &CompensationInput<S>, calibration: &Calibration<S>) -> CompensationState<S> {
+        let (opening, _) = self.required_opening(input, calibration);
+        let valid = self.accepts(input.velocity, input.force, input.spool);
+        let opening = S::select(valid, opening, S::splat(0.0));
+        let mut lead = LeadNetwork::at_rest(opening);
+        let output = calibration.lead.step(&mut lead, opening);
+        CompensationState { lead, output }
+    }
+
+    /// Compensations of single rigs side by side.
+    pub fn pack<'a>(lane: impl Fn(usize) -> &'a Compensation<S::Element, N>) -> Self
+    where
+        S::Element: 'a,
+    {
+        Self {
+            response_delay: S::from_lanes(|i| lane(i).response_delay),
+            velocity_to_flow: S::from_lanes(|i| lane(i).velocity_to_flow),
+            velocity_range: S::from_lanes(|i| lane(i).velocity_range),
+            force_range: S::from_lanes(|i| lane(i).force_range),
+            spool_range: S::from_lanes(|i| lane(i).spool_range),
+            spool_warning: S::from_lanes(|i| lane(i).spool_warning),
+            corrects: S::Mask::from_lanes(|i| lane(i).corrects),
+            grid: CurveGrid::pack(|i| &lane(i).grid),
+            inverse: InverseFlow::pack(|i| &lane(i).inverse),
+            lead: LeadNetwork::pack(|i| &lane(i).lead),
+        }
+    }
+
+    /// Where velocity (m/s), force (N) and spool opening (1) are finite and within their ranges.
+    // Comparisons with NaN are false, so NaN, infinities and implausible values go at once.
+    #[inline(always)]
+    pub fn accepts(&self, velocity: S, force: S, spool: S) -> S::Mask {
+        velocity.abs().le(self.velocity_range)
+            & force.abs().le(self.force_range)
+            & spool.abs().le(self.spool_range)
+    }
+
+    #[inline(always)]
+    fn required_opening(&self, i: &CompensationInput<S>, calibration: &Calibration<S>) -> (S, S::Flags) {
+        let flow = (self.velocity_to_flow * i.velocity + i.further_flow) * calibration.per_flow_gain;
+        let corrected = |demand| {
+            if !self.corrects.any() {
+                return demand;
+            }
+            S::select(self.corrects, self.grid.apply(&calibration.curve, demand), demand)
+        };
+        let (opening, flags) = self.inverse.required_opening(flow, i.force, i.spool, i.supply, corrected);
+        let (required, measured) = (opening.abs(), i.spool.abs());
+        let wider = S::select(required.gt(measured), required, measured);
+        (opening, flags | S::flag(wider.gt(self.spool_warning), status::SPOOL_WARNING))
+    }
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl<const N: usize> Compensation<$t, N> {
+            /// From the rig's parameters.
+            ///
+            /// # Errors
+            /// A parameter that is not finite or out of its range, by name.
+            pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
+                let inverse = check!(InverseFlow::<$t, N>::new(p));
+                let area = if matches!(p.mode, Mode::Off) { 0.0 } else { p.piston_area };
+                let grid = CurveGrid::over(p.greatest_flow());
+                Ok(Self {
+                    velocity_to_flow: area as $t,
+                    velocity_range: check!(range("velocity_range", p.velocity_range)) as $t,
+                    force_range: check!(range("force_range", p.force_range)) as $t,
+                    spool_range: check!(range("spool_range", p.spool_range)) as $t,
+                    spool_warning: check!(range("spool_warning", p.spool_warning)) as $t,
+                    corrects: p.learning.adaptive && p.learning.curve_correction,
+                    grid: CurveGrid { per_flow: grid.per_flow as $t, step: grid.step as $t },
+                    inverse,
+                    lead: check!(LeadNetwork::<$t>::by(p)),
+                    response_delay: p.response_delay as $t,
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);

@@ -1,0 +1,68 @@
+//! What the estimators have taken in, and the checkpoints to go back to when the latest turns out to be wrong.
+//!
+//! A sensor that fails is noticed only when the models have missed its signal for some windows, and these count until
+//! then. So there is a checkpoint from time to time, and when the models cease to explain what is measured the older of
+//! the last two is restored.
+
+use crate::learning::flow_curve::CurveEvidence;
+
+/// Sums over the windows that count, older ones less than newer ones.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub(crate) struct Evidence<T> {
+    /// For the flow gain: instrument × predicted flow, and × what the flow has more.
+    pub(crate) predicted: T,
+    pub(crate) excess: T,
+    /// For the valve: squares and product of opening and change, and of either with what the model misses.
+    pub(crate) openings: T,
+    pub(crate) crossed: T,
+    pub(crate) changes: T,
+    pub(crate) on_opening: T,
+    pub(crate) on_change: T,
+    /// All of it (s, of squared opening × time).
+    pub(crate) amount: T,
+    /// For the flow curve.
+    pub(crate) curve: CurveEvidence<T>,
+}
+
+/// The last two checkpoints.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub(crate) struct Checkpoints<T> {
+    older: Evidence<T>,
+    newer: Evidence<T>,
+}
+
+impl<T: Copy> Checkpoints<T> {
+    /// Makes a checkpoint.
+    pub(crate) fn save(&mut self, evidence: &Evidence<T>) {
+        self.older = self.newer;
+        self.newer = *evidence;
+    }
+
+    /// Goes back to the older one, for good.
+    pub(crate) fn restore(&mut self, evidence: &mut Evidence<T>) {
+        *evidence = self.older;
+        self.newer = self.older;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn last_but_one_is_restored_for_good() {
+        let of = |amount: f64| Evidence { amount, excess: -amount, ..Evidence::default() };
+        let mut checkpoints = Checkpoints::default();
+        for amount in [1.0, 2.0, 3.0] {
+            checkpoints.save(&of(amount));
+        }
+        let mut now = of(5.0);
+        checkpoints.restore(&mut now);
+        assert_eq!(now, of(2.0));
+        checkpoints.save(&of(6.0));
+        checkpoints.restore(&mut now);
+        assert_eq!(now, of(2.0));
+    }
+}

@@ -1,0 +1,167 @@
+//! A learner from the rig's parameters.
+
+use crate::compensation::{CurveGrid, LeadNetwork};
+use crate::error::{ConfigError, LARGEST, check, positive, within};
+use crate::learning::band_filter::BandFilter;
+use crate::learning::flow_curve::FlowCurve;
+use crate::learning::flow_gain::FlowGainEstimator;
+use crate::learning::flow_model::FlowModel;
+use crate::learning::gate::Gate;
+use crate::learning::guard::Guard;
+use crate::learning::learner::Learner;
+use crate::learning::tuning as t;
+use crate::learning::valve::ValveEstimator;
+use crate::parameters::Parameters;
+
+/// Delay by computation (samples) at the most.
+const MOST_COMPUTATION: f64 = 1000.0;
+/// Windows per second that are aimed at, at the least (Hz).
+const WINDOW_RATE: f64 = 200.0;
+/// Ticks of the shortest window.
+const SHORTEST: u32 = 8;
+/// Sample rate (Hz) that the learner needs at the least: below, its filters have too few windows.
+pub(crate) const LOWEST_RATE: f64 = 200.0;
+
+/// Ticks of a window: a power of two.
+pub(crate) const fn window_ticks(sample_rate: f64) -> u32 {
+    let mut ticks = SHORTEST;
+    while ticks < 1024 && sample_rate / (2.0 * ticks as f64) >= WINDOW_RATE {
+        ticks *= 2;
+    }
+    ticks
+}
+
+/// Windows in a time (s), rounded up.
+const fn windows(time: f64, period: f64) -> u32 {
+    let whole = (time / period) as u32;
+    if whole as f64 * period < time { whole + 1 } else { whole }
+}
+
+/// Share of the way a first-order low-pass with this corner (rad/s) goes in a period (s), Tustin's without a zero.
+const fn share(corner: f64, period: f64) -> f64 {
+    let angle = corner * period;
+    angle / (1.0 + 0.5 * angle)
+}
+
+/// Refuses bounds between which nothing lies.
+const fn bounds(parameter: &'static str, [lowest, highest]: [f64; 2]) -> Result<[f64; 2], ConfigError> {
+    check!(within(parameter, highest, check!(positive(parameter, lowest)), LARGEST));
+    Ok([lowest, highest])
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl<const N: usize> Learner<$t, N> {
+            /// From the rig's parameters.
+            ///
+            /// # Errors
+            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz.
+            pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
+                check!(within("sample_rate", p.sample_rate, LOWEST_RATE, LARGEST));
+                let l = &p.learning;
+                let computation =
+                    check!(within("computation_delay", p.computation_delay as f64, 0.0, MOST_COMPUTATION));
+                let ticks = window_ticks(p.sample_rate);
+                let sample = 1.0 / p.sample_rate;
+                let period = ticks as f64 * sample;
+                let tau = core::f64::consts::TAU;
+                let model = check!(FlowModel::<$t, N>::new(p));
+                let lead = check!(LeadNetwork::<$t>::by(p));
+                // The actuator, seen once a window.
+                let area = check!(positive("piston_area", p.piston_area));
+                let volume = check!(positive("compressibility", p.compressibility)) / area / period;
+                let leak = check!(within("leakage", p.leakage, 0.0, LARGEST)) / area;
+                let flow_gain = check!(positive("flow_gain", p.flow_gain));
+                let loop_gain = check!(positive("force_sensitivity", p.force_sensitivity))
+                    * p.proportional_gain
+                    * p.valve_gain
+                    * flow_gain;
+                let added_damping = area / (leak + loop_gain);
+                // Bounds and start of the delay.
+                let [least, most] = check!(bounds("response_delay_bounds", l.response_delay_bounds));
+                let least = least * p.response_delay;
+                let lowest = if least > 2.0 * sample { least } else { 2.0 * sample };
+                let most = most * p.response_delay;
+                let highest = if most > lowest { most } else { lowest };
+                let nominal = if p.response_delay > lowest { p.response_delay } else { lowest };
+                let [least_flow, most_flow] = check!(bounds("flow_gain_bounds", l.flow_gain_bounds));
+                let [least_gain, most_gain] = check!(bounds("valve_gain_bounds", l.valve_gain_bounds));
+                let excitation = check!(positive("excitation", l.excitation));
+                let alpha = p.lead_alpha;
+                let grid = CurveGrid::over(p.greatest_flow());
+                Ok(Self {
+                    adapts: l.adaptive,
+                    corrects: l.adaptive && l.curve_correction,
+                    guards: l.guard,
+                    per_window: (1.0 / ticks as f64) as $t,
+                    checkpoint_windows: windows(t::CHECKPOINT, period),
+                    piston_area: area as $t,
+                    flow_per_force: leak as $t,
+                    flow_per_change: volume as $t,
+                    model,
+                    lead,
+                    filter: BandFilter {
+                        low_pass: share(tau * t::LOW_PASS, period) as $t,
+                        high_pass: share(tau * t::HIGH_PASS, period) as $t,
+                    },
+                    gate: Gate {
+                        linear_range: t::LINEAR_RANGE as $t,
+                        excitation: (excitation * excitation) as $t,
+                        change_weight: (t::EXCITATION_TIME * t::EXCITATION_TIME / (period * period)) as $t,
+                        per_square_flow: (1.0 / (flow_gain * flow_gain)) as $t,
+                        average: share(1.0 / t::GATE_AVERAGE, period) as $t,
+                        threshold: t::GATE_THRESHOLD as $t,
+                        period: period as $t,
+                        kept: t::KEPT_EVIDENCE as $t,
+                        half: t::HALF_EVIDENCE as $t,
+                        forgotten: (period / t::MEMORY) as $t,
+                        hold_off: windows(t::HOLD_OFF, period),
+                        settling: windows(t::SETTLING, period),
+                    },
+                    flow_gain: FlowGainEstimator {
+                        prior: (t::FLOW_GAIN_PRIOR * flow_gain) as $t,
+                        bounds: [least_flow as $t, most_flow as $t],
+                        change: (t::FLOW_GAIN_RATE * period) as $t,
+                    },
+                    curve: FlowCurve {
+                        grid: CurveGrid { per_flow: grid.per_flow as $t, step: grid.step as $t },
+                        forgotten: (period / t::DIRECTION_MEMORY) as $t,
+                        change: (t::FLOW_GAIN_RATE * period) as $t,
+                        forgotten_beside: (period / t::NODE_MEMORY) as $t,
+                    },
+                    valve: ValveEstimator {
+                        valve_gain: p.valve_gain as $t,
+                        lead_gain: (1.0 / (p.proportional_gain * p.valve_gain)) as $t,
+                        lag_per_delay: (2.0 * alpha / (1.0 - alpha)) as $t,
+                        sample: sample as $t,
+                        period: period as $t,
+                        per_period: (1.0 / period) as $t,
+                        nominal_delay: nominal as $t,
+                        velocity_delay: check!(within("velocity_delay", p.velocity_delay, 0.0, 1.0)) as $t,
+                        sampling_delay: ((1.0 + computation) * sample) as $t,
+                        gain_prior: t::VALVE_GAIN_PRIOR as $t,
+                        delay_prior: (t::RESPONSE_DELAY_PRIOR * period * period) as $t,
+                        gain_bounds: [least_gain as $t, most_gain as $t],
+                        delay_bounds: [lowest as $t, highest as $t],
+                        gain_change: (t::VALVE_GAIN_RATE * period) as $t,
+                        delay_change: (t::RESPONSE_DELAY_RATE * nominal * period) as $t,
+                    },
+                    guard: Guard {
+                        per_added_damping: (1.0 / added_damping) as $t,
+                        force_per_flow: (1.0 / loop_gain) as $t,
+                        fed_forward: if p.feedforward { 1.0 } else { 0.0 },
+                        low_pass: share(tau * t::GUARD_LOW_PASS, period) as $t,
+                        average: share(1.0 / t::GUARD_AVERAGE, period) as $t,
+                        slow_average: share(0.25 / t::GUARD_AVERAGE, period) as $t,
+                        quiet: (t::GUARD_QUIET * t::GUARD_QUIET) as $t,
+                        tolerated: t::TOLERATED as $t,
+                        correction: (period / t::GUARD_TIME) as $t,
+                        lowest: t::LOWEST_LEVEL as $t,
+                    },
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);

@@ -1,0 +1,68 @@
+//! The flow that the configured valve would pass: the inverse flow's own model, forwards.
+
+use crate::compensation::{LoadPressure, Mode};
+use crate::error::{ConfigError, check};
+use crate::number::Real;
+use crate::parameters::Parameters;
+use crate::table::PiecewiseLinear;
+
+/// Flow curve and load pressure, Eq. (6); a straight line and no load pressure for the linear scheme.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FlowModel<T: Real, const N: usize> {
+    load_pressure: LoadPressure<T>,
+    curve: PiecewiseLinear<T, N>,
+}
+
+/// Flow through an opening, in parts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ModelFlow<T> {
+    /// At no load (m³/s).
+    pub(crate) at_no_load: T,
+    /// Its slope (m³/s per unit opening).
+    pub(crate) slope: T,
+    /// What the load pressure multiplies it by (1).
+    pub(crate) root: T,
+}
+
+impl<T: Real, const N: usize> FlowModel<T, N> {
+    /// The flow through a spool opening (1) at a force (N), the supply at a multiple `supply` (1) of its pressure.
+    pub(crate) fn flow(&self, spool: T, force: T, supply: T) -> ModelFlow<T> {
+        let (root, _) = self.load_pressure.root(force, spool, supply);
+        let (at_no_load, slope, _) = self.curve.eval_with_slope(spool);
+        ModelFlow { at_no_load, slope, root }
+    }
+
+    /// Flow (m³/s) through a spool opening (1) at no load.
+    pub(crate) fn at_no_load(&self, spool: T) -> T {
+        self.curve.eval(spool)
+    }
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl<const N: usize> FlowModel<$t, N> {
+            /// Of the rig's parameters.
+            pub(crate) const fn new(p: &Parameters) -> Result<Self, ConfigError> {
+                Ok(match p.mode {
+                    Mode::Linear => Self {
+                        load_pressure: LoadPressure::<$t>::NONE,
+                        curve: check!(PiecewiseLinear::<$t, N>::new(
+                            "flow_gain",
+                            &[-1.0, 1.0],
+                            "flow_gain",
+                            &[-p.flow_gain, p.flow_gain],
+                        )),
+                    },
+                    Mode::Off | Mode::Nonlinear => Self {
+                        load_pressure: check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure)),
+                        curve: check!(PiecewiseLinear::<$t, N>::new(
+                            "openings", p.openings, "flows", p.flows
+                        )),
+                    },
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);

@@ -1,0 +1,224 @@
+//! The gate: whether a window's evidence counts, and for how long.
+//!
+//! The test ratio is what the models leave unexplained over what is allowed, both averaged. Above 1 nothing is learned;
+//! where the signal is large enough to judge by, a hold-off follows.
+
+use crate::number::Real;
+
+/// Constants of the gate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Gate<T> {
+    /// Opening (1) beyond which the valve is taken to be saturated.
+    pub(crate) linear_range: T,
+    /// Square of the opening (1) below which nothing is learned.
+    pub(crate) excitation: T,
+    /// Weight of a squared change per step in the comparison with `excitation`.
+    pub(crate) change_weight: T,
+    /// Square of the opening (1) per square of a flow (m³/s), for comparing the two models' errors.
+    pub(crate) per_square_flow: T,
+    /// Share of the way the averages go in a step.
+    pub(crate) average: T,
+    /// Share of the signals' squares that the models' errors may have (1).
+    pub(crate) threshold: T,
+    /// Period of the learner (s).
+    pub(crate) period: T,
+    /// Evidence (s, of squared opening × time) that is never forgotten.
+    pub(crate) kept: T,
+    /// Evidence (s) at which half of the shortest memory is reached.
+    pub(crate) half: T,
+    /// Share forgotten in a step at the most.
+    pub(crate) forgotten: T,
+    /// Windows without learning after a rejection.
+    pub(crate) hold_off: u32,
+    /// Windows without learning after lost samples, until the low-passes have settled.
+    pub(crate) settling: u32,
+}
+
+/// What the gate remembers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub(crate) struct GateState<T> {
+    signal: T,
+    error: T,
+    /// Windows left without learning.
+    hold_off: u32,
+    /// Whether something was learned since the last rejection.
+    learned: bool,
+}
+
+/// The two models' signals of a window, in the estimators' band.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Signals<T> {
+    /// Flow that the actuator took (m³/s).
+    pub(crate) flow: T,
+    /// Flow that the table predicts (m³/s).
+    pub(crate) predicted: T,
+    /// Measured spool opening (1).
+    pub(crate) spool: T,
+    /// Opening (1) that was asked for.
+    pub(crate) asked: T,
+    /// Its change over the window (1).
+    pub(crate) asked_change: T,
+}
+
+/// What the gate says of a window.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Verdict {
+    /// The models explain it.
+    Accepted,
+    /// Nothing can be learned of it.
+    Passed,
+    /// The models have ceased to explain what is measured. `learned` is whether something was learned since the last
+    /// time.
+    Rejected { learned: bool },
+}
+
+impl<T: Real> Gate<T> {
+    /// One window less to wait, `least` at the least.
+    pub(crate) fn wait(&self, state: &mut GateState<T>, least: u32) {
+        let left = state.hold_off.saturating_sub(1);
+        state.hold_off = if left > least { left } else { least };
+    }
+
+    /// Takes in what both models leave unexplained, under the flow gain `θ`, and judges. `usable` is where the window is
+    /// whole and the learner adapts.
+    pub(crate) fn judge(
+        &self,
+        state: &mut GateState<T>,
+        s: &Signals<T>,
+        flow_gain: T,
+        usable: bool,
+    ) -> Verdict {
+        let flow_error = s.flow - flow_gain * s.predicted;
+        let spool_error = s.spool - s.asked;
+        let error = self.per_square_flow * (flow_error * flow_error) + spool_error * spool_error;
+        let signal = self.per_square_flow * (s.flow * s.flow + s.predicted * s.predicted)
+            + s.spool * s.spool
+            + s.asked * s.asked;
+        state.error = state.error + self.average * (error - state.error);
+        state.signal = state.signal + self.average * (signal - state.signal);
+        if state.hold_off > 0 || !usable {
+            return Verdict::Passed;
+        }
+        if state.error <= self.threshold * state.signal {
+            return Verdict::Accepted;
+        }
+        // Of a smaller signal what the models leave unexplained may be noise.
+        if !(state.signal > T::splat(9.0) * self.excitation) {
+            return Verdict::Passed;
+        }
+        let learned = state.learned;
+        (state.hold_off, state.learned) = (self.hold_off, false);
+        Verdict::Rejected { learned }
+    }
+
+    /// Time (s) that an accepted window's evidence counts for, and the share of the older evidence that stays beside it.
+    /// Enough must have been asked, and neither opening (1, measured and asked, before the filters) be near its end.
+    pub(crate) fn weigh(
+        &self,
+        state: &mut GateState<T>,
+        amount: &mut T,
+        [measured, wanted]: [T; 2],
+        s: &Signals<T>,
+    ) -> [T; 2] {
+        let (zero, one) = (T::splat(0.0), T::splat(1.0));
+        let square = s.asked * s.asked;
+        let moved = square + self.change_weight * (s.asked_change * s.asked_change);
+        let linear = measured.abs() < self.linear_range && wanted.abs() < self.linear_range;
+        if !(linear && moved > self.excitation) {
+            return [zero, one];
+        }
+        let above = *amount - self.kept;
+        let keep = if above > zero { one - self.forgotten * above / (*amount + self.half) } else { one };
+        state.learned = true;
+        *amount = keep * *amount + square * self.period;
+        [self.period, keep]
+    }
+}
+
+impl<T: Real> GateState<T> {
+    /// Whether learning stands still.
+    pub(crate) fn is_held_off(&self) -> bool {
+        self.hold_off > 0
+    }
+
+    /// Averaged error over what is allowed (1); 0 where there is no signal.
+    pub(crate) fn test_ratio(&self, gate: &Gate<T>) -> T {
+        let allowed = gate.threshold * self.signal;
+        if allowed > T::splat(0.0) { self.error / allowed } else { T::splat(0.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GATE: Gate<f64> = Gate {
+        linear_range: 0.9,
+        excitation: 1e-6,
+        change_weight: 0.0,
+        per_square_flow: 1.0,
+        average: 0.1,
+        threshold: 0.03,
+        period: 0.004,
+        kept: 1e-5,
+        half: 1e-3,
+        forgotten: 0.016,
+        hold_off: 20,
+        settling: 4,
+    };
+
+    #[derive(Default)]
+    struct Fixture {
+        state: GateState<f64>,
+        amount: f64,
+        keep: f64,
+    }
+
+    impl Fixture {
+        /// Whether a window counts.
+        fn window(&mut self, asked: f64, spool: f64) -> bool {
+            GATE.wait(&mut self.state, 0);
+            let s = Signals { flow: asked, predicted: asked, spool, asked, asked_change: 0.0 };
+            if GATE.judge(&mut self.state, &s, 1.0, true) != Verdict::Accepted {
+                return false;
+            }
+            let [weight, keep] = GATE.weigh(&mut self.state, &mut self.amount, [spool, asked], &s);
+            self.keep = keep;
+            weight > 0.0
+        }
+    }
+
+    #[test]
+    fn only_motion_that_the_models_explain_counts() {
+        let mut gate = Fixture::default();
+        assert!(gate.window(0.1, 0.1));
+        assert!(!gate.window(5e-4, 5e-4), "too small");
+        assert!(!gate.window(0.95, 0.95), "saturated");
+        assert!(gate.window(0.1, 0.1));
+    }
+
+    #[test]
+    fn a_rejection_is_followed_by_a_hold_off() {
+        let mut gate = Fixture::default();
+        while gate.window(0.1, -0.1) {}
+        assert!(gate.state.test_ratio(&GATE) > 1.0 && gate.state.is_held_off());
+        let waited = (0..200).position(|_| gate.window(0.1, 0.1));
+        // Until the errors' average has forgotten it, and the hold-off after that.
+        assert!(waited.is_some_and(|n| (19..120).contains(&n)), "{waited:?}");
+    }
+
+    #[test]
+    fn old_evidence_fades_only_as_new_comes() {
+        let mut gate = Fixture::default();
+        for _ in 0..1000 {
+            gate.window(0.3, 0.3);
+        }
+        assert!((gate.keep - (1.0 - 0.016)).abs() < 0.01, "{}", gate.keep);
+        let before = gate.amount;
+        for _ in 0..1000 {
+            gate.window(0.0, 0.0);
+        }
+        assert!((gate.amount - before).abs() < 1e-15);
+    }
+}

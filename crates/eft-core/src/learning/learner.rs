@@ -1,0 +1,287 @@
+//! The learner: one straight-line function from a window to the calibration that it makes.
+
+use crate::compensation::{Calibration, LeadNetwork};
+use crate::learning::band_filter::{BandFilter, BandState};
+use crate::learning::checkpoint::{Checkpoints, Evidence};
+use crate::learning::flow_curve::{CurveState, FlowCurve};
+use crate::learning::flow_gain::{FlowGainEstimator, FlowGainState};
+use crate::learning::flow_model::FlowModel;
+use crate::learning::gate::{Gate, GateState, Signals, Verdict};
+use crate::learning::guard::{Guard, GuardState};
+use crate::learning::valve::{ValveEstimator, ValveState};
+use crate::learning::window::{Sums, Window};
+use crate::number::Real;
+use crate::status;
+
+/// A learner's immutable configuration; one serves any number of channels of the same parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Learner<T: Real, const N: usize> {
+    /// Whether flow gain and valve are estimated; otherwise they stay the configured ones.
+    pub(super) adapts: bool,
+    /// Whether the table is corrected by direction and band of flow as well.
+    pub(super) corrects: bool,
+    pub(super) guards: bool,
+    /// 1 over the ticks of a window.
+    pub(super) per_window: T,
+    /// Windows from one checkpoint to the next.
+    pub(super) checkpoint_windows: u32,
+    pub(super) piston_area: T,
+    /// Flow (m³/s) per force (N).
+    pub(super) flow_per_force: T,
+    /// Flow (m³/s) per change of force (N) over a window.
+    pub(super) flow_per_change: T,
+    pub(super) model: FlowModel<T, N>,
+    pub(super) filter: BandFilter<T>,
+    pub(super) gate: Gate<T>,
+    pub(super) flow_gain: FlowGainEstimator<T>,
+    pub(super) valve: ValveEstimator<T>,
+    pub(super) curve: FlowCurve<T>,
+    pub(super) guard: Guard<T>,
+    /// The lead network by the configuration.
+    pub(super) lead: LeadNetwork<T>,
+}
+
+/// Everything a learner remembers; made by [`Learner::at_rest`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct LearnerState<T> {
+    /// Number of the next window, if none is left out.
+    number: u32,
+    /// Windows taken in, up to the first checkpoint and round again.
+    since_checkpoint: u32,
+    /// Windows taken in, as far as the start counts.
+    since_start: u32,
+    /// Whether the filters have taken in the window before.
+    filtered: bool,
+    /// Whether the means go on although learning is held off.
+    means_go_on: bool,
+    means: Means<T>,
+    /// Share of the way that the filters' means go in a window, were learning not held off.
+    mean_share: T,
+    /// The same as it is.
+    share: T,
+    filters: Filters<T>,
+    gate: GateState<T>,
+    flow_gain: FlowGainState<T>,
+    valve: ValveState<T>,
+    guard: GuardState<T>,
+    evidence: Evidence<T>,
+    checkpoints: Checkpoints<T>,
+    curve: CurveState<T>,
+}
+
+/// Means and changes over the last whole window.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+struct Means<T> {
+    velocity: T,
+    force: T,
+    spool: T,
+    valve_command: T,
+    command: T,
+    force_change: T,
+    command_change: T,
+}
+
+/// The signals' filters.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+struct Filters<T> {
+    asked: BandState<T>,
+    spool: BandState<T>,
+    predicted: BandState<T>,
+    flow: BandState<T>,
+}
+
+/// Windows at the start in which lost samples need no settling: a rig starts at rest, or primed.
+const START: u32 = 3;
+
+impl<T: Real, const N: usize> Learner<T, N> {
+    /// Nothing learned yet.
+    pub fn at_rest(&self) -> LearnerState<T> {
+        let one = T::splat(1.0);
+        LearnerState {
+            number: 0,
+            since_checkpoint: 0,
+            since_start: 0,
+            filtered: false,
+            means_go_on: false,
+            means: Means::default(),
+            mean_share: one,
+            share: one,
+            filters: Filters::default(),
+            gate: GateState::default(),
+            flow_gain: FlowGainState::default(),
+            valve: ValveState::new(self.valve.nominal_delay),
+            guard: GuardState::default(),
+            evidence: Evidence::default(),
+            checkpoints: Checkpoints::default(),
+            curve: CurveState::default(),
+        }
+    }
+
+    /// Takes in a window, and gives the calibration to [publish](crate::Channel::publish).
+    ///
+    /// # NaN
+    /// A window's sums are finite, since the tick refuses what is not. A window that was left out counts as one with
+    /// lost samples.
+    ///
+    /// # Cost
+    /// The same for every window but those of a checkpoint.
+    #[inline(never)]
+    pub fn update(&self, state: &mut LearnerState<T>, window: &Window<T>) -> Calibration<T> {
+        let zero = T::splat(0.0);
+
+        // What was measured.
+        let whole = window.lost == 0;
+        if whole {
+            state.means = self.means(window, state.valve.gain);
+        }
+        let means = state.means;
+        let restart = !(whole && state.filtered && window.number == state.number);
+        state.number = window.number.wrapping_add(1);
+        state.filtered = whole;
+        state.mean_share = self.filter.next_share(state.mean_share, restart);
+
+        // The opening that was asked of the valve, and the one there is, in the estimators' band.
+        self.valve.asked(&mut state.valve, means.valve_command, restart);
+        let (filter, filters, share) = (&self.filter, &mut state.filters, state.share);
+        let (asked, asked_change) = filter.step(&mut filters.asked, state.valve.opening(), share, restart);
+        let (spool, _) = filter.step(&mut filters.spool, means.spool, share, restart);
+
+        // The flow that the actuator took, and the one that the table predicts.
+        let compressed = self.flow_per_force * means.force + self.flow_per_change * means.force_change;
+        let taken = self.piston_area * means.velocity + compressed;
+        let model = self.model.flow(means.spool, means.force, window.supply);
+        let (predicted, _) =
+            filter.step(&mut filters.predicted, model.at_no_load * model.root, share, restart);
+        let mut straightened = taken;
+        if self.corrects {
+            straightened = self.curve.straightened(&state.curve, taken, model.root, state.flow_gain.gain);
+        }
+        let (flow, _) = filter.step(&mut filters.flow, straightened, share, restart);
+
+        // The guard looks at the part of the flow that nobody demanded.
+        if self.guards && !restart {
+            let error = means.force - means.command;
+            let fed = self.flow_per_force * means.command + self.flow_per_change * means.command_change;
+            self.guard.observe(
+                &mut state.guard,
+                error,
+                compressed - self.guard.fed_forward * fed,
+                means.velocity,
+            );
+            self.guard.act(&mut state.guard);
+        }
+
+        // Whether the models explain the window.
+        self.save_checkpoint(state);
+        let settling = restart && state.since_start >= START || window.lost_commands > 0 && self.adapts;
+        self.gate.wait(&mut state.gate, if settling { self.gate.settling } else { 0 });
+        if state.since_start < START {
+            state.since_start += 1;
+        }
+        let signals = Signals { flow, predicted, spool, asked, asked_change };
+        let usable = whole && self.adapts;
+        let verdict = self.gate.judge(&mut state.gate, &signals, state.flow_gain.gain, usable);
+        if let Verdict::Rejected { learned } = verdict {
+            state.checkpoints.restore(&mut state.evidence);
+            // Where nothing was learned since the last time it may be the means that are wrong.
+            state.means_go_on = !learned;
+        }
+        // What is not believed is no part of the means either.
+        let stopped = state.gate.is_held_off() && !state.means_go_on;
+        state.share = if stopped { zero } else { state.mean_share };
+        self.guard.follow_offset(&mut state.guard, state.share);
+
+        // What the window teaches.
+        let mut weights = [zero, T::splat(1.0)];
+        if verdict == Verdict::Accepted {
+            let openings = [means.spool, state.valve.opening()];
+            weights = self.gate.weigh(&mut state.gate, &mut state.evidence.amount, openings, &signals);
+        }
+        if self.adapts {
+            let [weight, keep] = weights;
+            let instrumented = [weight * asked, keep];
+            self.flow_gain.step(&mut state.flow_gain, &mut state.evidence, flow, predicted, instrumented);
+            if weight > zero {
+                self.valve.take(&state.valve, &mut state.evidence, [asked, asked_change], spool, weights);
+                if self.corrects {
+                    let (passed, slope) = (model.at_no_load, model.slope);
+                    let sample = self.curve.sample(&state.curve, taken, model.root, passed, slope);
+                    self.curve.learn(&mut state.curve, &mut state.evidence.curve, &sample);
+                }
+            }
+            self.valve.solve(&mut state.valve, &state.evidence);
+            if self.corrects {
+                self.curve.refresh(&mut state.curve, &state.evidence.curve);
+            }
+        }
+        self.calibration(state, window.number)
+    }
+
+    /// No-load flow (m³/s) that a calibration's valve passes at a spool opening (1): the table's, corrected and times `θ`.
+    ///
+    /// # NaN
+    /// NaN for an opening that is NaN; beyond the table's ends the flow is that of the end.
+    ///
+    /// # Cost
+    /// For after a test, not for a tick: the correction is searched.
+    pub fn found_flow(&self, calibration: &Calibration<T>, opening: T) -> T {
+        if !(opening.abs() >= T::splat(0.0)) {
+            return opening;
+        }
+        self.curve.undo(&calibration.curve, self.model.at_no_load(opening)) * calibration.flow_gain
+    }
+
+    /// What a whole window measured. In place of a lost valve command (V) stands the one that asks for the measured
+    /// opening, since with any other the filters' means would contradict each other for seconds.
+    fn means(&self, window: &Window<T>, valve_gain: T) -> Means<T> {
+        let Sums { velocity, force, spool, valve_command, command, spool_without_command } = window.sums;
+        let stand_in = spool_without_command / (self.valve.valve_gain * valve_gain);
+        let per_window = self.per_window;
+        Means {
+            velocity: velocity * per_window,
+            force: force * per_window,
+            spool: spool * per_window,
+            valve_command: (valve_command + stand_in) * per_window,
+            command: command * per_window,
+            force_change: window.end.force - window.start.force,
+            command_change: window.end.command - window.start.command,
+        }
+    }
+
+    /// Makes a checkpoint where one is due. While nothing is learned it is what it was.
+    fn save_checkpoint(&self, state: &mut LearnerState<T>) {
+        state.since_checkpoint += 1;
+        if state.since_checkpoint >= self.checkpoint_windows {
+            state.since_checkpoint = 0;
+            state.checkpoints.save(&state.evidence);
+        }
+    }
+
+    fn calibration(&self, state: &LearnerState<T>, window: u32) -> Calibration<T> {
+        let (zero, one) = (T::splat(0.0), T::splat(1.0));
+        let level = state.guard.level;
+        let lead = self.valve.lead(&state.valve, level);
+        // Without estimates the configured network stays as it is, only its level moves.
+        let lead =
+            if self.adapts { lead } else { LeadNetwork::of(self.lead.pole(), self.lead.rate(), lead.gain()) };
+        let bounded = state.flow_gain.beyond + state.valve.beyond + state.curve.beyond;
+        let flag = |raised: bool, bit: u32| if raised { bit } else { 0 };
+        Calibration {
+            window,
+            status: flag(self.adapts && state.gate.is_held_off(), status::ADAPTATION_FROZEN)
+                | flag(bounded > zero, status::ESTIMATE_BOUNDED)
+                | flag(level < one, status::LEVEL_REDUCED),
+            flow_gain: state.flow_gain.gain,
+            per_flow_gain: one / state.flow_gain.gain,
+            lead,
+            response_delay: state.valve.delay,
+            valve_gain: state.valve.gain,
+            level,
+            test_ratio: state.gate.test_ratio(&self.gate),
+            curve: state.curve.pieces,
+        }
+    }
+}

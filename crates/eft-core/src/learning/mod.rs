@@ -1,0 +1,20 @@
+//! The learner beside the tick: from sums over a window to the next calibration.
+
+mod band_filter;
+mod checkpoint;
+mod configuration;
+mod flow_curve;
+mod flow_gain;
+mod flow_model;
+mod gate;
+mod guard;
+mod learner;
+#[cfg(test)]
+mod tests;
+mod tuning;
+mod valve;
+mod window;
+
+pub(crate) use configuration::{LOWEST_RATE, window_ticks};
+pub use learner::{Learner, LearnerState};
+pub use window::{Moment, Sums, Window};

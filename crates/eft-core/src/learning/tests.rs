@@ -1,0 +1,63 @@
+//! What the estimates may become, where the gate lets everything pass.
+
+use super::*;
+use crate::channel::{Channel, Input};
+use crate::parameters::{Learning, Parameters, Realization};
+use crate::status;
+use crate::table::FlowTable;
+
+/// A valve: true flow over the table's (1), the spool's gain over the configured one (1), delay (s).
+type Valve = [f64; 3];
+const SOUND: Valve = [1.0, 1.0, 5.0e-3];
+
+/// What is found of a valve in some seconds of swinging, and the last flags.
+fn found([flow_gain, valve_gain, delay]: Valve, learning: Learning) -> (Valve, u32) {
+    let p = Parameters { realization: Realization::Analog, learning, ..Parameters::ZHAO2005 };
+    let table = FlowTable::<f64, 21>::new(p.openings, p.flows).unwrap();
+    let channel = Channel::<f64, 21>::new(&p).unwrap();
+    let mut learner = Learner::<f64, 21>::new(&p).unwrap();
+    learner.gate.threshold = 1.0;
+    let (mut state, mut memory, mut flags) = (channel.at_rest(), learner.at_rest(), 0);
+    let wave = |time: f64| 0.3 * libm::sin(core::f64::consts::TAU * 0.8 * time);
+    for tick in 0..20_000_u32 {
+        let time = f64::from(tick) / p.sample_rate;
+        let spool = valve_gain * wave(time - delay);
+        let velocity = flow_gain * table.flow(spool) / p.piston_area;
+        let valve_command = wave(time) / p.valve_gain;
+        let input = Input { command: 0.0, velocity, force: 0.0, spool, valve_command, ..Input::default() };
+        let out = channel.step(&mut state, &input);
+        flags = out.status;
+        if let Some(window) = out.window {
+            channel.publish(&mut state, learner.update(&mut memory, &window));
+        }
+    }
+    let c = state.calibration();
+    ([c.flow_gain, c.valve_gain, c.response_delay], flags)
+}
+
+/// Each is found where no bound stands before it; the first of the bounds that does is the estimate's own.
+#[test]
+fn estimates_stop_at_their_bounds() {
+    let bounded = Learning { guard: false, ..Learning::ADAPTIVE };
+    let wide = [0.01, 10.0];
+    let free =
+        Learning { flow_gain_bounds: wide, valve_gain_bounds: wide, response_delay_bounds: wide, ..bounded };
+    let [flow, spool, delay] = SOUND;
+    let cases = [
+        (0, [1.6, spool, delay], 1.35),
+        (0, [0.5, spool, delay], 0.7),
+        (1, [flow, 1.5, delay], 1.25),
+        (1, [flow, 0.6, delay], 0.8),
+        (2, [flow, spool, 30.0e-3], 20.0e-3),
+        (2, [flow, spool, 0.5e-3], 1.0e-3),
+    ];
+    for (estimate, valve, bound) in cases {
+        let of = |valve: Valve| valve.get(estimate).copied().unwrap();
+        let (estimates, flags) = found(valve, free);
+        assert!((of(estimates) - of(valve)).abs() < 0.16 * of(SOUND), "{estimates:?}");
+        assert_eq!(flags & status::ESTIMATE_BOUNDED, 0);
+        let (estimates, flags) = found(valve, bounded);
+        assert!((of(estimates) - bound).abs() < 1e-3 * of(SOUND), "{estimates:?}");
+        assert_ne!(flags & status::ESTIMATE_BOUNDED, 0);
+    }
+}

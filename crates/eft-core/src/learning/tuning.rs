@@ -1,0 +1,56 @@
+//! Constants of the learner that no user sets, found on the paper's rig with sensor noise of about 0.05 % of range.
+
+/// Corner of the estimators' two equal low-passes (Hz).
+pub(crate) const LOW_PASS: f64 = 12.0;
+/// Corner of the estimators' high-pass (Hz).
+pub(crate) const HIGH_PASS: f64 = 0.1;
+/// Shortest memory (s), at strong motion.
+pub(crate) const MEMORY: f64 = 0.25;
+/// Evidence (squared opening × s) at which half of the forgetting of the shortest memory is reached.
+pub(crate) const HALF_EVIDENCE: f64 = 1.5e-3;
+/// Evidence (squared opening × s) that is never forgotten.
+pub(crate) const KEPT_EVIDENCE: f64 = 5.0e-5;
+/// Time (s) from one checkpoint to the next, at the least: by then a failed sensor is noticed.
+pub(crate) const CHECKPOINT: f64 = 0.2;
+/// Time (s) without learning after a rejection.
+pub(crate) const HOLD_OFF: f64 = 0.5;
+/// Time (s) without learning after lost samples.
+pub(crate) const SETTLING: f64 = 0.1;
+/// Time (s) over which the gate averages.
+pub(crate) const GATE_AVERAGE: f64 = 0.03;
+/// Share of the signals' squares (1) that the models may miss.
+pub(crate) const GATE_THRESHOLD: f64 = 0.03;
+/// Opening (1) beyond which the valve is taken to be saturated.
+pub(crate) const LINEAR_RANGE: f64 = 0.9;
+/// Time (s) by which a rate of opening is weighed against an opening.
+pub(crate) const EXCITATION_TIME: f64 = 0.1;
+
+/// Largest rate of the flow gain (1/s).
+pub(crate) const FLOW_GAIN_RATE: f64 = 0.5;
+/// Largest rate of the valve gain (1/s).
+pub(crate) const VALVE_GAIN_RATE: f64 = 0.2;
+/// Largest rate of the response delay over the configured one (1/s).
+pub(crate) const RESPONSE_DELAY_RATE: f64 = 2.0;
+/// Weight of the configured flow gain (squared opening × s).
+pub(crate) const FLOW_GAIN_PRIOR: f64 = 1.0e-7;
+/// Weight of the configured valve gain (squared opening × s).
+pub(crate) const VALVE_GAIN_PRIOR: f64 = 1.0e-6;
+/// Weight of the configured response delay (1/s, of squared opening rate).
+pub(crate) const RESPONSE_DELAY_PRIOR: f64 = 6.0e-5;
+/// Memory (s of motion in it) of a direction's correction of the table.
+pub(crate) const DIRECTION_MEMORY: f64 = 5.0;
+/// The same of a node.
+pub(crate) const NODE_MEMORY: f64 = 0.2;
+
+/// Overcompensation (1) at which the guard begins to act.
+pub(crate) const TOLERATED: f64 = 1.0e-2;
+/// Corner of the guard's two equal low-passes (Hz), above the structure's frequency.
+pub(crate) const GUARD_LOW_PASS: f64 = 4.0;
+/// Time (s) over which the guard averages.
+pub(crate) const GUARD_AVERAGE: f64 = 0.2;
+/// Time (s) in which the guard takes overcompensation back.
+pub(crate) const GUARD_TIME: f64 = 0.33;
+/// Velocity (m/s) below which the guard does not act.
+pub(crate) const GUARD_QUIET: f64 = 5.0e-3;
+/// Lowest level (1) the guard goes to.
+pub(crate) const LOWEST_LEVEL: f64 = 0.5;

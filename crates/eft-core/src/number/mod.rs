@@ -1,0 +1,7 @@
+//! The numbers that the blocks are written over: `f32`, `f64` and lanes of them.
+
+mod lanes;
+pub(crate) mod scalar;
+
+pub use lanes::{LaneFlags, LaneMask, Lanes};
+pub use scalar::{Flags, Mask, Real, Scalar};

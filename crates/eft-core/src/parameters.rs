@@ -1,0 +1,226 @@
+//! What a channel and its learner are made from: one set of numbers for firmware, C, export and simulator.
+
+use crate::compensation::{Mode, SignFrom};
+use crate::protection::ProtectionParameters;
+
+/// The rig as its controller knows it, in SI units, and what of the controller is switched on.
+///
+/// [`Parameters::ZHAO2005`] is the paper's rig. `f64::MAX` in a limit or range means none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameters<'a> {
+    /// Ticks per second (Hz).
+    pub sample_rate: f64,
+    /// Where the force loop is closed.
+    pub realization: Realization,
+    /// The compensation scheme.
+    pub mode: Mode,
+    /// Compensation level (1): 1 is full compensation, 1.02 is 2 % over.
+    pub level: f64,
+    /// Where the sign in the load-pressure correction comes from.
+    pub sign_from: SignFrom,
+    /// Piston area `A` (m²).
+    pub piston_area: f64,
+    /// Supply pressure `P_s` (Pa) at which the flow table holds.
+    pub supply_pressure: f64,
+    /// Whether the supply pressure is measured and its departures from `supply_pressure` are corrected.
+    pub supply_correction: bool,
+    /// Oil compressibility of the chambers `K_a` (m³/Pa).
+    pub compressibility: f64,
+    /// Cross-piston leakage `C_l` (m³/(s·Pa)).
+    pub leakage: f64,
+    /// Spool openings (1) of the flow table, strictly increasing.
+    pub openings: &'a [f64],
+    /// Flows (m³/s) of the flow table, strictly increasing.
+    pub flows: &'a [f64],
+    /// Flow gain `K_v` (m³/s per unit opening) of the linear scheme.
+    pub flow_gain: f64,
+    /// Valve gain `K_s` (unit opening per V).
+    pub valve_gain: f64,
+    /// Response delay `T_d` (s) that the lead network makes up for.
+    pub response_delay: f64,
+    /// The lead network's `α` (1).
+    pub lead_alpha: f64,
+    /// Where the velocity comes from.
+    pub velocity_source: VelocitySource,
+    /// Delay of the velocity itself (s), at most 1, that a learning lead network makes up for besides the valve's.
+    pub velocity_delay: f64,
+    /// Delay of the compensation by computation (samples, at most 1000), beyond which the valve command shows it.
+    pub computation_delay: u32,
+    /// Whether the command's own flow is demanded as well.
+    pub feedforward: bool,
+    /// Whether the feedforward is given the next tick's command.
+    pub look_ahead: bool,
+    /// Force sensitivity `C_F` (V/N) of the force loop.
+    pub force_sensitivity: f64,
+    /// Proportional gain `G_p` (V/V) of the force loop.
+    pub proportional_gain: f64,
+    /// Derivative gain `G_d` (s) of the force loop.
+    pub derivative_gain: f64,
+    /// Largest valve command (V).
+    pub valve_command: f64,
+    /// Largest rate of the valve command (V/s).
+    pub valve_command_rate: f64,
+    /// Opening (1) beyond which [`status::SPOOL_WARNING`](crate::status::SPOOL_WARNING) is raised.
+    pub spool_warning: f64,
+    /// Velocity (m/s) beyond which a measurement is invalid.
+    pub velocity_range: f64,
+    /// Force (N) beyond which a measurement is invalid.
+    pub force_range: f64,
+    /// Spool opening (1) beyond which a measurement is invalid.
+    pub spool_range: f64,
+    /// What is learned during the test.
+    pub learning: Learning,
+    /// The protection of the specimen.
+    pub protection: Option<ProtectionParameters>,
+    /// Times (samples) that a measurement may repeat itself to the last bit before it counts as stuck; 0 does not look.
+    pub stuck_samples: u32,
+}
+
+/// Where the force loop is closed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Realization {
+    /// In the channel: its output is the valve command.
+    Digital = 0,
+    /// In an analog controller, as on the paper's rig: the channel's output is the compensation signal for it.
+    Analog = 1,
+}
+
+/// Where the velocity comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum VelocitySource {
+    /// A sensor.
+    Sensor,
+    /// The filtered derivative of the displacement.
+    Derivative {
+        /// Corner of its two low-passes (Hz).
+        corner: f64,
+    },
+    /// An observer of displacement and force.
+    Observer {
+        /// Gains on displacement (1), velocity (1/s) and drift (1/s²).
+        gains: [f64; 3],
+        /// Mass (kg) that the force moves.
+        mass: f64,
+    },
+    /// The same observer with a measured acceleration.
+    Accelerometer {
+        /// Gains on displacement (1), velocity (1/s) and drift (1/s²).
+        gains: [f64; 3],
+    },
+}
+
+/// What is learned during the test, and within which bounds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Learning {
+    /// Whether flow gain and valve are estimated.
+    pub adaptive: bool,
+    /// Whether the flow table is corrected by direction and band of flow as well, where flow gain and valve are estimated.
+    pub curve_correction: bool,
+    /// Whether overcompensation takes the level back.
+    pub guard: bool,
+    /// Opening (1) below which nothing is learned.
+    pub excitation: f64,
+    /// Bounds of the flow gain over the table's (1).
+    pub flow_gain_bounds: [f64; 2],
+    /// Bounds of the valve gain over the configured one (1).
+    pub valve_gain_bounds: [f64; 2],
+    /// Bounds of the response delay over the configured one (1).
+    pub response_delay_bounds: [f64; 2],
+}
+
+impl Learning {
+    /// Nothing is learned; the bounds are the usual ones.
+    pub const OFF: Self = Self {
+        adaptive: false,
+        curve_correction: false,
+        guard: false,
+        excitation: 5.0e-4,
+        flow_gain_bounds: [0.7, 1.35],
+        valve_gain_bounds: [0.8, 1.25],
+        response_delay_bounds: [0.2, 4.0],
+    };
+    /// Flow gain and valve are estimated, under the guard.
+    pub const ADAPTIVE: Self = Self { adaptive: true, guard: true, ..Self::OFF };
+
+    /// Whether a learner runs beside the tick.
+    pub const fn is_on(&self) -> bool {
+        self.adaptive || self.guard
+    }
+}
+
+impl Parameters<'_> {
+    /// The greatest flow (m³/s) of the flow table, or of the straight line in its place.
+    pub(crate) const fn greatest_flow(&self) -> f64 {
+        match (self.mode, self.flows) {
+            (Mode::Off | Mode::Nonlinear, [first, .., last]) => {
+                if -*first > *last {
+                    -*first
+                } else {
+                    *last
+                }
+            }
+            _ => self.flow_gain,
+        }
+    }
+}
+
+/// m³ per in³.
+const CUBIC_INCH: f64 = 1.6387064e-5;
+
+/// Table 2 of the paper with the origin, from in³/s.
+const ZHAO2005_FLOWS: [f64; 21] = {
+    let mut flows = [
+        -536.2, -508.2, -480.2, -452.3, -419.9, -377.1, -324.2, -260.9, -188.2, -101.0, 0.0, 102.2, 187.2,
+        260.4, 321.1, 369.8, 411.2, 441.0, 468.3, 495.7, 523.0,
+    ];
+    let mut n = 0;
+    #[allow(clippy::indexing_slicing, reason = "bounded; iterators are not constant yet")]
+    while n < flows.len() {
+        flows[n] *= CUBIC_INCH;
+        n += 1;
+    }
+    flows
+};
+
+impl Parameters<'static> {
+    /// The paper's rig (Tables 1 and 2) at 4096 Hz, the force loop closed in the channel, no limits, nothing learned.
+    pub const ZHAO2005: Self = Self {
+        sample_rate: 4096.0,
+        realization: Realization::Digital,
+        mode: Mode::Nonlinear,
+        level: 1.0,
+        sign_from: SignFrom::Spool,
+        piston_area: 8.212e-3,
+        supply_pressure: 1.9e7,
+        supply_correction: false,
+        compressibility: 7.56e-13,
+        leakage: 1.3e-11,
+        openings: &[
+            -1.0, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6,
+            0.7, 0.8, 0.9, 1.0,
+        ],
+        flows: &ZHAO2005_FLOWS,
+        flow_gain: 1.64e-2,
+        valve_gain: 0.1,
+        response_delay: 5.0e-3,
+        lead_alpha: 0.1,
+        velocity_source: VelocitySource::Sensor,
+        velocity_delay: 0.0,
+        computation_delay: 0,
+        feedforward: false,
+        look_ahead: false,
+        force_sensitivity: 5.6e-5,
+        proportional_gain: 0.8059,
+        derivative_gain: 2.0e-4,
+        valve_command: f64::MAX,
+        valve_command_rate: f64::MAX,
+        spool_warning: 0.6,
+        velocity_range: f64::MAX,
+        force_range: f64::MAX,
+        spool_range: f64::MAX,
+        learning: Learning::OFF,
+        protection: None,
+        stuck_samples: 0,
+    };
+}

@@ -1,0 +1,103 @@
+//! What a protection is made from: levels, times, and what they are in its own precision.
+
+use crate::error::{ConfigError, check, range, within};
+
+/// A signal this many times its trip level shuts down at once.
+const SHUTDOWN_AT: f64 = 1.25;
+
+/// Warning and trip level of one signal, in its unit; `f64::MAX` is no limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Levels {
+    /// Above it [`PROTECTION_WARNING`](crate::status::PROTECTION_WARNING) is raised.
+    pub warning: f64,
+    /// Above it the test is tripped.
+    pub trip: f64,
+}
+
+impl Levels {
+    /// No limit.
+    pub const NONE: Self = Self { warning: f64::MAX, trip: f64::MAX };
+}
+
+/// What a protection is made from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProtectionParameters {
+    /// Levels of the force (N).
+    pub force: Levels,
+    /// Levels of the displacement (m).
+    pub displacement: Levels,
+    /// Levels of the velocity (m/s).
+    pub velocity: Levels,
+    /// Levels of the spool opening (1).
+    pub spool: Levels,
+    /// Time (s) from zero to the whole command at the start; 0 for none.
+    pub start_time: f64,
+    /// Time (s) from the whole command to zero after a trip or at the end.
+    pub ramp_time: f64,
+    /// Time (s) from the whole valve command to zero in a shutdown.
+    pub shutdown_time: f64,
+    /// Lost or refused samples in a row (1), at most 100,000, that are waited for before the shutdown; so many lost commands
+    /// before the trip.
+    pub lost_samples: u32,
+    /// Time (s) for which a fault that the controller reports is waited for before the trip; `f64::MAX` for ever.
+    pub fault_time: f64,
+}
+
+impl ProtectionParameters {
+    /// No levels; ramps of half a second, a shutdown of a tenth; ten lost samples are waited for.
+    pub const DEFAULT: Self = Self {
+        force: Levels::NONE,
+        displacement: Levels::NONE,
+        velocity: Levels::NONE,
+        spool: Levels::NONE,
+        start_time: 0.0,
+        ramp_time: 0.5,
+        shutdown_time: 0.1,
+        lost_samples: 10,
+        fault_time: f64::MAX,
+    };
+}
+
+/// One signal's levels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Limit<T> {
+    pub(crate) warning: T,
+    pub(crate) trip: T,
+    pub(crate) shutdown: T,
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl Limit<$t> {
+            /// Of a signal's levels; the names are those of the errors.
+            pub(crate) const fn new(
+                warning: &'static str,
+                trip: &'static str,
+                levels: Levels,
+            ) -> Result<Self, ConfigError> {
+                let highest = check!(range(trip, levels.trip));
+                let lowest = check!(range(warning, levels.warning));
+                check!(within(warning, lowest, 0.0, highest));
+                Ok(Self {
+                    warning: lowest as $t,
+                    trip: highest as $t,
+                    shutdown: check!(range(trip, SHUTDOWN_AT * highest)) as $t,
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);
+
+/// No count reaches it.
+pub(crate) const NEVER: u32 = u32::MAX;
+
+/// Samples in a time (s) at a rate (Hz); [`NEVER`] for `f64::MAX`.
+pub(crate) const fn samples(name: &'static str, time: f64, rate: f64) -> Result<u32, ConfigError> {
+    if time >= f64::MAX {
+        return Ok(NEVER);
+    }
+    let samples = check!(within(name, time, 0.0, (NEVER - 1) as f64 / rate)) * rate;
+    Ok(samples as u32)
+}

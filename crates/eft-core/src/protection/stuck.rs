@@ -1,0 +1,91 @@
+//! Notices a sensor that repeats itself: a frozen converter reads plausibly, and nothing else in the loop sees it.
+
+use crate::error::{ConfigError, within};
+use crate::number::Real;
+use crate::status;
+
+/// How often a measurement may repeat itself to the last bit.
+///
+/// A real signal carries the noise of its converter, so that a long run of equal bits means that it is frozen. How long
+/// is long depends on the converter: a quiet one of 12 bits on a rig at rest repeats itself for many samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StuckWatch {
+    repeats: u32,
+}
+
+/// The last measurements and how often each has repeated itself. `default()` has seen nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct StuckWatchState<T> {
+    last: [T; 3],
+    repeats: [u32; 3],
+}
+
+impl StuckWatch {
+    /// From the number of samples (1) that a measurement may repeat itself before it counts as stuck.
+    ///
+    /// # Errors
+    /// `stuck_samples` outside [1, 1e6].
+    pub const fn new(stuck_samples: u32) -> Result<Self, ConfigError> {
+        match within("stuck_samples", stuck_samples as f64, 1.0, 1.0e6) {
+            Ok(_) => Ok(Self { repeats: stuck_samples }),
+            Err(e) => Err(e),
+        }
+    }
+
+    /// One sample of piston velocity (m/s), force (N) and spool opening (1): [`status::STUCK_MEASUREMENT`] where one of
+    /// them has repeated itself too often.
+    ///
+    /// # NaN
+    /// NaN equals nothing, so it is never stuck; the controller refuses it.
+    ///
+    /// # Cost
+    /// Independent of history.
+    #[inline(always)]
+    pub fn step<T: Real>(&self, state: &mut StuckWatchState<T>, velocity: T, force: T, spool: T) -> u32 {
+        let mut stuck = false;
+        let remembered = state.last.iter_mut().zip(&mut state.repeats);
+        for ((last, repeats), now) in remembered.zip([velocity, force, spool]) {
+            let equal = now == *last;
+            // Not counted further than needed.
+            let counted = if *repeats < self.repeats { *repeats + 1 } else { *repeats };
+            *repeats = if equal { counted } else { 0 };
+            *last = now;
+            stuck |= *repeats >= self.repeats;
+        }
+        if stuck { status::STUCK_MEASUREMENT } else { 0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frozen_signal_is_flagged_until_it_moves_again() {
+        let watch = StuckWatch::new(3).unwrap();
+        let mut state = StuckWatchState::default();
+        let mut step = |n: f32, spool: f32| watch.step(&mut state, 0.1 * n, 1.0e3 + n, spool);
+        for n in 0..10 {
+            assert_eq!(step(n as f32, 0.01 * n as f32), 0);
+        }
+        // The last regular sample and two repetitions, then the flag for as long as it lasts.
+        let flags: [u32; 6] = core::array::from_fn(|n| step(10.0 + n as f32, 0.01 * 9.0));
+        assert_eq!(flags, [0, 0, 1, 1, 1, 1].map(|stuck| stuck * status::STUCK_MEASUREMENT));
+        assert_eq!(step(20.0, 0.1), 0);
+    }
+
+    #[test]
+    fn nan_is_never_stuck_and_the_count_does_not_run_away() {
+        let watch = StuckWatch::new(2).unwrap();
+        let mut state = StuckWatchState::default();
+        for _ in 0..10 {
+            assert_eq!(watch.step(&mut state, f64::NAN, f64::NAN, f64::NAN), 0);
+        }
+        for _ in 0..10 {
+            watch.step(&mut state, 1.0, 1.0, 1.0);
+        }
+        assert!(state.repeats.iter().all(|&r| r == 2));
+        assert!(StuckWatch::new(0).is_err());
+    }
+}

@@ -1,0 +1,158 @@
+//! Velocity for rigs that measure only displacement: a filtered derivative, and an observer that uses the force (or a
+//! measured acceleration) as well.
+//!
+//! Both have a delay that is known, and that the lead network has to make up for like the valve's.
+
+mod derivative;
+mod observer;
+
+pub use derivative::{FilteredDerivative, FilteredDerivativeState};
+pub use observer::{VelocityObserver, VelocityObserverState};
+
+use crate::channel::Input;
+use crate::error::{ConfigError, check, positive};
+use crate::number::Real;
+use crate::parameters::{Parameters, VelocitySource};
+
+/// Where a channel's velocity comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Velocity<T> {
+    Sensor,
+    Derivative(FilteredDerivative<T>),
+    /// With one over the mass (1/kg) that makes the acceleration of the force.
+    Observer(VelocityObserver<T>, T),
+    Accelerometer(VelocityObserver<T>),
+}
+
+/// What an estimate of the velocity remembers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub(crate) struct VelocityState<T> {
+    derivative: FilteredDerivativeState<T>,
+    observer: VelocityObserverState<T>,
+}
+
+impl<T: Real> Velocity<T> {
+    /// One sample: the velocity (m/s).
+    #[inline(always)]
+    pub(crate) fn step(&self, state: &mut VelocityState<T>, input: &Input<T>) -> T {
+        match self {
+            Self::Sensor => input.velocity,
+            Self::Derivative(derivative) => derivative.step(&mut state.derivative, input.displacement),
+            Self::Observer(observer, per_mass) => {
+                observer.step(&mut state.observer, input.displacement, input.force * *per_mass)
+            }
+            Self::Accelerometer(observer) => {
+                observer.step(&mut state.observer, input.displacement, input.acceleration)
+            }
+        }
+    }
+
+    /// The state after long at this input, at rest, and the velocity (m/s) then.
+    pub(crate) fn prime(&self, input: &Input<T>) -> (VelocityState<T>, T) {
+        let mut state = VelocityState::default();
+        let x = input.displacement;
+        match self {
+            Self::Sensor => return (state, input.velocity),
+            Self::Derivative(derivative) => state.derivative = derivative.at_rest(x),
+            Self::Observer(observer, per_mass) => {
+                state.observer = observer.at_rest(x, input.force * *per_mass);
+            }
+            Self::Accelerometer(observer) => state.observer = observer.at_rest(x, input.acceleration),
+        }
+        (state, T::splat(0.0))
+    }
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl Velocity<$t> {
+            pub(crate) const fn new(p: &Parameters) -> Result<Self, ConfigError> {
+                Ok(match p.velocity_source {
+                    VelocitySource::Sensor => Self::Sensor,
+                    VelocitySource::Derivative { corner } => {
+                        Self::Derivative(check!(FilteredDerivative::<$t>::new(corner, p.sample_rate)))
+                    }
+                    VelocitySource::Observer { gains, mass } => Self::Observer(
+                        check!(VelocityObserver::<$t>::new(gains, p.sample_rate)),
+                        (1.0 / check!(positive("mass", mass))) as $t,
+                    ),
+                    VelocitySource::Accelerometer { gains } => {
+                        Self::Accelerometer(check!(VelocityObserver::<$t>::new(gains, p.sample_rate)))
+                    }
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE: f64 = 4096.0;
+    const OMEGA: f64 = core::f64::consts::TAU * 1.6;
+
+    /// Delay (s) and gain of an estimate of the velocity of a sine of 1.6 Hz, by its quadratures.
+    fn judged(mut estimate: impl FnMut(f64, f64) -> f64) -> (f64, f64) {
+        let (mut sine, mut cosine) = (0.0, 0.0);
+        // Ten whole periods, after ten to settle.
+        for n in 0..51_200_u32 {
+            let (s, c) = (OMEGA * f64::from(n) / RATE).sin_cos();
+            let velocity = estimate(0.05 * s, -0.05 * OMEGA * OMEGA * s);
+            if n >= 25_600 {
+                cosine += velocity * c;
+                sine += velocity * s;
+            }
+        }
+        (sine.atan2(cosine) / OMEGA, (sine * sine + cosine * cosine).sqrt() / (0.05 * OMEGA * 12_800.0))
+    }
+
+    #[test]
+    fn the_derivatives_delay_is_known() {
+        let derivative = FilteredDerivative::<f64>::new(80.0, RATE).unwrap();
+        let mut state = derivative.at_rest(0.0);
+        let (delay, gain) = judged(|x, _| derivative.step(&mut state, x));
+        // Half a sample of the difference, and two low-passes.
+        let share = derivative.share;
+        let expected = (0.5 + 2.0 * (1.0 - share) / share) / RATE;
+        assert!((delay - expected).abs() < 0.01 * expected, "{delay} {expected}");
+        assert!((gain - 1.0).abs() < 2e-3, "{gain}");
+    }
+
+    #[test]
+    fn with_the_true_acceleration_the_observer_has_no_delay() {
+        let observer = VelocityObserver::<f64>::new([0.05, 5.0, 50.0], RATE).unwrap();
+        let mut state = observer.at_rest(0.0, 0.0);
+        let (delay, gain) = judged(|x, a| observer.step(&mut state, x, a));
+        assert!(delay.abs() < 1e-6 && (gain - 1.0).abs() < 1e-4, "{delay} {gain}");
+        // And without any, it follows by the displacement alone.
+        let mut state = observer.at_rest(0.0, 0.0);
+        let (delay, gain) = judged(|x, _| observer.step(&mut state, x, 0.0));
+        assert!(delay > 0.0 && (gain - 1.0).abs() < 0.2, "{delay} {gain}");
+    }
+
+    #[test]
+    fn at_rest_nothing_moves_and_a_bad_sample_leaves_the_state() {
+        let observer = VelocityObserver::<f32>::new([0.05, 5.0, 50.0], RATE).unwrap();
+        let derivative = FilteredDerivative::<f32>::new(80.0, RATE).unwrap();
+        let (mut s, mut d) = (observer.at_rest(0.02, 1.5), derivative.at_rest(0.02));
+        assert!(observer.step(&mut s, 0.02, 1.5).abs() < 1e-9 && derivative.step(&mut d, 0.02).abs() < 1e-9);
+        let (before, before_d) = (s, d);
+        for bad in [f32::NAN, f32::INFINITY, 1e30] {
+            assert!(observer.step(&mut s, bad, 0.0).is_nan() && observer.step(&mut s, 0.0, bad).is_nan());
+            assert!(derivative.step(&mut d, bad).is_nan());
+        }
+        assert!(s == before && d == before_d);
+    }
+
+    #[test]
+    fn bad_parameters_are_refused() {
+        assert!(FilteredDerivative::<f64>::new(0.0, RATE).is_err());
+        assert!(FilteredDerivative::<f64>::new(80.0, f64::NAN).is_err());
+        assert!(VelocityObserver::<f64>::new([1.5, 0.0, 0.0], RATE).is_err());
+        assert!(VelocityObserver::<f64>::new([0.5, -1.0, 0.0], RATE).is_err());
+    }
+}

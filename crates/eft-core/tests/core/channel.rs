@@ -1,0 +1,224 @@
+//! The whole tick with its learner behind it: total, held on bad samples, primed without a bump, and the controller alone
+//! where everything else is off.
+
+use eft_core::{
+    Channel, Controller, ControllerInput, ControllerState, Learner, Learning, Levels, Parameters,
+    ProtectionParameters, Realization, VelocitySource, status,
+};
+use proptest::prelude::*;
+
+use crate::rig;
+
+/// What refuses a sample.
+const REFUSED: u32 = status::INVALID_MEASUREMENT | status::INVALID_COMMAND;
+
+/// With any switches on a rig around the paper's, its velocity from a sensor.
+fn parameters() -> impl Strategy<Value = Parameters<'static>> {
+    let realization = prop::sample::select(vec![Realization::Digital, Realization::Analog]);
+    (rig::parameters(), any::<[bool; 6]>(), realization).prop_map(
+        |(
+            p,
+            [feedforward, look_ahead, supply_correction, adaptive, curve_correction, guard],
+            realization,
+        )| {
+            let learning = Learning { adaptive, curve_correction, guard, ..Learning::OFF };
+            let (valve_command, valve_command_rate) = (10.0, 2.0e4);
+            Parameters {
+                realization,
+                feedforward,
+                look_ahead,
+                supply_correction,
+                learning,
+                valve_command,
+                valve_command_rate,
+                ..p
+            }
+        },
+    )
+}
+
+/// The same with any velocity estimate, protection and watch over stuck sensors.
+fn guarded() -> impl Strategy<Value = Parameters<'static>> {
+    let gains = [0.07, 10.0, 736.0];
+    let source = prop::sample::select(vec![
+        VelocitySource::Sensor,
+        VelocitySource::Derivative { corner: 80.0 },
+        VelocitySource::Observer { gains, mass: 7040.0 },
+        VelocitySource::Accelerometer { gains },
+    ]);
+    let protection = ProtectionParameters {
+        force: Levels { warning: 1.0e5, trip: 1.4e5 },
+        displacement: Levels { warning: 0.1, trip: 0.12 },
+        start_time: 1e-3,
+        lost_samples: 3,
+        ..ProtectionParameters::DEFAULT
+    };
+    let protection = prop::sample::select(vec![None, Some(protection)]);
+    (parameters(), source, protection, 0..5_u32).prop_map(
+        |(p, velocity_source, protection, stuck_samples)| Parameters {
+            velocity_source,
+            protection,
+            stuck_samples,
+            ..p
+        },
+    )
+}
+
+macro_rules! tests {
+    ($module:ident, $t:ty, $given:path) => {
+        mod $module {
+            use super::*;
+
+            proptest! {
+                #[test]
+                fn finite_and_held_where_a_sample_is_bad(
+                    p in parameters(), samples in prop::collection::vec(rig::inputs(), 1..120),
+                ) {
+                    let channel = Channel::<$t, 21>::new(&p).unwrap();
+                    let learner = Learner::<$t, 21>::new(&p).unwrap();
+                    let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
+                    let most = match p.realization {
+                        Realization::Digital => 10.0,
+                        // The compensation signal for a whole stroke, at once.
+                        Realization::Analog => 2.001 / 0.02 * 1.25 / (p.proportional_gain * p.valve_gain),
+                    };
+                    let mut last = 0.0;
+                    for sample in samples {
+                        let i = $given(&sample);
+                        let out = channel.step(&mut state, &i);
+                        prop_assert!(out.voltage.abs() <= most as $t && out.compensation.is_finite());
+                        let bad = out.status & REFUSED != 0;
+                        let share = i.supply_pressure / 1.9e7;
+                        let good = i.command.abs() <= 1.0e12 && i.velocity.abs() <= 3.0 && i.force.abs() <= 2.0e5
+                            && i.spool.abs() <= 1.2 && (0.051..=3.99).contains(&share);
+                        prop_assert!(!(good && bad), "refused a good sample");
+                        if bad {
+                            prop_assert_eq!(out.voltage.to_bits(), (last as $t).to_bits());
+                        }
+                        last = out.voltage;
+                        if let Some(window) = out.window {
+                            channel.publish(&mut state, learner.update(&mut learned, &window));
+                        }
+                        let found = state.calibration();
+                        prop_assert!((0.69..=1.36).contains(&found.flow_gain));
+                        prop_assert!((0.79..=1.26).contains(&found.valve_gain));
+                        prop_assert!((0.5..=1.0).contains(&found.level));
+                        prop_assert!(found.response_delay.is_finite() && found.test_ratio.is_finite());
+                        prop_assert_eq!(out.status & status::CALIBRATION_LATE, 0);
+                    }
+                }
+
+                #[test]
+                fn finite_with_everything_around_it(
+                    p in guarded(), samples in prop::collection::vec(rig::inputs(), 1..120),
+                ) {
+                    let p = Parameters { realization: Realization::Digital, ..p };
+                    let channel = Channel::<$t, 21>::new(&p).unwrap();
+                    let learner = Learner::<$t, 21>::new(&p).unwrap();
+                    let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
+                    for sample in samples {
+                        let out = channel.step(&mut state, &$given(&sample));
+                        prop_assert!(out.voltage.abs() <= 10.0 && out.compensation.is_finite());
+                        prop_assert!(p.protection.is_none() || out.permitted_command.is_finite());
+                        prop_assert!((0.0..=1.0).contains(&out.authority));
+                        if let Some(window) = out.window {
+                            channel.publish(&mut state, learner.update(&mut learned, &window));
+                        }
+                    }
+                }
+
+                #[test]
+                fn primed_it_steps_without_a_bump(p in parameters(), sample in rig::inputs()) {
+                    let channel = Channel::<$t, 21>::new(&p).unwrap();
+                    let mut sample = $given(&sample);
+                    sample.next_command = sample.command;
+                    let mut state = channel.at_rest();
+                    channel.prime(&mut state, &sample);
+                    let held = channel.hold(&state);
+                    prop_assert_eq!(held.status, status::HELD);
+                    let out = channel.step(&mut state, &sample);
+                    prop_assert_eq!(out.voltage.to_bits(), held.voltage.to_bits());
+                    prop_assert_eq!(out.compensation.to_bits(), held.compensation.to_bits());
+                }
+
+                #[test]
+                fn everything_else_off_it_is_the_controller_bit_for_bit(
+                    p in parameters(), samples in prop::collection::vec(rig::inputs(), 1..120),
+                ) {
+                    let p = Parameters { learning: Learning::OFF, ..p };
+                    let channel = Channel::<$t, 21>::new(&p).unwrap();
+                    let plain = Controller::<$t, 21>::new(&p).unwrap();
+                    let (mut state, mut alone) = (channel.at_rest(), ControllerState::default());
+                    for sample in samples {
+                        let i = $given(&sample);
+                        let asked = ControllerInput {
+                            command: i.command,
+                            next_command: i.next_command,
+                            velocity: i.velocity,
+                            force: i.force,
+                            spool: i.spool,
+                            supply_pressure: i.supply_pressure,
+                        };
+                        let out = channel.step(&mut state, &i);
+                        let expected = plain.step(&mut alone, &asked, &plain.nominal(), |compensation| compensation);
+                        prop_assert_eq!(out.voltage.to_bits(), expected.valve_command.to_bits());
+                        prop_assert_eq!(out.compensation.to_bits(), expected.compensation.to_bits());
+                        prop_assert_eq!(out.status, expected.status);
+                        prop_assert!(out.window.is_none());
+                    }
+                }
+            }
+        }
+    };
+}
+tests!(single, f32, rig::single);
+tests!(double, f64, rig::double);
+
+#[test]
+fn swapping_a_configuration_changes_no_state() {
+    let p = Parameters { velocity_source: VelocitySource::Sensor, ..rig::LEARNING };
+    let channel = Channel::<f64, 21>::new(&p).unwrap();
+    let steeper = Channel::<f64, 21>::new(&Parameters { force_sensitivity: 6.0e-5, ..p }).unwrap();
+    let mut state = channel.at_rest();
+    for tick in 0..100 {
+        channel.step(&mut state, &rig::SOUND.swing(f64::from(tick) / p.sample_rate, 0.0));
+    }
+    // At force zero the sensitivity plays no part: both go on alike.
+    let (mut one, mut other) = (state, state);
+    for tick in 100..200 {
+        let i = rig::SOUND.swing(f64::from(tick) / p.sample_rate, 0.0);
+        assert_eq!(channel.step(&mut one, &i), steeper.step(&mut other, &i));
+    }
+    assert_eq!(one, other);
+}
+
+#[test]
+fn a_long_soft_start_ends_on_its_sample() {
+    // 300 s at 20 kHz: neither a sum nor a counter may drift.
+    let protection = ProtectionParameters { start_time: 300.0, ..ProtectionParameters::DEFAULT };
+    let p = Parameters { sample_rate: 20e3, protection: Some(protection), ..rig::PARAMETERS };
+    let channel = Channel::<f32, 21>::new(&p).unwrap();
+    let mut state = channel.at_rest();
+    let mut i = rig::single(&rig::SOUND.swing(0.0, 0.0));
+    // A power of two, so that the permitted command is the ramp's share exactly.
+    (i.command, i.displacement) = (1024.0, 0.0);
+    let mut before = 0.0;
+    for tick in 1..=6_000_000_u32 {
+        let permitted = channel.step(&mut state, &i).permitted_command;
+        assert!(permitted >= before, "tick {tick} falls");
+        if tick % 600_000 == 0 {
+            let share = f64::from(permitted) / 1024.0 * 6e6;
+            assert!((share - f64::from(tick)).abs() < 1.0, "tick {tick}: {share}");
+        }
+        before = permitted;
+    }
+    assert_eq!(before, 1024.0);
+    state.end();
+    let fall = Parameters { protection: Some(ProtectionParameters { ramp_time: 300.0, ..protection }), ..p };
+    let channel = Channel::<f32, 21>::new(&fall).unwrap();
+    let down = (1..=6_000_000_u32).find(|_| {
+        channel.step(&mut state, &i);
+        state.is_down()
+    });
+    assert_eq!(down, Some(6_000_000));
+}

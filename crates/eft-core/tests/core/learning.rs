@@ -1,0 +1,157 @@
+//! What a channel and its learner find of a valve, inline, at the speed of a test.
+
+use eft_core::{Calibration, Channel, Learner, Learning, Parameters, Realization, status};
+
+use crate::rig::{self, SOUND, Valve};
+
+/// Beside an analog force loop, whose valve command is sampled: what is measured does not depend on what is found.
+const BESIDE: Parameters<'static> = Parameters { realization: Realization::Analog, ..rig::LEARNING };
+
+macro_rules! tests {
+    ($module:ident, $t:ty, $given:path) => {
+        mod $module {
+            use super::*;
+
+            /// The last calibration in use after some seconds of swinging, its learner, and the last flags.
+            fn learned(
+                p: &Parameters,
+                valve: Valve,
+                force_per_velocity: f64,
+                seconds: f64,
+            ) -> (Calibration<$t>, Learner<$t, 21>, u32) {
+                let channel = Channel::<$t, 21>::new(p).unwrap();
+                let learner = Learner::<$t, 21>::new(p).unwrap();
+                let (mut state, mut memory) = (channel.at_rest(), learner.at_rest());
+                let mut flags = 0;
+                for tick in 0..(seconds * p.sample_rate) as u32 {
+                    let i = $given(&valve.swing(f64::from(tick) / p.sample_rate, force_per_velocity));
+                    let out = channel.step(&mut state, &i);
+                    flags = out.status;
+                    if let Some(window) = out.window {
+                        channel.publish(&mut state, learner.update(&mut memory, &window));
+                    }
+                }
+                (*state.calibration(), learner, flags)
+            }
+
+            #[test]
+            fn a_valve_is_found() {
+                let flow = Valve { flow_gain: 1.06, ..SOUND };
+                assert!((learned(&BESIDE, flow, 0.0, 3.0).0.flow_gain - 1.06).abs() < 0.01);
+                let spool = Valve { valve_gain: 1.05, delay: 7.0e-3, ..SOUND };
+                let quiet = Learning { guard: false, ..Learning::ADAPTIVE };
+                let p = Parameters { feedforward: false, learning: quiet, ..BESIDE };
+                let (found, ..) = learned(&p, spool, 0.0, 3.0);
+                assert!((found.valve_gain - 1.05).abs() < 0.01, "{found:?}");
+                // The lead network's voltage shows in the command that is sampled one sample later.
+                let whole = 7.0e-3 + 1.0 / 4096.0;
+                assert!((f64::from(found.response_delay) - whole).abs() < 1e-4, "{found:?}");
+            }
+
+            #[test]
+            fn a_guard_alone_takes_the_level_back_and_keeps_the_rest() {
+                let p = Parameters { learning: Learning { guard: true, ..Learning::OFF }, ..BESIDE };
+                let nominal = Calibration::<$t>::nominal(&p).unwrap();
+                let (found, _, flags) = learned(&p, SOUND, 2.0e4, 3.0);
+                assert!(found.level < 0.99, "{found:?}");
+                assert_ne!(flags & status::LEVEL_REDUCED, 0);
+                assert_eq!((found.flow_gain, found.valve_gain, found.curve), (1.0, 1.0, nominal.curve));
+                assert_eq!(found.response_delay, nominal.response_delay);
+            }
+
+            #[test]
+            fn found_flow_is_the_table_times_what_was_found() {
+                for (curve_correction, tolerance) in [(false, 0.01), (true, 0.02)] {
+                    let learning = Learning { curve_correction, ..Learning::ADAPTIVE };
+                    let p = Parameters { learning, ..BESIDE };
+                    let (found, learner, _) = learned(&p, Valve { flow_gain: 0.95, ..SOUND }, 0.0, 10.0);
+                    for opening in [-0.25, 0.25] {
+                        let flow = f64::from(learner.found_flow(&found, opening as $t));
+                        let share = flow / rig::table().flow(opening);
+                        assert!((share - 0.95).abs() < tolerance, "{opening}: {share}");
+                    }
+                    assert!(learner.found_flow(&found, <$t>::NAN).is_nan());
+                    let end = |opening| learner.found_flow(&found, opening).to_bits();
+                    assert_eq!([end(2.0), end(<$t>::INFINITY)], [end(1.0); 2]);
+                }
+            }
+
+            #[test]
+            fn what_a_sensor_taught_while_it_stuck_is_lost() {
+                let p = Parameters { learning: Learning { guard: false, ..Learning::ADAPTIVE }, ..BESIDE };
+                let channel = Channel::<$t, 21>::new(&p).unwrap();
+                let learner = Learner::<$t, 21>::new(&p).unwrap();
+                let (mut state, mut memory) = (channel.at_rest(), learner.at_rest());
+                let (mut frozen, mut farthest) = (false, 0.0);
+                for tick in 0..20_000_u32 {
+                    let mut i =
+                        $given(&Valve { flow_gain: 1.06, ..SOUND }.swing(f64::from(tick) / 4096.0, 0.0));
+                    if (8500..9500).contains(&tick) {
+                        i.velocity = 0.1;
+                    }
+                    let out = channel.step(&mut state, &i);
+                    frozen |= out.status & status::ADAPTATION_FROZEN != 0;
+                    if let Some(window) = out.window {
+                        channel.publish(&mut state, learner.update(&mut memory, &window));
+                    }
+                    if tick > 8000 {
+                        let off = (state.calibration().flow_gain - 1.06).abs();
+                        farthest = if off > farthest { off } else { farthest };
+                    }
+                }
+                assert!(frozen && farthest < 0.03, "{farthest}");
+                assert!((state.calibration().flow_gain - 1.06).abs() < 0.01, "{:?}", state.calibration());
+            }
+        }
+    };
+}
+tests!(single, f32, rig::single);
+tests!(double, f64, rig::double);
+
+#[test]
+fn flow_gain_is_found_at_every_sample_rate_that_is_allowed() {
+    for sample_rate in [200.0, 256.0, 1024.0, 20_000.0] {
+        let p = Parameters { sample_rate, ..BESIDE };
+        let channel = Channel::<f64, 21>::new(&p).unwrap();
+        let learner = Learner::<f64, 21>::new(&p).unwrap();
+        let (mut state, mut memory) = (channel.at_rest(), learner.at_rest());
+        for tick in 0..(10.0 * sample_rate) as u32 {
+            let i = Valve { flow_gain: 1.06, ..SOUND }.swing(f64::from(tick) / sample_rate, 0.0);
+            if let Some(window) = channel.step(&mut state, &i).window {
+                channel.publish(&mut state, learner.update(&mut memory, &window));
+            }
+        }
+        let found = state.calibration().flow_gain;
+        assert!((found - 1.06).abs() < 0.01, "{sample_rate} Hz: {found}");
+    }
+    let slow = Parameters { sample_rate: 199.0, ..BESIDE };
+    for refused in [Channel::<f64, 21>::new(&slow).unwrap_err(), Learner::<f64, 21>::new(&slow).unwrap_err()]
+    {
+        assert!(refused.to_string().starts_with("sample_rate = 199: must lie in [200, "), "{refused}");
+    }
+    // What does not average asks for nothing.
+    let off = Parameters { sample_rate: 10.0, learning: Learning::OFF, ..BESIDE };
+    assert_eq!(Channel::<f64, 21>::new(&off).unwrap().window_ticks(), 0);
+}
+
+#[test]
+fn learning_that_makes_no_sense_is_refused_by_name() {
+    let l = Learning::ADAPTIVE;
+    let with = |learning| Parameters { learning, ..BESIDE };
+    for (name, parameters) in [
+        ("accepted", BESIDE),
+        ("excitation", with(Learning { excitation: f64::NAN, ..l })),
+        ("excitation", with(Learning { excitation: 0.0, ..l })),
+        ("flow_gain_bounds", with(Learning { flow_gain_bounds: [1.3, 0.7], ..l })),
+        ("flow_gain_bounds", with(Learning { flow_gain_bounds: [-1.0, 1.3], ..l })),
+        ("valve_gain_bounds", with(Learning { valve_gain_bounds: [f64::NAN; 2], ..l })),
+        ("response_delay_bounds", with(Learning { response_delay_bounds: [0.2, f64::INFINITY], ..l })),
+        ("velocity_delay", Parameters { velocity_delay: 1.1, ..BESIDE }),
+        ("computation_delay", Parameters { computation_delay: 1001, ..BESIDE }),
+        ("compressibility", Parameters { compressibility: 0.0, ..BESIDE }),
+        ("leakage", Parameters { leakage: -1.0, ..BESIDE }),
+        ("force_sensitivity", Parameters { force_sensitivity: f64::NAN, ..BESIDE }),
+    ] {
+        assert_eq!(rig::refused(Learner::<f32, 21>::new(&parameters)), name);
+    }
+}

@@ -1,0 +1,16 @@
+//! Each block of the core against its equations, and total on every input.
+// A failed index or unwrap is a failed test; bits are compared on purpose.
+#![allow(clippy::indexing_slicing, clippy::unwrap_used, clippy::float_cmp)]
+
+mod channel;
+mod compensation;
+mod controller;
+mod endurance;
+mod exhaustive;
+mod lead;
+mod learning;
+mod lost_valve_command;
+mod piecewise;
+mod protection;
+mod publication;
+mod rig;

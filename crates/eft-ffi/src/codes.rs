@@ -1,0 +1,65 @@
+//! What a call returns, and the bits of an output's status.
+
+use eft_core::ConfigError;
+
+use crate::tables::{constants, flags};
+
+constants! { u8:
+    EFT_OK = 0, "done";
+    EFT_NULL_POINTER = 1, "a pointer is null";
+    EFT_NOT_FINITE = 2, "a parameter is NaN or infinite";
+    EFT_NOT_POSITIVE = 3, "a parameter is zero or negative";
+    EFT_OUT_OF_RANGE = 4, "a parameter is outside its range";
+    EFT_NOT_INCREASING = 5, "a table does not increase strictly";
+    EFT_LENGTH = 6, "a table's length is not allowed";
+    EFT_TOO_STEEP = 7, "a table rises too steeply";
+    EFT_BUSY = 8, "what was offered before has not been taken yet";
+    EFT_REFUSED = 9, "a parameter was refused for a reason that has no code";
+    EFT_CORRUPT = 10, "the configuration is not what its parameters make";
+    EFT_NOT_MADE = 11, "an opaque struct was never made: not configured, not reset, not filled";
+}
+
+flags! {
+    EFT_SPOOL_WARNING = 0, SPOOL_WARNING, "measured or required spool opening beyond its warning level";
+    EFT_DEMAND_SATURATED = 1, DEMAND_SATURATED, "demanded flow beyond the flow table, or opening beyond the stroke";
+    EFT_LOAD_PRESSURE_FLOORED = 2, LOAD_PRESSURE_FLOORED, "the load-pressure correction is at its limit";
+    EFT_COMMAND_LIMITED = 3, COMMAND_LIMITED, "the valve command was cut to its limit";
+    EFT_RATE_LIMITED = 4, RATE_LIMITED, "the valve command's rate was cut to its limit";
+    EFT_INVALID_MEASUREMENT = 5, INVALID_MEASUREMENT, "not finite or out of range; the last output is held";
+    EFT_INVALID_COMMAND = 6, INVALID_COMMAND, "not finite; the last output is held, or the last valid command followed";
+    EFT_HELD = 7, HELD, "the output was held on request";
+    EFT_MISSED_TICK = 11, MISSED_TICK, "the tick was missed; the last output is held";
+    EFT_ADAPTATION_FROZEN = 12, ADAPTATION_FROZEN, "nothing is learned: bad samples, or the models do not explain them";
+    EFT_ESTIMATE_BOUNDED = 13, ESTIMATE_BOUNDED, "an estimate stands at one of its bounds";
+    EFT_LEVEL_REDUCED = 14, LEVEL_REDUCED, "the guard has taken the compensation level back";
+    EFT_PROTECTION_WARNING = 15, PROTECTION_WARNING, "a measurement is beyond its warning level";
+    EFT_TRIPPED = 16, TRIPPED, "the force command is frozen and taken to zero";
+    EFT_SHUT_DOWN = 17, SHUT_DOWN, "the whole valve command is taken to zero";
+    EFT_STUCK_MEASUREMENT = 18, STUCK_MEASUREMENT, "a measurement repeats itself to the last bit";
+    EFT_CALIBRATION_LATE = 19, CALIBRATION_LATE, "the learner's last calibration came late, or is missing";
+}
+
+/// the step was refused, and its code says why; the output is 0 V
+pub const EFT_NO_STEP: u32 = 1u32 << 31;
+
+/// What a call returns.
+#[inline(always)]
+pub(crate) fn returned(call: impl FnOnce() -> Result<(), u8>) -> u8 {
+    match call() {
+        Ok(()) => EFT_OK,
+        Err(code) => code,
+    }
+}
+
+/// The code of a refused parameter.
+pub(crate) fn of(error: &ConfigError) -> u8 {
+    match error {
+        ConfigError::NotFinite { .. } => EFT_NOT_FINITE,
+        ConfigError::NotPositive { .. } => EFT_NOT_POSITIVE,
+        ConfigError::OutOfRange { .. } => EFT_OUT_OF_RANGE,
+        ConfigError::NotIncreasing { .. } => EFT_NOT_INCREASING,
+        ConfigError::TooSteep { .. } => EFT_TOO_STEEP,
+        ConfigError::Length { .. } => EFT_LENGTH,
+        _ => EFT_REFUSED,
+    }
+}

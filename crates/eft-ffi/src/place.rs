@@ -1,0 +1,75 @@
+//! What C holds as opaque words: a value of the core behind a marker that memory of zeros does not have.
+//!
+//! Every pointer here is null or valid, as the interface asks of its callers.
+
+use crate::codes::{EFT_NOT_MADE, EFT_NULL_POINTER};
+
+/// An opaque struct of the interface, with room for [`Marked<Self::Value>`]: `opaque!` asserts it.
+pub(crate) unsafe trait Opaque {
+    /// What is behind the marker.
+    type Value;
+    /// Where a value has been made.
+    const MARKER: u32;
+}
+
+#[repr(C)]
+pub(crate) struct Marked<V> {
+    marker: u32,
+    value: V,
+}
+
+/// Makes a value at a place that may hold anything.
+#[inline(always)]
+pub(crate) unsafe fn make<O: Opaque>(place: *mut O, value: O::Value) -> Result<(), u8> {
+    let marked = place.cast::<Marked<O::Value>>();
+    if marked.is_null() {
+        return Err(EFT_NULL_POINTER);
+    }
+    // Safety: not null, and with room for both; one after the other, since a stack has no room for a copy.
+    unsafe {
+        (&raw mut (*marked).value).write(value);
+        (&raw mut (*marked).marker).write(O::MARKER);
+    }
+    Ok(())
+}
+
+/// The value that was made at a place.
+#[inline(always)]
+pub(crate) unsafe fn made<'a, O: Opaque>(place: *const O) -> Result<&'a O::Value, u8> {
+    let marked = place.cast::<Marked<O::Value>>();
+    // Safety: not null; the value is there where its marker is.
+    unsafe {
+        if marked.is_null() {
+            Err(EFT_NULL_POINTER)
+        } else if (*marked).marker != O::MARKER {
+            Err(EFT_NOT_MADE)
+        } else {
+            Ok(&(*marked).value)
+        }
+    }
+}
+
+/// As [`made`], to change it.
+pub(crate) unsafe fn made_mut<'a, O: Opaque>(place: *mut O) -> Result<&'a mut O::Value, u8> {
+    // Safety: neither null nor without a value behind the first line.
+    unsafe {
+        made(place)?;
+        Ok(&mut (*place.cast::<Marked<O::Value>>()).value)
+    }
+}
+
+/// What a pointer to plain data points to.
+pub(crate) unsafe fn given<'a, T>(pointer: *const T) -> Result<&'a T, u8> {
+    // Safety: null or valid.
+    unsafe { pointer.as_ref() }.ok_or(EFT_NULL_POINTER)
+}
+
+/// Writes plain data.
+pub(crate) unsafe fn give<T>(pointer: *mut T, value: T) -> Result<(), u8> {
+    if pointer.is_null() {
+        return Err(EFT_NULL_POINTER);
+    }
+    // Safety: not null, so valid.
+    unsafe { pointer.write(value) };
+    Ok(())
+}

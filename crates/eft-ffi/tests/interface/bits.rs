@@ -1,0 +1,230 @@
+//! Through C the bits are the core's: tick, learner, and what is read of them, in either precision.
+
+use std::ptr::null_mut;
+
+use eft_core::{Channel, Input, Learner, Parameters};
+use eft_ffi::*;
+
+use crate::rig::{GUARDED, LEARNING, RIGS, TABLE, for_c, sample, zeroed};
+
+/// Long enough to learn from, but for an interpreter.
+const TICKS: u32 = if cfg!(miri) { 100 } else { 20_000 };
+
+macro_rules! precision {
+    (
+        $module:ident, $t:ident, $Input:ident $Output:ident $Learned:ident
+        $configure:ident $check:ident $reset:ident $input_init:ident $prime:ident $step:ident $hold:ident $missed:ident
+        $publish:ident $in_use:ident $take_over:ident $trip:ident $end:ident $is_down:ident
+        $learner_configure:ident $learner_check:ident $learner_reset:ident $learn:ident $read:ident $flow:ident
+    ) => {
+        mod $module {
+            use super::*;
+
+            /// The same bits, or no number in either.
+            fn same(a: $t, b: $t) -> bool {
+                a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
+            }
+
+            fn inputs(tick: u32) -> (Input<$t>, $Input) {
+                let [command, velocity, force, spool, displacement, acceleration, supply, next, valve] =
+                    sample(tick).map(|value| value as $t);
+                let (supply_pressure, next_command, valve_command) = (supply, next, valve);
+                (
+                    Input {
+                        command,
+                        velocity,
+                        force,
+                        spool,
+                        displacement,
+                        acceleration,
+                        supply_pressure,
+                        next_command,
+                        valve_command,
+                    },
+                    $Input {
+                        command,
+                        velocity,
+                        force,
+                        spool,
+                        displacement,
+                        acceleration,
+                        supply_pressure,
+                        next_command,
+                        valve_command,
+                    },
+                )
+            }
+
+            fn assert_same(expected: &eft_core::Output<$t>, output: &$Output, tick: u32) {
+                for (expected, got) in [
+                    (expected.voltage, output.voltage),
+                    (expected.compensation, output.compensation),
+                    (expected.velocity, output.velocity),
+                    (expected.permitted_command, output.permitted_command),
+                    (expected.authority, output.authority),
+                ] {
+                    assert!(same(expected, got), "tick {tick}: {expected} in Rust, {got} in C");
+                }
+                assert_eq!(
+                    (expected.status, u32::from(expected.window.is_some())),
+                    (output.status, output.window_closed)
+                );
+            }
+
+            #[test]
+            fn every_rig_steps_learns_and_ends_as_in_the_core() {
+                RIGS.iter().for_each(follow);
+            }
+
+            fn follow(p: &Parameters) {
+                let core = Channel::<$t, EFT_TABLE_CAPACITY>::new(p).unwrap();
+                let mut expected = core.at_rest();
+                let core_learner = Learner::<$t, EFT_TABLE_CAPACITY>::new(p).unwrap();
+                let mut expected_learned = core_learner.at_rest();
+                let parameters = for_c(p);
+                let (mut channel, mut state, mut output) = (zeroed(), zeroed(), zeroed::<$Output>());
+                let (mut learner, mut learned) = (zeroed(), zeroed());
+                let (mut calibration, mut down) = (zeroed(), 7);
+                // Safety: every pointer is valid, or null where it may be.
+                unsafe {
+                    assert_eq!($configure(&parameters, &mut *channel, null_mut()), EFT_OK);
+                    assert_eq!($check(&*channel, &parameters), EFT_OK);
+                    assert_eq!($reset(&*channel, &raw mut *state), EFT_OK);
+                    assert_eq!($learner_configure(&parameters, &mut *learner, null_mut()), EFT_OK);
+                    assert_eq!($learner_check(&*learner, &parameters), EFT_OK);
+                    assert_eq!($learner_reset(&*learner, &mut *learned), EFT_OK);
+                    for tick in 0..TICKS {
+                        let (input, c_input) = inputs(tick);
+                        if tick == 50 {
+                            core.prime(&mut expected, &input);
+                            assert_eq!($prime(&*channel, &raw mut *state, &c_input), EFT_OK);
+                        }
+                        if tick == TICKS - 40 {
+                            let tripped = output.status & EFT_TRIPPED != 0;
+                            assert!(!tripped || p.protection.unwrap().fault_time < 1.0);
+                            expected.trip();
+                            assert_eq!($trip(&raw mut *state), EFT_OK);
+                        }
+                        if tick == TICKS / 2 {
+                            expected.end();
+                            assert_eq!($end(&raw mut *state), EFT_OK);
+                        }
+                        let out = core.step(&mut expected, &input);
+                        assert_eq!($step(&*channel, &raw mut *state, &c_input, &mut *output), EFT_OK);
+                        assert_same(&out, &output, tick);
+                        if let Some(window) = out.window {
+                            let found = core_learner.update(&mut expected_learned, &window);
+                            core.publish(&mut expected, found);
+                            let code = $learn(&*learner, &mut *learned, &output.window, &mut *calibration);
+                            assert_eq!(code, EFT_OK);
+                            assert_eq!($publish(&*channel, &raw mut *state, &*calibration), EFT_OK);
+                        }
+                        assert_eq!($is_down(&raw mut *state, &mut down), EFT_OK);
+                        assert_eq!(down, u8::from(expected.is_down()));
+                    }
+                    let held = core.hold(&expected);
+                    assert_eq!($hold(&*channel, &raw mut *state, &mut *output), EFT_OK);
+                    assert_same(&held, &output, TICKS);
+                    assert_eq!($missed(&*channel, &raw mut *state, &mut *output), EFT_OK);
+                    let missed = eft_core::Output { status: held.status | EFT_MISSED_TICK, ..held };
+                    assert_same(&missed, &output, TICKS);
+
+                    let mut said: Box<$Learned> = zeroed();
+                    assert_eq!($in_use(&raw mut *state, &mut *calibration), EFT_OK);
+                    assert_eq!($read(&*calibration, &mut *said), EFT_OK);
+                    let used = expected.calibration();
+                    for (expected, got) in [
+                        (used.flow_gain, said.flow_gain),
+                        (used.valve_gain, said.valve_gain),
+                        (used.response_delay, said.response_delay),
+                        (used.level, said.level),
+                        (used.test_ratio, said.test_ratio),
+                    ] {
+                        assert!(same(expected, got), "{expected} in Rust, {got} in C");
+                    }
+                    assert_eq!((said.window, said.status), (used.window, used.status));
+                    // Where the sampled valve command is the one that the spool follows.
+                    assert_eq!(said.window == u32::MAX, !p.learning.is_on());
+                    for opening in [-2.0, -0.3, 0.0, 0.1] {
+                        let mut flow = 0.0;
+                        assert_eq!($flow(&*learner, &*calibration, opening, &mut flow), EFT_OK);
+                        assert!(same(flow, core_learner.found_flow(used, opening)));
+                        if p == &RIGS[1] && opening == 0.1 && !cfg!(miri) {
+                            let ratio = f64::from(flow) / TABLE.flow(0.1);
+                            assert!((ratio - 1.05).abs() < 0.02, "{ratio} {said:?}");
+                        }
+                    }
+                }
+            }
+
+            #[test]
+            fn a_state_goes_on_under_another_configuration() {
+                let other = Parameters { response_delay: 3.0e-3, ..Parameters::ZHAO2005 };
+                let [first, second] = [Parameters::ZHAO2005, other]
+                    .map(|p| Channel::<$t, EFT_TABLE_CAPACITY>::new(&p).unwrap());
+                let (mut channels, mut state, mut output) = ([zeroed(), zeroed()], zeroed(), zeroed());
+                let mut expected = first.at_rest();
+                // Safety: every pointer is valid.
+                unsafe {
+                    for (p, channel) in [Parameters::ZHAO2005, other].iter().zip(&mut channels) {
+                        assert_eq!($configure(&for_c(p), &mut **channel, null_mut()), EFT_OK);
+                    }
+                    assert_eq!($reset(&*channels[0], &raw mut *state), EFT_OK);
+                    for tick in 0..200 {
+                        let (input, c_input) = inputs(tick);
+                        if tick == 100 {
+                            second.take_over(&mut expected);
+                            assert_eq!($take_over(&*channels[1], &raw mut *state), EFT_OK);
+                        }
+                        let n = usize::from(tick >= 100);
+                        let out = [&first, &second][n].step(&mut expected, &input);
+                        assert_eq!($step(&*channels[n], &raw mut *state, &c_input, &mut *output), EFT_OK);
+                        assert_same(&out, &output, tick);
+                    }
+                }
+            }
+
+            #[test]
+            fn what_is_not_given_is_flagged_where_it_is_needed() {
+                let mut none: Box<$Input> = zeroed();
+                let bits = |p: &Parameters, with: fn(&mut $Input)| {
+                    let (mut channel, mut state, mut output) = (zeroed(), zeroed(), zeroed::<$Output>());
+                    let mut input: Box<$Input> = zeroed();
+                    // Safety: every pointer is valid.
+                    unsafe {
+                        assert_eq!($configure(&for_c(p), &mut *channel, null_mut()), EFT_OK);
+                        assert_eq!($reset(&*channel, &raw mut *state), EFT_OK);
+                        assert_eq!($input_init(&mut *input), EFT_OK);
+                        (input.command, input.velocity, input.force, input.spool) = (0.0, 0.0, 0.0, 0.0);
+                        with(&mut input);
+                        assert_eq!($step(&*channel, &raw mut *state, &*input, &mut *output), EFT_OK);
+                    }
+                    output.status
+                };
+                assert_eq!(bits(&LEARNING, |_| {}), 0);
+                assert_eq!(bits(&LEARNING, |i| i.force = <$t>::NAN), EFT_INVALID_MEASUREMENT);
+                assert_eq!(bits(&LEARNING, |i| i.command = <$t>::INFINITY), EFT_INVALID_COMMAND);
+                assert_eq!(bits(&GUARDED, |i| i.supply_pressure = 1.9e7), EFT_INVALID_MEASUREMENT);
+                assert_eq!(bits(&GUARDED, |i| i.displacement = 0.0), EFT_INVALID_MEASUREMENT);
+                assert_eq!(bits(&GUARDED, |i| (i.displacement, i.supply_pressure) = (0.0, 1.9e7)), 0);
+                // Safety: valid.
+                assert_eq!(unsafe { $input_init(&mut *none) }, EFT_OK);
+                assert!(none.command.is_nan() && none.displacement.is_nan() && none.valve_command.is_nan());
+            }
+        }
+    };
+}
+precision!(
+    single, f32, eft_input_f32 eft_output_f32 eft_learned_f32
+    eft_configure_f32 eft_check_f32 eft_reset_f32 eft_input_init_f32 eft_prime_f32 eft_step_f32 eft_hold_f32
+    eft_missed_f32 eft_publish_f32 eft_calibration_in_use_f32 eft_take_over_f32 eft_request_trip_f32
+    eft_request_end_f32 eft_is_down_f32 eft_learner_configure_f32 eft_learner_check_f32 eft_learner_reset_f32
+    eft_learn_f32 eft_read_calibration_f32 eft_found_flow_f32
+);
+precision!(
+    double, f64, eft_input_f64 eft_output_f64 eft_learned_f64
+    eft_configure_f64 eft_check_f64 eft_reset_f64 eft_input_init_f64 eft_prime_f64 eft_step_f64 eft_hold_f64
+    eft_missed_f64 eft_publish_f64 eft_calibration_in_use_f64 eft_take_over_f64 eft_request_trip_f64
+    eft_request_end_f64 eft_is_down_f64 eft_learner_configure_f64 eft_learner_check_f64 eft_learner_reset_f64
+    eft_learn_f64 eft_read_calibration_f64 eft_found_flow_f64
+);

@@ -1,0 +1,162 @@
+//! The committed header is what the pinned cbindgen makes of the sources, and compiles where it is used.
+
+use std::path::Path;
+use std::process::Command;
+
+use eft_ffi::*;
+
+use crate::layout::laid_out;
+
+const CRATE: &str = env!("CARGO_MANIFEST_DIR");
+
+/// The sources with every macro expanded: cbindgen sees no further than that.
+fn expanded() -> Vec<u8> {
+    let out = Command::new(env!("CARGO"))
+        .args(["rustc", "--quiet", "--lib", "--manifest-path", &format!("{CRATE}/Cargo.toml")])
+        .args(["--target-dir", &format!("{CRATE}/../../target/header")])
+        .args(["--", "-Zunpretty=expanded"])
+        // Unpretty output is for nightly compilers; nothing that is built here is kept.
+        .env("RUSTC_BOOTSTRAP", "1")
+        .output()
+        .unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    out.stdout
+}
+
+macro_rules! sizes {
+    ($($Name:ident)*) => { [$((stringify!($Name), size_of::<$Name>())),*] };
+}
+
+/// To take over a change: `EFT_WRITE_HEADER=1 cargo test -p eft-ffi --test interface header`.
+#[test]
+fn committed_header_is_what_the_sources_say() {
+    let source = Path::new(env!("CARGO_TARGET_TMPDIR")).join("eft-ffi-expanded.rs");
+    std::fs::write(&source, expanded()).unwrap();
+    let config = cbindgen::Config::from_file(format!("{CRATE}/cbindgen.toml")).unwrap();
+    let bindings = cbindgen::Builder::new().with_config(config).with_src(source).generate().unwrap();
+    let mut raw = Vec::new();
+    bindings.write(&mut raw);
+    let sizes = sizes!(eft_learning eft_protection eft_parameters eft_error
+        eft_channel_f32 eft_state_f32 eft_input_f32 eft_output_f32 eft_window_f32 eft_calibration_f32
+        eft_learner_f32 eft_learner_state_f32 eft_learned_f32
+        eft_channel_f64 eft_state_f64 eft_input_f64 eft_output_f64 eft_window_f64 eft_calibration_f64
+        eft_learner_f64 eft_learner_state_f64 eft_learned_f64);
+    let header = laid_out(&String::from_utf8(raw).unwrap(), &sizes);
+    let path = format!("{CRATE}/include/eft.h");
+    if std::env::var_os("EFT_WRITE_HEADER").is_some() {
+        std::fs::write(&path, &header).unwrap();
+    }
+    assert!(
+        std::fs::read_to_string(&path).unwrap() == header,
+        "include/eft.h is not what the sources say: EFT_WRITE_HEADER=1 cargo test -p eft-ffi --test interface header"
+    );
+}
+
+#[test]
+fn the_proof_without_panics_names_every_function() {
+    let header = std::fs::read_to_string(format!("{CRATE}/include/eft.h")).unwrap();
+    let proof = std::fs::read_to_string(format!("{CRATE}/../../firmware/proof/src/main.rs")).unwrap();
+    let named: Vec<_> = proof
+        .split(|c: char| !c.is_alphanumeric() && c != '_')
+        .filter(|word| word.starts_with("eft_"))
+        .collect();
+    let declared = header.split('(').filter_map(|before| {
+        before
+            .rsplit(|c: char| !c.is_alphanumeric() && c != '_')
+            .next()
+            .filter(|word| word.starts_with("eft_"))
+    });
+    let mut count = 0;
+    for function in declared {
+        assert!(named.contains(&function), "firmware/proof does not keep {function}");
+        count += 1;
+    }
+    assert!(count > 50, "{count} functions found");
+}
+
+/// The header, and its example as a program of its own would have it.
+fn sources() -> [String; 2] {
+    let header = std::fs::read_to_string(format!("{CRATE}/include/eft.h")).unwrap();
+    let (_, after) = header.split_once("     #include \"eft.h\"\n").unwrap();
+    let (example, _) = after.split_once("\n   Where").unwrap();
+    // As in a project that wants a prototype of each function.
+    let prototypes =
+        "int start(void);\nfloat tick(float command, float velocity, float force, float spool);\n";
+    [
+        "#include \"eft.h\"\n#include \"eft.h\"\n".to_owned(),
+        format!("#include \"eft.h\"\n{prototypes}{example}"),
+    ]
+}
+
+/// A file that holds a text.
+fn written(name: &str, text: &str) -> String {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn header_and_its_example_compile_without_a_warning() {
+    let include = format!("-I{CRATE}/include");
+    let strict =
+        ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wmissing-declarations", "-Werror"];
+    for (n, source) in sources().iter().enumerate() {
+        let path = written(&format!("header{n}.c"), source);
+        for (compiler, language, standard) in [
+            ("cc", "c", "-std=c99"),
+            ("cc", "c", "-std=c11"),
+            ("c++", "c++", "-std=c++17"),
+            ("arm-none-eabi-gcc", "c", "-std=c99"),
+        ] {
+            let mut command = Command::new(compiler);
+            match command
+                .args(strict)
+                .args([standard, &include, "-fsyntax-only", "-x", language, &path])
+                .output()
+            {
+                Ok(out) => assert!(
+                    out.status.success(),
+                    "{compiler} {standard}: {}",
+                    String::from_utf8_lossy(&out.stderr)
+                ),
+                Err(_) => eprintln!("{compiler} is not installed: not tried"),
+            }
+        }
+    }
+}
+
+#[test]
+fn cppcheck_finds_nothing_in_header_and_example() {
+    for (n, source) in sources().iter().enumerate() {
+        let path = written(&format!("checked{n}.c"), source);
+        let found = Command::new("cppcheck")
+            .args(["--quiet", "--error-exitcode=1", "--inconclusive", "--std=c99"])
+            .args(["--enable=warning,style,performance,portability"])
+            .args([&format!("-I{CRATE}/include"), &path])
+            .output();
+        match found {
+            Ok(out) => assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr)),
+            Err(_) => eprintln!("cppcheck is not installed: not tried"),
+        }
+    }
+}
+
+#[test]
+fn a_return_code_that_is_dropped_is_seen() {
+    let path = written(
+        "dropped.c",
+        "#include \"eft.h\"\nvoid f(eft_state_f32 *s);\nvoid f(eft_state_f32 *s)\n{\n  eft_request_trip_f32(s);\n}\n",
+    );
+    for (compiler, standard) in [("cc", "-std=c99"), ("c++", "-std=c++17")] {
+        let mut command = Command::new(compiler);
+        command.args(["-Werror=unused-result", "-c", "-o", "/dev/null", standard]);
+        command.args([&format!("-I{CRATE}/include"), &path]);
+        match command.output() {
+            Ok(out) => assert!(
+                String::from_utf8_lossy(&out.stderr).contains("eft_request_trip_f32"),
+                "{compiler} {standard}: nothing said"
+            ),
+            Err(_) => eprintln!("{compiler} is not installed: not tried"),
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The header as a reader wants it, from what cbindgen makes: in sections, constants and fields with their comments on
+//! one line, double precision last and without the comments that it shares.
+
+use std::fmt::Write as _;
+
+/// Widest line.
+const WIDTH: usize = 120;
+
+const SECTIONS: [&str; 7] = [
+    "Version and return codes",
+    "Status of a tick",
+    "Parameters",
+    "The tick",
+    "The learner",
+    "From one context to another, without a lock",
+    "Double precision: as above",
+];
+const DOUBLE: usize = 6;
+
+/// A declaration with its comment, lines without their indentation.
+struct Item<'a> {
+    comment: Vec<&'a str>,
+    lines: Vec<String>,
+}
+
+impl<'a> Item<'a> {
+    fn new(text: &'a str) -> Self {
+        let lines: Vec<_> = text.lines().map(str::trim).collect();
+        let (comment, lines) = lines.split_at(lines.iter().take_while(|l| l.starts_with("//")).count());
+        // The keyword is needed where a struct is declared only.
+        let plain = |line: &&str| {
+            if line.starts_with("typedef") { (*line).to_owned() } else { line.replace("struct eft_", "eft_") }
+        };
+        Self { comment: comment.to_vec(), lines: lines.iter().map(plain).collect() }
+    }
+
+    fn is_constant(&self) -> bool {
+        self.lines[0].starts_with("#define")
+    }
+
+    /// What is declared.
+    fn name(&self) -> &str {
+        let first = self.lines[0].split('(').next().unwrap();
+        let words: Vec<_> = first.split([' ', '*']).filter(|w| !w.is_empty() && *w != "{").collect();
+        if self.is_constant() { words[1] } else { words.last().unwrap() }
+    }
+
+    fn section(&self, before: usize) -> usize {
+        let is_of = |words: &[&str]| words.iter().any(|word| self.name().contains(word));
+        match self.name() {
+            name if name.ends_with("_f64") => DOUBLE,
+            "EFT_ABI_VERSION" | "eft_abi_version" => 0,
+            "EFT_SPOOL_WARNING" => 1,
+            "EFT_TABLE_CAPACITY" => 2,
+            name if name.starts_with("EFT_") => before,
+            "eft_parameters" | "eft_learning" | "eft_protection" | "eft_error" => 2,
+            _ if is_of(&["_turn", "channels", "windows", "calibrations", "offer", "take"]) => 5,
+            _ if is_of(&["learn", "read_calibration", "found_flow"]) => 4,
+            _ => 3,
+        }
+    }
+
+    fn write(&self, out: &mut String, commented: bool) {
+        if self.is_constant() {
+            return writeln!(out, "{}", beside(&self.lines[0], self.comment.first().copied())).unwrap();
+        }
+        if commented {
+            let words = self.comment.iter().map(|line| line.trim_start_matches('/').trim());
+            let text = words.collect::<Vec<_>>().join(" ");
+            fill(out, ["// ", "// "], text.split_inclusive(' '));
+        }
+        let is_comment = |line: &&String| line.starts_with("//");
+        if !commented || !self.lines.iter().any(|line| is_comment(&line)) {
+            let bare: Vec<_> =
+                self.lines.iter().filter(|line| !is_comment(line)).map(String::as_str).collect();
+            return fill(out, ["", "    "], bare.join(" ").split_inclusive([',', ';']));
+        }
+        // A struct: its first and last line are no fields.
+        let (mut comment, last) = (None, self.lines.len() - 1);
+        for (n, line) in self.lines.iter().enumerate() {
+            match line {
+                line if is_comment(&line) => comment = Some(line.as_str()),
+                line if n == 0 || n == last => writeln!(out, "{line}").unwrap(),
+                line => writeln!(out, "  {}", beside(line, comment.take())).unwrap(),
+            }
+        }
+    }
+}
+
+fn beside(line: &str, comment: Option<&str>) -> String {
+    match comment {
+        Some(comment) => format!("{line:<34} // {}", comment.trim_start_matches('/').trim()),
+        None => line.to_owned(),
+    }
+}
+
+/// Pieces on lines of the width, which start as the first and the others.
+fn fill<'a>(out: &mut String, [first, others]: [&str; 2], pieces: impl Iterator<Item = &'a str>) {
+    let mut line = first.to_owned();
+    for piece in pieces {
+        if line.chars().count() + piece.trim_end().chars().count() > WIDTH {
+            writeln!(out, "{}", line.trim_end()).unwrap();
+            line = others.to_owned() + piece.trim_start();
+        } else {
+            line += piece;
+        }
+    }
+    writeln!(out, "{}", line.trim_end()).unwrap();
+}
+
+/// The whole header; `sizes` are those of the structs in the library, for single and double precision.
+pub(crate) fn laid_out(raw: &str, sizes: &[(&str, usize)]) -> String {
+    let (top, rest) = raw.split_once("@items\n").unwrap();
+    let (items, end) = rest.split_once("@end\n").unwrap();
+    let mut sections: [Vec<Item>; SECTIONS.len()] = std::array::from_fn(|_| Vec::new());
+    let mut section = 0;
+    for text in items.split("\n\n").filter(|text| !text.trim().is_empty()) {
+        let item = Item::new(text.trim());
+        section = item.section(section);
+        sections[section].push(item);
+    }
+    let mut out = top.to_owned();
+    for (n, (title, items)) in SECTIONS.iter().zip(&sections).enumerate() {
+        write!(out, "\n/* ---------- {title} ---------- */\n\n").unwrap();
+        for (i, item) in items.iter().enumerate() {
+            if i > 0 && n != DOUBLE && !item.is_constant() {
+                out.push('\n');
+            }
+            item.write(&mut out, n != DOUBLE);
+        }
+    }
+    write!(out, "\n/* ---------- Sizes, as the library has them ---------- */\n\n").unwrap();
+    for (name, size) in sizes {
+        writeln!(out, "EFT_STATIC_ASSERT(sizeof({name}) == {size});").unwrap();
+    }
+    writeln!(out, "{end}").unwrap();
+    let wide = out.lines().find(|line| line.chars().count() > WIDTH);
+    assert!(wide.is_none(), "wider than {WIDTH}: {wide:?}");
+    out
+}

@@ -1,0 +1,9 @@
+//! The C interface: its functions, called as C would, and its header.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::float_cmp)]
+
+mod bits;
+mod contexts;
+mod header;
+mod layout;
+mod refusals;
+mod rig;

@@ -1,0 +1,136 @@
+//! A recorded test fed to the learner: what it would have learned.
+
+use eft_core::{Calibration, Input, Learning, Parameters, Realization};
+
+use crate::closed_loop::controller::{Precision, parameters};
+use crate::config::RigConfig;
+use crate::error::{Error, Result};
+
+/// What was learned, one value per window of ticks.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Replay {
+    /// Time since the start (s) at which the window closed.
+    pub time: Vec<f64>,
+    /// True flow over the table's (1).
+    pub flow_gain_estimate: Vec<f64>,
+    /// Delay (s) that the lead network would make up for.
+    pub response_delay_estimate: Vec<f64>,
+    /// The spool's gain over the configured one (1).
+    pub valve_gain_estimate: Vec<f64>,
+    /// The guard's factor on the compensation level (1).
+    pub level: Vec<f64>,
+    /// The gate's test ratio (1): above 1 the models do not explain what was measured, and nothing is learned.
+    pub test_ratio: Vec<f64>,
+    /// Bits of [`eft_core::status`] about the learning.
+    pub status: Vec<u32>,
+    /// No-load flows (m³/s) that the valve was found to pass by the end, at the openings of the rig's flow table.
+    pub found_flows: Vec<f64>,
+}
+
+impl Replay {
+    fn add(&mut self, time: f64, calibration: &Calibration<impl Precision>) {
+        self.time.push(time);
+        self.flow_gain_estimate.push(calibration.flow_gain.to_f64());
+        self.response_delay_estimate.push(calibration.response_delay.to_f64());
+        self.valve_gain_estimate.push(calibration.valve_gain.to_f64());
+        self.level.push(calibration.level.to_f64());
+        self.test_ratio.push(calibration.test_ratio.to_f64());
+        self.status.push(calibration.status);
+    }
+}
+
+/// Feeds a recorded test, one input a tick at a sample rate (Hz), to the learner of a rig, whether or not the rig itself
+/// adapts. Every input needs the valve command (V) that stood when it was sampled.
+///
+/// # Errors
+/// No inputs; parameters that the learner refuses.
+pub fn replay<P: Precision<Flags = u32>>(
+    rig: &RigConfig,
+    sample_rate: f64,
+    inputs: &[Input<f64>],
+) -> Result<Replay> {
+    if inputs.is_empty() {
+        return Err(Error::value("inputs", "none", "must be one a tick"));
+    }
+    let of_rig = parameters(rig, sample_rate)?;
+    let parameters = Parameters {
+        // The valve command is a measurement here, whoever made it.
+        realization: Realization::Analog,
+        learning: Learning { adaptive: true, guard: true, ..of_rig.learning },
+        protection: None,
+        ..of_rig
+    };
+    let (channel, learner) = (P::channel(&parameters)?, P::learner(&parameters)?);
+    let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
+    let mut replay = Replay::default();
+    for (tick, input) in inputs.iter().enumerate() {
+        if let Some(window) = channel.step(&mut state, &super::channel::rounded(input)).window {
+            let calibration = learner.update(&mut learned, &window);
+            channel.publish(&mut state, calibration);
+            replay.add((tick + 1) as f64 / sample_rate, &calibration);
+        }
+    }
+    let flow = |opening: &f64| learner.found_flow(state.calibration(), P::from_f64(*opening)).to_f64();
+    replay.found_flows = parameters.openings.iter().map(flow).collect();
+    Ok(replay)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::sine_sweep;
+    use crate::{SimulateOptions, simulate};
+
+    /// The inputs of a simulated test.
+    fn recorded(changes: &[(&str, toml::Value)]) -> (RigConfig, Vec<Input<f64>>, Vec<f64>) {
+        let rig = RigConfig::zhao2005().replace(changes).unwrap();
+        let command = sine_sweep(4000.0, 0.5, 6.0, 8.0, 4096.0).unwrap();
+        let run = simulate::<f64>(&rig, &command, &SimulateOptions::default(), |_, _| true).unwrap();
+        let input = |i: usize| Input {
+            command: run.command[i],
+            next_command: run.command[(i + 1).min(run.command.len() - 1)],
+            velocity: run.measured_velocity()[i],
+            force: run.measured_force()[i],
+            spool: run.measured_spool()[i],
+            displacement: run.measured_displacement()[i],
+            valve_command: run.valve_command[i],
+            supply_pressure: 1.9e7,
+            ..Input::default()
+        };
+        (rig, (0..run.command.len()).map(input).collect(), run.flow_gain_estimate)
+    }
+
+    #[test]
+    fn a_replayed_test_teaches_what_the_test_taught() {
+        let changes = [
+            ("compensation.adaptive", true.into()),
+            ("compensation.feedforward", true.into()),
+            ("servovalve.flow_gain_scale", 1.06.into()),
+        ];
+        let (rig, inputs, seen) = recorded(&changes);
+        let replay = replay::<f64>(&rig, 4096.0, &inputs).unwrap();
+        // What window k taught was in use in window k + 2.
+        let windows = replay.time.len() - 2;
+        let taught = |k: usize| (replay.flow_gain_estimate[k] - seen[16 * (k + 2)]).abs();
+        assert!((0..windows).all(|k| taught(k) < 1e-4), "{:?}", (0..windows).map(taught).fold(0.0, f64::max));
+        assert!((replay.flow_gain_estimate[windows] - 1.06).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_test_without_learning_is_learned_from_and_a_failed_sensor_shows_in_the_test_ratio() {
+        let fault = [
+            ("servovalve.flow_gain_scale", 0.97.into()),
+            ("sensors.fault.signal", "velocity".into()),
+            ("sensors.fault.kind", "zero".into()),
+            ("sensors.fault.start", 5.0.into()),
+            ("sensors.fault.duration", 0.5.into()),
+        ];
+        let (rig, inputs, _) = recorded(&fault);
+        let replay = replay::<f32>(&rig, 4096.0, &inputs).unwrap();
+        let at = |time: f64| replay.time.partition_point(|t| *t < time);
+        assert!((replay.flow_gain_estimate[at(4.9)] - 0.97).abs() < 0.01);
+        assert!(replay.test_ratio[..at(5.0)].iter().skip(at(0.5)).all(|ratio| *ratio < 1.0));
+        assert!(replay.test_ratio[at(5.05)] > 1.0);
+        assert!(super::replay::<f64>(&rig, 4096.0, &[]).is_err());
+    }
+}

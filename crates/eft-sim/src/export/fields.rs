@@ -1,0 +1,176 @@
+//! The parameters as a list of named values with their units, for both languages.
+
+use eft_core::{
+    Learning, Levels, Mode, Parameters, ProtectionParameters, Realization, SignFrom, VelocitySource,
+};
+
+/// A parameter's value.
+pub(super) enum Value<'a> {
+    Number(f64),
+    Count(u32),
+    Switch(bool),
+    /// One of an enumeration, by the enumeration's name and its own.
+    Choice(&'static str, &'static str),
+    Numbers(&'a [f64]),
+    Bounds([f64; 2]),
+    Velocity(VelocitySource),
+    Learning(Learning),
+    Protection(Option<ProtectionParameters>),
+}
+
+/// Name, value and unit.
+pub(super) type Field<'a> = (&'static str, Value<'a>, &'static str);
+
+/// Every parameter, in the order of the struct.
+// Taken apart by name, so that a new one cannot be forgotten.
+pub(super) fn fields<'a>(p: &Parameters<'a>) -> Vec<Field<'a>> {
+    use Value::{Choice, Count, Number, Numbers, Switch};
+    let Parameters {
+        sample_rate,
+        realization,
+        mode,
+        level,
+        sign_from,
+        piston_area,
+        supply_pressure,
+        supply_correction,
+        compressibility,
+        leakage,
+        openings,
+        flows,
+        flow_gain,
+        valve_gain,
+        response_delay,
+        lead_alpha,
+        velocity_source,
+        velocity_delay,
+        computation_delay,
+        feedforward,
+        look_ahead,
+        force_sensitivity,
+        proportional_gain,
+        derivative_gain,
+        valve_command,
+        valve_command_rate,
+        spool_warning,
+        velocity_range,
+        force_range,
+        spool_range,
+        learning,
+        protection,
+        stuck_samples,
+    } = *p;
+    let realization = match realization {
+        Realization::Digital => "Digital",
+        Realization::Analog => "Analog",
+    };
+    let mode = match mode {
+        Mode::Off => "Off",
+        Mode::Linear => "Linear",
+        Mode::Nonlinear => "Nonlinear",
+    };
+    let sign_from = match sign_from {
+        SignFrom::Spool => "Spool",
+        SignFrom::Demand => "Demand",
+    };
+    vec![
+        ("sample_rate", Number(sample_rate), "Hz"),
+        ("realization", Choice("Realization", realization), ""),
+        ("mode", Choice("Mode", mode), ""),
+        ("level", Number(level), "1"),
+        ("sign_from", Choice("SignFrom", sign_from), ""),
+        ("piston_area", Number(piston_area), "m2"),
+        ("supply_pressure", Number(supply_pressure), "Pa"),
+        ("supply_correction", Switch(supply_correction), ""),
+        ("compressibility", Number(compressibility), "m3/Pa"),
+        ("leakage", Number(leakage), "m3/(s Pa)"),
+        ("openings", Numbers(openings), "1"),
+        ("flows", Numbers(flows), "m3/s"),
+        ("flow_gain", Number(flow_gain), "m3/s"),
+        ("valve_gain", Number(valve_gain), "1/V"),
+        ("response_delay", Number(response_delay), "s"),
+        ("lead_alpha", Number(lead_alpha), "1"),
+        ("velocity_source", Value::Velocity(velocity_source), ""),
+        ("velocity_delay", Number(velocity_delay), "s"),
+        ("computation_delay", Count(computation_delay), "samples"),
+        ("feedforward", Switch(feedforward), ""),
+        ("look_ahead", Switch(look_ahead), ""),
+        ("force_sensitivity", Number(force_sensitivity), "V/N"),
+        ("proportional_gain", Number(proportional_gain), "V/V"),
+        ("derivative_gain", Number(derivative_gain), "s"),
+        ("valve_command", Number(valve_command), "V"),
+        ("valve_command_rate", Number(valve_command_rate), "V/s"),
+        ("spool_warning", Number(spool_warning), "1"),
+        ("velocity_range", Number(velocity_range), "m/s"),
+        ("force_range", Number(force_range), "N"),
+        ("spool_range", Number(spool_range), "1"),
+        ("learning", Value::Learning(learning), ""),
+        ("protection", Value::Protection(protection), ""),
+        ("stuck_samples", Count(stuck_samples), "samples"),
+    ]
+}
+
+/// What is learned.
+pub(super) fn learning(l: &Learning) -> Vec<Field<'static>> {
+    use Value::{Bounds, Number, Switch};
+    let Learning {
+        adaptive,
+        curve_correction,
+        guard,
+        excitation,
+        flow_gain_bounds,
+        valve_gain_bounds,
+        response_delay_bounds,
+    } = *l;
+    vec![
+        ("adaptive", Switch(adaptive), ""),
+        ("curve_correction", Switch(curve_correction), ""),
+        ("guard", Switch(guard), ""),
+        ("excitation", Number(excitation), "1"),
+        ("flow_gain_bounds", Bounds(flow_gain_bounds), "1"),
+        ("valve_gain_bounds", Bounds(valve_gain_bounds), "1"),
+        ("response_delay_bounds", Bounds(response_delay_bounds), "1"),
+    ]
+}
+
+/// A protection's levels by signal, with their unit.
+pub(super) fn levels(p: &ProtectionParameters) -> [(&'static str, Levels, &'static str); 4] {
+    [
+        ("force", p.force, "N"),
+        ("displacement", p.displacement, "m"),
+        ("velocity", p.velocity, "m/s"),
+        ("spool", p.spool, "1"),
+    ]
+}
+
+/// The rest of a protection.
+pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
+    use Value::{Count, Number};
+    let ProtectionParameters {
+        force: _,
+        displacement: _,
+        velocity: _,
+        spool: _,
+        start_time,
+        ramp_time,
+        shutdown_time,
+        lost_samples,
+        fault_time,
+    } = *p;
+    vec![
+        ("start_time", Number(start_time), "s"),
+        ("ramp_time", Number(ramp_time), "s"),
+        ("shutdown_time", Number(shutdown_time), "s"),
+        ("lost_samples", Count(lost_samples), "samples"),
+        ("fault_time", Number(fault_time), "s"),
+    ]
+}
+
+/// A number that reads back as itself, in both languages; `none` where it is no limit.
+pub(super) fn number(value: f64, none: &str) -> String {
+    if value < f64::MAX { format!("{value:?}") } else { none.to_owned() }
+}
+
+pub(super) fn list(values: &[f64]) -> String {
+    values.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(", ")
+}

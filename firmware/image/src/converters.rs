@@ -1,0 +1,61 @@
+//! What a board has converters for: a sample in, a valve command out, and what the controller believes.
+
+use eft_core::{Calibration, Input, Output};
+use semihosting::fs::{File, OpenOptions};
+use semihosting::io::{Read, Write};
+use semihosting::process;
+
+/// The two files.
+pub struct Converters {
+    input: File,
+    output: File,
+}
+
+impl Converters {
+    /// Opens them, or ends the program.
+    pub fn open() -> Self {
+        // In this order: either end of a pipe waits for the other.
+        let Ok(input) = File::open(c"to-firmware") else { process::exit(2) };
+        let output = OpenOptions::new().write(true).truncate(true).create(true).open(c"from-firmware");
+        let Ok(output) = output else { process::exit(2) };
+        Self { input, output }
+    }
+
+    /// The next sample; the end of the test ends the program.
+    pub fn sample(&mut self) -> Input<f32> {
+        let mut bytes = [[0; 4]; 8];
+        if self.input.read_exact(bytes.as_flattened_mut()).is_err() {
+            process::exit(0)
+        }
+        let [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command] =
+            bytes.map(f32::from_le_bytes);
+        Input {
+            command,
+            velocity,
+            force,
+            spool,
+            displacement,
+            supply_pressure,
+            acceleration,
+            next_command,
+            ..Input::default()
+        }
+    }
+
+    /// Puts a tick's result out, with the calibration that was in use.
+    pub fn put(&mut self, out: &Output<f32>, calibration: &Calibration<f32>) {
+        let bytes = [
+            out.voltage.to_le_bytes(),
+            out.compensation.to_le_bytes(),
+            out.status.to_le_bytes(),
+            out.velocity.to_le_bytes(),
+            calibration.flow_gain.to_le_bytes(),
+            calibration.response_delay.to_le_bytes(),
+            calibration.valve_gain.to_le_bytes(),
+            calibration.level.to_le_bytes(),
+        ];
+        if self.output.write_all(bytes.as_flattened()).is_err() {
+            process::exit(2)
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! From one context to another without a lock: two copies of something, and whose turn it is.
+
+use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+/// One context offers, another takes; either may preempt the other at any instruction.
+pub struct Exchange<T> {
+    copies: [UnsafeCell<Option<T>>; 2],
+    offered: AtomicU32,
+    taken: AtomicU32,
+}
+
+// Safety: a copy is written only while the other side has no business with it, see `offer` and `take`.
+unsafe impl<T: Copy + Send> Sync for Exchange<T> {}
+
+impl<T: Copy> Exchange<T> {
+    /// Nothing offered yet.
+    pub const fn new() -> Self {
+        Self {
+            copies: [const { UnsafeCell::new(None) }; 2],
+            offered: AtomicU32::new(0),
+            taken: AtomicU32::new(0),
+        }
+    }
+
+    /// Offers something, from one context only; false while the one before waits.
+    pub fn offer(&self, item: T) -> bool {
+        let last = self.offered.load(Ordering::Relaxed);
+        if self.taken.load(Ordering::Acquire) != last {
+            return false;
+        }
+        let next = last.wrapping_add(1);
+        // Safety: the taker reads a copy only between `offered` naming it and `taken` naming it.
+        unsafe { *self.copy(next) = Some(item) };
+        self.offered.store(next, Ordering::Release);
+        true
+    }
+
+    /// What was offered, in the other context only; none where there is nothing new.
+    pub fn take(&self) -> Option<T> {
+        let offered = self.offered.load(Ordering::Acquire);
+        if self.taken.load(Ordering::Relaxed) == offered {
+            return None;
+        }
+        // Safety: until `taken` follows, the other side writes nothing.
+        let item = unsafe { *self.copy(offered) };
+        self.taken.store(offered, Ordering::Release);
+        item
+    }
+
+    fn copy(&self, turn: u32) -> *mut Option<T> {
+        let [first, second] = &self.copies;
+        if turn & 1 == 0 { first.get() } else { second.get() }
+    }
+}

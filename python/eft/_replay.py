@@ -1,0 +1,122 @@
+"""A recorded test fed to the learner: what it would have learned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from eft import _native
+from eft._native import Rig
+from eft._run import TestRun
+
+if TYPE_CHECKING:
+    import pandas
+
+    from eft.traces import Traces
+
+__all__ = ["Replay", "replay"]
+
+_NEEDED = ("command", "velocity", "force", "spool", "valve_command")
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """What a recorded test teaches: one value per window of ticks."""
+
+    time: npt.NDArray[np.float64]
+    """Time since the start at which the window closed, s."""
+    flow_gain_estimate: npt.NDArray[np.float64]
+    """True flow over the flow table's."""
+    response_delay_estimate: npt.NDArray[np.float64]
+    """Delay that the lead network would make up for, s."""
+    valve_gain_estimate: npt.NDArray[np.float64]
+    """The spool's gain over the configured one."""
+    level: npt.NDArray[np.float64]
+    """The guard's factor on the compensation level."""
+    test_ratio: npt.NDArray[np.float64]
+    """What the models leave unexplained over what is allowed; above 1 nothing is learned."""
+    status: npt.NDArray[np.uint32]
+    """Bits of `eft.Status` about the learning."""
+    found_flows: npt.NDArray[np.float64]
+    """Flow found at each opening of the rig's flow table by the end, m³/s."""
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the windows as a data frame with the time as its index."""
+        import pandas
+
+        names = [
+            "flow_gain_estimate",
+            "response_delay_estimate",
+            "valve_gain_estimate",
+            "level",
+            "test_ratio",
+        ]
+        columns = {name: getattr(self, name) for name in [*names, "status"]}
+        return pandas.DataFrame(columns, index=pandas.Index(self.time, name="time"))
+
+
+def replay(
+    rig: Rig,
+    test: TestRun | Traces | str | PathLike[str],
+    *,
+    dtype: Literal["f64", "f32"] = "f64",
+) -> Replay:
+    """Feed a recorded test to a rig's learner and return what it would have learned.
+
+    The learner is the controller's own. It runs whether or not the rig or the recorded test adapts, and
+    nothing is compensated by what it learns.
+
+    Parameters
+    ----------
+    rig : Rig
+        What the controller knows of the rig.
+    test : TestRun, Traces or path
+        A run, or a file that `eft.traces.read_traces` reads, with command (N), velocity (m/s), force (N),
+        spool opening and valve command (V); the supply pressure (Pa) where ``compensation.supply_correction``
+        is on, the displacement (m) where the velocity is made of it. What sensors reported is preferred to
+        the truth.
+    dtype : {"f64", "f32"}
+        The precision of the arithmetic.
+
+    Returns
+    -------
+    Replay
+        Estimates, test ratio and flags, one per window.
+
+    Raises
+    ------
+    ValueError
+        If a signal is missing, or the learner refuses the rig.
+
+    Examples
+    --------
+    >>> import eft
+    >>> rig = eft.Rig.zhao2005()
+    >>> truth = rig.replace({"servovalve.flow_gain_scale": 0.95})
+    >>> run = eft.simulate(truth, eft.sine_sweep(4000.0, 0.5, 4.0, 8.0, 4096.0))
+    >>> round(eft.replay(rig, run).flow_gain_estimate[-1], 2)
+    0.95
+    """
+    from eft.traces import Traces, read_traces
+
+    if isinstance(test, TestRun):
+        test = Traces.from_run(test)
+    elif not isinstance(test, Traces):
+        test = read_traces(test)
+    names = [*_NEEDED]
+    if rig["compensation.supply_correction"]:
+        names.append("supply_pressure")
+    if rig["controller.velocity_source"] != "sensor":
+        names = [name for name in names if name != "velocity"] + ["displacement"]
+    if rig["controller.velocity_source"] == "accelerometer":
+        names.append("acceleration")
+    signals = {}
+    for name in names:
+        reported = f"measured_{name}"
+        signals[name] = test[reported if reported in test.columns else name]
+    signals["next_command"] = np.append(signals["command"][1:], signals["command"][-1:])
+    return Replay(**_native.replay(rig, signals, test.sample_rate, dtype))

@@ -1,0 +1,212 @@
+"""Columns of MAT, HDF5 and Parquet files; a column is read when it is asked for, within the file's budget."""
+
+from __future__ import annotations
+
+import math
+import mmap
+import struct
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eft._foreign import FREE, Budget, WrongFileError, check_unpacked, opened, ordinary_size, understood
+from eft.traces._traces import Column
+
+Array = NDArray[np.float64]
+
+_CHUNK = FREE // 2
+"""Bytes of the largest HDF5 chunk: the library holds a chunk packed and unpacked."""
+_DEFLATE = 1032
+"""Bytes that deflate makes of one, at most."""
+_COMPRESSED, _NUMERIC = 15, range(6, 16)
+"""An element's type and the classes of an array of numbers, of MAT files."""
+_PIECE, _PIECES = 16384, 8
+"""Bytes that are unpacked at a time, and how many times that SciPy unpacks at once."""
+_NUMBERS = {
+    "double",
+    "single",
+    "logical",
+    *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
+}
+
+
+@contextmanager
+def mat(source: Path) -> Iterator[list[Column]]:
+    """The vectors of a MAT file."""
+    from scipy.io import loadmat, whosmat
+
+    wrong = "not a MAT file that can be read"
+    with opened(source) as file:
+        if file.read(10) == b"MATLAB 7.3":
+            with hdf5(source) as columns:
+                yield columns
+            return
+        budget = Budget(source)
+        with understood(source, wrong):
+            # Of a mapped file no read takes more memory than there are bytes.
+            mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        with mapped:
+            with understood(source, wrong):
+                unpacked = _largest_unpacked(mapped, budget)
+                found = [
+                    (name, math.prod(shape))
+                    for name, shape, kind in whosmat(mapped, appendmat=False)
+                    if kind in _NUMBERS and _is_vector(shape)
+                ]
+                largest = max((size for _, size in found), default=0)
+                if unpacked > FREE + 16 * largest:
+                    raise ValueError(f"an array of at most {largest} numbers unpacks to {unpacked} bytes")
+
+            def read(name: str, size: int) -> Array:
+                budget.take(8 * size)
+                with understood(source, wrong):
+                    mapped.seek(0)
+                    stored = loadmat(mapped, appendmat=False, squeeze_me=True, variable_names=[name])[name]
+                    if stored.dtype.kind not in "fiub":
+                        raise ValueError(f"`{name}` is of {stored.dtype}, must be real numbers")
+                    return np.asarray(stored, dtype=np.float64)
+
+            yield [Column(name, None, partial(read, name, size)) for name, size in _commonest(source, found)]
+
+
+def _largest_unpacked(mapped: mmap.mmap, budget: Budget) -> int:
+    """Bytes of the largest compressed array of numbers; refuses what SciPy unpacks in much memory."""
+    order = "<" if mapped[126:128] == b"IM" else ">"
+    at, largest = 128, 0
+    while at + 8 <= len(mapped):
+        kind, length = struct.unpack_from(f"{order}LL", mapped, at)
+        begin, at = at + 8, at + 8 + length
+        if kind != _COMPRESSED:
+            continue
+        inflate, size, block, numeric = zlib.decompressobj(), 0, 0, True
+        for number, start in enumerate(range(begin, min(at, len(mapped)), _PIECE)):
+            piece = inflate.decompress(mapped[start : min(start + _PIECE, at)])
+            if number == 0:
+                flags = piece[16:20].ljust(4)
+                numeric = struct.unpack(f"{order}L", flags)[0] & 0xFF in _NUMERIC
+            size, block = size + len(piece), len(piece) + (block if number % _PIECES else 0)
+            if block > FREE // 2 or size > budget.whole:
+                raise ValueError(f"an array unpacks from {start + _PIECE - begin} bytes to {size}")
+            if not numeric and number == _PIECES:
+                break  # whose rest is not unpacked
+        largest = max(largest, size if numeric else 0)
+    return largest
+
+
+@contextmanager
+def hdf5(source: Path) -> Iterator[list[Column]]:
+    """The vectors of an HDF5 file, of all its groups, with the attribute ``units``."""
+    import h5py
+
+    wrong = "not an HDF5 file that can be read"
+    budget = Budget(source)
+    found: dict[str, Any] = {}
+
+    def visit(path: str, item: object) -> None:
+        numeric = isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and _is_vector(item.shape)
+        if numeric and not path.startswith("#"):
+            name = path.rsplit("/", 1)[-1]
+            if name in found:
+                raise WrongFileError(f"{source}: two data sets are called `{name}`")
+            found[name] = item
+
+    def read(item: Any) -> Array:
+        budget.take(8 * item.size)
+        with understood(source, wrong):
+            _check_storage(item)
+            values = np.empty(item.shape)
+            item.read_direct(values)
+            return values.reshape(-1)
+
+    def unit(item: Any) -> str | None:
+        for name in ("units", "unit"):
+            if name in item.attrs and item.attrs.get_id(name).get_storage_size() <= 1024:
+                value = item.attrs[name]
+                return value.decode() if isinstance(value, bytes) else str(value)
+        return None
+
+    with understood(source, wrong):
+        file = h5py.File(source, "r")
+    with file:
+        with understood(source, wrong):
+            file.visititems(visit)
+            chosen = _commonest(source, [(name, item.size) for name, item in found.items()])
+            columns = [Column(name, unit(found[name]), partial(read, found[name])) for name, _ in chosen]
+        yield columns
+
+
+def _check_storage(item: Any) -> None:
+    """Refuse a data set of other files, and chunks that are or become large."""
+    settings = item.id.get_create_plist()
+    if item.is_virtual or settings.get_external_count():
+        raise ValueError(f"`{item.name}` keeps its numbers in other files")
+    if item.chunks is None:
+        return
+    size = math.prod(item.chunks) * item.dtype.itemsize
+    if size > _CHUNK:
+        raise ValueError(f"`{item.name}` has chunks of {size >> 20} MiB, must be at most {_CHUNK >> 20} MiB")
+    filters = [settings.get_filter(place)[0] for place in range(settings.get_nfilters())]
+    shuffle, fletcher, deflate = 2, 3, 1
+    if len(packing := [number for number in filters if number not in (shuffle, fletcher)]) > 1:
+        raise ValueError(f"`{item.name}` is compressed more than once")
+    stored: list[Any] = []
+    item.id.chunk_iter(stored.append)
+    for chunk in stored:
+        if chunk.size > size + 4096:
+            raise ValueError(f"`{item.name}` has a chunk that is larger packed than unpacked")
+        if packing == [deflate] and chunk.size * _DEFLATE > FREE:
+            mask, packed = item.id.read_direct_chunk(chunk.chunk_offset)
+            if not mask and len(zlib.decompressobj().decompress(packed, size + 1)) > size:
+                raise ValueError(f"`{item.name}` has a chunk that unpacks to more than {size} bytes")
+
+
+@contextmanager
+def parquet(source: Path) -> Iterator[list[Column]]:
+    """The columns of numbers of a Parquet file."""
+    import pyarrow as pa
+    import pyarrow.parquet
+
+    wrong = "not a Parquet file that can be read"
+    budget = Budget(source)
+
+    def read(name: str) -> Array:
+        rows = file.metadata.num_rows
+        budget.take(8 * rows)
+        with understood(source, wrong):
+            values, at = np.empty(rows), 0
+            for batch in file.iter_batches(65536, columns=[name]):
+                if batch.num_columns != 1:
+                    raise ValueError(f"two columns are called `{name}`")
+                values[at : at + batch.num_rows] = batch.column(0).to_numpy(zero_copy_only=False)
+                at += batch.num_rows
+            if at != rows:
+                raise ValueError(f"{at} rows, must be {rows}")
+            return values
+
+    with understood(source, wrong):
+        file = pyarrow.parquet.ParquetFile(source, memory_map=True)
+    with file:
+        with understood(source, wrong):
+            numeric = (pa.types.is_integer, pa.types.is_floating)
+            names = [f.name for f in file.schema_arrow if any(is_kind(f.type) for is_kind in numeric)]
+            check_unpacked(file.metadata, ordinary_size(source))
+        yield [Column(name, None, partial(read, name)) for name in names]
+
+
+def _is_vector(shape: tuple[int, ...]) -> bool:
+    return sum(extent != 1 for extent in shape) == 1
+
+
+def _commonest(source: Path, found: list[tuple[str, int]]) -> list[tuple[str, int]]:
+    """The vectors of the commonest length, for a file may hold other things."""
+    if not found:
+        raise WrongFileError(f"{source}: no one-dimensional arrays of numbers in it")
+    sizes = [size for _, size in found]
+    common = max(set(sizes), key=sizes.count)
+    return [(name, size) for name, size in found if size == common]

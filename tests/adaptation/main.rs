@@ -1,0 +1,13 @@
+//! Compensation that calibrates itself: what it must reach, and what it must survive.
+#![allow(clippy::unwrap_used)]
+
+mod attacks;
+mod feedforward;
+mod flow_curve;
+mod measurements_only;
+#[path = "../results/mod.rs"]
+mod results;
+mod rigs;
+mod self_calibration;
+mod sensor_faults;
+mod structures;

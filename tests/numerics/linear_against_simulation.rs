@@ -1,0 +1,176 @@
+//! The linear models against the simulator, which shares no equation with them but the configuration.
+
+use std::f64::consts::TAU;
+
+use eft::sim::config::{Realization, RigValues, SupplySchedule};
+use eft::sim::excitation::Command;
+use eft::sim::linear::{FlowGain, Time, linearize, stability_margin};
+use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
+
+const RATE: f64 = 4096.0;
+
+fn run(rig: &RigConfig, values: Vec<f64>) -> TestRun {
+    let command = Command::new(values, RATE).unwrap();
+    let options = SimulateOptions { largest_step: 1.0 / 16384.0, ..SimulateOptions::default() };
+    simulate::<f64>(rig, &command, &options, |_, _| true).unwrap()
+}
+
+/// Fourier coefficient of a frequency (Hz) over whole periods.
+fn coefficient(signal: &[f64], frequency: f64) -> (f64, f64) {
+    let scale = 2.0 / signal.len() as f64;
+    signal.iter().enumerate().fold((0.0, 0.0), |(re, im), (i, value)| {
+        let (sin, cos) = (TAU * frequency * i as f64 / RATE).sin_cos();
+        (re + scale * value * cos, im - scale * value * sin)
+    })
+}
+
+/// Largest relative error of the predicted response of every output at some frequencies.
+fn worst_error(rig: &RigConfig) -> (f64, String) {
+    let frequencies = [0.5, 1.0, 1.5, 1.75, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 40.0, 50.0];
+    let (settle, period) = (40.0, 4.0);
+    let samples = ((settle + period) * RATE) as usize;
+    // Phases that keep the peaks low; 1 N a tone keeps the spool below 1e-3.
+    let value = |i: usize| {
+        let t = i as f64 / RATE;
+        frequencies.iter().enumerate().map(|(k, f)| (TAU * f * t + (k * k) as f64).sin()).sum()
+    };
+    let run = run(rig, (0..samples).map(value).collect());
+    let model = linearize(rig, FlowGain::Mean, Time::Sampled(RATE)).unwrap();
+    let from = (settle * RATE) as usize;
+    let mut worst = (0.0, String::new());
+    let signals = [
+        ("force", &run.force),
+        ("velocity", &run.velocity),
+        ("spool", &run.spool),
+        ("compensation", &run.compensation),
+    ];
+    for frequency in frequencies {
+        let (re, im) = coefficient(&run.command[from..], frequency);
+        for (name, signal) in signals {
+            let expected = model.response(name, frequency).unwrap();
+            let (x, y) = coefficient(&signal[from..], frequency);
+            let size = re * re + im * im;
+            let got = ((x * re + y * im) / size, (y * re - x * im) / size);
+            let error = (got.0 - expected.re).hypot(got.1 - expected.im) / expected.norm();
+            if error > worst.0 {
+                worst = (error, format!("{name} at {frequency} Hz: {got:?}, predicted {expected}"));
+            }
+        }
+    }
+    worst
+}
+
+/// The kink of Table 2 at the origin would put even harmonics of one tone onto another: the negative half, mirrored.
+fn symmetric(change: impl Fn(&mut RigValues)) -> RigConfig {
+    let rig = RigConfig::zhao2005().with(|rig| {
+        let flows = &mut rig.servovalve.flow_table.flows;
+        let last = flows.len() - 1;
+        for i in 0..last / 2 {
+            flows[last - i] = -flows[i];
+        }
+        rig.compensation.level = 0.97;
+        change(rig);
+    });
+    rig.unwrap()
+}
+
+type Case<'a> = (&'a str, &'a dyn Fn(&mut RigValues));
+
+#[test]
+fn sampled_model_predicts_the_small_signal_response_to_50_hz() {
+    let cases: [Case; 11] = [
+        ("analog", &|_| ()),
+        ("digital", &|rig| rig.controller.realization = Realization::Digital),
+        ("late", &|rig| rig.compensation.computation_delay = 3),
+        ("late converter", &|rig| rig.dac.delay = 3),
+        ("late converter, digital", &|rig| {
+            rig.controller.realization = Realization::Digital;
+            rig.controller.proportional_gain = 0.4;
+            rig.dac.delay = 3;
+        }),
+        ("sensor gains", &|rig| {
+            rig.sensors.force.gain = 1.05;
+            rig.sensors.velocity.gain = 0.97;
+        }),
+        ("sensor gains, digital", &|rig| {
+            rig.controller.realization = Realization::Digital;
+            rig.controller.proportional_gain = 0.4;
+            rig.sensors.force.gain = 0.95;
+            rig.sensors.velocity.gain = 1.02;
+        }),
+        ("feedforward", &|rig| rig.compensation.feedforward = true),
+        ("sensors", &|rig| {
+            rig.controller.realization = Realization::Digital;
+            rig.sensors.velocity.bandwidth = Some(300.0);
+            rig.sensors.velocity.delay = 2;
+            rig.sensors.force.bandwidth = Some(2000.0);
+            rig.sensors.force.delay = 1;
+            rig.controller.proportional_gain = 0.4;
+        }),
+        ("load cell, analog", &|rig| {
+            rig.sensors.force.bandwidth = Some(800.0);
+            rig.sensors.cell_mass = Some(200.0);
+            rig.controller.proportional_gain = 0.4;
+        }),
+        ("leakage and a low supply", &|rig| {
+            rig.servovalve.leakage.proportional = 2e-11;
+            rig.servovalve.pilot_flow_limit = Some(1e-4);
+            let schedule = SupplySchedule { times: vec![0.0], pressures: vec![0.97 * 1.9e7] };
+            rig.supply.schedule = Some(schedule);
+        }),
+    ];
+    for (name, change) in cases {
+        let (error, what) = worst_error(&symmetric(change));
+        assert!(error < 0.01, "{name}: {error} {what}");
+    }
+}
+
+#[test]
+fn sampled_model_is_of_the_true_plant_under_the_controller_as_configured() {
+    for realization in ["analog", "digital"] {
+        let changes = [
+            ("controller.realization", realization.into()),
+            ("controller.proportional_gain", 0.5.into()),
+            ("compensation.feedforward", true.into()),
+            ("compensation.level", 0.95.into()),
+            ("truth.actuator.piston_area", (1.02 * 8.212e-3).into()),
+            ("truth.actuator.compressibility", 6e-13.into()),
+            ("truth.servovalve.pilot_time_constant", 1.8e-3.into()),
+            ("truth.structure.mass", 8000.0.into()),
+            ("truth.sensors.velocity.delay", 1.into()),
+            ("truth.sensors.force.bandwidth", 1500.0.into()),
+        ];
+        let rig = symmetric(|_| ()).replace::<&str>(&changes).unwrap();
+        let (error, what) = worst_error(&rig);
+        assert!(error < 0.01, "{realization}: {error} {what}");
+    }
+}
+
+/// Whether a small push has grown when looked at again after 20 s.
+fn grows(rig: &RigConfig, level: f64) -> bool {
+    let rig = rig.with(|rig| rig.compensation.level = level).unwrap();
+    let samples = (44.0 * RATE) as usize;
+    let push = |i: usize| if i < 400 { 20.0 } else { 0.0 };
+    let run = run(&rig, (0..samples).map(push).collect());
+    let energy = |from: f64| -> f64 {
+        let part = &run.velocity[(from * RATE) as usize..((from + 4.0) * RATE) as usize];
+        part.iter().map(|v| v * v).sum()
+    };
+    energy(40.0) > energy(20.0)
+}
+
+#[test]
+fn margin_found_by_bisection_on_the_simulator_is_the_linear_one() {
+    for realization in [Realization::Analog, Realization::Digital] {
+        let rig = RigConfig::zhao2005().with(|rig| rig.controller.realization = realization).unwrap();
+        let expected = stability_margin(&rig, FlowGain::Mean, Time::Sampled(RATE)).unwrap();
+        let (mut stable, mut unstable) = (0.95 * expected, 1.05 * expected);
+        assert!(!grows(&rig, stable) && grows(&rig, unstable));
+        for _ in 0..7 {
+            let middle = 0.5 * (stable + unstable);
+            if grows(&rig, middle) { unstable = middle } else { stable = middle }
+        }
+        let found = 0.5 * (stable + unstable);
+        assert!((found / expected - 1.0).abs() < 0.005, "{realization:?}: {found}, linear {expected}");
+    }
+}

@@ -1,0 +1,224 @@
+//! A plant that is not what its controller believes, against the same two put together by hand.
+
+use eft::core::{Input, Parameters, Realization};
+use eft::sim::batch::{BatchOptions, Test, simulate_batch};
+use eft::sim::closed_loop::{
+    BuildingStepper, Method, PlantReading, PlantStepper, RigChannel, energy_balance, ideal_building_response,
+    parameters, simulate_building,
+};
+use eft::sim::excitation::{Command, sine_sweep};
+use eft::sim::feasibility::check_feasibility;
+use eft::sim::identification::{flow_test, free_vibration, valve_test};
+use eft::sim::linear::{FlowGain, Time, delay_budget, linearize, stability_margins, valve_response};
+use eft::sim::{RigConfig, SimulateOptions, TestRun, ideal_response, simulate};
+use toml::Value;
+
+const RATE: f64 = 4096.0;
+
+type Change = (String, Value);
+
+fn set(key: &str, value: impl Into<Value>) -> Change {
+    (key.into(), value.into())
+}
+
+fn rig(changes: &[Change]) -> RigConfig {
+    RigConfig::zhao2005().replace(changes).unwrap()
+}
+
+/// The same changes under `truth`.
+fn as_truth(changes: &[Change]) -> Vec<Change> {
+    changes.iter().map(|(key, value)| (format!("truth.{key}"), value.clone())).collect()
+}
+
+fn command() -> Command {
+    sine_sweep(2200.0, 0.5, 5.0, 1.0, RATE).unwrap()
+}
+
+fn run(rig: &RigConfig, method: Method) -> TestRun {
+    let options = SimulateOptions { method, ..SimulateOptions::default() };
+    simulate::<f64>(rig, &command(), &options, |_, _| true).unwrap()
+}
+
+/// Plants apart from the paper's in values that no controller of the paper's scheme looks at.
+fn plants() -> Vec<Vec<Change>> {
+    let flows: Vec<f64> =
+        RigConfig::zhao2005().servovalve.flow_table.flows.iter().map(|q| 0.95 * q).collect();
+    let openings = RigConfig::zhao2005().servovalve.flow_table.openings.clone();
+    vec![
+        vec![set("servovalve.flow_gain_scale", 0.93)],
+        vec![set("servovalve.pilot_time_constant", 1.1e-3), set("servovalve.pilot_flow_gain", 0.9e-5)],
+        vec![
+            set("servovalve.true_flow_table.openings", openings),
+            set("servovalve.true_flow_table.flows", flows),
+        ],
+        vec![set("structure.mass", 9e3), set("structure.damping", 3e3), set("structure.stiffness", 9e5)],
+        vec![set("structure.kind", "linear"), set("structure.stiffness", 5e5)],
+        vec![set("actuator.compressibility", 9e-13), set("actuator.leakage", 2e-11)],
+        vec![set("servovalve.leakage.constant", 4e-5), set("actuator.friction", 200.0)],
+        vec![set("supply.schedule.times", vec![0.0]), set("supply.schedule.pressures", vec![1.5e7])],
+        vec![
+            set("sensors.force.noise", 20.0),
+            set("sensors.velocity.gain", 0.98),
+            set("sensors.force.bandwidth", 900.0),
+            set("sensors.velocity.delay", 2),
+            set("sensors.seed", 7),
+        ],
+        vec![set("dac.range", 5.0), set("dac.bits", 10)],
+        vec![set("dac.delay", 3)],
+    ]
+}
+
+#[test]
+fn what_the_controller_does_not_look_at_is_the_same_under_truth_everywhere() {
+    let time = Time::Sampled(RATE);
+    for (n, changes) in plants().iter().enumerate() {
+        for realization in ["analog", "digital"] {
+            let base =
+                rig(&[set("controller.realization", realization), set("controller.proportional_gain", 0.5)]);
+            let (told, untold) = (base.replace(changes).unwrap(), base.replace(&as_truth(changes)).unwrap());
+            assert_ne!(told, untold);
+            for method in [Method::Exponential, Method::RungeKutta] {
+                let [told, untold, base] = [&told, &untold, &base].map(|rig| run(rig, method));
+                assert_eq!(told.first_difference(&untold), None, "plant {n}, {realization}");
+                assert!(told.first_difference(&base).is_some(), "plant {n} makes no difference");
+            }
+            let of =
+                |judge: &dyn Fn(&RigConfig) -> String| assert_eq!(judge(&told), judge(&untold), "plant {n}");
+            let (command, options) = (command(), SimulateOptions::default());
+            of(&|rig| format!("{:?}", ideal_response(rig, &command, &options).unwrap()));
+            of(&|rig| format!("{:?}", energy_balance(rig, &command, &options).unwrap()));
+            of(&|rig| format!("{:?}", linearize(rig, FlowGain::Mean, time).unwrap()));
+            of(&|rig| format!("{:?}", linearize(rig, FlowGain::Nominal, Time::Continuous).unwrap()));
+            of(&|rig| format!("{:?}", stability_margins(rig, FlowGain::Steeper, time).unwrap()));
+            of(&|rig| format!("{:?}", delay_budget(rig, RATE, (0.5, 10.0)).unwrap()));
+            of(&|rig| format!("{:?}", valve_response(rig, 20.0)));
+            of(&|rig| format!("{:?}", check_feasibility(rig, std::slice::from_ref(&command)).unwrap()));
+            of(&|rig| format!("{:?}", valve_test(rig, 0.0254, 512.0).unwrap()));
+            of(&|rig| format!("{:?}", flow_test(rig, 0.03, 3.0, 0.2, 20.0, 1024.0).unwrap()));
+            of(&|rig| format!("{:?}", free_vibration(rig, 0.03, 0.5, 512.0).unwrap()));
+            let mut steppers = [&told, &untold].map(|rig| PlantStepper::new(rig, RATE, &options).unwrap());
+            for _ in 0..20 {
+                let [told, untold] = steppers.each_mut().map(|plant| plant.step(0.2).unwrap());
+                assert_eq!(told, untold);
+            }
+        }
+    }
+}
+
+#[test]
+fn side_by_side_too() {
+    let (command, options) = (command(), BatchOptions::default());
+    let of = |change: fn(&[Change]) -> Vec<Change>| {
+        let rigs: Vec<_> = plants().iter().map(|changes| rig(&change(changes))).collect();
+        let tests: Vec<_> = rigs.iter().map(|rig| Test { rig, command: &command }).collect();
+        let outcomes = simulate_batch::<f64>(&tests, &options, |_, _| true).unwrap();
+        outcomes.into_iter().map(Result::unwrap).collect::<Vec<_>>()
+    };
+    assert_eq!(of(<[Change]>::to_vec), of(as_truth));
+}
+
+#[test]
+fn buildings_too() {
+    let list = |value: f64| vec![value; 2];
+    let base = rig(&[
+        set("structure.kind", "shear_building"),
+        set("structure.stories.masses", list(7040.0)),
+        set("structure.stories.dampings", list(4330.0)),
+        set("structure.stories.stiffnesses", list(693.8e3)),
+    ]);
+    let changes = [
+        set("structure.stories.masses", vec![6000.0, 8000.0]),
+        set("servovalve.flow_gain_scale", 0.95),
+        set("supply.droop", 3e8),
+        set("supply.accumulator", 5e-10),
+        set("sensors.spool.noise", 1e-3),
+    ];
+    let rigs = [base.replace(&changes).unwrap(), base.replace(&as_truth(&changes)).unwrap()];
+    let (commands, options) = (vec![command(); 2], SimulateOptions::default());
+    let [told, untold] =
+        rigs.each_ref().map(|rig| simulate_building::<f64>(rig, &commands, &options, |_, _| true).unwrap());
+    for (told, untold) in told.iter().zip(&untold) {
+        assert_eq!(told.first_difference(untold), None);
+    }
+    let [told, untold] =
+        rigs.each_ref().map(|rig| ideal_building_response(rig, &commands, &options).unwrap());
+    assert_eq!(told, untold);
+    let [told, untold] =
+        rigs.each_ref().map(|rig| linearize(rig, FlowGain::Mean, Time::Sampled(RATE)).unwrap());
+    assert_eq!(told, untold);
+    let [told, untold] = rigs.each_ref().map(|rig| {
+        let mut plant = BuildingStepper::new(rig, RATE, &options).unwrap();
+        plant.step(&[0.2, 0.1]).unwrap()
+    });
+    assert_eq!(told, untold);
+}
+
+/// A digital test of the controller of one rig on the plant of another, the two of them stepped by hand.
+fn by_hand(controller: &RigConfig, plant: &RigConfig) -> Vec<PlantReading> {
+    let command = command();
+    let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
+    let mut plant = PlantStepper::new(plant, RATE, &options).unwrap();
+    let digital = Parameters { realization: Realization::Digital, ..parameters(controller, RATE).unwrap() };
+    let mut channel = RigChannel::<f64>::new(&digital).unwrap();
+    let step = |(i, now): (usize, &f64)| {
+        let seen = plant.reading();
+        let input = Input {
+            command: *now,
+            next_command: command.values.get(i + 1).copied().unwrap_or(*now),
+            velocity: seen.velocity,
+            force: seen.force,
+            spool: seen.spool,
+            displacement: seen.displacement,
+            valve_command: 0.0,
+            supply_pressure: seen.supply_pressure,
+            acceleration: seen.acceleration,
+        };
+        plant.step(channel.step(&input).voltage).unwrap();
+        seen
+    };
+    command.values.iter().enumerate().map(step).collect()
+}
+
+#[test]
+fn what_the_controller_looks_at_differs_between_the_two() {
+    let changes = [
+        set("actuator.piston_area", 8.0e-3),
+        set("actuator.compressibility", 6e-13),
+        set("actuator.leakage", 3e-11),
+        set("supply.pressure", 1.7e7),
+        set("structure.mass", 8e3),
+    ];
+    for scheme in ["compensation.feedforward", "compensation.adaptive"] {
+        // A leakage has the simulation take the plant of all effects, as the stepper does.
+        let base = rig(&[
+            set("controller.realization", "digital"),
+            set("controller.proportional_gain", 0.5),
+            set("servovalve.leakage.proportional", 1e-12),
+            set("compensation.feedforward", true),
+            set(scheme, true),
+        ]);
+        let untold = run(&base.replace(&as_truth(&changes)).unwrap(), Method::RungeKutta);
+        let told = base.replace(&changes).unwrap();
+        for (i, reading) in by_hand(&base, &told).iter().enumerate() {
+            assert_eq!(reading.force, untold.force[i], "{scheme}, sample {i}");
+            assert_eq!(reading.displacement, untold.displacement[i], "{scheme}, sample {i}");
+        }
+        assert!(run(&told, Method::RungeKutta).first_difference(&untold).is_some());
+    }
+}
+
+#[test]
+fn the_flow_curve_that_was_found_leaves_the_true_one_as_it_is() {
+    let flows: Vec<f64> =
+        RigConfig::zhao2005().servovalve.flow_table.flows.iter().map(|q| 0.95 * q).collect();
+    let rig = rig(&[
+        set("compensation.adaptive", true),
+        set("truth.servovalve.flow_table.flows", flows.clone()),
+        set("truth.structure.mass", 8e3),
+    ]);
+    let found = run(&rig, Method::Exponential);
+    let corrected = found.corrected_rig().unwrap();
+    assert_eq!(corrected.plant().servovalve.true_flow_table.as_ref().unwrap().flows, flows);
+    assert_eq!(corrected.servovalve.flow_table.flows, found.found_flows);
+    assert_eq!(corrected.plant().structure.mass, 8e3);
+}

@@ -1,0 +1,264 @@
+//! Protection of the specimen, shown on the rig with faults put in.
+#![allow(clippy::unwrap_used)]
+
+use eft::core::Input;
+use eft::core::status::{
+    DIVERGED, INVALID_COMMAND, INVALID_MEASUREMENT, PROTECTION_WARNING, SHUT_DOWN, TRIPPED,
+};
+use eft::sim::closed_loop::{RigChannel, parameters};
+use eft::sim::excitation::{Command, sine_sweep};
+use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
+use toml::Value;
+
+#[path = "../results/mod.rs"]
+mod results;
+
+use results::keep;
+
+const RATE: f64 = 4096.0;
+/// When every fault begins (s).
+const FAULT: f64 = 3.0;
+
+fn sine() -> Command {
+    sine_sweep(6000.0, 1.5, 1.5, 8.0, RATE).unwrap()
+}
+
+fn run(realization: &str, protected: bool, changes: &[(&str, Value)], command: &Command) -> TestRun {
+    let mut all: Vec<(&str, Value)> = vec![
+        ("controller.realization", realization.into()),
+        ("protection.enabled", protected.into()),
+        ("protection.force_warning", 9e3.into()),
+        ("protection.force_trip", 12e3.into()),
+        ("protection.displacement_trip", 0.1.into()),
+        ("protection.spool_trip", 0.7.into()),
+        ("protection.ramp_time", 0.3.into()),
+        ("actuator.stop_stiffness", 1e8.into()),
+        ("limits.valve_command", 10.0.into()),
+    ];
+    all.extend(changes.iter().cloned());
+    let rig = RigConfig::zhao2005().replace(&all).unwrap();
+    simulate::<f64>(&rig, command, &SimulateOptions::default(), |_, _| true).unwrap()
+}
+
+fn fault(signal: &str, kind: &str) -> Vec<(&'static str, Value)> {
+    vec![
+        ("sensors.fault.signal", signal.into()),
+        ("sensors.fault.kind", kind.into()),
+        ("sensors.fault.start", FAULT.into()),
+    ]
+}
+
+fn largest(values: &[f64], from: f64) -> f64 {
+    values[(from * RATE) as usize..].iter().fold(0.0, |most: f64, v| most.max(v.abs()))
+}
+
+/// Time (s) of the first tick with a flag.
+fn first(run: &TestRun, flag: u32) -> Option<f64> {
+    run.status.iter().position(|s| s & flag != 0).map(|i| i as f64 / run.sample_rate)
+}
+
+#[test]
+fn a_sound_test_is_left_alone() {
+    for realization in ["analog", "digital"] {
+        let (with, without) = (run(realization, true, &[], &sine()), run(realization, false, &[], &sine()));
+        assert_eq!(first(&with, TRIPPED | SHUT_DOWN), None);
+        let distance = with.force.iter().zip(&without.force).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        assert!(distance < 1e-6, "{realization}: {distance} N");
+    }
+}
+
+#[test]
+fn sensor_faults_and_wrong_signs_are_caught_before_the_specimen_is_hurt() {
+    for realization in ["analog", "digital"] {
+        for (signal, kind) in [
+            ("force", "lost"),
+            ("force", "sign"),
+            ("force", "stuck"),
+            ("velocity", "lost"),
+            ("velocity", "sign"),
+            ("spool", "lost"),
+        ] {
+            let bare = run(realization, false, &fault(signal, kind), &sine());
+            let run = run(realization, true, &fault(signal, kind), &sine());
+            let displacement = largest(&run.displacement, FAULT);
+            keep(
+                format_args!("{realization}, {signal} {kind}"),
+                &[
+                    ("tripped at", first(&run, TRIPPED).unwrap_or(f64::NAN)),
+                    ("shut down at", first(&run, SHUT_DOWN).unwrap_or(f64::NAN)),
+                    ("force", largest(&run.force, FAULT)),
+                    ("displacement", displacement),
+                ],
+            );
+            assert_eq!(run.status_union() & DIVERGED, 0);
+            if first(&run, TRIPPED).is_some() {
+                assert!(first(&run, TRIPPED) >= Some(FAULT));
+                assert!(displacement <= 1.05 * largest(&bare.displacement, FAULT));
+            } else {
+                // A fault that trips nothing must not have led beyond the limits.
+                assert!(
+                    largest(
+                        &run.measured_force()
+                            .iter()
+                            .map(|f| if f.is_nan() { 0.0 } else { *f })
+                            .collect::<Vec<_>>(),
+                        0.0
+                    ) < 12e3
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn oil_loss_is_survived() {
+    let pressures: Value = Value::Array([1.9e7, 1.9e7, 5e5].map(Value::from).into());
+    let times: Value = Value::Array([0.0, FAULT, FAULT + 0.2].map(Value::from).into());
+    let loss = [("supply.schedule.times", times), ("supply.schedule.pressures", pressures)];
+    let bare = run("digital", false, &loss, &sine());
+    let run = run("digital", true, &loss, &sine());
+    // The controller opens the valve further and further; the spool limit trips.
+    let tripped = first(&run, TRIPPED);
+    keep(
+        "oil loss",
+        &[("tripped at", tripped.unwrap_or(f64::NAN)), ("displacement", largest(&run.displacement, FAULT))],
+    );
+    assert!(tripped.is_some_and(|t| t > FAULT && t < FAULT + 1.0), "{tripped:?}");
+    // Without oil nothing takes the force away: the oil that is left in the chambers holds the specimen where it is.
+    assert!(largest(&run.displacement, FAULT) <= 1.05 * largest(&bare.displacement, FAULT));
+    assert!(largest(&run.velocity, 7.0) < 0.05);
+}
+
+#[test]
+fn a_trip_lets_the_specimen_down_along_the_ramp() {
+    for realization in ["analog", "digital"] {
+        let trip =
+            [("protection.force_trip", Value::from(5000.0)), ("protection.force_warning", 4000.0.into())];
+        let run = run(realization, true, &trip, &sine());
+        let (warned, tripped) = (first(&run, PROTECTION_WARNING).unwrap(), first(&run, TRIPPED).unwrap());
+        assert!(warned < tripped && first(&run, SHUT_DOWN).is_none());
+        // While the ramp runs the force follows it: frozen command times what is left.
+        let start = (tripped * RATE) as usize;
+        for part in [0.3, 0.6, 0.9] {
+            let i = start + (part * 0.3 * RATE) as usize;
+            let expected = run.command[start] * (1.0 - part);
+            assert!((run.force[i] - expected).abs() < 500.0, "{realization} {part}: {} N", run.force[i]);
+        }
+        assert!(largest(&run.force, tripped + 2.0) < 300.0, "{}", largest(&run.force, tripped + 2.0));
+    }
+}
+
+#[test]
+fn start_and_end_are_soft() {
+    let constant = Command::new(vec![5000.0; 8192], RATE).unwrap();
+    let soft = [
+        ("protection.start_time", Value::from(0.5)),
+        ("protection.soft_end", true.into()),
+        ("structure.damping", 1e5.into()),
+    ];
+    for realization in ["analog", "digital"] {
+        let run = run(realization, true, &soft, &constant);
+        for (time, expected) in [(0.25, 2500.0), (1.0, 5000.0), (2.0 - 0.15, 2500.0), (2.0 - 1.0 / RATE, 0.0)]
+        {
+            let force = run.force[(time * RATE) as usize];
+            assert!((force - expected).abs() < 400.0, "{realization} at {time} s: {force} N");
+        }
+    }
+}
+
+/// What the controller refuses leaves its output, and so an open valve, as it is: no trip of the command would reach it.
+#[test]
+fn samples_that_the_controller_refuses_shut_down_as_lost_ones_do() {
+    // The paper's sweep up to 3.75 Hz, past the structure's 1.58 Hz at 5.1 s.
+    let sweep = |amplitude| sine_sweep(amplitude, 0.0, 3.75, 12.0, RATE).unwrap();
+    let at = |signal: &str, kind: &str| {
+        let mut changes = fault(signal, kind);
+        changes[2].1 = 5.1.into();
+        changes
+    };
+    let supply = |kind| [at("supply_pressure", kind), vec![("compensation.supply_correction", true.into())]];
+    let adaptive = vec![
+        ("compensation.adaptive", Value::from(true)),
+        ("compensation.feedforward", true.into()),
+        ("protection.fault_time", 1.0.into()),
+    ];
+    let range = |signal, value: f64| vec![(signal, Value::from(value))];
+    let velocity = at("velocity", "lost");
+    for realization in ["analog", "digital"] {
+        // The paper's protection: no level but what is said.
+        let run = |amplitude, changes: &[(&str, Value)]| {
+            let mut all = vec![
+                ("controller.realization", Value::from(realization)),
+                ("protection.enabled", true.into()),
+            ];
+            all.extend(changes.iter().cloned());
+            let rig = RigConfig::zhao2005().replace(&all).unwrap();
+            simulate::<f64>(&rig, &sweep(amplitude), &SimulateOptions::default(), |_, _| true).unwrap()
+        };
+        let sound = [run(2200.0, &[]), run(8900.0, &[])];
+        for (name, amplitude, changes) in [
+            ("velocity lost", 2200.0, velocity.clone()),
+            ("supply lost", 2200.0, supply("lost").concat()),
+            ("supply zero", 2200.0, supply("zero").concat()),
+            ("supply zero, adaptive", 2200.0, [supply("zero").concat(), adaptive.clone()].concat()),
+            ("spool beyond", 8900.0, range("limits.spool_range", 0.3)),
+            ("force beyond", 8900.0, range("limits.force_range", 8e3)),
+        ] {
+            let run = run(amplitude, &changes);
+            let (refused, shut) =
+                (first(&run, INVALID_MEASUREMENT).unwrap(), first(&run, SHUT_DOWN).unwrap());
+            let displacement = largest(&run.displacement, 0.0);
+            keep(
+                format_args!("refused samples, {realization}, {name}"),
+                &[("refused from", refused), ("shut down at", shut), ("displacement", displacement)],
+            );
+            // Ten samples are waited for.
+            assert!(shut - refused < 3e-3);
+            let sound = if amplitude < 3e3 { &sound[0] } else { &sound[1] };
+            assert!(displacement < largest(&sound.displacement, 0.0), "{displacement} m");
+            assert!(largest(&run.velocity, 11.0) < 2e-3, "{} m/s", largest(&run.velocity, 11.0));
+        }
+    }
+}
+
+#[test]
+fn a_command_that_is_lost_is_let_down_from_the_last_valid_one() {
+    for realization in ["analog", "digital"] {
+        let changes = [
+            ("controller.realization", Value::from(realization)),
+            ("protection.enabled", true.into()),
+            ("protection.force_trip", 20e3.into()),
+            ("protection.ramp_time", 0.05.into()),
+        ];
+        let rig = RigConfig::zhao2005().replace(&changes).unwrap();
+        // At the moment of the trip, or for good.
+        for (lost, force) in [(1, 25e3), (400, 1e3)] {
+            let mut channel = RigChannel::<f64>::new(&parameters(&rig, RATE).unwrap()).unwrap();
+            let mut step = |command: f64, force: f64| {
+                channel.step(&Input {
+                    command,
+                    velocity: 0.0,
+                    force,
+                    spool: 0.01,
+                    displacement: 0.0,
+                    ..Input::default()
+                })
+            };
+            for _ in 0..200 {
+                assert!((step(1e3, 1e3).permitted_command - 1e3).abs() < 1e-9);
+            }
+            let mut last = 1e3;
+            for n in 0..400 {
+                let out = if n < lost { step(f64::NAN, force) } else { step(1e3, 1e3) };
+                assert!(out.permitted_command <= last + 1e-9, "{realization} {n}: {}", out.permitted_command);
+                assert_eq!(out.status & INVALID_COMMAND != 0, n < lost);
+                assert!(out.voltage.is_finite());
+                last = out.permitted_command;
+                // The loop itself is sound.
+                assert_eq!((out.status & SHUT_DOWN, out.authority), (0, 1.0));
+                assert_eq!(out.status & TRIPPED != 0, lost == 1 || n >= 10, "{n}");
+            }
+            assert!(last.abs() < 1e-9, "{last}");
+        }
+    }
+}

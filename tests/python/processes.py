@@ -1,0 +1,17 @@
+"""Processes that tests start and interrupt."""
+
+import os
+import time
+from pathlib import Path
+
+
+def wait_until_busy(process, seconds):
+    """Wait until a process has worked for so long: not by the clock, for the machine may be busy."""
+    deadline = time.monotonic() + 100
+    while _worked(process) < seconds and time.monotonic() < deadline:
+        time.sleep(0.02)
+
+
+def _worked(process):
+    fields = Path(f"/proc/{process.pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

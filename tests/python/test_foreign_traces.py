@@ -1,0 +1,187 @@
+"""Measurements that are damaged or made to do harm: bounded memory and time, and one sentence."""
+
+import random
+import time
+import zlib
+
+import h5py
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+from scipy.io import savemat
+
+from eft.traces import read_traces
+
+TIME = np.arange(4000) / 1000.0
+MANY = 20_000_000
+
+
+def save(path, arrays, packed=True):
+    """The arrays in the format that the suffix names."""
+    if path.suffix == ".mat":
+        savemat(path, arrays, do_compression=packed)
+    elif path.suffix == ".h5":
+        with h5py.File(path, "w") as file:
+            for name, array in arrays.items():
+                file.create_dataset(name, data=array, compression="gzip" if packed else None)
+    else:
+        pyarrow.parquet.write_table(pa.table(arrays), path, compression="zstd" if packed else None)
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet"])
+def test_numbers_of_another_length_or_kind_than_float_are_read(suffix, tmp_path):
+    counts = np.arange(4000, dtype=np.int16)
+    path = save(tmp_path / f"a{suffix}", {"time_s": TIME, "force_kN": counts, "mood": counts})
+    traces = read_traces(path)
+    assert traces["force"] == pytest.approx(counts * 1e3) and traces.ignored == ("mood",)
+
+
+@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet"])
+def test_a_small_file_of_many_numbers_is_refused_before_they_take_memory(suffix, tmp_path, peak_memory):
+    path = save(tmp_path / f"a{suffix}", {"time_s": np.zeros(MANY), "force_N": np.zeros(MANY)})
+    with peak_memory(0.5):
+        pass  # what writing took is free again
+    allowed = 64 + 100 * path.stat().st_size / 1024**2
+    assert allowed < 16 * MANY / 1024**2
+    with (
+        peak_memory(allowed),
+        pytest.raises(ValueError, match=r"declares \d+ MiB of numbers, must be at most|unpacks from"),
+    ):
+        read_traces(path)
+
+
+@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet"])
+def test_columns_that_are_not_known_take_no_memory(suffix, tmp_path, peak_memory):
+    more = np.arange(1_500_000) / 1000.0
+    unknown = {f"mood{i}": more for i in range(8)}
+    path = save(tmp_path / f"a{suffix}", {"time_s": more, **unknown, "force_N": more}, packed=False)
+    of_one = more.nbytes / 1024**2
+    with peak_memory(2 * of_one + 64):
+        assert len(read_traces(path)) == more.size
+
+
+def test_a_column_that_is_not_known_cannot_hide_a_large_page(tmp_path, peak_memory):
+    notes = ["x" * 150_000_000] + [""] * (TIME.size - 1)
+    path = save(tmp_path / "a.parquet", {"time_s": TIME, "force_N": TIME, "note": notes})
+    del notes
+    with peak_memory(64), pytest.raises(ValueError, match=r"declares \d+ MiB for 4000 rows"):
+        read_traces(path)
+
+
+def test_hdf5_that_allocates_or_reaches_out(tmp_path, peak_memory):
+    path = tmp_path / "a.h5"
+    other = tmp_path / "other.bin"
+    other.write_bytes(bytes(8 * 4000))
+    plain = {"shape": (4000,), "dtype": "f8"}
+    for says, make in {
+        r"declares \d+ MiB": lambda file: file.create_dataset(
+            "force_N", (2 * 10**9,), "f8", fillvalue=1.0, chunks=(1024,)
+        ),
+        "chunks of": lambda file: file.create_dataset(
+            "force_N", **plain, data=TIME, chunks=(8_000_000,), maxshape=(None,), compression="gzip"
+        ),
+        "in other files": lambda file: file.create_dataset(
+            "force_N", **plain, external=[(str(other), 0, 8 * 4000)]
+        ),
+        "more than once": lambda file: twice(file),
+        "unpacks to more than": lambda file: unpacks(file),
+        "larger packed than unpacked": lambda file: unpacks(file, 100),
+    }.items():
+        with h5py.File(path, "w") as file:
+            make(file)
+        with peak_memory(80), pytest.raises(ValueError, match=says):
+            read_traces(path, sample_rate=1000.0)
+
+
+def twice(file):
+    settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    settings.set_chunk((4000,))
+    settings.set_deflate(9)
+    settings.set_deflate(9)
+    h5py.h5d.create(file.id, b"force_N", h5py.h5t.NATIVE_DOUBLE, h5py.h5s.create_simple((4000,)), settings)
+
+
+def unpacks(file, chunk=100_000):
+    bomb = zlib.compress(bytes(100_000_000), 9)
+    item = file.create_dataset("force_N", (chunk,), "f8", chunks=(chunk,), compression="gzip")
+    item.id.write_direct_chunk((0,), bomb)
+
+
+def test_a_virtual_data_set_is_refused(tmp_path):
+    path = tmp_path / "a.h5"
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["force"] = TIME
+    layout = h5py.VirtualLayout((4000,), "f8")
+    layout[:] = h5py.VirtualSource(tmp_path / "other.h5", "force", (4000,))
+    with h5py.File(path, "w") as file:
+        file.create_virtual_dataset("force_N", layout)
+    with pytest.raises(ValueError, match="in other files"):
+        read_traces(path, sample_rate=1000.0)
+
+
+def test_a_mat_array_that_holds_more_than_its_dimensions_say(tmp_path, peak_memory):
+    path = save(tmp_path / "a.mat", {"force_N": np.zeros(20_000_000)})
+    data = path.read_bytes()
+    whole = bytearray(zlib.decompress(data[136:]))
+    whole[36:40] = (10).to_bytes(4, "little")  # the second of its dimensions: 1 × 10
+    packed = zlib.compress(whole, 9)
+    del whole
+    path.write_bytes(data[:132] + len(packed).to_bytes(4, "little") + packed)
+    with peak_memory(64), pytest.raises(ValueError, match=r"unpacks from|numbers unpacks to"):
+        read_traces(path, sample_rate=1000.0)
+
+
+def complaint(read, path):
+    """What a reader says against a file; an empty text where it reads it."""
+    try:
+        read(path)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet"])
+def test_damaged_files_are_one_sentence(suffix, tmp_path, peak_memory):
+    chance = random.Random(7)
+    saved = save(tmp_path / f"whole{suffix}", {"time_s": TIME, "force_N": np.sin(TIME)}).read_bytes()
+    path = tmp_path / f"a{suffix}"
+    refused = 0
+    with peak_memory(250):
+        for _ in range(100):
+            data = bytearray(saved)
+            if chance.random() < 0.2:
+                del data[chance.randrange(len(data)) :]
+            for _ in range(chance.randint(1, 3)):
+                at = chance.randrange(-min(len(data), 2000), min(len(data), 2000)) if data else 0
+                data[at : at + 1] = bytes([chance.randrange(256)])
+            path.write_bytes(data)
+            if said := complaint(read_traces, path):
+                refused += 1
+                assert said.startswith(f"{path}") and "\n" not in said
+    assert refused > 20
+
+
+def test_a_long_header_takes_no_time(tmp_path):
+    path = tmp_path / "a.csv"
+    gap = " " * 100_000
+    rows = "".join(f"{t:.3f},1\n" for t in TIME)
+    began = time.monotonic()
+    for header in (f"time (s),force{gap}(N)\n", f"time (s),force (N){gap}\n"):
+        path.write_text(header + rows)
+        assert read_traces(path)["force"].size == TIME.size
+    path.write_text(f"time (s),a{gap}b\n{rows}")
+    with pytest.raises(ValueError, match="no known column"):
+        read_traces(path)
+    assert time.monotonic() - began < 5.0
+
+
+@pytest.mark.parametrize("step", [1e-300, 1e300])
+def test_a_clock_of_no_measurement_is_refused(step, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time (s),force (N)\n" + "".join(f"{i * step!r},1\n" for i in range(3)))
+    with pytest.raises(ValueError, match=r"a step of 1e[+-]300 s: must lie within"):
+        read_traces(path)
+    with pytest.raises(ValueError, match=r"sample_rate = .*: must lie within"):
+        read_traces(path, sample_rate=step)
