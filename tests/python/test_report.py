@@ -1,8 +1,8 @@
 """The report: what stands in it, and in a headless Chromium (where there is one) what it draws."""
 
 import base64
-import hashlib
 import dataclasses
+import hashlib
 import json
 import re
 import shutil
