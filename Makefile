@@ -68,13 +68,14 @@ msrv: ## Check eft-core alone with the oldest Rust that its manifest promises
 firmware: $(VENV)/.built ## Build the Cortex-M images, run them under QEMU, budgets against measurements
 	firmware/run
 
-bench: $(VENV)/.built $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/performance.md
+bench: $(VENV)/.built $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/evidence/performance.md
 	$(CARGO) bench --locked --package eft-benches
 	$(PY) benches/peers/run.py benches/results.json
-	$(PY) benches/peers/page.py benches/results.json docs
+	$(PY) benches/peers/page.py benches/results.json docs/evidence
 
 docs: $(VENV)/.built $(VENV)/.extra-docs ## Build the documentation, warnings are errors
-	$(PY) docs/generate.py
+	$(PY) docs/reference/generate.py
+	$(PY) docs/evidence/generate.py
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
@@ -88,7 +89,7 @@ dist-check: dist ## Install both as a stranger would, the wheel without Rust, an
 
 clean: ## Remove everything that was built
 	$(CARGO) clean
-	rm -rf $(VENV) dist docs/_build docs/_generated demo-output
+	rm -rf $(VENV) dist docs/_build docs/*/_generated demo-output
 	rm -f python/eft/_native*.so
 
 $(VENV)/.made:

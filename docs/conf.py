@@ -15,7 +15,7 @@ extensions = [
 ]
 myst_enable_extensions = ["amsmath", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "_generated"]
+exclude_patterns = ["_build", "*/_generated"]
 
 autosummary_generate = True
 autodoc_member_order = "bysource"

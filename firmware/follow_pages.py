@@ -57,7 +57,7 @@ def main() -> None:
         print(f"the pages are not followed: {', '.join(missing)} not installed")
         return
     for page, blocks in (("firmware-rust.md", 7), ("firmware-c.md", 7)):
-        used = follow(ROOT / "docs" / page, environment)
+        used = follow(ROOT / "docs" / "how-to" / page, environment)
         if used != blocks:
             sys.exit(f"{page}: {used} blocks were used, {blocks} expected")
         print(f"{page}: followed, {used} blocks")

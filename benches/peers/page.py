@@ -1,4 +1,4 @@
-"""Figures and `docs/performance.md` from what `run.py` measured: `page.py RESULTS DOCS`."""
+"""Figures and `docs/evidence/performance.md` from what `run.py` measured: `page.py RESULTS DOCS`."""
 
 import json
 import sys
@@ -123,7 +123,8 @@ def text(results):
         f"The {many['tests']:,} different tests took {many['seconds']:.0f} s; C's time for them is scaled "
         "from 20.",
         "## Accuracy",
-        "The default takes one step a tick of the [exponential method](theory.md#stepping-through-time) "
+        "The default takes one step a tick of the "
+        "[exponential method](../explanation/theory.md#stepping-through-time) "
         "and stays within "
         "10⁻⁴ of the peak "
         "force. `method`, `largest_step` and `converged` of `eft.simulate` choose another place on "

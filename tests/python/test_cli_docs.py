@@ -9,7 +9,11 @@ import pytest
 from eft.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted((ROOT / "docs").glob("[!_]*/*.md")),
+]
 
 
 def commands(page):
@@ -33,13 +37,13 @@ def test_commands_run_as_printed(page, tmp_path, monkeypatch):
 def test_the_pages_name_every_command():
     from eft.cli._main import cli
 
-    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "command-line.md").read_text(encoding="utf-8")
     assert set(re.findall(r"^\| `eft (\w+)`", text, re.MULTILINE)) == set(cli.commands)
 
 
 def test_tests_of_the_page_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "command-line.md").read_text(encoding="utf-8")
     sweep, quake, study = re.findall(r"^```toml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert main(["init"]) == 0
     Path("quake.toml").write_text(quake, encoding="utf-8")

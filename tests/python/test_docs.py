@@ -14,7 +14,11 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted((ROOT / "docs").glob("[!_]*/*.md")),
+]
 FENCE = re.compile(r"^```(?P<info>[^\n`]+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -113,7 +117,7 @@ def test_parameter_table_of_the_theory_is_that_of_the_rig():
     rig = eft.Rig.zhao2005().to_dict()
     rows = re.findall(
         r"^\| \$[^|]+\| `([\w.]+)` \| ([\d.e+-]+)",
-        (ROOT / "docs" / "theory.md").read_text(encoding="utf-8"),
+        (ROOT / "docs" / "explanation" / "theory.md").read_text(encoding="utf-8"),
         re.MULTILINE,
     )
     assert len(rows) == 19

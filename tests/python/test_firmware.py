@@ -89,7 +89,7 @@ def test_the_processors_run_is_the_simulation(machine):
 @pytest.mark.skipif(FIRMWARE is None, reason="EFT_FIRMWARE names no image; `make firmware` does")
 def test_the_page_s_loop_runs_as_printed(monkeypatch):
     root = Path(__file__).resolve().parents[2]
-    page = (root / "docs" / "firmware-rust.md").read_text(encoding="utf-8")
+    page = (root / "docs" / "how-to" / "firmware-rust.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"^```py\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
     monkeypatch.chdir(root)
     names = {

@@ -40,9 +40,9 @@ def test_what_is_said_of_the_tick_is_within_its_goal():
     curve, update = BUDGETS["self_calibrating_curve_tick"], BUDGETS["learner_update, curve"]
     tick, learner = curve["instructions"], update["instructions"]
     said = f"{tick} instructions a tick at most, the learner {learner:,} a window"
-    assert said in text("docs/adaptive.md")
+    assert said in text("docs/explanation/self-calibration.md")
     # The table is what `make firmware` wrote last, and no budget is below it.
-    for line in (ROOT / "docs/loop-budget.md").read_text(encoding="utf-8").splitlines():
+    for line in (ROOT / "docs/evidence/loop-budget.md").read_text(encoding="utf-8").splitlines():
         if line.startswith("| `"):
             name, instructions, _, stack = (cell.strip() for cell in line.strip("|").split("|"))
             budget = BUDGETS[name.replace("`", "")]

@@ -24,7 +24,7 @@ def module(name):
 
 def test_the_page_is_made_from_the_results():
     results = json.loads((ROOT / "benches" / "results.json").read_text())
-    assert (ROOT / "docs" / "performance.md").read_text() == module("page").text(results)
+    assert (ROOT / "docs" / "evidence" / "performance.md").read_text() == module("page").text(results)
 
 
 @pytest.mark.parametrize("mode", ["off", "linear", "nonlinear"])

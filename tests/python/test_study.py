@@ -186,7 +186,9 @@ def test_the_repr_tells_how_it_went():
 
 
 def test_the_page_shows_every_column_as_it_is():
-    page = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
+    page = (Path(__file__).resolve().parents[2] / "docs" / "how-to" / "studies.md").read_text(
+        encoding="utf-8"
+    )
     types = {"int": "int64", "flags": "uint32", "float": "double", "str": "string"}
     adaptive = {"compensation.adaptive": [False, True]}
     shown = [c for c in eft.study(RIG, COMMAND, adaptive).columns if c.name not in adaptive]

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "evidence"
 
 
 @pytest.fixture(scope="module")
 def script():
-    """The modules stand beside each other in docs and import one another by name."""
+    """The modules stand in one folder and import one another by name."""
     known = set(sys.modules)
     sys.path.insert(0, str(DOCS))
     yield importlib.import_module
@@ -87,7 +87,7 @@ def test_a_row_that_misses_what_is_asked_says_so(script):
 def test_the_readme_tells_what_was_kept(script):
     rigs = script("random_rigs")
     kept = rigs.read(rigs.RESULTS)
-    text = " ".join((DOCS.parent / "README.md").read_text(encoding="utf-8").split())
+    text = " ".join((DOCS.parents[1] / "README.md").read_text(encoding="utf-8").split())
     assert "a thousand rigs" in text and len(kept["supply"]) == 1000
     assert "on a third" in text and 0.3 < kept["fixed_unstable"].mean() < 0.36
     assert "none does" in text and not kept["adaptive_unstable"].any()

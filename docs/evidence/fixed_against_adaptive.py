@@ -1,7 +1,7 @@
 """The paper's fixed scheme against self-calibration, over all that the controller may be wrong about.
 
-``python docs/fixed_against_adaptive.py`` runs every test (some minutes of one core) and writes
-``docs/data/fixed_against_adaptive.csv``. `report` makes the table and the pictures of it for the page; the
+``python docs/evidence/fixed_against_adaptive.py`` runs every test (some minutes of one core) and writes
+``data/fixed_against_adaptive.csv``. `report` makes the table and the pictures of it for the page; the
 rows that chance decides are those of `random_rigs`. `eft.study` is not used: its row has no ratio over a band
 and no ideal displacement, and the traces of all these tests would take gigabytes.
 """

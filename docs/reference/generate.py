@@ -1,16 +1,11 @@
-"""Writes the pages that are generated: the paper beside the results, the keys of a rig, wrong input."""
+"""Writes what the pages of reference include: the keys of a rig, and wrong input."""
 
-import sys
 from pathlib import Path
 
-import fixed_against_adaptive
-import paper_figures
-import random_rigs
 import wrong_input
 
 import eft
 from eft._files import write_text
-from eft.demo.__main__ import main
 
 FOLDER = Path(__file__).parent / "_generated"
 
@@ -28,9 +23,4 @@ def keys() -> str:
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     write_text(FOLDER / "keys.md", keys())
-    paper_figures.write(FOLDER)
     wrong_input.write(FOLDER)
-    random_rigs.report(FOLDER)
-    fixed_against_adaptive.report(FOLDER)
-    # A number off its reference makes no page: the documentation must not show it as a result.
-    sys.exit(main(["--output", str(FOLDER)]))

@@ -11,7 +11,7 @@ from pathlib import Path
 from eft._files import write_text
 from eft.cli import main
 
-TESTS = Path(__file__).parents[1] / "tests" / "python" / "mistakes.py"
+TESTS = Path(__file__).parents[2] / "tests" / "python" / "mistakes.py"
 
 
 def write(folder: Path) -> None:

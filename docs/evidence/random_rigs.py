@@ -1,9 +1,9 @@
 """A thousand rigs that their controllers misjudge: the paper's fixed scheme, and self-calibration.
 
-``python docs/random_rigs.py [COUNT]`` runs the tests and adds a row a rig to ``docs/data/random_rigs.csv``,
-going on behind the last (about a second of one core a rig). Where EFT_RECORDS names a folder with the
-Northridge record it writes ``docs/data/northridge_seeds.csv`` first. `report` makes table and pictures of
-both for the page. The same seed makes the same rigs on every machine.
+``python docs/evidence/random_rigs.py [COUNT]`` runs the tests and adds a row a rig to
+``data/random_rigs.csv``, going on behind the last (about a second of one core a rig). Where EFT_RECORDS
+names a folder with the Northridge record it writes ``data/northridge_seeds.csv`` first. `report` makes
+table and pictures of both for the page. The same seed makes the same rigs on every machine.
 """
 
 import csv

@@ -1,0 +1,20 @@
+"""Writes what the pages of evidence include: the paper beside the results, and the studies."""
+
+import sys
+from pathlib import Path
+
+import fixed_against_adaptive
+import paper_figures
+import random_rigs
+
+from eft.demo.__main__ import main
+
+FOLDER = Path(__file__).parent / "_generated"
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    paper_figures.write(FOLDER)
+    random_rigs.report(FOLDER)
+    fixed_against_adaptive.report(FOLDER)
+    # A number off its reference makes no page: the documentation must not show it as a result.
+    sys.exit(main(["--output", str(FOLDER)]))
