@@ -174,14 +174,14 @@ impl<T: Real, const N: usize> Channel<T, N> {
         };
         let stood = state.controller.valve_command();
         let supply = self.controller.supply(&asked);
-        let out = if self.controller.accepts(&asked, supply) {
+        let out = if self.controller.accepts(&asked) & supply.valid {
             let calibration = pick(&state.calibrations, state.second);
             let out = self.controller.follow(&mut state.controller, &asked, supply, true, calibration, path);
             if learns {
                 // Behind the output: what the learner lives from.
                 state.window.add(velocity, asked.spool, Moment { force: asked.force, command });
                 if self.controller.measures_supply {
-                    state.window.supply = supply;
+                    state.window.supply = supply.ratio;
                 }
                 match self.realization {
                     Realization::Digital => state.window.add_command(stood),

@@ -46,6 +46,15 @@ pub struct ControllerInput<S> {
     pub supply_pressure: S,
 }
 
+/// The supply pressure.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Supply<S: Scalar> {
+    /// Over the configured one (1); 1 where it is not measured.
+    pub(crate) ratio: S,
+    /// Where it lies from a twentieth of the configured one to four times it.
+    pub(crate) valid: S::Mask,
+}
+
 /// What the controller remembers. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
@@ -91,7 +100,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
         let supply = self.supply(input);
-        let good = self.accepts(input, supply);
+        let good = self.accepts(input) & supply.valid;
         if good.any() {
             self.follow(state, input, supply, good, calibration, path)
         } else {
@@ -105,7 +114,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         &self,
         state: &mut ControllerState<S>,
         input: &ControllerInput<S>,
-        supply: S,
+        supply: Supply<S>,
         good: S::Mask,
         calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
@@ -113,7 +122,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let last = self.limiter.within(state.valve_command);
         let further_flow = self.further_flow(&mut state.feedforward, input);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        let sample = CompensationInput { velocity, force, spool, supply, further_flow };
+        let sample = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
         let (next, flags) = self.compensation.advance(&state.compensation, &sample, calibration);
         let next = CompensationState::select(good, next, state.compensation);
         let compensation = path(next.output());
@@ -130,7 +139,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         state.valve_command = S::select(good, valve_command, state.valve_command);
         let mut status = flags | limits;
         if !good.all() {
-            status = S::select_flags(good, status, self.faults(command, velocity, force, spool, supply));
+            status =
+                S::select_flags(good, status, self.faults(command, velocity, force, spool, supply.valid));
         }
         ControllerOutput { valve_command: state.valve_command, compensation, status }
     }
@@ -141,14 +151,14 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         &self,
         state: &mut ControllerState<S>,
         input: &ControllerInput<S>,
-        supply: S,
+        supply: Supply<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
         self.further_flow(&mut state.feedforward, input);
         ControllerOutput {
             valve_command: state.valve_command,
             compensation: path(state.compensation.output()),
-            status: self.faults(input.command, input.velocity, input.force, input.spool, supply),
+            status: self.faults(input.command, input.velocity, input.force, input.spool, supply.valid),
         }
     }
 
@@ -170,7 +180,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let supply = self.supply(input);
         let further_flow = self.further_flow(&mut { feedforward }, input);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        let sample = CompensationInput { velocity, force, spool, supply, further_flow };
+        let sample = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
         let compensation = self.compensation.prime(&sample, calibration);
         let mut servovalve = self.servovalve.at_rest(command, force);
         let raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
@@ -178,7 +188,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             Realization::Digital => self.limiter.settled(raw),
             Realization::Analog => compensation.output(),
         };
-        let good = self.accepts(input, supply);
+        let good = self.accepts(input) & supply.valid;
         let primed = ControllerState { compensation, feedforward, servovalve, valve_command };
         ControllerState::select(good, primed, ControllerState::default())
     }
@@ -207,34 +217,30 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
     }
 
-    /// The supply pressure over the configured one (1), where it is measured.
+    /// The supply by what is measured of it.
+    // Value and validity behind one branch: a rig that does not measure it pays for neither.
     #[inline(always)]
-    pub(crate) fn supply(&self, i: &ControllerInput<S>) -> S {
+    pub(crate) fn supply(&self, i: &ControllerInput<S>) -> Supply<S> {
+        let one = S::splat(1.0);
         if !self.measures_supply.any() {
-            return S::splat(1.0);
+            return Supply { ratio: one, valid: S::Mask::splat(true) };
         }
-        S::select(self.measures_supply, i.supply_pressure * self.per_supply_pressure, S::splat(1.0))
+        let ratio = S::select(self.measures_supply, i.supply_pressure * self.per_supply_pressure, one);
+        Supply { ratio, valid: (ratio - S::splat(2.025)).abs().le(S::splat(1.975)) }
     }
 
-    /// Where the input, with this supply (1), is valid.
+    /// Where the input is valid but for the supply.
     #[inline(always)]
-    pub(crate) fn accepts(&self, i: &ControllerInput<S>, supply: S) -> S::Mask {
-        i.command.abs().le(S::splat(LARGEST)) & self.measured(i.velocity, i.force, i.spool, supply)
-    }
-
-    /// Where the measurements are valid, the supply from a twentieth of the configured pressure to four times it.
-    #[inline(always)]
-    fn measured(&self, velocity: S, force: S, spool: S, supply: S) -> S::Mask {
-        self.compensation.accepts(velocity, force, spool)
-            & (supply - S::splat(2.025)).abs().le(S::splat(1.975))
+    pub(crate) fn accepts(&self, i: &ControllerInput<S>) -> S::Mask {
+        i.command.abs().le(S::splat(LARGEST)) & self.compensation.accepts(i.velocity, i.force, i.spool)
     }
 
     // By value and not inlined: what is looked at here does not burden the good tick.
     #[cold]
     #[inline(never)]
-    fn faults(&self, command: S, velocity: S, force: S, spool: S, supply: S) -> S::Flags {
+    fn faults(&self, command: S, velocity: S, force: S, spool: S, supplied: S::Mask) -> S::Flags {
         let commanded = command.abs().le(S::splat(LARGEST));
-        let measured = self.measured(velocity, force, spool, supply);
+        let measured = self.compensation.accepts(velocity, force, spool) & supplied;
         S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT)
     }
 

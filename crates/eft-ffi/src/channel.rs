@@ -14,9 +14,24 @@ use crate::tables::{data, functions, opaque};
 /// A channel's state beside what was asked of it from another context. Requests are never withdrawn, since a trip and
 /// an end are final: so none is lost, and no atomic exchange is needed.
 pub struct Running<S> {
+    /// Behind either of the others, so that a tick looks at one byte.
+    asked: AtomicU8,
     trip: AtomicU8,
     end: AtomicU8,
     state: UnsafeCell<S>,
+}
+
+impl<S> Running<S> {
+    fn new(state: S) -> Self {
+        let nothing = || AtomicU8::new(0);
+        Self { asked: nothing(), trip: nothing(), end: nothing(), state: UnsafeCell::new(state) }
+    }
+
+    /// Asks for what the byte stands for.
+    fn ask(&self, of: &AtomicU8) {
+        of.store(1, Ordering::Relaxed);
+        self.asked.store(1, Ordering::Relaxed);
+    }
 }
 
 macro_rules! precision {
@@ -151,8 +166,7 @@ there is no new one."
 
                 /// A rig at rest, nothing learned, tripped or asked for yet.
                 fn $reset(channel: *const $Channel, state: *mut $State) {
-                    let state_at_rest = UnsafeCell::new(made(channel)?.at_rest());
-                    make(state, Running { trip: AtomicU8::new(0), end: AtomicU8::new(0), state: state_at_rest })
+                    make(state, Running::new(made(channel)?.at_rest()))
                 }
 
                 /// Nothing is given: every field is NaN.
@@ -177,11 +191,13 @@ there is no new one."
                     answer(output, |output| {
                         let (core, running, input) = (made(channel)?, made(state)?, given(input.cast())?);
                         let state = &mut *running.state.get();
-                        if running.trip.load(Ordering::Relaxed) != 0 {
-                            state.trip();
-                        }
-                        if running.end.load(Ordering::Relaxed) != 0 {
-                            state.end();
+                        if running.asked.load(Ordering::Relaxed) != 0 {
+                            if running.trip.load(Ordering::Relaxed) != 0 {
+                                state.trip();
+                            }
+                            if running.end.load(Ordering::Relaxed) != 0 {
+                                state.end();
+                            }
                         }
                         write(output, &core.step(state, input));
                         Ok(())
@@ -223,14 +239,16 @@ there is no new one."
                 /// Asks for a trip, as an emergency stop does, or another actuator of the same specimen: the next step trips
                 /// at the last command, and no request is lost. From any context, at any moment.
                 fn $request_trip(state: *mut $State) {
-                    made(state)?.trip.store(1, Ordering::Relaxed);
+                    let running = made(state)?;
+                    running.ask(&running.trip);
                     Ok(())
                 }
 
                 /// Asks for the soft end: from the next step on the command, still followed, fades along the ramp. From any
                 /// context, at any moment.
                 fn $request_end(state: *mut $State) {
-                    made(state)?.end.store(1, Ordering::Relaxed);
+                    let running = made(state)?;
+                    running.ask(&running.end);
                     Ok(())
                 }
 

@@ -296,7 +296,6 @@ impl Scalar for Eight {
         cells: &[[u16; 8]; CELLS],
         rows: &[Row<Self>; N],
         cell: [u32; 8],
-        len: u32,
     ) -> Row<Self> {
         let mut first = [0_u16; 8];
         let mut all = 0;
@@ -306,7 +305,7 @@ impl Scalar for Eight {
             all |= first[lane];
         }
         if N < ROWS || all == CROWDED {
-            return Row::search(rows, len, self);
+            return Row::search(rows, self);
         }
         let table: *const f64 = rows.as_ptr().cast();
         // SAFETY: there are ROWS rows or more, each of three times eight doubles in the order of its fields; and cells

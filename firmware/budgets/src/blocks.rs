@@ -8,7 +8,7 @@ use eft_core::{
 };
 use eft_rigs::guarded;
 
-use crate::rigs::{CURVE, PAPER, SELF_CALIBRATING, made};
+use crate::rigs::{CROWDED, CURVE, PAPER, SELF_CALIBRATING, made};
 
 /// Points of the flow table.
 pub const N: usize = guarded::POINTS;
@@ -61,6 +61,7 @@ macro_rules! tick {
 tick!(paper_tick, PAPER);
 tick!(self_calibrating_tick, SELF_CALIBRATING);
 tick!(self_calibrating_curve_tick, CURVE);
+tick!(crowded_tick, CROWDED);
 tick!(guarded_tick, guarded::PARAMETERS);
 
 /// The next calibration.
@@ -103,6 +104,10 @@ pub extern "C" fn lead_step(c: &LeadNetwork<f32>, s: &mut LeadState<f32>, x: f32
 }
 #[unsafe(no_mangle)]
 pub extern "C" fn table_inverse(c: &PiecewiseLinear<f32, N>, x: f32) -> f32 {
+    c.eval(x)
+}
+#[unsafe(no_mangle)]
+pub extern "C" fn longest_table(c: &PiecewiseLinear<f32, 255>, x: f32) -> f32 {
     c.eval(x)
 }
 #[unsafe(no_mangle)]

@@ -9,8 +9,8 @@ use eft_rigs::guarded;
 use semihosting::println;
 
 use crate::inputs::{Random, rig};
-use crate::probe::{Cost, cost, probed};
-use crate::rigs::{CURVE, PAPER, SELF_CALIBRATING};
+use crate::probe::{CONFIGURE, Cost, cost, probed};
+use crate::rigs::{CROWDED, CURVE, PAPER, SELF_CALIBRATING};
 use crate::subjects::LATER;
 
 type Step = unsafe extern "C" fn(
@@ -35,6 +35,7 @@ pub fn run() {
         ("paper", &PAPER),
         ("self-calibrating", &SELF_CALIBRATING),
         ("curve", &CURVE),
+        ("crowded", &CROWDED),
         ("guarded", &guarded::PARAMETERS),
     ] {
         let [step, learn, publish, offer] = costs(rig);
@@ -44,6 +45,34 @@ pub fn run() {
             println!("eft_publish_f32 {publish}");
             println!("eft_offer_window_f32 {offer}");
         }
+    }
+    configure();
+}
+
+/// What it takes to make a configuration and to check it, in a task.
+fn configure() {
+    let rig = Parameters { openings: CROWDED.openings, flows: CROWDED.flows, ..guarded::PARAMETERS };
+    let parameters = parameters(&rig);
+    macro_rules! costs {
+        ($($configure:ident $check:ident $Opaque:ident;)*) => {$({
+            type Configure = unsafe extern "C" fn(*const eft_parameters, *mut $Opaque, *mut eft_error) -> u8;
+            type Check = unsafe extern "C" fn(*const $Opaque, *const eft_parameters) -> u8;
+            let mut made = MaybeUninit::uninit();
+            let configure = probed!($configure, Configure, CONFIGURE);
+            // Safety: every pointer is valid.
+            assert!(unsafe { configure(&parameters, made.as_mut_ptr(), null_mut()) } == EFT_OK, "refused");
+            println!("{} {}", stringify!($configure), cost());
+            let check = probed!($check, Check, CONFIGURE);
+            // Safety: every pointer is valid.
+            assert!(unsafe { check(made.as_ptr(), &parameters) } == EFT_OK, "corrupt");
+            println!("{} {}", stringify!($check), cost());
+        })*};
+    }
+    costs! {
+        eft_configure_f32 eft_check_f32 eft_channel_f32;
+        eft_learner_configure_f32 eft_learner_check_f32 eft_learner_f32;
+        eft_configure_f64 eft_check_f64 eft_channel_f64;
+        eft_learner_configure_f64 eft_learner_check_f64 eft_learner_f64;
     }
 }
 

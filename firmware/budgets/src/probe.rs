@@ -10,6 +10,8 @@ use crate::inputs::Random;
 #[repr(C)]
 struct Probe {
     function: usize,
+    /// Bytes of stack that are looked at.
+    depth: u32,
     saved: [u32; 8],
     start: u32,
     end: u32,
@@ -17,7 +19,7 @@ struct Probe {
 }
 
 #[unsafe(no_mangle)]
-static mut EFT_PROBE: Probe = Probe { function: 0, saved: [0; 8], start: 0, end: 0, stack: 0 };
+static mut EFT_PROBE: Probe = Probe { function: 0, depth: 0, saved: [0; 8], start: 0, end: 0, stack: 0 };
 
 // Calls the function with its caller's registers and stack pointer, so that arguments may be on the stack.
 global_asm!(
@@ -29,11 +31,13 @@ global_asm!(
     ".type eft_probe_call, %function",
     ".thumb_func",
     "eft_probe_call:",
-    "ldr r12, =EFT_PROBE + 4",
+    "ldr r12, =EFT_PROBE + 8",
     "stm r12, {{r4-r10, lr}}",
     "ldr r4, =0xC0DEC0DE",
     "mov r5, sp",
-    "sub r6, r5, #512",
+    "ldr r6, =EFT_PROBE + 4",
+    "ldr r6, [r6]",
+    "sub r6, r5, r6",
     "1: str r4, [r5, #-4]!",
     "cmp r5, r6",
     "bne 1b",
@@ -43,9 +47,10 @@ global_asm!(
     "ldr r7, [r6]",
     "blx r10",
     "ldr r8, [r6]",
-    "str r7, [r9, #36]",
-    "str r8, [r9, #40]",
-    "sub r5, sp, #512",
+    "str r7, [r9, #40]",
+    "str r8, [r9, #44]",
+    "ldr r5, [r9, #4]",
+    "sub r5, sp, r5",
     "2: ldr r6, [r5], #4",
     "cmp r5, sp",
     "beq 3f",
@@ -53,8 +58,8 @@ global_asm!(
     "beq 2b",
     "3: sub r5, r5, #4",
     "sub r5, sp, r5",
-    "str r5, [r9, #44]",
-    "ldr r12, =EFT_PROBE + 4",
+    "str r5, [r9, #48]",
+    "ldr r12, =EFT_PROBE + 8",
     "ldm r12, {{r4-r10, pc}}",
     ".ltorg",
 );
@@ -84,10 +89,14 @@ impl core::fmt::Display for Cost {
     }
 }
 
-/// Arms the probe for `function` and gives the trampoline's address, to be called with `function`'s signature.
-pub fn arm(function: usize) -> usize {
+/// Bytes of stack at the most, of what runs in the tick or beside it, and of what makes a configuration.
+pub const TICK: u32 = 1024;
+pub const CONFIGURE: u32 = 32_768;
+
+/// Arms the probe for `function`, which uses `depth` bytes of stack at the most, and gives the trampoline's address, to be called with `function`'s signature.
+pub fn arm(function: usize, depth: u32) -> usize {
     // Safety: single-threaded, no interrupt touches the probe.
-    unsafe { EFT_PROBE.function = function };
+    unsafe { (EFT_PROBE.function, EFT_PROBE.depth) = (function, depth) };
     eft_probe_call as *const () as usize
 }
 
@@ -117,9 +126,13 @@ pub fn worst(name: impl core::fmt::Display, mut call: impl FnMut(&mut Random)) {
 
 /// `$function`, called through the probe.
 macro_rules! probed {
-    ($function:expr, $type:ty) => {{
+    ($function:expr, $type:ty) => {
+        $crate::probe::probed!($function, $type, $crate::probe::TICK)
+    };
+    ($function:expr, $type:ty, $depth:expr) => {{
+        let armed = $crate::probe::arm($function as *const () as usize, $depth);
         // Safety: the trampoline passes every argument on unchanged.
-        unsafe { core::mem::transmute::<usize, $type>($crate::probe::arm($function as *const () as usize)) }
+        unsafe { core::mem::transmute::<usize, $type>(armed) }
     }};
 }
 pub(crate) use probed;

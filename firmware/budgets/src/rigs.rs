@@ -27,3 +27,34 @@ pub const SELF_CALIBRATING: Parameters =
 /// The same with the flow table corrected.
 pub const CURVE: Parameters =
     Parameters { learning: Learning { curve_correction: true, ..Learning::ADAPTIVE }, ..SELF_CALIBRATING };
+
+/// The worst table that is admissible: finer near null than the index of equal cells, in both directions; with all that
+/// is learned.
+pub const CROWDED: Parameters = Parameters { openings: &NEAR_NULL, flows: &FLOWS, ..CURVE };
+
+const NEAR_NULL: [f64; 21] = [
+    -1.0, -0.4, -0.1, -0.02, -8.0e-3, -4.0e-3, -2.0e-3, -1.0e-3, -5.0e-4, -2.0e-4, 0.0, 2.0e-4, 5.0e-4,
+    1.0e-3, 2.0e-3, 4.0e-3, 8.0e-3, 0.02, 0.1, 0.4, 1.0,
+];
+/// As `inputs::rig` has it.
+const FLOWS: [f64; 21] = {
+    let mut flows = NEAR_NULL;
+    let mut n = 0;
+    while n < flows.len() {
+        flows[n] *= PAPER.piston_area * (2.184 - 1.504 * flows[n].abs());
+        n += 1;
+    }
+    flows
+};
+
+/// As many knots as a table may have, most of them near null.
+pub const LONGEST: [f64; 255] = {
+    let mut knots = [0.0; 255];
+    let mut n = 0;
+    while n < knots.len() {
+        let at = (n as f64 - 127.0) / 127.0;
+        knots[n] = at * at * at;
+        n += 1;
+    }
+    knots
+};

@@ -9,7 +9,7 @@ use semihosting::println;
 use crate::blocks::*;
 use crate::inputs::{Random, rig};
 use crate::probe::{Cost, cost, probed, worst};
-use crate::rigs::{CURVE, PAPER, SELF_CALIBRATING, made};
+use crate::rigs::{CROWDED, CURVE, LONGEST, PAPER, SELF_CALIBRATING, made};
 
 /// Ticks after which a window's calibration is published, so that the tick itself goes on to the next window.
 pub const LATER: u32 = 5;
@@ -23,18 +23,22 @@ pub fn run() {
     static PLAIN: Channel<f32, N> = made!(Channel::<f32, N>::new(&PAPER));
     static LEARNING: Channel<f32, N> = made!(Channel::<f32, N>::new(&SELF_CALIBRATING));
     static CORRECTING: Channel<f32, N> = made!(Channel::<f32, N>::new(&CURVE));
+    static NEAR_NULL: Channel<f32, N> = made!(Channel::<f32, N>::new(&CROWDED));
     static LEARNER: Learner<f32, N> = made!(Learner::<f32, N>::new(&SELF_CALIBRATING));
     static CORRECTOR: Learner<f32, N> = made!(Learner::<f32, N>::new(&CURVE));
+    static NEAR_NULL_LEARNER: Learner<f32, N> = made!(Learner::<f32, N>::new(&CROWDED));
     blocks();
-    let (learner, corrector) = (Some(&LEARNER), Some(&CORRECTOR));
+    let (learner, corrector, near_null) = (Some(&LEARNER), Some(&CORRECTOR), Some(&NEAR_NULL_LEARNER));
     for (name, step, channel, learner) in [
         ("paper_tick", paper_tick as Step, &PLAIN, None),
         ("self_calibrating_tick", self_calibrating_tick, &LEARNING, learner),
         ("self_calibrating_curve_tick", self_calibrating_curve_tick, &CORRECTING, corrector),
+        ("crowded_tick", crowded_tick, &NEAR_NULL, near_null),
         ("guarded_tick", guarded_tick, &guarded::CHANNEL, Some(&guarded::LEARNER)),
         ("channel_step, paper", channel_step, &PLAIN, None),
         ("channel_step, self-calibrating", channel_step, &LEARNING, learner),
         ("channel_step, curve", channel_step, &CORRECTING, corrector),
+        ("channel_step, crowded", channel_step, &NEAR_NULL, near_null),
         ("channel_step, guarded", channel_step, &guarded::CHANNEL, Some(&guarded::LEARNER)),
     ] {
         let cost = ticks(step, channel, learner);
@@ -46,6 +50,7 @@ pub fn run() {
                 println!("learner_update, curve {}", cost.update);
                 println!("channel_publish {}", cost.publish);
             }
+            "crowded_tick" => println!("learner_update, crowded {}", cost.update),
             _ => {}
         }
     }
@@ -101,6 +106,10 @@ fn ticks(function: Step, channel: &Channel<f32, N>, learner: Option<&Learner<f32
 fn blocks() {
     static COMPENSATION: Compensation<f32, N> = made!(Compensation::<f32, N>::new(&PAPER));
     static TABLE: FlowTable<f32, N> = made!(FlowTable::<f32, N>::new(PAPER.openings, PAPER.flows));
+    static CROWDED_TABLE: FlowTable<f32, N> =
+        made!(FlowTable::<f32, N>::new(CROWDED.openings, CROWDED.flows));
+    static LONGEST_TABLE: PiecewiseLinear<f32, 255> =
+        made!(PiecewiseLinear::<f32, 255>::new("x", &LONGEST, "y", &LONGEST));
     static LEAD: LeadNetwork<f32> = made!(LeadNetwork::<f32>::new(12.4, 5.0e-3, 0.1, PAPER.sample_rate));
     static LOAD_PRESSURE: LoadPressure<f32> =
         made!(LoadPressure::<f32>::new(PAPER.piston_area, PAPER.supply_pressure));
@@ -142,6 +151,13 @@ fn blocks() {
     let f = probed!(table_inverse, extern "C" fn(&PiecewiseLinear<f32, N>, f32) -> f32);
     worst("table_inverse", |r| {
         black_box(f(TABLE.inverse(), r.sample(8.0e-3)));
+    });
+    worst("table_inverse, crowded", |r| {
+        black_box(f(CROWDED_TABLE.inverse(), r.sample(1.0e-3)));
+    });
+    let f = probed!(longest_table, extern "C" fn(&PiecewiseLinear<f32, 255>, f32) -> f32);
+    worst("longest_table", |r| {
+        black_box(f(&LONGEST_TABLE, r.sample(0.1)));
     });
     let f = probed!(load_pressure_factor, extern "C" fn(&LoadPressure<f32>, f32, f32) -> f32);
     worst("load_pressure_factor", |r| {

@@ -8,7 +8,7 @@ mod swap;
 
 use cortex_m::peripheral::Peripherals;
 use cortex_m_rt::{entry, exception};
-use eft_core::{Channel, Compensation, Input, Learner, Parameters};
+use eft_core::{Channel, Compensation, Learner, Parameters};
 use eft_rigs::{adaptive, guarded, uneven, zhao2005};
 use semihosting::{eprintln, println, process};
 
@@ -22,24 +22,7 @@ fn golden<const N: usize>(rig: &str, channel: &Channel<f32, N>, parameters: &Par
 
 /// A run in which the rig's learner learns, inline.
 fn learning<const N: usize>(rig: &str, channel: &Channel<f32, N>, learner: &Learner<f32, N>) {
-    let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
-    let bits = eft_golden::learning(|s| {
-        let input = Input {
-            command: s.command,
-            velocity: s.velocity,
-            force: s.force,
-            spool: s.spool,
-            displacement: s.displacement,
-            supply_pressure: s.supply_pressure,
-            ..Input::default()
-        };
-        let out = channel.step(&mut state, &input);
-        if let Some(window) = out.window {
-            channel.publish(&mut state, learner.update(&mut learned, &window));
-        }
-        (out.voltage, out.status)
-    });
-    println!("{rig} learning {bits:016x}");
+    println!("{rig} learning {:016x}", eft_golden::learner(channel, learner));
 }
 
 #[entry]

@@ -10,7 +10,7 @@ mod learning;
 pub use inputs::{Inputs, SPECIAL, STEPS, Tick, Xorshift};
 pub use learning::{Sample, learning};
 
-use eft_core::{Channel, Compensation, CompensationInput, CompensationState, Input};
+use eft_core::{Channel, Compensation, CompensationInput, CompensationState, Input, Learner};
 
 /// The committed hashes: rig, replay, hash.
 pub const BITS: &str = include_str!("../bits.txt");
@@ -55,4 +55,25 @@ pub fn compensation<const N: usize>(core: &Compensation<f32, N>) -> u64 {
         hash.add(out.status);
     }
     hash.get()
+}
+
+/// Valve command and flags of every tick of a run in which the rig's learner learns, inline.
+pub fn learner<const N: usize>(channel: &Channel<f32, N>, learner: &Learner<f32, N>) -> u64 {
+    let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
+    learning(|s| {
+        let input = Input {
+            command: s.command,
+            velocity: s.velocity,
+            force: s.force,
+            spool: s.spool,
+            displacement: s.displacement,
+            supply_pressure: s.supply_pressure,
+            ..Input::default()
+        };
+        let out = channel.step(&mut state, &input);
+        if let Some(window) = out.window {
+            channel.publish(&mut state, learner.update(&mut learned, &window));
+        }
+        (out.voltage, out.status)
+    })
 }

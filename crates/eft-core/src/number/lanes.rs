@@ -197,7 +197,6 @@ impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
         cells: &[[u8; L]; CELLS],
         rows: &[Row<Self>; N],
         cell: [u32; L],
-        len: u32,
     ) -> Row<Self> {
         let found: [Row<T>; L] = array::from_fn(|i| {
             let x = self.lane(i);
@@ -210,7 +209,7 @@ impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
             let first = usize::from(entry.copied().unwrap_or(CROWDED));
             match rows.get(first..first + 2) {
                 Some([here, next]) => row(if x < next.start.lane(i) { here } else { next }),
-                _ => search(|n| rows.get(n).map(row), len, x),
+                _ => search::<_, N>(|n| rows.get(n).map(row), x),
             }
         });
         Row {

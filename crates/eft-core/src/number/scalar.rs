@@ -86,14 +86,12 @@ pub trait Scalar:
     /// The integer part of `self - 1`, and whether it is a cell of a [`PiecewiseLinear`](crate::PiecewiseLinear)'s
     /// index; NaN is in none.
     fn cell(self) -> (Self::Index, Self::Mask);
-    /// The row of a table's map that `self` lies on, in `cell` of the index to its first `len` rows; finite where
-    /// `cell` is none.
+    /// The row of a table's map that `self` lies on, in `cell` of the index to its rows; finite where `cell` is none.
     fn row<const N: usize>(
         self,
         cells: &[Self::Cell; CELLS],
         rows: &[Row<Self>; N],
         cell: Self::Index,
-        len: u32,
     ) -> Row<Self>;
 
     /// self > other
@@ -228,17 +226,11 @@ macro_rules! real {
                 (cell, cell < CELLS as u32)
             }
             #[inline(always)]
-            fn row<const N: usize>(
-                self,
-                cells: &[u8; CELLS],
-                rows: &[Row<Self>; N],
-                cell: u32,
-                len: u32,
-            ) -> Row<Self> {
+            fn row<const N: usize>(self, cells: &[u8; CELLS], rows: &[Row<Self>; N], cell: u32) -> Row<Self> {
                 let first = usize::from(cells.get(cell as usize).copied().unwrap_or(CROWDED));
                 match rows.get(first..first + 2) {
                     Some([row, next]) => *(if self < next.start { row } else { next }),
-                    _ => search(|n| rows.get(n).copied(), len, self),
+                    _ => search::<_, N>(|n| rows.get(n).copied(), self),
                 }
             }
         }

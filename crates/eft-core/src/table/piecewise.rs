@@ -1,7 +1,7 @@
 //! An increasing piecewise linear map, evaluated without a divide and in bounded time.
 //!
 //! An index of equal cells gives the row to start from, and one comparison decides between it and the next. Where
-//! knots crowd into one cell, the rows are searched. Beyond its ends the map is constant.
+//! knots crowd into one cell, the rows are searched by halving. Beyond its ends the map is constant.
 
 use core::array;
 
@@ -47,7 +47,8 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
     /// NaN reads the lower end: the result is finite for every input.
     ///
     /// # Cost
-    /// Five additions and multiplications and two comparisons; up to `N` comparisons where knots are crowded.
+    /// Five additions and multiplications and two comparisons; where knots are crowded as many comparisons as `N` has
+    /// bits, whatever the map holds.
     #[inline(always)]
     pub fn eval(&self, x: S) -> S {
         self.eval_flagged(x).0
@@ -65,14 +66,14 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
     pub fn eval_with_slope(&self, x: S) -> (S, S, S::Mask) {
         let (cell, inside) = ((x - self.origin) * self.cells_per_unit).cell();
         if inside.all() {
-            let row = x.row(&self.cells, &self.rows, cell, self.len);
+            let row = x.row(&self.cells, &self.rows, cell);
             return (row.at(x), row.slope, !inside);
         }
         let (outside, level) = (S::select(x.gt(self.middle), self.above, self.below), S::splat(0.0));
         if !inside.any() {
             return (outside, level, !inside);
         }
-        let row = x.row(&self.cells, &self.rows, cell, self.len);
+        let row = x.row(&self.cells, &self.rows, cell);
         (S::select(inside, row.at(x), outside), S::select(inside, row.slope, level), !inside)
     }
 
@@ -112,17 +113,16 @@ impl<S: Scalar> Row<S> {
         self.value + (x - self.start) * self.slope
     }
 
-    /// The row that each lane's `x` lies on, one after the other through the first `len`: where knots crowd. Rows of
-    /// zeros where there is none.
+    /// The row that each lane's `x` lies on, by halving: where knots crowd.
     #[cold]
-    pub fn search<const N: usize>(rows: &[Self; N], len: u32, x: S) -> Self {
+    pub fn search<const N: usize>(rows: &[Self; N], x: S) -> Self {
         let found = |lane: usize| {
             let row = |row: &Self| Row {
                 start: row.start.lane(lane),
                 value: row.value.lane(lane),
                 slope: row.slope.lane(lane),
             };
-            search(|n| rows.get(n).map(row), len, x.lane(lane))
+            search::<_, N>(|n| rows.get(n).map(row), x.lane(lane))
         };
         Self {
             start: S::from_lanes(|lane| found(lane).start),
@@ -132,20 +132,19 @@ impl<S: Scalar> Row<S> {
     }
 }
 
-/// The last of the first `len` rows that starts at or below it.
-// A length that the compiler does not know keeps it from unrolling what is rarely run.
+/// The last of `N` rows in order that starts at or below `x`, the first where none does. As many steps as `N` has bits
+/// whatever the rows hold: those beyond the last knot start at infinity.
 #[inline(always)]
-pub(crate) fn search<S: Real>(row: impl Fn(usize) -> Option<Row<S>>, len: u32, x: S) -> Row<S> {
-    let mut n = len as usize;
-    while n > 0 {
-        n -= 1;
-        if let Some(row) = row(n)
-            && row.start <= x
-        {
-            return row;
+pub(crate) fn search<S: Real, const N: usize>(row: impl Fn(usize) -> Option<Row<S>>, x: S) -> Row<S> {
+    let (mut found, mut left) = (0, N);
+    while left > 1 {
+        let half = left / 2;
+        if row(found + half).is_some_and(|row| row.start <= x) {
+            found += half;
         }
+        left -= half;
     }
-    Row::default()
+    row(found).unwrap_or_default()
 }
 
 /// An entry of a list; NaN beyond its end, which every check refuses.
@@ -331,22 +330,15 @@ macro_rules! constructor {
             /// every knot in an earlier cell lies at or below `x` whatever the rounding.
             #[allow(clippy::indexing_slicing)]
             const fn index(&mut self, len: usize) {
-                let mut cell = 0;
+                let (mut cell, mut next) = (0, 1);
                 while cell < CELLS {
-                    let (mut before, mut inside) = (0, 0);
-                    let mut i = 1;
-                    while i < len {
-                        let at = self.cell(self.row(i).start);
-                        if at < cell as i32 {
-                            before = i;
-                        } else if at == cell as i32 {
-                            inside += 1;
-                        }
-                        i += 1;
+                    let before = next - 1;
+                    while next < len && self.cell(self.row(next).start) <= cell as i32 {
+                        next += 1;
                     }
                     // The last row has no next one; the comparison with its own start leads to it as well.
                     let first = if before > len - 2 { len - 2 } else { before };
-                    self.cells[cell] = if inside > 1 { CROWDED } else { first as u8 };
+                    self.cells[cell] = if next - 1 - before > 1 { CROWDED } else { first as u8 };
                     cell += 1;
                 }
             }
@@ -374,3 +366,36 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The row that is found, and how many were looked at.
+    fn searched<const N: usize>(starts: [f32; N], x: f32) -> (f32, u32) {
+        let looked = core::cell::Cell::new(0);
+        let row = |n: usize| {
+            looked.set(looked.get() + 1);
+            starts.get(n).map(|&start| Row { start, value: 0.0, slope: 0.0 })
+        };
+        (search::<f32, N>(row, x).start, looked.get())
+    }
+
+    #[test]
+    fn a_search_takes_as_many_steps_as_the_capacity_has_bits() {
+        let starts: [f32; 255] = array::from_fn(|n| if n < 200 { n as f32 } else { f32::INFINITY });
+        for n in 0..200_u16 {
+            let x = f32::from(n);
+            assert_eq!(searched(starts, x), (x, 9));
+            assert_eq!(searched(starts, x + 0.5), (x, 9));
+        }
+        assert_eq!((searched(starts, 1e9), searched(starts, -1.0)), ((199.0, 9), (0.0, 9)));
+        // As after a memory fault: in no order, and without an end.
+        let broken = array::from_fn::<_, 255, _>(|n| (n * 89 % 255) as f32);
+        for x in [f32::NAN, f32::NEG_INFINITY, 0.0, 100.0, f32::MAX] {
+            assert_eq!(searched(broken, x).1, 9);
+        }
+        assert_eq!(searched([5.0], 1.0), (5.0, 1));
+        assert_eq!(searched([5.0, 6.0, 7.0], 6.5), (6.0, 3));
+    }
+}

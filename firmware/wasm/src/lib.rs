@@ -1,0 +1,31 @@
+//! The golden bits as a WebAssembly module: one exported function for each line of `bits.txt`, without imports.
+
+use eft_core::Compensation;
+use eft_rigs::{adaptive, guarded, uneven, zhao2005};
+
+macro_rules! fixed {
+    ($($rig:ident: $controller:ident $compensation:ident;)*) => {$(
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $controller() -> u64 {
+            eft_golden::controller(&$rig::CHANNEL)
+        }
+        /// 0 where the rig is refused.
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $compensation() -> u64 {
+            Compensation::<f32, { $rig::POINTS }>::new(&$rig::PARAMETERS).as_ref().map_or(0, eft_golden::compensation)
+        }
+    )*};
+}
+fixed! {
+    zhao2005: zhao2005_controller zhao2005_compensation;
+    uneven: uneven_controller uneven_compensation;
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn adaptive_learning() -> u64 {
+    eft_golden::learner(&adaptive::CHANNEL, &adaptive::LEARNER)
+}
+#[unsafe(no_mangle)]
+pub extern "C" fn guarded_learning() -> u64 {
+    eft_golden::learner(&guarded::CHANNEL, &guarded::LEARNER)
+}
