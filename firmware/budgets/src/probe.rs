@@ -24,6 +24,8 @@ static mut EFT_PROBE: Probe = Probe { function: 0, depth: 0, saved: [0; 8], star
 // Calls the function with its caller's registers and stack pointer, so that arguments may be on the stack.
 global_asm!(
     ".syntax unified",
+    // Of the emulated processor, whatever the rest is compiled for.
+    ".arch armv7e-m",
     ".thumb",
     ".section .text.eft_probe_call, \"ax\"",
     ".balign 4",
@@ -107,10 +109,16 @@ pub fn cost() -> Cost {
     Cost { instructions: instructions(ticks), stack }
 }
 
-/// One instruction takes 2^8 ns under `-icount shift=8`, one tick of the timer 40 ns, so that a tick more or less does
-/// not count; the call and the reading of the timer are two of them.
+/// Period of the timer's clock (ns).
+const TIMER_PERIOD: u32 = match u32::from_str_radix(env!("EFT_TIMER_PERIOD"), 10) {
+    Ok(period) => period,
+    Err(_) => panic!("no number"),
+};
+
+/// One instruction takes 2^8 ns under `-icount shift=8`, several ticks of the timer, so that one more or less does not
+/// count; the call and the reading of the timer are two of them.
 fn instructions(ticks: u32) -> u32 {
-    ((ticks * 40 + 128) / 256).wrapping_sub(2)
+    ((ticks * TIMER_PERIOD + 128) / 256).wrapping_sub(2)
 }
 
 /// The highest cost over many calls, printed.
