@@ -76,6 +76,7 @@ bench: $(VENV)/.built $(VENV)/.extra-bench ## Measure: criterion, and the packag
 docs: $(VENV)/.built $(VENV)/.extra-docs ## Build the documentation, warnings are errors
 	$(PY) docs/reference/generate.py
 	$(PY) docs/evidence/generate.py
+	$(PY) docs/pictures.py
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 

@@ -2,6 +2,9 @@
 
 from importlib import metadata
 
+from sphinx.application import Sphinx
+from sphinx.util import logging
+
 project = "eft"
 author = "The eft developers"
 project_copyright = "2026, The eft developers"
@@ -17,10 +20,29 @@ myst_enable_extensions = ["amsmath", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "*/_generated"]
 
-autosummary_generate = True
+# Names in single backquotes link to what they name, if it is documented.
+default_role = "py:obj"
+autosummary_generate = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
-autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_typehints_description_target = "documented"
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "Array")}
+napoleon_use_ivar = True
 
 html_theme = "furo"
 html_title = f"eft {release}"
+html_static_path = ["static"]
+html_css_files = ["eft.css"]
+
+
+def _refuse_colons(
+    app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]
+) -> None:
+    """Napoleon takes an attribute's text up to a colon for its type."""
+    if what in ("attribute", "property") and lines and ":" in lines[0].replace(":py:", "").replace("::", ""):
+        logging.getLogger(__name__).warning("%s: its first line must not have a colon", name)
+
+
+def setup(app: Sphinx) -> None:
+    """Check the texts of attributes before napoleon reads them."""
+    app.connect("autodoc-process-docstring", _refuse_colons, priority=400)

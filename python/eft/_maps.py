@@ -33,8 +33,11 @@ class StabilityMap:
     """A quantity of the sampled loop over two settings of a rig; `eft.plots.stability_map` draws it."""
 
     quantity: Quantity
-    """``"growth_rate"``: of the least damped mode in 1/s, stable where negative. ``"level"``: the largest
-    stable compensation level, NaN where no level is stable."""
+    """What is mapped.
+
+    ``"growth_rate"`` is that of the least damped mode in 1/s, negative where the loop is stable. ``"level"`` is
+    the largest stable compensation level, NaN where no level is stable.
+    """
     horizontal_key: str
     """Dotted key of the rig that varies along a row."""
     horizontal: NDArray[Any]
@@ -50,7 +53,7 @@ class StabilityMap:
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """Where the loop is stable (of a map of levels: at some level)."""
+        """Where the loop is stable; in a map of levels, where any level is."""
         return np.asarray(self.values < 0 if self.quantity == "growth_rate" else ~np.isnan(self.values))
 
     def to_pandas(self) -> pd.DataFrame:

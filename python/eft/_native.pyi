@@ -73,6 +73,8 @@ class _Key(TypedDict):
     allowed: str
     doc: str
     required: bool
+    required_where: str | None
+    default: float | int | bool | str | None
 
 @final
 class Rig:

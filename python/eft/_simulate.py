@@ -125,7 +125,7 @@ class EnergyBalance:
     stored: float
     """What oil, accumulator, structure and stops hold more than at the start."""
     dissipated: float
-    """All that was lost: from `droop` to `hysteresis`."""
+    """The sum of all losses, from `droop` to `hysteresis`."""
     gap: float
     """What the books leave open, over the work supplied; zero but for the error of the integration."""
 

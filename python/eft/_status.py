@@ -6,7 +6,7 @@ from enum import IntFlag
 
 
 class Status(IntFlag):
-    """What a step has to report: one bit a fact, the same bits in Rust, C and files."""
+    """The flags of a step. Each bit has the same meaning in Rust, C and files."""
 
     SPOOL_WARNING = 1 << 0
     """Measured or required spool opening beyond the warning level (the paper advises 60 %)."""
@@ -33,7 +33,7 @@ class Status(IntFlag):
     MISSED_TICK = 1 << 11
     """The tick was missed; the last output was held."""
     ADAPTATION_FROZEN = 1 << 12
-    """The estimators stood still: after a bad measurement, or where their models did not explain it."""
+    """The estimates were frozen, because a measurement was bad or contradicted the models."""
     ESTIMATE_BOUNDED = 1 << 13
     """An estimate stood at one of its bounds."""
     LEVEL_REDUCED = 1 << 14
@@ -41,13 +41,13 @@ class Status(IntFlag):
     PROTECTION_WARNING = 1 << 15
     """A measurement was beyond its warning level."""
     TRIPPED = 1 << 16
-    """The protection had tripped: the force command was frozen and taken to zero."""
+    """The protection had tripped, and the force command was ramped to zero."""
     SHUT_DOWN = 1 << 17
     """The protection took the whole valve command to zero."""
     STUCK_MEASUREMENT = 1 << 18
-    """A measurement repeated itself to the last bit: its sensor or converter was frozen (set by firmware)."""
+    """A measurement repeated itself to the last bit, as a frozen sensor or converter does (set by firmware)."""
     CALIBRATION_LATE = 1 << 19
-    """The calibration in use was older than it should be: the learner's last one was late or missing."""
+    """The learner's last calibration was late or missing, so an older one was in use."""
 
 
 _ENDS = (

@@ -5,8 +5,10 @@ another. A block ```text output``` right after a Python block is what it prints.
 """
 
 import contextlib
+import importlib
 import io
 import re
+import runpy
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +18,19 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [
     ROOT / "README.md",
-    *sorted((ROOT / "docs").glob("*.md")),
-    *sorted((ROOT / "docs").glob("[!_]*/*.md")),
+    *(
+        page
+        for page in sorted((ROOT / "docs").rglob("*.md"))
+        if not any(part.startswith("_") for part in page.relative_to(ROOT).parts)
+    ),
 ]
+
+
+def name(page):
+    """`how-to/studies.md` and `reference/python/studies.md` are two pages."""
+    return page.relative_to(ROOT).as_posix().removeprefix("docs/")
+
+
 FENCE = re.compile(r"^```(?P<info>[^\n`]+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -50,7 +62,7 @@ def test_the_collector_sees_blocks_lines_and_output():
     assert blocks(text) == [Block(3, "print(1)\n", "1\n")]
 
 
-@pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", WITH_CODE, ids=name)
 def test_page_runs_as_printed(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "__main__"}
@@ -61,35 +73,35 @@ def test_page_runs_as_printed(page, tmp_path, monkeypatch):
         with contextlib.redirect_stdout(printed):
             exec(code, names)
         if block.output is not None:
-            assert printed.getvalue() == block.output, f"{page.name}, line {block.line}"
+            assert printed.getvalue() == block.output, f"{name(page)}, line {block.line}"
 
 
 # What runs the blocks that are not run here.
-FOLLOWED = {"firmware-rust.md", "firmware-c.md"}  # `make firmware`, to the letter
+FOLLOWED = {"how-to/firmware-rust.md", "how-to/firmware-c.md"}  # `make firmware`, to the letter
 RUN_ELSEWHERE = (
     "eft ",  # test_cli_docs.py
     "make ",  # .ci/run
     "pip install .",  # .ci/dist-check
 )
-TOML = {"command-line.md"}  # test_cli_docs.py
-NOT_RUN = {("cluster.md", "{code-block} python")}  # there is no SLURM, and the page says so
+TOML = {"reference/command-line.md"}  # test_cli_docs.py
+NOT_RUN = {("how-to/cluster.md", "{code-block} python")}  # there is no SLURM, and the page says so
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_every_block_is_run_by_something(page):
-    if page.name in FOLLOWED:
+    if name(page) in FOLLOWED:
         return
     text = page.read_text(encoding="utf-8")
     assert text.count("\n```") % 2 == 0
     for fence in FENCE.finditer(text):
-        info, where = fence["info"], (page.name, text.count("\n", 0, fence.start()) + 1)
+        info, where = fence["info"], (name(page), text.count("\n", 0, fence.start()) + 1)
         if info == "sh":
             lines = [line for line in fence["body"].splitlines() if line and not line.startswith("#")]
             assert all(line.startswith(RUN_ELSEWHERE) for line in lines), where
         elif info == "toml":
-            assert page.name in TOML, where
+            assert name(page) in TOML, where
         elif info.startswith("{code-block}"):
-            assert (page.name, info) in NOT_RUN and "Not run" in fence["body"], where
+            assert (name(page), info) in NOT_RUN and "Not run" in fence["body"], where
         else:
             assert info in ("python", "text output") or info.startswith("{"), where
 
@@ -98,17 +110,19 @@ def test_readme_has_its_example():
     assert any(block.output for block in blocks((ROOT / "README.md").read_text(encoding="utf-8")))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_make_targets_named_on_a_page_exist(page):
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     named = set(re.findall(r"(?:^|`)make ([a-z-]+)", page.read_text(encoding="utf-8"), re.MULTILINE))
     assert named <= targets
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_relative_links_lead_somewhere(page):
     links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", page.read_text(encoding="utf-8"))
-    assert not [link for link in links if not (page.parent / link).exists()]
+    # `make docs` makes the generated pictures, and fails without them.
+    kept = [link for link in links if "_generated/" not in link]
+    assert not [link for link in kept if not (page.parent / link).exists()]
 
 
 def test_parameter_table_of_the_theory_is_that_of_the_rig():
@@ -122,8 +136,31 @@ def test_parameter_table_of_the_theory_is_that_of_the_rig():
     )
     assert len(rows) == 19
     for key, value in rows:
-        section, name = key.split(".")
-        assert rig[section][name] == pytest.approx(float(value), rel=1e-12), key
+        section, leaf = key.split(".")
+        assert rig[section][leaf] == pytest.approx(float(value), rel=1e-12), key
+
+
+def test_every_public_name_is_in_the_reference():
+    topics = tomllib.loads((ROOT / "docs/reference/python/topics.toml").read_text(encoding="utf-8"))
+    shown = [f"{module}.{each}" for topic in topics.values() for module in topic for each in topic[module]]
+    assert len(shown) == len(set(shown))
+    modules = {module for topic in topics.values() for module in topic}
+    public = {
+        f"{module}.{each}"
+        for module in modules
+        for each in importlib.import_module(module).__all__
+        if not each.startswith("__")
+    }
+    assert public == set(shown)
+    index = (ROOT / "docs/reference/python/index.md").read_text(encoding="utf-8")
+    assert {f"{topic}.md" for topic in topics} == set(re.findall(r"\]\((\w+\.md)\)", index))
+
+
+def test_schematics_are_what_their_script_draws():
+    folder = ROOT / "docs" / "images"
+    drawings = runpy.run_path(str(folder / "schematics.py"))["DRAWINGS"]
+    for file, draw in drawings.items():
+        assert (folder / file).read_text(encoding="utf-8") == draw().svg(), file
 
 
 def test_citation_names_the_version_of_the_package():

@@ -31,19 +31,6 @@ def test_goals_are_met_or_it_is_said_why_not():
         assert budget["instructions"] <= budget.get("goal", budget["instructions"]) or "why" in budget, name
 
 
-def test_what_is_said_of_the_tick_is_within_its_goal():
-    tick, learner = GOALS["self_calibrating_tick"], GOALS["learner_update"]
-    said = (
-        f"at most {tick} instructions a tick of a microcontroller, its learner at most {learner:,} a window"
-    )
-    assert said in text("README.md")
-    assert f"at most {tick} instructions a tick of a Cortex-M4F" in text("CHANGELOG.md")
-    curve, update = BUDGETS["self_calibrating_curve_tick"], BUDGETS["learner_update, curve"]
-    tick, learner = curve["instructions"], update["instructions"]
-    said = f"{tick} instructions a tick at most, the learner {learner:,} a window"
-    assert said in text("docs/explanation/self-calibration.md")
-
-
 def test_the_page_is_what_was_measured_last_and_no_budget_is_below_it():
     page = (ROOT / "docs/evidence/loop-budget.md").read_text(encoding="utf-8")
     measured = {}
@@ -76,5 +63,5 @@ def test_every_number_of_instructions_that_a_page_states_is_a_budget():
             numbers = re.findall(r"([\d,]*\d) (?:[A-Za-z]+ )?instructions\b", words)
             numbers += re.findall(r"(?:update`?|learner)(?: at most)? ([\d,]*\d)\b", words)
             stated += [(page.name, int(number.replace(",", ""))) for number in numbers]
-    assert len(stated) >= 6
+    assert {page for page, _ in stated} >= {"README.md", "CHANGELOG.md"}
     assert {number for _, number in stated} <= known, stated

@@ -42,6 +42,26 @@ def test_the_rig_of_the_paper_in_si():
     assert table["flows"][0] == pytest.approx(-536.2 * inch**3, rel=1e-12)
 
 
+def test_a_rig_of_the_required_keys_has_the_defaults_that_the_schema_names():
+    tree = {}
+    for key, row in KEYS.items():
+        needed = row["required"] or row["required_where"] == 'structure.kind = "bilinear"'
+        if needed and not key.startswith("truth."):
+            *sections, leaf = key.split(".")
+            inner = tree
+            for section in sections:
+                inner = inner.setdefault(section, {})
+            inner[leaf] = RIG[key]
+    rig = eft.Rig.from_dict(tree)
+    assert KEYS["compensation.level"]["default"] == 1.0
+    assert KEYS["compensation.sign_from"]["default"] == "spool"
+    assert KEYS["controller.observer_mass"]["required_where"] == 'controller.velocity_source = "observer"'
+    for key, row in KEYS.items():
+        if not key.startswith("truth.") and key not in tree and not row["required"]:
+            expected = RIG[key] if row["required_where"] else row["default"]
+            assert rig[key] == expected and type(rig[key]) is type(expected), key
+
+
 def test_every_way_out_is_a_way_in(tmp_path):
     path = tmp_path / "rig.toml"
     path.write_text(RIG.to_toml(), encoding="utf-8")

@@ -103,7 +103,7 @@ impl Command {
         PyArray1::from_vec(py, self.first().time())
     }
 
-    /// Length in s: the number of samples over the sample rate.
+    /// Length in s, the number of samples over the sample rate.
     #[getter]
     fn duration(&self) -> f64 {
         self.first().duration()

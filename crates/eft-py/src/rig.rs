@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use eft_sim::RigConfig;
-use eft_sim::config::{KEYS, Key, Kind, Need};
+use eft_sim::config::{KEYS, Key, Kind, Need, Preset};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
@@ -106,7 +106,7 @@ impl Rig {
         wrap(self.config.edit(&removed, &set))
     }
 
-    /// The rig as it truly is: this one with the values of its ``truth`` in the place of what the controller believes.
+    /// The true rig, in which the values of ``truth`` replace those that the controller believes.
     #[getter]
     fn plant(&self) -> Self {
         Self { config: self.config.plant().clone() }
@@ -154,13 +154,15 @@ impl Rig {
     }
 }
 
-/// Return the schema of the configuration: one dictionary per key, in the order of files; those of the plant once more,
-/// under ``truth``.
+/// Return the schema of the configuration, one dictionary per key, in the order of files.
 ///
-/// Each has `key`, `unit`, `type` ("float", "int", "bool", "str" or "list"), `allowed`, `doc`, and `required` (bool).
+/// The keys of the plant follow a second time, under ``truth``.
+/// Each has `key`, `unit`, `type` ("float", "int", "bool", "str" or "list"), `allowed`, `doc`, `required` (bool),
+/// `required_where` (a condition such as ``structure.kind = "bilinear"``, or None) and `default` (None where the key has
+/// none).
 #[pyfunction]
 pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    let row = |row: &Key, key: &str, required: bool| {
+    let row = |row: &Key, key: &str, truth: bool| {
         let entry = PyDict::new(py);
         entry.set_item("key", key)?;
         entry.set_item("unit", row.unit)?;
@@ -174,10 +176,23 @@ pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
         entry.set_item("type", kind)?;
         entry.set_item("allowed", row.allowed())?;
         entry.set_item("doc", row.doc)?;
-        entry.set_item("required", required)?;
+        let need = if truth { Need::Optional } else { row.need };
+        entry.set_item("required", matches!(need, Need::Required))?;
+        let condition = match need {
+            Need::When(other, value) => Some(format!("{other} = \"{value}\"")),
+            _ => None,
+        };
+        entry.set_item("required_where", condition)?;
+        match need {
+            Need::Default(Preset::Float(value)) => entry.set_item("default", value)?,
+            Need::Default(Preset::Int(value)) => entry.set_item("default", value)?,
+            Need::Default(Preset::Bool(value)) => entry.set_item("default", value)?,
+            Need::Default(Preset::Text(value)) => entry.set_item("default", value)?,
+            _ => entry.set_item("default", py.None())?,
+        }
         Ok(entry)
     };
+    let believed = KEYS.iter().map(|key| row(key, key.key, false));
     let of_the_plant = KEYS.iter().filter(|key| key.is_of_the_plant());
-    let believed = KEYS.iter().map(|key| row(key, key.key, matches!(key.need, Need::Required)));
-    believed.chain(of_the_plant.map(|key| row(key, &format!("truth.{}", key.key), false))).collect()
+    believed.chain(of_the_plant.map(|key| row(key, &format!("truth.{}", key.key), true))).collect()
 }

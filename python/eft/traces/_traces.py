@@ -44,7 +44,7 @@ class Traces:
     sample_rate: float
     """Samples per second, Hz."""
     columns: Mapping[str, Array]
-    """By quantity: `force` in N, `displacement` in m and so on."""
+    """The samples by quantity, such as `force` in N and `displacement` in m."""
     start: float = 0.0
     """Time of the first sample, s."""
     ignored: tuple[str, ...] = field(default=())

@@ -30,7 +30,7 @@ use crate::rig::Rig;
 ///     compensation itself passes: all but the derivative, which acts on the force error only) and ``total`` (all of
 ///     them, as the paper counts).
 #[pyfunction]
-#[pyo3(signature = (rig, sample_rate=None, band=(0.25, 10.0)))]
+#[pyo3(signature = (rig, sample_rate=None, band=(0.25, 10.0)), text_signature = "(rig, sample_rate=None, band=(0.25, 10.0))")]
 pub(crate) fn delay_budget<'py>(
     py: Python<'py>,
     rig: &Rig,

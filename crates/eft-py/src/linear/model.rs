@@ -91,8 +91,10 @@ impl LinearModel {
         self.inner.left_out.clone()
     }
 
-    /// Names of the outputs: force (N), displacement (m), velocity (m/s), spool (1), load_pressure (Pa), and of a
-    /// sampled model compensation (V).
+    /// Names of the outputs.
+    ///
+    /// They are force (N), displacement (m), velocity (m/s), spool (1) and load_pressure (Pa). A sampled model has
+    /// compensation (V) as well.
     #[getter]
     fn outputs(&self) -> Vec<String> {
         self.inner.outputs.clone()

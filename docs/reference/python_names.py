@@ -1,0 +1,42 @@
+"""Writes what the pages of the Python reference include: the names of each topic."""
+
+import importlib
+import inspect
+import tomllib
+from pathlib import Path
+
+from eft._files import write_text
+
+CONSTANTS = {
+    "STABILITY_MAPS": "The named stability maps: each name with the function that computes the map.",
+    "SPOOL_ADVICE": "The largest spool opening that the paper advises, a fraction of the stroke.",
+}
+TOPICS = tomllib.loads((Path(__file__).parent / "python" / "topics.toml").read_text(encoding="utf-8"))
+
+
+def write(folder: Path) -> None:
+    """One part for each topic: a table of the names, and then each of them."""
+    for topic, modules in TOPICS.items():
+        lines = ["```{eval-rst}"]
+        for module, names in modules.items():
+            lines += [f".. currentmodule:: {module}", "", ".. autosummary::", ""]
+            lines += [f"   {name}" for name in names if callable(_named(module, name))] + [""]
+        for module, names in modules.items():
+            lines += [f".. currentmodule:: {module}", ""]
+            for name in names:
+                lines += [*_entry(module, name), ""]
+        write_text(folder / f"python-{topic}.md", "\n".join([*lines, "```"]) + "\n")
+
+
+def _named(module: str, name: str) -> object:
+    return getattr(importlib.import_module(module), name)
+
+
+def _entry(module: str, name: str) -> list[str]:
+    thing = _named(module, name)
+    if inspect.isclass(thing):
+        return [f".. autoclass:: {name}", "   :members:"]
+    if callable(thing):
+        return [f".. autofunction:: {name}"]
+    # The docstring of a value is that of its type.
+    return [f".. py:data:: {name}", "", f"   {CONSTANTS[name]}"]
