@@ -209,7 +209,23 @@ def windows() -> Drawing:
     return sheet
 
 
-DRAWINGS = {"rig.svg": rig, "loop.svg": loop, "windows.svg": windows}
+def cluster() -> Drawing:
+    """How a study runs on several workers."""
+    sheet = Drawing(760, 220, "A study is cut into chunks, which workers run; the rows return to one folder")
+    sheet.box(20, 80, 130, 60, "study", "grid or sampler", fill="#e3f0f8")
+    sheet.arrow((150, 110), (220, 110), color=SIGNAL)
+    sheet.text(185, 98, "chunks", color=SIGNAL, size=13)
+    sheet.box(220, 80, 130, 60, "executor", "pool or cluster")
+    for i, y in enumerate((20, 90, 160), start=1):
+        sheet.box(430, y, 120, 40, f"worker {i}", fill="white")
+        sheet.arrow((350, 110), (430, y + 20), color=SIGNAL)
+        sheet.arrow((550, y + 20), (610, 110), color=OIL)
+    sheet.text(584, 40, "rows", color=OIL, size=13)
+    sheet.box(610, 80, 130, 60, "folder", "of Parquet files", fill="#fde8dc")
+    return sheet
+
+
+DRAWINGS = {"rig.svg": rig, "loop.svg": loop, "windows.svg": windows, "cluster.svg": cluster}
 
 if __name__ == "__main__":
     for name, draw in DRAWINGS.items():

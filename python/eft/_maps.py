@@ -35,8 +35,8 @@ class StabilityMap:
     quantity: Quantity
     """What is mapped.
 
-    ``"growth_rate"`` is that of the least damped mode in 1/s, negative where the loop is stable. ``"level"`` is
-    the largest stable compensation level, NaN where no level is stable.
+    ``"growth_rate"`` is that of the least damped mode in 1/s, negative where the loop is stable.
+    ``"level"`` is the largest stable compensation level, NaN where no level is stable.
     """
     horizontal_key: str
     """Dotted key of the rig that varies along a row."""

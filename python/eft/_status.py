@@ -45,7 +45,7 @@ class Status(IntFlag):
     SHUT_DOWN = 1 << 17
     """The protection took the whole valve command to zero."""
     STUCK_MEASUREMENT = 1 << 18
-    """A measurement repeated itself to the last bit, as a frozen sensor or converter does (set by firmware)."""
+    """A measurement repeated itself to the last bit, as from a frozen converter (set by firmware)."""
     CALIBRATION_LATE = 1 << 19
     """The learner's last calibration was late or missing, so an older one was in use."""
 
