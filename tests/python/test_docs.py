@@ -117,7 +117,20 @@ def test_make_targets_named_on_a_page_exist(page):
     assert named <= targets
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name)
+OTHERS = [
+    ROOT / name
+    for name in (
+        "CONTRIBUTING.md",
+        "CODE_OF_CONDUCT.md",
+        "SECURITY.md",
+        "CHANGELOG.md",
+        "llms.txt",
+        "paper.md",
+    )
+]
+
+
+@pytest.mark.parametrize("page", PAGES + OTHERS, ids=name)
 def test_relative_links_lead_somewhere(page):
     links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", page.read_text(encoding="utf-8"))
     # `make docs` makes the generated pictures, and fails without them.
@@ -161,6 +174,12 @@ def test_schematics_are_what_their_script_draws():
     drawings = runpy.run_path(str(folder / "schematics.py"))["DRAWINGS"]
     for file, draw in drawings.items():
         assert (folder / file).read_text(encoding="utf-8") == draw().svg(), file
+
+
+def test_every_work_that_the_paper_cites_is_in_its_bibliography():
+    cited = set(re.findall(r"@(\w+)", (ROOT / "paper.md").read_text(encoding="utf-8")))
+    listed = set(re.findall(r"^@\w+\{(\w+),", (ROOT / "paper.bib").read_text(encoding="utf-8"), re.MULTILINE))
+    assert cited == listed
 
 
 def test_citation_names_the_version_of_the_package():
