@@ -1,7 +1,7 @@
 //! Compensation that calibrates itself, on structures that yield, ring or shake together: nobody retunes anything.
 
 use eft::sim::SimulateOptions;
-use eft::sim::closed_loop::simulate_building;
+use eft::sim::closed_loop::simulate_actuators;
 
 use crate::results::keep;
 use crate::rigs::*;
@@ -113,7 +113,7 @@ fn every_actuator_of_a_building_adapts() {
         let rig = adaptive(&building(changes));
         let commands = vec![sweep(2000.0); 3];
         let runs =
-            simulate_building::<f64>(&rig, &commands, &SimulateOptions::default(), |_, _| true).unwrap();
+            simulate_actuators::<f64>(&rig, &commands, &SimulateOptions::default(), |_, _| true).unwrap();
         for (floor, run) in runs.iter().enumerate() {
             let (least, largest) = ratio(run, 0.5, 9.5);
             keep(

@@ -2,7 +2,7 @@
 
 use eft::core::status;
 use eft::sim::batch::{BatchOptions, Test, simulate_batch};
-use eft::sim::closed_loop::{Method, simulate_building};
+use eft::sim::closed_loop::{Method, simulate_actuators};
 use eft::sim::excitation::sine_sweep;
 use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
 use toml::Value;
@@ -68,7 +68,7 @@ fn every_trace_is_finite_up_to_the_stop() {
         ];
         let building = rig.replace(&building).unwrap();
         let commands = [command.clone(), command.clone()];
-        let runs = simulate_building::<f64>(&building, &commands, &exponential, |_, _| true).unwrap();
+        let runs = simulate_actuators::<f64>(&building, &commands, &exponential, |_, _| true).unwrap();
         count += runs.iter().map(|run| u32::from(diverged(run))).sum::<u32>();
     }
     // Most of them; the weakest loops are caught by the spool's stops.

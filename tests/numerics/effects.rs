@@ -87,7 +87,7 @@ fn energy_adds_up_with_every_effect_and_the_gap_shrinks_with_the_step() {
     assert!(largest > 0.05, "the test must reach the stops: {largest} m");
     let gap = |divisor: f64| {
         let options = SimulateOptions { largest_step: 1.0 / (RATE * divisor), ..SimulateOptions::default() };
-        let balance = energy_balance(&rig, &command, &options).unwrap();
+        let balance = energy_balance(&rig, std::slice::from_ref(&command), &options).unwrap();
         for part in
             [balance.droop, balance.valve, balance.leakage, balance.friction, balance.stops, balance.damping]
         {
@@ -103,7 +103,7 @@ fn energy_adds_up_with_every_effect_and_the_gap_shrinks_with_the_step() {
 
 #[test]
 fn energy_of_the_papers_rig_adds_up() {
-    let balance = energy_balance(&changed(&[]), &sweep(), &SimulateOptions::default()).unwrap();
+    let balance = energy_balance(&changed(&[]), &[sweep()], &SimulateOptions::default()).unwrap();
     let share = |part: f64| part / balance.supplied;
     keep(
         "energy of the paper's rig over what is supplied",

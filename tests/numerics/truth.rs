@@ -3,8 +3,8 @@
 use eft::core::{Input, Parameters, Realization};
 use eft::sim::batch::{BatchOptions, Test, simulate_batch};
 use eft::sim::closed_loop::{
-    BuildingStepper, Method, PlantReading, PlantStepper, RigChannel, energy_balance, ideal_building_response,
-    parameters, simulate_building,
+    Method, PlantReading, PlantStepper, RigChannel, energy_balance, ideal_responses, parameters,
+    simulate_actuators,
 };
 use eft::sim::excitation::{Command, sine_sweep};
 use eft::sim::feasibility::check_feasibility;
@@ -86,7 +86,9 @@ fn what_the_controller_does_not_look_at_is_the_same_under_truth_everywhere() {
                 |judge: &dyn Fn(&RigConfig) -> String| assert_eq!(judge(&told), judge(&untold), "plant {n}");
             let (command, options) = (command(), SimulateOptions::default());
             of(&|rig| format!("{:?}", ideal_response(rig, &command, &options).unwrap()));
-            of(&|rig| format!("{:?}", energy_balance(rig, &command, &options).unwrap()));
+            of(&|rig| {
+                format!("{:?}", energy_balance(rig, std::slice::from_ref(&command), &options).unwrap())
+            });
             of(&|rig| format!("{:?}", linearize(rig, FlowGain::Mean, time).unwrap()));
             of(&|rig| format!("{:?}", linearize(rig, FlowGain::Nominal, Time::Continuous).unwrap()));
             of(&|rig| format!("{:?}", stability_margins(rig, FlowGain::Steeper, time).unwrap()));
@@ -98,7 +100,7 @@ fn what_the_controller_does_not_look_at_is_the_same_under_truth_everywhere() {
             of(&|rig| format!("{:?}", free_vibration(rig, 0.03, 0.5, 512.0).unwrap()));
             let mut steppers = [&told, &untold].map(|rig| PlantStepper::new(rig, RATE, &options).unwrap());
             for _ in 0..20 {
-                let [told, untold] = steppers.each_mut().map(|plant| plant.step(0.2).unwrap());
+                let [told, untold] = steppers.each_mut().map(|plant| plant.step(&[0.2]).unwrap());
                 assert_eq!(told, untold);
             }
         }
@@ -136,18 +138,17 @@ fn buildings_too() {
     let rigs = [base.replace(&changes).unwrap(), base.replace(&as_truth(&changes)).unwrap()];
     let (commands, options) = (vec![command(); 2], SimulateOptions::default());
     let [told, untold] =
-        rigs.each_ref().map(|rig| simulate_building::<f64>(rig, &commands, &options, |_, _| true).unwrap());
+        rigs.each_ref().map(|rig| simulate_actuators::<f64>(rig, &commands, &options, |_, _| true).unwrap());
     for (told, untold) in told.iter().zip(&untold) {
         assert_eq!(told.first_difference(untold), None);
     }
-    let [told, untold] =
-        rigs.each_ref().map(|rig| ideal_building_response(rig, &commands, &options).unwrap());
+    let [told, untold] = rigs.each_ref().map(|rig| ideal_responses(rig, &commands, &options).unwrap());
     assert_eq!(told, untold);
     let [told, untold] =
         rigs.each_ref().map(|rig| linearize(rig, FlowGain::Mean, Time::Sampled(RATE)).unwrap());
     assert_eq!(told, untold);
     let [told, untold] = rigs.each_ref().map(|rig| {
-        let mut plant = BuildingStepper::new(rig, RATE, &options).unwrap();
+        let mut plant = PlantStepper::new(rig, RATE, &options).unwrap();
         plant.step(&[0.2, 0.1]).unwrap()
     });
     assert_eq!(told, untold);
@@ -161,7 +162,7 @@ fn by_hand(controller: &RigConfig, plant: &RigConfig) -> Vec<PlantReading> {
     let digital = Parameters { realization: Realization::Digital, ..parameters(controller, RATE).unwrap() };
     let mut channel = RigChannel::<f64>::new(&digital).unwrap();
     let step = |(i, now): (usize, &f64)| {
-        let seen = plant.reading();
+        let seen = plant.readings()[0];
         let input = Input {
             command: *now,
             next_command: command.values.get(i + 1).copied().unwrap_or(*now),
@@ -173,7 +174,7 @@ fn by_hand(controller: &RigConfig, plant: &RigConfig) -> Vec<PlantReading> {
             supply_pressure: seen.supply_pressure,
             acceleration: seen.acceleration,
         };
-        plant.step(channel.step(&input).voltage).unwrap();
+        plant.step(&[channel.step(&input).voltage]).unwrap();
         seen
     };
     command.values.iter().enumerate().map(step).collect()

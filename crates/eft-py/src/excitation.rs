@@ -9,6 +9,7 @@ use pyo3::sync::PyOnceLock;
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
+use crate::run::is_building;
 
 /// A force command: samples in N at a constant rate; sample `i` belongs to the time `i / sample_rate`.
 ///
@@ -52,12 +53,15 @@ impl Command {
         }
     }
 
-    /// The commands of a building's actuators.
-    pub(crate) fn several(&self, rig: &RigConfig) -> PyResult<&[excitation::Command]> {
+    /// The commands of a rig's actuators.
+    pub(crate) fn of(&self, rig: &RigConfig) -> PyResult<&[excitation::Command]> {
+        if !is_building(rig) {
+            return self.single().map(std::slice::from_ref);
+        }
         if self.stacked {
             return Ok(&self.channels);
         }
-        let stories = rig.structure.stories.as_ref().map_or(0, |stories| stories.masses.len());
+        let stories = rig.structure.floors();
         let allowed = format!("must have one row for each of {stories} stories: (actuators, samples)");
         Err(refuse("command", "one actuator", allowed))
     }

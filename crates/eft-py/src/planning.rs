@@ -1,7 +1,5 @@
 //! Records prepared, spectra, and the check before a test.
 
-use std::slice;
-
 use eft_sim::config::Mode;
 use eft_sim::feasibility::{self, Verdict};
 use eft_sim::{preparation, spectra};
@@ -13,7 +11,6 @@ use crate::arrays;
 use crate::errors::to_python;
 use crate::excitation::{Command, Record, record};
 use crate::rig::Rig;
-use crate::run::is_building;
 
 /// Return the record less the polynomial of a degree (0 to 5) that fits its acceleration best.
 #[pyfunction]
@@ -100,7 +97,7 @@ pub(crate) fn check_feasibility<'py>(
     command: &Command,
 ) -> PyResult<Bound<'py, PyDict>> {
     let rig = &rig.config;
-    let commands = if is_building(rig) { command.several(rig)? } else { slice::from_ref(command.single()?) };
+    let commands = command.of(rig)?;
     let found = py.detach(|| feasibility::check_feasibility(rig, commands)).map_err(to_python)?;
     let demands = PyList::empty(py);
     for demand in &found.demands {

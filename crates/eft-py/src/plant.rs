@@ -1,7 +1,7 @@
 //! `eft.Plant`: the plant alone, sample by sample.
 
 use eft_sim::SimulateOptions;
-use eft_sim::closed_loop::{BuildingStepper, PlantReading, PlantStepper};
+use eft_sim::closed_loop::{PlantReading, PlantStepper};
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -33,24 +33,17 @@ use crate::run::is_building;
 /// one of the same rig, and repeat the valve commands where it has to be as far.
 #[pyclass(module = "eft")]
 pub(crate) struct Plant {
-    inner: Stepper,
+    inner: PlantStepper,
+    /// Whether numbers are arrays, one value an actuator.
+    stacked: bool,
     period: f64,
     structure: Option<Py<PyAny>>,
 }
 
-// One of a kind, and on the heap already: their sizes do not matter.
-#[allow(clippy::large_enum_variant, reason = "one at a time, and on the heap already")]
-enum Stepper {
-    One(PlantStepper),
-    Building(BuildingStepper),
-}
-
-impl Stepper {
-    fn state(&self) -> PlantState {
-        match self {
-            Self::One(plant) => PlantState { readings: vec![plant.reading()], stacked: false },
-            Self::Building(plant) => PlantState { readings: plant.readings(), stacked: true },
-        }
+impl Plant {
+    /// One value an actuator.
+    fn vector(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+        if self.stacked { arrays::vector(name, value) } else { Ok(vec![value.extract()?]) }
     }
 }
 
@@ -61,49 +54,37 @@ impl Plant {
     fn new(rig: &Rig, sample_rate: Option<f64>, structure: Option<Py<PyAny>>) -> PyResult<Self> {
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
         let options = SimulateOptions::default();
-        let inner = if is_building(&rig.config) {
-            BuildingStepper::new(&rig.config, rate, &options).map(Stepper::Building)
-        } else {
-            PlantStepper::new(&rig.config, rate, &options).map(Stepper::One)
-        };
-        Ok(Self { inner: inner.map_err(to_python)?, period: 1.0 / rate, structure })
+        let inner = PlantStepper::new(&rig.config, rate, &options).map_err(to_python)?;
+        Ok(Self { inner, stacked: is_building(&rig.config), period: 1.0 / rate, structure })
     }
 
     /// Carry the plant on by one sample under `valve_command` (V); what is true after it.
     fn step(&mut self, py: Python<'_>, valve_command: &Bound<'_, PyAny>) -> PyResult<PlantState> {
-        match (&mut self.inner, &self.structure) {
-            (Stepper::One(plant), None) => {
-                plant.step(valve_command.extract()?).map_err(to_python)?;
+        let commands = self.vector("valve_command", valve_command)?;
+        match &self.structure {
+            None => {
+                self.inner.step(&commands).map_err(to_python)?;
             }
-            (Stepper::One(plant), Some(structure)) => {
-                let force = plant.push(valve_command.extract()?).map_err(to_python)?;
-                let (displacement, velocity) =
-                    structure.call1(py, (force, self.period))?.extract::<(f64, f64)>(py)?;
-                plant.follow(displacement, velocity).map_err(to_python)?;
-            }
-            (Stepper::Building(plant), None) => {
-                plant.step(&arrays::vector("valve_command", valve_command)?).map_err(to_python)?;
-            }
-            (Stepper::Building(plant), Some(structure)) => {
-                let commands = arrays::vector("valve_command", valve_command)?;
-                let forces = PyArray1::from_vec(py, plant.push(&commands).map_err(to_python)?);
+            Some(structure) => {
+                let forces = self.inner.push(&commands).map_err(to_python)?;
+                let forces = match (forces.as_slice(), self.stacked) {
+                    ([one], false) => one.into_pyobject(py)?.into_any(),
+                    _ => PyArray1::from_vec(py, forces).into_any(),
+                };
                 let answer = structure.call1(py, (forces, self.period))?;
                 let (displacements, velocities) =
                     answer.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>(py)?;
-                let displacements = arrays::vector("displacement", &displacements)?;
-                let velocities = arrays::vector("velocity", &velocities)?;
-                plant.follow(&displacements, &velocities).map_err(to_python)?;
+                let displacements = self.vector("displacement", &displacements)?;
+                let velocities = self.vector("velocity", &velocities)?;
+                self.inner.follow(&displacements, &velocities).map_err(to_python)?;
             }
         }
-        Ok(self.inner.state())
+        Ok(self.state())
     }
 
     /// Put the plant back to rest; a structure of one's own is not told.
     fn reset(&mut self) {
-        match &mut self.inner {
-            Stepper::One(plant) => plant.reset(),
-            Stepper::Building(plant) => plant.reset(),
-        }
+        self.inner.reset();
     }
 
     fn __reduce__(&self) -> PyResult<()> {
@@ -115,7 +96,7 @@ impl Plant {
     /// What is true now.
     #[getter]
     fn state(&self) -> PlantState {
-        self.inner.state()
+        PlantState { readings: self.inner.readings(), stacked: self.stacked }
     }
 }
 

@@ -3,9 +3,7 @@
 use std::time::{Duration, Instant};
 
 use eft_core::status;
-use eft_sim::closed_loop::{
-    self, DEFAULT_STEP, Method, building_energy_balance, ideal_building_response, simulate_building,
-};
+use eft_sim::closed_loop::{self, DEFAULT_STEP, Method, ideal_responses, simulate_actuators};
 use eft_sim::config::StructureKind;
 use eft_sim::metrics::{self as judge, Metrics, TimeMetrics};
 use eft_sim::{RigConfig, SimulateOptions, TestRun};
@@ -114,22 +112,12 @@ pub(crate) fn simulate<'py>(
     let go_on = |done, total| watch.go_on(done, total);
     let options = options(method, largest_step)?;
     let rig = &rig.config;
-    let building = is_building(rig);
-    let runs = if building {
-        let commands = command.several(rig)?;
-        py.detach(|| match dtype {
-            Dtype::F32 => simulate_building::<f32>(rig, commands, &options, go_on),
-            Dtype::F64 => simulate_building::<f64>(rig, commands, &options, go_on),
-        })
-    } else {
-        let command = command.single()?;
-        let run = py.detach(|| match dtype {
-            Dtype::F32 => eft_sim::simulate::<f32>(rig, command, &options, go_on),
-            Dtype::F64 => eft_sim::simulate::<f64>(rig, command, &options, go_on),
-        });
-        run.map(|run| vec![run])
-    };
-    traces(py, watch.end(runs)?, building)
+    let commands = command.of(rig)?;
+    let runs = py.detach(|| match dtype {
+        Dtype::F32 => simulate_actuators::<f32>(rig, commands, &options, go_on),
+        Dtype::F64 => simulate_actuators::<f64>(rig, commands, &options, go_on),
+    });
+    traces(py, watch.end(runs)?, is_building(rig))
 }
 
 /// Whether a rig has an actuator on each of several floors.
@@ -271,15 +259,8 @@ pub(crate) fn ideal_response<'py>(
     command: &Command,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     let (rig, options) = (&rig.config, SimulateOptions::default());
-    let building = is_building(rig);
-    let responses = if building {
-        let commands = command.several(rig)?;
-        py.detach(|| ideal_building_response(rig, commands, &options))
-    } else {
-        let command = command.single()?;
-        py.detach(|| eft_sim::ideal_response(rig, command, &options)).map(|response| vec![response])
-    };
-    let responses = responses.map_err(to_python)?;
+    let (commands, building) = (command.of(rig)?, is_building(rig));
+    let responses = py.detach(|| ideal_responses(rig, commands, &options)).map_err(to_python)?;
     let (displacements, velocities) = responses.into_iter().map(|r| (r.displacement, r.velocity)).unzip();
     Ok((arrays::stacked(py, displacements, building)?, arrays::stacked(py, velocities, building)?))
 }
@@ -293,14 +274,8 @@ pub(crate) fn energy_balance<'py>(
     largest_step: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (rig, options) = (&rig.config, options("runge-kutta", largest_step)?);
-    let balance = if is_building(rig) {
-        let commands = command.several(rig)?;
-        py.detach(|| building_energy_balance(rig, commands, &options))
-    } else {
-        let command = command.single()?;
-        py.detach(|| closed_loop::energy_balance(rig, command, &options))
-    };
-    let balance = balance.map_err(to_python)?;
+    let commands = command.of(rig)?;
+    let balance = py.detach(|| closed_loop::energy_balance(rig, commands, &options)).map_err(to_python)?;
     let answer = PyDict::new(py);
     for (name, value) in [
         ("supplied", balance.supplied),

@@ -51,9 +51,8 @@ pub fn run_with(
         last
     });
     let failed = || failure.lock().unwrap_or_else(PoisonError::into_inner).is_some();
-    let run = simulate_controlled::<f32>(rig, command, options, Some(outside), |done, total| {
-        !failed() && go_on(done, total)
-    });
+    let run =
+        simulate_controlled(rig, command, options, outside, |done, total| !failed() && go_on(done, total));
     match failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
         Some(error) => Err(error),
         None => run,

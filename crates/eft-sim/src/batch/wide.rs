@@ -8,7 +8,7 @@ use crate::closed_loop::single::{ClosedLoop, Tick};
 use crate::dispatch::{WideWork, Work, dispatch, dispatch_wide};
 use crate::error::{Error, Result};
 use crate::metrics::{BLOCK, Norms};
-use crate::rig::{Exponential, Num, Pace, PlantModel};
+use crate::rig::{Num, Pace};
 
 /// Tests of one kind, as many as fit side by side or fewer.
 pub(super) struct SideBySide<'a> {
@@ -22,7 +22,7 @@ impl WideWork for SideBySide<'_> {
     type Output = Result<Vec<Result<Outcome>>>;
 
     fn run<S: Num>(self) -> Self::Output {
-        self.run_on::<S, Exponential<S>>()
+        self.run_on::<S>()
     }
 }
 
@@ -38,10 +38,10 @@ impl SideBySide<'_> {
 
     /// # Errors
     /// A controller that the core refuses, or an interruption.
-    fn run_on<S: Num, M: PlantModel<S>>(&self) -> Result<Vec<Result<Outcome>>> {
+    fn run_on<S: Num>(&self) -> Result<Vec<Result<Outcome>>> {
         // Lanes that are left over run the last test once more.
         let test_of = |lane: usize| &self.tests[lane.min(self.tests.len() - 1)];
-        let mut test = ClosedLoop::<S, S, M>::new(|lane| test_of(lane).rig, self.pace)?;
+        let mut test = ClosedLoop::<S, S>::new(|lane| test_of(lane).rig, self.pace)?;
         let mut state = test.at_rest();
         let total = self.tests[0].command.values.len();
         let mut lanes: Vec<Option<Ended>> = (0..S::LANES).map(|_| None).collect();

@@ -5,7 +5,7 @@ use eft_core::{Mask, Scalar};
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::single::{ClosedLoop, LoopState, Tick};
 use crate::dispatch::{Work, dispatch};
-use crate::rig::{Num, PlantModel};
+use crate::rig::Num;
 
 /// What stays of a tick.
 pub(crate) trait Keep<S: Num> {
@@ -15,9 +15,9 @@ pub(crate) trait Keep<S: Num> {
 
 /// Runs up to `ticks` ticks of a test, and gives how many began with states to go on from only. `commands` may go on beyond
 /// them; where it ends with them, the last one is held.
-pub(crate) fn run<S: Num, C: Scalar<Flags = S::Flags>, M: PlantModel<S>>(
-    test: &mut ClosedLoop<S, C, M>,
-    state: &mut LoopState<C, M::State>,
+pub(crate) fn run<S: Num, C: Scalar<Flags = S::Flags>>(
+    test: &mut ClosedLoop<S, C>,
+    state: &mut LoopState<S, C>,
     commands: &[S],
     ticks: usize,
     keep: impl Keep<S>,
@@ -25,26 +25,25 @@ pub(crate) fn run<S: Num, C: Scalar<Flags = S::Flags>, M: PlantModel<S>>(
 where
     C::Element: Precision,
 {
-    if M::FAST && test.is_plain() {
-        dispatch::<S, _>(Chunk::<S, C, M, _, true> { test, state, commands, ticks, keep })
+    if test.is_plain() {
+        dispatch::<S, _>(Chunk::<S, C, _, true> { test, state, commands, ticks, keep })
     } else {
-        dispatch::<S, _>(Chunk::<S, C, M, _, false> { test, state, commands, ticks, keep })
+        dispatch::<S, _>(Chunk::<S, C, _, false> { test, state, commands, ticks, keep })
     }
 }
 
-struct Chunk<'a, S: Num, C: Scalar, M: PlantModel<S>, K, const PLAIN: bool>
+struct Chunk<'a, S: Num, C: Scalar, K, const PLAIN: bool>
 where
     C::Element: Precision,
 {
-    test: &'a mut ClosedLoop<S, C, M>,
-    state: &'a mut LoopState<C, M::State>,
+    test: &'a mut ClosedLoop<S, C>,
+    state: &'a mut LoopState<S, C>,
     commands: &'a [S],
     ticks: usize,
     keep: K,
 }
 
-impl<S: Num, C: Scalar<Flags = S::Flags>, M: PlantModel<S>, K: Keep<S>, const PLAIN: bool> Work
-    for Chunk<'_, S, C, M, K, PLAIN>
+impl<S: Num, C: Scalar<Flags = S::Flags>, K: Keep<S>, const PLAIN: bool> Work for Chunk<'_, S, C, K, PLAIN>
 where
     C::Element: Precision,
 {

@@ -7,11 +7,8 @@ use eft_core::{
     Realization, SignFrom, VelocitySource,
 };
 
-use crate::closed_loop::simulate::{SimulateOptions, simulate_controlled};
-use crate::closed_loop::test_run::TestRun;
 use crate::config::{self, RigConfig};
 use crate::error::Result;
-use crate::excitation::Command;
 use crate::linear::{observer_gains, velocity_delay};
 use crate::rig::TABLE_CAPACITY;
 
@@ -20,6 +17,9 @@ pub type RigController<S> = Controller<S, TABLE_CAPACITY>;
 
 /// A precision the controller can run in.
 pub trait Precision: Real + 'static {
+    /// Which it is.
+    const WIDTH: Width;
+
     /// The controller alone.
     ///
     /// # Errors
@@ -37,19 +37,15 @@ pub trait Precision: Real + 'static {
     /// # Errors
     /// What `eft-core` refuses.
     fn learner(parameters: &Parameters) -> Result<Learner<Self, TABLE_CAPACITY>>;
+}
 
-    /// A whole test, as [`simulate`](crate::simulate) runs it: compiled once here, and not again in every crate that
-    /// calls it.
-    ///
-    /// # Errors
-    /// As [`simulate`](crate::simulate).
-    #[doc(hidden)]
-    fn test(
-        rig: &RigConfig,
-        command: &Command,
-        options: &SimulateOptions,
-        go_on: &mut dyn FnMut(usize, usize) -> bool,
-    ) -> Result<TestRun>;
+/// How wide a precision's numbers are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Width {
+    /// `f32`.
+    Single,
+    /// `f64`.
+    Double,
 }
 
 /// Whether something of the controller is learned during a test.
@@ -159,8 +155,10 @@ fn protection(rig: &RigConfig) -> Option<ProtectionParameters> {
 }
 
 macro_rules! precision {
-    ($t:ty) => {
+    ($t:ty, $width:ident) => {
         impl Precision for $t {
+            const WIDTH: Width = Width::$width;
+
             fn controller(parameters: &Parameters) -> Result<RigController<Self>> {
                 Ok(RigController::<$t>::new(parameters)?)
             }
@@ -172,17 +170,8 @@ macro_rules! precision {
             fn learner(parameters: &Parameters) -> Result<Learner<Self, TABLE_CAPACITY>> {
                 Ok(Learner::<$t, TABLE_CAPACITY>::new(parameters)?)
             }
-
-            fn test(
-                rig: &RigConfig,
-                command: &Command,
-                options: &SimulateOptions,
-                go_on: &mut dyn FnMut(usize, usize) -> bool,
-            ) -> Result<TestRun> {
-                simulate_controlled::<$t>(rig, command, options, None, go_on)
-            }
         }
     };
 }
-precision!(f32);
-precision!(f64);
+precision!(f32, Single);
+precision!(f64, Double);

@@ -1,10 +1,10 @@
 //! What the structure would do under exactly the commanded force: the answer every scheme is judged by.
 
-use crate::closed_loop::simulate::{SimulateOptions, one_actuator};
+use crate::closed_loop::simulate::{SimulateOptions, check_commands, one_actuator};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::excitation::Command;
-use crate::rig::{Specimen, Vector, longest_step, runge_kutta};
+use crate::rig::{Equations, Motion, Pace, Stages, Structure, runge_kutta};
 
 /// Motion of the structure alone, one value per command sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,72 +15,102 @@ pub struct IdealResponse {
     pub velocity: Vec<f64>,
 }
 
-/// The structure's response to the command itself, linear between samples; classical Runge–Kutta steps no longer
-/// than the options' largest step.
+/// The structure's response to the command itself, linear between samples; Runge–Kutta steps no longer than the
+/// options' largest step.
 ///
 /// # Errors
-/// An invalid command, or a structure too stiff for the step, whose motion grows without bound.
+/// As [`ideal_responses`]; a building, which takes one command a story.
 pub fn ideal_response(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
 ) -> Result<IdealResponse> {
     one_actuator(rig)?;
-    command.validate()?;
-    let specimen = Specimen::<f64>::pack(|_| rig);
-    let steps = options.steps(command.sample_rate)?.max(needed_steps(rig, command.sample_rate)?);
-    let step = 1.0 / (command.sample_rate * f64::from(steps));
-    let mut motion = Motion::default();
-    let mut ideal = IdealResponse {
-        displacement: Vec::with_capacity(command.values.len()),
-        velocity: Vec::with_capacity(command.values.len()),
+    Ok(ideal_responses(rig, std::slice::from_ref(command), options)?.swap_remove(0))
+}
+
+/// As [`ideal_response`], under one command an actuator, the ground floor's first; one response each.
+///
+/// # Errors
+/// An invalid command, not one an actuator, commands of different lengths or rates; a structure too stiff for the step,
+/// whose motion grows without bound.
+pub fn ideal_responses(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+) -> Result<Vec<IdealResponse>> {
+    let (sample_rate, samples) = check_commands(rig, commands)?;
+    let pace = options.pace(rig, sample_rate)?;
+    let structure = Structure::pack(|_| rig);
+    let at_rest = vec![Motion::default(); structure.len()];
+    let force = |i: usize, floor: usize| {
+        let values = &commands[floor].values;
+        let now = values[i];
+        [now, (values.get(i + 1).copied().unwrap_or(now) - now) * sample_rate]
     };
-    for (i, &now) in command.values.iter().enumerate() {
-        ideal.displacement.push(motion.displacement);
-        ideal.velocity.push(motion.velocity);
-        let rate = (command.values.get(i + 1).copied().unwrap_or(now) - now) * command.sample_rate;
-        for n in 0..steps {
-            motion = runge_kutta(motion, f64::from(n) * step, step, |at, time| Motion {
-                displacement: at.velocity,
-                velocity: specimen.acceleration(
-                    now + rate * time,
-                    at.displacement,
-                    at.velocity,
-                    at.hysteresis,
-                ),
-                hysteresis: specimen.hysteresis_rate(at.velocity, at.hysteresis),
-            });
-        }
-        if !(motion.displacement.is_finite() && motion.velocity.is_finite()) {
+    let responses = motions(&structure, &at_rest, samples, pace, force);
+    let finite =
+        |i: usize| responses.iter().all(|r| r.displacement[i].is_finite() && r.velocity[i].is_finite());
+    match (0..samples).find(|&i| !finite(i)) {
+        None => Ok(responses),
+        Some(i) => {
             let allowed =
-                format!("must be short enough for the structure: its motion has no end at sample {i}");
-            return Err(Error::value("largest_step", step, allowed));
+                format!("must be short enough for the structure: its motion has no end at sample {}", i - 1);
+            Err(Error::value("largest_step", pace.step(), allowed))
         }
     }
-    Ok(ideal)
 }
 
-/// Steps per tick without which the structure's own parts would not be followed.
-fn needed_steps(rig: &RigConfig, sample_rate: f64) -> Result<u32> {
-    let largest_step = longest_step(rig).min(1.0 / sample_rate);
-    SimulateOptions { largest_step, ..SimulateOptions::default() }.steps(sample_rate)
-}
-
-/// The structure's state.
-#[derive(Debug, Clone, Copy, Default)]
-struct Motion {
-    displacement: f64,
-    velocity: f64,
-    hysteresis: f64,
-}
-
-impl Vector<f64> for Motion {
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            displacement: f(self.displacement, other.displacement),
-            velocity: f(self.velocity, other.velocity),
-            hysteresis: f(self.hysteresis, other.hysteresis),
+/// The motion of a structure from `start` on under forces: `force(i, floor)` is that on a floor at sample `i` (N) and its
+/// rate until the next (N/s).
+pub(crate) fn motions(
+    structure: &Structure<f64>,
+    start: &[Motion<f64>],
+    samples: usize,
+    pace: Pace,
+    force: impl Fn(usize, usize) -> [f64; 2],
+) -> Vec<IdealResponse> {
+    let trace = || Vec::with_capacity(samples);
+    let response = |_: &Motion<f64>| IdealResponse { displacement: trace(), velocity: trace() };
+    let mut responses: Vec<_> = start.iter().map(response).collect();
+    let mut state: Vec<f64> = start.iter().flat_map(|motion| motion.to_array()).collect();
+    let mut stages = Stages::new(&state);
+    for i in 0..samples {
+        for ([displacement, velocity, _], response) in state.as_chunks().0.iter().zip(&mut responses) {
+            response.displacement.push(*displacement);
+            response.velocity.push(*velocity);
         }
+        let mut equations = Forced { structure, force: |floor| force(i, floor) };
+        for n in 0..pace.steps {
+            let start = f64::from(n) * pace.step();
+            runge_kutta(&mut state, &mut stages, start, pace.step(), &mut equations);
+        }
+    }
+    responses
+}
+
+/// A structure under forces that are linear in time.
+struct Forced<'a, F> {
+    structure: &'a Structure<f64>,
+    /// On each floor: force (N) now, and its rate (N/s).
+    force: F,
+}
+
+impl<F: Fn(usize) -> [f64; 2]> Equations<f64> for Forced<'_, F> {
+    fn rate(&mut self, state: &[f64], time: f64, rate: &mut [f64]) {
+        let Self { structure, force } = self;
+        let (motions, rates) = (state.as_chunks().0, rate.as_chunks_mut().0);
+        let motion = |i: usize| Motion::from_array(motions[i]);
+        structure.accelerations(
+            |i| {
+                let [now, slope] = force(i);
+                now + slope * time
+            },
+            motion,
+            |i, acceleration| {
+                rates[i] = [motion(i).velocity, acceleration, structure.hysteresis_rate(i, motion)];
+            },
+        );
     }
 }
 

@@ -1,7 +1,5 @@
 //! The sampled closed loop: `eft-core` around the continuous plant.
 
-mod building;
-mod building_stepper;
 mod channel;
 pub(crate) mod chunk;
 mod controller;
@@ -11,20 +9,22 @@ mod digital_side;
 mod ideal;
 mod outside;
 mod replay;
+mod several;
 mod signals;
 mod simulate;
 pub(crate) mod single;
 mod stepper;
 mod test_run;
 
-pub use building::{building_energy_balance, ideal_building_response, simulate_building, story_forces};
-pub use building_stepper::BuildingStepper;
 pub use channel::RigChannel;
-pub use controller::{Precision, RigController, adapts, parameters};
-pub use ideal::{IdealResponse, ideal_response};
+pub use controller::{Precision, RigController, Width, adapts, parameters};
+pub(crate) use ideal::motions;
+pub use ideal::{IdealResponse, ideal_response, ideal_responses};
 pub use outside::Answer;
 pub use replay::{Replay, replay};
-pub use simulate::{CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate};
+pub use simulate::{
+    CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate, simulate_actuators,
+};
 pub(crate) use simulate::{one_actuator, simulate_controlled, soft_end_ticks};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;

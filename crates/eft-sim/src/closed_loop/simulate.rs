@@ -3,16 +3,16 @@
 use eft_core::status;
 
 use crate::closed_loop::chunk;
-use crate::closed_loop::controller::Precision;
+use crate::closed_loop::controller::{Precision, Width};
+use crate::closed_loop::digital_side::DigitalSide;
 use crate::closed_loop::outside::Outside;
+use crate::closed_loop::several::SeveralActuators;
 use crate::closed_loop::single::{ClosedLoop, LoopState};
-use crate::closed_loop::test_run::TestRun;
+use crate::closed_loop::test_run::{Rows, TestRun};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::excitation::Command;
-use crate::rig::{
-    DetailedPlant, EnergyBalance, Exponential, Pace, Plant, PlantModel, longest_step, needs_detail,
-};
+use crate::rig::{EnergyBalance, Pace, longest_step, needs_detail};
 
 /// The largest integration step by default (s): with it the force is within 1e-4 of its peak of the converged
 /// answer for the paper's tests, at any sample rate.
@@ -94,53 +94,82 @@ impl SimulateOptions {
 /// [`status::DIVERGED`]: every trace is finite up to it.
 ///
 /// # Errors
-/// An invalid command, or an interruption.
+/// An invalid command, an interruption, or a building, which takes one command a story.
 pub fn simulate<P: Precision>(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-    mut go_on: impl FnMut(usize, usize) -> bool,
-) -> Result<TestRun> {
-    P::test(rig, command, options, &mut go_on)
-}
-
-/// As [`simulate`]; a controller from outside, if there is one, takes the place of the rig's own.
-pub(crate) fn simulate_controlled<P: Precision>(
-    rig: &RigConfig,
-    command: &Command,
-    options: &SimulateOptions,
-    outside: Option<Outside>,
     go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     one_actuator(rig)?;
-    command.validate()?;
-    if needs_detail(rig) {
-        let (mut run, test, state) =
-            run_through::<P, DetailedPlant<f64>>(rig, command, options, outside, go_on)?;
-        run.energy = Some(test.balance(&state));
-        return Ok(run);
-    }
-    match options.method {
-        Method::Exponential => {
-            Ok(run_through::<P, Exponential<f64>>(rig, command, options, outside, go_on)?.0)
-        }
-        Method::RungeKutta => Ok(run_through::<P, Plant<f64>>(rig, command, options, outside, go_on)?.0),
+    let commands = std::slice::from_ref(command);
+    Ok(simulate_actuators::<P>(rig, commands, options, go_on)?.swap_remove(0))
+}
+
+/// As [`simulate`], under one command an actuator; one [`TestRun`] each, the ground floor's first. Each floor of a
+/// building has the rig's actuator, and noise of its own; all share the supply. When the protection of one trips, all
+/// others trip at the next sample.
+///
+/// # Errors
+/// As [`simulate`]; not one command an actuator, or commands of different lengths or rates.
+pub fn simulate_actuators<P: Precision>(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+    mut go_on: impl FnMut(usize, usize) -> bool,
+) -> Result<Vec<TestRun>> {
+    match P::WIDTH {
+        Width::Single => in_single(rig, commands, options, None, &mut go_on),
+        Width::Double => in_double(rig, commands, options, &mut go_on),
     }
 }
 
-/// As [`simulate`], with the books of the energy: a rig without effects is run with them at nothing.
-///
-/// # Errors
-/// As [`simulate`].
-pub fn energy_balance(
+/// As [`simulate`] in single precision; a controller from outside takes the place of the rig's own.
+pub(crate) fn simulate_controlled(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-) -> Result<EnergyBalance> {
+    outside: Outside,
+    mut go_on: impl FnMut(usize, usize) -> bool,
+) -> Result<TestRun> {
     one_actuator(rig)?;
-    command.validate()?;
-    let (_, test, state) = run_through::<f64, DetailedPlant<f64>>(rig, command, options, None, |_, _| true)?;
-    Ok(test.balance(&state))
+    let commands = std::slice::from_ref(command);
+    Ok(in_single(rig, commands, options, Some(outside), &mut go_on)?.swap_remove(0))
+}
+
+// Not generic, so that the test in either precision is compiled here once.
+fn in_single(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+    outside: Option<Outside>,
+    go_on: &mut dyn FnMut(usize, usize) -> bool,
+) -> Result<Vec<TestRun>> {
+    through::<f32>(rig, commands, options, outside, go_on)
+}
+
+fn in_double(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+    go_on: &mut dyn FnMut(usize, usize) -> bool,
+) -> Result<Vec<TestRun>> {
+    through::<f64>(rig, commands, options, None, go_on)
+}
+
+/// Where the energy of such a test went, all actuators together.
+///
+/// # Errors
+/// As [`simulate_actuators`].
+pub fn energy_balance(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+) -> Result<EnergyBalance> {
+    let (sample_rate, _) = check_commands(rig, commands)?;
+    let mut test = SeveralActuators::<f64>::new(rig, options.pace(rig, sample_rate)?)?;
+    run_through(&mut test, rig, commands, &mut |_, _| true)?;
+    Ok(test.balance())
 }
 
 /// Refuses a building, which takes one command a story.
@@ -155,37 +184,136 @@ pub(crate) fn one_actuator(rig: &RigConfig) -> Result<()> {
     Err(Error::value("structure.kind", "\"shear_building\"", allowed))
 }
 
+/// Sample rate (Hz) and length of sound commands, one an actuator.
+///
+/// # Errors
+/// An invalid command, not one an actuator, or commands of different lengths or rates.
+pub(crate) fn check_commands(rig: &RigConfig, commands: &[Command]) -> Result<(f64, usize)> {
+    let actuators = rig.structure.floors();
+    let count = || Error::value("commands", commands.len(), one_each(actuators));
+    let first = commands.first().ok_or_else(count)?;
+    if commands.len() != actuators {
+        return Err(count());
+    }
+    for command in commands {
+        command.validate()?;
+        if command.sample_rate != first.sample_rate || command.values.len() != first.values.len() {
+            let found = format!("{} samples at {} Hz", command.values.len(), command.sample_rate);
+            let allowed = format!("must all have {} samples at {} Hz", first.values.len(), first.sample_rate);
+            return Err(Error::value("commands", found, allowed));
+        }
+    }
+    Ok((first.sample_rate, first.values.len()))
+}
+
+/// How many values a rig of so many actuators takes.
+pub(crate) fn one_each(actuators: usize) -> String {
+    let stories = if actuators == 1 { "story" } else { "stories" };
+    format!("must be one for each of {actuators} {stories}")
+}
+
 /// Ticks that the soft end takes, and one to be at rest in.
 pub(crate) fn soft_end_ticks(rig: &RigConfig, sample_rate: f64) -> usize {
     ((rig.protection.ramp_time * sample_rate).ceil() as usize).saturating_add(1)
 }
 
 /// The tick at which the soft end begins.
-pub(crate) fn soft_end(rig: &RigConfig, sample_rate: f64, total: usize) -> Option<usize> {
+fn soft_end(rig: &RigConfig, sample_rate: f64, total: usize) -> Option<usize> {
     let protection = &rig.protection;
     (protection.enabled && protection.soft_end)
         .then(|| total.saturating_sub(soft_end_ticks(rig, sample_rate)))
 }
 
-/// A test's traces, and how it was left.
-type Finished<P, M> = (TestRun, ClosedLoop<f64, P, M>, LoopState<P, <M as PlantModel<f64>>::State>);
-
-fn run_through<P: Precision, M: PlantModel<f64>>(
+fn through<P: Precision>(
     rig: &RigConfig,
-    command: &Command,
+    commands: &[Command],
     options: &SimulateOptions,
     outside: Option<Outside>,
-    mut go_on: impl FnMut(usize, usize) -> bool,
-) -> Result<Finished<P, M>> {
-    let total = command.values.len();
-    let pace = options.pace(rig, command.sample_rate)?;
-    let mut test = ClosedLoop::<f64, P, M>::new(|_| rig, pace)?;
-    if let Some(outside) = outside {
-        test.controlled_by(outside);
+    go_on: &mut dyn FnMut(usize, usize) -> bool,
+) -> Result<Vec<TestRun>> {
+    let (sample_rate, _) = check_commands(rig, commands)?;
+    let pace = options.pace(rig, sample_rate)?;
+    let detailed = needs_detail(rig) || commands.len() > 1;
+    if options.method == Method::Exponential && !detailed {
+        let mut test = OneActuator::<P>::new(rig, pace)?;
+        if let Some(outside) = outside {
+            test.test.digital().controlled_by(outside);
+        }
+        return run_through(&mut test, rig, commands, go_on);
     }
-    let mut state = test.at_rest();
-    let soft_end = soft_end(rig, command.sample_rate, total);
-    let mut run = TestRun::with_capacity(rig, command.sample_rate, total);
+    let mut test = SeveralActuators::<P>::new(rig, pace)?;
+    if let Some(outside) = outside {
+        test.digital(0).controlled_by(outside);
+    }
+    let mut runs = run_through(&mut test, rig, commands, go_on)?;
+    if let ([run], true) = (runs.as_mut_slice(), detailed) {
+        run.energy = Some(test.balance());
+    }
+    Ok(runs)
+}
+
+/// A closed loop that can be taken through a test.
+trait Loop {
+    /// Runs up to `ticks` ticks, and gives how many began with states to go on from. The commands, one slice an
+    /// actuator, may go on beyond them; where one ends with them, its last value is held.
+    fn run(&mut self, commands: &[&[f64]], ticks: usize, rows: Vec<Rows<'_>>) -> usize;
+    /// Asks the protections, where there are any, for the soft end.
+    fn end(&mut self);
+    /// As [`DigitalSide::found_flows`](crate::closed_loop::digital_side::DigitalSide::found_flows), of an actuator.
+    fn found_flows(&mut self, actuator: usize, openings: &[f64]) -> Option<Vec<f64>>;
+}
+
+/// The fast path for one rig.
+struct OneActuator<P: Precision> {
+    test: ClosedLoop<f64, P>,
+    state: LoopState<f64, P>,
+}
+
+impl<P: Precision> OneActuator<P> {
+    fn new(rig: &RigConfig, pace: Pace) -> Result<Self> {
+        let test = ClosedLoop::new(|_| rig, pace)?;
+        Ok(Self { state: test.at_rest(), test })
+    }
+}
+
+impl<P: Precision> Loop for OneActuator<P> {
+    fn run(&mut self, commands: &[&[f64]], ticks: usize, rows: Vec<Rows<'_>>) -> usize {
+        let rows = rows.into_iter().zip(commands);
+        let done =
+            rows.map(|(rows, commands)| chunk::run(&mut self.test, &mut self.state, commands, ticks, rows));
+        done.sum()
+    }
+    fn end(&mut self) {
+        self.test.digital().end();
+    }
+    fn found_flows(&mut self, _: usize, openings: &[f64]) -> Option<Vec<f64>> {
+        self.test.digital().found_flows(openings, 0)
+    }
+}
+
+impl<P: Precision> Loop for SeveralActuators<P> {
+    fn run(&mut self, commands: &[&[f64]], ticks: usize, mut rows: Vec<Rows<'_>>) -> usize {
+        self.run(commands, ticks, &mut rows)
+    }
+    fn end(&mut self) {
+        self.sides().for_each(DigitalSide::end);
+    }
+    fn found_flows(&mut self, actuator: usize, openings: &[f64]) -> Option<Vec<f64>> {
+        self.digital(actuator).found_flows(openings, 0)
+    }
+}
+
+/// Takes a loop through a test under commands that were checked.
+fn run_through(
+    test: &mut dyn Loop,
+    rig: &RigConfig,
+    commands: &[Command],
+    go_on: &mut dyn FnMut(usize, usize) -> bool,
+) -> Result<Vec<TestRun>> {
+    let Command { values, sample_rate } = &commands[0];
+    let (sample_rate, total) = (*sample_rate, values.len());
+    let soft_end = soft_end(rig, sample_rate, total);
+    let mut runs: Vec<_> = commands.iter().map(|_| TestRun::with_capacity(rig, sample_rate, total)).collect();
     let mut start = 0;
     while start < total {
         if !go_on(start, total) {
@@ -196,18 +324,27 @@ fn run_through<P: Precision, M: PlantModel<f64>>(
         }
         let end = soft_end.filter(|&end| end > start).unwrap_or(total);
         let ticks = CHUNK.min(end - start);
-        let commands = &command.values[start..];
-        let done = chunk::run(&mut test, &mut state, commands, ticks, run.extend(&commands[..ticks]));
+        let values: Vec<_> = commands.iter().map(|command| &command.values[start..]).collect();
+        let rows = runs.iter_mut().zip(&values).map(|(run, values)| run.extend(&values[..ticks]));
+        let rows = rows.collect();
+        let done = test.run(&values, ticks, rows);
         if done < ticks {
-            run.truncate(start + done);
-            if let Some(last) = run.status.last_mut() {
-                *last |= status::DIVERGED;
+            for run in &mut runs {
+                run.truncate(start + done);
+                if let Some(last) = run.status.last_mut() {
+                    *last |= status::DIVERGED;
+                }
             }
             break;
         }
         start += ticks;
     }
-    run.learn(|openings| test.found_flows(openings, 0));
+    for (actuator, run) in runs.iter_mut().enumerate() {
+        run.learn(|openings| test.found_flows(actuator, openings));
+    }
     go_on(total, total);
-    Ok((run, test, state))
+    Ok(runs)
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,10 +2,10 @@
 
 use eft_core::status;
 
-use crate::closed_loop::simulate::{SimulateOptions, one_actuator};
+use crate::closed_loop::simulate::{SimulateOptions, one_each};
 use crate::config::RigConfig;
-use crate::error::Result;
-use crate::rig::{DetailedPlant, DetailedState, Held, Pace, PlantModel, PlantState, longest_step};
+use crate::error::{Error, Result};
+use crate::rig::{ActuatorState, Driver, Pace, Plant};
 use crate::sensors::Signals;
 
 /// What is true of the plant at one tick.
@@ -36,12 +36,12 @@ impl PlantReading {
     /// stop and the piston beyond its stroke.
     pub(crate) fn new(
         time: f64,
-        core: &PlantState<f64>,
+        core: &ActuatorState<f64>,
         force: f64,
         [supply_pressure, acceleration]: [f64; 2],
         (at_stop, beyond_stroke): (bool, bool),
     ) -> Self {
-        let PlantState { spool, load_pressure, displacement, velocity, .. } = *core;
+        let ActuatorState { spool, load_pressure, displacement, velocity, .. } = *core;
         let flags = [
             (at_stop, status::SPOOL_STOP),
             (beyond_stroke, status::STROKE_EXCEEDED),
@@ -62,176 +62,123 @@ impl PlantReading {
     }
 }
 
-/// A plant that is carried on sample by sample under a held valve command.
+/// A plant that is taken from sample to sample under one held valve command an actuator, the ground floor's first.
 ///
-/// Instead of the rig's own structure another one may follow the actuator: [`push`](Self::push) carries the
-/// hydraulics over one sample and gives the mean force of that sample, [`follow`](Self::follow) takes the motion
-/// that the other structure answered with. Over a sample the piston moves with the velocity extrapolated from the
-/// last two answers, so the exchange is of second order in the sample period: half the period, a quarter of the error.
+/// Instead of the rig's own structure another one may follow the actuators: [`push`](Self::push) takes the hydraulics
+/// through one sample and gives the mean forces of that sample, [`follow`](Self::follow) takes the motion that the
+/// other structure answered with. Over a sample the pistons move with the velocity extrapolated from the last two
+/// answers, so the exchange is of second order in the sample period: half the period, a quarter of the error.
 #[derive(Debug, Clone)]
 pub struct PlantStepper {
-    plant: DetailedPlant<f64>,
-    state: DetailedState<f64>,
+    plant: Plant<f64>,
     pace: Pace,
     ticks: u64,
-    last_velocity: f64,
-    /// What a structure from outside last answered with (m/s²); none where the rig's own follows.
-    led: Option<f64>,
+    last_velocities: Vec<f64>,
+    /// What a structure from outside last answered with (m/s²), one an actuator; none where the rig's own follows.
+    imposed: Option<Vec<f64>>,
 }
 
 impl PlantStepper {
     /// The plant of a rig at rest, to be stepped at a sample rate (Hz).
     ///
     /// # Errors
-    /// An invalid sample rate; a building, which has several valves.
+    /// An invalid sample rate.
     pub fn new(rig: &RigConfig, sample_rate: f64, options: &SimulateOptions) -> Result<Self> {
         crate::checks::sample_rate("sample_rate", sample_rate)?;
-        one_actuator(rig)?;
-        let asked = options.steps(sample_rate)?;
-        let needed =
-            SimulateOptions { largest_step: longest_step(rig).min(options.largest_step), ..*options };
-        let pace = Pace::new(sample_rate, needed.steps(sample_rate)?.max(asked));
-        let plant = DetailedPlant::pack(|_| rig, pace)?;
-        Ok(Self { state: plant.at_rest(), plant, pace, ticks: 0, last_velocity: 0.0, led: None })
+        let (plant, pace) = (Plant::pack(|_| rig)?, options.pace(rig, sample_rate)?);
+        let last_velocities = vec![0.0; plant.actuators()];
+        Ok(Self { plant, pace, ticks: 0, last_velocities, imposed: None })
     }
 
     /// Back to rest.
     pub fn reset(&mut self) {
-        self.state = self.plant.at_rest();
+        self.plant.reset();
         self.ticks = 0;
-        self.last_velocity = 0.0;
-        self.led = None;
+        self.last_velocities.fill(0.0);
+        self.imposed = None;
     }
 
-    /// What is true now.
-    pub fn reading(&self) -> PlantReading {
-        let Signals { supply_pressure, acceleration, .. } = self.plant.signals(&self.state);
-        PlantReading::new(
-            self.ticks as f64 / self.pace.sample_rate,
-            DetailedPlant::core(&self.state),
-            self.plant.force(&self.state),
-            [supply_pressure, self.led.unwrap_or(acceleration)],
-            self.plant.at_limits(&self.state),
-        )
+    /// What is true now, one reading an actuator.
+    pub fn readings(&self) -> Vec<PlantReading> {
+        let time = self.ticks as f64 / self.pace.sample_rate;
+        let reading = |i| {
+            let Signals { supply_pressure, acceleration, .. } = self.plant.signals(i);
+            let imposed = self.imposed.as_ref().and_then(|imposed| imposed.get(i).copied());
+            let further = [supply_pressure, imposed.unwrap_or(acceleration)];
+            let limits = self.plant.at_limits(i);
+            PlantReading::new(time, &self.plant.actuator(i), self.plant.force(i), further, limits)
+        };
+        (0..self.plant.actuators()).map(reading).collect()
     }
 
-    /// One sample with the rig's structure under a valve command (V), and what is true after it.
+    /// One sample with the rig's structure under a valve command (V) an actuator, and what is true after it.
     ///
     /// # Errors
-    /// A command that is not finite.
-    pub fn step(&mut self, valve_command: f64) -> Result<PlantReading> {
-        crate::checks::finite("valve_command", valve_command, "V")?;
-        self.state = self.plant.advance_driven(self.state, (), &Held(valve_command), self.pace);
-        self.led = None;
+    /// Not one command an actuator, or one that is not finite.
+    pub fn step(&mut self, valve_commands: &[f64]) -> Result<Vec<PlantReading>> {
+        let drivers = self.held(valve_commands)?;
+        self.plant.advance(&drivers, self.pace);
+        self.imposed = None;
         self.ticks += 1;
-        Ok(self.reading())
+        Ok(self.readings())
     }
 
-    /// One sample of the hydraulics under a valve command (V), the piston led by the structure outside; the mean
-    /// force (N) on that structure over the sample. [`follow`](Self::follow) must come next.
+    /// One sample of the hydraulics under a valve command (V) an actuator, the pistons led by the structure outside; the
+    /// mean forces (N) on that structure over the sample. [`follow`](Self::follow) must come next.
     ///
     /// # Errors
-    /// A command that is not finite.
-    pub fn push(&mut self, valve_command: f64) -> Result<f64> {
-        crate::checks::finite("valve_command", valve_command, "V")?;
-        let velocity = DetailedPlant::core(&self.state).velocity;
-        let acceleration = (velocity - self.last_velocity) * self.pace.sample_rate;
-        self.last_velocity = velocity;
-        let step = self.pace.step();
-        let held = Held(valve_command);
-        let mut sum = 0.0;
+    /// As [`step`](Self::step).
+    pub fn push(&mut self, valve_commands: &[f64]) -> Result<Vec<f64>> {
+        let drivers = self.held(valve_commands)?;
+        let actuators = 0..self.plant.actuators();
+        let velocities: Vec<f64> = actuators.clone().map(|i| self.plant.actuator(i).velocity).collect();
+        let accelerations = self.accelerations(&velocities);
+        self.last_velocities = velocities;
+        let mut sums = vec![0.0; actuators.len()];
         for _ in 0..self.pace.steps {
-            let before = self.plant.force(&self.state);
-            self.state = self.plant.advance_led(self.state, &held, acceleration, step);
-            sum += 0.5 * (before + self.plant.force(&self.state));
+            let before: Vec<f64> = actuators.clone().map(|i| self.plant.force(i)).collect();
+            self.plant.step(&drivers, 0.0, self.pace.step(), Some(&accelerations));
+            self.plant.settle();
+            for (i, (sum, before)) in sums.iter_mut().zip(before).enumerate() {
+                *sum += 0.5 * (before + self.plant.force(i));
+            }
         }
         self.ticks += 1;
-        Ok(sum / f64::from(self.pace.steps))
+        Ok(sums.into_iter().map(|sum| sum / f64::from(self.pace.steps)).collect())
     }
 
-    /// The motion (m, m/s) that the structure outside has reached at the end of the sample.
+    /// The motions (m, m/s) that the structure outside has reached at the end of the sample, one an actuator.
     ///
     /// # Errors
-    /// A motion that is not finite.
-    pub fn follow(&mut self, displacement: f64, velocity: f64) -> Result<()> {
-        crate::checks::finite("displacement", displacement, "m")?;
-        crate::checks::finite("velocity", velocity, "m/s")?;
-        self.state.set_motion(displacement, velocity);
-        self.led = Some((velocity - self.last_velocity) * self.pace.sample_rate);
+    /// Not one an actuator, or one that is not finite.
+    pub fn follow(&mut self, displacements: &[f64], velocities: &[f64]) -> Result<()> {
+        self.check("displacement", "m", displacements)?;
+        self.check("velocity", "m/s", velocities)?;
+        self.plant.set_motion(displacements, velocities);
+        self.imposed = Some(self.accelerations(velocities));
         Ok(())
+    }
+
+    /// Mean accelerations (m/s²) from the velocities (m/s) of the last answer to these.
+    fn accelerations(&self, velocities: &[f64]) -> Vec<f64> {
+        let changes = velocities.iter().zip(&self.last_velocities);
+        changes.map(|(now, last)| (now - last) * self.pace.sample_rate).collect()
+    }
+
+    fn held(&self, valve_commands: &[f64]) -> Result<Vec<Driver<f64>>> {
+        self.check("valve_command", "V", valve_commands)?;
+        Ok(valve_commands.iter().map(|command| Driver::held(*command)).collect())
+    }
+
+    fn check(&self, name: &str, unit: &str, values: &[f64]) -> Result<()> {
+        let actuators = self.plant.actuators();
+        if values.len() != actuators {
+            let found = format!("{} values", values.len());
+            return Err(Error::value(name, found, one_each(actuators)));
+        }
+        values.iter().try_for_each(|value| crate::checks::finite(name, *value, unit))
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::closed_loop::Method;
-    use crate::excitation::sine_sweep;
-    use crate::simulate;
-
-    fn digital() -> RigConfig {
-        RigConfig::zhao2005().replace(&[("controller.realization", "digital".into())]).unwrap()
-    }
-
-    #[test]
-    fn stepping_under_the_commands_of_a_test_gives_the_test() {
-        let command = sine_sweep(8900.0, 0.0, 10.0, 4.0, 4096.0).unwrap();
-        // The stepper's own method, or the two would differ by the error of both.
-        let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
-        let run = simulate::<f64>(&digital(), &command, &options, |_, _| true).unwrap();
-        let mut plant = PlantStepper::new(&digital(), 4096.0, &options).unwrap();
-        for (i, v) in run.valve_command.iter().enumerate() {
-            let now = plant.reading();
-            assert!((now.force - run.force[i]).abs() < 1e-6, "sample {i}");
-            assert!((now.displacement - run.displacement[i]).abs() < 1e-12, "sample {i}");
-            plant.step(*v).unwrap();
-        }
-    }
-
-    /// Largest error of the force (N) with the rig's own structure outside, exchanged at a rate (Hz).
-    fn exchange_error(sample_rate: f64) -> f64 {
-        let rig = RigConfig::zhao2005().replace(&[("structure.kind", "linear".into())]).unwrap();
-        let (m, c, k) = (rig.structure.mass, rig.structure.damping, rig.structure.stiffness);
-        let options = SimulateOptions::default();
-        let (mut inside, mut outside) = (
-            PlantStepper::new(&rig, sample_rate, &options).unwrap(),
-            PlantStepper::new(&rig, sample_rate, &options).unwrap(),
-        );
-        let (mut x, mut v, mut worst) = (0.0, 0.0, 0.0_f64);
-        for i in 0..(4.0 * sample_rate) as u32 {
-            // Held at the coarsest rate's samples, so that every rate runs the same test.
-            let t = (f64::from(i) / sample_rate * 512.0).floor() / 512.0;
-            let command = 0.1 * (std::f64::consts::TAU * 1.6 * t).sin();
-            let truth = inside.step(command).unwrap();
-            let force = outside.push(command).unwrap();
-            // The structure under the mean force, in many small steps.
-            let h = 1.0 / sample_rate / 50.0;
-            for _ in 0..50 {
-                let half = v + 0.5 * h * (force - c * v - k * x) / m;
-                x += h * half;
-                v = half + 0.5 * h * (force - c * half - k * x) / m;
-            }
-            outside.follow(x, v).unwrap();
-            worst = worst.max((outside.reading().force - truth.force).abs());
-        }
-        worst
-    }
-
-    #[test]
-    fn the_exchange_is_of_second_order() {
-        let errors = [1024.0, 2048.0, 4096.0].map(exchange_error);
-        println!("{errors:?}");
-        for pair in errors.windows(2) {
-            assert!(pair[1] < pair[0] / 3.0, "{errors:?}");
-        }
-    }
-
-    #[test]
-    fn bad_input_is_named() {
-        let mut plant = PlantStepper::new(&digital(), 4096.0, &SimulateOptions::default()).unwrap();
-        assert!(plant.step(f64::NAN).unwrap_err().to_string().starts_with("valve_command = NaN"));
-        assert!(plant.follow(0.0, f64::INFINITY).unwrap_err().to_string().starts_with("velocity = inf"));
-        let error = PlantStepper::new(&digital(), -1.0, &SimulateOptions::default()).unwrap_err();
-        assert!(error.to_string().starts_with("sample_rate = -1"), "{error}");
-    }
-}
+mod tests;

@@ -19,7 +19,7 @@ pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode,
     PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening,
-    Stories, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage, VelocitySource,
+    Stories, Story, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage, VelocitySource,
 };
 
 use std::ops::Deref;

@@ -2,10 +2,10 @@
 
 use eft_core::FlowTable;
 
-use crate::closed_loop::{SimulateOptions, ideal_building_response, ideal_response};
+use crate::closed_loop::{SimulateOptions, ideal_responses};
 use eft_core::Short;
 
-use crate::config::{Mode, RigConfig, StructureKind};
+use crate::config::{Mode, RigConfig};
 use crate::error::Result;
 use crate::excitation::Command;
 use crate::linear::{FlowGain, Time, linearize, stability_margin};
@@ -79,12 +79,7 @@ pub struct Feasibility {
 /// An invalid command, not one command an actuator, or a loop that no level makes stable.
 pub fn check_feasibility(rig: &RigConfig, commands: &[Command]) -> Result<Feasibility> {
     let options = SimulateOptions::default();
-    let ideals = match commands {
-        [one] if rig.structure.kind != StructureKind::ShearBuilding => {
-            vec![ideal_response(rig, one, &options)?]
-        }
-        _ => ideal_building_response(rig, commands, &options)?,
-    };
+    let ideals = ideal_responses(rig, commands, &options)?;
     let mut demands = Vec::new();
     let mut pressure = 0.0_f64;
     let mut sample_rate = 0.0;

@@ -1,10 +1,13 @@
 //! The paper's identification tests on the virtual rig: displacement control of 10 V per full stroke, gain one.
 
-use crate::closed_loop::{SimulateOptions, one_actuator};
+use crate::closed_loop::{SimulateOptions, motions, one_actuator};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::excitation::{Command, sine_sweep};
-use crate::rig::{Num, Plant, PlantState, Specimen};
+use crate::rig::{
+    ActuatorState, Driver, Equations, Motion, Pace, Plant, ServoActuator, Spool, Stages, Structure,
+    runge_kutta,
+};
 
 /// Displacement control gives this (V) for the full stroke.
 const FULL_SCALE: f64 = 10.0;
@@ -36,17 +39,34 @@ pub struct FlowTest {
 /// An invalid rate.
 pub fn valve_test(rig: &RigConfig, amplitude: f64, sample_rate: f64) -> Result<ValveTest> {
     let sweep = sine_sweep(amplitude * FULL_SCALE / rig.actuator.stroke, 0.0, 10.0, 32.0, sample_rate)?;
-    let plant = Plant::<f64>::pack(|_| rig)?;
-    let steps = SimulateOptions::default().steps(sample_rate)?;
-    let mut state = PlantState::default();
+    let pace = SimulateOptions::default().pace(rig, sample_rate)?;
+    let mut valve = Valve { servo_actuator: ServoActuator::pack(|_| rig.plant())?, command: 0.0 };
+    let mut state = ActuatorState::default().to_array();
+    let mut stages = Stages::new(&state);
     let mut spool = Vec::with_capacity(sweep.values.len());
     for command in &sweep.values {
-        spool.push(state.spool);
-        state = plant.advance(state, *command, 1.0 / sample_rate, steps);
-        // The main stage is shut off: nothing moves but the spool.
-        state = PlantState { pilot_flow: state.pilot_flow, spool: state.spool, ..PlantState::default() };
+        spool.push(ActuatorState::from_array(state).spool);
+        valve.command = *command;
+        for n in 0..pace.steps {
+            runge_kutta(&mut state, &mut stages, f64::from(n) * pace.step(), pace.step(), &mut valve);
+            Spool::stop_in(&mut state);
+        }
     }
     Ok(ValveTest { valve_command: sweep.values, spool })
+}
+
+/// A valve whose main stage is shut off: nothing moves but pilot and spool.
+struct Valve {
+    servo_actuator: ServoActuator<f64>,
+    /// Held (V).
+    command: f64,
+}
+
+impl Equations<f64> for Valve {
+    fn rate(&mut self, state: &[f64], _: f64, rate: &mut [f64]) {
+        let rates = self.servo_actuator.valve_rate(&ActuatorState::from_slice(state), self.command);
+        rate.copy_from_slice(&rates.to_array());
+    }
 }
 
 /// The flow test: sines of a frequency (Hz) and an amplitude (m) for a duration (s) with a piston of a mass (kg) and
@@ -67,21 +87,21 @@ pub fn flow_test(
         (free.structure.mass, free.structure.damping, free.structure.stiffness) = (piston_mass, 0.0, 0.0);
     })?;
     let sweep = sine_sweep(amplitude, frequency, frequency, duration, sample_rate)?;
-    let plant = Plant::<f64>::pack(|_| &free)?;
+    let mut plant = Plant::<f64>::pack(|_| &free)?;
     // The free piston's resonance on the oil is far above the loaded rig's.
     let actuator = &free.actuator;
     let resonance = actuator.piston_area / (actuator.compressibility * piston_mass).sqrt();
-    let steps =
-        SimulateOptions::default().steps(sample_rate)?.max((4.0 * resonance / sample_rate).ceil() as u32);
+    let steps = SimulateOptions::default().pace(&free, sample_rate)?.steps;
+    let pace = Pace::new(sample_rate, steps.max((4.0 * resonance / sample_rate).ceil() as u32));
     let per_metre = FULL_SCALE / rig.actuator.stroke;
-    let mut state = PlantState::default();
     let mut test = FlowTest { command: Vec::new(), displacement: Vec::new(), spool: Vec::new() };
     for command in sweep.values {
+        let state = plant.actuator(0);
         test.command.push(command);
         test.displacement.push(state.displacement);
         test.spool.push(state.spool);
         let error = per_metre * (command - state.displacement);
-        state = plant.advance(state, error, 1.0 / sample_rate, steps);
+        plant.advance(&[Driver::held(error)], pace);
     }
     if test.displacement.iter().all(|x| x.is_finite()) {
         Ok(test)
@@ -101,35 +121,11 @@ pub fn flow_test(
 pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f64) -> Result<Vec<f64>> {
     one_actuator(rig)?;
     let still = Command::new(vec![0.0; (duration * sample_rate).round().max(0.0) as usize], sample_rate)?;
-    let specimen = Specimen::<f64>::pack(|_| rig);
-    Ok(released(&specimen, from, still.values.len(), 1.0 / (sample_rate * 8.0), 8))
-}
-
-fn released<S: Num<Element = f64>>(
-    specimen: &Specimen<S>,
-    from: f64,
-    samples: usize,
-    step: f64,
-    steps: u32,
-) -> Vec<f64> {
-    let (mut x, mut v, mut z) = (S::splat(from), S::splat(0.0), S::splat(0.0));
-    let (h, half, sixth, two) = (S::splat(step), S::splat(0.5 * step), S::splat(step / 6.0), S::splat(2.0));
-    let rate =
-        |x: S, v: S, z: S| (v, specimen.acceleration(S::splat(0.0), x, v, z), specimen.hysteresis_rate(v, z));
-    let mut out = Vec::with_capacity(samples);
-    for _ in 0..samples {
-        out.push(x.lane(0));
-        for _ in 0..steps {
-            let a = rate(x, v, z);
-            let b = rate(x + a.0 * half, v + a.1 * half, z + a.2 * half);
-            let c = rate(x + b.0 * half, v + b.1 * half, z + b.2 * half);
-            let d = rate(x + c.0 * h, v + c.1 * h, z + c.2 * h);
-            x = x + (a.0 + two * (b.0 + c.0) + d.0) * sixth;
-            v = v + (a.1 + two * (b.1 + c.1) + d.1) * sixth;
-            z = z + (a.2 + two * (b.2 + c.2) + d.2) * sixth;
-        }
-    }
-    out
+    let start = [Motion { displacement: from, ..Motion::default() }];
+    let structure = Structure::pack(|_| rig);
+    let pace = Pace::new(sample_rate, 8);
+    let mut responses = motions(&structure, &start, still.values.len(), pace, |_, _| [0.0; 2]);
+    Ok(responses.swap_remove(0).displacement)
 }
 
 #[cfg(test)]

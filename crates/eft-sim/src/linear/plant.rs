@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::Gains;
-use crate::config::{RigConfig, StructureKind, VelocitySource};
+use crate::config::{RigConfig, Story, StructureKind, VelocitySource};
 use crate::rig::Supply;
 
-/// Order of an actuator's states: that of [`crate::rig::PlantState`], then the load cell where it lags.
+/// Order of an actuator's states: that of an actuator of the plant, then the load cell where it lags.
 pub(super) const PILOT_FLOW: usize = 0;
 const SPOOL: usize = 1;
 const PRESSURE: usize = 2;
@@ -14,14 +14,6 @@ const DISPLACEMENT: usize = 3;
 pub(super) const VELOCITY: usize = 4;
 const CELL: usize = 5;
 const NAMES: [&str; 6] = ["pilot_flow", "spool", "load_pressure", "displacement", "velocity", "load_cell"];
-
-/// Mass (kg) of a floor, damping (N·s/m) and stiffness (N/m) of what holds it to the floor below.
-#[derive(Debug, Clone, Copy)]
-struct Story {
-    mass: f64,
-    damping: f64,
-    stiffness: f64,
-}
 
 /// `ẋ = A·x + B·v` of the plant under one valve command `v` (V) an actuator; the states actuator by actuator.
 #[derive(Debug, Clone)]
@@ -157,18 +149,16 @@ impl LinearPlant {
     }
 }
 
-/// The structure's stories near rest; anything but a building is one.
+/// The structure's stories near rest.
 fn stories(rig: &RigConfig) -> Vec<Story> {
     let s = &rig.structure;
-    if let (StructureKind::ShearBuilding, Some(stories)) = (s.kind, &s.stories) {
-        let columns = stories.dampings.iter().zip(&stories.stiffnesses);
-        let story = |(&mass, (&damping, &stiffness))| Story { mass, damping, stiffness };
-        return stories.masses.iter().zip(columns).map(story).collect();
+    let mut stories: Vec<_> = (0..s.floors()).map(|n| s.story(n)).collect();
+    if let (Some(damper), false) = (&s.power_damper, s.kind == StructureKind::ShearBuilding) {
+        // A power law of the first degree is a viscous damper; of a higher one it has no slope at rest.
+        let slope = if damper.exponent == 1.0 { damper.coefficient } else { 0.0 };
+        stories.iter_mut().for_each(|story| story.damping += slope);
     }
-    // A power law of the first degree is a viscous damper; of a higher one it has no slope at rest.
-    let linear = s.power_damper.as_ref().filter(|damper| damper.exponent == 1.0);
-    let damping = s.damping + linear.map_or(0.0, |damper| damper.coefficient);
-    vec![Story { mass: s.mass, damping, stiffness: s.stiffness }]
+    stories
 }
 
 /// Keys of a rig whose effect on small signals no linear model has: a dead zone, a friction, a constant leakage, a

@@ -12,6 +12,8 @@ pub(crate) struct Actuator<S> {
     leakage: S,
     per_compressibility: S,
     stroke: S,
+    /// Whether the volume of any lane's chambers counts.
+    has_chambers: bool,
     per_chamber_length: S,
 }
 
@@ -22,6 +24,7 @@ impl<S: Num> Actuator<S> {
             leakage: S::from_lanes(|i| rig(i).actuator.leakage),
             per_compressibility: S::from_lanes(|i| 1.0 / rig(i).actuator.compressibility),
             stroke: S::from_lanes(|i| rig(i).actuator.stroke),
+            has_chambers: (0..S::LANES).any(|i| rig(i).actuator.dead_length.is_some()),
             per_chamber_length: S::from_lanes(|i| {
                 let actuator = &rig(i).actuator;
                 actuator.dead_length.map_or(0.0, |dead| 1.0 / (actuator.stroke + dead))
@@ -51,7 +54,8 @@ impl<S: Num> Actuator<S> {
     /// give `K_a(x) = K_a·(1 − (x/l)²)`, `l = V_0/A` being the stroke and the dead length (Merritt 1967).
     #[inline(always)]
     pub(crate) fn rate_at(&self, load_flow: S, load_pressure: S, displacement: S, velocity: S) -> S {
-        self.rate(load_flow, load_pressure, velocity) / self.relative_compressibility(displacement)
+        let rate = self.rate(load_flow, load_pressure, velocity);
+        if self.has_chambers { rate / self.relative_compressibility(displacement) } else { rate }
     }
 
     /// Power (W) lost by leakage across the piston.
@@ -71,6 +75,9 @@ impl<S: Num> Actuator<S> {
     /// not carry.
     #[inline(always)]
     pub(crate) fn swept_power(&self, load_pressure: S, displacement: S, velocity: S) -> S {
+        if !self.has_chambers {
+            return S::splat(0.0);
+        }
         let x = displacement.limit(-self.stroke, self.stroke);
         let moving = S::select(x.abs().lt(self.stroke), velocity, S::splat(0.0));
         -(x * self.per_chamber_length * self.per_chamber_length) * moving * load_pressure * load_pressure

@@ -294,6 +294,16 @@ impl<S: Num> Driver<S> {
         Self { kind: DriverKind::Held, held: Held(command), cell: idle.through((S::splat(1.0), zero)) }
     }
 
+    /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
+    #[inline(always)]
+    pub(crate) fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
+        match self.kind {
+            DriverKind::Held => self.held.valve_command(time, force, force_rate),
+            DriverKind::Analog => self.cell.analog().valve_command(time, force, force_rate),
+            DriverKind::ThroughCell => self.cell.valve_command(time, force, force_rate),
+        }
+    }
+
     /// An analog controller, behind an ideal load cell where there is no other.
     #[inline(always)]
     pub(crate) fn analog(cell: ThroughCell<S>, ideal: bool) -> Self {

@@ -10,6 +10,8 @@ use crate::rig::Num;
 /// Both stops.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EndStop<S> {
+    /// Whether any lane has stops.
+    present: bool,
     stroke: S,
     stiffness: S,
     damping: S,
@@ -18,6 +20,7 @@ pub(crate) struct EndStop<S> {
 impl<S: Num> EndStop<S> {
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
         Self {
+            present: (0..S::LANES).any(|i| rig(i).actuator.stop_stiffness.is_some()),
             stroke: S::from_lanes(|i| rig(i).actuator.stroke),
             stiffness: S::from_lanes(|i| rig(i).actuator.stop_stiffness.unwrap_or(0.0)),
             damping: S::from_lanes(|i| rig(i).actuator.stop_damping),
@@ -27,6 +30,9 @@ impl<S: Num> EndStop<S> {
     /// Force (N) against a displacement (m) at a velocity (m/s).
     #[inline(always)]
     pub(crate) fn force(&self, displacement: S, velocity: S) -> S {
+        if !self.present {
+            return S::splat(0.0);
+        }
         self.elastic(displacement) * self.hardening(displacement, velocity)
     }
 
@@ -34,6 +40,9 @@ impl<S: Num> EndStop<S> {
     #[inline(always)]
     pub(crate) fn rate(&self, displacement: S, velocity: S, acceleration: S) -> S {
         let zero = S::splat(0.0);
+        if !self.present {
+            return zero;
+        }
         let hardening = self.hardening(displacement, velocity);
         let pushing = self.elastic(displacement).abs().gt(zero) & hardening.gt(zero);
         let outward = acceleration.times_sign_of(displacement);
@@ -45,6 +54,9 @@ impl<S: Num> EndStop<S> {
     /// Power (W) lost in it.
     #[inline(always)]
     pub(crate) fn loss(&self, displacement: S, velocity: S) -> S {
+        if !self.present {
+            return S::splat(0.0);
+        }
         (self.force(displacement, velocity) - self.elastic(displacement)) * velocity
     }
 

@@ -1,88 +1,50 @@
 //! Where the energy goes: powers, and their integrals over a test.
 
 use crate::rig::Num;
-use crate::rig::runge_kutta::Vector;
 
-/// Powers (W), or energies (J) since the start.
+/// Where the hydraulic work of a test went (J), all actuators together.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Energy<S> {
-    /// From the pump.
-    pub(crate) supplied: S,
-    /// By chambers that change their volume while under pressure, `½·K_a′·ẋ·P_L²`.
-    pub(crate) swept: S,
+pub struct EnergyBalance<S = f64> {
+    /// Work of the pump.
+    pub supplied: S,
+    /// Work of chambers that change their volume while under pressure, `½·K_a′·ẋ·P_L²`, which Eq. (7) leaves out.
+    pub swept: S,
     /// Lost by the droop of the supply.
-    pub(crate) droop: S,
-    /// Throttled in the main stage.
-    pub(crate) valve: S,
-    /// Lost by leakage, in the valve and across the piston.
-    pub(crate) leakage: S,
+    pub droop: S,
+    /// Throttled in the main stages.
+    pub valve: S,
+    /// Lost by leakage, in the valves and across the pistons.
+    pub leakage: S,
     /// Lost in the seals.
-    pub(crate) friction: S,
+    pub friction: S,
     /// Lost in the end stops.
-    pub(crate) stops: S,
+    pub stops: S,
     /// Lost in the structure's dampers.
-    pub(crate) damping: S,
-    /// Taken by the part of the structure that yields.
-    pub(crate) hysteresis: S,
+    pub damping: S,
+    /// Taken by the part of the structure that yields, most of it for good.
+    pub hysteresis: S,
+    /// What oil, accumulator, structure and stops hold more than at the start.
+    pub stored: S,
 }
 
-impl<S: Num> Vector<S> for Energy<S> {
+/// How many of the numbers are integrals of powers: all but the last.
+pub(crate) const POWERS: usize = 9;
+
+impl<S: Num> EnergyBalance<S> {
+    /// The integrals, or the powers (W).
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(S, S) -> S) -> Self {
-        Self {
-            supplied: f(self.supplied, other.supplied),
-            swept: f(self.swept, other.swept),
-            droop: f(self.droop, other.droop),
-            valve: f(self.valve, other.valve),
-            leakage: f(self.leakage, other.leakage),
-            friction: f(self.friction, other.friction),
-            stops: f(self.stops, other.stops),
-            damping: f(self.damping, other.damping),
-            hysteresis: f(self.hysteresis, other.hysteresis),
-        }
+    pub(crate) fn to_array(self) -> [S; POWERS] {
+        let Self { supplied, swept, droop, valve, leakage, friction, stops, damping, hysteresis, stored: _ } =
+            self;
+        [supplied, swept, droop, valve, leakage, friction, stops, damping, hysteresis]
     }
 }
 
-/// Where the hydraulic work of a test went (J).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EnergyBalance {
-    /// Work of the pump.
-    pub supplied: f64,
-    /// Work of chambers that change their volume while under pressure, `½·K_a′·ẋ·P_L²`, which Eq. (7) leaves out.
-    pub swept: f64,
-    /// Lost by the droop of the supply.
-    pub droop: f64,
-    /// Throttled in the main stage.
-    pub valve: f64,
-    /// Lost by leakage, in the valve and across the piston.
-    pub leakage: f64,
-    /// Lost in the seals.
-    pub friction: f64,
-    /// Lost in the end stops.
-    pub stops: f64,
-    /// Lost in the structure's dampers.
-    pub damping: f64,
-    /// Taken by the part of the structure that yields, most of it for good.
-    pub hysteresis: f64,
-    /// What oil, accumulator, structure and stops hold more than at the start.
-    pub stored: f64,
-}
-
 impl EnergyBalance {
-    /// From the energies since the start and what is stored more than then (J).
-    pub(crate) fn new(energy: &Energy<f64>, stored: f64) -> Self {
-        Self {
-            supplied: energy.supplied,
-            swept: energy.swept,
-            droop: energy.droop,
-            valve: energy.valve,
-            leakage: energy.leakage,
-            friction: energy.friction,
-            stops: energy.stops,
-            damping: energy.damping,
-            hysteresis: energy.hysteresis,
-            stored,
-        }
+    /// From the integrals, and what is stored more than at the start (J).
+    pub(crate) fn new(integrals: [f64; POWERS], stored: f64) -> Self {
+        let [supplied, swept, droop, valve, leakage, friction, stops, damping, hysteresis] = integrals;
+        Self { supplied, swept, droop, valve, leakage, friction, stops, damping, hysteresis, stored }
     }
 
     /// What was lost on the way (J).

@@ -9,6 +9,8 @@ use crate::rig::Num;
 /// Seals.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Friction<S> {
+    /// Whether any lane has friction.
+    present: bool,
     force: S,
     velocity_squared: S,
 }
@@ -16,6 +18,7 @@ pub(crate) struct Friction<S> {
 impl<S: Num> Friction<S> {
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
         Self {
+            present: (0..S::LANES).any(|i| rig(i).actuator.friction > 0.0),
             force: S::from_lanes(|i| rig(i).actuator.friction),
             velocity_squared: S::from_lanes(|i| rig(i).actuator.friction_velocity.powi(2)),
         }
@@ -24,12 +27,18 @@ impl<S: Num> Friction<S> {
     /// Force (N) against the motion at a velocity (m/s).
     #[inline(always)]
     pub(crate) fn force(&self, velocity: S) -> S {
+        if !self.present {
+            return S::splat(0.0);
+        }
         self.force * velocity / (velocity * velocity + self.velocity_squared).sqrt()
     }
 
     /// Rate (N·s/m) of that force with the velocity (m/s).
     #[inline(always)]
     pub(crate) fn slope(&self, velocity: S) -> S {
+        if !self.present {
+            return S::splat(0.0);
+        }
         let squared = velocity * velocity + self.velocity_squared;
         self.force * self.velocity_squared / (squared * squared.sqrt())
     }

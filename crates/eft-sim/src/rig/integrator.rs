@@ -9,16 +9,16 @@
 //! Steps that the method is not made for (spool at a stop, demand at its limit, a faulty load cell) are taken by
 //! Runge–Kutta.
 
-use eft_core::{Mask, Scalar};
+use eft_core::Mask;
 
 use crate::config::{Realization, RigConfig};
 use crate::dispatch::{Work, dispatch};
 use crate::error::Result;
 use crate::rig::drive::{Analog, Drive, Held};
+use crate::rig::plain::PlainPlant;
 use crate::rig::propagator::Propagator;
 use crate::rig::spool::Spool;
-use crate::rig::{Num, Pace, Plant, PlantModel, PlantState};
-use crate::sensors::Signals;
+use crate::rig::{ActuatorState, Num, Pace};
 
 /// Runge–Kutta steps in place of one step of the method in which the spool meets or leaves a stop.
 const SUBSTEPS: u32 = 2;
@@ -26,7 +26,7 @@ const SUBSTEPS: u32 = 2;
 /// The plant with the method's coefficients, one rig or several side by side.
 #[derive(Debug, Clone)]
 pub(crate) struct Exponential<S: Num> {
-    plant: Plant<S>,
+    plant: PlainPlant<S>,
     propagator: Propagator<S>,
     /// Gain (1) of a sound load cell, behind which the propagator's controller stands.
     cell_gain: S,
@@ -35,7 +35,7 @@ pub(crate) struct Exponential<S: Num> {
 /// The plant's state, and the memory of the method.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Carried<S> {
-    plant: PlantState<S>,
+    plant: ActuatorState<S>,
     memory: Memory<S>,
 }
 
@@ -53,7 +53,7 @@ struct Memory<S> {
 /// A step before it is known what drives the valve.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ahead<S> {
-    plant: PlantState<S>,
+    plant: ActuatorState<S>,
     /// Load flow (m³/s) there, and its slope over the spool opening (m³/s per unit opening).
     flow: S,
     gain: S,
@@ -62,16 +62,16 @@ pub(crate) struct Ahead<S> {
     soft: bool,
 }
 
-impl<S: Num> PlantModel<S> for Exponential<S> {
-    type State = Carried<S>;
-    type Ahead = Ahead<S>;
-    const FAST: bool = true;
-
-    fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, pace: Pace) -> Result<Self> {
+impl<S: Num> Exponential<S> {
+    /// The true plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
+    ///
+    /// # Errors
+    /// A flow curve that the core refuses.
+    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, pace: Pace) -> Result<Self> {
         let cell_gain = |i| rig(i).plant().sensors.force.gain;
         let propagators = (0..S::LANES)
             .map(|i| {
-                let plant = Plant::<f64>::pack(|_| rig(i))?;
+                let plant = PlainPlant::<f64>::pack(|_| rig(i))?;
                 Ok(match rig(i).controller.realization {
                     Realization::Analog => {
                         let analog = Analog::pack(|_| rig(i)).through((cell_gain(i), 0.0));
@@ -82,44 +82,27 @@ impl<S: Num> PlantModel<S> for Exponential<S> {
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
-            plant: Plant::pack(&rig)?,
+            plant: PlainPlant::pack(&rig)?,
             propagator: Propagator::pack(|i| &propagators[i]),
             cell_gain: S::from_lanes(cell_gain),
         })
     }
+
+    /// The blocks of the plant.
     #[inline(always)]
-    fn at_rest(&self) -> Carried<S> {
-        Carried::default()
+    pub(crate) fn plant(&self) -> &PlainPlant<S> {
+        &self.plant
     }
-    fn restarted(&self, state: Carried<S>, at: <S as Scalar>::Mask) -> Carried<S> {
-        Carried::select(at, self.at_rest(), state)
-    }
+
+    /// The valve command (V) that `drive` gives at the start of its interval.
     #[inline(always)]
-    fn core(state: &Carried<S>) -> &PlantState<S> {
-        &state.plant
-    }
-    #[inline(always)]
-    fn force(&self, state: &Carried<S>) -> S {
-        self.plant.force(&state.plant)
-    }
-    #[inline(always)]
-    fn signals(&self, state: &Carried<S>) -> Signals<S> {
-        self.plant.signals(&state.plant)
-    }
-    #[inline(always)]
-    fn at_limits(&self, state: &Carried<S>) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
-        self.plant.at_limits(&state.plant)
-    }
-    #[inline(always)]
-    fn driven_command(&self, state: &Carried<S>, drive: &impl Drive<S>) -> S {
+    pub(crate) fn driven_command(&self, state: &Carried<S>, drive: &impl Drive<S>) -> S {
         self.plant.driven_command(&state.plant, state.memory.flow[0], drive)
     }
+
+    /// The state one tick later, whose first part was looked ahead to.
     #[inline(always)]
-    fn look_ahead(&self, state: &Carried<S>) -> Ahead<S> {
-        self.predict(state)
-    }
-    #[inline(always)]
-    fn advance_driven(
+    pub(crate) fn advance(
         &self,
         state: Carried<S>,
         ahead: Ahead<S>,
@@ -134,9 +117,7 @@ impl<S: Num> PlantModel<S> for Exponential<S> {
         let copies = (state, *drive);
         self.more_steps(&copies, pace)
     }
-}
 
-impl<S: Num> Exponential<S> {
     /// The steps of a tick but for the first.
     // Apart, for a loop would keep the numbers of the first from staying in registers.
     #[inline(never)]
@@ -164,13 +145,14 @@ impl<S: Num> Exponential<S> {
         }
     }
 
-    /// The state a step ahead if the demand stayed what the last step ended with and the flow changed as it last did.
+    /// The state a step ahead if the demand stayed what the last step ended with and the flow changed as it last did:
+    /// what of a step can be computed before it is known what drives the valve.
     #[inline(always)]
-    fn predict(&self, state: &Carried<S>) -> Ahead<S> {
+    pub(crate) fn predict(&self, state: &Carried<S>) -> Ahead<S> {
         let (p, m) = (&self.propagator, &state.memory);
         let zero = S::splat(0.0);
         let change = |values: &[S; 2]| values[0] - values[1];
-        let mut plant = PlantState::default()
+        let mut plant = ActuatorState::default()
             .plus(p.flow.constant, m.flow[0])
             .plus(p.flow.ramp, change(&m.flow))
             .plus(p.demand.constant, m.demand);
@@ -284,8 +266,8 @@ impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
         let before = Spool::at_stop(state.plant.spool);
         let (mut plant, mut open) = (state.plant, S::Mask::splat(true));
         for steps in [1, SUBSTEPS] {
-            let taken = integrator.plant.advance_driven(state.plant, &drive, from, step, steps);
-            plant = PlantState::select(open, taken, plant);
+            let taken = integrator.plant.advance(state.plant, &drive, from, step, steps);
+            plant = ActuatorState::select(open, taken, plant);
             // Meeting or leaving a stop is a kink, over which a long step is inaccurate.
             let after = Spool::at_stop(plant.spool);
             open = (before | after) & !(before & after);
@@ -304,12 +286,18 @@ impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
 }
 
 impl<S: Num> Carried<S> {
+    /// Valve, oil and piston.
+    #[inline(always)]
+    pub(crate) fn plant(&self) -> &ActuatorState<S> {
+        &self.plant
+    }
+
     // Field by field: where the compiler thinks that it is seldom called, it inlines no closure.
     #[inline(always)]
-    fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+    pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
         let (a, b) = (yes.memory, no.memory);
         Self {
-            plant: PlantState::select(mask, yes.plant, no.plant),
+            plant: ActuatorState::select(mask, yes.plant, no.plant),
             memory: Memory {
                 flow: [S::select(mask, a.flow[0], b.flow[0]), S::select(mask, a.flow[1], b.flow[1])],
                 softening: [

@@ -13,6 +13,8 @@ use crate::rig::Num;
 /// Mass before the cell, and the cell's bandwidth.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LoadCell<S: Num> {
+    /// Whether any lane's lags.
+    present: bool,
     mass: S,
     lags: S::Mask,
     corner: S,
@@ -21,6 +23,7 @@ pub(crate) struct LoadCell<S: Num> {
 impl<S: Num> LoadCell<S> {
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
         Self {
+            present: (0..S::LANES).any(|i| rig(i).sensors.force.bandwidth.is_some()),
             mass: S::from_lanes(|i| rig(i).sensors.cell_mass.unwrap_or(0.0)),
             lags: S::Mask::from_lanes(|i| rig(i).sensors.force.bandwidth.is_some()),
             corner: S::from_lanes(|i| TAU * rig(i).sensors.force.bandwidth.unwrap_or(0.0)),
@@ -30,13 +33,13 @@ impl<S: Num> LoadCell<S> {
     /// Rate (N/s) of what the cell shows, at the actuator's force (N), the acceleration (m/s²) and what it shows (N).
     #[inline(always)]
     pub(crate) fn rate(&self, force: S, acceleration: S, shown: S) -> S {
-        self.corner * (force - self.mass * acceleration - shown)
+        if self.present { self.corner * (force - self.mass * acceleration - shown) } else { S::splat(0.0) }
     }
 
     /// What an electronic circuit behind the cell sees: the cell's own state where it lags, the force elsewhere.
     #[inline(always)]
     pub(crate) fn select(&self, shown: S, force: S) -> S {
-        S::select(self.lags, shown, force)
+        if self.present { S::select(self.lags, shown, force) } else { force }
     }
 }
 

@@ -11,7 +11,10 @@ use crate::rig::{Num, TABLE_CAPACITY};
 pub(crate) struct LoadFlow<S: Num> {
     curve: FlowTable<S, TABLE_CAPACITY>,
     scale: S,
+    supply_pressure: S,
     per_supply_pressure: S,
+    /// Whether the lands of any lane overlap.
+    overlaps: bool,
     overlap: S,
 }
 
@@ -21,32 +24,31 @@ impl<S: Num> LoadFlow<S> {
         Ok(Self {
             curve: FlowTable::pack(|i| &curves[i]),
             scale: S::from_lanes(|i| rig(i).servovalve.flow_gain_scale),
+            supply_pressure: S::from_lanes(|i| rig(i).supply.pressure),
             per_supply_pressure: S::from_lanes(|i| 1.0 / rig(i).supply.pressure),
+            overlaps: (0..S::LANES).any(|i| rig(i).servovalve.overlap > 0.0),
             overlap: S::from_lanes(|i| rig(i).servovalve.overlap),
         })
     }
 
-    /// Load flow (m³/s) at a spool opening (1) and a load pressure (Pa), and its slope over the opening (m³/s per
-    /// unit opening). Where the load pressure exceeds the supply the flow runs backwards: the root keeps the sign of
-    /// its radicand.
+    /// Load flow (m³/s) at a spool opening (1), a load pressure (Pa) and a supply pressure over the one at which the
+    /// curve was measured (1), and its slope over the opening (m³/s per unit opening). Where the load pressure exceeds
+    /// the supply the flow runs backwards: the root keeps the sign of its radicand.
     #[inline(always)]
-    pub(crate) fn flow_and_gain(&self, opening: S, load_pressure: S) -> (S, S) {
+    pub(crate) fn flow_and_gain(&self, opening: S, load_pressure: S, supplied: S) -> (S, S) {
         let ratio = (load_pressure * self.per_supply_pressure).times_sign_of(opening);
-        let radicand = S::splat(1.0) - ratio;
+        let radicand = supplied - ratio;
         let root = radicand.abs().sqrt().times_sign_of(radicand);
         let (flow, slope) = self.curve.flow_and_slope(opening);
         (self.scale * flow * root, self.scale * slope * root)
     }
 
-    /// Load flow (m³/s) at a supply pressure (Pa) that departs from the one at which the curve was measured, and
-    /// behind an overlap of the lands:
-    /// `Q_L = f(x_v − sat(x_v, overlap))·√((P − sgn(x_v)·P_L)/P_s)`. Also the flow (m³/s) drawn from the supply.
+    /// Load flow (m³/s) at a supply pressure (Pa) and behind an overlap of the lands:
+    /// `Q_L = f(x_v − sat(x_v, overlap))·√(P/P_s − sgn(x_v)·P_L/P_s)`. Also the flow (m³/s) drawn from the supply.
     #[inline(always)]
     pub(crate) fn flow_at(&self, opening: S, load_pressure: S, supply_pressure: S) -> (S, S) {
-        let open = opening - opening.limit(-self.overlap, self.overlap);
-        let radicand = (supply_pressure - load_pressure.times_sign_of(open)) * self.per_supply_pressure;
-        let root = radicand.abs().sqrt().times_sign_of(radicand);
-        let flow = self.scale * self.curve.flow(open) * root;
+        let open = if self.overlaps { opening - opening.limit(-self.overlap, self.overlap) } else { opening };
+        let (flow, _) = self.flow_and_gain(open, load_pressure, supply_pressure / self.supply_pressure);
         (flow, flow.times_sign_of(open))
     }
 }
@@ -71,9 +73,10 @@ mod tests {
         let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();
         for opening in [-0.8, -0.13, 0.0, 0.05, 0.6] {
             for load in [-2.2e7, -9e6, 0.0, 5e6, 2.5e7] {
-                let (plain, (flow, drawn)) =
-                    (valve.flow_and_gain(opening, load).0, valve.flow_at(opening, load, 1.9e7));
-                assert!((flow - plain).abs() <= 1e-14 * plain.abs().max(1e-3));
+                let (flow, drawn) = valve.flow_at(opening, load, 1.9e7);
+                let part = 1.0 - load * f64::signum(opening) / 1.9e7;
+                let eq_6 = valve.curve.flow(opening) * part.signum() * part.abs().sqrt();
+                assert!((flow - eq_6).abs() <= 1e-14 * eq_6.abs().max(1e-3));
                 assert_eq!(drawn, if opening < 0.0 { -flow } else { flow });
             }
         }

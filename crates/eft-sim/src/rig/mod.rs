@@ -4,8 +4,6 @@
 
 mod actuator;
 mod bouc_wen;
-mod building_plant;
-mod detailed_plant;
 mod drive;
 mod end_stop;
 mod energy;
@@ -13,34 +11,33 @@ mod friction;
 mod integrator;
 mod load_cell;
 mod load_flow;
-mod model;
+mod pace;
 mod pilot_valve;
+mod plain;
 mod plant;
 mod power_damper;
 mod propagator;
 mod runge_kutta;
 mod servo_actuator;
-mod shear_building;
-mod specimen;
 mod spool;
 mod state;
+mod story;
 mod structure;
 mod supply;
 mod valve_leakage;
 
 use eft_core::{Lanes, Scalar};
 
-pub(crate) use building_plant::BuildingPlant;
-pub(crate) use detailed_plant::{DetailedPlant, DetailedState, longest_step, needs_detail};
-pub(crate) use drive::{Analog, Driver, DriverKind, Held};
+pub(crate) use drive::{Analog, Driver, DriverKind};
 pub use energy::EnergyBalance;
-pub(crate) use integrator::Exponential;
-pub(crate) use model::{Pace, PlantModel};
-pub use plant::Plant;
-pub(crate) use runge_kutta::{Vector, runge_kutta};
-pub(crate) use shear_building::ShearBuilding;
-pub(crate) use specimen::Specimen;
-pub use state::PlantState;
+pub(crate) use integrator::{Ahead, Carried, Exponential};
+pub(crate) use pace::{Pace, longest_step};
+pub(crate) use plant::{Plant, needs_detail};
+pub(crate) use runge_kutta::{Equations, Stages, runge_kutta};
+pub(crate) use servo_actuator::ServoActuator;
+pub(crate) use spool::Spool;
+pub(crate) use state::ActuatorState;
+pub(crate) use structure::{Motion, Structure};
 pub(crate) use supply::Supply;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The pilot stage, Eq. (2): `τ·q̇ = K_vp·(v − K_3·x_vmax·x_v) − q`.
+//! The pilot stage, Eq. (2): `τ·q̇ = K_vp·(v − K_3·x_vmax·x_v) − q`, and its rated flow.
 
 use crate::config::RigConfig;
 use crate::rig::Num;
@@ -9,6 +9,8 @@ pub(crate) struct PilotValve<S> {
     flow_gain: S,
     spool_feedback: S,
     per_time_constant: S,
+    /// Whether any lane has a rated flow.
+    limited: bool,
     flow_limit: S,
 }
 
@@ -20,24 +22,20 @@ impl<S: Num> PilotValve<S> {
                 rig(i).servovalve.spool_sensitivity * rig(i).servovalve.spool_stroke
             }),
             per_time_constant: S::from_lanes(|i| 1.0 / rig(i).servovalve.pilot_time_constant),
+            limited: (0..S::LANES).any(|i| rig(i).servovalve.pilot_flow_limit.is_some()),
             flow_limit: S::from_lanes(|i| rig(i).servovalve.pilot_flow_limit.unwrap_or(f64::MAX)),
         }
     }
 
-    /// Rate of the pilot flow (m³/s²) for a valve command (V), the spool opening (1) and the pilot flow (m³/s).
+    /// Rate of the pilot flow (m³/s²) for a valve command (V), the spool opening (1) and the pilot flow (m³/s). The
+    /// torque motor is driven no further than its rated flow `q_max` (m³/s), if it has one:
+    /// `τ·q̇ = sat(K_vp·e, q_max) − q`, so that the spool is no faster than `q_max/(A_v·x_vmax)`.
     #[inline(always)]
     pub(crate) fn rate(&self, valve_command: S, spool: S, pilot_flow: S) -> S {
         let error = valve_command - self.spool_feedback * spool;
-        (self.flow_gain * error - pilot_flow) * self.per_time_constant
-    }
-
-    /// As [`rate`](Self::rate), the pilot's torque motor driven no further than its rated flow `q_max` (m³/s):
-    /// `τ·q̇ = sat(K_vp·e, q_max) − q`, so that the spool is no faster than `q_max/(A_v·x_vmax)`.
-    #[inline(always)]
-    pub(crate) fn saturating_rate(&self, valve_command: S, spool: S, pilot_flow: S) -> S {
-        let error = valve_command - self.spool_feedback * spool;
-        let wanted = (self.flow_gain * error).limit(-self.flow_limit, self.flow_limit);
-        (wanted - pilot_flow) * self.per_time_constant
+        let wanted = self.flow_gain * error;
+        let given = if self.limited { wanted.limit(-self.flow_limit, self.flow_limit) } else { wanted };
+        (given - pilot_flow) * self.per_time_constant
     }
 }
 
@@ -52,10 +50,11 @@ mod tests {
         let rig = changed(&[("servovalve.pilot_flow_limit", limit.into())]);
         let pilot = PilotValve::<f64>::pack(|_| &rig);
         for (command, side) in [(5.0, 1.0), (-5.0, -1.0)] {
-            assert_eq!(pilot.saturating_rate(command, 0.0, side * limit), 0.0);
-            assert!(side * pilot.saturating_rate(command, 0.0, 0.0) > 0.0);
+            assert_eq!(pilot.rate(command, 0.0, side * limit), 0.0);
+            assert!(side * pilot.rate(command, 0.0, 0.0) > 0.0);
         }
         // Small commands do not notice.
-        assert_eq!(pilot.saturating_rate(0.1, 0.0, 1e-7), pilot.rate(0.1, 0.0, 1e-7));
+        let plain = changed(&[]);
+        assert_eq!(pilot.rate(0.1, 0.0, 1e-7), PilotValve::<f64>::pack(|_| &plain).rate(0.1, 0.0, 1e-7));
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Written as `C·ẋ·(ẋ² + v_0²)^((a−1)/2)`, whose slope stays finite at standstill where `a < 1`.
 
-use crate::config::RigConfig;
+use crate::config::{RigConfig, StructureKind};
 use crate::rig::Num;
 
 /// Far below any velocity of a test (m/s).
@@ -18,7 +18,8 @@ pub(crate) struct PowerDamper<S> {
 
 impl<S: Num> PowerDamper<S> {
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
-        let damper = |i: usize| rig(i).structure.power_damper.as_ref();
+        let building = |i: usize| rig(i).structure.kind == StructureKind::ShearBuilding;
+        let damper = |i: usize| rig(i).structure.power_damper.as_ref().filter(|_| !building(i));
         let mut lanes: Vec<_> =
             (0..S::LANES).map(|i| damper(i).map_or((0.0, 1.0), |d| (d.coefficient, d.exponent))).collect();
         if lanes.iter().all(|lane| lane.0 == 0.0) {

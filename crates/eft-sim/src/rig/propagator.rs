@@ -9,8 +9,8 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::rig::Num;
 use crate::rig::drive::Drive;
-use crate::rig::plant::{Plant, Terms};
-use crate::rig::state::{PlantState, STATES};
+use crate::rig::plain::{PlainPlant, Terms};
+use crate::rig::state::{ActuatorState, STATES};
 
 /// State, and an input with its rate and half its second derivative.
 const AUGMENTED: usize = STATES + 3;
@@ -19,7 +19,7 @@ const AUGMENTED: usize = STATES + 3;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Propagator<S> {
     /// Of each number of the state.
-    pub(crate) state: [PlantState<S>; STATES],
+    pub(crate) state: [ActuatorState<S>; STATES],
     /// Of the valve's demand (V).
     pub(crate) demand: Moments<S>,
     /// Of the load flow (m³/s).
@@ -32,19 +32,19 @@ pub(crate) struct Propagator<S> {
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Moments<S> {
     /// Constant over the step.
-    pub(crate) constant: PlantState<S>,
+    pub(crate) constant: ActuatorState<S>,
     /// Growing from zero by one over the step.
-    pub(crate) ramp: PlantState<S>,
+    pub(crate) ramp: ActuatorState<S>,
     /// Zero at both ends and at one step before: the part that a parabola through three values adds to the straight
     /// line through the first two, a unit being the third value's distance from that line.
-    pub(crate) bend: PlantState<S>,
+    pub(crate) bend: ActuatorState<S>,
 }
 
 impl<S: Num> Propagator<S> {
     /// Propagators of single rigs side by side.
     pub(crate) fn pack<'a>(lane: impl Fn(usize) -> &'a Propagator<f64>) -> Self {
-        let pack = |part: &dyn Fn(&Propagator<f64>) -> PlantState<f64>| {
-            PlantState::from_array(std::array::from_fn(|n| S::from_lanes(|i| part(lane(i)).to_array()[n])))
+        let pack = |part: &dyn Fn(&Propagator<f64>) -> ActuatorState<f64>| {
+            ActuatorState::from_array(std::array::from_fn(|n| S::from_lanes(|i| part(lane(i)).to_array()[n])))
         };
         let moments = |of: fn(&Propagator<f64>) -> &Moments<f64>| Moments {
             constant: pack(&|lane| of(lane).constant),
@@ -62,18 +62,18 @@ impl<S: Num> Propagator<S> {
 
 impl Propagator<f64> {
     /// For steps of `step` s of a plant under a drive; of the drive only what it makes of the force counts.
-    pub(crate) fn new(plant: &Plant<f64>, drive: &impl Drive<f64>, step: f64) -> Self {
-        let at_rest = PlantState::default();
+    pub(crate) fn new(plant: &PlainPlant<f64>, drive: &impl Drive<f64>, step: f64) -> Self {
+        let at_rest = ActuatorState::default();
         let none = Terms { flow: 0.0, softening: 0.0 };
         let feedback = |force: f64, rate: f64| drive.demand(0.0, force, rate);
-        let rate = |state: &PlantState<f64>, terms: &Terms<f64>, command: f64| {
+        let rate = |state: &ActuatorState<f64>, terms: &Terms<f64>, command: f64| {
             let rate = plant.rate_under(state, terms, &|force, rate| feedback(force, rate) + command);
             SVector::from(rate.to_array())
         };
         let mut linear = SMatrix::<f64, STATES, STATES>::zeros();
         for n in 0..STATES {
             // Half a unit, so that no spool stop is met.
-            let state = PlantState::from_array(std::array::from_fn(|i| if i == n { 0.5 } else { 0.0 }));
+            let state = ActuatorState::from_array(std::array::from_fn(|i| if i == n { 0.5 } else { 0.0 }));
             linear.set_column(n, &(2.0 * rate(&state, &none, 0.0)));
         }
         // Pressures are millions and pilot flows millionths: the exponential needs comparable numbers.
@@ -84,7 +84,7 @@ impl Propagator<f64> {
             * whole.fixed_view::<STATES, STATES>(0, 0)
             * SMatrix::from_diagonal(&scale.map(f64::recip));
         Self {
-            state: std::array::from_fn(|n| PlantState::from_array(unscaled.column(n).into_owned().into())),
+            state: std::array::from_fn(|n| ActuatorState::from_array(unscaled.column(n).into_owned().into())),
             demand,
             flow: moments(rate(&at_rest, &Terms { flow: 1.0, ..none }, 0.0)).0,
             softening: moments(rate(&at_rest, &Terms { softening: 1.0, ..none }, 0.0)).0,
@@ -112,7 +112,7 @@ impl Moments<f64> {
         let whole = whole.exp();
         let column = |n: usize| {
             let column = whole.fixed_view::<STATES, 1>(0, STATES + n).component_mul(scale) * size;
-            PlantState::from_array(column.into())
+            ActuatorState::from_array(column.into())
         };
         let (constant, ramp, parabola) = (column(0), column(1), column(2));
         // Through (−1, 0), (0, 0) and (1, 1): s/2 + s²/2.
@@ -126,15 +126,16 @@ mod tests {
     use super::*;
     use crate::config::RigConfig;
     use crate::rig::drive::Analog;
+    use crate::rig::runge_kutta::{Equations, Stages, runge_kutta};
 
     #[test]
     fn one_step_is_what_many_small_ones_come_to() {
         let rig = RigConfig::zhao2005();
-        let plant = Plant::<f64>::pack(|_| &rig).unwrap();
+        let plant = PlainPlant::<f64>::pack(|_| &rig).unwrap();
         let drive = Analog::<f64>::pack(|_| &rig);
         let step = 1.0 / 1024.0;
         let propagator = Propagator::new(&plant, &drive, step);
-        let start = PlantState {
+        let start = ActuatorState {
             pilot_flow: 2e-6,
             spool: 0.2,
             load_pressure: 1e6,
@@ -148,9 +149,9 @@ mod tests {
         let course =
             |[constant, ramp, bend]: [f64; 3], t: f64| constant + ramp * t + bend * (t + t * t) / 2.0;
 
-        let mut exact = PlantState::default();
+        let mut exact = ActuatorState::default();
         for (number, column) in start.to_array().into_iter().zip(&propagator.state) {
-            exact = exact.after(*column, number);
+            exact = exact.plus(*column, number);
         }
         for (moments, parts) in [
             (&propagator.demand, [demand, growth, 0.0]),
@@ -158,32 +159,39 @@ mod tests {
             (&propagator.softening, softening),
         ] {
             exact = exact
-                .after(moments.constant, parts[0])
-                .after(moments.ramp, parts[1])
-                .after(moments.bend, parts[2]);
+                .plus(moments.constant, parts[0])
+                .plus(moments.ramp, parts[1])
+                .plus(moments.bend, parts[2]);
         }
 
-        let parts = 200;
-        let small = step / f64::from(parts);
-        let rate = |state: &PlantState<f64>, t: f64| {
-            let terms = Terms { flow: course(flow, t), softening: course(softening, t) };
-            let valve = |force, rate| drive.demand(0.0, force, rate) + demand + growth * t;
-            plant.rate_under(state, &terms, &valve)
-        };
-        let mut state = start;
-        for n in 0..parts {
-            let at = |part: f64| (f64::from(n) + part) / f64::from(parts);
-            let k1 = rate(&state, at(0.0));
-            let k2 = rate(&state.after(k1, small / 2.0), at(0.5));
-            let k3 = rate(&state.after(k2, small / 2.0), at(0.5));
-            let k4 = rate(&state.after(k3, small), at(1.0));
-            state = state
-                .after(k1, small / 6.0)
-                .after(k2, small / 3.0)
-                .after(k3, small / 3.0)
-                .after(k4, small / 6.0);
+        struct Linear<'a, F, G> {
+            plant: &'a PlainPlant<f64>,
+            drive: &'a Analog<f64>,
+            terms: F,
+            demand: G,
         }
-        for (got, expected) in exact.to_array().into_iter().zip(state.to_array()) {
+        impl<F: Fn(f64) -> Terms<f64>, G: Fn(f64) -> f64> Equations<f64> for Linear<'_, F, G> {
+            fn rate(&mut self, state: &[f64], time: f64, rate: &mut [f64]) {
+                let demand = (self.demand)(time);
+                let valve = |force, rate| self.drive.demand(0.0, force, rate) + demand;
+                let state = ActuatorState::from_slice(state);
+                let all = self.plant.rate_under(&state, &(self.terms)(time), &valve);
+                rate.copy_from_slice(&all.to_array());
+            }
+        }
+        let mut equations = Linear {
+            plant: &plant,
+            drive: &drive,
+            terms: |t| Terms { flow: course(flow, t / step), softening: course(softening, t / step) },
+            demand: |t| demand + growth * t / step,
+        };
+        let small = step / 200.0;
+        let mut state = start.to_array();
+        let mut stages = Stages::new(&state);
+        for n in 0..200 {
+            runge_kutta(&mut state, &mut stages, f64::from(n) * small, small, &mut equations);
+        }
+        for (got, expected) in exact.to_array().into_iter().zip(state) {
             assert!((got / expected - 1.0).abs() < 1e-10, "{exact:?}, {state:?}");
         }
     }

@@ -5,16 +5,16 @@ use eft_core::Scalar;
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::rig::actuator::Actuator;
-use crate::rig::drive::Drive;
+use crate::rig::drive::Driver;
 use crate::rig::end_stop::EndStop;
-use crate::rig::energy::Energy;
+use crate::rig::energy::EnergyBalance;
 use crate::rig::friction::Friction;
 use crate::rig::load_cell::LoadCell;
 use crate::rig::load_flow::LoadFlow;
 use crate::rig::pilot_valve::PilotValve;
 use crate::rig::spool::Spool;
 use crate::rig::valve_leakage::{Leak, ValveLeakage};
-use crate::rig::{Num, PlantState};
+use crate::rig::{ActuatorState, Num};
 
 /// One servovalve and its actuator.
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +65,7 @@ impl<S: Num> ServoActuator<S> {
 
     /// Force (N) on the structure.
     #[inline(always)]
-    pub(crate) fn force(&self, state: &PlantState<S>) -> S {
+    pub(crate) fn force(&self, state: &ActuatorState<S>) -> S {
         self.actuator.force(state.load_pressure)
             - self.friction.force(state.velocity)
             - self.end_stop.force(state.displacement, state.velocity)
@@ -73,7 +73,7 @@ impl<S: Num> ServoActuator<S> {
 
     /// What the oil does at a supply pressure (Pa).
     #[inline(always)]
-    pub(crate) fn hydraulics(&self, state: &PlantState<S>, supply_pressure: S) -> Hydraulics<S> {
+    pub(crate) fn hydraulics(&self, state: &ActuatorState<S>, supply_pressure: S) -> Hydraulics<S> {
         let opening = Spool::stop(state.spool);
         let (load_flow, drawn) = self.load_flow.flow_at(opening, state.load_pressure, supply_pressure);
         let leak = self.valve_leakage.leak(opening, state.load_pressure, supply_pressure);
@@ -86,23 +86,22 @@ impl<S: Num> ServoActuator<S> {
         Hydraulics { load_flow, leak, drawn, pressure_rate }
     }
 
-    /// The valve command (V) that `drive` gives a time (s) into its interval; `shown` is the load cell's state (N).
+    /// The valve command (V) that `driver` gives a time (s) into its interval, at the force and the load cell's state (N).
     #[inline(always)]
-    pub(crate) fn driven_command(
+    pub(crate) fn valve_command(
         &self,
-        state: &PlantState<S>,
-        shown: S,
+        state: &ActuatorState<S>,
+        [force, shown]: [S; 2],
         hydraulics: &Hydraulics<S>,
         acceleration: S,
-        drive: &impl Drive<S>,
+        driver: &Driver<S>,
         time: S,
     ) -> S {
-        let force = self.force(state);
         let force_rate = self.actuator.force(hydraulics.pressure_rate)
             - self.friction.slope(state.velocity) * acceleration
             - self.end_stop.rate(state.displacement, state.velocity, acceleration);
         let shown_rate = self.load_cell.rate(force, acceleration, shown);
-        drive.valve_command(
+        driver.valve_command(
             time,
             self.load_cell.select(shown, force),
             self.load_cell.select(shown_rate, force_rate),
@@ -113,63 +112,70 @@ impl<S: Num> ServoActuator<S> {
     #[inline(always)]
     pub(crate) fn rate(
         &self,
-        state: &PlantState<S>,
+        state: &ActuatorState<S>,
         hydraulics: &Hydraulics<S>,
         acceleration: S,
         valve_command: S,
-    ) -> PlantState<S> {
-        PlantState {
-            pilot_flow: self.pilot_valve.saturating_rate(valve_command, state.spool, state.pilot_flow),
-            spool: self.spool.rate(state.pilot_flow, state.spool),
+    ) -> ActuatorState<S> {
+        ActuatorState {
             load_pressure: hydraulics.pressure_rate,
             displacement: state.velocity,
             velocity: acceleration,
+            ..self.valve_rate(state, valve_command)
         }
     }
 
-    /// Rate (N/s) of the load cell's state.
+    /// The rates of pilot and spool under a valve command (V), whatever the oil does.
     #[inline(always)]
-    pub(crate) fn cell_rate(&self, state: &PlantState<S>, acceleration: S, shown: S) -> S {
-        self.load_cell.rate(self.force(state), acceleration, shown)
+    pub(crate) fn valve_rate(&self, state: &ActuatorState<S>, valve_command: S) -> ActuatorState<S> {
+        ActuatorState {
+            pilot_flow: self.pilot_valve.rate(valve_command, state.spool, state.pilot_flow),
+            spool: self.spool.rate(state.pilot_flow, state.spool),
+            ..ActuatorState::default()
+        }
+    }
+
+    /// Rate (N/s) of the load cell's state, at the force and the cell's state (N).
+    #[inline(always)]
+    pub(crate) fn cell_rate(&self, [force, shown]: [S; 2], acceleration: S) -> S {
+        self.load_cell.rate(force, acceleration, shown)
     }
 
     /// What the load cell shows (N): its state where it lags, the force elsewhere.
     #[inline(always)]
-    pub(crate) fn shown(&self, state: &PlantState<S>, shown: S) -> S {
-        self.load_cell.select(shown, self.force(state))
+    pub(crate) fn shown(&self, [force, shown]: [S; 2]) -> S {
+        self.load_cell.select(shown, force)
     }
 
-    /// The powers (W) of valve and actuator at a supply pressure (Pa).
+    /// Adds the powers (W) of valve and actuator at a supply pressure (Pa).
     #[inline(always)]
-    pub(crate) fn powers(
+    pub(crate) fn add_powers(
         &self,
-        state: &PlantState<S>,
+        powers: &mut EnergyBalance<S>,
+        state: &ActuatorState<S>,
         hydraulics: &Hydraulics<S>,
         supply_pressure: S,
-    ) -> Energy<S> {
-        let PlantState { load_pressure, displacement, velocity, .. } = *state;
-        let leak = hydraulics.leak;
-        Energy {
-            swept: self.actuator.swept_power(load_pressure, displacement, velocity),
-            valve: supply_pressure * hydraulics.drawn - load_pressure * hydraulics.load_flow,
-            leakage: supply_pressure * leak.drawn
-                + load_pressure * leak.lost
-                + self.actuator.leakage_loss(load_pressure),
-            friction: self.friction.force(velocity) * velocity,
-            stops: self.end_stop.loss(displacement, velocity),
-            ..Energy::default()
-        }
+    ) {
+        let ActuatorState { load_pressure, displacement, velocity, .. } = *state;
+        let Hydraulics { leak, load_flow, drawn, .. } = *hydraulics;
+        let across = self.actuator.leakage_loss(load_pressure);
+        let leakage = supply_pressure * leak.drawn + load_pressure * leak.lost + across;
+        powers.swept = powers.swept + self.actuator.swept_power(load_pressure, displacement, velocity);
+        powers.valve = powers.valve + (supply_pressure * drawn - load_pressure * load_flow);
+        powers.leakage = powers.leakage + leakage;
+        powers.friction = powers.friction + self.friction.force(velocity) * velocity;
+        powers.stops = powers.stops + self.end_stop.loss(displacement, velocity);
     }
 
     /// Energy (J) in the oil and in the stops.
-    pub(crate) fn stored(&self, state: &PlantState<S>) -> S {
+    pub(crate) fn stored(&self, state: &ActuatorState<S>) -> S {
         self.actuator.stored(state.load_pressure, state.displacement)
             + self.end_stop.stored(state.displacement)
     }
 
     /// Where the spool stands at a stop, and where the piston is beyond its stroke.
     #[inline(always)]
-    pub(crate) fn at_limits(&self, state: &PlantState<S>) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
+    pub(crate) fn at_limits(&self, state: &ActuatorState<S>) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
         (Spool::at_stop(state.spool), self.actuator.beyond_stroke(state.displacement))
     }
 }

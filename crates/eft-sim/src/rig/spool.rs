@@ -34,6 +34,14 @@ impl<S: Num> Spool<S> {
         opening.limit(S::splat(-1.0), S::splat(1.0))
     }
 
+    /// The same in the numbers of an [`ActuatorState`](crate::rig::ActuatorState).
+    #[inline(always)]
+    pub(crate) fn stop_in(state: &mut [S]) {
+        if let [_, opening, ..] = state {
+            *opening = Self::stop(*opening);
+        }
+    }
+
     /// Where the spool stands at a stop.
     #[inline(always)]
     pub(crate) fn at_stop(opening: S) -> <S as Scalar>::Mask {

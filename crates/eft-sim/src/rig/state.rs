@@ -1,20 +1,20 @@
-//! The plant's continuous state.
+//! The continuous state of one valve and its actuator.
 
 use crate::rig::Num;
 
-/// Everything the plant remembers; `default()` is at rest.
+/// What valve, oil and piston remember; `default()` is at rest.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct PlantState<S> {
+pub(crate) struct ActuatorState<S> {
     /// Pilot flow `q` (m³/s).
-    pub pilot_flow: S,
+    pub(crate) pilot_flow: S,
     /// Spool opening `x_v` (1).
-    pub spool: S,
+    pub(crate) spool: S,
     /// Load pressure `P_L` (Pa).
-    pub load_pressure: S,
+    pub(crate) load_pressure: S,
     /// Piston and structure displacement `x` (m).
-    pub displacement: S,
+    pub(crate) displacement: S,
     /// Piston and structure velocity `ẋ` (m/s).
-    pub velocity: S,
+    pub(crate) velocity: S,
 }
 
 /// Where a test is stopped, in the unit of each number: what gains, rates and squares make of it is still finite.
@@ -23,15 +23,23 @@ const BEYOND: f64 = 1e100;
 /// How many numbers they are.
 pub(crate) const STATES: usize = 5;
 
-impl<S: Num> PlantState<S> {
+impl<S: Num> ActuatorState<S> {
+    #[inline(always)]
     pub(crate) fn to_array(self) -> [S; STATES] {
         [self.pilot_flow, self.spool, self.load_pressure, self.displacement, self.velocity]
     }
 
+    #[inline(always)]
     pub(crate) fn from_array(
         [pilot_flow, spool, load_pressure, displacement, velocity]: [S; STATES],
     ) -> Self {
         Self { pilot_flow, spool, load_pressure, displacement, velocity }
+    }
+
+    /// From the first numbers of a slice that has as many.
+    #[inline(always)]
+    pub(crate) fn from_slice(numbers: &[S]) -> Self {
+        Self::from_array(numbers.first_chunk().copied().unwrap_or_default())
     }
 
     /// `yes` where the mask is true, `no` elsewhere.
@@ -44,12 +52,6 @@ impl<S: Num> PlantState<S> {
             displacement: S::select(mask, yes.displacement, no.displacement),
             velocity: S::select(mask, yes.velocity, no.velocity),
         }
-    }
-
-    /// `self + rate·step`.
-    #[inline(always)]
-    pub(crate) fn after(self, rate: Self, step: S) -> Self {
-        self.zip(rate, |x, r| x + r * step)
     }
 
     /// `self + rate·step`, each rounded once.

@@ -14,6 +14,8 @@ use crate::rig::Num;
 pub(crate) struct Supply<S: Num> {
     schedules: Vec<Option<(Vec<f64>, Vec<f64>)>>,
     constant: S,
+    /// Whether any lane has an accumulator.
+    has_accumulator: bool,
     yields: S::Mask,
     per_droop: S,
     pump_flow: S,
@@ -34,6 +36,7 @@ impl<S: Num> Supply<S> {
         Self {
             schedules,
             constant: S::from_lanes(|i| supply(i).pressure),
+            has_accumulator: (0..S::LANES).any(|i| supply(i).accumulator.is_some()),
             yields: S::Mask::from_lanes(|i| supply(i).accumulator.is_some()),
             per_droop: S::from_lanes(|i| supply(i).droop.map_or(0.0, |droop| 1.0 / droop)),
             pump_flow: S::from_lanes(|i| supply(i).pump_flow.unwrap_or(f64::MAX)),
@@ -59,12 +62,15 @@ impl<S: Num> Supply<S> {
     /// The pressure (Pa) at the valve, from the accumulator's where there is one.
     #[inline(always)]
     pub(crate) fn pressure(&self, setting: S, accumulator: S) -> S {
-        S::select(self.yields, accumulator, setting)
+        if self.has_accumulator { S::select(self.yields, accumulator, setting) } else { setting }
     }
 
     /// Flow (m³/s) from the pump at a set pressure and a pressure (Pa) while the valves draw a flow (m³/s).
     #[inline(always)]
     pub(crate) fn pump_flow(&self, setting: S, pressure: S, drawn: S) -> S {
+        if !self.has_accumulator {
+            return drawn;
+        }
         let given = ((setting - pressure) * self.per_droop).limit(S::splat(0.0), self.pump_flow);
         S::select(self.yields, given, drawn)
     }
@@ -100,7 +106,7 @@ fn interpolate(times: &[f64], values: &[f64], time: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::rig::changed;
-    use crate::rig::runge_kutta::runge_kutta;
+    use crate::rig::runge_kutta::{Equations, Stages, runge_kutta};
 
     const DROOP: f64 = 2e8;
     const CAPACITY: f64 = 7e-10;
@@ -112,19 +118,23 @@ mod tests {
         Supply::pack(|_| &rig)
     }
 
-    impl crate::rig::runge_kutta::Vector<f64> for f64 {
-        fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-            f(self, other)
+    /// An accumulator from which a flow (m³/s) is drawn.
+    struct Drawn<'a>(&'a Supply<f64>, f64);
+
+    impl Equations<f64> for Drawn<'_> {
+        fn rate(&mut self, pressure: &[f64], time: f64, rate: &mut [f64]) {
+            let Self(supply, drawn) = *self;
+            rate[0] = supply.rate(supply.pump_flow(supply.setting(time), pressure[0], drawn), drawn);
         }
     }
 
     fn after(supply: &Supply<f64>, drawn: f64, time: f64) -> f64 {
         let step = time / 1000.0;
-        (0..1000).fold(1.9e7, |pressure, n| {
-            runge_kutta(pressure, f64::from(n) * step, step, |p, t| {
-                supply.rate(supply.pump_flow(supply.setting(t), *p, drawn), drawn)
-            })
-        })
+        let (mut pressure, mut stages) = ([1.9e7], Stages::new(&[1.9e7]));
+        for n in 0..1000 {
+            runge_kutta(&mut pressure, &mut stages, f64::from(n) * step, step, &mut Drawn(supply, drawn));
+        }
+        pressure[0]
     }
 
     #[test]

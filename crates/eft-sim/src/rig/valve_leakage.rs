@@ -13,6 +13,8 @@ use crate::rig::Num;
 /// Clearances of the main stage.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ValveLeakage<S> {
+    /// Whether anything leaks in any lane.
+    present: bool,
     proportional: S,
     constant: S,
     per_null_region: S,
@@ -31,6 +33,7 @@ impl<S: Num> ValveLeakage<S> {
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
         let leakage = |i: usize| &rig(i).servovalve.leakage;
         Self {
+            present: (0..S::LANES).any(|i| leakage(i).proportional + leakage(i).constant > 0.0),
             proportional: S::from_lanes(|i| leakage(i).proportional),
             constant: S::from_lanes(|i| leakage(i).constant / rig(i).supply.pressure),
             per_null_region: S::from_lanes(|i| 1.0 / leakage(i).null_region),
@@ -40,7 +43,10 @@ impl<S: Num> ValveLeakage<S> {
     /// What leaks at a spool opening (1), a load pressure and a supply pressure (Pa).
     #[inline(always)]
     pub(crate) fn leak(&self, opening: S, load_pressure: S, supply_pressure: S) -> Leak<S> {
-        let one = S::splat(1.0);
+        let (zero, one) = (S::splat(0.0), S::splat(1.0));
+        if !self.present {
+            return Leak { lost: zero, drawn: zero };
+        }
         let side = (opening * self.per_null_region).limit(-one, one);
         let constant = self.constant * supply_pressure;
         Leak { lost: self.proportional * load_pressure + constant * side, drawn: constant * side.abs() }

@@ -83,3 +83,36 @@ pub struct PowerDamper {
     /// Exponent of the velocity, dimensionless.
     pub exponent: f64,
 }
+
+/// Mass of a floor, and what holds it to the floor below.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Story {
+    /// Mass, kg.
+    pub mass: f64,
+    /// Viscous damping, N·s/m.
+    pub damping: f64,
+    /// Stiffness, N/m.
+    pub stiffness: f64,
+}
+
+impl Structure {
+    fn several(&self) -> Option<&Stories> {
+        self.stories.as_ref().filter(|_| self.kind == StructureKind::ShearBuilding)
+    }
+
+    /// Number of stories, each with an actuator; one of any kind but the shear building.
+    pub fn floors(&self) -> usize {
+        self.several().map_or(1, |stories| stories.masses.len())
+    }
+
+    /// Story `n` from the ground up; a structure of any kind but the shear building is all of its only one.
+    pub fn story(&self, n: usize) -> Story {
+        let of = |list: &[f64]| list.get(n).copied().unwrap_or(f64::NAN);
+        match self.several() {
+            Some(Stories { masses, dampings, stiffnesses }) => {
+                Story { mass: of(masses), damping: of(dampings), stiffness: of(stiffnesses) }
+            }
+            None => Story { mass: self.mass, damping: self.damping, stiffness: self.stiffness },
+        }
+    }
+}
