@@ -35,6 +35,12 @@ class Replay:
     """Delay that the lead network would make up for, s."""
     valve_gain_estimate: npt.NDArray[np.float64]
     """The spool's gain over the configured one."""
+    flow_gain_deviation: npt.NDArray[np.float64]
+    """Standard deviation of the flow gain by sensor noise; infinite where nothing was learned."""
+    response_delay_deviation: npt.NDArray[np.float64]
+    """The same of the delay, s."""
+    valve_gain_deviation: npt.NDArray[np.float64]
+    """The same of the spool's gain."""
     level: npt.NDArray[np.float64]
     """The guard's factor on the compensation level."""
     test_ratio: npt.NDArray[np.float64]
@@ -52,6 +58,9 @@ class Replay:
             "flow_gain_estimate",
             "response_delay_estimate",
             "valve_gain_estimate",
+            "flow_gain_deviation",
+            "response_delay_deviation",
+            "valve_gain_deviation",
             "level",
             "test_ratio",
         ]

@@ -48,3 +48,38 @@ def test_what_is_missing_is_named(run):
         eft.replay(RIG.replace({"controller.velocity_source": "accelerometer"}), run)
     with pytest.raises(ValueError, match="sample_rate = 100"):
         eft.replay(RIG, eft.simulate(RIG, eft.sine_sweep(100.0, 0.5, 4.0, 1.0, 100.0)))
+
+
+# Sensor noise of 0.05 % of range.
+NOISE = {"sensors.force.noise": 78.0, "sensors.velocity.noise": 5e-4, "sensors.spool.noise": 5e-4}
+
+
+def learned(seed, command, factor):
+    noise = {"sensors.seed": seed, **{key: factor * value for key, value in NOISE.items()}}
+    run = eft.simulate(RIG.replace({"servovalve.flow_gain_scale": 0.95, **noise}), command)
+    replay = eft.replay(RIG, run)
+    names = ("flow_gain", "valve_gain", "response_delay")
+    estimates = [getattr(replay, f"{name}_estimate")[-1] for name in names]
+    return estimates, [getattr(replay, f"{name}_deviation")[-1] for name in names]
+
+
+@pytest.mark.parametrize(("amplitude", "factor"), [(2200.0, 1.0), (2200.0, 4.0), (4000.0, 1.0)])
+def test_estimates_scatter_as_their_standard_deviations_say(amplitude, factor):
+    command = eft.sine_sweep(amplitude, 0.5, 4.0, 6.0, 4096.0)
+    estimates, deviations = np.array([learned(seed, command, factor) for seed in range(40)]).swapaxes(0, 1)
+    quiet, _ = learned(0, command, 0.0)
+    # The flow gain is known. What a first-order model makes of three stages, a test without noise says.
+    truth = np.array([0.95, *quiet[1:]])
+    within = np.mean(np.abs(estimates - truth) <= 2.0 * deviations, axis=0)
+    assert np.all(within >= 0.9), within
+    # And they do not promise too little.
+    ratio = estimates.std(axis=0) / deviations.mean(axis=0)
+    assert np.all((ratio > 0.5) & (ratio < 1.25)), ratio
+    print(f"{amplitude:.0f} N, noise times {factor:g}: within {within}, scatter over said {ratio}")
+
+
+def test_before_anything_is_learned_the_standard_deviations_are_infinite(run):
+    replay = eft.replay(RIG, run)
+    assert np.isinf(replay.flow_gain_deviation[0]) and np.isinf(replay.response_delay_deviation[0])
+    last = [replay.flow_gain_deviation[-1], replay.valve_gain_deviation[-1]]
+    assert np.all(np.isfinite(last)) and np.all(np.array(last) > 0.0)

@@ -17,7 +17,8 @@ mod velocity;
 pub use channel::{Channel, ChannelState, Input, Output};
 pub use compensation::{
     Calibration, Compensation, CompensationInput, CompensationOutput, CompensationState, CurvePiece,
-    Feedforward, FeedforwardState, InverseFlow, LeadNetwork, LeadState, LoadPressure, Mode, SignFrom,
+    Deviations, Feedforward, FeedforwardState, InverseFlow, LeadNetwork, LeadState, LoadPressure, Mode,
+    SignFrom,
 };
 pub use controller::{Controller, ControllerInput, ControllerOutput, ControllerState};
 pub use error::{ConfigError, LARGEST, SMALLEST, Short};

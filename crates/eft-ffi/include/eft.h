@@ -226,7 +226,7 @@ typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
 typedef struct eft_calibration_f32 { uint64_t words[24]; } eft_calibration_f32;
 
 // What a channel remembers: one for each actuator.
-typedef struct eft_state_f32 { uint64_t words[72]; } eft_state_f32;
+typedef struct eft_state_f32 { uint64_t words[80]; } eft_state_f32;
 
 // One tick's command and measurements. What is never given stays NaN, by eft_input_init: nothing looks at it, or the
 // tick is flagged.
@@ -313,13 +313,16 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 typedef struct eft_learner_f32 { uint64_t words[80]; } eft_learner_f32;
 
 // What a learner remembers: one for each channel.
-typedef struct eft_learner_state_f32 { uint64_t words[120]; } eft_learner_state_f32;
+typedef struct eft_learner_state_f32 { uint64_t words[128]; } eft_learner_state_f32;
 
 // What a calibration says.
 typedef struct eft_learned_f32 {
   float flow_gain;                   // 1; true flow over the table's
   float valve_gain;                  // 1; the spool's gain over the configured one
   float response_delay;              // s; that the lead network makes up for
+  float flow_gain_deviation;         // 1; standard deviations by sensor noise, infinite where nothing was learned
+  float valve_gain_deviation;        // 1
+  float response_delay_deviation;    // s
   float level;                       // 1; the guard's factor on the compensation level
   float test_ratio;                  // 1; what the models miss over what they may: above 1 nothing is learned
   uint32_t window;                   // its window's number; UINT32_MAX where it was made of the configuration
@@ -392,17 +395,18 @@ typedef struct eft_channel_f64 { uint64_t words[136]; } eft_channel_f64;
 typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; eft_turn turn; } eft_channels_f64;
 typedef struct eft_window_f64 { uint64_t words[16]; } eft_window_f64;
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; eft_turn turn; } eft_windows_f64;
-typedef struct eft_calibration_f64 { uint64_t words[48]; } eft_calibration_f64;
+typedef struct eft_calibration_f64 { uint64_t words[56]; } eft_calibration_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; eft_turn turn; } eft_calibrations_f64;
-typedef struct eft_state_f64 { uint64_t words[128]; } eft_state_f64;
+typedef struct eft_state_f64 { uint64_t words[144]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; } eft_input_f64;
 typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;
     double authority; uint32_t status; uint32_t window_closed; eft_window_f64 window; } eft_output_f64;
 typedef struct eft_learner_f64 { uint64_t words[144]; } eft_learner_f64;
-typedef struct eft_learner_state_f64 { uint64_t words[240]; } eft_learner_state_f64;
-typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double level;
-    double test_ratio; uint32_t window; uint32_t status; } eft_learned_f64;
+typedef struct eft_learner_state_f64 { uint64_t words[256]; } eft_learner_state_f64;
+typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double flow_gain_deviation;
+    double valve_gain_deviation; double response_delay_deviation; double level; double test_ratio; uint32_t window;
+    uint32_t status; } eft_learned_f64;
 EFT_NODISCARD uint8_t eft_offer_channel_f64(eft_channels_f64 *to, const eft_channel_f64 *item);
 EFT_NODISCARD const eft_channel_f64 *eft_take_channel_f64(eft_channels_f64 *from);
 EFT_NODISCARD uint8_t eft_offer_window_f64(eft_windows_f64 *to, const eft_window_f64 *item);
@@ -443,23 +447,23 @@ EFT_STATIC_ASSERT(sizeof(eft_protection) == 112);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 768);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 640);
-EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 576);
+EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 640);
 EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 36);
 EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 96);
 EFT_STATIC_ASSERT(sizeof(eft_window_f32) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 192);
 EFT_STATIC_ASSERT(sizeof(eft_learner_f32) == 640);
-EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 960);
-EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 28);
+EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1024);
+EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 40);
 EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 1088);
-EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 1024);
+EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 1152);
 EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 72);
 EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 176);
 EFT_STATIC_ASSERT(sizeof(eft_window_f64) == 128);
-EFT_STATIC_ASSERT(sizeof(eft_calibration_f64) == 384);
+EFT_STATIC_ASSERT(sizeof(eft_calibration_f64) == 448);
 EFT_STATIC_ASSERT(sizeof(eft_learner_f64) == 1152);
-EFT_STATIC_ASSERT(sizeof(eft_learner_state_f64) == 1920);
-EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 48);
+EFT_STATIC_ASSERT(sizeof(eft_learner_state_f64) == 2048);
+EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 72);
 
 #ifdef __cplusplus
 }

@@ -8,7 +8,7 @@ mod lead;
 mod load_pressure;
 mod velocity_feedback;
 
-pub use calibration::Calibration;
+pub use calibration::{Calibration, Deviations};
 pub use feedforward::{Feedforward, FeedforwardState};
 pub use flow_curve::CurvePiece;
 pub(crate) use flow_curve::{CurveGrid, FIRST_NODE, NODES, PIECES, node_below, table_itself};

@@ -21,6 +21,12 @@ pub(crate) struct Evidence<T> {
     pub(crate) on_change: T,
     /// All of it (s, of squared opening × time).
     pub(crate) amount: T,
+    /// As `openings`, with the squares of the shares by which older ones are kept.
+    pub(crate) newer_openings: T,
+    /// Its time (s), and the squares of what the models missed of the flow and of the spool.
+    pub(crate) time: T,
+    pub(crate) flow_errors: T,
+    pub(crate) spool_errors: T,
     /// For the flow curve.
     pub(crate) curve: CurveEvidence<T>,
 }

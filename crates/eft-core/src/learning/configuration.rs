@@ -3,6 +3,7 @@
 use crate::compensation::{CurveGrid, LeadNetwork};
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::learning::band_filter::BandFilter;
+use crate::learning::deviation::Deviation;
 use crate::learning::flow_curve::FlowCurve;
 use crate::learning::flow_gain::FlowGainEstimator;
 use crate::learning::flow_model::FlowModel;
@@ -41,6 +42,14 @@ const fn windows(time: f64, period: f64) -> u32 {
 const fn share(corner: f64, period: f64) -> f64 {
     let angle = corner * period;
     angle / (1.0 + 0.5 * angle)
+}
+
+/// Variance (1) that two equal low-passes with this share leave of noise of variance 1: the sum of their impulse
+/// response's squares.
+const fn noise_passed(share: f64) -> f64 {
+    let kept = (1.0 - share) * (1.0 - share);
+    let rest = 1.0 - kept;
+    share * share * share * share * (1.0 + kept) / (rest * rest * rest)
 }
 
 /// Refuses bounds between which nothing lies.
@@ -88,6 +97,7 @@ macro_rules! constructor {
                 let [least_gain, most_gain] = check!(bounds("valve_gain_bounds", l.valve_gain_bounds));
                 let excitation = check!(positive("excitation", l.excitation));
                 let alpha = p.lead_alpha;
+                let low_pass = share(tau * t::LOW_PASS, period);
                 let grid = CurveGrid::over(p.greatest_flow());
                 Ok(Self {
                     adapts: l.adaptive,
@@ -101,7 +111,7 @@ macro_rules! constructor {
                     model,
                     lead,
                     filter: BandFilter {
-                        low_pass: share(tau * t::LOW_PASS, period) as $t,
+                        low_pass: low_pass as $t,
                         high_pass: share(tau * t::HIGH_PASS, period) as $t,
                     },
                     gate: Gate {
@@ -118,6 +128,7 @@ macro_rules! constructor {
                         hold_off: windows(t::HOLD_OFF, period),
                         settling: windows(t::SETTLING, period),
                     },
+                    deviation: Deviation { correlation: (period / noise_passed(low_pass)) as $t },
                     flow_gain: FlowGainEstimator {
                         prior: (t::FLOW_GAIN_PRIOR * flow_gain) as $t,
                         bounds: [least_flow as $t, most_flow as $t],

@@ -25,11 +25,13 @@ pub(crate) struct FlowGainState<T> {
     pub(crate) gain: T,
     /// How far the last estimate lay beyond its bounds (1).
     pub(crate) beyond: T,
+    /// How far `θ` is from it (1).
+    pub(crate) away: T,
 }
 
 impl<T: Real> Default for FlowGainState<T> {
     fn default() -> Self {
-        Self { gain: T::splat(1.0), beyond: T::splat(0.0) }
+        Self { gain: T::splat(1.0), beyond: T::splat(0.0), away: T::splat(0.0) }
     }
 }
 
@@ -53,6 +55,13 @@ impl<T: Real> FlowGainEstimator<T> {
         let target = raw.limit(lowest, highest);
         state.gain = target.limit(state.gain - self.change, state.gain + self.change);
         state.beyond = (raw - target).abs();
+        state.away = raw - state.gain;
+    }
+
+    /// Variance of `θ` per variance of the flow and per time over which it lasts.
+    pub(crate) fn spread(&self, evidence: &Evidence<T>) -> T {
+        let predicted = evidence.predicted + self.prior;
+        evidence.openings / (predicted * predicted)
     }
 }
 

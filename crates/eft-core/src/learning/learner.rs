@@ -3,6 +3,7 @@
 use crate::compensation::{Calibration, LeadNetwork};
 use crate::learning::band_filter::{BandFilter, BandState};
 use crate::learning::checkpoint::{Checkpoints, Evidence};
+use crate::learning::deviation::Deviation;
 use crate::learning::flow_curve::{CurveState, FlowCurve};
 use crate::learning::flow_gain::{FlowGainEstimator, FlowGainState};
 use crate::learning::flow_model::FlowModel;
@@ -36,6 +37,7 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) flow_gain: FlowGainEstimator<T>,
     pub(super) valve: ValveEstimator<T>,
     pub(super) curve: FlowCurve<T>,
+    pub(super) deviation: Deviation<T>,
     pub(super) guard: Guard<T>,
     /// The lead network by the configuration.
     pub(super) lead: LeadNetwork<T>,
@@ -205,6 +207,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let instrumented = [weight * asked, keep];
             self.flow_gain.step(&mut state.flow_gain, &mut state.evidence, flow, predicted, instrumented);
             if weight > zero {
+                let missed = [
+                    flow - state.flow_gain.gain * predicted,
+                    self.valve.missed(&state.valve, [asked, asked_change], spool),
+                ];
+                self.deviation.take(&mut state.evidence, asked, missed, weights);
                 self.valve.take(&state.valve, &mut state.evidence, [asked, asked_change], spool, weights);
                 if self.corrects {
                     let (passed, slope) = (model.at_no_load, model.slope);
@@ -267,6 +274,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         // Without estimates the configured network stays as it is, only its level moves.
         let lead =
             if self.adapts { lead } else { LeadNetwork::of(self.lead.pole(), self.lead.rate(), lead.gain()) };
+        let estimates = ((&self.flow_gain, &state.flow_gain), (&self.valve, &state.valve));
         let bounded = state.flow_gain.beyond + state.valve.beyond + state.curve.beyond;
         let flag = |raised: bool, bit: u32| if raised { bit } else { 0 };
         Calibration {
@@ -280,6 +288,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             response_delay: state.valve.delay,
             valve_gain: state.valve.gain,
             level,
+            deviations: self.deviation.of(&state.evidence, estimates.0, estimates.1),
             test_ratio: state.gate.test_ratio(&self.gate),
             curve: state.curve.pieces,
         }

@@ -3,6 +3,7 @@
 mod band_filter;
 mod checkpoint;
 mod configuration;
+mod deviation;
 mod flow_curve;
 mod flow_gain;
 mod flow_model;

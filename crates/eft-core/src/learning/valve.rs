@@ -53,6 +53,8 @@ pub(crate) struct ValveState<T> {
     pub(crate) delay: T,
     /// How far the last estimates lay beyond their bounds, both together.
     pub(crate) beyond: T,
+    /// How far gain (1) and delay (s) are from them.
+    pub(crate) away: [T; 2],
 }
 
 impl<T: Real> ValveState<T> {
@@ -63,7 +65,7 @@ impl<T: Real> ValveState<T> {
 
     pub(crate) fn new(delay: T) -> Self {
         let zero = T::splat(0.0);
-        Self { opening: zero, washout: zero, gain: T::splat(1.0), delay, beyond: zero }
+        Self { opening: zero, washout: zero, gain: T::splat(1.0), delay, beyond: zero, away: [zero; 2] }
     }
 }
 
@@ -129,6 +131,19 @@ impl<T: Real> ValveEstimator<T> {
         state.beyond = (raw_gain - gain).abs() + (raw_delay - delay).abs();
         state.gain = gain.limit(state.gain - self.gain_change, state.gain + self.gain_change);
         state.delay = delay.limit(state.delay - self.delay_change, state.delay + self.delay_change);
+        state.away = [raw_gain - state.gain, raw_delay - state.delay];
+    }
+
+    /// What the estimate leaves unexplained of the measured spool (1).
+    pub(crate) fn missed(&self, state: &ValveState<T>, [asked, change]: [T; 2], spool: T) -> T {
+        spool - state.gain * asked - (self.velocity_delay + self.sampling_delay) * self.per_period * change
+    }
+
+    /// Variances of gain (1) and delay (s²) per variance of the spool and per time over which it lasts.
+    pub(crate) fn spread(&self, sums: &Evidence<T>) -> [T; 2] {
+        let (openings, changes) = (sums.openings + self.gain_prior, sums.changes + self.delay_prior);
+        let per = T::splat(1.0) / (openings * changes - sums.crossed * sums.crossed);
+        [changes * per, openings * per * (self.period * self.period)]
     }
 
     /// The lead network for the estimate, at a compensation level (1) on top of the configured one.

@@ -2,8 +2,8 @@
 
 use eft_core::{
     Calibration, Compensation, CompensationInput, CompensationState, Controller, ControllerInput,
-    ControllerOutput, ControllerState, CurvePiece, Flags, Input, Lanes, LeadNetwork, Learning, Parameters,
-    Real, Realization, Scalar, status,
+    ControllerOutput, ControllerState, CurvePiece, Deviations, Flags, Input, Lanes, LeadNetwork, Learning,
+    Parameters, Real, Realization, Scalar, status,
 };
 use proptest::prelude::*;
 
@@ -123,6 +123,11 @@ fn side_by_side<T: Real, const L: usize>(single: &[Calibration<T>; L]) -> Calibr
         response_delay: of(|c| c.response_delay),
         valve_gain: of(|c| c.valve_gain),
         level: of(|c| c.level),
+        deviations: Deviations {
+            flow_gain: of(|c| c.deviations.flow_gain),
+            valve_gain: of(|c| c.deviations.valve_gain),
+            response_delay: of(|c| c.deviations.response_delay),
+        },
         test_ratio: of(|c| c.test_ratio),
         curve: std::array::from_fn(|n| CurvePiece {
             offset: Lanes::from_lanes(|lane| single[lane].curve[n].offset),

@@ -1,6 +1,6 @@
 //! A recorded test fed to the learner: what it would have learned.
 
-use eft_core::{Calibration, Input, Learning, Parameters, Realization};
+use eft_core::{Calibration, Deviations, Input, Learning, Parameters, Realization};
 
 use crate::closed_loop::controller::{Precision, parameters};
 use crate::config::RigConfig;
@@ -17,6 +17,12 @@ pub struct Replay {
     pub response_delay_estimate: Vec<f64>,
     /// The spool's gain over the configured one (1).
     pub valve_gain_estimate: Vec<f64>,
+    /// Standard deviation of the flow gain (1), as noise of the sensors makes it; infinite where nothing was learned.
+    pub flow_gain_deviation: Vec<f64>,
+    /// The same of the delay (s).
+    pub response_delay_deviation: Vec<f64>,
+    /// The same of the spool's gain (1).
+    pub valve_gain_deviation: Vec<f64>,
     /// The guard's factor on the compensation level (1).
     pub level: Vec<f64>,
     /// The gate's test ratio (1): above 1 the models do not explain what was measured, and nothing is learned.
@@ -33,6 +39,10 @@ impl Replay {
         self.flow_gain_estimate.push(calibration.flow_gain.to_f64());
         self.response_delay_estimate.push(calibration.response_delay.to_f64());
         self.valve_gain_estimate.push(calibration.valve_gain.to_f64());
+        let Deviations { flow_gain, valve_gain, response_delay } = calibration.deviations;
+        self.flow_gain_deviation.push(flow_gain.to_f64());
+        self.response_delay_deviation.push(response_delay.to_f64());
+        self.valve_gain_deviation.push(valve_gain.to_f64());
         self.level.push(calibration.level.to_f64());
         self.test_ratio.push(calibration.test_ratio.to_f64());
         self.status.push(calibration.status);
