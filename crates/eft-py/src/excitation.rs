@@ -9,7 +9,7 @@ use pyo3::sync::PyOnceLock;
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
-use crate::run::is_building;
+use crate::rig::is_building;
 
 /// A force command: samples in N at a constant rate; sample `i` belongs to the time `i / sample_rate`.
 ///

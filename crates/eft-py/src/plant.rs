@@ -8,8 +8,7 @@ use pyo3::prelude::*;
 
 use crate::arrays;
 use crate::errors::to_python;
-use crate::rig::Rig;
-use crate::run::is_building;
+use crate::rig::{Rig, is_building};
 
 /// Valve, actuator and structure of a rig, carried on sample by sample under a held valve command.
 ///

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use eft_sim::RigConfig;
-use eft_sim::config::{KEYS, Key, Kind, Need, Preset};
+use eft_sim::config::{KEYS, Key, Kind, Need, Preset, StructureKind};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
@@ -195,4 +195,9 @@ pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let believed = KEYS.iter().map(|key| row(key, key.key, false));
     let of_the_plant = KEYS.iter().filter(|key| key.is_of_the_plant());
     believed.chain(of_the_plant.map(|key| row(key, &format!("truth.{}", key.key), true))).collect()
+}
+
+/// Whether a rig has an actuator on each of several floors.
+pub(crate) fn is_building(rig: &RigConfig) -> bool {
+    rig.structure.kind == StructureKind::ShearBuilding
 }

@@ -4,9 +4,8 @@ use std::time::{Duration, Instant};
 
 use eft_core::status;
 use eft_sim::closed_loop::{self, DEFAULT_STEP, Method, ideal_responses, simulate_actuators};
-use eft_sim::config::StructureKind;
 use eft_sim::metrics::{self as judge, Metrics, TimeMetrics};
-use eft_sim::{RigConfig, SimulateOptions, TestRun};
+use eft_sim::{SimulateOptions, TestRun};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -14,7 +13,7 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::errors::{refuse, to_python};
 use crate::excitation::Command;
-use crate::rig::Rig;
+use crate::rig::{Rig, is_building};
 
 /// Between two looks at Ctrl-C and two calls of `progress`: often enough for a person, seldom enough not to
 /// take the interpreter from other threads.
@@ -118,11 +117,6 @@ pub(crate) fn simulate<'py>(
         Dtype::F64 => simulate_actuators::<f64>(rig, commands, &options, go_on),
     });
     traces(py, watch.end(runs)?, is_building(rig))
-}
-
-/// Whether a rig has an actuator on each of several floors.
-pub(crate) fn is_building(rig: &RigConfig) -> bool {
-    rig.structure.kind == StructureKind::ShearBuilding
 }
 
 /// The traces of one run an actuator, with a leading axis where there can be several.

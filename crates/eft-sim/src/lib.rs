@@ -1,28 +1,24 @@
 #![doc = include_str!("../README.md")]
 
+pub mod analysis;
 pub mod batch;
 mod checks;
 pub mod closed_loop;
 pub mod config;
-mod dispatch;
-#[cfg(target_arch = "x86_64")]
-mod eight;
 mod error;
-pub mod excitation;
-pub mod export;
-pub mod feasibility;
 mod files;
+pub mod firmware;
 mod fourier;
+pub mod ground_motion;
 pub mod identification;
-pub mod linear;
+mod instruments;
+mod lanes;
 pub mod metrics;
-pub mod preparation;
-pub mod processor_in_the_loop;
-pub mod records;
-pub mod rig;
-mod sensors;
-pub mod spectra;
+pub mod plant;
 
+pub use analysis::{feasibility, linear};
 pub use closed_loop::{IdealResponse, SimulateOptions, TestRun, ideal_response, simulate};
 pub use config::RigConfig;
 pub use error::{Error, Result};
+pub use firmware::{export, processor_in_the_loop};
+pub use ground_motion::{excitation, preparation, records, spectra};

@@ -11,7 +11,7 @@ mod wide;
 use crate::closed_loop::{Precision, SimulateOptions, simulate};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
-use crate::excitation::Command;
+use crate::ground_motion::excitation::Command;
 use pieces::pieces;
 use wide::SideBySide;
 
@@ -65,9 +65,9 @@ pub fn simulate_batch<P: Precision>(
     let pieces = pieces::<P>(tests, options);
     let work = |n: usize, stopped: &dyn Fn() -> bool| {
         let piece = &pieces[n];
-        if let Some(pace) = piece.side_by_side {
+        if let Some(grid) = piece.side_by_side {
             let side_by_side: Vec<_> = piece.places.iter().map(|&place| tests[place]).collect();
-            let wide = SideBySide { tests: &side_by_side, pace, options, stopped };
+            let wide = SideBySide { tests: &side_by_side, grid, options, stopped };
             match wide.run_widest() {
                 Ok(outcomes) => return piece.places.iter().copied().zip(outcomes).collect(),
                 // One of them is refused; each alone says which.

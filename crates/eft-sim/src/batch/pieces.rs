@@ -8,14 +8,14 @@ use crate::batch::{BatchOptions, Test};
 use crate::closed_loop::one_actuator;
 use crate::closed_loop::{Method, Precision, adapts};
 use crate::config::Realization;
-use crate::dispatch::width;
-use crate::rig::{Pace, needs_detail};
+use crate::lanes::width;
+use crate::plant::{TimeGrid, needs_detail};
 
 /// Tests that one thread takes at once, by their places in the batch.
 pub(super) struct Piece {
     pub(super) places: Vec<usize>,
     /// How time is cut, where they run side by side.
-    pub(super) side_by_side: Option<Pace>,
+    pub(super) side_by_side: Option<TimeGrid>,
 }
 
 /// What tests side by side share; any other parameter may differ.
@@ -64,8 +64,8 @@ pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -
         for places in places.chunks(width) {
             // A row of lanes costs about as much as two tests, however few of its lanes are filled.
             if places.len() > 2 {
-                let pace = Pace::new(f64::from_bits(kind.sample_rate), kind.steps);
-                pieces.push(Piece { places: places.to_vec(), side_by_side: Some(pace) });
+                let grid = TimeGrid::new(f64::from_bits(kind.sample_rate), kind.steps);
+                pieces.push(Piece { places: places.to_vec(), side_by_side: Some(grid) });
             } else {
                 alone.extend(places);
             }
@@ -85,11 +85,11 @@ fn kind<P: Precision>(test: &Test<'_>, options: &BatchOptions) -> Option<Kind> {
         return None;
     }
     one_actuator(rig).ok()?;
-    let pace = options.simulate.pace(rig, command.sample_rate).ok()?;
+    let grid = options.simulate.grid(rig, command.sample_rate).ok()?;
     Some(Kind {
         digital: rig.controller.realization == Realization::Digital,
         sample_rate: command.sample_rate.to_bits(),
         samples: command.values.len(),
-        steps: pace.steps,
+        steps: grid.steps,
     })
 }

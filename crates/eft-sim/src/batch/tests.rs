@@ -1,5 +1,5 @@
 use super::*;
-use crate::excitation::sine_sweep;
+use crate::ground_motion::excitation::sine_sweep;
 
 fn rig(changes: &[(&str, toml::Value)]) -> RigConfig {
     RigConfig::zhao2005().replace(changes).unwrap()

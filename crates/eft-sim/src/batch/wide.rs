@@ -3,17 +3,18 @@
 use eft_core::{Flags, Mask, status};
 
 use crate::batch::{BatchOptions, Outcome, Test};
-use crate::closed_loop::chunk::{self, Keep};
-use crate::closed_loop::single::{ClosedLoop, Tick};
-use crate::dispatch::{WideWork, Work, dispatch, dispatch_wide};
+use crate::closed_loop::chunk::{self, Recorder};
+use crate::closed_loop::fast::{FastLoop, Tick};
 use crate::error::{Error, Result};
+use crate::lanes::Num;
+use crate::lanes::{WideWork, Work, dispatch, dispatch_wide};
 use crate::metrics::{BLOCK, Norms};
-use crate::rig::{Num, Pace};
+use crate::plant::TimeGrid;
 
 /// Tests of one kind, as many as fit side by side or fewer.
 pub(super) struct SideBySide<'a> {
     pub(super) tests: &'a [Test<'a>],
-    pub(super) pace: Pace,
+    pub(super) grid: TimeGrid,
     pub(super) options: &'a BatchOptions,
     pub(super) stopped: &'a dyn Fn() -> bool,
 }
@@ -41,11 +42,11 @@ impl SideBySide<'_> {
     fn run_on<S: Num>(&self) -> Result<Vec<Result<Outcome>>> {
         // Lanes that are left over run the last test once more.
         let test_of = |lane: usize| &self.tests[lane.min(self.tests.len() - 1)];
-        let mut test = ClosedLoop::<S, S>::new(|lane| test_of(lane).rig, self.pace)?;
+        let mut test = FastLoop::<S, S>::new(|lane| test_of(lane).rig, self.grid)?;
         let mut state = test.at_rest();
         let total = self.tests[0].command.values.len();
         let mut lanes: Vec<Option<Ended>> = (0..S::LANES).map(|_| None).collect();
-        let mut kept = Kept::new(if self.options.fft { self.tests.len() } else { 0 });
+        let mut totals = Totals::new(if self.options.fft { self.tests.len() } else { 0 });
         let mut start = 0;
         while start < total && lanes.iter().any(Option::is_none) {
             if (self.stopped)() {
@@ -56,35 +57,35 @@ impl SideBySide<'_> {
                 // A test that ended stays at rest.
                 values: |lane: usize| lanes[lane].is_none().then(|| test_of(lane).command.values.as_slice()),
                 start,
-                commands: &mut kept.commands,
+                commands: &mut totals.commands,
             });
             let mut done = 0;
             while done < ticks {
-                let keep = Judged {
-                    forces: &mut kept.forces[done..],
-                    spool: &mut kept.spool,
-                    status: &mut kept.status,
+                let recorder = Judged {
+                    forces: &mut totals.forces[done..],
+                    spool: &mut totals.spool,
+                    status: &mut totals.status,
                 };
-                done += chunk::run(&mut test, &mut state, &kept.commands[done..], ticks - done, keep);
+                done += chunk::run(&mut test, &mut state, &totals.commands[done..], ticks - done, recorder);
                 if done < ticks {
                     let lost = !test.is_bounded(&state);
                     for (lane, ended) in lanes.iter_mut().enumerate().filter(|(lane, _)| lost.lane(*lane)) {
                         if ended.is_none() {
-                            *ended = Some(kept.end(lane, done, start + done, status::DIVERGED));
+                            *ended = Some(totals.end(lane, done, start + done, status::DIVERGED));
                         }
                     }
                     test.restart(&mut state, lost);
                 }
             }
-            kept.add(ticks);
+            totals.add(ticks);
             start += ticks;
         }
         let ended = lanes
             .into_iter()
             .enumerate()
-            .map(|(lane, ended)| ended.unwrap_or_else(|| kept.end(lane, 0, total, 0)));
+            .map(|(lane, ended)| ended.unwrap_or_else(|| totals.end(lane, 0, total, 0)));
         let ended: Vec<_> = ended.collect();
-        let forces = kept.traces.into_iter().map(Some).chain(std::iter::repeat_with(|| None));
+        let forces = totals.traces.into_iter().map(Some).chain(std::iter::repeat_with(|| None));
         let judged = self.tests.iter().zip(&ended).zip(forces);
         Ok(judged.map(|((test, ended), force)| ended.outcome(test, force.as_deref())).collect())
     }
@@ -107,7 +108,7 @@ impl Ended {
 }
 
 /// What stays of the ticks.
-struct Kept<S: Num> {
+struct Totals<S: Num> {
     norms: Norms<S>,
     spool: S,
     status: S::Flags,
@@ -118,7 +119,7 @@ struct Kept<S: Num> {
     traces: Vec<Vec<f64>>,
 }
 
-impl<S: Num> Kept<S> {
+impl<S: Num> Totals<S> {
     fn new(traces: usize) -> Self {
         Self {
             norms: Norms::new(),
@@ -159,9 +160,9 @@ struct Judged<'a, S: Num> {
     status: &'a mut S::Flags,
 }
 
-impl<S: Num> Keep<S> for Judged<'_, S> {
+impl<S: Num> Recorder<S> for Judged<'_, S> {
     #[inline(always)]
-    fn keep(&mut self, i: usize, tick: &Tick<S>) {
+    fn record(&mut self, i: usize, tick: &Tick<S>) {
         self.forces[i] = tick.force;
         let opening = tick.plant.spool.abs();
         *self.spool = S::select(opening.gt(*self.spool), opening, *self.spool);

@@ -4,7 +4,7 @@ use eft_core::{Calibration, ChannelState, Input, Learner, LearnerState, Output, 
 
 use crate::closed_loop::controller::Precision;
 use crate::error::Result;
-use crate::rig::TABLE_CAPACITY;
+use crate::plant::TABLE_CAPACITY;
 
 type Channel<P> = eft_core::Channel<P, TABLE_CAPACITY>;
 

@@ -3,32 +3,32 @@
 use eft_core::{Mask, Scalar};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::single::{ClosedLoop, LoopState, Tick};
-use crate::dispatch::{Work, dispatch};
-use crate::rig::Num;
+use crate::closed_loop::fast::{FastLoop, LoopState, Tick};
+use crate::lanes::Num;
+use crate::lanes::{Work, dispatch};
 
 /// What stays of a tick.
-pub(crate) trait Keep<S: Num> {
+pub(crate) trait Recorder<S: Num> {
     /// Takes the `i`-th tick of the chunk.
-    fn keep(&mut self, i: usize, tick: &Tick<S>);
+    fn record(&mut self, i: usize, tick: &Tick<S>);
 }
 
 /// Runs up to `ticks` ticks of a test, and gives how many began with states to go on from only. `commands` may go on beyond
 /// them; where it ends with them, the last one is held.
 pub(crate) fn run<S: Num, C: Scalar<Flags = S::Flags>>(
-    test: &mut ClosedLoop<S, C>,
+    test: &mut FastLoop<S, C>,
     state: &mut LoopState<S, C>,
     commands: &[S],
     ticks: usize,
-    keep: impl Keep<S>,
+    recorder: impl Recorder<S>,
 ) -> usize
 where
     C::Element: Precision,
 {
     if test.is_plain() {
-        dispatch::<S, _>(Chunk::<S, C, _, true> { test, state, commands, ticks, keep })
+        dispatch::<S, _>(Chunk::<S, C, _, true> { test, state, commands, ticks, recorder })
     } else {
-        dispatch::<S, _>(Chunk::<S, C, _, false> { test, state, commands, ticks, keep })
+        dispatch::<S, _>(Chunk::<S, C, _, false> { test, state, commands, ticks, recorder })
     }
 }
 
@@ -36,14 +36,15 @@ struct Chunk<'a, S: Num, C: Scalar, K, const PLAIN: bool>
 where
     C::Element: Precision,
 {
-    test: &'a mut ClosedLoop<S, C>,
+    test: &'a mut FastLoop<S, C>,
     state: &'a mut LoopState<S, C>,
     commands: &'a [S],
     ticks: usize,
-    keep: K,
+    recorder: K,
 }
 
-impl<S: Num, C: Scalar<Flags = S::Flags>, K: Keep<S>, const PLAIN: bool> Work for Chunk<'_, S, C, K, PLAIN>
+impl<S: Num, C: Scalar<Flags = S::Flags>, K: Recorder<S>, const PLAIN: bool> Work
+    for Chunk<'_, S, C, K, PLAIN>
 where
     C::Element: Precision,
 {
@@ -61,11 +62,11 @@ where
                 let ahead = self.test.look_ahead(&state);
                 let tick = self.test.sample::<PLAIN>(&mut state, command, next);
                 self.test.advance(&mut state, ahead, &tick.decision.driver);
-                self.keep.keep(done, &tick);
+                self.recorder.record(done, &tick);
             } else {
                 // Several side by side fill it alone, and then fewer numbers have to be kept at a time.
                 let tick = self.test.sample::<PLAIN>(&mut state, command, next);
-                self.keep.keep(done, &tick);
+                self.recorder.record(done, &tick);
                 let ahead = self.test.look_ahead(&state);
                 self.test.advance(&mut state, ahead, &tick.decision.driver);
             }

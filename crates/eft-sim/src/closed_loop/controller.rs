@@ -7,10 +7,10 @@ use eft_core::{
     Realization, SignFrom, VelocitySource,
 };
 
+use crate::analysis::linear::{observer_gains, velocity_delay};
 use crate::config::{self, RigConfig};
 use crate::error::Result;
-use crate::linear::{observer_gains, velocity_delay};
-use crate::rig::TABLE_CAPACITY;
+use crate::plant::TABLE_CAPACITY;
 
 /// The controller of a simulated rig; its tables have the simulator's capacity.
 pub type RigController<S> = Controller<S, TABLE_CAPACITY>;

@@ -4,18 +4,19 @@ use eft_core::{Calibration, ControllerInput, ControllerState, Flags, Mask, Outpu
 
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
-use crate::closed_loop::dac::Dac;
-use crate::closed_loop::delay_line::DelayLines;
 use crate::closed_loop::outside::{Answer, Outside};
 use crate::closed_loop::signals::convert;
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
-use crate::rig::{Analog, Driver, Num};
-use crate::sensors::{Sensors, Signals, Wire};
+use crate::instruments::Dac;
+use crate::instruments::DelayLines;
+use crate::instruments::{AnalogOutput, Sensors, Signals};
+use crate::lanes::Num;
+use crate::plant::{Analog, Driver};
 
 /// A plant as it stands now.
 // A trait and not a closure: a closure that is called twice is not inlined, and loses the processor's instructions.
-pub(crate) trait Driven<S: Num> {
+pub(crate) trait Feedback<S: Num> {
     /// The valve command (V) that a drive makes of the plant's state now.
     fn command(&self, driver: &Driver<S>) -> S;
 }
@@ -35,13 +36,13 @@ pub(crate) struct Decision<S: Num> {
 
 /// The load cell as an analog controller sees it: `gain·force + offset` (N).
 #[derive(Debug, Clone, Copy)]
-struct Sensed<S> {
+struct CellReading<S> {
     gain: S,
     offset: S,
     ideal: bool,
 }
 
-impl<S: Num> Sensed<S> {
+impl<S: Num> CellReading<S> {
     #[inline(always)]
     fn ideal() -> Self {
         Self { gain: S::splat(1.0), offset: S::splat(0.0), ideal: true }
@@ -173,11 +174,11 @@ where
         command: S,
         next_command: S,
         truth: Signals<S>,
-        plant: &impl Driven<S>,
+        plant: &impl Feedback<S>,
     ) -> Decision<S> {
         let commands = [command, next_command];
         if PLAIN {
-            return self.control::<true>(state, commands, truth, Sensed::ideal(), plant);
+            return self.control::<true>(state, commands, truth, CellReading::ideal(), plant);
         }
         let (measured, cell) = self.measure(truth);
         if self.outside.is_some() {
@@ -196,8 +197,8 @@ where
         state: &mut ControllerState<C>,
         [command, next_command]: [S; 2],
         measured: Signals<S>,
-        cell: Sensed<S>,
-        plant: &impl Driven<S>,
+        cell: CellReading<S>,
+        plant: &impl Feedback<S>,
     ) -> Decision<S> {
         let input = ControllerInput {
             command: convert(command),
@@ -226,8 +227,8 @@ where
         &mut self,
         [command, next_command]: [S; 2],
         mut measured: Signals<S>,
-        cell: Sensed<S>,
-        plant: &impl Driven<S>,
+        cell: CellReading<S>,
+        plant: &impl Feedback<S>,
     ) -> Decision<S> {
         let valve_command = match self.realization {
             // What the analog controller made of it until now.
@@ -274,8 +275,8 @@ where
         &mut self,
         [command, next_command]: [S; 2],
         measured: Signals<S>,
-        cell: Sensed<S>,
-        plant: &impl Driven<S>,
+        cell: CellReading<S>,
+        plant: &impl Feedback<S>,
         out: Voltages<S>,
     ) -> Decision<S> {
         let (output, clipped) =
@@ -375,18 +376,18 @@ where
     /// What the sensors make of the truth, and the load cell (gain and offset in N) as an analog controller sees it,
     /// where it is not ideal.
     #[inline(always)]
-    fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, Sensed<S>) {
-        if self.sensors.is_empty() { (truth, Sensed::ideal()) } else { self.read_sensors(truth) }
+    fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, CellReading<S>) {
+        if self.sensors.is_empty() { (truth, CellReading::ideal()) } else { self.read_sensors(truth) }
     }
 
     #[inline(never)]
-    fn read_sensors(&mut self, truth: Signals<S>) -> (Signals<S>, Sensed<S>) {
+    fn read_sensors(&mut self, truth: Signals<S>) -> (Signals<S>, CellReading<S>) {
         let read = |(i, sensors): (usize, &mut Option<Sensors>)| {
-            let ideal = Wire { gain: 1.0, offset: 0.0 };
+            let ideal = AnalogOutput { gain: 1.0, offset: 0.0 };
             sensors.as_mut().map_or((truth.lane(i), ideal), |sensors| sensors.read(&truth.lane(i)))
         };
         let readings: Vec<_> = self.sensors.iter_mut().enumerate().map(read).collect();
-        let wire = Sensed {
+        let wire = CellReading {
             gain: S::from_lanes(|i| readings[i].1.gain),
             offset: S::from_lanes(|i| readings[i].1.offset),
             ideal: false,

@@ -3,8 +3,8 @@
 use crate::closed_loop::simulate::{SimulateOptions, check_commands, one_actuator};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
-use crate::excitation::Command;
-use crate::rig::{Equations, Motion, Pace, Stages, Structure, runge_kutta};
+use crate::ground_motion::excitation::Command;
+use crate::plant::{Equations, Motion, Stages, Structure, TimeGrid, runge_kutta};
 
 /// Motion of the structure alone, one value per command sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +40,7 @@ pub fn ideal_responses(
     options: &SimulateOptions,
 ) -> Result<Vec<IdealResponse>> {
     let (sample_rate, samples) = check_commands(rig, commands)?;
-    let pace = options.pace(rig, sample_rate)?;
+    let grid = options.grid(rig, sample_rate)?;
     let structure = Structure::pack(|_| rig);
     let at_rest = vec![Motion::default(); structure.len()];
     let force = |i: usize, floor: usize| {
@@ -48,7 +48,7 @@ pub fn ideal_responses(
         let now = values[i];
         [now, (values.get(i + 1).copied().unwrap_or(now) - now) * sample_rate]
     };
-    let responses = motions(&structure, &at_rest, samples, pace, force);
+    let responses = motions(&structure, &at_rest, samples, grid, force);
     let finite =
         |i: usize| responses.iter().all(|r| r.displacement[i].is_finite() && r.velocity[i].is_finite());
     match (0..samples).find(|&i| !finite(i)) {
@@ -56,7 +56,7 @@ pub fn ideal_responses(
         Some(i) => {
             let allowed =
                 format!("must be short enough for the structure: its motion has no end at sample {}", i - 1);
-            Err(Error::value("largest_step", pace.step(), allowed))
+            Err(Error::value("largest_step", grid.step(), allowed))
         }
     }
 }
@@ -67,7 +67,7 @@ pub(crate) fn motions(
     structure: &Structure<f64>,
     start: &[Motion<f64>],
     samples: usize,
-    pace: Pace,
+    grid: TimeGrid,
     force: impl Fn(usize, usize) -> [f64; 2],
 ) -> Vec<IdealResponse> {
     let trace = || Vec::with_capacity(samples);
@@ -81,9 +81,9 @@ pub(crate) fn motions(
             response.velocity.push(*velocity);
         }
         let mut equations = Forced { structure, force: |floor| force(i, floor) };
-        for n in 0..pace.steps {
-            let start = f64::from(n) * pace.step();
-            runge_kutta(&mut state, &mut stages, start, pace.step(), &mut equations);
+        for n in 0..grid.steps {
+            let start = f64::from(n) * grid.step();
+            runge_kutta(&mut state, &mut stages, start, grid.step(), &mut equations);
         }
     }
     responses

@@ -3,16 +3,14 @@
 mod channel;
 pub(crate) mod chunk;
 mod controller;
-mod dac;
-mod delay_line;
 mod digital_side;
+pub(crate) mod fast;
+mod general;
 mod ideal;
 mod outside;
 mod replay;
-mod several;
 mod signals;
 mod simulate;
-pub(crate) mod single;
 mod stepper;
 mod test_run;
 

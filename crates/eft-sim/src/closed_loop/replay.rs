@@ -88,7 +88,7 @@ pub fn replay<P: Precision<Flags = u32>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::excitation::sine_sweep;
+    use crate::ground_motion::excitation::sine_sweep;
     use crate::{SimulateOptions, simulate};
 
     /// The inputs of a simulated test.

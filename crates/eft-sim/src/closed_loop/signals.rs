@@ -2,8 +2,8 @@
 
 use eft_core::{Input, Real, Scalar};
 
-use crate::rig::Num;
-use crate::sensors::Signals;
+use crate::instruments::Signals;
+use crate::lanes::Num;
 
 impl<S: Num> Signals<S> {
     /// One lane.

@@ -5,14 +5,14 @@ use eft_core::status;
 use crate::closed_loop::chunk;
 use crate::closed_loop::controller::{Precision, Width};
 use crate::closed_loop::digital_side::DigitalSide;
+use crate::closed_loop::fast::{FastLoop, LoopState};
+use crate::closed_loop::general::GeneralLoop;
 use crate::closed_loop::outside::Outside;
-use crate::closed_loop::several::SeveralActuators;
-use crate::closed_loop::single::{ClosedLoop, LoopState};
 use crate::closed_loop::test_run::{Rows, TestRun};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
-use crate::excitation::Command;
-use crate::rig::{EnergyBalance, Pace, longest_step, needs_detail};
+use crate::ground_motion::excitation::Command;
+use crate::plant::{EnergyBalance, TimeGrid, longest_step, needs_detail};
 
 /// The largest integration step by default (s): with it the force is within 1e-4 of its peak of the converged
 /// answer for the paper's tests, at any sample rate.
@@ -78,10 +78,10 @@ impl SimulateOptions {
     ///
     /// # Errors
     /// As [`steps`](Self::steps).
-    pub(crate) fn pace(&self, rig: &RigConfig, sample_rate: f64) -> Result<Pace> {
+    pub(crate) fn grid(&self, rig: &RigConfig, sample_rate: f64) -> Result<TimeGrid> {
         let asked = self.steps(sample_rate)?;
         let needed = Self { largest_step: longest_step(rig).min(self.largest_step), ..*self };
-        Ok(Pace::new(sample_rate, needed.steps(sample_rate)?.max(asked)))
+        Ok(TimeGrid::new(sample_rate, needed.steps(sample_rate)?.max(asked)))
     }
 }
 
@@ -167,7 +167,7 @@ pub fn energy_balance(
     options: &SimulateOptions,
 ) -> Result<EnergyBalance> {
     let (sample_rate, _) = check_commands(rig, commands)?;
-    let mut test = SeveralActuators::<f64>::new(rig, options.pace(rig, sample_rate)?)?;
+    let mut test = GeneralLoop::<f64>::new(rig, options.grid(rig, sample_rate)?)?;
     run_through(&mut test, rig, commands, &mut |_, _| true)?;
     Ok(test.balance())
 }
@@ -232,16 +232,16 @@ fn through<P: Precision>(
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
     let (sample_rate, _) = check_commands(rig, commands)?;
-    let pace = options.pace(rig, sample_rate)?;
+    let grid = options.grid(rig, sample_rate)?;
     let detailed = needs_detail(rig) || commands.len() > 1;
     if options.method == Method::Exponential && !detailed {
-        let mut test = OneActuator::<P>::new(rig, pace)?;
+        let mut test = FastTest::<P>::new(rig, grid)?;
         if let Some(outside) = outside {
             test.test.digital().controlled_by(outside);
         }
         return run_through(&mut test, rig, commands, go_on);
     }
-    let mut test = SeveralActuators::<P>::new(rig, pace)?;
+    let mut test = GeneralLoop::<P>::new(rig, grid)?;
     if let Some(outside) = outside {
         test.digital(0).controlled_by(outside);
     }
@@ -264,19 +264,19 @@ trait Loop {
 }
 
 /// The fast path for one rig.
-struct OneActuator<P: Precision> {
-    test: ClosedLoop<f64, P>,
+struct FastTest<P: Precision> {
+    test: FastLoop<f64, P>,
     state: LoopState<f64, P>,
 }
 
-impl<P: Precision> OneActuator<P> {
-    fn new(rig: &RigConfig, pace: Pace) -> Result<Self> {
-        let test = ClosedLoop::new(|_| rig, pace)?;
+impl<P: Precision> FastTest<P> {
+    fn new(rig: &RigConfig, grid: TimeGrid) -> Result<Self> {
+        let test = FastLoop::new(|_| rig, grid)?;
         Ok(Self { state: test.at_rest(), test })
     }
 }
 
-impl<P: Precision> Loop for OneActuator<P> {
+impl<P: Precision> Loop for FastTest<P> {
     fn run(&mut self, commands: &[&[f64]], ticks: usize, rows: Vec<Rows<'_>>) -> usize {
         let rows = rows.into_iter().zip(commands);
         let done =
@@ -291,7 +291,7 @@ impl<P: Precision> Loop for OneActuator<P> {
     }
 }
 
-impl<P: Precision> Loop for SeveralActuators<P> {
+impl<P: Precision> Loop for GeneralLoop<P> {
     fn run(&mut self, commands: &[&[f64]], ticks: usize, mut rows: Vec<Rows<'_>>) -> usize {
         self.run(commands, ticks, &mut rows)
     }

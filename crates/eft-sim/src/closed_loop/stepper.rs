@@ -5,8 +5,8 @@ use eft_core::status;
 use crate::closed_loop::simulate::{SimulateOptions, one_each};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
-use crate::rig::{ActuatorState, Driver, Pace, Plant};
-use crate::sensors::Signals;
+use crate::instruments::Signals;
+use crate::plant::{ActuatorState, Driver, Plant, TimeGrid};
 
 /// What is true of the plant at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,7 +71,7 @@ impl PlantReading {
 #[derive(Debug, Clone)]
 pub struct PlantStepper {
     plant: Plant<f64>,
-    pace: Pace,
+    grid: TimeGrid,
     ticks: u64,
     last_velocities: Vec<f64>,
     /// What a structure from outside last answered with (m/s²), one an actuator; none where the rig's own follows.
@@ -85,9 +85,9 @@ impl PlantStepper {
     /// An invalid sample rate.
     pub fn new(rig: &RigConfig, sample_rate: f64, options: &SimulateOptions) -> Result<Self> {
         crate::checks::sample_rate("sample_rate", sample_rate)?;
-        let (plant, pace) = (Plant::pack(|_| rig)?, options.pace(rig, sample_rate)?);
+        let (plant, grid) = (Plant::pack(|_| rig)?, options.grid(rig, sample_rate)?);
         let last_velocities = vec![0.0; plant.actuators()];
-        Ok(Self { plant, pace, ticks: 0, last_velocities, imposed: None })
+        Ok(Self { plant, grid, ticks: 0, last_velocities, imposed: None })
     }
 
     /// Back to rest.
@@ -100,7 +100,7 @@ impl PlantStepper {
 
     /// What is true now, one reading an actuator.
     pub fn readings(&self) -> Vec<PlantReading> {
-        let time = self.ticks as f64 / self.pace.sample_rate;
+        let time = self.ticks as f64 / self.grid.sample_rate;
         let reading = |i| {
             let Signals { supply_pressure, acceleration, .. } = self.plant.signals(i);
             let imposed = self.imposed.as_ref().and_then(|imposed| imposed.get(i).copied());
@@ -117,7 +117,7 @@ impl PlantStepper {
     /// Not one command an actuator, or one that is not finite.
     pub fn step(&mut self, valve_commands: &[f64]) -> Result<Vec<PlantReading>> {
         let drivers = self.held(valve_commands)?;
-        self.plant.advance(&drivers, self.pace);
+        self.plant.advance(&drivers, self.grid);
         self.imposed = None;
         self.ticks += 1;
         Ok(self.readings())
@@ -135,16 +135,16 @@ impl PlantStepper {
         let accelerations = self.accelerations(&velocities);
         self.last_velocities = velocities;
         let mut sums = vec![0.0; actuators.len()];
-        for _ in 0..self.pace.steps {
+        for _ in 0..self.grid.steps {
             let before: Vec<f64> = actuators.clone().map(|i| self.plant.force(i)).collect();
-            self.plant.step(&drivers, 0.0, self.pace.step(), Some(&accelerations));
+            self.plant.step(&drivers, 0.0, self.grid.step(), Some(&accelerations));
             self.plant.settle();
             for (i, (sum, before)) in sums.iter_mut().zip(before).enumerate() {
                 *sum += 0.5 * (before + self.plant.force(i));
             }
         }
         self.ticks += 1;
-        Ok(sums.into_iter().map(|sum| sum / f64::from(self.pace.steps)).collect())
+        Ok(sums.into_iter().map(|sum| sum / f64::from(self.grid.steps)).collect())
     }
 
     /// The motions (m, m/s) that the structure outside has reached at the end of the sample, one an actuator.
@@ -162,7 +162,7 @@ impl PlantStepper {
     /// Mean accelerations (m/s²) from the velocities (m/s) of the last answer to these.
     fn accelerations(&self, velocities: &[f64]) -> Vec<f64> {
         let changes = velocities.iter().zip(&self.last_velocities);
-        changes.map(|(now, last)| (now - last) * self.pace.sample_rate).collect()
+        changes.map(|(now, last)| (now - last) * self.grid.sample_rate).collect()
     }
 
     fn held(&self, valve_commands: &[f64]) -> Result<Vec<Driver<f64>>> {

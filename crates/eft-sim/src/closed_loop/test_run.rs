@@ -5,13 +5,14 @@ use std::sync::Once;
 
 use eft_core::Flags;
 
-use crate::closed_loop::chunk::Keep;
+use crate::closed_loop::chunk::Recorder;
 use crate::closed_loop::controller::adapts;
-use crate::closed_loop::single::Tick;
+use crate::closed_loop::fast::Tick;
 use crate::config::{Mode, RigConfig, StructureKind};
 use crate::error::{Error, Result};
-use crate::rig::{EnergyBalance, Num, needs_detail};
-use crate::sensors::{are_ideal, has_accelerometer};
+use crate::instruments::{are_ideal, has_accelerometer};
+use crate::lanes::Num;
+use crate::plant::{EnergyBalance, needs_detail};
 
 /// The traces of one test. Value `i` is the plant's true value at time `i / sample_rate`, before that tick's
 /// output acts.
@@ -381,9 +382,9 @@ impl Rows<'_> {
     }
 }
 
-impl<S: Num> Keep<S> for Rows<'_> {
+impl<S: Num> Recorder<S> for Rows<'_> {
     #[inline(always)]
-    fn keep(&mut self, i: usize, tick: &Tick<S>) {
+    fn record(&mut self, i: usize, tick: &Tick<S>) {
         self.set(i, tick, 0);
     }
 }

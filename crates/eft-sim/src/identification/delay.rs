@@ -152,7 +152,7 @@ fn faded(signal: &[f64], mask: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::excitation::sine_sweep;
+    use crate::ground_motion::excitation::sine_sweep;
 
     const RATE: f64 = 1000.0;
     const BAND: (f64, f64) = (0.25, 10.0);

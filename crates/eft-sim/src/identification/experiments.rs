@@ -3,9 +3,9 @@
 use crate::closed_loop::{SimulateOptions, motions, one_actuator};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
-use crate::excitation::{Command, sine_sweep};
-use crate::rig::{
-    ActuatorState, Driver, Equations, Motion, Pace, Plant, ServoActuator, Spool, Stages, Structure,
+use crate::ground_motion::excitation::{Command, sine_sweep};
+use crate::plant::{
+    ActuatorState, Driver, Equations, Motion, Plant, ServoActuator, Spool, Stages, Structure, TimeGrid,
     runge_kutta,
 };
 
@@ -39,7 +39,7 @@ pub struct FlowTest {
 /// An invalid rate.
 pub fn valve_test(rig: &RigConfig, amplitude: f64, sample_rate: f64) -> Result<ValveTest> {
     let sweep = sine_sweep(amplitude * FULL_SCALE / rig.actuator.stroke, 0.0, 10.0, 32.0, sample_rate)?;
-    let pace = SimulateOptions::default().pace(rig, sample_rate)?;
+    let grid = SimulateOptions::default().grid(rig, sample_rate)?;
     let mut valve = Valve { servo_actuator: ServoActuator::pack(|_| rig.plant())?, command: 0.0 };
     let mut state = ActuatorState::default().to_array();
     let mut stages = Stages::new(&state);
@@ -47,8 +47,8 @@ pub fn valve_test(rig: &RigConfig, amplitude: f64, sample_rate: f64) -> Result<V
     for command in &sweep.values {
         spool.push(ActuatorState::from_array(state).spool);
         valve.command = *command;
-        for n in 0..pace.steps {
-            runge_kutta(&mut state, &mut stages, f64::from(n) * pace.step(), pace.step(), &mut valve);
+        for n in 0..grid.steps {
+            runge_kutta(&mut state, &mut stages, f64::from(n) * grid.step(), grid.step(), &mut valve);
             Spool::stop_in(&mut state);
         }
     }
@@ -91,8 +91,8 @@ pub fn flow_test(
     // The free piston's resonance on the oil is far above the loaded rig's.
     let actuator = &free.actuator;
     let resonance = actuator.piston_area / (actuator.compressibility * piston_mass).sqrt();
-    let steps = SimulateOptions::default().pace(&free, sample_rate)?.steps;
-    let pace = Pace::new(sample_rate, steps.max((4.0 * resonance / sample_rate).ceil() as u32));
+    let steps = SimulateOptions::default().grid(&free, sample_rate)?.steps;
+    let grid = TimeGrid::new(sample_rate, steps.max((4.0 * resonance / sample_rate).ceil() as u32));
     let per_metre = FULL_SCALE / rig.actuator.stroke;
     let mut test = FlowTest { command: Vec::new(), displacement: Vec::new(), spool: Vec::new() };
     for command in sweep.values {
@@ -101,7 +101,7 @@ pub fn flow_test(
         test.displacement.push(state.displacement);
         test.spool.push(state.spool);
         let error = per_metre * (command - state.displacement);
-        plant.advance(&[Driver::held(error)], pace);
+        plant.advance(&[Driver::held(error)], grid);
     }
     if test.displacement.iter().all(|x| x.is_finite()) {
         Ok(test)
@@ -123,18 +123,18 @@ pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f6
     let still = Command::new(vec![0.0; (duration * sample_rate).round().max(0.0) as usize], sample_rate)?;
     let start = [Motion { displacement: from, ..Motion::default() }];
     let structure = Structure::pack(|_| rig);
-    let pace = Pace::new(sample_rate, 8);
-    let mut responses = motions(&structure, &start, still.values.len(), pace, |_, _| [0.0; 2]);
+    let grid = TimeGrid::new(sample_rate, 8);
+    let mut responses = motions(&structure, &start, still.values.len(), grid, |_, _| [0.0; 2]);
     Ok(responses.swap_remove(0).displacement)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::linear::{phase_delay, valve_response};
     use crate::identification::{
         Recording, identify_damping, identify_delay, identify_flow_curve, identify_flow_gain,
     };
-    use crate::linear::{phase_delay, valve_response};
     use std::f64::consts::TAU;
 
     #[test]

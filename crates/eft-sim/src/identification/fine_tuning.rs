@@ -12,12 +12,12 @@ use eft_core::FlowTable;
 
 use super::Estimate;
 use super::gaps::{check, detrend};
+use crate::analysis::linear::valve_response;
 use crate::checks;
 use crate::config::{Mode, Realization, RigConfig};
 use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of, spectrum};
-use crate::linear::valve_response;
-use crate::rig::TABLE_CAPACITY;
+use crate::plant::TABLE_CAPACITY;
 
 /// Bins with less than this share of the motion's largest power in the band say little about it.
 const MOVED: f64 = 1e-3;

@@ -3,7 +3,7 @@
 use super::pair::in_range;
 use super::summary::TimeMetrics;
 use crate::error::Result;
-use crate::rig::Num;
+use crate::lanes::Num;
 
 /// Samples whose mean is taken at once.
 pub(crate) const BLOCK: usize = 1024;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::closed_loop::ideal_responses;
-use crate::excitation::sine_sweep;
+use crate::ground_motion::excitation::sine_sweep;
 
 const RATE: f64 = 2048.0;
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::closed_loop::{Method, simulate, simulate_actuators};
-use crate::excitation::{Command, sine_sweep};
+use crate::ground_motion::excitation::{Command, sine_sweep};
 
 const RATE: f64 = 2048.0;
 const MASS: f64 = 7040.0;

@@ -1,7 +1,7 @@
 use super::*;
+use crate::analysis::linear::delay_budget;
 use crate::config::RigValues;
-use crate::excitation::{Command, sine_sweep};
-use crate::linear::delay_budget;
+use crate::ground_motion::excitation::{Command, sine_sweep};
 use crate::{SimulateOptions, TestRun, simulate};
 
 const RATE: f64 = 2048.0;

@@ -1,0 +1,76 @@
+//! A signal's way through a sampled filter and a delay of whole samples, as part of a larger linear state.
+
+use std::f64::consts::TAU;
+
+use nalgebra::DVector;
+
+/// First-order lag, if any, then a delay.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Chain {
+    /// Where its states begin.
+    at: usize,
+    lag: Option<Lag>,
+    delay: usize,
+}
+
+/// The lag of [`crate::instruments`], exact for a signal that is straight between samples.
+#[derive(Debug, Clone, Copy)]
+struct Lag {
+    pole: f64,
+    older: f64,
+    newer: f64,
+}
+
+impl Chain {
+    /// A chain whose states begin at `at`, with a bandwidth (Hz) and a delay (samples).
+    pub(super) fn new(at: usize, bandwidth: Option<f64>, delay: usize, sample_rate: f64) -> Self {
+        let lag = bandwidth.map(|corner| {
+            let z = TAU * corner / sample_rate;
+            let pole = (-z).exp();
+            let mean = -(-z).exp_m1() / z;
+            Lag { pole, older: mean - pole, newer: 1.0 - mean }
+        });
+        Self { at, lag, delay }
+    }
+
+    /// The index behind its states.
+    pub(super) fn end(&self) -> usize {
+        self.ring() + self.delay
+    }
+
+    fn ring(&self) -> usize {
+        self.at + if self.lag.is_some() { 2 } else { 0 }
+    }
+
+    /// Names for its states.
+    pub(super) fn names(&self, signal: &str) -> Vec<String> {
+        let lag = if self.lag.is_some() {
+            vec![format!("{signal}_input"), format!("{signal}_lag")]
+        } else {
+            vec![]
+        };
+        lag.into_iter().chain((1..=self.delay).map(|age| format!("{signal}_{age}"))).collect()
+    }
+
+    /// What comes out at a tick; what is remembered goes into `next`.
+    pub(super) fn pass(&self, state: &DVector<f64>, next: &mut DVector<f64>, signal: f64) -> f64 {
+        let seen = match self.lag {
+            None => signal,
+            Some(lag) => {
+                let output = lag.pole * state[self.at + 1] + lag.older * state[self.at] + lag.newer * signal;
+                next[self.at] = signal;
+                next[self.at + 1] = output;
+                output
+            }
+        };
+        if self.delay == 0 {
+            return seen;
+        }
+        let (first, last) = (self.ring(), self.end() - 1);
+        for i in first + 1..=last {
+            next[i] = state[i - 1];
+        }
+        next[first] = seen;
+        state[last]
+    }
+}

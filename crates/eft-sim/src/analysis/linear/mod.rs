@@ -1,0 +1,53 @@
+//! The rig linearised about rest: poles, transfer functions, stability.
+//!
+//! Two models of the same loop: in continuous time, as the paper treats it, and exactly sampled, with the hold, the
+//! computation delay and the realization of the force loop that the simulator has.
+
+mod chain;
+mod continuous;
+mod delay_budget;
+mod gains;
+mod inverse_dynamics;
+mod map;
+mod margin;
+mod matrices;
+mod phase_delay;
+mod plant;
+mod qr;
+mod sampled;
+mod state_space;
+mod velocity;
+
+pub use delay_budget::{DelayBudget, delay_budget};
+pub use gains::FlowGain;
+pub use inverse_dynamics::{lead_response, valve_response};
+pub use map::{MapAxis, MapQuantity, stability_map};
+pub use margin::{Margins, stability_margin, stability_margins};
+pub use phase_delay::phase_delay;
+pub use state_space::{Mode, StateSpace};
+pub use velocity::{observer_gains, velocity_delay};
+
+pub use nalgebra::DMatrix;
+
+use crate::config::RigConfig;
+use crate::error::Result;
+
+/// In which time a rig is linearised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Time {
+    /// Continuous: neither hold nor computation delay.
+    Continuous,
+    /// Exactly sampled at a rate (Hz).
+    Sampled(f64),
+}
+
+/// The rig's closed loop linearised about rest, from one force command (N) an actuator to the outputs of [`StateSpace`].
+///
+/// # Errors
+/// An invalid sample rate; a building of so many stories that the sampled model grows too large.
+pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
+    match time {
+        Time::Continuous => continuous::continuous(rig, gain),
+        Time::Sampled(rate) => sampled::sampled(rig, gain, rate),
+    }
+}

@@ -1,0 +1,151 @@
+//! Plant and digital side tied together on the fast path, the paper's rig: one tick at a time.
+
+use eft_core::{ControllerState, Scalar, status};
+
+use crate::closed_loop::controller::Precision;
+use crate::closed_loop::digital_side::{Decision, DigitalSide, Feedback};
+use crate::config::RigConfig;
+use crate::error::Result;
+use crate::instruments::Signals;
+use crate::lanes::Num;
+use crate::plant::{ActuatorState, Driver, DriverKind, Exponential, FastState, Prediction, TimeGrid};
+
+/// What is true, and what the digital side made of it, at one tick, before the tick's output acts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tick<S: Num> {
+    pub(crate) plant: ActuatorState<S>,
+    pub(crate) force: S,
+    pub(crate) supply_pressure: S,
+    pub(crate) acceleration: S,
+    pub(crate) decision: Decision<S>,
+    pub(crate) status: S::Flags,
+}
+
+impl<S: Num> Tick<S> {
+    /// Of a force (N) on the structure, a spool that may be at a stop and a piston that may be beyond its stroke.
+    #[inline(always)]
+    pub(crate) fn new(
+        plant: ActuatorState<S>,
+        force: S,
+        truth: &Signals<S>,
+        (at_stop, beyond_stroke): (<S as Scalar>::Mask, <S as Scalar>::Mask),
+        decision: Decision<S>,
+    ) -> Self {
+        let limits = S::flag(at_stop, status::SPOOL_STOP) | S::flag(beyond_stroke, status::STROKE_EXCEEDED);
+        Self {
+            plant,
+            force,
+            supply_pressure: truth.supply_pressure,
+            acceleration: truth.acceleration,
+            status: decision.status | limits,
+            decision,
+        }
+    }
+}
+
+/// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
+pub(crate) struct FastLoop<S: Num, C: Scalar>
+where
+    C::Element: Precision,
+{
+    plant: Exponential<S>,
+    digital: DigitalSide<S, C>,
+    grid: TimeGrid,
+}
+
+/// A plant in a state.
+struct FastFeedback<'a, S: Num> {
+    plant: &'a Exponential<S>,
+    state: &'a FastState<S>,
+}
+
+impl<S: Num> Feedback<S> for FastFeedback<'_, S> {
+    #[inline(always)]
+    fn command(&self, driver: &Driver<S>) -> S {
+        match driver.kind {
+            DriverKind::Held => self.plant.driven_command(self.state, &driver.held),
+            DriverKind::Analog => self.plant.driven_command(self.state, &driver.cell.analog()),
+            DriverKind::ThroughCell => self.plant.driven_command(self.state, &driver.cell),
+        }
+    }
+}
+
+/// Everything that changes from tick to tick and fits into registers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LoopState<S, C: Scalar> {
+    plant: FastState<S>,
+    digital: ControllerState<C>,
+}
+
+impl<S: Num, C: Scalar<Flags = S::Flags>> FastLoop<S, C>
+where
+    C::Element: Precision,
+{
+    /// The loops of `rig(0)`, `rig(1)`, … one a lane; all of one realization.
+    pub(crate) fn new<'a>(rig: impl Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
+        let plant = Exponential::pack(&rig, grid)?;
+        Ok(Self { plant, digital: DigitalSide::new(&rig, grid.sample_rate, 0)?, grid })
+    }
+
+    /// The state at rest.
+    pub(crate) fn at_rest(&self) -> LoopState<S, C> {
+        LoopState { plant: FastState::default(), digital: ControllerState::default() }
+    }
+
+    /// Whether all the rest is what [`DigitalSide::is_plain`] says.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.digital.is_plain()
+    }
+
+    /// Sensors and controller.
+    pub(crate) fn digital(&mut self) -> &mut DigitalSide<S, C> {
+        &mut self.digital
+    }
+
+    /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
+    /// `PLAIN` is what [`is_plain`](Self::is_plain) says.
+    #[inline(always)]
+    pub(crate) fn sample<const PLAIN: bool>(
+        &mut self,
+        state: &mut LoopState<S, C>,
+        command: S,
+        next_command: S,
+    ) -> Tick<S> {
+        let now = &state.plant;
+        let blocks = self.plant.plant();
+        let truth = blocks.signals(now.plant());
+        let feedback = FastFeedback { plant: &self.plant, state: now };
+        let decision =
+            self.digital.sample::<PLAIN>(&mut state.digital, command, next_command, truth, &feedback);
+        let force = blocks.force(now.plant());
+        Tick::new(*now.plant(), force, &truth, blocks.at_limits(now.plant()), decision)
+    }
+
+    /// Where the plant's state is one to go on from.
+    #[inline(always)]
+    pub(crate) fn is_bounded(&self, state: &LoopState<S, C>) -> S::Mask {
+        state.plant.plant().is_bounded()
+    }
+
+    /// Puts the plants back to rest where the mask is true.
+    pub(crate) fn restart(&self, state: &mut LoopState<S, C>, at: S::Mask) {
+        state.plant = FastState::select(at, FastState::default(), state.plant);
+    }
+
+    /// What of the way to the next tick can be computed beside the sample.
+    #[inline(always)]
+    pub(crate) fn look_ahead(&self, state: &LoopState<S, C>) -> Prediction<S> {
+        self.plant.predict(&state.plant)
+    }
+
+    /// Takes the plant to the next tick under what the last sample decided.
+    #[inline(always)]
+    pub(crate) fn advance(&self, state: &mut LoopState<S, C>, ahead: Prediction<S>, driver: &Driver<S>) {
+        let (plant, now, grid) = (&self.plant, state.plant, self.grid);
+        state.plant = match driver.kind {
+            DriverKind::Held => plant.advance(now, ahead, &driver.held, grid),
+            DriverKind::Analog => plant.advance(now, ahead, &driver.cell.analog(), grid),
+            DriverKind::ThroughCell => plant.advance(now, ahead, &driver.cell, grid),
+        };
+    }
+}

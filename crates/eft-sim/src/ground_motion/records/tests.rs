@@ -1,0 +1,203 @@
+//! Each format by a small file of the same twelve points, and what is said of spoilt ones.
+
+use super::*;
+
+/// Ground acceleration in g at point `i` of every sample file.
+fn point(i: usize) -> f64 {
+    0.3 * (0.9 * i as f64).sin() * (-0.1 * i as f64).exp()
+}
+
+macro_rules! sample {
+    ($name:literal) => {
+        (include_bytes!(concat!("../../../tests/records/", $name)).as_slice(), $name)
+    };
+}
+
+fn text(sample: (&[u8], &str)) -> String {
+    String::from_utf8(sample.0.to_vec()).unwrap()
+}
+
+fn message(content: impl AsRef<[u8]>, name: &str) -> String {
+    parse(content.as_ref(), name).unwrap_err().to_string()
+}
+
+/// Holds a record against the twelve points times `factor`, within `tolerance` in g.
+fn check(record: &Record, dt: f64, factor: f64, tolerance: f64) {
+    assert_eq!(record.dt, dt, "{}", record.name);
+    assert_eq!(record.acceleration.len(), 12, "{}", record.name);
+    for (i, a) in record.acceleration.iter().enumerate() {
+        let expected = factor * point(i) * STANDARD_GRAVITY;
+        assert!((a - expected).abs() < tolerance * STANDARD_GRAVITY, "{}: {a} at {i}", record.name);
+    }
+}
+
+#[test]
+fn every_format_holds_the_same_motion() {
+    for ((bytes, name), tolerance) in [
+        (sample!("nga.AT2"), 1e-7),
+        (sample!("older.at2"), 1e-7),
+        (sample!("oldest.at2"), 1e-7),
+        (sample!("stuck.at2"), 1e-6),
+        (sample!("headerless.at2"), 1e-6),
+        (sample!("csmip.v2"), 1e-8),
+        (sample!("one_column.csv"), 1e-8),
+        (sample!("two_columns.csv"), 1e-6),
+        (sample!("european.csv"), 1e-6),
+    ] {
+        check(&parse(bytes, name).unwrap(), 0.01, 1.0, tolerance);
+    }
+    let (bytes, name) = sample!("cosmos.v2c");
+    check(&parse(bytes, name).unwrap(), 0.005, 5.0, 1e-6);
+}
+
+#[test]
+fn content_decides_and_not_the_suffix() {
+    for (bytes, _) in [sample!("nga.AT2"), sample!("csmip.v2"), sample!("two_columns.csv")] {
+        for name in ["a.at2", "a.v2", "a.csv", "a", ""] {
+            check(&parse(bytes, name).unwrap(), 0.01, 1.0, 1e-6);
+        }
+    }
+}
+
+#[test]
+fn records_are_named_by_their_files() {
+    let name = |(bytes, file)| parse(bytes, file).unwrap().name;
+    assert_eq!(name(sample!("nga.AT2")), "Made-up Event, 1/2/2003, Some Station, 180");
+    assert_eq!(name(sample!("csmip.v2")), "Madeup - 1 Some St., Chan 1: 180 Deg");
+    assert_eq!(name(sample!("cosmos.v2c")), "XX-00000 XYZ Some Station, Chan 1: 90 deg");
+    assert_eq!(name(sample!("two_columns.csv")), "two_columns");
+}
+
+#[test]
+fn several_channels_need_a_choice() {
+    let (bytes, name) = sample!("csmip_three.V2");
+    let text = message(bytes, name);
+    assert!(text.contains("1 (Madeup - 1 Some St., Chan 1: 180 Deg), 2 ("), "{text}");
+    for (channel, factor) in [(1, 1.0), (2, 0.5), (3, -1.0)] {
+        let options = ReadOptions { channel: Some(channel), ..ReadOptions::default() };
+        check(&parse_with(bytes, name, &options).unwrap(), 0.01, factor, 1e-8);
+    }
+    let options = ReadOptions { channel: Some(4), ..ReadOptions::default() };
+    assert!(parse_with(bytes, name, &options).unwrap_err().to_string().contains("channel = 4"));
+}
+
+#[test]
+fn a_wrong_count_names_both_numbers() {
+    for (content, both) in [
+        (text(sample!("nga.AT2")).replace("     12,", "   5372,"), "line 4: NPTS is 5372, but 12 values"),
+        (text(sample!("oldest.at2")).replace("   12 ", "   11 "), "line 4: NPTS is 11, but 12 values"),
+        (
+            text(sample!("csmip.v2")).replace("    12 points of accel", "1000000000 points of accel"),
+            "line 44: 1000000000 points are declared, but 12 values",
+        ),
+        (
+            text(sample!("cosmos.v2c")).replace("12 acceleration pts", "13 acceleration pts"),
+            "13 points are declared, but 12 values",
+        ),
+        (
+            text(sample!("two_columns.csv")).replace("npts=12", "npts=1000000000"),
+            "line 1: npts is 1000000000, but 12 values",
+        ),
+    ] {
+        let text = message(&content, "x");
+        assert!(text.contains(both), "{text}");
+    }
+    let truncated = text(sample!("nga.AT2"));
+    assert!(message(&truncated[..truncated.len() - 40], "x").contains("NPTS is 12, but 10 values"));
+    let truncated = text(sample!("csmip.v2"));
+    let half = truncated.find(" points of veloc").unwrap() - 30;
+    assert!(message(&truncated[..half], "x").contains("12 points are declared, but 1"));
+}
+
+#[test]
+fn bad_values_name_their_line() {
+    let nga = text(sample!("nga.AT2"));
+    for bad in ["            NaN", "            Inf", "***************", "      .1000E+99"] {
+        let spoilt = nga.replacen("   .2126350E+00", bad, 1);
+        let answer = parse(spoilt.as_bytes(), "x.at2");
+        if bad.contains("E+99") {
+            assert!(answer.is_ok(), "large, but a number");
+        } else {
+            let text = answer.unwrap_err().to_string();
+            assert!(text.starts_with("x.at2: line 5: `"), "{text}");
+        }
+    }
+    let csv = text(sample!("two_columns.csv"));
+    assert!(message(csv.replace("0.0300,", "0.0300,nan"), "x").contains("line 6: column 2"));
+    assert!(message(csv.replace("0.0300,", "0.0340,"), "x").contains("line 6: time 0.034"));
+    assert!(message(csv.replace("0.0300,", "0.0300,1,"), "x").contains("line 6: 3 columns"));
+    let csmip = text(sample!("csmip.v2"));
+    let at = csmip.find("   0.00000").unwrap();
+    assert!(message([&csmip[..at], "       NaN", &csmip[at + 10..]].concat(), "x").contains("line 45"));
+}
+
+#[test]
+fn what_is_no_record_is_said_so() {
+    for (content, name, expected) in [
+        (&b""[..], "x.csv", "is empty"),
+        (b" \r\n\r\n\x1a", "x.at2", "is empty"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\r", "x.at2", "not a text file"),
+        (b"<html><body>404</body></html>\n", "x.at2", "no line with NPTS"),
+        (b"<html><body>404</body></html>\n", "x.v2", "no line announces"),
+        (b"# only a comment\n", "x.csv", "no rows of numbers"),
+        (b"1\n2\n3\n", "x.csv", "no time step"),
+        (b"1 2 3 4 5\n", "x.at2", "no time step"),
+        (b"t,v\n0,1\n0,2\n", "x.csv", "must increase"),
+        (b"t_s,ag_g,az_g\n0,1,2\n", "x.csv", "2 columns look like acceleration"),
+        (b"t_s,x,y\n0,1,2\n", "x.csv", "none of the columns is named as acceleration (t_s, x, y)"),
+        (b"t_s,velocity\n0,1\n1,2\n", "x.csv", "`velocity` is no acceleration"),
+        (b"# dt = -0.01\n1\n", "x.csv", "line 1: dt = -0.01"),
+        (b"# units: counts\n1\n", "x.csv", "`counts`"),
+        (b"# dt=0.02\nt,a\n0,1\n0.01,2\n0.02,3\n", "x.csv", "states dt = 0.02 s, but its times are 0.01"),
+        (b"x\ny\nUNITS OF CM\nNPTS= 1, DT= .01\n1\n", "x.at2", "line 3: `CM`"),
+        (b"x\ny\nVELOCITY IN UNITS OF CM/S\nNPTS= 1, DT= .01\n1\n", "x.vt2", "holds velocity"),
+        (b"NPTS= 0, DT= .01\n", "x", "NPTS must be a whole number above zero"),
+        (b"NPTS= 99999999999999999999999, DT= .01\n1\n", "x", "NPTS must be a whole number"),
+        (b"NPTS= 1, DT= 0\n1\n", "x", "DT = 0: must be positive"),
+        (b"NPTS, DT\n1\n", "x", "a number for both"),
+        (b"NPTS= 1, DT= .01\n1e308\n", "x", "every sample must be finite"),
+    ] {
+        let text = message(content, name);
+        assert!(text.starts_with(name) && text.contains(expected), "{text}");
+    }
+}
+
+#[test]
+fn a_message_repeats_a_glimpse_of_the_file() {
+    let rows = [",1".repeat(60), ",2".repeat(60)].map(|row| format!("0{row}\n")).concat();
+    for name in ["quantity", "acc"] {
+        let names: String = (0..60).map(|n| format!(",{name}_{n}_{}", "x".repeat(500))).collect();
+        let text = message(format!("t{names}\n{rows}"), "x.csv");
+        assert!(text.contains("acceleration") && text.len() < 600, "{text}");
+    }
+}
+
+#[test]
+fn the_caller_fills_in_what_the_file_leaves_open() {
+    let options = ReadOptions { dt: Some(0.02), unit: Some(Unit::Gravity), channel: None };
+    let record = parse_with(b"0.1 0.2 0.3\n0.4\n", "rows.txt", &options).unwrap();
+    assert_eq!((record.acceleration.len(), record.dt), (4, 0.02));
+    assert_eq!(record.acceleration[3], 0.4 * STANDARD_GRAVITY);
+    let at2 = ReadOptions { dt: Some(0.02), ..ReadOptions::default() };
+    assert_eq!(parse_with(b"0.5\n", "rows.at2", &at2).unwrap().pga(), 0.5 * STANDARD_GRAVITY);
+    assert_eq!(parse_with(b"0.5\n", "rows.txt", &at2).unwrap().pga(), 0.5);
+    let (bytes, name) = sample!("nga.AT2");
+    let text = parse_with(bytes, name, &at2).unwrap_err().to_string();
+    assert!(text.contains("0.01 s") && text.contains("0.02 s"), "{text}");
+}
+
+#[test]
+fn a_units_comment_may_say_less_than_the_header() {
+    let record = parse(b"# units: s, g\nt_s,a_g\n0,0.5\n0.1,0.25\n", "x.csv").unwrap();
+    assert_eq!(record.pga(), 0.5 * STANDARD_GRAVITY);
+    assert!(message("# units: s, g\n0,0.5\n0.1,0.25\n", "x.csv").contains("line 1: units `s`"));
+    assert!(message("# units: g\nt_s,a_mps2\n0,0.5\n0.1,0.25\n", "x.csv").contains("different units"));
+}
+
+#[test]
+fn missing_files_are_io_errors() {
+    for path in ["/no/such/file.at2", "/"] {
+        let error = read_record(path).unwrap_err();
+        assert!(matches!(error, crate::Error::Io { .. }) && error.to_string().starts_with(path));
+    }
+}

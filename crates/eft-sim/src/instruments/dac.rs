@@ -1,0 +1,46 @@
+//! The converter between the digital side and the valve's electronics.
+
+use eft_core::{Mask, status};
+
+use crate::config;
+use crate::instruments::DelayLines;
+use crate::instruments::quantizer::Quantizer;
+use crate::lanes::Num;
+
+/// Range, resolution and delay of the output, each lane its own.
+#[derive(Debug, Clone)]
+pub(crate) struct Dac<S> {
+    /// Empty where every lane's is ideal.
+    lanes: Vec<Option<Quantizer>>,
+    delay: DelayLines,
+    number: std::marker::PhantomData<S>,
+}
+
+impl<S: Num> Dac<S> {
+    pub(crate) fn new<'a>(dac: impl Fn(usize) -> &'a config::Dac) -> Self {
+        let lane = |i| dac(i).range.map(|range| Quantizer::new(range, dac(i).bits));
+        let mut lanes: Vec<_> = (0..S::LANES).map(lane).collect();
+        if lanes.iter().all(Option::is_none) {
+            lanes.clear();
+        }
+        let delay = DelayLines::new(S::LANES, |i| dac(i).delay as usize);
+        Self { lanes, delay, number: std::marker::PhantomData }
+    }
+
+    /// Whether every lane's is ideal.
+    pub(crate) fn is_ideal(&self) -> bool {
+        self.lanes.is_empty() && self.delay.is_none()
+    }
+
+    /// The voltage that comes out now, and [`status::COMMAND_LIMITED`] where the range cut what went in.
+    #[inline(always)]
+    pub(crate) fn convert(&mut self, voltage: S) -> (S, S::Flags) {
+        if self.lanes.is_empty() {
+            return (self.delay.pass(voltage), S::Flags::default());
+        }
+        let lane = |i: usize| self.lanes.get(i).copied().flatten();
+        let out = S::from_lanes(|i| lane(i).map_or(voltage.lane(i), |dac| dac.convert(voltage.lane(i))));
+        let clipped = S::Mask::from_lanes(|i| lane(i).is_some_and(|dac| dac.clips(voltage.lane(i))));
+        (self.delay.pass(out), S::flag(clipped, status::COMMAND_LIMITED))
+    }
+}

@@ -1,0 +1,321 @@
+//! Eight double-precision numbers side by side in two AVX2 registers: the widest that the long chains of one tick
+//! fill.
+//!
+//! The bits are those of [`f64`]: each operation is the scalar one, lane by lane.
+
+use core::arch::x86_64::*;
+use core::mem::transmute;
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use std::array;
+
+use eft_core::{CELLS, Flags, Mask, Row, Scalar};
+
+use crate::lanes::Num;
+
+/// Eight numbers. Only [`dispatch`](crate::lanes::dispatch) hands the type out, after it has asked the processor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Eight([__m256d; 2]);
+
+/// Eight truth values, all bits of a lane or none.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EightMask([__m256d; 2]);
+
+/// Eight status words, each in the low half of a lane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EightFlags([__m256d; 2]);
+
+/// The intrinsics need a processor with AVX2, which is there wherever these types are.
+macro_rules! avx2 {
+    ($call:expr) => {
+        // SAFETY: `dispatch` names the types of this module only on a processor that has AVX2.
+        unsafe { $call }
+    };
+}
+
+/// The same for either half. Not a closure: where the compiler thinks that code is seldom run, it inlines none, and
+/// outside of `dispatch` an intrinsic is a call.
+macro_rules! both {
+    (|$half:pat_param| $number:expr) => {
+        [
+            {
+                let $half: usize = 0;
+                $number
+            },
+            {
+                let $half: usize = 1;
+                $number
+            },
+        ]
+    };
+}
+
+/// Plain data of one size: eight 64-bit lanes.
+#[inline(always)]
+fn doubles(halves: [__m256d; 2]) -> [f64; 8] {
+    // SAFETY: both are 64 bytes in which every bit pattern is a value.
+    unsafe { transmute(halves) }
+}
+#[inline(always)]
+fn words(halves: [__m256d; 2]) -> [u64; 8] {
+    // SAFETY: as above.
+    unsafe { transmute(halves) }
+}
+/// Put together in registers: through memory, eight narrow stores would hold up one wide load.
+#[inline(always)]
+fn from_doubles(a: [f64; 8]) -> [__m256d; 2] {
+    avx2!([_mm256_set_pd(a[3], a[2], a[1], a[0]), _mm256_set_pd(a[7], a[6], a[5], a[4])])
+}
+#[inline(always)]
+fn from_words(lanes: [u64; 8]) -> [__m256d; 2] {
+    // SAFETY: as above.
+    unsafe { transmute(lanes) }
+}
+
+macro_rules! lanewise {
+    ($($trait:ident $method:ident $intrinsic:ident),*) => {$(
+        impl $trait for Eight {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(both!(|i| avx2!($intrinsic(self.0[i], other.0[i]))))
+            }
+        }
+    )*};
+}
+lanewise!(Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
+
+impl Num for Eight {
+    #[inline(always)]
+    fn plus(self, factor: Self, other: Self) -> Self {
+        Self(both!(|i| avx2!(_mm256_fmadd_pd(factor.0[i], other.0[i], self.0[i]))))
+    }
+}
+
+impl Neg for Eight {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(both!(|i| avx2!(_mm256_xor_pd(self.0[i], _mm256_set1_pd(-0.0)))))
+    }
+}
+
+impl PartialEq for Eight {
+    fn eq(&self, other: &Self) -> bool {
+        doubles(self.0) == doubles(other.0)
+    }
+}
+impl PartialEq for EightMask {
+    fn eq(&self, other: &Self) -> bool {
+        words(self.0) == words(other.0)
+    }
+}
+impl PartialEq for EightFlags {
+    fn eq(&self, other: &Self) -> bool {
+        words(self.0) == words(other.0)
+    }
+}
+
+impl Default for Eight {
+    #[inline(always)]
+    fn default() -> Self {
+        Self::splat(0.0)
+    }
+}
+
+impl BitAnd for EightMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(both!(|i| avx2!(_mm256_and_pd(self.0[i], other.0[i]))))
+    }
+}
+impl BitOr for EightMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(both!(|i| avx2!(_mm256_or_pd(self.0[i], other.0[i]))))
+    }
+}
+impl Not for EightMask {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        let ones = Self::splat(true);
+        Self(both!(|i| avx2!(_mm256_xor_pd(self.0[i], ones.0[i]))))
+    }
+}
+impl Mask for EightMask {
+    #[inline(always)]
+    fn splat(value: bool) -> Self {
+        Self(from_words([if value { u64::MAX } else { 0 }; 8]))
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        avx2!(_mm256_movemask_pd(_mm256_or_pd(self.0[0], self.0[1]))) != 0
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        avx2!(_mm256_movemask_pd(_mm256_and_pd(self.0[0], self.0[1]))) == 0b1111
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> bool {
+        words(self.0).get(lane).is_some_and(|word| *word != 0)
+    }
+    #[inline(always)]
+    fn from_lanes(mut f: impl FnMut(usize) -> bool) -> Self {
+        Self(from_words(array::from_fn(|lane| if f(lane) { u64::MAX } else { 0 })))
+    }
+}
+
+impl Default for EightFlags {
+    #[inline(always)]
+    fn default() -> Self {
+        Self(from_words([0; 8]))
+    }
+}
+impl BitOr for EightFlags {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(both!(|i| avx2!(_mm256_or_pd(self.0[i], other.0[i]))))
+    }
+}
+impl Flags for EightFlags {
+    #[inline(always)]
+    fn lane(self, lane: usize) -> u32 {
+        words(self.0).get(lane).map_or(0, |word| *word as u32)
+    }
+    #[inline(always)]
+    fn from_lanes(mut f: impl FnMut(usize) -> u32) -> Self {
+        Self(from_words(array::from_fn(|lane| u64::from(f(lane)))))
+    }
+}
+
+/// The mark of a crowded cell: every bit, and no row's beginning has them all.
+const CROWDED: u16 = u16::MAX;
+/// A row of the index and the one behind it are among so many.
+const ROWS: usize = 64;
+/// From row to row, in numbers.
+const STRIDE: usize = 3 * 8;
+
+/// One number of a row of its own in each lane, `at` behind the row's first.
+///
+/// # Safety
+/// `ROWS` rows of three times eight numbers stand behind `table`, and `rows` are of the index, not crowded.
+#[inline(always)]
+unsafe fn column(table: *const f64, rows: &[u16; 8], at: usize) -> Eight {
+    let mut lanes = [0.0; 8];
+    for (lane, number) in lanes.iter_mut().enumerate() {
+        // SAFETY: a row of the index is below ROWS − 1, and `at` below two rows.
+        *number = unsafe { *table.add(usize::from(rows[lane]) + at + lane) };
+    }
+    Eight(from_doubles(lanes))
+}
+
+impl Scalar for Eight {
+    type Element = f64;
+    type Mask = EightMask;
+    type Flags = EightFlags;
+    /// Where each lane's row begins in its table; [`CROWDED`] where none is.
+    type Cell = [u16; 8];
+    type Index = [u32; 8];
+    const LANES: usize = 8;
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self(both!(|_| avx2!(_mm256_set1_pd(value))))
+    }
+    #[inline(always)]
+    fn from_lanes(mut f: impl FnMut(usize) -> f64) -> Self {
+        let mut lanes = [0.0; 8];
+        for (i, lane) in lanes.iter_mut().enumerate() {
+            *lane = f(i);
+        }
+        Self(from_doubles(lanes))
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f64 {
+        doubles(self.0).get(lane).copied().unwrap_or(0.0)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> EightMask {
+        EightMask(both!(|i| avx2!(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0[i], other.0[i]))))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> EightMask {
+        EightMask(both!(|i| avx2!(_mm256_cmp_pd::<_CMP_LE_OQ>(self.0[i], other.0[i]))))
+    }
+    #[inline(always)]
+    fn select(mask: EightMask, yes: Self, no: Self) -> Self {
+        Self(both!(|i| avx2!(_mm256_blendv_pd(no.0[i], yes.0[i], mask.0[i]))))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(both!(|i| avx2!(_mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0[i]))))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(both!(|i| avx2!(_mm256_sqrt_pd(self.0[i]))))
+    }
+    #[inline(always)]
+    fn flag(mask: EightMask, bit: u32) -> EightFlags {
+        let bits = from_words([u64::from(bit); 8]);
+        EightFlags(both!(|i| avx2!(_mm256_and_pd(mask.0[i], bits[i]))))
+    }
+    #[inline(always)]
+    fn select_flags(mask: EightMask, yes: EightFlags, no: EightFlags) -> EightFlags {
+        EightFlags(both!(|i| avx2!(_mm256_blendv_pd(no.0[i], yes.0[i], mask.0[i]))))
+    }
+    #[inline(always)]
+    fn cell_from_lanes(mut f: impl FnMut(usize) -> u8) -> [u16; 8] {
+        array::from_fn(|lane| {
+            let row = usize::from(f(lane));
+            // The row behind it must be there as well.
+            if row < ROWS - 1 { (row * STRIDE) as u16 } else { CROWDED }
+        })
+    }
+    #[inline(always)]
+    fn cell(self) -> ([u32; 8], EightMask) {
+        let half = |i: usize| {
+            // What no 32-bit integer holds, NaN included, becomes the smallest one, and then no cell either.
+            avx2!({
+                let cell = _mm_sub_epi32(_mm256_cvttpd_epi32(self.0[i]), _mm_set1_epi32(1));
+                let nearest = _mm_min_epu32(cell, _mm_set1_epi32(CELLS as i32 - 1));
+                let inside = _mm_cmpeq_epi32(nearest, cell);
+                (nearest, _mm256_castsi256_pd(_mm256_cvtepi32_epi64(inside)))
+            })
+        };
+        let ((low, in_low), (high, in_high)) = (half(0), half(1));
+        // SAFETY: both are 32 bytes in which every bit pattern is a value.
+        let cells = unsafe { transmute::<[__m128i; 2], [u32; 8]>([low, high]) };
+        (cells, EightMask([in_low, in_high]))
+    }
+    #[inline(always)]
+    fn row<const N: usize>(
+        self,
+        cells: &[[u16; 8]; CELLS],
+        rows: &[Row<Self>; N],
+        cell: [u32; 8],
+    ) -> Row<Self> {
+        let mut first = [0_u16; 8];
+        let mut all = 0;
+        for lane in 0..8 {
+            let of_lanes = cells.get(cell[lane] as usize).copied().unwrap_or_default();
+            first[lane] = of_lanes[lane];
+            all |= first[lane];
+        }
+        if N < ROWS || all == CROWDED {
+            return Row::search(rows, self);
+        }
+        let table: *const f64 = rows.as_ptr().cast();
+        // SAFETY: there are ROWS rows or more, each of three times eight doubles in the order of its fields; and cells
+        // are made by `cell_from_lanes` alone.
+        let column = |at| unsafe { column(table, &first, at) };
+        let far = column(STRIDE);
+        let here = self.lt(far);
+        let start = Self::select(here, column(0), far);
+        let value = Self::select(here, column(8), column(STRIDE + 8));
+        let slope = Self::select(here, column(16), column(STRIDE + 16));
+        Row { start, value, slope }
+    }
+}

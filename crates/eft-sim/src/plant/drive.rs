@@ -1,0 +1,313 @@
+//! What stands in front of the servovalve between two samples.
+
+use eft_core::Mask;
+
+use crate::config::RigConfig;
+use crate::lanes::Num;
+
+/// A source of the valve command between two samples.
+pub(crate) trait Drive<S: Num>: Copy {
+    /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then, before any limit:
+    /// linear in time, force and rate.
+    fn demand(&self, time: S, force: S, force_rate: S) -> S;
+
+    /// What the demand (V) without force and rate a time (s) after the sample is above a level (V).
+    #[inline(always)]
+    fn above(&self, level: S, time: S) -> S {
+        self.demand(time, S::splat(0.0), S::splat(0.0)) - level
+    }
+
+    /// How fast (V/s) the demand changes at constant force.
+    fn slope(&self) -> S;
+
+    /// Where the demand hangs on force and rate as it does behind a load cell of this gain (1) that is sound.
+    fn is_sound(&self, cell_gain: S) -> S::Mask;
+
+    /// What a demand (V) becomes at the output.
+    fn limit(&self, demand: S) -> S;
+
+    /// Whether [`limit`](Self::limit) may change a demand.
+    fn limits(&self) -> bool;
+
+    /// Where [`limit`](Self::limit) leaves a demand (V) as it is.
+    fn passes(&self, demand: S) -> S::Mask;
+
+    /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
+    #[inline(always)]
+    fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
+        self.limit(self.demand(time, force, force_rate))
+    }
+}
+
+/// What makes a valve command of the force and its rate at one time.
+pub(crate) trait Valve<S> {
+    /// Valve command (V) for a force (N) and its rate (N/s).
+    fn command(&self, force: S, force_rate: S) -> S;
+}
+
+impl<S, F: Fn(S, S) -> S> Valve<S> for F {
+    #[inline(always)]
+    fn command(&self, force: S, force_rate: S) -> S {
+        self(force, force_rate)
+    }
+}
+
+/// A drive a time (s) after its sample.
+pub(crate) struct At<'a, D, S> {
+    pub(crate) drive: &'a D,
+    pub(crate) time: S,
+}
+
+impl<S: Num, D: Drive<S>> Valve<S> for At<'_, D, S> {
+    #[inline(always)]
+    fn command(&self, force: S, force_rate: S) -> S {
+        self.drive.valve_command(self.time, force, force_rate)
+    }
+}
+
+/// The digital realization: the command is held.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Held<S>(pub(crate) S);
+
+impl<S: Num> Drive<S> for Held<S> {
+    #[inline(always)]
+    fn demand(&self, _: S, _: S, _: S) -> S {
+        self.0
+    }
+    #[inline(always)]
+    fn slope(&self) -> S {
+        S::splat(0.0)
+    }
+    #[inline(always)]
+    fn is_sound(&self, _: S) -> S::Mask {
+        S::Mask::splat(true)
+    }
+    #[inline(always)]
+    fn limit(&self, demand: S) -> S {
+        demand
+    }
+    #[inline(always)]
+    fn limits(&self) -> bool {
+        false
+    }
+    #[inline(always)]
+    fn passes(&self, _: S) -> S::Mask {
+        S::Mask::splat(true)
+    }
+}
+
+/// The analog realization, Eq. (1) in continuous time: the command is linear between samples, only the
+/// compensation is held.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Analog<S> {
+    proportional: S,
+    derivative: S,
+    gain: S,
+    amplitude: S,
+    /// Whether any lane has an amplitude at all.
+    limited: bool,
+    command: S,
+    command_rate: S,
+    compensation: S,
+}
+
+impl<S: Num> Analog<S> {
+    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+        let zero = S::splat(0.0);
+        Self {
+            proportional: S::from_lanes(|i| {
+                rig(i).controller.proportional_gain * rig(i).controller.force_sensitivity
+            }),
+            derivative: S::from_lanes(|i| {
+                rig(i).controller.derivative_gain * rig(i).controller.force_sensitivity
+            }),
+            gain: S::from_lanes(|i| rig(i).controller.proportional_gain),
+            amplitude: S::from_lanes(|i| rig(i).limits.valve_command.unwrap_or(f64::MAX)),
+            limited: (0..S::LANES).any(|i| rig(i).limits.valve_command.is_some()),
+            command: zero,
+            command_rate: zero,
+            compensation: zero,
+        }
+    }
+
+    /// The same controller in the next interval: command (N) and its rate (N/s), compensation (V).
+    #[inline(always)]
+    pub(crate) fn at(mut self, command: S, command_rate: S, compensation: S) -> Self {
+        self.command = command;
+        self.command_rate = command_rate;
+        self.compensation = compensation;
+        self
+    }
+}
+
+impl<S: Num> Analog<S> {
+    /// The same controller at the end of its interval, where the command (N) has arrived at this.
+    #[inline(always)]
+    pub(crate) fn arrived(mut self, command: S) -> Self {
+        self.command = command;
+        self
+    }
+
+    /// What the demand (V) a time (s) after the sample is above a level (V) where the cell shows an offset (N) only.
+    // The compensation comes last and costs one operation: a test waits for it. One formula for every cell, so that an
+    // ideal one changes no bit.
+    #[inline(always)]
+    fn above_beside(&self, level: S, time: S, offset: S) -> S {
+        let error = self.command + self.command_rate * time - offset;
+        let known = self.proportional * error + self.derivative * self.command_rate;
+        (known - level).plus(self.gain, self.compensation)
+    }
+
+    /// The same controller behind a load cell that reports `gain·force + offset`.
+    #[inline(always)]
+    pub(crate) fn through(self, (gain, offset): (S, S)) -> ThroughCell<S> {
+        ThroughCell { analog: self, gain, offset, authority: S::splat(1.0) }
+    }
+}
+
+/// The analog realization behind a load cell that is not ideal; the offset (N) is held between samples.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ThroughCell<S> {
+    analog: Analog<S>,
+    gain: S,
+    offset: S,
+    authority: S,
+}
+
+impl<S: Num> ThroughCell<S> {
+    /// The same with a share (1) of the valve command.
+    #[inline(always)]
+    pub(crate) fn limited_to(mut self, authority: S) -> Self {
+        self.authority = authority;
+        self
+    }
+
+    /// The controller behind the cell.
+    #[inline(always)]
+    pub(crate) fn analog(&self) -> Analog<S> {
+        self.analog
+    }
+}
+
+impl<S: Num> Drive<S> for ThroughCell<S> {
+    #[inline(always)]
+    fn demand(&self, time: S, force: S, force_rate: S) -> S {
+        self.analog.demand(time, self.gain * force + self.offset, self.gain * force_rate)
+    }
+    #[inline(always)]
+    fn above(&self, level: S, time: S) -> S {
+        self.analog.above_beside(level, time, self.offset)
+    }
+    #[inline(always)]
+    fn slope(&self) -> S {
+        self.analog.slope()
+    }
+    #[inline(always)]
+    fn is_sound(&self, cell_gain: S) -> S::Mask {
+        self.gain.le(cell_gain) & self.gain.ge(cell_gain)
+    }
+    #[inline(always)]
+    fn limit(&self, demand: S) -> S {
+        self.authority * self.analog.limit(demand)
+    }
+    #[inline(always)]
+    fn limits(&self) -> bool {
+        true
+    }
+    #[inline(always)]
+    fn passes(&self, demand: S) -> S::Mask {
+        let limited = self.limit(demand);
+        limited.le(demand) & limited.ge(demand)
+    }
+}
+
+impl<S: Num> Drive<S> for Analog<S> {
+    #[inline(always)]
+    fn demand(&self, time: S, force: S, force_rate: S) -> S {
+        let error = self.command + self.command_rate * time - force;
+        let error_rate = self.command_rate - force_rate;
+        self.proportional * error + self.gain * self.compensation + self.derivative * error_rate
+    }
+    #[inline(always)]
+    fn above(&self, level: S, time: S) -> S {
+        self.above_beside(level, time, S::splat(0.0))
+    }
+    #[inline(always)]
+    fn slope(&self) -> S {
+        self.proportional * self.command_rate
+    }
+    #[inline(always)]
+    fn is_sound(&self, _: S) -> S::Mask {
+        S::Mask::splat(true)
+    }
+    #[inline(always)]
+    fn limit(&self, demand: S) -> S {
+        if self.limited { demand.limit(-self.amplitude, self.amplitude) } else { demand }
+    }
+    #[inline(always)]
+    fn limits(&self) -> bool {
+        self.limited
+    }
+    #[inline(always)]
+    fn passes(&self, demand: S) -> S::Mask {
+        demand.abs().le(self.amplitude)
+    }
+}
+
+/// Any of the drives, to be told apart outside the step through time.
+// One struct for all, for an enum of them would be copied through memory every tick.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Driver<S> {
+    pub(crate) kind: DriverKind,
+    /// The valve command (V) of [`DriverKind::Held`], zero elsewhere.
+    pub(crate) held: Held<S>,
+    /// The controller of the two others.
+    pub(crate) cell: ThroughCell<S>,
+}
+
+/// Which drive it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum DriverKind {
+    /// The command is held.
+    Held,
+    /// An analog controller behind an ideal load cell.
+    Analog,
+    /// An analog controller.
+    ThroughCell,
+}
+
+impl<S: Num> Driver<S> {
+    /// A held command (V).
+    #[inline(always)]
+    pub(crate) fn held(command: S) -> Self {
+        let zero = S::splat(0.0);
+        let idle = Analog {
+            proportional: zero,
+            derivative: zero,
+            gain: zero,
+            amplitude: zero,
+            limited: false,
+            command: zero,
+            command_rate: zero,
+            compensation: zero,
+        };
+        Self { kind: DriverKind::Held, held: Held(command), cell: idle.through((S::splat(1.0), zero)) }
+    }
+
+    /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
+    #[inline(always)]
+    pub(crate) fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
+        match self.kind {
+            DriverKind::Held => self.held.valve_command(time, force, force_rate),
+            DriverKind::Analog => self.cell.analog().valve_command(time, force, force_rate),
+            DriverKind::ThroughCell => self.cell.valve_command(time, force, force_rate),
+        }
+    }
+
+    /// An analog controller, behind an ideal load cell where there is no other.
+    #[inline(always)]
+    pub(crate) fn analog(cell: ThroughCell<S>, ideal: bool) -> Self {
+        let kind = if ideal { DriverKind::Analog } else { DriverKind::ThroughCell };
+        Self { kind, held: Held(S::splat(0.0)), cell }
+    }
+}

@@ -1,0 +1,312 @@
+//! The step through time that tests run on: the linear part exactly, the load flow once a step.
+//!
+//! An exponential multistep method (predict, evaluate, correct). With the propagators of [`Propagator`] the linear
+//! part costs no accuracy; load flow and softening enter as parabolas through their values at the step's ends and
+//! one step before. The value ahead is taken at a state predicted without the jump that the demand makes at the
+//! sample and its growth from there, and both are made good to first order afterwards. So the flow is evaluated once
+//! a step, beside the controller instead of behind it.
+//!
+//! Steps that the method is not made for (spool at a stop, demand at its limit, a faulty load cell) are taken by
+//! Runge–Kutta.
+
+use eft_core::Mask;
+
+use crate::config::{Realization, RigConfig};
+use crate::error::Result;
+use crate::lanes::Num;
+use crate::lanes::{Work, dispatch};
+use crate::plant::drive::{Analog, Drive, Held};
+use crate::plant::fast::plain::PlainPlant;
+use crate::plant::fast::propagator::Propagator;
+use crate::plant::spool::Spool;
+use crate::plant::{ActuatorState, TimeGrid};
+
+/// Runge–Kutta steps in place of one step of the method in which the spool meets or leaves a stop.
+const SUBSTEPS: u32 = 2;
+
+/// The plant with the method's coefficients, one rig or several side by side.
+#[derive(Debug, Clone)]
+pub(crate) struct Exponential<S: Num> {
+    plant: PlainPlant<S>,
+    propagator: Propagator<S>,
+    /// Gain (1) of a sound load cell, behind which the propagator's controller stands.
+    cell_gain: S,
+}
+
+/// The plant's state, and the memory of the method.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct FastState<S> {
+    plant: ActuatorState<S>,
+    memory: Memory<S>,
+}
+
+/// What the method remembers of the steps before.
+#[derive(Debug, Clone, Copy, Default)]
+struct Memory<S> {
+    /// Load flow (m³/s) now and one step before.
+    flow: [S; 2],
+    /// Softening force (N) now and one step before.
+    softening: [S; 2],
+    /// Demand (V) at constant force that the last step ended with.
+    demand: S,
+}
+
+/// A step before it is known what drives the valve.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Prediction<S> {
+    plant: ActuatorState<S>,
+    /// Load flow (m³/s) there, and its slope over the spool opening (m³/s per unit opening).
+    flow: S,
+    gain: S,
+    /// Softening force (N) there, and whether there has been any.
+    softening: S,
+    soft: bool,
+}
+
+impl<S: Num> Exponential<S> {
+    /// The true plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
+    ///
+    /// # Errors
+    /// A flow curve that the core refuses.
+    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
+        let cell_gain = |i| rig(i).plant().sensors.force.gain;
+        let propagators = (0..S::LANES)
+            .map(|i| {
+                let plant = PlainPlant::<f64>::pack(|_| rig(i))?;
+                Ok(match rig(i).controller.realization {
+                    Realization::Analog => {
+                        let analog = Analog::pack(|_| rig(i)).through((cell_gain(i), 0.0));
+                        Propagator::new(&plant, &analog, grid.step())
+                    }
+                    Realization::Digital => Propagator::new(&plant, &Held(0.0), grid.step()),
+                })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Self {
+            plant: PlainPlant::pack(&rig)?,
+            propagator: Propagator::pack(|i| &propagators[i]),
+            cell_gain: S::from_lanes(cell_gain),
+        })
+    }
+
+    /// The blocks of the plant.
+    #[inline(always)]
+    pub(crate) fn plant(&self) -> &PlainPlant<S> {
+        &self.plant
+    }
+
+    /// The valve command (V) that `drive` gives at the start of its interval.
+    #[inline(always)]
+    pub(crate) fn driven_command(&self, state: &FastState<S>, drive: &impl Drive<S>) -> S {
+        self.plant.driven_command(&state.plant, state.memory.flow[0], drive)
+    }
+
+    /// The state one tick later, whose first part was looked ahead to.
+    #[inline(always)]
+    pub(crate) fn advance(
+        &self,
+        state: FastState<S>,
+        ahead: Prediction<S>,
+        drive: &impl Drive<S>,
+        grid: TimeGrid,
+    ) -> FastState<S> {
+        let step = grid.step();
+        let state = self.step(state, &ahead, drive, 0.0, step);
+        if grid.steps == 1 {
+            return state;
+        }
+        let copies = (state, *drive);
+        self.more_steps(&copies, grid)
+    }
+
+    /// The steps of a tick but for the first.
+    // Apart, for a loop would keep the numbers of the first from staying in registers.
+    #[inline(never)]
+    fn more_steps<D: Drive<S>>(&self, from: &(FastState<S>, D), grid: TimeGrid) -> FastState<S> {
+        dispatch::<S, _>(MoreSteps { integrator: self, state: from.0, drive: from.1, grid })
+    }
+
+    #[inline(always)]
+    fn step(
+        &self,
+        state: FastState<S>,
+        ahead: &Prediction<S>,
+        drive: &impl Drive<S>,
+        from: f64,
+        step: f64,
+    ) -> FastState<S> {
+        let next = self.correct(&state, ahead, drive, from, step);
+        let regular = self.is_regular([&state, &next], drive, from, step);
+        if regular.all() {
+            next
+        } else {
+            // Copies, for what a reference leads to cannot stay in registers.
+            let copies = (state, *drive);
+            FastState::select(regular, next, self.fall_back(&copies, from, step))
+        }
+    }
+
+    /// The state a step ahead if the demand stayed what the last step ended with and the flow changed as it last did:
+    /// what of a step can be computed before it is known what drives the valve.
+    #[inline(always)]
+    pub(crate) fn predict(&self, state: &FastState<S>) -> Prediction<S> {
+        let (p, m) = (&self.propagator, &state.memory);
+        let zero = S::splat(0.0);
+        let change = |values: &[S; 2]| values[0] - values[1];
+        let mut plant = ActuatorState::default()
+            .plus(p.flow.constant, m.flow[0])
+            .plus(p.flow.ramp, change(&m.flow))
+            .plus(p.demand.constant, m.demand);
+        for (number, column) in state.plant.to_array().into_iter().zip(&p.state) {
+            plant = plant.plus(*column, number);
+        }
+        // Small motions leave the spring straight for most of a test, and then this is nothing.
+        let soft = !(m.softening[0].abs().le(zero) & m.softening[1].abs().le(zero)).all();
+        if soft {
+            let (constant, ramp) = (p.softening.constant, p.softening.ramp);
+            plant = plant.plus(constant, m.softening[0]).plus(ramp, change(&m.softening));
+        }
+        let (flow, gain) = self.plant.flow_and_gain(&plant);
+        Prediction { plant, flow, gain, softening: self.plant.softening_force(&plant), soft }
+    }
+
+    /// The same with what drives the valve.
+    #[inline(always)]
+    fn correct(
+        &self,
+        state: &FastState<S>,
+        ahead: &Prediction<S>,
+        drive: &impl Drive<S>,
+        from: f64,
+        step: f64,
+    ) -> FastState<S> {
+        let (p, m) = (&self.propagator, &state.memory);
+        let zero = S::splat(0.0);
+        let growth = drive.slope() * S::splat(step);
+        let per_jump = ahead.gain * p.demand.constant.spool;
+        let per_growth = ahead.gain * p.demand.ramp.spool;
+        // What hangs on the jump, which comes last, stays short.
+        let expected = |values: &[S; 2]| values[0] + (values[0] - values[1]);
+        let expected_flow = expected(&m.flow);
+        let unexpected = (ahead.flow - expected_flow).plus(per_growth, growth);
+        let mut plant = ahead.plant.plus(p.demand.ramp, growth);
+        if ahead.soft || !ahead.softening.abs().le(zero).all() {
+            plant = plant.plus(p.softening.bend, ahead.softening - expected(&m.softening));
+        }
+
+        let jump = drive.above(m.demand, S::splat(from));
+        let unexpected = unexpected.plus(per_jump, jump);
+        let memory = Memory {
+            flow: [expected_flow + unexpected, m.flow[0]],
+            softening: [ahead.softening, m.softening[0]],
+            demand: m.demand + (jump + growth),
+        };
+        let plant = plant.plus(p.demand.constant, jump).plus(p.flow.bend, unexpected);
+        FastState { plant, memory }
+    }
+
+    /// Where the equations were linear over the whole step.
+    #[inline(always)]
+    fn is_regular(&self, ends: [&FastState<S>; 2], drive: &impl Drive<S>, from: f64, step: f64) -> S::Mask {
+        let mut regular = drive.is_sound(self.cell_gain);
+        for (end, time) in ends.into_iter().zip([from, from + step]) {
+            regular = regular & end.plant.spool.abs().lt(S::splat(1.0));
+            if drive.limits() {
+                let demand = self.plant.driven_demand(&end.plant, end.memory.flow[0], drive, S::splat(time));
+                regular = regular & drive.passes(demand);
+            }
+        }
+        regular
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn fall_back<D: Drive<S>>(&self, at: &(FastState<S>, D), from: f64, step: f64) -> FastState<S> {
+        dispatch::<S, _>(FallBack { integrator: self, state: at.0, drive: at.1, from, step })
+    }
+}
+
+/// The steps of a tick but for the first.
+struct MoreSteps<'a, S: Num, D> {
+    integrator: &'a Exponential<S>,
+    state: FastState<S>,
+    drive: D,
+    grid: TimeGrid,
+}
+
+impl<S: Num, D: Drive<S>> Work for MoreSteps<'_, S, D> {
+    type Output = FastState<S>;
+
+    #[inline(always)]
+    fn run(self) -> FastState<S> {
+        let Self { integrator, mut state, drive, grid } = self;
+        let step = grid.step();
+        for n in 1..grid.steps {
+            let ahead = integrator.predict(&state);
+            state = integrator.step(state, &ahead, &drive, f64::from(n) * step, step);
+        }
+        state
+    }
+}
+
+/// One step by Runge–Kutta.
+struct FallBack<'a, S: Num, D> {
+    integrator: &'a Exponential<S>,
+    state: FastState<S>,
+    drive: D,
+    from: f64,
+    step: f64,
+}
+
+impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
+    type Output = FastState<S>;
+
+    #[inline(always)]
+    fn run(self) -> FastState<S> {
+        let Self { integrator, state, drive, from, step } = self;
+        let before = Spool::at_stop(state.plant.spool);
+        let (mut plant, mut open) = (state.plant, S::Mask::splat(true));
+        for steps in [1, SUBSTEPS] {
+            let taken = integrator.plant.advance(state.plant, &drive, from, step, steps);
+            plant = ActuatorState::select(open, taken, plant);
+            // Meeting or leaving a stop is a kink, over which a long step is inaccurate.
+            let after = Spool::at_stop(plant.spool);
+            open = (before | after) & !(before & after);
+            if !open.any() {
+                break;
+            }
+        }
+        let zero = S::splat(0.0);
+        let memory = Memory {
+            flow: [integrator.plant.flow_and_gain(&plant).0, state.memory.flow[0]],
+            softening: [integrator.plant.softening_force(&plant), state.memory.softening[0]],
+            demand: drive.demand(S::splat(from + step), zero, zero),
+        };
+        FastState { plant, memory }
+    }
+}
+
+impl<S: Num> FastState<S> {
+    /// Valve, oil and piston.
+    #[inline(always)]
+    pub(crate) fn plant(&self) -> &ActuatorState<S> {
+        &self.plant
+    }
+
+    // Field by field: where the compiler thinks that it is seldom called, it inlines no closure.
+    #[inline(always)]
+    pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+        let (a, b) = (yes.memory, no.memory);
+        Self {
+            plant: ActuatorState::select(mask, yes.plant, no.plant),
+            memory: Memory {
+                flow: [S::select(mask, a.flow[0], b.flow[0]), S::select(mask, a.flow[1], b.flow[1])],
+                softening: [
+                    S::select(mask, a.softening[0], b.softening[0]),
+                    S::select(mask, a.softening[1], b.softening[1]),
+                ],
+                demand: S::select(mask, a.demand, b.demand),
+            },
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! The paper's rig, Fig. 1, without other effects: one valve, one actuator, one structure.
+
+use eft_core::Scalar;
+
+use crate::config::RigConfig;
+use crate::error::Result;
+use crate::instruments::Signals;
+use crate::lanes::Num;
+use crate::plant::actuator::Actuator;
+use crate::plant::drive::{At, Drive, Valve};
+use crate::plant::load_flow::LoadFlow;
+use crate::plant::pilot_valve::PilotValve;
+use crate::plant::runge_kutta::{Equations, Stages, runge_kutta};
+use crate::plant::spool::Spool;
+use crate::plant::state::ActuatorState;
+use crate::plant::story::Story;
+
+/// What the plant's equations are not linear in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Terms<S> {
+    /// Load flow (m³/s).
+    pub(crate) flow: S,
+    /// What softening adds to the spring's force (N).
+    pub(crate) softening: S,
+}
+
+/// The blocks of the paper's model, one rig or several side by side.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PlainPlant<S: Num> {
+    pilot_valve: PilotValve<S>,
+    spool: Spool<S>,
+    load_flow: LoadFlow<S>,
+    actuator: Actuator<S>,
+    story: Story<S>,
+    supply_pressure: S,
+}
+
+impl<S: Num> PlainPlant<S> {
+    /// The true plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
+    ///
+    /// # Errors
+    /// A flow curve that the core refuses.
+    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
+        let rig = |i| rig(i).plant();
+        Ok(Self {
+            pilot_valve: PilotValve::pack(rig),
+            spool: Spool::pack(rig),
+            load_flow: LoadFlow::pack(rig)?,
+            actuator: Actuator::pack(rig),
+            story: Story::pack(rig, 0),
+            supply_pressure: S::from_lanes(|i| rig(i).supply.pressure),
+        })
+    }
+
+    /// Force (N) on the structure in this state.
+    #[inline(always)]
+    pub(crate) fn force(&self, state: &ActuatorState<S>) -> S {
+        self.actuator.force(state.load_pressure)
+    }
+
+    /// What the sensors look at.
+    #[inline(always)]
+    pub(crate) fn signals(&self, state: &ActuatorState<S>) -> Signals<S> {
+        let ActuatorState { spool, displacement, velocity, .. } = *state;
+        let force = self.force(state);
+        let acceleration = self.story.acceleration(force, displacement, velocity);
+        let supply_pressure = self.supply_pressure;
+        Signals { displacement, velocity, force, spool, supply_pressure, acceleration }
+    }
+
+    /// Where the spool stands at a stop, and where the piston is beyond its stroke.
+    #[inline(always)]
+    pub(crate) fn at_limits(&self, state: &ActuatorState<S>) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
+        (Spool::at_stop(state.spool), self.actuator.beyond_stroke(state.displacement))
+    }
+
+    /// The load flow (m³/s) in this state, and its slope over the spool opening (m³/s per unit opening).
+    #[inline(always)]
+    pub(crate) fn flow_and_gain(&self, state: &ActuatorState<S>) -> (S, S) {
+        self.load_flow.flow_and_gain(Spool::stop(state.spool), state.load_pressure, S::splat(1.0))
+    }
+
+    /// What softening adds to the spring's force (N) in this state.
+    #[inline(always)]
+    pub(crate) fn softening_force(&self, state: &ActuatorState<S>) -> S {
+        self.story.softening_force(state.displacement)
+    }
+
+    /// The valve command (V) that `drive` gives at the start of its interval, where the load flow is `flow` (m³/s).
+    #[inline(always)]
+    pub(crate) fn driven_command(&self, state: &ActuatorState<S>, flow: S, drive: &impl Drive<S>) -> S {
+        drive.limit(self.driven_demand(state, flow, drive, S::splat(0.0)))
+    }
+
+    /// What `drive` would give a time (s) after its sample without its limit (V).
+    #[inline(always)]
+    pub(crate) fn driven_demand(
+        &self,
+        state: &ActuatorState<S>,
+        flow: S,
+        drive: &impl Drive<S>,
+        time: S,
+    ) -> S {
+        let pressure_rate = self.actuator.rate(flow, state.load_pressure, state.velocity);
+        drive.demand(time, self.force(state), self.actuator.force(pressure_rate))
+    }
+
+    /// The state a time `period` (s) later, in `steps` Runge–Kutta steps, the first of which starts a time `from` (s)
+    /// after the sample.
+    #[inline(always)]
+    pub(crate) fn advance(
+        &self,
+        state: ActuatorState<S>,
+        drive: &impl Drive<S>,
+        from: f64,
+        period: f64,
+        steps: u32,
+    ) -> ActuatorState<S> {
+        let step = period / f64::from(steps);
+        let mut numbers = state.to_array();
+        let mut stages = Stages::new(&numbers);
+        for n in 0..steps {
+            let start = from + f64::from(n) * step;
+            runge_kutta(&mut numbers, &mut stages, start, step, &mut Dynamics { plant: self, drive });
+            Spool::stop_in(&mut numbers);
+        }
+        ActuatorState::from_array(numbers)
+    }
+
+    /// The state's rate where the terms are given and `valve` makes the valve command (V) of force (N) and force
+    /// rate (N/s). Off the spool's stops it is linear in state, terms and command.
+    #[inline(always)]
+    pub(crate) fn rate_under(
+        &self,
+        state: &ActuatorState<S>,
+        terms: &Terms<S>,
+        valve: &impl Valve<S>,
+    ) -> ActuatorState<S> {
+        let force = self.actuator.force(state.load_pressure);
+        let pressure_rate = self.actuator.rate(terms.flow, state.load_pressure, state.velocity);
+        let valve_command = valve.command(force, self.actuator.force(pressure_rate));
+        ActuatorState {
+            pilot_flow: self.pilot_valve.rate(valve_command, state.spool, state.pilot_flow),
+            spool: self.spool.rate(state.pilot_flow, state.spool),
+            load_pressure: pressure_rate,
+            displacement: state.velocity,
+            velocity: self.story.linear_acceleration(
+                force - terms.softening,
+                state.displacement,
+                state.velocity,
+            ),
+        }
+    }
+}
+
+/// The equations under a drive.
+struct Dynamics<'a, S: Num, D> {
+    plant: &'a PlainPlant<S>,
+    drive: &'a D,
+}
+
+impl<S: Num, D: Drive<S>> Equations<S> for Dynamics<'_, S, D> {
+    #[inline(always)]
+    fn rate(&mut self, state: &[S], time: S, rate: &mut [S]) {
+        let Self { plant, drive } = *self;
+        let state = ActuatorState::from_slice(state);
+        let terms = Terms { flow: plant.flow_and_gain(&state).0, softening: plant.softening_force(&state) };
+        rate.copy_from_slice(&plant.rate_under(&state, &terms, &At { drive, time }).to_array());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::changed;
+    use crate::plant::drive::{Driver, Held};
+    use crate::plant::{Plant, TimeGrid};
+
+    #[test]
+    fn it_moves_as_the_plant_whose_effects_are_off_to_the_last_bit() {
+        let rig = changed(&[]);
+        let (plain, mut plant) = (PlainPlant::<f64>::pack(|_| &rig).unwrap(), Plant::pack(|_| &rig).unwrap());
+        let mut state = ActuatorState::default();
+        // To the stop of the spool and into the softening of the spring, and back.
+        for n in 0..2048 {
+            let command = 5.0 * (0.01 * f64::from(n)).sin();
+            state = plain.advance(state, &Held(command), 0.0, 1.0 / 1024.0, 2);
+            plant.advance(&[Driver::held(command)], TimeGrid::new(1024.0, 2));
+            assert_eq!((state, plain.force(&state)), (plant.actuator(0), plant.force(0)), "tick {n}");
+        }
+        assert!(state.displacement.abs() > 1e-3);
+    }
+}

@@ -1,0 +1,303 @@
+//! The plant: servovalves and actuators on one structure, fed by one supply, with every effect.
+//!
+//! Effects that are off change no bit. A single rig is a building of one story.
+
+use eft_core::Scalar;
+
+use crate::config::RigConfig;
+use crate::error::Result;
+use crate::instruments::Signals;
+use crate::lanes::Num;
+use crate::plant::drive::Driver;
+use crate::plant::energy::{EnergyBalance, POWERS};
+use crate::plant::runge_kutta::{Equations, Stages, runge_kutta};
+use crate::plant::servo_actuator::ServoActuator;
+use crate::plant::spool::Spool;
+use crate::plant::state::STATES;
+use crate::plant::structure::{Motion, Structure, is_plain};
+use crate::plant::supply::Supply;
+use crate::plant::{ActuatorState, TimeGrid};
+
+/// Servovalves, actuators, structure and supply in a state, one rig or several side by side.
+#[derive(Debug, Clone)]
+pub(crate) struct Plant<S: Num> {
+    parts: Parts<S>,
+    /// [`EACH`] numbers an actuator, then [`SHARED`] ones.
+    state: Vec<S>,
+    stages: Stages<Vec<S>>,
+    /// On the floors in this state (N).
+    forces: Vec<S>,
+    /// Of the floors in this state (m/s²).
+    accelerations: Vec<S>,
+}
+
+/// What has equations of its own; every actuator is the same.
+#[derive(Debug, Clone)]
+struct Parts<S: Num> {
+    servo_actuator: ServoActuator<S>,
+    supply: Supply<S>,
+    structure: Structure<S>,
+}
+
+/// Numbers of an actuator: those of [`ActuatorState`], what its load cell shows (N), the hysteresis of its story.
+const EACH: usize = STATES + 2;
+
+/// Numbers that all share: the accumulator's pressure (Pa), the time of the test (s), where the energy went (J).
+const SHARED: usize = 2 + POWERS;
+
+/// A look at the numbers of a state.
+struct View<'a, S> {
+    actuators: &'a [[S; EACH]],
+    shared: [S; SHARED],
+}
+
+impl<'a, S: Num> View<'a, S> {
+    #[inline(always)]
+    fn new(state: &'a [S]) -> Self {
+        let (actuators, shared) = state.split_at(state.len() - SHARED);
+        let shared = shared.first_chunk().copied().unwrap_or_default();
+        Self { actuators: actuators.as_chunks().0, shared }
+    }
+
+    /// The motion of a floor.
+    #[inline(always)]
+    fn motion(&self, i: usize) -> Motion<S> {
+        let [_, _, _, displacement, velocity, _, hysteresis] = self.actuators[i];
+        Motion { displacement, velocity, hysteresis }
+    }
+
+    #[inline(always)]
+    fn accumulator(&self) -> S {
+        self.shared[0]
+    }
+
+    #[inline(always)]
+    fn time(&self) -> S {
+        self.shared[1]
+    }
+}
+
+impl<S: Num> Parts<S> {
+    fn at_rest(&self) -> Vec<S> {
+        let actuators = self.structure.len() * EACH;
+        let mut state = vec![S::splat(0.0); actuators + SHARED];
+        state[actuators] = self.supply.setting(S::splat(0.0));
+        state
+    }
+
+    /// Forces (N) on the floors, and their accelerations (m/s²).
+    #[inline(always)]
+    fn accelerate(&self, view: &View<'_, S>, forces: &mut [S], accelerations: &mut [S]) {
+        for (force, actuator) in forces.iter_mut().zip(view.actuators) {
+            *force = self.servo_actuator.force(&ActuatorState::from_slice(actuator));
+        }
+        self.structure.accelerations(
+            |i| forces[i],
+            |i| view.motion(i),
+            |i, acceleration| accelerations[i] = acceleration,
+        );
+    }
+
+    /// Energy (J) in oil, stops, structure and accumulator.
+    fn stored(&self, state: &[S]) -> S {
+        let view = View::new(state);
+        let stored = |actuator: &[S; EACH]| self.servo_actuator.stored(&ActuatorState::from_slice(actuator));
+        let oil = view.actuators.iter().map(stored).fold(S::splat(0.0), |sum, stored| sum + stored);
+        oil + self.structure.stored(|i| view.motion(i)) + self.supply.stored(view.accumulator())
+    }
+}
+
+/// The plant's equations between two ticks.
+struct Dynamics<'a, S: Num> {
+    parts: &'a Parts<S>,
+    drivers: &'a [Driver<S>],
+    /// Accelerations (m/s²) that a structure from outside imposes; none where the rig's own follows.
+    imposed: Option<&'a [S]>,
+    forces: &'a mut [S],
+    accelerations: &'a mut [S],
+}
+
+impl<S: Num> Equations<S> for Dynamics<'_, S> {
+    #[inline(always)]
+    fn rate(&mut self, state: &[S], time: S, rate: &mut [S]) {
+        let view = View::new(state);
+        let Parts { servo_actuator, supply, structure } = self.parts;
+        self.parts.accelerate(&view, self.forces, self.accelerations);
+        if let Some(imposed) = self.imposed {
+            self.accelerations.copy_from_slice(imposed);
+        }
+        let setting = supply.setting(view.time());
+        let pressure = supply.pressure(setting, view.accumulator());
+        let mut drawn = S::splat(0.0);
+        let mut powers = EnergyBalance::default();
+        let (rates, shared) = rate.split_at_mut(state.len() - SHARED);
+        let inputs = self.forces.iter().zip(&*self.accelerations).zip(self.drivers);
+        let actuators = view.actuators.iter().zip(rates.as_chunks_mut::<EACH>().0);
+        for (i, (((force, acceleration), driver), (numbers, rate))) in inputs.zip(actuators).enumerate() {
+            let actuator = ActuatorState::from_slice(numbers);
+            let (forces, acceleration) = ([*force, numbers[STATES]], *acceleration);
+            let hydraulics = servo_actuator.hydraulics(&actuator, pressure);
+            drawn = drawn + hydraulics.drawn();
+            servo_actuator.add_powers(&mut powers, &actuator, &hydraulics, pressure);
+            let valve_command =
+                servo_actuator.valve_command(&actuator, forces, &hydraulics, acceleration, driver, time);
+            let [pilot_flow, spool, load_pressure, displacement, velocity] =
+                servo_actuator.rate(&actuator, &hydraulics, acceleration, valve_command).to_array();
+            let cell = servo_actuator.cell_rate(forces, acceleration);
+            let hysteresis = structure.hysteresis_rate(i, |i| view.motion(i));
+            *rate = [pilot_flow, spool, load_pressure, displacement, velocity, cell, hysteresis];
+        }
+        structure.add_powers(&mut powers, |i| view.motion(i));
+        let pump_flow = supply.pump_flow(setting, pressure, drawn);
+        powers.supplied = setting * pump_flow;
+        powers.droop = (setting - pressure) * pump_flow;
+        shared[0] = supply.rate(pump_flow, drawn);
+        shared[1] = S::splat(1.0);
+        shared[2..].copy_from_slice(&powers.to_array());
+    }
+}
+
+impl<S: Num> Plant<S> {
+    /// The true plants of `rig(0)`, `rig(1)`, … at rest side by side, one a lane, of as many stories each.
+    ///
+    /// # Errors
+    /// A flow curve that the core refuses.
+    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
+        let rig = |i| rig(i).plant();
+        let parts = Parts {
+            servo_actuator: ServoActuator::pack(rig)?,
+            supply: Supply::pack(rig),
+            structure: Structure::pack(rig),
+        };
+        let (state, none) = (parts.at_rest(), vec![S::splat(0.0); parts.structure.len()]);
+        Ok(Self { stages: Stages::new(&state), state, forces: none.clone(), accelerations: none, parts })
+    }
+
+    /// Number of actuators.
+    pub(crate) fn actuators(&self) -> usize {
+        self.parts.structure.len()
+    }
+
+    /// Back to rest.
+    pub(crate) fn reset(&mut self) {
+        self.state = self.parts.at_rest();
+        self.settle();
+    }
+
+    /// Puts the floors to displacements (m) and velocities (m/s).
+    pub(crate) fn set_motion(&mut self, displacements: &[S], velocities: &[S]) {
+        let motions = displacements.iter().zip(velocities);
+        for ([.., x, v, _, _], motion) in self.state.as_chunks_mut::<EACH>().0.iter_mut().zip(motions) {
+            (*x, *v) = (*motion.0, *motion.1);
+        }
+        self.settle();
+    }
+
+    /// Where the energy of one lane went since rest.
+    pub(crate) fn balance(&self, lane: usize) -> EnergyBalance {
+        let [_, _, integrals @ ..] = self.view().shared;
+        let stored = self.parts.stored(&self.state) - self.parts.stored(&self.parts.at_rest());
+        EnergyBalance::new(integrals.map(|integral: S| integral.lane(lane)), stored.lane(lane))
+    }
+
+    /// Valve, oil and piston of an actuator.
+    #[inline(always)]
+    pub(crate) fn actuator(&self, i: usize) -> ActuatorState<S> {
+        ActuatorState::from_slice(&self.state[i * EACH..])
+    }
+
+    /// Force (N) on a floor.
+    #[inline(always)]
+    pub(crate) fn force(&self, i: usize) -> S {
+        self.forces[i]
+    }
+
+    /// What an actuator's sensors look at.
+    #[inline(always)]
+    pub(crate) fn signals(&self, i: usize) -> Signals<S> {
+        let ActuatorState { displacement, velocity, spool, .. } = self.actuator(i);
+        Signals {
+            displacement,
+            velocity,
+            force: self.parts.servo_actuator.shown(self.at_cell(i)),
+            spool,
+            supply_pressure: self.supply_pressure(),
+            acceleration: self.accelerations[i],
+        }
+    }
+
+    /// Where a spool stands at a stop, and where a piston is beyond its stroke.
+    #[inline(always)]
+    pub(crate) fn at_limits(&self, i: usize) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
+        self.parts.servo_actuator.at_limits(&self.actuator(i))
+    }
+
+    /// The valve command (V) that a driver gives an actuator now.
+    #[inline(always)]
+    pub(crate) fn valve_command(&self, i: usize, driver: &Driver<S>) -> S {
+        let (actuator, servo_actuator) = (self.actuator(i), &self.parts.servo_actuator);
+        let hydraulics = servo_actuator.hydraulics(&actuator, self.supply_pressure());
+        let (forces, now) = (self.at_cell(i), S::splat(0.0));
+        servo_actuator.valve_command(&actuator, forces, &hydraulics, self.accelerations[i], driver, now)
+    }
+
+    /// Takes the plant through a tick, under a driver an actuator.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self, drivers: &[Driver<S>], grid: TimeGrid) {
+        for n in 0..grid.steps {
+            self.step(drivers, f64::from(n) * grid.step(), grid.step(), None);
+        }
+        self.settle();
+    }
+
+    /// One integration step (s) from a time (s) after the tick; where accelerations (m/s²) are given the pistons follow
+    /// them and not the structure.
+    #[inline(always)]
+    pub(crate) fn step(&mut self, drivers: &[Driver<S>], from: f64, step: f64, imposed: Option<&[S]>) {
+        let Self { parts, state, stages, forces, accelerations } = self;
+        let mut equations = Dynamics { parts, drivers, imposed, forces, accelerations };
+        runge_kutta(state, stages, from, step, &mut equations);
+        let actuators = state.len() - SHARED;
+        state[..actuators].as_chunks_mut::<EACH>().0.iter_mut().for_each(|actuator| Spool::stop_in(actuator));
+    }
+
+    /// Brings forces and accelerations up to the state.
+    #[inline(always)]
+    pub(crate) fn settle(&mut self) {
+        let Self { parts, state, forces, accelerations, .. } = self;
+        parts.accelerate(&View::new(state), forces, accelerations);
+    }
+
+    #[inline(always)]
+    fn view(&self) -> View<'_, S> {
+        View::new(&self.state)
+    }
+
+    /// Force on a floor, and the load cell's state (N).
+    #[inline(always)]
+    fn at_cell(&self, i: usize) -> [S; 2] {
+        [self.forces[i], self.state[i * EACH + STATES]]
+    }
+
+    #[inline(always)]
+    fn supply_pressure(&self) -> S {
+        let (supply, view) = (&self.parts.supply, self.view());
+        supply.pressure(supply.setting(view.time()), view.accumulator())
+    }
+}
+
+/// Whether a rig's true plant has an effect beyond the paper's model, or several actuators.
+pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
+    let rig = rig.plant();
+    let (valve, actuator, supply) = (&rig.servovalve, &rig.actuator, &rig.supply);
+    let leakage = &valve.leakage;
+    let plain_valve = valve.overlap == 0.0
+        && valve.pilot_flow_limit.is_none()
+        && leakage.proportional == 0.0
+        && leakage.constant == 0.0;
+    let plain_actuator =
+        actuator.friction == 0.0 && actuator.stop_stiffness.is_none() && actuator.dead_length.is_none();
+    let plain_supply = supply.schedule.is_none() && supply.accumulator.is_none();
+    let plain_cell = rig.sensors.force.bandwidth.is_none();
+    !(plain_valve && plain_actuator && plain_supply && plain_cell && is_plain(rig))
+}

@@ -1,0 +1,46 @@
+//! The virtual rig: each block of Fig. 1 a file, put together in [`Plant`] for any number of actuators.
+//!
+//! Parts that a rig does not have are switched off by data. `fast` is the paper's rig alone, which most tests run on.
+//! Blocks are written over [`Num`](crate::lanes::Num), so the same plant runs one rig or several side by side.
+
+mod actuator;
+mod bouc_wen;
+mod drive;
+mod end_stop;
+mod energy;
+mod fast;
+mod friction;
+mod general;
+mod load_cell;
+mod load_flow;
+mod pilot_valve;
+mod power_damper;
+mod runge_kutta;
+mod servo_actuator;
+mod spool;
+mod state;
+mod story;
+mod structure;
+mod supply;
+mod time_grid;
+mod valve_leakage;
+
+pub(crate) use drive::{Analog, Driver, DriverKind};
+pub use energy::EnergyBalance;
+pub(crate) use fast::{Exponential, FastState, Prediction};
+pub(crate) use general::{Plant, needs_detail};
+pub(crate) use runge_kutta::{Equations, Stages, runge_kutta};
+pub(crate) use servo_actuator::ServoActuator;
+pub(crate) use spool::Spool;
+pub(crate) use state::ActuatorState;
+pub(crate) use structure::{Motion, Structure};
+pub(crate) use supply::Supply;
+pub(crate) use time_grid::{TimeGrid, longest_step};
+
+#[cfg(test)]
+fn changed(changes: &[(&str, toml::Value)]) -> crate::RigConfig {
+    crate::RigConfig::zhao2005().replace(changes).unwrap()
+}
+
+/// Most points a flow curve may have.
+pub const TABLE_CAPACITY: usize = 64;

@@ -1,0 +1,182 @@
+//! Servovalve and actuator with every effect, from the valve command to the force on the structure.
+
+use eft_core::Scalar;
+
+use crate::config::RigConfig;
+use crate::error::Result;
+use crate::lanes::Num;
+use crate::plant::ActuatorState;
+use crate::plant::actuator::Actuator;
+use crate::plant::drive::Driver;
+use crate::plant::end_stop::EndStop;
+use crate::plant::energy::EnergyBalance;
+use crate::plant::friction::Friction;
+use crate::plant::load_cell::LoadCell;
+use crate::plant::load_flow::LoadFlow;
+use crate::plant::pilot_valve::PilotValve;
+use crate::plant::spool::Spool;
+use crate::plant::valve_leakage::{Leak, ValveLeakage};
+
+/// One servovalve and its actuator.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ServoActuator<S: Num> {
+    pilot_valve: PilotValve<S>,
+    spool: Spool<S>,
+    load_flow: LoadFlow<S>,
+    valve_leakage: ValveLeakage<S>,
+    actuator: Actuator<S>,
+    friction: Friction<S>,
+    end_stop: EndStop<S>,
+    load_cell: LoadCell<S>,
+}
+
+/// What the oil does at one state.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hydraulics<S> {
+    load_flow: S,
+    leak: Leak<S>,
+    drawn: S,
+    pressure_rate: S,
+}
+
+impl<S> Hydraulics<S>
+where
+    S: Num,
+{
+    /// Flow (m³/s) drawn from the supply.
+    #[inline(always)]
+    pub(crate) fn drawn(&self) -> S {
+        self.drawn + self.leak.drawn
+    }
+}
+
+impl<S: Num> ServoActuator<S> {
+    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
+        Ok(Self {
+            pilot_valve: PilotValve::pack(&rig),
+            spool: Spool::pack(&rig),
+            load_flow: LoadFlow::pack(&rig)?,
+            valve_leakage: ValveLeakage::pack(&rig),
+            actuator: Actuator::pack(&rig),
+            friction: Friction::pack(&rig),
+            end_stop: EndStop::pack(&rig),
+            load_cell: LoadCell::pack(&rig),
+        })
+    }
+
+    /// Force (N) on the structure.
+    #[inline(always)]
+    pub(crate) fn force(&self, state: &ActuatorState<S>) -> S {
+        self.actuator.force(state.load_pressure)
+            - self.friction.force(state.velocity)
+            - self.end_stop.force(state.displacement, state.velocity)
+    }
+
+    /// What the oil does at a supply pressure (Pa).
+    #[inline(always)]
+    pub(crate) fn hydraulics(&self, state: &ActuatorState<S>, supply_pressure: S) -> Hydraulics<S> {
+        let opening = Spool::stop(state.spool);
+        let (load_flow, drawn) = self.load_flow.flow_at(opening, state.load_pressure, supply_pressure);
+        let leak = self.valve_leakage.leak(opening, state.load_pressure, supply_pressure);
+        let pressure_rate = self.actuator.rate_at(
+            load_flow - leak.lost,
+            state.load_pressure,
+            state.displacement,
+            state.velocity,
+        );
+        Hydraulics { load_flow, leak, drawn, pressure_rate }
+    }
+
+    /// The valve command (V) that `driver` gives a time (s) into its interval, at the force and the load cell's state (N).
+    #[inline(always)]
+    pub(crate) fn valve_command(
+        &self,
+        state: &ActuatorState<S>,
+        [force, shown]: [S; 2],
+        hydraulics: &Hydraulics<S>,
+        acceleration: S,
+        driver: &Driver<S>,
+        time: S,
+    ) -> S {
+        let force_rate = self.actuator.force(hydraulics.pressure_rate)
+            - self.friction.slope(state.velocity) * acceleration
+            - self.end_stop.rate(state.displacement, state.velocity, acceleration);
+        let shown_rate = self.load_cell.rate(force, acceleration, shown);
+        driver.valve_command(
+            time,
+            self.load_cell.select(shown, force),
+            self.load_cell.select(shown_rate, force_rate),
+        )
+    }
+
+    /// The state's rates under a valve command (V) at an acceleration (m/s²) of the structure.
+    #[inline(always)]
+    pub(crate) fn rate(
+        &self,
+        state: &ActuatorState<S>,
+        hydraulics: &Hydraulics<S>,
+        acceleration: S,
+        valve_command: S,
+    ) -> ActuatorState<S> {
+        ActuatorState {
+            load_pressure: hydraulics.pressure_rate,
+            displacement: state.velocity,
+            velocity: acceleration,
+            ..self.valve_rate(state, valve_command)
+        }
+    }
+
+    /// The rates of pilot and spool under a valve command (V), whatever the oil does.
+    #[inline(always)]
+    pub(crate) fn valve_rate(&self, state: &ActuatorState<S>, valve_command: S) -> ActuatorState<S> {
+        ActuatorState {
+            pilot_flow: self.pilot_valve.rate(valve_command, state.spool, state.pilot_flow),
+            spool: self.spool.rate(state.pilot_flow, state.spool),
+            ..ActuatorState::default()
+        }
+    }
+
+    /// Rate (N/s) of the load cell's state, at the force and the cell's state (N).
+    #[inline(always)]
+    pub(crate) fn cell_rate(&self, [force, shown]: [S; 2], acceleration: S) -> S {
+        self.load_cell.rate(force, acceleration, shown)
+    }
+
+    /// What the load cell shows (N): its state where it lags, the force elsewhere.
+    #[inline(always)]
+    pub(crate) fn shown(&self, [force, shown]: [S; 2]) -> S {
+        self.load_cell.select(shown, force)
+    }
+
+    /// Adds the powers (W) of valve and actuator at a supply pressure (Pa).
+    #[inline(always)]
+    pub(crate) fn add_powers(
+        &self,
+        powers: &mut EnergyBalance<S>,
+        state: &ActuatorState<S>,
+        hydraulics: &Hydraulics<S>,
+        supply_pressure: S,
+    ) {
+        let ActuatorState { load_pressure, displacement, velocity, .. } = *state;
+        let Hydraulics { leak, load_flow, drawn, .. } = *hydraulics;
+        let across = self.actuator.leakage_loss(load_pressure);
+        let leakage = supply_pressure * leak.drawn + load_pressure * leak.lost + across;
+        powers.swept = powers.swept + self.actuator.swept_power(load_pressure, displacement, velocity);
+        powers.valve = powers.valve + (supply_pressure * drawn - load_pressure * load_flow);
+        powers.leakage = powers.leakage + leakage;
+        powers.friction = powers.friction + self.friction.force(velocity) * velocity;
+        powers.stops = powers.stops + self.end_stop.loss(displacement, velocity);
+    }
+
+    /// Energy (J) in the oil and in the stops.
+    pub(crate) fn stored(&self, state: &ActuatorState<S>) -> S {
+        self.actuator.stored(state.load_pressure, state.displacement)
+            + self.end_stop.stored(state.displacement)
+    }
+
+    /// Where the spool stands at a stop, and where the piston is beyond its stroke.
+    #[inline(always)]
+    pub(crate) fn at_limits(&self, state: &ActuatorState<S>) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
+        (Spool::at_stop(state.spool), self.actuator.beyond_stroke(state.displacement))
+    }
+}

@@ -1,0 +1,50 @@
+//! The main spool, Eq. (3): `ẋ_v = q/(A_v·x_vmax)`, stopped at ±1.
+
+use eft_core::Scalar;
+
+use crate::config::RigConfig;
+use crate::lanes::Num;
+
+/// Main-stage spool.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spool<S> {
+    opening_per_volume: S,
+}
+
+impl<S: Num> Spool<S> {
+    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+        Self {
+            opening_per_volume: S::from_lanes(|i| {
+                1.0 / (rig(i).servovalve.spool_area * rig(i).servovalve.spool_stroke)
+            }),
+        }
+    }
+
+    /// Rate of the opening (1/s) for the pilot flow (m³/s): zero where the flow pushes against a stop.
+    #[inline(always)]
+    pub(crate) fn rate(&self, pilot_flow: S, opening: S) -> S {
+        let (zero, one) = (S::splat(0.0), S::splat(1.0));
+        let against_stop = (opening.ge(one) & pilot_flow.gt(zero)) | (opening.le(-one) & pilot_flow.lt(zero));
+        S::select(against_stop, zero, pilot_flow * self.opening_per_volume)
+    }
+
+    /// The opening within its stops; a step may have carried it past one by less than the step.
+    #[inline(always)]
+    pub(crate) fn stop(opening: S) -> S {
+        opening.limit(S::splat(-1.0), S::splat(1.0))
+    }
+
+    /// The same in the numbers of an [`ActuatorState`](crate::plant::ActuatorState).
+    #[inline(always)]
+    pub(crate) fn stop_in(state: &mut [S]) {
+        if let [_, opening, ..] = state {
+            *opening = Self::stop(*opening);
+        }
+    }
+
+    /// Where the spool stands at a stop.
+    #[inline(always)]
+    pub(crate) fn at_stop(opening: S) -> <S as Scalar>::Mask {
+        opening.abs().ge(S::splat(1.0))
+    }
+}

@@ -1,0 +1,81 @@
+//! The continuous state of one valve and its actuator.
+
+use crate::lanes::Num;
+
+/// What valve, oil and piston remember; `default()` is at rest.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct ActuatorState<S> {
+    /// Pilot flow `q` (m³/s).
+    pub(crate) pilot_flow: S,
+    /// Spool opening `x_v` (1).
+    pub(crate) spool: S,
+    /// Load pressure `P_L` (Pa).
+    pub(crate) load_pressure: S,
+    /// Piston and structure displacement `x` (m).
+    pub(crate) displacement: S,
+    /// Piston and structure velocity `ẋ` (m/s).
+    pub(crate) velocity: S,
+}
+
+/// Where a test is stopped, in the unit of each number: what gains, rates and squares make of it is still finite.
+const BEYOND: f64 = 1e100;
+
+/// How many numbers they are.
+pub(crate) const STATES: usize = 5;
+
+impl<S: Num> ActuatorState<S> {
+    #[inline(always)]
+    pub(crate) fn to_array(self) -> [S; STATES] {
+        [self.pilot_flow, self.spool, self.load_pressure, self.displacement, self.velocity]
+    }
+
+    #[inline(always)]
+    pub(crate) fn from_array(
+        [pilot_flow, spool, load_pressure, displacement, velocity]: [S; STATES],
+    ) -> Self {
+        Self { pilot_flow, spool, load_pressure, displacement, velocity }
+    }
+
+    /// From the first numbers of a slice that has as many.
+    #[inline(always)]
+    pub(crate) fn from_slice(numbers: &[S]) -> Self {
+        Self::from_array(numbers.first_chunk().copied().unwrap_or_default())
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            pilot_flow: S::select(mask, yes.pilot_flow, no.pilot_flow),
+            spool: S::select(mask, yes.spool, no.spool),
+            load_pressure: S::select(mask, yes.load_pressure, no.load_pressure),
+            displacement: S::select(mask, yes.displacement, no.displacement),
+            velocity: S::select(mask, yes.velocity, no.velocity),
+        }
+    }
+
+    /// `self + rate·step`, each rounded once.
+    #[inline(always)]
+    pub(crate) fn plus(self, rate: Self, step: S) -> Self {
+        self.zip(rate, |x, r| x.plus(r, step))
+    }
+
+    #[inline(always)]
+    pub(crate) fn zip(self, other: Self, f: impl Fn(S, S) -> S) -> Self {
+        Self {
+            pilot_flow: f(self.pilot_flow, other.pilot_flow),
+            spool: f(self.spool, other.spool),
+            load_pressure: f(self.load_pressure, other.load_pressure),
+            displacement: f(self.displacement, other.displacement),
+            velocity: f(self.velocity, other.velocity),
+        }
+    }
+
+    /// Where a test can go on: no number is NaN or [`BEYOND`] any rig.
+    // A sum, which costs less than looking at each: numbers that large, and opposite to the last digit, do not happen.
+    #[inline(always)]
+    pub(crate) fn is_bounded(self) -> S::Mask {
+        let sum = (self.pilot_flow + self.spool) + (self.load_pressure + self.displacement) + self.velocity;
+        sum.abs().le(S::splat(BEYOND))
+    }
+}
