@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -100,3 +101,18 @@ def test_the_page_s_loop_runs_as_printed(monkeypatch):
     exec(block, names)
     expected = eft.simulate(names["rig"], names["command"], dtype="f32")
     np.testing.assert_array_equal(names["run"].force, expected.force)
+
+
+def test_two_rigs_fit_into_one_program_by_their_names(tmp_path):
+    for name in ("north", "south"):
+        (tmp_path / f"{name}.h").write_text(eft.export(eft.Rig.zhao2005(), "c", name))
+    sum_of_both = "EFT_RIG_NORTH.level + EFT_RIG_SOUTH.level"
+    (tmp_path / "both.c").write_text(
+        '#include "north.h"\n#include "south.h"\n#include "north.h"\n'
+        f"double both(void);\ndouble both(void) {{ return {sum_of_both}; }}\n"
+    )
+    include = Path(__file__).parents[2] / "crates/eft-ffi/include"
+    command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-unused", "-fsyntax-only"]
+    subprocess.run([*command, f"-I{include}", str(tmp_path / "both.c")], check=True)
+    with pytest.raises(ValueError, match="name = north-2: must be an identifier"):
+        eft.export(eft.Rig.zhao2005(), "c", "north-2")

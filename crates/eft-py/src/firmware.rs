@@ -33,13 +33,12 @@ use crate::run::{Watch, traces};
 /// Raises
 /// ------
 /// ValueError
-///     If there is a computation delay, which the firmware's own timing makes, or the flow table has more than 21
+///     If the name is no identifier, there is a computation delay, which the firmware's own timing makes, or the flow table has more than 21
 ///     points for C; the message names the key.
 #[pyfunction]
 #[pyo3(signature = (rig, target, name=None))]
 pub(crate) fn export(rig: &Rig, target: &str, name: Option<&str>) -> PyResult<String> {
     let target = target.parse().map_err(to_python)?;
-    let name = name.or(rig.config.name.as_deref()).unwrap_or("rig");
     eft_sim::export::export(&rig.config, name, target).map_err(to_python)
 }
 

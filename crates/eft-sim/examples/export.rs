@@ -9,11 +9,11 @@ use eft_sim::export::export;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let (target, rig, name) = match &arguments[..] {
-        [target] => (target, RigConfig::zhao2005(), "zhao2005"),
-        [target, path] => (target, RigConfig::from_toml(&std::fs::read_to_string(path)?)?, path.as_str()),
+    let (target, rig) = match &arguments[..] {
+        [target] => (target, RigConfig::zhao2005()),
+        [target, path] => (target, RigConfig::from_toml(&std::fs::read_to_string(path)?)?),
         _ => return Err("usage: rust|c [RIG.toml]".into()),
     };
-    print!("{}", export(&rig, name, target.parse()?)?);
+    print!("{}", export(&rig, None, target.parse()?)?);
     Ok(())
 }

@@ -7,6 +7,7 @@ use cortex_m_rt::{entry, exception};
 use semihosting::process;
 
 use crate::converters::Converters;
+#[cfg(not(feature = "flipped"))]
 use crate::rig;
 
 /// Ticks since the start; only the interrupt writes it.

@@ -18,13 +18,16 @@ from eft.traces._write import check_folder
     short_help="Write a rig's controller as source for firmware.",
     epilog=epilog(
         "eft export rig.toml --target rust -o controller.rs",
-        "eft export rig.toml --target c -o controller.h",
+        "eft export rig.toml --target c --name north -o north.h",
     ),
 )
 @click.argument("rig", type=FILE)
 @click.option("--target", type=click.Choice(["rust", "c"]), required=True, help="The language.")
+@click.option(
+    "--name", help="Name of the constant in C, EFT_RIG_NAME, so that several fit. Default: the rig's own."
+)
 @click.option("-o", "--output", type=FILE, help="Default: RIG with the ending .rs or .h.")
-def export(rig: Path, target: Literal["rust", "c"], output: Path | None) -> None:
+def export(rig: Path, target: Literal["rust", "c"], name: str | None, output: Path | None) -> None:
     """Write the controller of the rig file RIG, or of a test's rig, as a constant ready to be compiled.
 
     It runs at the rig's `controller.sample_rate`; a velocity that is estimated and the protection are
@@ -34,5 +37,5 @@ def export(rig: Path, target: Literal["rust", "c"], output: Path | None) -> None
     """
     path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
     check_folder(path)
-    write_text(path, eft.export(read_rig(rig, {}), target))
+    write_text(path, eft.export(read_rig(rig, {}), target, name))
     click.echo(f"{path} written")

@@ -111,7 +111,10 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
             adaptive: c.adaptive,
             curve_correction: c.curve_correction,
             guard: c.adaptive || c.guard,
-            ..Learning::OFF
+            excitation: c.learning.excitation,
+            flow_gain_bounds: [c.learning.lowest_flow_gain, c.learning.highest_flow_gain],
+            valve_gain_bounds: [c.learning.lowest_valve_gain, c.learning.highest_valve_gain],
+            response_delay_bounds: [c.learning.shortest_delay, c.learning.longest_delay],
         },
         protection: protection(rig),
         stuck_samples: 0,

@@ -90,6 +90,13 @@ pub static KEYS: &[Key] = &[
     key("compensation.curve_correction", "", Bool, OFF, "correct the flow curve by direction and band of opening during the test, where `compensation.adaptive` is on and the scheme is nonlinear"),
     key("compensation.supply_correction", "", Bool, OFF, "scale the flow by a measured supply pressure, also without estimates"),
     key("compensation.guard", "", Bool, OFF, "take the level back where overcompensation pumps the structure, also without estimates"),
+    key("compensation.learning.excitation", "", Float(1e-6, 0.5), float(5.0e-4), "opening below which nothing is learned"),
+    key("compensation.learning.lowest_flow_gain", "", Float(0.01, 1.0), float(0.7), "lowest flow gain that is learned, over the table's"),
+    key("compensation.learning.highest_flow_gain", "", Float(1.0, 100.0), float(1.35), "highest flow gain that is learned, over the table's"),
+    key("compensation.learning.lowest_valve_gain", "", Float(0.01, 1.0), float(0.8), "lowest valve gain that is learned, over `compensation.valve_gain`"),
+    key("compensation.learning.highest_valve_gain", "", Float(1.0, 100.0), float(1.25), "highest valve gain that is learned, over `compensation.valve_gain`"),
+    key("compensation.learning.shortest_delay", "", Float(0.01, 1.0), float(0.2), "shortest response delay that is learned, over `compensation.response_delay`"),
+    key("compensation.learning.longest_delay", "", Float(1.0, 100.0), float(4.0), "longest response delay that is learned, over `compensation.response_delay`"),
 
     key("structure.kind", "", Choice(&["linear", "bilinear", "bouc_wen", "shear_building"]), Required, "kind of structure; parts it does not use are ignored"),
     key("structure.mass", "kg", Float(1e-3, 1e12), Required, "mass m"),

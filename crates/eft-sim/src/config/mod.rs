@@ -17,9 +17,10 @@ pub use idle::IdleKey;
 pub use keys::KEYS;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
-    Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Limits, Mode,
-    PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom, Softening,
-    Stories, Story, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage, VelocitySource,
+    Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Learning, Limits,
+    Mode, PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom,
+    Softening, Stories, Story, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
+    VelocitySource,
 };
 
 use std::ops::Deref;

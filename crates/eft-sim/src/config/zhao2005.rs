@@ -93,6 +93,15 @@ impl RigConfig {
                 curve_correction: false,
                 supply_correction: false,
                 guard: false,
+                learning: Learning {
+                    excitation: 5.0e-4,
+                    lowest_flow_gain: 0.7,
+                    highest_flow_gain: 1.35,
+                    lowest_valve_gain: 0.8,
+                    highest_valve_gain: 1.25,
+                    shortest_delay: 0.2,
+                    longest_delay: 4.0,
+                },
             },
             structure: Structure {
                 kind: StructureKind::Bilinear,

@@ -88,6 +88,28 @@ pub struct Compensation {
     pub supply_correction: bool,
     /// Whether overcompensation takes the level back without estimates as well.
     pub guard: bool,
+    /// What may be learned.
+    pub learning: Learning,
+}
+
+/// `[compensation.learning]`: from what on something is learned, and within which bounds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Learning {
+    /// Opening below which nothing is learned, dimensionless.
+    pub excitation: f64,
+    /// Lowest flow gain over the table's, dimensionless.
+    pub lowest_flow_gain: f64,
+    /// Highest flow gain over the table's, dimensionless.
+    pub highest_flow_gain: f64,
+    /// Lowest valve gain over the configured one, dimensionless.
+    pub lowest_valve_gain: f64,
+    /// Highest valve gain over the configured one, dimensionless.
+    pub highest_valve_gain: f64,
+    /// Shortest response delay over the configured one, dimensionless.
+    pub shortest_delay: f64,
+    /// Longest response delay over the configured one, dimensionless.
+    pub longest_delay: f64,
 }
 
 /// The compensation scheme.

@@ -44,10 +44,17 @@ struct Parts<'a> {
 /// The parameters of a rig's channel as a source file; the digital side runs at `controller.sample_rate`. What a constant
 /// cannot hold, such as the supply pressure that has to be given or when the soft end begins, the first comment says.
 ///
+/// In C the constant is `EFT_RIG_` and the name, so that two rigs of different names fit into one program. Without a name
+/// it is the rig's own, as far as C takes its letters.
+///
 /// # Errors
-/// A rig that the channel or its learner refuses, in `f32` or at all; a computation delay, which the firmware's own timing
-/// makes; for C, a flow table of more than 21 points.
-pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
+/// A name that is no identifier; a rig that the channel or its learner refuses, in `f32` or at all; a computation delay,
+/// which the firmware's own timing makes; for C, a flow table of more than 21 points.
+pub fn export(rig: &RigConfig, name: Option<&str>, target: Target) -> Result<String> {
+    let name = match name {
+        Some(name) => identifier(name)?,
+        None => rig.name.as_deref().unwrap_or("rig"),
+    };
     let parameters = parameters(rig, rig.controller.sample_rate)?;
     <f32 as Precision>::channel(&parameters)?;
     if parameters.learning.is_on() {
@@ -66,6 +73,20 @@ pub fn export(rig: &RigConfig, name: &str, target: Target) -> Result<String> {
     };
     written.map_err(|_| Error::value("name", name, "could not be written"))?;
     Ok(out)
+}
+
+/// Refuses a name that neither language takes.
+fn identifier(name: &str) -> Result<&str> {
+    let digit_first = name.starts_with(|first: char| first.is_ascii_digit());
+    let takes = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if name.is_empty() || digit_first || !name.chars().all(takes) {
+        return Err(Error::value(
+            "name",
+            name,
+            "must be an identifier: letters, digits and _, no digit first",
+        ));
+    }
+    Ok(name)
 }
 
 /// Refuses what only the firmware itself can make.

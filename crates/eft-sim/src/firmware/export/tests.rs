@@ -81,8 +81,8 @@ fn every_key_of_the_controller_is_in_the_text_or_refused_and_none_of_the_plant()
         for target in [Target::Rust, Target::C] {
             let tells =
                 rigs.iter().filter_map(|rig| Some((rig, with_another(rig, row, "")?))).any(|(rig, other)| {
-                    match export(&other, "rig", target) {
-                        Ok(text) => text != export(rig, "rig", target).unwrap(),
+                    match export(&other, Some("rig"), target) {
+                        Ok(text) => text != export(rig, Some("rig"), target).unwrap(),
                         Err(refusal) => refusal.to_string().starts_with(row.key),
                     }
                 });
@@ -102,7 +102,10 @@ fn no_export_sees_the_truth() {
         seen += usize::from(!changed.is_empty());
         for (rig, other) in changed {
             for target in [Target::Rust, Target::C] {
-                assert_eq!(export(&other, "rig", target).unwrap(), export(rig, "rig", target).unwrap());
+                assert_eq!(
+                    export(&other, Some("rig"), target).unwrap(),
+                    export(rig, Some("rig"), target).unwrap()
+                );
             }
         }
     }
@@ -112,18 +115,18 @@ fn no_export_sees_the_truth() {
 
 #[test]
 fn a_name_stays_in_its_comment() {
-    let rig = RigConfig::zhao2005();
     let name = "a\nb */ c /* d\r\u{202e} é";
-    let rust = export(&rig, name, Target::Rust).unwrap();
+    let rig = RigConfig::zhao2005().replace(&[("name", name.into())]).unwrap();
+    let rust = export(&rig, None, Target::Rust).unwrap();
     assert!(rust.starts_with("//! The controller of `a\\nb * / c / * d\\r\\u{202e} é` at 4096 Hz"), "{rust}");
-    let c = export(&rig, name, Target::C).unwrap();
+    let c = export(&rig, None, Target::C).unwrap();
     assert!(c.starts_with("/* The controller of a\\nb * / c / * d\\r\\u{202e} é at 4096 Hz"), "{c}");
 }
 
 #[test]
 fn the_comment_says_what_a_constant_cannot_hold() {
     let comment = |changes: &[(&str, toml::Value)], target| {
-        let text = export(&RigConfig::zhao2005().replace(changes).unwrap(), "rig", target).unwrap();
+        let text = export(&RigConfig::zhao2005().replace(changes).unwrap(), Some("rig"), target).unwrap();
         let comment: Vec<_> =
             text.lines().take_while(|line| !line.starts_with("use") && *line != " */").collect();
         assert!(comment.iter().all(|line| line.chars().count() <= 100), "{text}");
@@ -159,7 +162,7 @@ fn firmware_holds_what_its_rigs_export() {
         // The firmware closes the force loop itself.
         let rig = rig.replace(&[("controller.realization", "digital".into())]).unwrap();
         for (target, path) in [(Target::Rust, format!("src/{name}.rs")), (Target::C, format!("{name}.h"))] {
-            let (path, fresh) = (format!("{firmware}/{path}"), export(&rig, name, target).unwrap());
+            let (path, fresh) = (format!("{firmware}/{path}"), export(&rig, Some(name), target).unwrap());
             if std::env::var_os("EFT_WRITE_EXPORTS").is_some() {
                 std::fs::write(&path, &fresh).unwrap();
             }
@@ -184,7 +187,7 @@ fn velocity_and_protection_are_written_in_either_language() {
     ];
     let rig = RigConfig::zhao2005().replace(&on).unwrap();
     let holds = |rig: &RigConfig, target, expected: &[&str]| {
-        let text = export(rig, "rig", target).unwrap();
+        let text = export(rig, Some("rig"), target).unwrap();
         for expected in expected {
             assert!(text.contains(expected), "{expected} in {text}");
         }
@@ -201,9 +204,23 @@ fn velocity_and_protection_are_written_in_either_language() {
 }
 
 #[test]
+fn a_name_that_is_no_identifier_is_refused() {
+    let rig = RigConfig::zhao2005();
+    for name in ["", "2nd", "my rig", "a-b", "é", "a\nb"] {
+        let refusal = export(&rig, Some(name), Target::C).unwrap_err().to_string();
+        assert!(refusal.starts_with("name = ") && refusal.contains("must be an identifier"), "{refusal}");
+    }
+    let text = export(&rig, Some("north_2"), Target::C).unwrap();
+    assert!(text.contains("#ifndef EFT_RIG_NORTH_2_H") && text.contains("EFT_RIG_NORTH_2 = {"), "{text}");
+    // Any name of a rig is one that C takes.
+    let named = rig.replace(&[("name", "my rig/2".into())]).unwrap();
+    assert!(export(&named, None, Target::C).unwrap().contains("EFT_RIG_MY_RIG_2 = {"));
+}
+
+#[test]
 fn what_firmware_must_build_itself_is_refused() {
     let rig = RigConfig::zhao2005().with(|rig| rig.compensation.computation_delay = 2).unwrap();
-    let refusal = export(&rig, "rig", Target::C).unwrap_err().to_string();
+    let refusal = export(&rig, Some("rig"), Target::C).unwrap_err().to_string();
     assert_eq!(refusal, "compensation.computation_delay = 2: must be 0 for firmware");
 }
 
@@ -236,7 +253,7 @@ fn fields_of_the_header() -> Vec<String> {
 #[test]
 fn values_in_c_stand_in_the_order_of_the_header() {
     for rig in rigs() {
-        let text = export(&rig, "rig", Target::C).unwrap();
+        let text = export(&rig, Some("rig"), Target::C).unwrap();
         let (_, values) = text.split_once("eft_parameters EFT_RIG = {\n").unwrap();
         let name = |line: &str| Some(line.split_once("/* ")?.1.split([',', ' ']).next()?.to_owned());
         assert_eq!(values.lines().filter_map(name).collect::<Vec<_>>(), fields_of_the_header());
@@ -249,8 +266,8 @@ fn exports_compile_as_c_and_cpp_side_by_side() {
     std::fs::create_dir_all(&folder).unwrap();
     let mut program = "#include \"0.h\"\n".to_owned();
     for (n, rig) in rigs().iter().enumerate() {
-        let name = if n == 0 { "rig".to_owned() } else { format!("my rig/{n}") };
-        std::fs::write(folder.join(format!("{n}.h")), export(rig, &name, Target::C).unwrap()).unwrap();
+        let name = if n == 0 { "rig".to_owned() } else { format!("my_rig_{n}") };
+        std::fs::write(folder.join(format!("{n}.h")), export(rig, Some(&name), Target::C).unwrap()).unwrap();
         program += &format!("#include \"{n}.h\"\n");
     }
     program += "double first(void);\ndouble first(void) { return EFT_RIG.level + EFT_RIG_MY_RIG_1.level; }\n";
