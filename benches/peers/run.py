@@ -103,7 +103,7 @@ def compare(s, converged):
 
 
 def ten_thousand(s, tests):
-    """Many different tests on two cores, beside as many in C one after another."""
+    """Many different tests on two cores, compared with as many in C one after another."""
     script = Path(__file__).with_name("ten_thousand.py")
     command = [sys.executable, script, str(tests), "2"]
     answer = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)

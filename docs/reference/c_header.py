@@ -14,7 +14,7 @@ LEFT_OUT = ("Double precision", "Sizes")
 
 
 def write(folder: Path) -> None:
-    """Write the page's generated part, and the overview at the top of the header as it stands."""
+    """Write the page's generated part, and the rules from the overview at the top of the header."""
     text = HEADER.read_text(encoding="utf-8")
     overview = text[text.index("/*") + 2 : text.index("*/")]
     rules = overview[overview.index("What holds for every function:") :]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 @contextmanager
 def beside(path: Path) -> Iterator[Path]:
-    """A temporary name beside `path` to write to; renamed to `path` when all went well, removed otherwise.
+    """A temporary name in the folder of `path`; renamed to `path` at the end, removed after an error.
 
     Raises
     ------
@@ -42,6 +42,6 @@ def check_replaceable(path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file beside and rename."""
+    """Write a text file under a temporary name and rename it."""
     with beside(path) as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -148,7 +148,7 @@ def observe(run: TestRun, band: tuple[float, float]) -> Numbers:
 
 @dataclass(frozen=True)
 class Comparison:
-    """One number of a run beside its reference."""
+    """One number of a run with its reference."""
 
     name: str
     reference: float
@@ -164,7 +164,7 @@ class Comparison:
 
 
 def compare(reference: Numbers, run: Numbers, paper: Paper) -> Iterator[Comparison]:
-    """Every number of a run beside its reference."""
+    """Every number of a run with its reference."""
     bin_width = 1.0 / paper.sweep.duration
     for field in fields(Numbers):
         expected, found = getattr(reference, field.name), getattr(run, field.name)

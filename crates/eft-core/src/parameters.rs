@@ -143,7 +143,7 @@ impl Learning {
     /// Flow gain and valve are estimated, under the guard.
     pub const ADAPTIVE: Self = Self { adaptive: true, guard: true, ..Self::OFF };
 
-    /// Whether a learner runs beside the tick.
+    /// Whether a learner runs besides the tick.
     pub const fn is_on(&self) -> bool {
         self.adaptive || self.guard
     }

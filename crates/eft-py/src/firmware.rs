@@ -20,15 +20,14 @@ use crate::run::{Watch, traces};
 /// target : {"rust", "c"}
 ///     The language: a constant of `eft-core`, or one for `eft.h`.
 /// name : str, optional
-///     What the text calls the rig; the rig's own name if left out.
+///     The rig's name in the text; by default its own.
 ///
 /// Returns
 /// -------
 /// str
-///     Ready to be compiled; checked here, and once more by the compiler (Rust) or by `eft_configure_f32` (C). A
-///     velocity that is estimated and the protection are constants beside the controller's.
-///     What no constant holds, such as the supply pressure that has to be given or when the soft end begins, stands
-///     in the first comment.
+///     Ready to be compiled. The parameters are checked here, and again by the compiler (Rust) or by
+///     `eft_configure_f32` (C). The first comment says what the firmware must do itself, such as supplying a pressure
+///     or starting the soft end.
 ///
 /// Raises
 /// ------

@@ -12,7 +12,7 @@ use crate::errors::to_python;
 use crate::excitation::{Command, Record, record};
 use crate::rig::Rig;
 
-/// Return the record less the polynomial of a degree (0 to 5) that fits its acceleration best.
+/// Return the record without the polynomial of a degree (0 to 5) that fits its acceleration best.
 #[pyfunction]
 #[pyo3(signature = (record, degree=1))]
 pub(crate) fn baseline_corrected(record: &Record, degree: usize) -> PyResult<Record> {
@@ -32,7 +32,7 @@ pub(crate) fn band_passed(
     self::record(py.detach(|| preparation::band_passed(&record.inner, low, high, order)))
 }
 
-/// Return the record at another sample rate (Hz), frequencies beyond half of it taken out first.
+/// Return the record at another sample rate (Hz), after removing frequencies above half of it.
 #[pyfunction]
 pub(crate) fn resampled(py: Python<'_>, record: &Record, rate: f64) -> PyResult<Record> {
     self::record(py.detach(|| preparation::resampled(&record.inner, rate)))
@@ -78,11 +78,11 @@ pub(crate) fn displacement_spectrum<'py>(
     Ok(PyArray1::from_vec(py, found.map_err(to_python)?))
 }
 
-/// Check before a test what a force command asks of a rig, and whether the rig has it.
+/// Check before a test what a force command demands of a rig, and whether the rig can deliver it.
 ///
-/// Of a shear building the demands are those of the actuator that is asked for most, the pump's mean flow that of all.
-/// Of a controller that calibrates itself or guards its level, stability is that of the loop before it does, and an
-/// unstable one a caution: only a test on the virtual rig tells what becomes of it, as ``eft check`` runs one.
+/// In a shear building the demands are those of the actuator with the largest, and the pump's mean flow is that of all.
+/// If the controller calibrates itself or guards its level, stability is that of the loop before it does so. An unstable
+/// loop is then a caution, and only a test on the virtual rig decides, as ``eft check`` runs one.
 ///
 /// Returns
 /// -------

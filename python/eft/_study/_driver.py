@@ -52,15 +52,15 @@ def study(
     command : Command or mapping of names to commands
         The force to be applied; with several commands every combination is run under each.
     parameters : mapping, list of mappings, or sampler
-        Dotted keys of the rig with lists of values (every value with every other); combinations one by one;
-        or `LatinHypercube` or `Sobol`. The key ``command.scale`` is a factor on the command.
+        Dotted keys of the rig with lists of values, of which every combination is run; a list of single
+        combinations; or `LatinHypercube` or `Sobol`. The key ``command.scale`` is a factor on the command.
     executor : concurrent.futures.Executor, optional
         Where the tests run: a process pool, ``Client.get_executor()`` of Dask distributed, any other. Without
         one, on all cores of this machine. The rows are the same.
     output : path, optional
-        A folder for the rows, as Parquet (needs pyarrow). If it holds the beginning of the same study, that
-        is taken up again; a kill at any moment loses at most the chunks at work. Without it rows stay in
-        memory.
+        A folder for the rows, as Parquet (needs pyarrow). If it holds the beginning of the same study, the
+        study resumes. A kill at any moment loses at most the running chunks. Without a folder the rows stay
+        in memory.
     dtype : {"f64", "f32"}
         Precision of the controller.
     traces : bool

@@ -1,4 +1,4 @@
-"""A study that was run, or as much of it as there is."""
+"""A study that was run, or the finished part of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the rows of a study go: memory, or a folder of Parquet files that a kill cannot spoil."""
+"""Where the rows of a study go: memory, or a folder of Parquet files that survives a kill."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Memory:
 
 
 class Folder:
-    """One Parquet file a chunk, each written beside and renamed."""
+    """One Parquet file a chunk, each written under a temporary name and renamed."""
 
     def __init__(self, path: Path) -> None:
         # Here, so that a missing package is known before the first test runs.

@@ -13,7 +13,7 @@ import numpy as np
 from eft._native import Rig, rig_keys
 
 SCALE = "command.scale"
-"""The key that is none of the rig's: a factor on the command."""
+"""The only key that is not of the rig, a factor on the command."""
 
 Value = bool | int | float | str | list[float] | None
 Changes = dict[str, Value]

@@ -1,4 +1,4 @@
-"""The command line `eft`: the package without a line of Python."""
+"""The command line `eft`: the package without Python."""
 
 from eft.cli._main import main
 

@@ -12,7 +12,7 @@ from eft.cli._output import FILE, epilog
 
 
 @click.command(
-    short_help="The paper's tests beside the paper.",
+    short_help="Run the paper's tests and compare them with the paper.",
     epilog=epilog("eft demo", "eft demo --record northridge.at2 --scale 0.6 --output northridge"),
 )
 @click.option("--record", metavar="FILE", type=FILE, help="Ground motion instead of El Centro.")
@@ -22,9 +22,9 @@ from eft.cli._output import FILE, epilog
     "--output", type=FILE, default=Path("demo-output"), show_default=True, help="Folder to write to."
 )
 def demo(record: Path | None, scale: float | None, short: bool, output: Path) -> int:
-    """Run the paper's tests and an earthquake on the virtual rig, beside the paper's numbers.
+    """Run the paper's tests and an earthquake on the virtual rig, and compare them with the paper's numbers.
 
-    Prints a table, writes figures and a report. Exit code 1 when a number misses its reference.
+    Prints a table and writes figures and a report. Exit code 1 when a number misses its reference.
     """
     # Here, for matplotlib takes its time.
     from eft.demo.__main__ import run

@@ -27,9 +27,10 @@ from eft.traces._write import check_folder
 def report(runs: tuple[Path, ...], output: Path | None, title: str | None) -> None:
     """Write a report of the RUNS that `eft run` saved, or of a study's folder: one HTML file, no network.
 
-    Verdict, metrics, time histories to zoom into, force over command by frequency, spool opening against the
-    advised 60 %, restoring force, configuration and versions. Several runs are drawn over each other.
-    Of a study: how the tests ended, each metric over each setting, the worst tests.
+    A report of runs has the verdict, metrics, time histories with zoom, force over command by frequency,
+    spool opening against the advised 60 %, restoring force, configuration and versions. Several runs share
+    the charts. A report of a study says how the tests ended, and has each metric over each setting and the
+    worst tests.
     """
     target = output or runs[0].with_suffix(".html")
     if target.suffix.lower() not in (".html", ".htm"):

@@ -14,7 +14,7 @@ _ASKED = ("compensation.adaptive", "compensation.curve_correction")
 
 
 def check_save_rig(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) -> None:
-    """Say before the test what would keep its flow curve from being saved; `others` are its other files.
+    """Refuse, before the test, what would prevent saving its flow curve; `others` are its other files.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def check_save_rig(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) 
 
 
 def save_rig(path: Path, run: eft.TestRun, interrupted: bool) -> str | None:
-    """Write the corrected rig of a whole test, beside and renamed; in words why not, where it was not."""
+    """Write the corrected rig of a whole test; return the reason where it is not written."""
     if interrupted:
         return "the test was interrupted"
     if not (verdict := judge(run)).usable:

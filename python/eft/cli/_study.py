@@ -43,11 +43,11 @@ def study(
     scheduler: str | None,
     as_json: bool,
 ) -> None:
-    """Run a test for every combination that FILE names, on all cores, and judge each: one row a test.
+    """Run a test for every combination that FILE names, on all cores, and write one row for each.
 
     FILE is a test file with a section [study.grid], [[study.list]], [study.latin_hypercube] or [study.sobol].
-    The rows go to a folder of Parquet files. Interrupted or killed, the same command goes on where it
-    stopped. Exit code 1 when tests failed by accident; those that the rig refuses are an answer.
+    The rows go to a folder of Parquet files. After an interruption or a kill the same command resumes. Exit
+    code 1 when tests failed by accident. A combination that the rig refuses is not a failure.
     """
     target = output or file.with_suffix(".study")
     check_folder(target / "rows" if target.is_dir() else target)

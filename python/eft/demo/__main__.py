@@ -1,4 +1,4 @@
-"""``python -m eft.demo``: run the paper's tests, print paper beside result, write figures and a report."""
+"""``python -m eft.demo``: run the paper's tests, compare them with the paper, write figures and a report."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m eft.demo",
-        description="The paper's tests on the virtual rig: a table beside the paper, figures and a report.",
+        description="The paper's tests on the virtual rig: a table, figures and a report.",
         epilog="example: python -m eft.demo --record northridge.at2 --scale 0.6 --output northridge",
     )
     parser.add_argument("--record", type=Path, metavar="FILE", help="ground motion instead of El Centro")
@@ -113,7 +113,7 @@ def _about(quake: experiments.Earthquake) -> str:
     return (
         f"{record.name}: peak ground acceleration {record.pga:.3g} m/s², {duration:.1f} s, "
         f"scaled by {quake.scale:g}; the command peaks at {peak:.1f} kN. "
-        "The paper's own test used another record, so its words stand beside, not its numbers. "
+        "The paper's own test used another record, so the table quotes its words instead of its numbers. "
         f"How the tests went:\n\n{messages}"
     )
 

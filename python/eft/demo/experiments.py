@@ -27,21 +27,21 @@ SAMPLE_RATE = 4096.0
 
 @dataclass(frozen=True)
 class SweepResult:
-    """A sweep of the paper and what came out."""
+    """A sweep of the paper and its result."""
 
     case: paper.Case
     run: TestRun
     numbers: paper.Numbers
 
     def comparisons(self) -> list[paper.Comparison]:
-        """Every number beside its reference; empty where there is none."""
+        """Every number with its reference; empty without a reference."""
         reference = self.case.reference
         return list(paper.compare(reference, self.numbers, paper.load())) if reference else []
 
 
 @dataclass(frozen=True)
 class Earthquake:
-    """One record under every scheme, beside the ideal response."""
+    """One record under every scheme, with the ideal response."""
 
     record: Record
     scale: float
@@ -83,7 +83,7 @@ class EarthquakeTest:
         return eft.simulate(self.rig.replace({"compensation.mode": scheme}), self.command)
 
     def result(self, runs: dict[str, TestRun]) -> Earthquake:
-        """The runs beside what the structure does under the command applied exactly."""
+        """The runs, compared with the structure under the exact command."""
         ideal = eft.ideal_response(self.rig, self.command)
         return Earthquake(self.record, self.scale, self.rig, self.command, ideal, runs)
 

@@ -27,7 +27,7 @@ class Shown:
     figure: Figure
 
     def save(self, folder: Path) -> Path:
-        """As PNG, written beside and renamed."""
+        """Write the figure as PNG, under another name first, and rename it."""
         path = folder / f"{self.name}.png"
         with beside(path) as temporary:
             self.figure.savefig(temporary, format="png")

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# The eight colours of Okabe and Ito, told apart with any common colour vision;
+# The eight colours of Okabe and Ito, which differ under every common colour vision;
 # line styles differ too, so that a grey print can still be read.
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7",
@@ -107,17 +107,17 @@ def page(height: float) -> Figure:
 
 
 _COLUMNS = 5
-"""Entries of a legend beside each other; more would be wider than a page."""
+"""Entries of a legend in one row; more would be wider than a page."""
 
 
 def finish(ax: Axes, *, xlabel: str, ylabel: str, legend: bool = True) -> Axes:
-    """Labels with units, a light grid, and a legend where there is something to tell apart."""
+    """Labels with units, a light grid, and a legend where there are several curves."""
     ax.set_xlabel(xlabel)
     ax.set_ylabel(ylabel)
     ax.grid(visible=True, color="0.9", linewidth=0.5)
     ax.set_axisbelow(True)
     if legend:
-        # Above the axes, beside the title: a legend inside would hide some of the data.
+        # Above the axes, next to the title: a legend inside would hide some of the data.
         entries = len(ax.get_legend_handles_labels()[1])
         ax.legend(
             loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(entries, _COLUMNS), frameon=False,

@@ -44,7 +44,7 @@ def displacement_history(
     window: Window | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Displacement in mm, beside that under the command applied exactly (`ideal`), as in Fig. 10."""
+    """Displacement in mm, with that under the exact command (`ideal`), as in Fig. 10."""
     ax = _responses(lambda each: each.displacement * 1e3, runs, ideal, window, ax)
     return finish(ax, xlabel="time (s)", ylabel="displacement (mm)")
 
@@ -56,7 +56,7 @@ def velocity_history(
     window: Window | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Velocity in m/s, beside that under the command applied exactly (`ideal`), as in Fig. 10."""
+    """Velocity in m/s, with that under the exact command (`ideal`), as in Fig. 10."""
     ax = _responses(lambda each: each.velocity, runs, ideal, window, ax)
     return finish(ax, xlabel="time (s)", ylabel="velocity (m/s)")
 
@@ -68,7 +68,7 @@ def spool_history(
     window: Window | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Spool opening in percent of its stroke, against the line that the paper advises to stay below."""
+    """Spool opening in percent of its stroke, with the largest opening that the paper advises."""
     ax = axes_or_new(ax)
     runs = labelled(runs, alone="spool")
     highest = advice

@@ -22,18 +22,18 @@ from eft.report._page import HINT, html_table, reporter, whole_page
 _WORST = 10
 """Tests in the table of the worst."""
 _GROUPS = 6
-"""Groups that are told apart by color."""
+"""Groups that have a color of their own."""
 _UNUSABLE = "#b00020"
 
 
 def write_study_report(
     study: Study, path: str | PathLike[str], title: str = "Study of effective force tests"
 ) -> Path:
-    """Write the report of a study, finished or not, as one HTML file that reaches for no network.
+    """Write the report of a study, finished or not, as one HTML file that loads nothing from a network.
 
-    It tells how many tests ended how and why, shows force error and spool opening over each setting and
-    their distribution, lists the worst tests, and carries the configuration and the versions. Written beside
-    and renamed.
+    It says how many tests ended in which way and why. It shows force error and spool opening over each
+    setting and their distribution, and lists the worst tests. It ends with the configuration and the
+    versions. The file is written under another name and then renamed.
 
     Raises
     ------
@@ -149,7 +149,7 @@ _Groups = dict[str, tuple[str, NDArray[np.bool_]]]
 
 
 def _groups(columns: _Columns, words: list[str]) -> _Groups:
-    """The tests by the first setting in words with few enough values to be told apart; else all together."""
+    """The tests by the first setting in words with few enough values for colors; else all together."""
     for name in words:
         values = [value for value in dict.fromkeys(columns[name].tolist()) if value is not None]
         if 1 < len(values) <= _GROUPS:

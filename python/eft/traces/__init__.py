@@ -1,4 +1,4 @@
-"""Signals of a test in the files of others: read with their units, written with ours."""
+"""Signals of a test in other programs' files, read with their units and written in SI units."""
 
 from eft.traces._compare import Comparison, compare
 from eft.traces._read import read_traces

@@ -65,7 +65,7 @@ def compare(reference: Traces, other: Traces) -> list[Comparison]:
 def _compare(name: str, wanted: np.ndarray, values: np.ndarray, sample_rate: float) -> Comparison:
     peaks = float(np.abs(wanted).max()), float(np.abs(values).max())
     if peaks[0] == 0.0:
-        # Nothing that a difference could be related to, unless there is none.
+        # A reference of zero has no relative difference, except to another zero.
         error = 0.0 if peaks[1] == 0.0 else float("nan")
         return Comparison(name, si_unit(name), *peaks, error, error, error)
     judged = _native.metrics(wanted, values, sample_rate)

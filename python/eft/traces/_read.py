@@ -1,4 +1,4 @@
-"""Reads the signals of others: CSV, MAT, HDF5, Parquet, and saved runs."""
+"""Reads signals from CSV, MAT, HDF5 and Parquet files, and from saved runs."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def read_traces(
     sample_rate: float | None = None,
     gaps: bool = False,
 ) -> Traces:
-    """Read the signals of a test and bring them to SI units.
+    """Read the signals of a test and convert them to SI units.
 
     The suffix tells the format: ``.csv``, ``.txt``, ``.tsv``; ``.mat`` (SciPy, from 7.3 on h5py);
     ``.h5``, ``.hdf5`` (h5py); ``.parquet`` (pyarrow); anything else must be a run that
-    `TestRun.save` wrote. A column is known by its name and has its unit behind it, ``force (kip)`` or
-    ``force_kip``, or in the attribute ``units`` of an HDF5 dataset.
+    `TestRun.save` wrote. The name of a column says what it is, and its unit follows the name, as in
+    ``force (kip)`` or ``force_kip``. An HDF5 dataset may have the unit in the attribute ``units``.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ _OUTLIERS = 0.1
 
 
 class Column(NamedTuple):
-    """A column as it stands in a file."""
+    """A column of a file, unchanged."""
 
     header: str
     unit: str | None

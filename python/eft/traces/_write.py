@@ -1,4 +1,4 @@
-"""Writes the signals of a test for others: CSV, HDF5, Parquet."""
+"""Writes the signals of a test for other programs: CSV, HDF5, Parquet."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from eft.traces._units import si_unit
 
 
 def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
-    """Write a run in the format that the suffix names, beside and renamed.
+    """Write a run in the format that the suffix names.
 
     ``.csv``, ``.h5`` or ``.hdf5`` (needs h5py), ``.parquet`` (needs pandas and pyarrow); ``.eft`` and
-    ``.npz`` as `TestRun.save`, the only ones that bring the whole run back.
+    ``.npz`` as `TestRun.save`, which alone keep the whole run. The file is written under another name
+    and then renamed.
     """
     target = Path(path)
     check_output(target)

@@ -1,10 +1,10 @@
 //! The flow table's correction by direction and band of flow, as it is learned.
 //!
 //! The flow gain `θ` is one number for the whole table. What it leaves is the error of the table's shape: the map from
-//! the flow that the valve passes at no load to the flow that the table has at its opening. Either direction has a gain
-//! of its own, by least squares together with an offset of the opening, which is the sensor's and no error of the table;
-//! and each node a departure from it, which moves only by flows in the pieces beside it. So a band that was never visited
-//! follows its direction, and a direction that was never visited the table and `θ`.
+//! the flow that the valve passes at no load to the flow that the table has at its opening. Each direction has a gain
+//! of its own. It is found by least squares together with an offset of the opening, which is an error of the sensor and
+//! not of the table. Each node has a departure from that gain, which only flows in the two adjacent pieces move. A band
+//! that was never visited follows its direction. A direction that was never visited follows the table and `θ`.
 //!
 //! Estimated is the inverse and not the curve: the nodes then stand where demands are, and a tick finds its piece by one
 //! multiplication.
@@ -36,7 +36,7 @@ pub(crate) struct FlowCurve<T> {
     pub(crate) forgotten: T,
     /// Largest change of a direction's gain at a time (1).
     pub(crate) change: T,
-    /// Share of a node's evidence that a further window beside it displaces.
+    /// Share of a node's evidence that a further window in an adjacent piece displaces.
     pub(crate) forgotten_beside: T,
 }
 
@@ -160,7 +160,7 @@ impl<T: Real> FlowCurve<T> {
         self.solve(state, evidence);
     }
 
-    /// Moves a node's departure towards what was seen beside it.
+    /// Moves a node's departure towards the flows seen in the adjacent pieces.
     fn depart(
         &self,
         state: &mut CurveState<T>,
@@ -316,7 +316,7 @@ mod tests {
             assert!((found - sided(table)).abs() < 0.03, "{table}: {found} of {}", sided(table));
             assert!((state.apply(found) - table).abs() < 1e-12);
         }
-        // What was never visited follows its direction, which the departures beside it share for a long while.
+        // A band that was never visited follows its direction, which shares the neighbours' departures for long.
         let state = learned(2.0, 0.0, sided);
         for (flow, ratio) in [(6.0, 1.05), (-6.0, 0.95)] {
             let found = CURVE.undo(&state.state.pieces, flow) / flow;

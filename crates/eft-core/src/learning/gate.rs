@@ -112,8 +112,8 @@ impl<T: Real> Gate<T> {
         Verdict::Rejected { learned }
     }
 
-    /// Time (s) that an accepted window's evidence counts for, and the share of the older evidence that stays beside it.
-    /// Enough must have been asked, and neither opening (1, measured and asked, before the filters) be near its end.
+    /// Time (s) that an accepted window's evidence counts for, and the share of the older evidence that stays.
+    /// The demand must be large enough, and both openings (1, measured and demanded, before the filters) clear of the stops.
     pub(crate) fn weigh(
         &self,
         state: &mut GateState<T>,

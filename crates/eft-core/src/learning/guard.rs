@@ -13,7 +13,7 @@ pub(crate) struct Guard<T> {
     /// Overcompensation (1) per force error in phase with a velocity (N·s/m): the inverse of the natural velocity
     /// feedback `c_add`.
     pub(crate) per_added_damping: T,
-    /// Force (N) that the loop leaves per flow (m³/s) that nobody demands.
+    /// Force error (N) that the loop leaves per flow (m³/s) that was not demanded.
     pub(crate) force_per_flow: T,
     /// 1 where the command's own flow is demanded, 0 where it is not.
     pub(crate) fed_forward: T,

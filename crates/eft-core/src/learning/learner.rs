@@ -163,7 +163,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         }
         let (flow, _) = filter.step(&mut filters.flow, straightened, share, restart);
 
-        // The guard looks at the part of the flow that nobody demanded.
+        // The guard judges the part of the flow that was not demanded.
         if self.guards && !restart {
             let error = means.force - means.command;
             let fed = self.flow_per_force * means.command + self.flow_per_change * means.command_change;

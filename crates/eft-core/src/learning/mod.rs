@@ -1,4 +1,4 @@
-//! The learner beside the tick: from sums over a window to the next calibration.
+//! The learner: it makes the next calibration from the sums over a window.
 
 mod band_filter;
 mod checkpoint;

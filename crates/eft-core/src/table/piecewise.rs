@@ -318,7 +318,7 @@ macro_rules! constructor {
                 }
                 let below = first.start.next_down();
                 while self.cell(below) >= 0 {
-                    // In steps that count beside the first knot, even where the origin itself is near zero.
+                    // In steps that are not lost against the first knot, even where the origin itself is near zero.
                     let raised = self.origin + (first.start - below);
                     self.origin = if raised > self.origin { raised } else { self.origin.next_up() };
                 }

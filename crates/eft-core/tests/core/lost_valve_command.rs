@@ -1,4 +1,4 @@
-//! A compensation beside an analog force loop whose sampled valve command is lost: only the learner looks at it.
+//! A compensation for an analog force loop whose sampled valve command is lost: only the learner uses it.
 
 use eft_core::{Calibration, Channel, Input, Learner, Learning, Output, Parameters, Realization, status};
 
@@ -38,7 +38,7 @@ fn run(
 }
 
 #[test]
-fn without_estimators_nobody_misses_it() {
+fn without_estimators_it_has_no_effect() {
     let learning = Learning { adaptive: false, ..Learning::ADAPTIVE };
     let sound = run(learning, 2e4, 12_000, |_, v| v);
     let lost = run(learning, 2e4, 12_000, |tick, v| if tick % 5 == 0 || tick > 2000 { f64::NAN } else { v });

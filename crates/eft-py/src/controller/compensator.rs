@@ -13,9 +13,9 @@ use crate::rig::Rig;
 /// Parameters
 /// ----------
 /// rig : Rig
-///     Its compensation, limits and flow table are used; nothing of the true valve. With ``compensation.adaptive``,
+///     Its compensation, limits and flow table are used, but nothing of the true valve. With ``compensation.adaptive``,
 ///     ``compensation.guard``, ``compensation.supply_correction`` or ``protection.enabled`` that part runs as well.
-///     What it returns is not yet late by ``compensation.computation_delay``.
+///     ``compensation.computation_delay`` is not applied to its output.
 /// dtype : {"f64", "f32"}
 ///     The precision of the arithmetic.
 /// sample_rate : float, optional
@@ -23,7 +23,7 @@ use crate::rig::Rig;
 ///
 /// Notes
 /// -----
-/// It can be pickled and copied at rest only: what it has learned stays with it.
+/// It can be pickled and copied at rest only, because a copy would not have what it has learned.
 #[pyclass(module = "eft")]
 pub(crate) struct Compensator {
     channel: Channel,
@@ -50,21 +50,19 @@ impl Compensator {
     /// spool : float
     ///     Measured spool opening.
     /// command : float
-    ///     Force command, N; needed where feedforward, estimators, guard or protection look at it, and without effect
-    ///     where none does.
+    ///     Force command, N; needed by feedforward, estimators, guard and protection, and ignored without them.
     /// supply_pressure : float, optional
-    ///     Measured supply pressure, Pa; read, and then needed, where ``compensation.supply_correction`` is on.
+    ///     Measured supply pressure, Pa; needed where ``compensation.supply_correction`` is on, and ignored elsewhere.
     /// valve_command : float, optional
-    ///     Valve command that stood when the others were sampled, V, a measurement like them; needed where
-    ///     ``compensation.adaptive`` is on.
+    ///     Valve command at the time of the other measurements, V; needed where ``compensation.adaptive`` is on.
     /// displacement : float, optional
     ///     Measured displacement, m; needed where the protection limits it or the velocity is estimated.
     /// acceleration : float, optional
     ///     Measured acceleration, m/s²; needed where ``controller.velocity_source`` is ``"accelerometer"``.
     /// next_command : float, optional
     ///     Force command of the next sample, N; needed where ``compensation.look_ahead`` is on. In `process` the
-    ///     command's own next sample if left out, the last one held.
-    // Shown is the default's value; that it was left out must be told apart from a command of zero.
+    ///     default is the command's own next sample; the last one is held.
+    // The signature shows the default's value; a missing command must differ from one of zero.
     #[pyo3(
         signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None),
         text_signature = "($self, velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None)"
@@ -89,7 +87,7 @@ impl Compensator {
 
     /// Take a whole array of samples and return the compensation signal in V; `status` collects their flags.
     ///
-    /// The arrays are those of `step`; `command` is needed where something looks at it.
+    /// The arrays are those of `step`.
     #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None))]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn process<'py>(
@@ -111,17 +109,18 @@ impl Compensator {
         self.channel.process(py, signals, further)
     }
 
-    /// Go to the state of a rig that has long been at this operating point, nothing learned yet, so that the next
-    /// step has no bump; the protection goes on where it is.
+    /// Go to the steady state of this operating point, so that the next step has no bump.
     ///
-    /// Where ``controller.velocity_source`` is not ``"sensor"``, `displacement` (m), and for ``"accelerometer"``
-    /// `acceleration` (m/s²), must be given, and `velocity` must be 0: the velocity of a displacement at rest. The supply
-    /// pressure is the configured one where it is left out.
+    /// What was learned is forgotten. The protection keeps its state.
+    ///
+    /// Unless ``controller.velocity_source`` is ``"sensor"``, `displacement` (m) must be given and `velocity` must be 0,
+    /// and for ``"accelerometer"`` `acceleration` (m/s²) must be given as well. The default of the supply pressure is the
+    /// configured one.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     If what the velocity is made of is left out, or a velocity is given that is estimated.
+    ///     If a signal is missing from which the velocity is estimated, or a velocity is given that is estimated.
     #[pyo3(signature = (velocity=0.0, force=0.0, spool=0.0, command=0.0, supply_pressure=None, *, displacement=None, acceleration=None))]
     #[allow(clippy::too_many_arguments)] // Python's, all of them optional
     fn prime(
@@ -138,7 +137,7 @@ impl Compensator {
         self.channel.prime(values, supply_pressure, [displacement, acceleration])
     }
 
-    /// Return the last output once more, in V; the state stays.
+    /// Return the last output again, in V, and leave the state unchanged.
     fn hold(&mut self) -> f64 {
         self.channel.hold()
     }
@@ -148,7 +147,7 @@ impl Compensator {
         self.channel.reset();
     }
 
-    /// Ask the rig's protection, where it is on, for the soft end: the command fades along its ramp.
+    /// Ask the rig's protection for the soft end, in which the command fades along its ramp.
     fn end(&mut self) {
         self.channel.end();
     }
@@ -159,19 +158,19 @@ impl Compensator {
         self.channel.last().status
     }
 
-    /// Force command that the protection lets be followed, N; the command itself where it is off.
+    /// Force command that the protection permits, N; without protection the command itself.
     #[getter]
     fn permitted_command(&self) -> f64 {
         self.channel.last().permitted_command
     }
 
-    /// Factor on the valve command in a shutdown, 1 to 0; to be put on it by who makes it.
+    /// Factor on the valve command in a shutdown, 1 to 0; the analog controller must apply it.
     #[getter]
     fn authority(&self) -> f64 {
         self.channel.last().authority
     }
 
-    /// True flow over the table's, as the estimator has it; 1 where the rig does not adapt.
+    /// Estimated ratio of the true flow to the table's; 1 where the rig does not adapt.
     #[getter]
     fn flow_gain_estimate(&self) -> f64 {
         self.channel.learned().flow_gain
@@ -183,7 +182,7 @@ impl Compensator {
         self.channel.learned().response_delay
     }
 
-    /// The spool's gain over the configured one, as the estimator has it; 1 where the rig does not adapt.
+    /// Estimated ratio of the spool's gain to the configured one; 1 where the rig does not adapt.
     #[getter]
     fn valve_gain_estimate(&self) -> f64 {
         self.channel.learned().valve_gain
@@ -195,8 +194,9 @@ impl Compensator {
         self.channel.learned().level
     }
 
-    /// Flow that the controller has found at each opening of the rig's flow table, m³/s, as `TestRun.found_flows`; the
-    /// table's own where the rig does not adapt.
+    /// Flow that the controller has found at each opening of the rig's flow table, m³/s.
+    ///
+    /// It is the table's own where the rig does not adapt.
     #[getter]
     fn found_flows<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.channel.found_flows(py)

@@ -13,7 +13,7 @@ use crate::rig::Rig;
 /// Parameters
 /// ----------
 /// rig : Rig
-///     Its controller, compensation, limits and flow table are used; nothing of the true valve. With ``compensation.adaptive``,
+///     Its controller, compensation, limits and flow table are used, but nothing of the true valve. With ``compensation.adaptive``,
 ///     ``compensation.guard``, ``compensation.supply_correction`` or ``protection.enabled`` that part runs as well.
 ///     ``compensation.computation_delay`` must be 0.
 /// dtype : {"f64", "f32"}
@@ -23,7 +23,7 @@ use crate::rig::Rig;
 ///
 /// Notes
 /// -----
-/// It can be pickled and copied at rest only: what it has learned stays with it.
+/// It can be pickled and copied at rest only, because a copy would not have what it has learned.
 #[pyclass(module = "eft")]
 pub(crate) struct Controller {
     channel: Channel,
@@ -52,14 +52,14 @@ impl Controller {
     /// spool : float
     ///     Measured spool opening.
     /// supply_pressure : float, optional
-    ///     Measured supply pressure, Pa; read, and then needed, where ``compensation.supply_correction`` is on.
+    ///     Measured supply pressure, Pa; needed where ``compensation.supply_correction`` is on, and ignored elsewhere.
     /// displacement : float, optional
     ///     Measured displacement, m; needed where the protection limits it or the velocity is estimated.
     /// acceleration : float, optional
     ///     Measured acceleration, m/s²; needed where ``controller.velocity_source`` is ``"accelerometer"``.
     /// next_command : float, optional
     ///     Force command of the next sample, N; needed where ``compensation.look_ahead`` is on. In `process` the
-    ///     command's own next sample if left out, the last one held.
+    ///     default is the command's own next sample; the last one is held.
     #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn step(
@@ -97,17 +97,18 @@ impl Controller {
         self.channel.process(py, signals, [supply_pressure, None, displacement, acceleration, next_command])
     }
 
-    /// Go to the state of a rig that has long been at this operating point, nothing learned yet, so that the next
-    /// step has no bump; the protection goes on where it is.
+    /// Go to the steady state of this operating point, so that the next step has no bump.
     ///
-    /// Where ``controller.velocity_source`` is not ``"sensor"``, `displacement` (m), and for ``"accelerometer"``
-    /// `acceleration` (m/s²), must be given, and `velocity` must be 0: the velocity of a displacement at rest. The supply
-    /// pressure is the configured one where it is left out.
+    /// What was learned is forgotten. The protection keeps its state.
+    ///
+    /// Unless ``controller.velocity_source`` is ``"sensor"``, `displacement` (m) must be given and `velocity` must be 0,
+    /// and for ``"accelerometer"`` `acceleration` (m/s²) must be given as well. The default of the supply pressure is the
+    /// configured one.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     If what the velocity is made of is left out, or a velocity is given that is estimated.
+    ///     If a signal is missing from which the velocity is estimated, or a velocity is given that is estimated.
     #[pyo3(signature = (command=0.0, velocity=0.0, force=0.0, spool=0.0, supply_pressure=None, *, displacement=None, acceleration=None))]
     #[allow(clippy::too_many_arguments)] // Python's, all of them optional
     fn prime(
@@ -124,7 +125,7 @@ impl Controller {
         self.channel.prime(values, supply_pressure, [displacement, acceleration])
     }
 
-    /// Return the last output once more, in V; the state stays.
+    /// Return the last output again, in V, and leave the state unchanged.
     fn hold(&mut self) -> f64 {
         self.channel.hold()
     }
@@ -134,7 +135,7 @@ impl Controller {
         self.channel.reset();
     }
 
-    /// Ask the rig's protection, where it is on, for the soft end: the command fades along its ramp.
+    /// Ask the rig's protection for the soft end, in which the command fades along its ramp.
     fn end(&mut self) {
         self.channel.end();
     }
@@ -145,19 +146,19 @@ impl Controller {
         self.channel.last().status
     }
 
-    /// Force command that the protection lets be followed, N; the command itself where it is off.
+    /// Force command that the protection permits, N; without protection the command itself.
     #[getter]
     fn permitted_command(&self) -> f64 {
         self.channel.last().permitted_command
     }
 
-    /// Factor on the valve command in a shutdown, 1 to 0; in the output already.
+    /// Factor on the valve command in a shutdown, 1 to 0; the output includes it.
     #[getter]
     fn authority(&self) -> f64 {
         self.channel.last().authority
     }
 
-    /// True flow over the table's, as the estimator has it; 1 where the rig does not adapt.
+    /// Estimated ratio of the true flow to the table's; 1 where the rig does not adapt.
     #[getter]
     fn flow_gain_estimate(&self) -> f64 {
         self.channel.learned().flow_gain
@@ -169,7 +170,7 @@ impl Controller {
         self.channel.learned().response_delay
     }
 
-    /// The spool's gain over the configured one, as the estimator has it; 1 where the rig does not adapt.
+    /// Estimated ratio of the spool's gain to the configured one; 1 where the rig does not adapt.
     #[getter]
     fn valve_gain_estimate(&self) -> f64 {
         self.channel.learned().valve_gain
@@ -181,8 +182,9 @@ impl Controller {
         self.channel.learned().level
     }
 
-    /// Flow that the controller has found at each opening of the rig's flow table, m³/s, as `TestRun.found_flows`; the
-    /// table's own where the rig does not adapt.
+    /// Flow that the controller has found at each opening of the rig's flow table, m³/s.
+    ///
+    /// It is the table's own where the rig does not adapt.
     #[getter]
     fn found_flows<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.channel.found_flows(py)

@@ -162,7 +162,7 @@ fn together(whole: &Table) -> Result<()> {
             let meaning = tree::row(needed).map(Key::meaning).unwrap_or_default();
             return Err(Error::MissingKey {
                 key: needed.to_owned(),
-                meaning: format!("{meaning}; needed beside `{given}`"),
+                meaning: format!("{meaning}; needed with `{given}`"),
             });
         }
     }

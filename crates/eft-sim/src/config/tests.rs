@@ -235,7 +235,7 @@ fn wrong_values_are_named_with_what_is_allowed() {
         (
             "sensors.force.bits",
             16.into(),
-            "missing key `sensors.force.range` (load cell: range to either side, N; needed beside `sensors.force.bits`)",
+            "missing key `sensors.force.range` (load cell: range to either side, N; needed with `sensors.force.bits`)",
         ),
     ];
     for (key, value, expected) in cases {

@@ -124,7 +124,7 @@ fn wrong_truths_are_named_with_what_is_allowed() {
         (vec![("truth.name", "other".into())], "truth.name = \"other\": must be a key of the plant"),
         (
             vec![("truth.sensors.force.bits", 16.into())],
-            "missing key `truth.sensors.force.range` (load cell: range to either side, N; needed beside",
+            "missing key `truth.sensors.force.range` (load cell: range to either side, N; needed with",
         ),
         (vec![("truth.structure.kind", "bouc_wen".into())], "missing key `truth.structure.bouc_wen."),
         (

@@ -254,7 +254,7 @@ impl<S: Num> Drive<S> for Analog<S> {
     }
 }
 
-/// Any of the drives, to be told apart outside the step through time.
+/// Any of the drives; the choice is made outside the step through time.
 // One struct for all, for an enum of them would be copied through memory every tick.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Driver<S> {

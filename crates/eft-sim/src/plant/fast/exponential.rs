@@ -4,7 +4,7 @@
 //! part costs no accuracy; load flow and softening enter as parabolas through their values at the step's ends and
 //! one step before. The value ahead is taken at a state predicted without the jump that the demand makes at the
 //! sample and its growth from there, and both are made good to first order afterwards. So the flow is evaluated once
-//! a step, beside the controller instead of behind it.
+//! a step, in parallel with the controller instead of after it.
 //!
 //! Steps that the method is not made for (spool at a stop, demand at its limit, a faulty load cell) are taken by
 //! Runge–Kutta.
