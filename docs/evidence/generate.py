@@ -4,7 +4,9 @@ import sys
 from pathlib import Path
 
 import fixed_against_adaptive
+import force_loop
 import paper_figures
+import random_plants
 import random_rigs
 
 from eft.demo.__main__ import main
@@ -14,6 +16,8 @@ FOLDER = Path(__file__).parent / "_generated"
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     paper_figures.write(FOLDER)
+    force_loop.report(FOLDER)
+    random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
     fixed_against_adaptive.report(FOLDER)
     # A number off its reference makes no page: the documentation must not show it as a result.

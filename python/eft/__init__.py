@@ -4,6 +4,7 @@ All quantities are in SI units. Positive force pulls the structure (+x).
 """
 
 from eft._firmware import ProcessorInTheLoop
+from eft._force_loop import ForceLoop, ForceLoopMargins, design_force_loop
 from eft._identification import (
     Estimate,
     FineTuning,
@@ -75,6 +76,8 @@ __all__ = [
     "FineTuning",
     "FlowCurveEstimate",
     "FlowTable",
+    "ForceLoop",
+    "ForceLoopMargins",
     "IdealResponse",
     "Identification",
     "LatinHypercube",
@@ -96,6 +99,7 @@ __all__ = [
     "check_feasibility",
     "delay_budget",
     "delay_rate_map",
+    "design_force_loop",
     "displacement_spectrum",
     "effective_force",
     "energy_balance",

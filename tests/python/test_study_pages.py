@@ -57,6 +57,16 @@ def test_kept_random_rigs_are_what_the_code_gives(script):
     same({name: column[0] for name, column in kept.items()}, rigs.tested(rigs.draw(1)[0], 1))
 
 
+def test_kept_random_plants_are_what_the_code_gives(script):
+    plants = script("random_plants")
+    kept = script("random_rigs").read(plants.RESULTS)
+    # The first rig of which no scheme is unstable.
+    stable = ~sum(plants.unstable(kept, scheme) for scheme in plants.ALL).astype(bool)
+    index = int(stable.nonzero()[0][0])
+    truth = plants.draw_plants(index + 1)[index]
+    same({name: column[index] for name, column in kept.items()}, plants.tested(truth, index + 1))
+
+
 def test_pages_are_made_from_what_was_kept(script, tmp_path):
     study = script("fixed_against_adaptive")
     study.report(tmp_path)
@@ -95,3 +105,8 @@ def test_the_readme_tells_what_was_kept(script):
     lowest, highest = re.search(r"0\.5–9\.5 Hz \| – \| ([\d.]+)–([\d.]+) \|", text).groups()
     assert kept["adaptive_lowest"].min() >= float(lowest)
     assert kept["adaptive_highest"].max() <= float(highest)
+    plants = script("random_plants")
+    kept = rigs.read(plants.RESULTS)
+    told = re.search(r"unstable rigs \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|", text).groups()
+    for share, scheme in zip(told, plants.ALL, strict=True):
+        assert 100 * plants.unstable(kept, scheme).mean() == pytest.approx(float(share), abs=0.05)

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 mod arrays;
 mod batch;
 mod controller;
+mod design;
 mod errors;
 mod excitation;
 mod firmware;
@@ -52,6 +53,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::ideal_response, module)?)?;
     module.add_function(wrap_pyfunction!(run::energy_balance, module)?)?;
     module.add_function(wrap_pyfunction!(run::status_flags, module)?)?;
+    module.add_function(wrap_pyfunction!(design::design_force_loop, module)?)?;
     module.add_function(wrap_pyfunction!(linear::linearize, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_margin, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_margins, module)?)?;

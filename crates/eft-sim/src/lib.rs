@@ -5,6 +5,7 @@ pub mod batch;
 mod checks;
 pub mod closed_loop;
 pub mod config;
+pub mod design;
 mod error;
 mod files;
 pub mod firmware;
@@ -15,6 +16,7 @@ mod instruments;
 mod lanes;
 pub mod metrics;
 pub mod plant;
+mod state_space;
 
 pub use analysis::{feasibility, linear};
 pub use closed_loop::{IdealResponse, SimulateOptions, TestRun, ideal_response, simulate};

@@ -14,6 +14,7 @@ from eft._native import __version__
 from eft.cli._check import check
 from eft.cli._compare import compare
 from eft.cli._demo import demo
+from eft.cli._design import design
 from eft.cli._export import export
 from eft.cli._identify import identify
 from eft.cli._init import init
@@ -48,7 +49,7 @@ def cli() -> None:
     """All commands."""
 
 
-for command in (init, check, identify, stability_map, run, study, report, compare, export, demo):
+for command in (init, check, identify, stability_map, run, study, report, compare, design, export, demo):
     cli.add_command(command)
 
 

@@ -14,7 +14,7 @@ use crate::errors::{refuse, to_python};
 /// ``command_1`` and so on. Made by `linearize`.
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct LinearModel {
-    pub(super) inner: StateSpace,
+    pub(crate) inner: StateSpace,
 }
 
 type Matrix<'py> = PyResult<Bound<'py, PyArray2<f64>>>;

@@ -59,7 +59,8 @@ pub fn adapts(rig: &RigConfig) -> bool {
 /// An observer without its gains, or an invalid sample rate.
 pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
     crate::checks::sample_rate("sample_rate", sample_rate)?;
-    let (c, loop_, limits) = (&rig.compensation, &rig.controller, &rig.limits);
+    let designed = rig.at_rate(sample_rate)?;
+    let (c, loop_, limits) = (&rig.compensation, &designed.controller, &rig.limits);
     // Before the valve command that an analog controller makes; behind the one that the channel makes itself, and then
     // the estimator of the valve sees it.
     let converter = match loop_.realization {

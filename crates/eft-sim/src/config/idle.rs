@@ -28,6 +28,8 @@ const NEEDS: &[IdleKey] = &[
     idle("compensation.look_ahead", "compensation.feedforward", ON),
     idle("compensation.curve_correction", "compensation.adaptive", ON),
     idle("compensation.curve_correction", "compensation.mode", &["off", "nonlinear"]),
+    idle("controller.proportional_gain", "controller.force_loop", &["pd"]),
+    idle("controller.derivative_gain", "controller.force_loop", &["pd"]),
     idle("protection.fault_time", "protection.enabled", ON),
     idle("protection.fault_time", "compensation.adaptive", ON),
 ];

@@ -67,6 +67,7 @@ pub static KEYS: &[Key] = &[
     key("controller.proportional_gain", "", Float(1e-6, 1e6), Required, "proportional gain G_p, Eq. (1)"),
     key("controller.derivative_gain", "s", Float(0.0, 10.0), Required, "derivative gain G_d, Eq. (1)"),
     key("controller.realization", "", Choice(&["analog", "digital"]), Need::Default(Preset::Text("analog")), "where the force loop runs: in continuous time or sampled"),
+    key("controller.force_loop", "", Choice(&["pd", "robust"]), Need::Default(Preset::Text("pd")), "gains of the force loop: as given, or designed from the rig so that the oil column stays damped; the designed loop is digital"),
     key("controller.sample_rate", "Hz", Float(1.0, 1e6), Required, "sample rate where no command brings its own"),
     key("controller.velocity_source", "", Choice(&["sensor", "derivative", "observer", "accelerometer"]), Need::Default(Preset::Text("sensor")), "where the velocity comes from: its sensor, the displacement's derivative, displacement and force through an observer, displacement and accelerometer through the same"),
     key("controller.velocity_corner", "Hz", Float(1e-3, 1e6), float(80.0), "corner of the two low-passes of the derivative"),

@@ -5,6 +5,7 @@
 //! field and one row.
 
 mod check;
+mod force_loop;
 mod idle;
 mod keys;
 mod schema;
@@ -17,8 +18,8 @@ pub use idle::IdleKey;
 pub use keys::KEYS;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
-    Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, Learning, Limits,
-    Mode, PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom,
+    Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, ForceLoop, Learning,
+    Limits, Mode, PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom,
     Softening, Stories, Story, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
     VelocitySource,
 };
@@ -40,7 +41,17 @@ use crate::{Error, Result};
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigConfig {
     values: RigValues,
+    /// What stands in the configuration in place of a designed force loop.
+    given: Option<GivenForceLoop>,
     truth: Option<Box<Truth>>,
+}
+
+/// The force loop as it was given, where the one in use is designed.
+#[derive(Clone, Debug, PartialEq)]
+struct GivenForceLoop {
+    proportional_gain: f64,
+    derivative_gain: f64,
+    realization: Realization,
 }
 
 /// Where the plant is not what the controller believes.
@@ -135,7 +146,11 @@ impl RigConfig {
             }
             _ => None,
         };
-        Self::from_complete(complete, truth)
+        let mut rig = Self::from_complete(complete, truth)?;
+        if rig.values.controller.force_loop == ForceLoop::Robust {
+            rig.design_force_loop(rig.values.controller.sample_rate)?;
+        }
+        Ok(rig)
     }
 
     fn from_complete(complete: toml::Table, truth: Option<Box<Truth>>) -> Result<Self> {
@@ -143,7 +158,7 @@ impl RigConfig {
         // disagreement between KEYS and the structs.
         let values = RigValues::deserialize(toml::Value::Table(complete))
             .map_err(|error| Error::Toml(error.message().to_owned()))?;
-        Ok(Self { values, truth })
+        Ok(Self { values, given: None, truth })
     }
 
     /// The configuration as a tree of sections, defaults included.
@@ -155,7 +170,8 @@ impl RigConfig {
 
     /// A tree of these values, and of what is true of this rig's plant.
     fn tree_of(&self, values: &RigValues) -> Result<toml::Table> {
-        let mut tree = toml::Table::try_from(values).map_err(|error| Error::Toml(error.to_string()))?;
+        let values = self.as_given(values);
+        let mut tree = toml::Table::try_from(&values).map_err(|error| Error::Toml(error.to_string()))?;
         if let Some(truth) = &self.truth {
             tree.insert(tree::TRUTH.to_owned(), truth.values.clone().into());
         }

@@ -395,7 +395,11 @@ proptest! {
         for (key, value) in changes {
             tree::set(&mut whole, &key, value).unwrap();
         }
-        let config = RigConfig::from_tree(whole).unwrap();
+        let config = match RigConfig::from_tree(whole) {
+            // Not every rig has a robust force loop.
+            Err(error) if error.to_string().contains("robust") => return Ok(()),
+            made => made.unwrap(),
+        };
         prop_assert_eq!(&RigConfig::from_toml(&config.to_toml()).unwrap(), &config);
         prop_assert_eq!(&RigConfig::from_toml(&config.to_commented_toml()).unwrap(), &config);
         prop_assert_eq!(&RigConfig::from_tree(config.to_tree()).unwrap(), &config);

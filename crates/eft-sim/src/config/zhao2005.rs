@@ -68,6 +68,7 @@ impl RigConfig {
                 force_sensitivity: 5.6e-5,
                 proportional_gain: 0.8059,
                 derivative_gain: 2.0e-4,
+                force_loop: ForceLoop::Pd,
                 realization: Realization::Analog,
                 sample_rate: 4096.0,
                 velocity_source: VelocitySource::Sensor,
@@ -151,6 +152,6 @@ impl RigConfig {
                 spool_range: None,
             },
         };
-        Self { values, truth: None }
+        Self { values, given: None, truth: None }
     }
 }

@@ -6,9 +6,9 @@ use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::FlowGain;
 use super::plant::{LinearPlant, PILOT_FLOW, VELOCITY, left_out};
-use super::state_space::StateSpace;
 use crate::config::RigConfig;
 use crate::error::Result;
+use crate::state_space::StateSpace;
 
 /// The closed loop about rest in continuous time, from one force command (N) an actuator.
 ///

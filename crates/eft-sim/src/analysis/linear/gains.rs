@@ -1,7 +1,7 @@
 //! Which slope of the flow curve stands for it near rest.
 
 use crate::config::{FlowCurve, Mode, RigConfig};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// The flow gain of a linear model. Plant and nonlinear compensation take the same slope, so that it cancels where
 /// the compensation is exact.
@@ -33,7 +33,7 @@ impl FlowGain {
     pub(super) fn gains(self, rig: &RigConfig) -> Result<Gains> {
         let nominal = rig.compensation.flow_gain;
         let of = |curve: &FlowCurve| -> Result<f64> {
-            let (shallower, steeper) = slopes(curve)?;
+            let (shallower, steeper) = curve.slopes()?;
             Ok(match self {
                 Self::Steeper => steeper,
                 Self::Shallower => shallower,
@@ -53,22 +53,6 @@ impl FlowGain {
             opening_per_flow: rig.compensation.level / known,
             compensated_area: if off { 0.0 } else { rig.actuator.piston_area },
         })
-    }
-}
-
-/// A flow curve's slopes (m³/s) to either side of the origin, the shallower first.
-fn slopes(table: &FlowCurve) -> Result<(f64, f64)> {
-    let slope =
-        |i: usize| (table.flows[i + 1] - table.flows[i]) / (table.openings[i + 1] - table.openings[i]);
-    let last = table.openings.len() - 1;
-    let origin = table.openings.iter().position(|x| *x == 0.0);
-    match origin.filter(|i| *i > 0 && *i < last) {
-        Some(i) => Ok((slope(i - 1).min(slope(i)), slope(i - 1).max(slope(i)))),
-        None => Err(Error::value(
-            "servovalve.flow_table.openings",
-            format!("{} to {}", table.openings[0], table.openings[last]),
-            "must reach to both sides of a point at 0",
-        )),
     }
 }
 

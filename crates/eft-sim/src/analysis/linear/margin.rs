@@ -1,5 +1,7 @@
 //! How far a setting may go until the linear loop is no longer stable.
 
+use std::borrow::Cow;
+
 use super::gains::FlowGain;
 use super::sampled::MOST_STATES;
 use super::{Time, linearize};
@@ -52,6 +54,7 @@ pub struct MarginsAround {
 /// # Errors
 /// A loop that no level makes stable.
 pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
+    let rig = &*designed_for(rig, time)?;
     if let Some(level) = largest_stable_level(rig, gain, time)? {
         return Ok(level);
     }
@@ -81,10 +84,19 @@ pub(super) fn largest_stable_level(rig: &RigConfig, gain: FlowGain, time: Time) 
 /// # Errors
 /// As [`stability_margin`].
 pub fn stability_margins(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Margins> {
+    let rig = &*designed_for(rig, time)?;
     let growth_rate = growth_with(rig, gain, time, |_| ())?;
     let level = stability_margin(rig, gain, time)?;
     let around = if growth_rate > AT_REST { None } else { Some(around(rig, gain, time)?) };
     Ok(Margins { growth_rate, level, around })
+}
+
+/// The rig before anything is varied: a loop that is designed stays what it is then.
+fn designed_for(rig: &RigConfig, time: Time) -> Result<Cow<'_, RigConfig>> {
+    match time {
+        Time::Continuous => Ok(Cow::Borrowed(rig)),
+        Time::Sampled(rate) => rig.at_rate(rate),
+    }
 }
 
 fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> {

@@ -10,12 +10,9 @@ mod gains;
 mod inverse_dynamics;
 mod map;
 mod margin;
-mod matrices;
 mod phase_delay;
 mod plant;
-mod qr;
 mod sampled;
-mod state_space;
 mod velocity;
 
 pub use delay_budget::{DelayBudget, delay_budget};
@@ -24,9 +21,9 @@ pub use inverse_dynamics::{lead_response, valve_response};
 pub use map::{MapAxis, MapQuantity, stability_map};
 pub use margin::{Margins, stability_margin, stability_margins};
 pub use phase_delay::phase_delay;
-pub use state_space::{Mode, StateSpace};
 pub use velocity::{observer_gains, velocity_delay};
 
+pub use crate::state_space::{Mode, StateSpace};
 pub use nalgebra::DMatrix;
 
 use crate::config::RigConfig;
@@ -48,6 +45,6 @@ pub enum Time {
 pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
     match time {
         Time::Continuous => continuous::continuous(rig, gain),
-        Time::Sampled(rate) => sampled::sampled(rig, gain, rate),
+        Time::Sampled(rate) => sampled::sampled(&*rig.at_rate(rate)?, gain, rate),
     }
 }

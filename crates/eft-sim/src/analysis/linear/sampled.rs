@@ -4,12 +4,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::chain::Chain;
 use super::gains::{FlowGain, Gains};
-use super::matrices::exponential;
 use super::plant::{LinearPlant, PILOT_FLOW, VELOCITY, left_out};
-use super::state_space::StateSpace;
 use crate::checks;
 use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
+use crate::state_space::StateSpace;
+use crate::state_space::matrices::exponential;
 
 /// More states than this make the model too large to be of use; delays by samples and stories are what adds them.
 pub(super) const MOST_STATES: usize = 400;

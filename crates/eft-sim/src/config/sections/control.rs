@@ -14,6 +14,8 @@ pub struct Controller {
     pub derivative_gain: f64,
     /// Where the force loop runs.
     pub realization: Realization,
+    /// Where its gains come from.
+    pub force_loop: ForceLoop,
     /// Sample rate where no command brings its own, Hz.
     pub sample_rate: f64,
     /// Where the compensation's velocity comes from.
@@ -44,6 +46,16 @@ pub enum VelocitySource {
     Observer,
     /// Displacement and accelerometer, through the same observer.
     Accelerometer,
+}
+
+/// Where the gains of the force loop come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ForceLoop {
+    /// The configuration: the paper's controller.
+    Pd,
+    /// [`crate::design`], from what the controller believes of the rig; the loop is digital then.
+    Robust,
 }
 
 /// Where the force loop runs.

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::{Error, Result};
+
 /// `[actuator]`, Eq. (7).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -108,4 +110,22 @@ pub struct FlowCurve {
     pub openings: Vec<f64>,
     /// No-load flows at the points, strictly increasing, m³/s.
     pub flows: Vec<f64>,
+}
+
+impl FlowCurve {
+    /// The slopes (m³/s) to either side of the origin, the shallower first.
+    pub(crate) fn slopes(&self) -> Result<(f64, f64)> {
+        let slope =
+            |i: usize| (self.flows[i + 1] - self.flows[i]) / (self.openings[i + 1] - self.openings[i]);
+        let last = self.openings.len() - 1;
+        let origin = self.openings.iter().position(|x| *x == 0.0);
+        match origin.filter(|i| *i > 0 && *i < last) {
+            Some(i) => Ok((slope(i - 1).min(slope(i)), slope(i - 1).max(slope(i)))),
+            None => Err(Error::value(
+                "servovalve.flow_table.openings",
+                format!("{} to {}", self.openings[0], self.openings[last]),
+                "must reach to both sides of a point at 0",
+            )),
+        }
+    }
 }

@@ -29,7 +29,7 @@ pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
 }
 
 /// The matrix exponential.
-pub(super) fn exponential(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn exponential(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let mut balanced = matrix.clone();
     let scale: DVector<f64> = balance_parlett_reinsch(&mut balanced);
     let mut result = balanced.exp();

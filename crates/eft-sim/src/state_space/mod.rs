@@ -1,10 +1,13 @@
 //! A linear model and what can be asked of it.
 
+pub(crate) mod matrices;
+mod qr;
+
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix};
 
-use super::matrices::eigenvalues;
+use self::matrices::eigenvalues;
 use crate::checks;
 use crate::error::{Error, Result};
 

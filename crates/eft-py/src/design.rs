@@ -1,0 +1,27 @@
+//! `design_force_loop`.
+
+use pyo3::prelude::*;
+
+use crate::errors::to_python;
+use crate::linear::LinearModel;
+use crate::rig::Rig;
+
+/// Gains G_p (1) and G_d (s); margins gain (1), delay (s), damping (1), e_max (1); the loop opened and closed.
+type Designed = ([f64; 2], [f64; 4], LinearModel, LinearModel);
+
+/// Design the force loop of a rig; see `eft.design_force_loop`.
+#[pyfunction]
+pub(crate) fn design_force_loop(py: Python<'_>, rig: &Rig, sample_rate: f64) -> PyResult<Designed> {
+    let design = || {
+        let designed = rig.config.designed_force_loop(sample_rate)?;
+        let margins = designed.margins()?;
+        Ok((designed, margins))
+    };
+    let (designed, margins) = py.detach(design).map_err(to_python)?;
+    Ok((
+        [designed.proportional_gain, designed.derivative_gain],
+        [margins.gain, margins.delay, margins.damping, margins.e_max],
+        LinearModel { inner: designed.open_loop() },
+        LinearModel { inner: designed.closed_loop() },
+    ))
+}

@@ -1,0 +1,376 @@
+//! The robust force loop: the paper's controller, Eq. (1), with gains that keep the oil column damped on every rig
+//! near the one it is designed for.
+//!
+//! With `T_D = G_d/G_p` given, `G_p` is as large as the worst of [`Deviation`]'s rigs allows; of all `T_D` the one
+//! with the least peak of the sensitivity `|1/(1 + L)|` is taken.
+
+use nalgebra::Complex;
+
+use super::held_piston::{Gains, HeldPiston, Sampled};
+use crate::error::{Error, Result};
+use crate::state_space::StateSpace;
+
+/// Damping ratio (1) of the oil column that the worst rig keeps.
+const LEAST_DAMPING: f64 = 0.03;
+/// Least damping ratio (1) and gain margin (1) of the rig itself.
+const NOMINAL_DAMPING: f64 = 0.2;
+const NOMINAL_GAIN_MARGIN: f64 = 3.0;
+/// Least static gain (1) of the loop: with less it is no force control.
+const LEAST_STATIC_GAIN: f64 = 5.0;
+/// Proportional gains (1) are sought between these, `T_D` (s) from a tenth to ten times the valve's time scale.
+const GAINS: (f64, f64) = (1e-6, 1e3);
+const GAIN_STEPS: usize = 20;
+const TIME_STEPS: usize = 12;
+/// Longest delay (samples) of the loop: each is a state, and the oil column is no longer held behind so many.
+const LONGEST_DELAY: u32 = 16;
+/// Points of a frequency response, from 0.1 Hz to half the sample rate.
+const FREQUENCIES: usize = 160;
+
+/// How far a rig may be off the one that the loop is designed for, all at once.
+struct Deviation {
+    oil_stiffness: f64,
+    pilot_time_constant: f64,
+}
+
+/// The corners of what is drawn for the study of random rigs; flow gain and delay are at their worse end in all.
+const DEVIATIONS: [Deviation; 4] = [
+    Deviation { oil_stiffness: 1.5, pilot_time_constant: 2.0 },
+    Deviation { oil_stiffness: 1.5, pilot_time_constant: 0.5 },
+    Deviation { oil_stiffness: 0.6, pilot_time_constant: 2.0 },
+    Deviation { oil_stiffness: 0.6, pilot_time_constant: 0.5 },
+];
+const FLOW_GAIN: f64 = 1.1;
+/// Samples.
+const FURTHER_DELAY: u32 = 2;
+
+/// A force loop designed from a rig.
+#[derive(Debug, Clone)]
+pub struct ForceLoop {
+    /// Proportional gain `G_p` (V/V).
+    pub proportional_gain: f64,
+    /// Derivative gain `G_d` (s).
+    pub derivative_gain: f64,
+    plant: Sampled,
+}
+
+/// How robust a force loop is on the rig it is designed for, with the piston at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceLoopMargins {
+    /// Largest stable factor (1) on the loop's gain.
+    pub gain: f64,
+    /// Largest stable delay (s) in addition: the phase margin over the frequency where the loop's gain falls to 1.
+    pub delay: f64,
+    /// Damping ratio (1) of the oil column's mode.
+    pub damping: f64,
+    /// Normalised coprime margin (1) of the loop `L`, `inf |1 + L|/√(2·(1 + |L|²))`, at most `1/√2`; McFarlane and
+    /// Glover, IEEE Trans. Automatic Control 37(6), 1992.
+    pub e_max: f64,
+}
+
+/// Designs a force loop.
+///
+/// # Errors
+/// No gains keep the oil column of every rig nearby damped; more than 16 samples of delay.
+pub fn design(plant: &HeldPiston) -> Result<ForceLoop> {
+    if plant.delay > LONGEST_DELAY {
+        let allowed = format!("a robust force loop is designed for at most {LONGEST_DELAY} samples");
+        return Err(Error::value("sensors.force.delay + dac.delay", plant.delay, allowed));
+    }
+    let nominal = plant.sampled();
+    let corners: Vec<Sampled> = DEVIATIONS.iter().map(|off| plant.deviating(off).sampled()).collect();
+    // The spool's response delay at low frequencies (s).
+    let scale = plant.spool_volume / (plant.pilot_flow_gain * plant.spool_voltage);
+    let mut best: Option<(f64, Gains)> = None;
+    for step in 0..TIME_STEPS {
+        let time = 0.1 * scale * libm::pow(30.0, step as f64 / (TIME_STEPS - 1) as f64);
+        if let Some(gains) = largest(&corners, time)? {
+            let peak = nominal.peak_sensitivity(gains);
+            if best.as_ref().is_none_or(|(least, _)| peak < *least) {
+                best = Some((peak, gains));
+            }
+        }
+    }
+    let designed = best.map(|(_, gains)| ForceLoop {
+        proportional_gain: gains.proportional,
+        derivative_gain: gains.derivative,
+        plant: nominal,
+    });
+    let refused = || {
+        let allowed = "no gains of use keep the oil column of every rig nearby damped; \
+            raise controller.sample_rate, or take \"pd\"";
+        Error::value("controller.force_loop", "\"robust\"", allowed)
+    };
+    let designed = designed.ok_or_else(refused)?;
+    let margins = designed.margins()?;
+    let static_gain = designed.proportional_gain * plant.static_gain();
+    let robust = margins.damping >= NOMINAL_DAMPING && margins.gain >= NOMINAL_GAIN_MARGIN;
+    if !robust || static_gain < LEAST_STATIC_GAIN {
+        return Err(refused());
+    }
+    Ok(designed)
+}
+
+/// The largest proportional gain with `T_D` (s) that keeps every corner damped.
+fn largest(corners: &[Sampled], time: f64) -> Result<Option<Gains>> {
+    let damped = |proportional: f64| -> Result<bool> {
+        let gains = Gains { proportional, derivative: proportional * time };
+        for corner in corners {
+            if corner.damping(gains)? < LEAST_DAMPING {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    };
+    let (mut low, mut high) = GAINS;
+    if !damped(low)? {
+        return Ok(None);
+    }
+    for _ in 0..GAIN_STEPS {
+        let middle = (low * high).sqrt();
+        if damped(middle)? { low = middle } else { high = middle }
+    }
+    // Four digits: what another machine's last bits make of it.
+    Ok(Some(Gains { proportional: four_digits(low), derivative: four_digits(low * time) }))
+}
+
+/// Rounded to four significant digits.
+fn four_digits(value: f64) -> f64 {
+    let unit = libm::pow(10.0, libm::floor(libm::log10(value)) - 3.0);
+    libm::round(value / unit) * unit
+}
+
+impl HeldPiston {
+    /// The loop's gain at rest per proportional gain (1).
+    fn static_gain(&self) -> f64 {
+        self.force_sensitivity * self.piston_area * self.flow_gain / (self.spool_voltage * self.leakage)
+    }
+
+    fn deviating(&self, off: &Deviation) -> Self {
+        Self {
+            compressibility: self.compressibility / off.oil_stiffness,
+            pilot_time_constant: self.pilot_time_constant * off.pilot_time_constant,
+            flow_gain: self.flow_gain * FLOW_GAIN,
+            delay: self.delay + FURTHER_DELAY,
+            ..self.clone()
+        }
+    }
+}
+
+impl ForceLoop {
+    /// The loop from force command (N) to measured force (N), opened behind the load cell.
+    pub fn open_loop(&self) -> StateSpace {
+        self.plant.model(self.gains(), false)
+    }
+
+    /// The same, closed.
+    pub fn closed_loop(&self) -> StateSpace {
+        self.plant.model(self.gains(), true)
+    }
+
+    /// The margins.
+    ///
+    /// # Errors
+    /// As [`StateSpace::poles`].
+    pub fn margins(&self) -> Result<ForceLoopMargins> {
+        let gains = self.gains();
+        let response = self.plant.response(gains);
+        let e_max = response.iter().map(|(_, l)| (l + 1.0).norm() / (2.0 * (1.0 + l.norm_sqr())).sqrt());
+        Ok(ForceLoopMargins {
+            gain: self.gain_margin()?,
+            delay: delay_margin(&response),
+            damping: self.plant.damping(gains)?,
+            e_max: e_max.fold(f64::INFINITY, f64::min),
+        })
+    }
+
+    fn gains(&self) -> Gains {
+        Gains { proportional: self.proportional_gain, derivative: self.derivative_gain }
+    }
+
+    fn gain_margin(&self) -> Result<f64> {
+        let stable = |factor: f64| -> Result<bool> {
+            let gains = self.gains();
+            let more =
+                Gains { proportional: factor * gains.proportional, derivative: factor * gains.derivative };
+            Ok(self.plant.model(more, true).growth_rate()? < 0.0)
+        };
+        let (mut low, mut high) = (1.0, 1.0);
+        while stable(high)? {
+            low = high;
+            high *= 1.1;
+            if high > GAINS.1 {
+                return Ok(f64::INFINITY);
+            }
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if stable(middle)? { low = middle } else { high = middle }
+        }
+        Ok(low)
+    }
+}
+
+/// The least delay (s) over all frequencies where the loop's gain crosses 1.
+fn delay_margin(response: &[(f64, Complex<f64>)]) -> f64 {
+    let pairs = response.iter().zip(response.iter().skip(1));
+    let crossings = pairs.filter(|(before, after)| (before.1.norm() > 1.0) != (after.1.norm() > 1.0));
+    let at = crossings.map(|(before, after)| {
+        let (low, high) = (before.1.norm().ln(), after.1.norm().ln());
+        let share = low / (low - high);
+        let mean = |a: f64, b: f64| a + share * (b - a);
+        let frequency = mean(before.0.ln(), after.0.ln()).exp();
+        // Phase above −180°, of a short arc.
+        let turned = (after.1 / before.1).arg() * share + before.1.arg();
+        let phase = (turned + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU);
+        phase / (std::f64::consts::TAU * frequency)
+    });
+    at.fold(f64::INFINITY, f64::min)
+}
+
+impl Sampled {
+    /// Frequencies (Hz) and the open loop's gain there.
+    fn response(&self, gains: Gains) -> Vec<(f64, Complex<f64>)> {
+        let highest = 0.5 * self.rate;
+        let frequency = |i: usize| 0.1 * libm::pow(highest / 0.1, i as f64 / (FREQUENCIES - 1) as f64);
+        (0..FREQUENCIES)
+            .map(frequency)
+            .filter_map(|frequency| Some((frequency, self.open_loop_at(gains, frequency)?)))
+            .collect()
+    }
+
+    fn peak_sensitivity(&self, gains: Gains) -> f64 {
+        self.response(gains).iter().map(|(_, l)| (l + 1.0).norm().recip()).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::RigConfig;
+    use crate::linear::{FlowGain, Time, linearize, stability_margins};
+
+    const CUBIC_INCH: f64 = 1.6387064e-5;
+
+    /// The paper's rig at 4096 Hz, by MODEL numbers and not by a configuration.
+    pub(in crate::design) fn zhao2005() -> HeldPiston {
+        HeldPiston {
+            pilot_time_constant: 1.4e-3,
+            pilot_flow_gain: 1.06e-5,
+            spool_voltage: 3579.13 * 2.79e-3,
+            spool_volume: 1.964e-4 * 2.79e-3,
+            flow_gain: 1022.0 * CUBIC_INCH,
+            compressibility: 7.56e-13,
+            leakage: 1.3e-11,
+            piston_area: 8.212e-3,
+            force_sensitivity: 5.6e-5,
+            cell_bandwidth: None,
+            delay: 0,
+            sample_rate: 4096.0,
+        }
+    }
+
+    /// Larger and smaller: 250 kN with a three-stage valve, 25 kN with a fast one.
+    fn sizes() -> [HeldPiston; 3] {
+        let zhao = zhao2005();
+        let large = HeldPiston {
+            pilot_time_constant: 2.0e-3,
+            flow_gain: 2.5 * zhao.flow_gain,
+            compressibility: 1.8e-12,
+            piston_area: 1.32e-2,
+            force_sensitivity: 4.0e-5,
+            ..zhao.clone()
+        };
+        let small = HeldPiston {
+            pilot_time_constant: 0.8e-3,
+            pilot_flow_gain: 2.0 * zhao.pilot_flow_gain,
+            flow_gain: 0.12 * zhao.flow_gain,
+            compressibility: 9.0e-14,
+            leakage: 1.5e-12,
+            piston_area: 1.32e-3,
+            force_sensitivity: 4.0e-4,
+            ..zhao.clone()
+        };
+        [zhao, large, small]
+    }
+
+    #[test]
+    fn the_paper_s_rig_gets_the_margins_of_an_independent_model() {
+        // NumPy's margins of G_p 0.36 and G_d 1.0 ms.
+        let chosen =
+            ForceLoop { proportional_gain: 0.36, derivative_gain: 1e-3, plant: zhao2005().sampled() };
+        let margins = chosen.margins().unwrap();
+        assert!((margins.damping - 0.45924480).abs() < 1e-6, "{margins:?}");
+        assert!((margins.gain - 11.1672373).abs() < 1e-6, "{margins:?}");
+        assert!((margins.delay / 3.00344e-3 - 1.0).abs() < 2e-3, "{margins:?}");
+        assert!((margins.e_max - 0.391924).abs() < 5e-4, "{margins:?}");
+    }
+
+    #[test]
+    fn rigs_of_three_sizes_stay_damped_wherever_they_deviate() {
+        for plant in sizes() {
+            let designed = design(&plant).unwrap();
+            let margins = designed.margins().unwrap();
+            assert!(margins.damping >= 0.3 && margins.gain >= 5.0 && margins.e_max >= 0.3, "{margins:?}");
+            for oil in [0.6, 0.8, 1.0, 1.25, 1.5] {
+                for pilot in [0.5, 0.8, 1.25, 2.0] {
+                    for (gain, delay) in [(0.9, 0), (0.9, 2), (1.0, 1), (1.1, 0), (1.1, 2)] {
+                        let other = HeldPiston {
+                            compressibility: plant.compressibility / oil,
+                            pilot_time_constant: plant.pilot_time_constant * pilot,
+                            flow_gain: plant.flow_gain * gain,
+                            delay,
+                            ..plant.clone()
+                        };
+                        let damping = other.sampled().damping(designed.gains()).unwrap();
+                        assert!(damping > 0.99 * LEAST_DAMPING, "{oil} {pilot} {gain} {delay}: {damping}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_loop_that_is_sampled_too_slowly_is_refused() {
+        let error = design(&HeldPiston { sample_rate: 40.0, ..zhao2005() }).unwrap_err().to_string();
+        assert!(error.starts_with("controller.force_loop = \"robust\": no gains of use"), "{error}");
+    }
+
+    #[test]
+    fn a_rig_uses_what_is_designed_and_keeps_what_was_given() {
+        let base = RigConfig::zhao2005();
+        let robust = base.replace(&[("controller.force_loop", "robust".into())]).unwrap();
+        let designed = design(&zhao2005()).unwrap();
+        assert_eq!(robust.controller.proportional_gain, designed.proportional_gain);
+        assert_eq!(robust.controller.derivative_gain, designed.derivative_gain);
+        assert!(robust.to_toml().contains("proportional_gain = 0.8059"));
+        assert_eq!(RigConfig::from_toml(&robust.to_toml()).unwrap(), robust);
+        let back = robust.replace(&[("controller.force_loop", "pd".into())]).unwrap();
+        assert_eq!(back, base);
+        // What is true of the plant changes nothing of the design.
+        let stiffer = robust.replace(&[("truth.actuator.compressibility", 5e-13.into())]).unwrap();
+        assert_eq!(stiffer.plant().controller, robust.controller);
+    }
+
+    #[test]
+    fn the_whole_rig_is_stable_where_the_paper_s_gains_are_not() {
+        let truth = [
+            ("truth.actuator.compressibility", (7.56e-13 / 1.4).into()),
+            ("truth.servovalve.pilot_time_constant", 2.4e-3.into()),
+            ("truth.dac.delay", 1.into()),
+            ("controller.realization", "digital".into()),
+        ];
+        let paper = RigConfig::zhao2005().replace(&truth).unwrap();
+        let robust = paper.replace(&[("controller.force_loop", "robust".into())]).unwrap();
+        let growth = |rig: &RigConfig, rate: f64| {
+            linearize(rig, FlowGain::Nominal, Time::Sampled(rate)).unwrap().growth_rate().unwrap()
+        };
+        assert!(growth(&paper, 4096.0) > 10.0);
+        // At another rate the loop is designed anew.
+        for rate in [2048.0, 4096.0, 10_000.0] {
+            assert!(growth(&robust, rate) < 0.0, "{rate}");
+        }
+        let sound = robust.without(&["truth"]).unwrap();
+        let margins = stability_margins(&sound, FlowGain::Nominal, Time::Sampled(4096.0)).unwrap();
+        assert!(margins.level > 1.015 && margins.around.as_ref().unwrap().loop_gain > 3.0, "{margins:?}");
+    }
+}

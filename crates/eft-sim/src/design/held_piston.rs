@@ -1,0 +1,208 @@
+//! The plant that a force loop sees where the compensation supplies the flow of the motion: valve, oil and load cell
+//! with the piston at rest, sampled with the hold and the delays of the loop.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, DMatrix};
+
+use crate::error::Result;
+use crate::state_space::StateSpace;
+use crate::state_space::matrices::exponential;
+
+/// Valve, actuator and digital side of a force loop, in SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldPiston {
+    /// Pilot time constant `τ` (s), Eq. (2).
+    pub pilot_time_constant: f64,
+    /// Pilot flow gain `K_vp` (m³/(s·V)).
+    pub pilot_flow_gain: f64,
+    /// Voltage of the spool's feedback at full opening, `K_3·x_vmax` (V).
+    pub spool_voltage: f64,
+    /// Oil that moves the spool from null to full opening, `A_v·x_vmax` (m³).
+    pub spool_volume: f64,
+    /// Slope of the flow curve at the origin (m³/s per unit opening).
+    pub flow_gain: f64,
+    /// Oil compressibility of the chambers `K_a` (m³/Pa).
+    pub compressibility: f64,
+    /// Leakage `C_l` (m³/(s·Pa)), that of the valve included.
+    pub leakage: f64,
+    /// Piston area `A` (m²).
+    pub piston_area: f64,
+    /// Force sensitivity `C_F` (V/N).
+    pub force_sensitivity: f64,
+    /// Bandwidth of the load cell (Hz), where it has one.
+    pub cell_bandwidth: Option<f64>,
+    /// Delay between load cell and valve (samples), that of the hold not included.
+    pub delay: u32,
+    /// Sample rate (Hz).
+    pub sample_rate: f64,
+}
+
+/// Gains of a sampled proportional-derivative controller, Eq. (1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Gains {
+    pub(super) proportional: f64,
+    pub(super) derivative: f64,
+}
+
+/// The plant from one sample to the next: `x' = A·x + B·v`, measured force `C·x` (N).
+#[derive(Debug, Clone)]
+pub(super) struct Sampled {
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    c: DMatrix<f64>,
+    delay: usize,
+    force_sensitivity: f64,
+    pub(super) rate: f64,
+}
+
+const PILOT_FLOW: usize = 0;
+const SPOOL: usize = 1;
+const PRESSURE: usize = 2;
+const CELL: usize = 3;
+const NAMES: [&str; 4] = ["pilot_flow", "spool", "load_pressure", "load_cell"];
+
+impl HeldPiston {
+    pub(super) fn sampled(&self) -> Sampled {
+        let states = if self.cell_bandwidth.is_some() { CELL + 1 } else { CELL };
+        // The held valve command is the last state, so that one exponential gives A and B.
+        let mut m = DMatrix::zeros(states + 1, states + 1);
+        let to_pilot = self.pilot_flow_gain / self.pilot_time_constant;
+        m[(PILOT_FLOW, PILOT_FLOW)] = -1.0 / self.pilot_time_constant;
+        m[(PILOT_FLOW, SPOOL)] = -to_pilot * self.spool_voltage;
+        m[(PILOT_FLOW, states)] = to_pilot;
+        m[(SPOOL, PILOT_FLOW)] = 1.0 / self.spool_volume;
+        m[(PRESSURE, SPOOL)] = self.flow_gain / self.compressibility;
+        m[(PRESSURE, PRESSURE)] = -self.leakage / self.compressibility;
+        let mut c = DMatrix::zeros(1, states);
+        match self.cell_bandwidth.map(|corner| TAU * corner) {
+            None => c[(0, PRESSURE)] = self.piston_area,
+            Some(corner) => {
+                m[(CELL, PRESSURE)] = corner * self.piston_area;
+                m[(CELL, CELL)] = -corner;
+                c[(0, CELL)] = 1.0;
+            }
+        }
+        let step = exponential(&(m / self.sample_rate));
+        Sampled {
+            a: step.view((0, 0), (states, states)).into_owned(),
+            b: step.view((0, states), (states, 1)).into_owned(),
+            c,
+            delay: self.delay as usize,
+            force_sensitivity: self.force_sensitivity,
+            rate: self.sample_rate,
+        }
+    }
+}
+
+impl Sampled {
+    /// The loop's gain from force error to measured force (1), opened, at a frequency (Hz) without a pole.
+    pub(super) fn open_loop_at(&self, gains: Gains, frequency: f64) -> Option<Complex<f64>> {
+        let z = Complex::from_polar(1.0, TAU * frequency / self.rate);
+        let complex = |m: &DMatrix<f64>| m.map(|entry| Complex::new(entry, 0.0));
+        let n = self.a.nrows();
+        let state =
+            (DMatrix::from_diagonal_element(n, n, z) - complex(&self.a)).lu().solve(&complex(&self.b))?;
+        let plant = (complex(&self.c) * state)[(0, 0)];
+        let controller = (Complex::from(1.0) - z.inv()) * (gains.derivative * self.rate) + gains.proportional;
+        Some(plant * controller * self.force_sensitivity * z.powi(-(self.delay as i32)))
+    }
+
+    /// The loop, open or closed, from force command (N) to measured force (N).
+    pub(super) fn model(&self, gains: Gains, closed: bool) -> StateSpace {
+        let (n, delay) = (self.a.nrows(), self.delay);
+        let size = n + delay + 1;
+        let last_error = size - 1;
+        // The valve command over the states and per volt of force error.
+        let per_error = gains.proportional + gains.derivative * self.rate;
+        let mut command = DMatrix::zeros(1, size);
+        command[(0, last_error)] = -gains.derivative * self.rate;
+        let mut error = DMatrix::zeros(1, size);
+        if closed {
+            error.view_mut((0, 0), (1, n)).copy_from(&(&self.c * -self.force_sensitivity));
+        }
+        command += &error * per_error;
+        let mut a = DMatrix::zeros(size, size);
+        let mut b = DMatrix::zeros(size, 1);
+        a.view_mut((0, 0), (n, n)).copy_from(&self.a);
+        a.row_mut(last_error).copy_from(&error);
+        b[(last_error, 0)] = self.force_sensitivity;
+        let direct = per_error * self.force_sensitivity;
+        if delay == 0 {
+            let driven = a.view((0, 0), (n, size)) + &self.b * &command;
+            a.view_mut((0, 0), (n, size)).copy_from(&driven);
+            b.view_mut((0, 0), (n, 1)).copy_from(&(&self.b * direct));
+        } else {
+            a.view_mut((0, n + delay - 1), (n, 1)).copy_from(&self.b);
+            a.row_mut(n).copy_from(&command);
+            b[(n, 0)] = direct;
+            for age in 1..delay {
+                a[(n + age, n + age - 1)] = 1.0;
+            }
+        }
+        let mut c = DMatrix::zeros(1, size);
+        c.view_mut((0, 0), (1, n)).copy_from(&self.c);
+        let held = (1..=delay).map(|age| format!("valve_command_{age}"));
+        let states = NAMES.iter().take(n).map(|name| (*name).to_owned()).chain(held);
+        StateSpace {
+            a,
+            b,
+            c,
+            d: DMatrix::zeros(1, 1),
+            states: states.chain(["force_error".to_owned()]).collect(),
+            inputs: vec!["command".into()],
+            outputs: vec!["force".into()],
+            left_out: Vec::new(),
+            sample_time: Some(1.0 / self.rate),
+        }
+    }
+
+    /// Damping ratio (1) of the closed loop's least damped mode, the oil column's; −1 where the loop is unstable.
+    pub(super) fn damping(&self, gains: Gains) -> Result<f64> {
+        let model = self.model(gains, true);
+        if model.growth_rate()? >= 0.0 {
+            return Ok(-1.0);
+        }
+        // Poles near the negative real axis of the z-plane belong to the sampling, not to the oil.
+        let oil = |frequency: f64| frequency < 0.25 * self.rate;
+        let modes = model.modes()?;
+        let dampings = modes.iter().filter(|mode| oil(mode.frequency)).map(|mode| mode.damping);
+        Ok(dampings.fold(1.0, f64::min))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::force_loop::tests::zhao2005;
+
+    const GAINS: Gains = Gains { proportional: 0.45, derivative: 6e-4 };
+
+    fn late() -> Sampled {
+        HeldPiston { cell_bandwidth: Some(300.0), delay: 2, ..zhao2005() }.sampled()
+    }
+
+    // From NumPy: scipy.linalg.expm of the scaled matrices, numpy.linalg.eigvals.
+    #[test]
+    fn poles_are_those_of_an_independent_model() {
+        let modes = late().model(GAINS, true).modes().unwrap();
+        let oil = modes[1].pole;
+        assert!((oil.re + 39.111701).abs() < 1e-4 && (oil.im - 329.613633).abs() < 1e-4, "{oil}");
+        assert!((modes[2].pole.re + 553.805600).abs() < 1e-3 && (modes[3].pole.re + 2068.0498).abs() < 1e-2);
+        assert!((late().damping(GAINS).unwrap() - 39.111701 / oil.norm()).abs() < 1e-8);
+    }
+
+    #[test]
+    fn the_open_loop_is_that_of_an_independent_model_in_both_forms() {
+        let plant = late();
+        let expected = [(1.0, 23.26742331, -9.33745899), (60.0, -0.69504105, -0.04092098)];
+        for (frequency, re, im) in expected {
+            let gain = plant.open_loop_at(GAINS, frequency).unwrap();
+            assert!((gain - Complex::new(re, im)).norm() < 1e-7 * gain.norm(), "{gain}");
+            let model = plant.model(GAINS, false).response("force", frequency).unwrap();
+            assert!((gain - model).norm() < 1e-9 * gain.norm(), "{gain} {model}");
+            let closed = plant.model(GAINS, true).response("force", frequency).unwrap();
+            assert!((closed - gain / (gain + 1.0)).norm() < 1e-9);
+        }
+    }
+}
