@@ -28,7 +28,7 @@ class ForceLoopMargins:
     damping: float
     """Damping ratio of the oil column's mode."""
     e_max: float
-    """Normalised coprime margin of the loop L: the least of ``|1 + L| / sqrt(2 (1 + |L|²))``."""
+    """Normalised coprime margin, the least of ``|1 + L| / sqrt(2 (1 + |L|²))`` over the loop gain L."""
 
 
 @dataclass(frozen=True, eq=False)
