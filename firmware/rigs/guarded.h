@@ -71,6 +71,15 @@ static const eft_parameters EFT_RIG_GUARDED = {
     0.1, /* shutdown_time, s */
     5u, /* lost_samples, samples */
     0.5, /* fault_time, s */
+    { /* plausibility */
+      0, /* enabled */
+      78.0, /* force_noise, N */
+      6.35e-5, /* displacement_noise, m */
+      0.000525, /* velocity_noise, m/s */
+      0.0005, /* spool_noise, 1 */
+      0.001, /* false_alarms, 1/h */
+      1.5, /* settle_time, s */
+    },
   },
   0u, /* stuck_samples, samples */
 };

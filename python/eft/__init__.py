@@ -61,11 +61,12 @@ from eft._native import (
 from eft._replay import Replay, replay
 from eft._run import Coherence, FftRatio, TestRun
 from eft._simulate import EnergyBalance, IdealResponse, energy_balance, ideal_response, simulate
-from eft._status import Status
+from eft._status import Cause, Status
 from eft._study import LatinHypercube, Sobol, Study, study
 
 __all__ = [
     "STABILITY_MAPS",
+    "Cause",
     "Coherence",
     "Command",
     "Compensator",

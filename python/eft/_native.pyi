@@ -55,6 +55,7 @@ __all__ = [
     "stability_margins",
     "status_flags",
     "tapered",
+    "trip_causes",
     "valve_test",
 ]
 
@@ -349,6 +350,7 @@ def coherence(
 ) -> tuple[_Array, _Array]: ...
 def energy_balance(rig: Rig, command: Command, largest_step: float | None) -> dict[str, float]: ...
 def status_flags() -> dict[str, int]: ...
+def trip_causes() -> dict[str, int]: ...
 
 @final
 class LinearModel:

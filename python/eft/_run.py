@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from eft import _native, _run_file
 from eft._native import Rig
-from eft._status import ENDED, Status, status_of
+from eft._status import CAUSE_BITS, ENDED, Cause, Status, cause_of, status_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -125,7 +125,16 @@ class TestRun:
     @cached_property
     def flags(self) -> Status:
         """Every flag that was raised at any time."""
-        return Status(int(np.bitwise_or.reduce(self.status, axis=None)))
+        return Status(int(np.bitwise_or.reduce(self.status, axis=None)) & ~CAUSE_BITS)
+
+    @property
+    def cause(self) -> Cause:
+        """What tripped the protection first; of several actuators, that of the one that tripped first."""
+        causes = (self.status & np.uint32(CAUSE_BITS)).reshape(-1, self.status.shape[-1])
+        tripped = causes.any(axis=0)
+        if not tripped.any():
+            return Cause.NONE
+        return max(cause_of(int(status)) for status in causes[:, int(tripped.argmax())])
 
     @property
     def message(self) -> str:
@@ -137,6 +146,8 @@ class TestRun:
         word, early = status_of(self.flags)
         end = self.time[-1] if not self.success else self.to_its_end().duration
         parts = [word if early is None else f"{word} after {end:.6g} s"]
+        if self.cause is not Cause.NONE:
+            parts.append(f"cause: {self.cause.name.lower()}")
         for flag in self.flags & ~Status.DIVERGED:
             raised = (self.status & flag) != 0
             ticks = raised.reshape(-1, raised.shape[-1]).any(axis=0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import IntFlag
+from enum import IntEnum, IntFlag
 
 
 class Status(IntFlag):
@@ -48,6 +48,74 @@ class Status(IntFlag):
     """A measurement repeated itself to the last bit, as from a frozen converter (set by firmware)."""
     CALIBRATION_LATE = 1 << 19
     """The learner's last calibration was late or missing, so an older one was in use."""
+    FORCE_LOOP_OPEN = 1 << 20
+    """The force loop was open, as where its sensor is not believed."""
+    FORCE_DISTRUSTED = 1 << 21
+    """The protection no longer believed the force."""
+    DISPLACEMENT_DISTRUSTED = 1 << 22
+    """The protection no longer believed the displacement."""
+    VELOCITY_DISTRUSTED = 1 << 23
+    """The protection no longer believed the velocity."""
+    SPOOL_DISTRUSTED = 1 << 24
+    """The protection no longer believed the spool opening."""
+
+
+class Cause(IntEnum):
+    """What tripped a protection first."""
+
+    NONE = 0
+    """Nothing tripped."""
+    REQUEST = 1
+    """A request from outside."""
+    FORCE_LEVEL = 2
+    """The force was beyond its trip level."""
+    DISPLACEMENT_LEVEL = 3
+    """The displacement was beyond its trip level."""
+    VELOCITY_LEVEL = 4
+    """The velocity was beyond its trip level."""
+    SPOOL_LEVEL = 5
+    """The spool opening was beyond its trip level."""
+    COMMAND_LOST = 6
+    """The force command stayed lost."""
+    MEASUREMENT_LOST = 7
+    """Measurements stayed lost."""
+    REFUSED = 8
+    """The controller kept refusing its samples."""
+    MODEL_CONTRADICTED = 9
+    """The estimators' models stayed contradicted, or a measurement stayed stuck."""
+    FORCE_LOST = 10
+    """The force stayed lost."""
+    DISPLACEMENT_LOST = 11
+    """The displacement stayed lost."""
+    VELOCITY_LOST = 12
+    """The velocity stayed lost."""
+    SPOOL_LOST = 13
+    """The spool opening stayed lost."""
+    FORCE_IMPLAUSIBLE = 14
+    """The force contradicted the actuator's flow balance, jumped, or was stuck."""
+    DISPLACEMENT_IMPLAUSIBLE = 15
+    """The displacement contradicted the velocity and the flow, or jumped."""
+    VELOCITY_IMPLAUSIBLE = 16
+    """The velocity contradicted displacement and flow, jumped, or was stuck."""
+    SPOOL_IMPLAUSIBLE = 17
+    """The spool opening contradicted command and flow, or jumped."""
+    FLOW_IMPLAUSIBLE = 18
+    """The valve's flow was not the piston's, though the sensors agreed: supply, valve or flow curve."""
+    VALVE_IMPLAUSIBLE = 19
+    """The spool did not follow its command, though the flow followed the spool."""
+    STATE_CORRUPT = 20
+    """A latch in the controller's memory was changed from outside."""
+
+
+CAUSE_SHIFT = 26
+"""Bit of a status at which the number of the first cause begins."""
+CAUSE_BITS = 0x1F << CAUSE_SHIFT
+"""The bits of that number."""
+
+
+def cause_of(status: int) -> Cause:
+    """Return the first cause of a trip that a status names."""
+    return Cause((status & CAUSE_BITS) >> CAUSE_SHIFT)
 
 
 _ENDS = (

@@ -51,7 +51,7 @@ def judge(run: TestRun) -> Verdict:
     if whole.flags & Status.STROKE_EXCEEDED:
         return Verdict(False, True, f"The piston left its stroke: no result of a real rig. {until}")
     if whole.flags & (Status.TRIPPED | Status.SHUT_DOWN):
-        return Verdict(False, True, f"The protection tripped and ended the test. {until}")
+        return Verdict(False, True, f"The protection tripped ({_cause(whole)}) and ended the test. {until}")
     if error >= NO_FORCE:
         return Verdict(False, True, f"No test of this command: {_astray(run, error)}; {spool}.")
     if run.flags & (Status.SPOOL_STOP | Status.DEMAND_SATURATED):
@@ -59,6 +59,11 @@ def judge(run: TestRun) -> Verdict:
         return Verdict(True, True, text)
     text = f"{follows}{spool}."
     return Verdict(True, error > FORCE_ERROR or opening > SPOOL_ADVICE, text[0].upper() + text[1:])
+
+
+def _cause(run: TestRun) -> str:
+    """Why the protection tripped, in words."""
+    return run.cause.name.lower().replace("_", " ")
 
 
 def _astray(run: TestRun, error: float) -> str:

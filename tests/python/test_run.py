@@ -139,6 +139,7 @@ def test_flags_have_the_names_of_the_core():
     from eft import _native
 
     assert {flag.name.lower(): int(flag) for flag in eft.Status} == _native.status_flags()
+    assert {cause.name.lower(): int(cause) for cause in eft.Cause} == _native.trip_causes()
 
 
 def test_a_saved_run_comes_back_bit_for_bit(tmp_path):

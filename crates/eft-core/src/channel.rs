@@ -9,7 +9,10 @@ use crate::error::{ConfigError, LARGEST, check, within};
 use crate::learning::{LOWEST_RATE, Moment, Window, window_ticks};
 use crate::number::Real;
 use crate::parameters::{Parameters, Realization};
-use crate::protection::{Protection, ProtectionState, StuckWatch, StuckWatchState};
+use crate::protection::{
+    Cause, DISPLACEMENT, FORCE, Known, Plausibility, PlausibilityState, Protection, ProtectionParameters,
+    ProtectionState, SPOOL, StuckWatch, StuckWatchState, VELOCITY,
+};
 use crate::status;
 use crate::velocity::{Velocity, VelocityState};
 
@@ -19,6 +22,7 @@ pub struct Channel<T: Real, const N: usize> {
     controller: Controller<T, N>,
     velocity: Velocity<T>,
     protection: Option<Protection<T>>,
+    plausibility: Option<Plausibility<T, N>>,
     stuck: Option<StuckWatch>,
     /// Ticks of a window; 0 where nothing is learned.
     window_ticks: u32,
@@ -89,6 +93,16 @@ pub struct Output<T: Real> {
     pub window: Option<Window<T>>,
 }
 
+/// What of a tick's measurements the controller and the levels go by.
+#[derive(Debug, Clone, Copy)]
+struct Believed<T> {
+    force: T,
+    displacement: T,
+    velocity: T,
+    spool: T,
+    status: u32,
+}
+
 /// What a channel remembers; made by [`Channel::at_rest`] or [`Channel::prime`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
@@ -96,6 +110,7 @@ pub struct ChannelState<T: Real> {
     controller: ControllerState<T>,
     velocity: VelocityState<T>,
     protection: ProtectionState<T>,
+    plausibility: PlausibilityState<T>,
     /// Ticks of the window so far; behind the last one all of them, until the next begins.
     ticks: u32,
     window: Window<T>,
@@ -116,6 +131,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             controller: ControllerState::default(),
             velocity: VelocityState::default(),
             protection: ProtectionState::default(),
+            plausibility: PlausibilityState::default(),
             ticks: 0,
             window: Window::first(0),
             second: false,
@@ -153,23 +169,50 @@ impl<T: Real, const N: usize> Channel<T, N> {
         if learns && state.ticks == self.window_ticks {
             state.begin_window();
         }
+        let gated;
+        let input = match &self.plausibility {
+            Some(watch) => {
+                gated = watch.gate(&mut state.plausibility, input);
+                &gated
+            }
+            None => input,
+        };
         let velocity = self.velocity.step(&mut state.velocity, input);
         let stuck = match &self.stuck {
             Some(watch) => watch.step(&mut state.stuck, velocity, input.force, input.spool),
             None => 0,
         };
-        let (mut command, mut authority, mut protection) = (input.command, T::splat(1.0), 0);
+        let mut believed = Believed {
+            force: input.force,
+            displacement: input.displacement,
+            velocity,
+            spool: input.spool,
+            status: 0,
+        };
+        if let Some(watch) = &self.plausibility {
+            believed = self.believe(watch, state, input, believed);
+        }
+        let (mut command, mut authority, mut protection) = (input.command, T::splat(1.0), believed.status);
         if let Some(p) = &self.protection {
-            let (force, displacement, spool) = (input.force, input.displacement, input.spool);
+            let Believed { force, displacement, velocity, spool, .. } = believed;
             let protected = p.step(&mut state.protection, command, force, displacement, velocity, spool);
-            (command, authority, protection) = (protected.command, protected.authority, protected.status);
+            (command, authority, protection) =
+                (protected.command, protected.authority, protection | protected.status);
+            if self.plausibility.is_some() {
+                believed.velocity = believed.velocity * protected.level;
+                if protected.open {
+                    // Without an error the loop is open; the oil's spring is left to leakage.
+                    believed.force = command;
+                    protection |= status::FORCE_LOOP_OPEN;
+                }
+            }
         }
         let asked = ControllerInput {
             command,
             next_command: if self.looks_ahead { self.preview(state, input.next_command) } else { command },
-            velocity,
-            force: input.force,
-            spool: input.spool,
+            velocity: believed.velocity,
+            force: believed.force,
+            spool: believed.spool,
             supply_pressure: input.supply_pressure,
         };
         let stood = state.controller.valve_command();
@@ -177,7 +220,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let out = if self.controller.accepts(&asked) & supply.valid {
             let calibration = pick(&state.calibrations, state.second);
             let out = self.controller.follow(&mut state.controller, &asked, supply, true, calibration, path);
-            if learns {
+            if learns && self.plausibility.is_some() && state.protection.is_tripped() {
+                state.window.lose();
+            } else if learns {
                 // Behind the output: what the learner lives from.
                 state.window.add(velocity, asked.spool, Moment { force: asked.force, command });
                 if self.controller.measures_supply {
@@ -219,6 +264,69 @@ impl<T: Real, const N: usize> Channel<T, N> {
             status: status | protection,
             window,
         }
+    }
+
+    /// What of the measurements is believed, and what stands in for the rest.
+    #[inline(always)]
+    fn believe(
+        &self,
+        watch: &Plausibility<T, N>,
+        state: &mut ChannelState<T>,
+        input: &Input<T>,
+        mut believed: Believed<T>,
+    ) -> Believed<T> {
+        let calibration = pick(&state.calibrations, state.second);
+        let supply = self.controller.supply_of(input.supply_pressure);
+        let known = Known {
+            command: input.command,
+            valve_command: match self.realization {
+                Realization::Digital => state.controller.valve_command(),
+                Realization::Analog => input.valve_command,
+            },
+            flow_gain: calibration.flow_gain,
+            valve_gain: calibration.valve_gain,
+            supply,
+        };
+        let cause = watch.judge(&mut state.plausibility, input, believed.velocity, &known);
+        state.plausibility.distrust(cause);
+        match cause {
+            Cause::ForceLost | Cause::ForceImplausible => state.protection.shut_down_by(cause),
+            cause => state.protection.trip_by(cause),
+        }
+        let distrusted = state.plausibility.distrusted();
+        let flags = [
+            (FORCE, status::FORCE_DISTRUSTED),
+            (DISPLACEMENT, status::DISPLACEMENT_DISTRUSTED),
+            (VELOCITY, status::VELOCITY_DISTRUSTED),
+            (SPOOL, status::SPOOL_DISTRUSTED),
+        ];
+        let doubted = |signal: usize| distrusted.get(signal).copied().unwrap_or(false);
+        for (signal, flag) in flags {
+            believed.status |= if doubted(signal) { flag } else { 0 };
+        }
+        let zero = T::splat(0.0);
+        if doubted(FORCE) {
+            believed.force = zero;
+        }
+        if doubted(DISPLACEMENT) {
+            believed.displacement = zero;
+        }
+        if doubted(SPOOL) {
+            believed.spool = state.plausibility.spool();
+        }
+        let estimated = !matches!(self.velocity, Velocity::Sensor);
+        if doubted(DISPLACEMENT) && (doubted(VELOCITY) || estimated) {
+            // Nothing is left to follow: the valve closes from where it stands.
+            state.protection.shut_down_by(cause);
+            state.protection.blind();
+            believed.velocity = T::splat(f64::NAN);
+        } else if doubted(VELOCITY) {
+            believed.velocity = state.plausibility.velocity();
+        }
+        if state.plausibility.force_jumped() {
+            believed.status |= status::FORCE_LOOP_OPEN;
+        }
+        believed
     }
 
     /// Gives a calibration to the tick, in the tick's context and between two of them: the one made of window k takes
@@ -287,8 +395,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// learned this configuration's calibration holds at once, else the one in use stays until its learner publishes.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
         if self.window_ticks == 0 {
-            let ChannelState { controller, velocity, protection, stuck, .. } = *state;
-            *state = ChannelState { controller, velocity, protection, stuck, ..self.at_rest() };
+            let ChannelState { controller, velocity, protection, plausibility, stuck, .. } = *state;
+            *state = ChannelState { controller, velocity, protection, plausibility, stuck, ..self.at_rest() };
         }
     }
 
@@ -322,6 +430,11 @@ impl<T: Real> ChannelState<T> {
     /// Asks the protection for the soft end: the command, still followed, fades along the ramp.
     pub fn end(&mut self) {
         self.protection.end();
+    }
+
+    /// What tripped the protection first.
+    pub fn cause(&self) -> Cause {
+        self.protection.cause()
     }
 
     /// Whether the protection's ramp has reached zero.
@@ -365,6 +478,12 @@ macro_rules! constructor {
                     protection: match &p.protection {
                         Some(protection) => Some(check!(Protection::<$t>::new(protection, p.sample_rate))),
                         None => None,
+                    },
+                    plausibility: match &p.protection {
+                        Some(protection @ ProtectionParameters { plausibility: Some(watch), .. }) => {
+                            Some(check!(Plausibility::<$t, N>::new(p, protection, watch)))
+                        }
+                        _ => None,
                     },
                     stuck: match p.stuck_samples {
                         0 => None,

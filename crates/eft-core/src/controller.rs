@@ -229,6 +229,14 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         Supply { ratio, valid: (ratio - S::splat(2.025)).abs().le(S::splat(1.975)) }
     }
 
+    /// The supply (1) of a measured pressure (Pa); 1 where it is not measured, or not a number.
+    #[inline(always)]
+    pub(crate) fn supply_of(&self, pressure: S) -> S {
+        let relative = pressure * self.per_supply_pressure;
+        let sound = self.measures_supply & relative.abs().le(S::splat(LARGEST));
+        S::select(sound, relative, S::splat(1.0))
+    }
+
     /// Where the input is valid but for the supply.
     #[inline(always)]
     pub(crate) fn accepts(&self, i: &ControllerInput<S>) -> S::Mask {

@@ -27,7 +27,8 @@ pub use learning::{Learner, LearnerState, Moment, Sums, Window};
 pub use number::{Flags, LaneFlags, LaneMask, Lanes, Mask, Real, Scalar};
 pub use parameters::{Learning, Parameters, Realization, VelocitySource};
 pub use protection::{
-    Levels, Protected, Protection, ProtectionParameters, ProtectionState, StuckWatch, StuckWatchState,
+    Cause, Levels, PlausibilityParameters, Protected, Protection, ProtectionParameters, ProtectionState,
+    StuckWatch, StuckWatchState,
 };
 pub use table::{CELLS, FlowTable, PiecewiseLinear, Row};
 pub use velocity::{FilteredDerivative, FilteredDerivativeState, VelocityObserver, VelocityObserverState};

@@ -1,5 +1,7 @@
 //! What a step has to report: one bit a fact, the same bits in Rust, C, Python and files.
 
+use crate::protection::Cause;
+
 /// Measured or required spool opening beyond the warning level (the paper advises 60 %).
 pub const SPOOL_WARNING: u32 = 1 << 0;
 /// The demanded flow lies beyond the flow table, or the required opening beyond the spool's stroke.
@@ -40,9 +42,30 @@ pub const SHUT_DOWN: u32 = 1 << 17;
 pub const STUCK_MEASUREMENT: u32 = 1 << 18;
 /// The calibration in use is older than it should be: the learner's last one came late, or is missing.
 pub const CALIBRATION_LATE: u32 = 1 << 19;
+/// The force loop is open, as where its sensor is not believed: an analog controller has to open its own.
+pub const FORCE_LOOP_OPEN: u32 = 1 << 20;
+/// The force is not believed: lost for too long, or contradicted.
+pub const FORCE_DISTRUSTED: u32 = 1 << 21;
+/// The displacement is not believed.
+pub const DISPLACEMENT_DISTRUSTED: u32 = 1 << 22;
+/// The velocity is not believed.
+pub const VELOCITY_DISTRUSTED: u32 = 1 << 23;
+/// The spool opening is not believed.
+pub const SPOOL_DISTRUSTED: u32 = 1 << 24;
+
+/// Where the first cause of a trip stands in a status, as a number of five bits.
+pub const CAUSE_SHIFT: u32 = 26;
+/// The bits of that number.
+pub const CAUSE: u32 = 0x1f << CAUSE_SHIFT;
+
+/// What tripped the protection first, as a status says; [`Cause::None`] before any trip.
+pub fn cause(status: u32) -> Cause {
+    let number = (status & CAUSE) >> CAUSE_SHIFT;
+    Cause::NAMES.iter().find(|(cause, _)| *cause as u32 == number).map_or(Cause::None, |(cause, _)| *cause)
+}
 
 /// Every flag of this module with its name, lowest bit first.
-pub const NAMES: [(u32, &str); 20] = [
+pub const NAMES: [(u32, &str); 25] = [
     (SPOOL_WARNING, "spool_warning"),
     (DEMAND_SATURATED, "demand_saturated"),
     (LOAD_PRESSURE_FLOORED, "load_pressure_floored"),
@@ -63,4 +86,9 @@ pub const NAMES: [(u32, &str); 20] = [
     (SHUT_DOWN, "shut_down"),
     (STUCK_MEASUREMENT, "stuck_measurement"),
     (CALIBRATION_LATE, "calibration_late"),
+    (FORCE_LOOP_OPEN, "force_loop_open"),
+    (FORCE_DISTRUSTED, "force_distrusted"),
+    (DISPLACEMENT_DISTRUSTED, "displacement_distrusted"),
+    (VELOCITY_DISTRUSTED, "velocity_distrusted"),
+    (SPOOL_DISTRUSTED, "spool_distrusted"),
 ];

@@ -115,6 +115,34 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_SHUT_DOWN (1u << 17)   // the whole valve command is taken to zero
 #define EFT_STUCK_MEASUREMENT (1u << 18) // a measurement repeats itself to the last bit
 #define EFT_CALIBRATION_LATE (1u << 19) // the learner's last calibration came late, or is missing
+#define EFT_FORCE_LOOP_OPEN (1u << 20) // the force loop is open; an analog controller has to open its own
+#define EFT_FORCE_DISTRUSTED (1u << 21) // the force is not believed
+#define EFT_DISPLACEMENT_DISTRUSTED (1u << 22) // the displacement is not believed
+#define EFT_VELOCITY_DISTRUSTED (1u << 23) // the velocity is not believed
+#define EFT_SPOOL_DISTRUSTED (1u << 24) // the spool opening is not believed
+#define EFT_CAUSE (31u << 26u)     // bits of a status that hold the first cause of a trip
+#define EFT_CAUSE_SHIFT 26         // where they begin: (status & EFT_CAUSE) >> EFT_CAUSE_SHIFT is one of EFT_CAUSE_...
+#define EFT_CAUSE_NONE 0           // cause of a trip: nothing tripped
+#define EFT_CAUSE_REQUEST 1        // cause of a trip: a request from outside
+#define EFT_CAUSE_FORCE_LEVEL 2    // cause of a trip: a measurement beyond its trip level
+#define EFT_CAUSE_DISPLACEMENT_LEVEL 3 // cause of a trip: the same
+#define EFT_CAUSE_VELOCITY_LEVEL 4 // cause of a trip: the same
+#define EFT_CAUSE_SPOOL_LEVEL 5    // cause of a trip: the same
+#define EFT_CAUSE_COMMAND_LOST 6   // cause of a trip: the force command stayed lost
+#define EFT_CAUSE_MEASUREMENT_LOST 7 // cause of a trip: measurements stayed lost
+#define EFT_CAUSE_REFUSED 8        // cause of a trip: the controller kept refusing its samples
+#define EFT_CAUSE_MODEL_CONTRADICTED 9 // cause of a trip: the estimators' models stayed contradicted
+#define EFT_CAUSE_FORCE_LOST 10    // cause of a trip: this measurement stayed lost
+#define EFT_CAUSE_DISPLACEMENT_LOST 11 // cause of a trip: the same
+#define EFT_CAUSE_VELOCITY_LOST 12 // cause of a trip: the same
+#define EFT_CAUSE_SPOOL_LOST 13    // cause of a trip: the same
+#define EFT_CAUSE_FORCE_IMPLAUSIBLE 14 // cause of a trip: this measurement contradicts the others
+#define EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE 15 // cause of a trip: the same
+#define EFT_CAUSE_VELOCITY_IMPLAUSIBLE 16 // cause of a trip: the same
+#define EFT_CAUSE_SPOOL_IMPLAUSIBLE 17 // cause of a trip: the same
+#define EFT_CAUSE_FLOW_IMPLAUSIBLE 18 // cause of a trip: the valve's flow is not the piston's: supply, valve or curve
+#define EFT_CAUSE_VALVE_IMPLAUSIBLE 19 // cause of a trip: the spool does not follow its command
+#define EFT_CAUSE_STATE_CORRUPT 20 // cause of a trip: a latch in memory was changed from outside
 #define EFT_NO_STEP (1u << 31)     // the step was refused, and its code says why; the output is 0 V
 
 /* ---------- Parameters ---------- */
@@ -143,6 +171,17 @@ typedef struct eft_learning {
   double response_delay_bounds[2];   // 1; the same of the response delay over the configured one
 } eft_learning;
 
+// Whether the measurements must agree with each other, and what the protection takes for granted then.
+typedef struct eft_plausibility {
+  uint8_t enabled;                   // 0 or 1; without it a sensor that lies is not noticed
+  double force_noise;                // N; standard deviation of the noise per sample
+  double displacement_noise;         // m
+  double velocity_noise;             // m/s
+  double spool_noise;                // 1
+  double false_alarms;               // 1/h; that this noise may raise
+  double settle_time;                // s; in a shutdown, that the piston follows the specimen, damped
+} eft_plausibility;
+
 // The protection of the specimen; DBL_MAX in a level or time means none.
 typedef struct eft_protection {
   uint8_t enabled;                   // 0 or 1; without it no level, request or fault trips
@@ -159,6 +198,7 @@ typedef struct eft_protection {
   double shutdown_time;              // s; from the whole valve command to zero in a shutdown
   uint32_t lost_samples;             // samples; lost ones in a row that are waited for, at most 100000
   double fault_time;                 // s; how long a fault may last that the controller reports
+  eft_plausibility plausibility;     // Whether the measurements agree.
 } eft_protection;
 
 // The rig as its controller knows it, in SI units, and what of the controller is switched on. DBL_MAX in a limit or
@@ -217,7 +257,7 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t words[80]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t words[144]; } eft_channel_f32;
 
 // A window that has closed: what the learner is given.
 typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
@@ -226,7 +266,7 @@ typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
 typedef struct eft_calibration_f32 { uint64_t words[24]; } eft_calibration_f32;
 
 // What a channel remembers: one for each actuator.
-typedef struct eft_state_f32 { uint64_t words[80]; } eft_state_f32;
+typedef struct eft_state_f32 { uint64_t words[128]; } eft_state_f32;
 
 // One tick's command and measurements. What is never given stays NaN, by eft_input_init: nothing looks at it, or the
 // tick is flagged.
@@ -391,13 +431,13 @@ EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_stat
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t words[136]; } eft_channel_f64;
+typedef struct eft_channel_f64 { uint64_t words[256]; } eft_channel_f64;
 typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; eft_turn turn; } eft_channels_f64;
 typedef struct eft_window_f64 { uint64_t words[16]; } eft_window_f64;
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; eft_turn turn; } eft_windows_f64;
 typedef struct eft_calibration_f64 { uint64_t words[56]; } eft_calibration_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; eft_turn turn; } eft_calibrations_f64;
-typedef struct eft_state_f64 { uint64_t words[144]; } eft_state_f64;
+typedef struct eft_state_f64 { uint64_t words[240]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; } eft_input_f64;
 typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;
@@ -443,11 +483,12 @@ EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const e
 /* ---------- Sizes, as the library has them ---------- */
 
 EFT_STATIC_ASSERT(sizeof(eft_learning) == 64);
-EFT_STATIC_ASSERT(sizeof(eft_protection) == 112);
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 768);
+EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 56);
+EFT_STATIC_ASSERT(sizeof(eft_protection) == 168);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 824);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 640);
-EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 640);
+EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 1152);
+EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 1024);
 EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 36);
 EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 96);
 EFT_STATIC_ASSERT(sizeof(eft_window_f32) == 64);
@@ -455,8 +496,8 @@ EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 192);
 EFT_STATIC_ASSERT(sizeof(eft_learner_f32) == 640);
 EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1024);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 40);
-EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 1088);
-EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 1152);
+EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 2048);
+EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 1920);
 EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 72);
 EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 176);
 EFT_STATIC_ASSERT(sizeof(eft_window_f64) == 128);

@@ -37,7 +37,66 @@ flags! {
     EFT_SHUT_DOWN = 17, SHUT_DOWN, "the whole valve command is taken to zero";
     EFT_STUCK_MEASUREMENT = 18, STUCK_MEASUREMENT, "a measurement repeats itself to the last bit";
     EFT_CALIBRATION_LATE = 19, CALIBRATION_LATE, "the learner's last calibration came late, or is missing";
+    EFT_FORCE_LOOP_OPEN = 20, FORCE_LOOP_OPEN, "the force loop is open; an analog controller has to open its own";
+    EFT_FORCE_DISTRUSTED = 21, FORCE_DISTRUSTED, "the force is not believed";
+    EFT_DISPLACEMENT_DISTRUSTED = 22, DISPLACEMENT_DISTRUSTED, "the displacement is not believed";
+    EFT_VELOCITY_DISTRUSTED = 23, VELOCITY_DISTRUSTED, "the velocity is not believed";
+    EFT_SPOOL_DISTRUSTED = 24, SPOOL_DISTRUSTED, "the spool opening is not believed";
 }
+
+/// bits of a status that hold the first cause of a trip
+pub const EFT_CAUSE: u32 = 0x1fu32 << 26u32;
+/// where they begin: (status & EFT_CAUSE) >> EFT_CAUSE_SHIFT is one of EFT_CAUSE_...
+pub const EFT_CAUSE_SHIFT: u32 = 26;
+const _: () =
+    assert!(EFT_CAUSE == eft_core::status::CAUSE && EFT_CAUSE_SHIFT == eft_core::status::CAUSE_SHIFT);
+
+constants! { u8:
+    EFT_CAUSE_NONE = 0, "cause of a trip: nothing tripped";
+    EFT_CAUSE_REQUEST = 1, "cause of a trip: a request from outside";
+    EFT_CAUSE_FORCE_LEVEL = 2, "cause of a trip: a measurement beyond its trip level";
+    EFT_CAUSE_DISPLACEMENT_LEVEL = 3, "cause of a trip: the same";
+    EFT_CAUSE_VELOCITY_LEVEL = 4, "cause of a trip: the same";
+    EFT_CAUSE_SPOOL_LEVEL = 5, "cause of a trip: the same";
+    EFT_CAUSE_COMMAND_LOST = 6, "cause of a trip: the force command stayed lost";
+    EFT_CAUSE_MEASUREMENT_LOST = 7, "cause of a trip: measurements stayed lost";
+    EFT_CAUSE_REFUSED = 8, "cause of a trip: the controller kept refusing its samples";
+    EFT_CAUSE_MODEL_CONTRADICTED = 9, "cause of a trip: the estimators' models stayed contradicted";
+    EFT_CAUSE_FORCE_LOST = 10, "cause of a trip: this measurement stayed lost";
+    EFT_CAUSE_DISPLACEMENT_LOST = 11, "cause of a trip: the same";
+    EFT_CAUSE_VELOCITY_LOST = 12, "cause of a trip: the same";
+    EFT_CAUSE_SPOOL_LOST = 13, "cause of a trip: the same";
+    EFT_CAUSE_FORCE_IMPLAUSIBLE = 14, "cause of a trip: this measurement contradicts the others";
+    EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE = 15, "cause of a trip: the same";
+    EFT_CAUSE_VELOCITY_IMPLAUSIBLE = 16, "cause of a trip: the same";
+    EFT_CAUSE_SPOOL_IMPLAUSIBLE = 17, "cause of a trip: the same";
+    EFT_CAUSE_FLOW_IMPLAUSIBLE = 18, "cause of a trip: the valve's flow is not the piston's: supply, valve or curve";
+    EFT_CAUSE_VALVE_IMPLAUSIBLE = 19, "cause of a trip: the spool does not follow its command";
+    EFT_CAUSE_STATE_CORRUPT = 20, "cause of a trip: a latch in memory was changed from outside";
+}
+const _: () = {
+    assert!(EFT_CAUSE_NONE == eft_core::Cause::None as u8);
+    assert!(EFT_CAUSE_REQUEST == eft_core::Cause::Request as u8);
+    assert!(EFT_CAUSE_FORCE_LEVEL == eft_core::Cause::ForceLevel as u8);
+    assert!(EFT_CAUSE_DISPLACEMENT_LEVEL == eft_core::Cause::DisplacementLevel as u8);
+    assert!(EFT_CAUSE_VELOCITY_LEVEL == eft_core::Cause::VelocityLevel as u8);
+    assert!(EFT_CAUSE_SPOOL_LEVEL == eft_core::Cause::SpoolLevel as u8);
+    assert!(EFT_CAUSE_COMMAND_LOST == eft_core::Cause::CommandLost as u8);
+    assert!(EFT_CAUSE_MEASUREMENT_LOST == eft_core::Cause::MeasurementLost as u8);
+    assert!(EFT_CAUSE_REFUSED == eft_core::Cause::Refused as u8);
+    assert!(EFT_CAUSE_MODEL_CONTRADICTED == eft_core::Cause::ModelContradicted as u8);
+    assert!(EFT_CAUSE_FORCE_LOST == eft_core::Cause::ForceLost as u8);
+    assert!(EFT_CAUSE_DISPLACEMENT_LOST == eft_core::Cause::DisplacementLost as u8);
+    assert!(EFT_CAUSE_VELOCITY_LOST == eft_core::Cause::VelocityLost as u8);
+    assert!(EFT_CAUSE_SPOOL_LOST == eft_core::Cause::SpoolLost as u8);
+    assert!(EFT_CAUSE_FORCE_IMPLAUSIBLE == eft_core::Cause::ForceImplausible as u8);
+    assert!(EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE == eft_core::Cause::DisplacementImplausible as u8);
+    assert!(EFT_CAUSE_VELOCITY_IMPLAUSIBLE == eft_core::Cause::VelocityImplausible as u8);
+    assert!(EFT_CAUSE_SPOOL_IMPLAUSIBLE == eft_core::Cause::SpoolImplausible as u8);
+    assert!(EFT_CAUSE_FLOW_IMPLAUSIBLE == eft_core::Cause::FlowImplausible as u8);
+    assert!(EFT_CAUSE_VALVE_IMPLAUSIBLE == eft_core::Cause::ValveImplausible as u8);
+    assert!(EFT_CAUSE_STATE_CORRUPT == eft_core::Cause::StateCorrupt as u8);
+};
 
 /// the step was refused, and its code says why; the output is 0 V
 pub const EFT_NO_STEP: u32 = 1u32 << 31;

@@ -3,8 +3,8 @@
 use core::ffi::c_char;
 
 use eft_core::{
-    ConfigError, Learning, Levels, Mode, Parameters, ProtectionParameters, Realization, SignFrom,
-    VelocitySource,
+    ConfigError, Learning, Levels, Mode, Parameters, PlausibilityParameters, ProtectionParameters,
+    Realization, SignFrom, VelocitySource,
 };
 
 use crate::codes::{EFT_CORRUPT, of};
@@ -42,6 +42,19 @@ data! {
 }
 
 data! {
+    /// Whether the measurements must agree with each other, and what the protection takes for granted then.
+    eft_plausibility {
+        enabled: u8, "0 or 1; without it a sensor that lies is not noticed";
+        force_noise: f64, "N; standard deviation of the noise per sample";
+        displacement_noise: f64, "m";
+        velocity_noise: f64, "m/s";
+        spool_noise: f64, "1";
+        false_alarms: f64, "1/h; that this noise may raise";
+        settle_time: f64, "s; in a shutdown, that the piston follows the specimen, damped";
+    }
+}
+
+data! {
     /// The protection of the specimen; DBL_MAX in a level or time means none.
     eft_protection {
         enabled: u8, "0 or 1; without it no level, request or fault trips";
@@ -58,6 +71,7 @@ data! {
         shutdown_time: f64, "s; from the whole valve command to zero in a shutdown";
         lost_samples: u32, "samples; lost ones in a row that are waited for, at most 100000";
         fault_time: f64, "s; how long a fault may last that the controller reports";
+        plausibility: eft_plausibility, "Whether the measurements agree.";
     }
 }
 
@@ -148,6 +162,14 @@ impl eft_parameters {
             shutdown_time: p.shutdown_time,
             lost_samples: p.lost_samples,
             fault_time: p.fault_time,
+            plausibility: switch("plausibility", p.plausibility.enabled)?.then_some(PlausibilityParameters {
+                force_noise: p.plausibility.force_noise,
+                displacement_noise: p.plausibility.displacement_noise,
+                velocity_noise: p.plausibility.velocity_noise,
+                spool_noise: p.plausibility.spool_noise,
+                false_alarms: p.plausibility.false_alarms,
+                settle_time: p.plausibility.settle_time,
+            }),
         };
         Ok(Parameters {
             sample_rate: self.sample_rate,

@@ -54,6 +54,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::energy_balance, module)?)?;
     module.add_function(wrap_pyfunction!(run::status_flags, module)?)?;
     module.add_function(wrap_pyfunction!(design::design_force_loop, module)?)?;
+    module.add_function(wrap_pyfunction!(run::trip_causes, module)?)?;
     module.add_function(wrap_pyfunction!(linear::linearize, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_margin, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_margins, module)?)?;

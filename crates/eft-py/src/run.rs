@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use eft_core::status;
+use eft_core::{Cause, status};
 use eft_sim::closed_loop::{self, DEFAULT_STEP, Method, ideal_responses, simulate_actuators};
 use eft_sim::metrics::{self as judge, Metrics, TimeMetrics};
 use eft_sim::{SimulateOptions, TestRun};
@@ -288,6 +288,16 @@ pub(crate) fn energy_balance<'py>(
         answer.set_item(name, value)?;
     }
     Ok(answer)
+}
+
+/// The causes of a trip by name, with the number of each.
+#[pyfunction]
+pub(crate) fn trip_causes(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let causes = PyDict::new(py);
+    for (cause, name) in Cause::NAMES {
+        causes.set_item(name, cause as u8)?;
+    }
+    Ok(causes)
 }
 
 /// The status flags by name, with the bit of each.

@@ -60,6 +60,7 @@ pub const PARAMETERS: Parameters = Parameters {
         shutdown_time: 0.1, // s
         lost_samples: 5, // samples
         fault_time: 0.5, // s
+        plausibility: None,
     }),
     stuck_samples: 0, // samples
 };

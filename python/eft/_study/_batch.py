@@ -14,7 +14,7 @@ import numpy as np
 from eft._native import BatchResult, Command, Rig, __version__, simulate_batch
 from eft._run import TestRun
 from eft._simulate import simulate
-from eft._status import Status, status_of
+from eft._status import CAUSE_BITS, Status, status_of
 from eft._study._plan import Batch, Test, scaled
 from eft._study._rows import ADAPTS, ESTIMATES, Outcome, WrongVersionError, failed_row, row_of
 from eft._study._values import SCALE, Changes
@@ -53,9 +53,10 @@ def _single_actuators(batch: Batch, threads: int | None) -> list[Outcome]:
 def _outcome(batch: Batch, test: Test, rig: Rig, command: Command, result: BatchResult | str) -> Outcome:
     if isinstance(result, str):
         return Outcome(failed_row(test, "refused", ValueError(result)), None)
-    status, reason = status_of(Status(result.status))
+    flags = result.status & ~CAUSE_BITS
+    status, reason = status_of(Status(flags))
     told = result.metrics | (result.estimates or {})
-    row = row_of(test, told, status, result.status, result.samples, reason)
+    row = row_of(test, told, status, flags, result.samples, reason)
     if result.traces is None:
         return Outcome(row, None)
     return Outcome(

@@ -17,5 +17,6 @@ mod valve;
 mod window;
 
 pub(crate) use configuration::{LOWEST_RATE, window_ticks};
+pub(crate) use flow_model::FlowModel;
 pub use learner::{Learner, LearnerState};
 pub use window::{Moment, Sums, Window};

@@ -19,6 +19,35 @@ impl Levels {
     pub const NONE: Self = Self { warning: f64::MAX, trip: f64::MAX };
 }
 
+/// What a plausibility watch takes for granted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlausibilityParameters {
+    /// Noise of the force (N): its standard deviation per sample.
+    pub force_noise: f64,
+    /// Noise of the displacement (m).
+    pub displacement_noise: f64,
+    /// Noise of the velocity (m/s).
+    pub velocity_noise: f64,
+    /// Noise of the spool opening (1).
+    pub spool_noise: f64,
+    /// False alarms (1/h) that this noise may raise.
+    pub false_alarms: f64,
+    /// Time (s) in which a shutdown lets the piston follow the specimen, damped, before the valve is closed.
+    pub settle_time: f64,
+}
+
+impl PlausibilityParameters {
+    /// The noise of the paper's rig at 0.05 % of each range; one false alarm in a thousand hours; a second and a half to settle.
+    pub const DEFAULT: Self = Self {
+        force_noise: 78.0,
+        displacement_noise: 6.35e-5,
+        velocity_noise: 5.25e-4,
+        spool_noise: 5.0e-4,
+        false_alarms: 1.0e-3,
+        settle_time: 1.5,
+    };
+}
+
 /// What a protection is made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProtectionParameters {
@@ -41,6 +70,8 @@ pub struct ProtectionParameters {
     pub lost_samples: u32,
     /// Time (s) for which a fault that the controller reports is waited for before the trip; `f64::MAX` for ever.
     pub fault_time: f64,
+    /// Whether the measurements must agree with each other, and under which noise.
+    pub plausibility: Option<PlausibilityParameters>,
 }
 
 impl ProtectionParameters {
@@ -55,6 +86,7 @@ impl ProtectionParameters {
         shutdown_time: 0.1,
         lost_samples: 10,
         fault_time: f64::MAX,
+        plausibility: None,
     };
 }
 

@@ -1,11 +1,21 @@
 //! Protection of the specimen.
 
+mod cause;
+mod gate;
+mod latch;
 mod limits;
+mod plausibility;
 #[allow(clippy::module_inception, reason = "the room is named after what it holds")]
 mod protection;
 mod ramp;
 mod stuck;
+#[cfg(test)]
+mod tests;
+mod thresholds;
 
-pub use limits::{Levels, ProtectionParameters};
+pub use cause::Cause;
+pub(crate) use gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
+pub use limits::{Levels, PlausibilityParameters, ProtectionParameters};
+pub(crate) use plausibility::{Known, Plausibility, PlausibilityState};
 pub use protection::{Protected, Protection, ProtectionState};
 pub use stuck::{StuckWatch, StuckWatchState};

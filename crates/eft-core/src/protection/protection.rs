@@ -8,6 +8,8 @@
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::number::Real;
+use crate::protection::cause::Cause;
+use crate::protection::latch::Latch;
 use crate::protection::limits::{Limit, NEVER, ProtectionParameters, samples};
 use crate::protection::ramp::{Position, Ramp};
 use crate::status;
@@ -22,9 +24,18 @@ pub struct Protection<T> {
     rise: Ramp,
     fall: Ramp,
     shut: Ramp,
+    /// Where a shutdown may follow the specimen first.
+    settle: Option<Ramp>,
     lost_samples: u32,
     fault_samples: u32,
 }
+
+/// Share of the velocity's compensation after a trip: less than the margin of a wrong calibration, so that it damps.
+const TRIPPED_LEVEL: f64 = 0.95;
+/// The same in a shutdown, the force loop open.
+const SETTLING_LEVEL: f64 = 0.93;
+/// Share of the force's trip level by which a force that follows its command may differ from it.
+const FOLLOWED: f64 = 0.25;
 
 /// What a protection remembers. `default()` is a rig at rest before the start.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -44,8 +55,13 @@ pub struct ProtectionState<T> {
     faulty: u32,
     /// Once a fault has persisted.
     distrusted: bool,
-    tripped: bool,
-    shut_down: bool,
+    /// Where no velocity is left to follow.
+    blind: bool,
+    cause: Cause,
+    tripped: Latch,
+    shut_down: Latch,
+    /// Share of the way from the shutdown to the closed valve.
+    settled: Position,
     /// Once the end is asked for.
     ending: bool,
 }
@@ -57,6 +73,10 @@ pub struct Protected<T> {
     pub command: T,
     /// Factor on the valve command (1).
     pub authority: T,
+    /// Factor on the velocity that is compensated for (1).
+    pub level: T,
+    /// Whether the force loop is to be opened: the piston follows the specimen then, damped.
+    pub open: bool,
     /// [`status::PROTECTION_WARNING`], [`status::TRIPPED`], [`status::SHUT_DOWN`], [`status::INVALID_COMMAND`].
     pub status: u32,
 }
@@ -83,18 +103,19 @@ impl<T: Real> Protection<T> {
         spool: T,
     ) -> Protected<T> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
-        let before = state.tripped;
+        let before = state.tripped.is_set();
         let commanded = command.abs() <= T::splat(LARGEST);
         if commanded && !before {
             state.command = command;
         }
         count(&mut state.unasked, !commanded);
-        let [mut warning, mut trip, mut shutdown, mut valid] = [false, false, false, true];
-        for (limit, value) in [
-            (&self.force, force),
-            (&self.displacement, displacement),
-            (&self.velocity, velocity),
-            (&self.spool, spool),
+        let [mut warning, mut shutdown, mut valid] = [false, false, true];
+        let mut cause = Cause::None;
+        for (limit, value, beyond) in [
+            (&self.force, force, Cause::ForceLevel),
+            (&self.displacement, displacement, Cause::DisplacementLevel),
+            (&self.velocity, velocity, Cause::VelocityLevel),
+            (&self.spool, spool, Cause::SpoolLevel),
         ] {
             let size = value.abs();
             // What is not finite is lost, not large.
@@ -104,7 +125,7 @@ impl<T: Real> Protection<T> {
                 // The levels are in this order.
                 warning = true;
                 if size > limit.trip {
-                    trip = true;
+                    cause = if cause == Cause::None { beyond } else { cause };
                     shutdown |= size > limit.shutdown;
                 }
             }
@@ -113,20 +134,65 @@ impl<T: Real> Protection<T> {
         // The ramp is over and the force is still there, or a sensor lied: the loop does not do what it should.
         let unruly = force.abs() > self.force.warning || state.distrusted;
         let stays = before && state.scale.is_zero() && unruly;
-        state.shut_down |= state.lost > self.lost_samples || shutdown || stays;
-        state.tripped |= state.shut_down || trip || state.unasked > self.lost_samples;
+        let lost = state.lost > self.lost_samples;
+        if state.unasked > self.lost_samples && cause == Cause::None {
+            cause = Cause::CommandLost;
+        }
+        if lost && cause == Cause::None {
+            cause = Cause::MeasurementLost;
+        }
+        if state.tripped.is_corrupt() || state.shut_down.is_corrupt() {
+            (cause, shutdown) = (Cause::StateCorrupt, true);
+        }
+        if let (Some(_), Cause::ForceLevel) = (&self.settle, cause) {
+            // A loop that had been closed on a sound sensor would have held the force.
+            let share = state.scale.share::<T>();
+            shutdown |= (share * state.command - force).abs() > T::splat(FOLLOWED) * self.force.trip;
+        }
+        state.trip_by(cause);
+        state.shut_down.set_where(lost || shutdown || stays);
+        state.tripped.set_where(state.shut_down.is_set());
         state.scale = self.next_scale(state);
-        state.shut = if state.shut_down { state.shut.up(self.shut) } else { Position::default() };
+        let level = self.shut(state);
         let flag = |raised: bool, bit: u32| if raised { bit } else { 0 };
         let scale = state.scale.share::<T>();
+        let shut_down = state.shut_down.is_set();
         Protected {
             command: if state.scale.is_zero() { zero } else { scale * state.command },
             authority: one - state.shut.share(),
+            level,
+            open: shut_down && self.settle.is_some(),
             status: flag(warning, status::PROTECTION_WARNING)
-                | flag(state.tripped, status::TRIPPED)
-                | flag(state.shut_down, status::SHUT_DOWN)
-                | flag(!commanded, status::INVALID_COMMAND),
+                | flag(state.tripped.is_set(), status::TRIPPED)
+                | flag(shut_down, status::SHUT_DOWN)
+                | flag(!commanded, status::INVALID_COMMAND)
+                | (state.cause as u32) << status::CAUSE_SHIFT,
         }
+    }
+
+    /// Goes on with a shutdown, if there is one; the factor on the velocity (1).
+    #[inline(always)]
+    fn shut(&self, state: &mut ProtectionState<T>) -> T {
+        let one = T::splat(1.0);
+        if !state.shut_down.is_set() {
+            state.shut = Position::default();
+            return match self.settle {
+                Some(_) if state.tripped.is_set() => T::splat(TRIPPED_LEVEL),
+                _ => one,
+            };
+        }
+        let Some(settle) = self.settle else {
+            state.shut = state.shut.up(self.shut);
+            return one;
+        };
+        state.settled = state.settled.up(settle);
+        let settled = state.settled.share::<T>();
+        if state.blind || !(settled < one) {
+            state.shut = state.shut.up(self.shut);
+        }
+        // The last two thirds of the time it fades.
+        let left = T::splat(1.5) * (one - settled);
+        T::splat(SETTLING_LEVEL) * if left < one { left } else { one }
     }
 
     /// Counts samples in a row by what the controller reports of them. Those that it refused, so that it holds its
@@ -138,11 +204,16 @@ impl<T: Real> Protection<T> {
     pub fn watch(&self, state: &mut ProtectionState<T>, flags: u32) {
         let raised = |faults: u32| flags & faults != 0;
         count(&mut state.refused, raised(status::INVALID_MEASUREMENT | status::INVALID_COMMAND));
-        state.shut_down |= state.refused > self.lost_samples;
+        if state.refused > self.lost_samples {
+            state.trip_by(Cause::Refused);
+            state.shut_down.set();
+        }
         count(&mut state.faulty, raised(status::ADAPTATION_FROZEN | status::STUCK_MEASUREMENT));
-        let trips = self.fault_samples != NEVER && state.faulty > self.fault_samples && !state.tripped;
-        state.tripped |= trips;
-        state.distrusted |= trips;
+        let trips = self.fault_samples != NEVER && state.faulty > self.fault_samples;
+        if trips && !state.tripped.is_set() {
+            state.trip_by(Cause::ModelContradicted);
+            state.distrusted = true;
+        }
     }
 
     /// Factor on the valve command (1) since the last [`step`](Self::step).
@@ -153,20 +224,59 @@ impl<T: Real> Protection<T> {
     /// What the next [`step`](Self::step) will make of a command (N) if nothing new happens.
     #[inline(always)]
     pub fn preview(&self, state: &ProtectionState<T>, command: T) -> T {
-        let followed = command.abs() <= T::splat(LARGEST) && !state.tripped;
+        let followed = command.abs() <= T::splat(LARGEST) && !state.tripped.is_set();
         self.next_scale(state).share::<T>() * if followed { command } else { state.command }
     }
 
     #[inline(always)]
     fn next_scale(&self, state: &ProtectionState<T>) -> Position {
-        if state.tripped | state.ending { state.scale.down(self.fall) } else { state.scale.up(self.rise) }
+        if state.tripped.is_set() | state.ending {
+            state.scale.down(self.fall)
+        } else {
+            state.scale.up(self.rise)
+        }
     }
 }
 
 impl<T: Real> ProtectionState<T> {
     /// Trips from outside, at the last command: an emergency stop, or another actuator of the same specimen.
     pub fn trip(&mut self) {
-        self.tripped = true;
+        self.trip_by(Cause::Request);
+    }
+
+    /// Trips by a cause, if it is one; the first is kept.
+    #[inline(always)]
+    pub(crate) fn trip_by(&mut self, cause: Cause) {
+        if cause != Cause::None {
+            if !self.tripped.is_set() {
+                self.cause = cause;
+            }
+            self.tripped.set();
+        }
+    }
+
+    /// Trips by a cause that the loop must not be closed on: the piston follows the specimen, where there is a velocity
+    /// to follow, and the valve closes.
+    #[inline(always)]
+    pub(crate) fn shut_down_by(&mut self, cause: Cause) {
+        self.trip_by(cause);
+        self.shut_down.set();
+    }
+
+    /// There is no velocity left to follow in a shutdown.
+    #[inline(always)]
+    pub(crate) fn blind(&mut self) {
+        self.blind = true;
+    }
+
+    /// What tripped first.
+    pub fn cause(&self) -> Cause {
+        self.cause
+    }
+
+    /// Whether it has tripped.
+    pub fn is_tripped(&self) -> bool {
+        self.tripped.is_set()
     }
 
     /// Asks for the soft end: the command, still followed, fades along the ramp.
@@ -206,6 +316,10 @@ macro_rules! constructor {
                     rise: check!(Ramp::new("start_time", p.start_time, rate)),
                     fall: check!(Ramp::new("ramp_time", p.ramp_time, rate)),
                     shut: check!(Ramp::new("shutdown_time", p.shutdown_time, rate)),
+                    settle: match &p.plausibility {
+                        Some(watch) => Some(check!(Ramp::new("settle_time", watch.settle_time, rate))),
+                        None => None,
+                    },
                     lost_samples: p.lost_samples,
                     fault_samples: check!(samples("fault_time", p.fault_time, rate)),
                 })
@@ -215,133 +329,3 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
-
-#[cfg(test)]
-#[allow(clippy::float_cmp, reason = "shares of a power of two are exact")]
-mod tests {
-    use super::*;
-    use crate::protection::limits::Levels;
-
-    fn protection() -> Protection<f64> {
-        let parameters = ProtectionParameters {
-            force: Levels { warning: 80.0, trip: 100.0 },
-            displacement: Levels { warning: 0.5, trip: 1.0 },
-            ramp_time: 0.01,
-            shutdown_time: 0.004,
-            lost_samples: 3,
-            fault_time: 0.005,
-            ..ProtectionParameters::DEFAULT
-        };
-        Protection::<f64>::new(&parameters, 1000.0).unwrap()
-    }
-
-    #[test]
-    fn within_the_limits_nothing_changes() {
-        let (p, mut state) = (protection(), ProtectionState::default());
-        for command in [0.0, 40.0, -79.0] {
-            let out = p.step(&mut state, command, command, 0.1, 9.0, 1.0);
-            assert_eq!((out.command, out.authority, out.status), (command, 1.0, 0));
-        }
-        assert_eq!(p.step(&mut state, 1.0, -81.0, 0.1, 0.0, 0.0).status, status::PROTECTION_WARNING);
-    }
-
-    #[test]
-    fn a_trip_takes_the_frozen_command_to_zero_and_stays() {
-        let (p, mut state) = (protection(), ProtectionState::default());
-        p.step(&mut state, 90.0, 90.0, 0.0, 0.0, 0.0);
-        for n in 1..=20 {
-            // The force obeys; the command would go on.
-            let out =
-                p.step(&mut state, 90.0 + f64::from(n), if n == 1 { 101.0 } else { 0.0 }, 0.0, 0.0, 0.0);
-            let expected = 91.0 * (1.0 - 0.1 * f64::from(n)).max(0.0);
-            assert!((out.command - expected).abs() < 1e-7, "sample {n}: {}", out.command);
-            assert_eq!((out.authority, out.status & status::TRIPPED), (1.0, status::TRIPPED));
-            assert_eq!(out.status & status::SHUT_DOWN, 0);
-        }
-    }
-
-    #[test]
-    fn far_beyond_the_trip_the_valve_is_shut() {
-        let (p, mut state) = (protection(), ProtectionState::default());
-        let shares = [0.75, 0.5, 0.25, 0.0, 0.0];
-        for share in shares {
-            let out = p.step(&mut state, 50.0, -126.0, 0.0, 0.0, 0.0);
-            assert_eq!(out.authority, share);
-            assert_ne!(out.status & status::SHUT_DOWN, 0);
-        }
-    }
-
-    #[test]
-    fn a_force_that_stays_after_the_ramp_shuts_down() {
-        let (p, mut state) = (protection(), ProtectionState::default());
-        let shut = |state: &mut _| p.step(state, 50.0, 101.0, 0.0, 0.0, 0.0).status & status::SHUT_DOWN != 0;
-        let first = (0..30).position(|_| shut(&mut state));
-        // The first step rises to the whole command and trips at once, so the ramp starts from 0.
-        assert!(first.is_some_and(|n| n <= 11), "{first:?}");
-    }
-
-    #[test]
-    fn a_fault_that_persists_trips_and_the_ramp_follows() {
-        let (p, mut state) = (protection(), ProtectionState::default());
-        let mut command_with = |fault: bool| {
-            let out = p.step(&mut state, 60.0, 0.0, 0.1, 0.0, 0.0);
-            let flags = if fault { status::ADAPTATION_FROZEN } else { status::SPOOL_WARNING };
-            p.watch(&mut state, flags);
-            (out.command, out.status)
-        };
-        for fault in [true, true, true, true, true, false, true, true, true, true, true, true] {
-            assert_eq!(command_with(fault), (60.0, 0));
-        }
-        for n in 1..=12 {
-            let expected = 60.0 * (1.0 - 0.1 * f64::from(n)).max(0.0);
-            let (command, status) = command_with(false);
-            assert!((command - expected).abs() < 1e-7, "sample {n}: {command}");
-            let expected = if n > 10 { status::TRIPPED | status::SHUT_DOWN } else { status::TRIPPED };
-            assert_eq!(status, expected, "sample {n}");
-        }
-    }
-
-    #[test]
-    fn lost_samples_are_waited_for_then_shut_down() {
-        let (p, mut state) = (protection(), ProtectionState::default());
-        let mut status_of = |force: f64| p.step(&mut state, 50.0, force, 0.0, 0.0, 0.0).status;
-        for force in [1.0, f64::NAN, f64::INFINITY, f64::NAN, 1.0, f64::NAN, f64::NAN, f64::NAN] {
-            assert_eq!(status_of(force), 0);
-        }
-        assert_eq!(status_of(f64::NAN), status::TRIPPED | status::SHUT_DOWN);
-        assert_eq!(status_of(1.0), status::TRIPPED | status::SHUT_DOWN);
-    }
-
-    #[test]
-    fn start_and_end_are_soft_and_foreseen() {
-        let soft =
-            ProtectionParameters { start_time: 0.004, ramp_time: 0.004, ..ProtectionParameters::DEFAULT };
-        let p = Protection::<f64>::new(&soft, 1000.0).unwrap();
-        let mut state = ProtectionState::default();
-        let step = |state: &mut ProtectionState<f64>| {
-            let foreseen = p.preview(state, 8.0);
-            let out = p.step(state, 8.0, 0.0, 0.0, 0.0, 0.0);
-            assert_eq!(out.command, foreseen);
-            assert_eq!(out.status, 0);
-            out.command
-        };
-        assert_eq!([0; 5].map(|_| step(&mut state)), [2.0, 4.0, 6.0, 8.0, 8.0]);
-        state.end();
-        assert_eq!([0; 5].map(|_| step(&mut state)), [6.0, 4.0, 2.0, 0.0, 0.0]);
-        assert!(state.is_down());
-    }
-
-    #[test]
-    fn bad_parameters_are_named() {
-        let made = |p: ProtectionParameters| Protection::<f32>::new(&p, 1000.0);
-        let with = |force| made(ProtectionParameters { force, ..ProtectionParameters::DEFAULT });
-        assert!(with(Levels::NONE).is_ok());
-        assert!(with(Levels { warning: 2.0, trip: 1.0 }).is_err());
-        assert!(with(Levels { warning: f64::NAN, trip: 1.0 }).is_err());
-        let waiting =
-            |lost_samples| made(ProtectionParameters { lost_samples, ..ProtectionParameters::DEFAULT });
-        assert!(waiting(100_000).is_ok() && waiting(100_001).is_err());
-        let faulty = |fault_time| made(ProtectionParameters { fault_time, ..ProtectionParameters::DEFAULT });
-        assert!(faulty(4e6).is_ok() && faulty(5e6).is_err() && faulty(f64::NAN).is_err());
-    }
-}

@@ -18,6 +18,7 @@ fn protection() -> Protection<f64> {
         shutdown_time: 0.004,
         lost_samples: 3,
         fault_time: 0.005,
+        plausibility: None,
     };
     Protection::<f64>::new(&parameters, RATE).unwrap()
 }

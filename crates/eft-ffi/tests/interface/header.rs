@@ -36,7 +36,7 @@ fn committed_header_is_what_the_sources_say() {
     let bindings = cbindgen::Builder::new().with_config(config).with_src(source).generate().unwrap();
     let mut raw = Vec::new();
     bindings.write(&mut raw);
-    let sizes = sizes!(eft_learning eft_protection eft_parameters eft_error
+    let sizes = sizes!(eft_learning eft_plausibility eft_protection eft_parameters eft_error
         eft_channel_f32 eft_state_f32 eft_input_f32 eft_output_f32 eft_window_f32 eft_calibration_f32
         eft_learner_f32 eft_learner_state_f32 eft_learned_f32
         eft_channel_f64 eft_state_f64 eft_input_f64 eft_output_f64 eft_window_f64 eft_calibration_f64

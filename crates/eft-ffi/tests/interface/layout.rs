@@ -53,7 +53,7 @@ impl<'a> Item<'a> {
             "EFT_SPOOL_WARNING" => 1,
             "EFT_TABLE_CAPACITY" => 2,
             name if name.starts_with("EFT_") => before,
-            "eft_parameters" | "eft_learning" | "eft_protection" | "eft_error" => 2,
+            "eft_parameters" | "eft_learning" | "eft_plausibility" | "eft_protection" | "eft_error" => 2,
             _ if is_of(&["_turn", "channels", "windows", "calibrations", "offer", "take"]) => 5,
             _ if is_of(&["learn", "read_calibration", "found_flow"]) => 4,
             _ => 3,

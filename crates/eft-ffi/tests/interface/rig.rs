@@ -1,8 +1,8 @@
 //! Rigs for the core and, by the same numbers, for C.
 
 use eft_core::{
-    FlowTable, Learning, Levels, Mode, Parameters, ProtectionParameters, Realization, SignFrom,
-    VelocitySource,
+    FlowTable, Learning, Levels, Mode, Parameters, PlausibilityParameters, ProtectionParameters, Realization,
+    SignFrom, VelocitySource,
 };
 use eft_ffi::*;
 
@@ -30,6 +30,7 @@ const PROTECTION: ProtectionParameters = ProtectionParameters {
     shutdown_time: 0.1,
     lost_samples: 3,
     fault_time: f64::MAX,
+    plausibility: None,
 };
 
 /// The same behind an observer and a protection.
@@ -53,7 +54,11 @@ pub(crate) const RIGS: [Parameters; 7] = [
         look_ahead: true,
         velocity_delay: 1.0e-3,
         computation_delay: 2,
-        protection: Some(ProtectionParameters { fault_time: 0.5, ..PROTECTION }),
+        protection: Some(ProtectionParameters {
+            fault_time: 0.5,
+            plausibility: Some(PlausibilityParameters::DEFAULT),
+            ..PROTECTION
+        }),
         ..GUARDED
     },
     Parameters {
@@ -76,6 +81,7 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
         VelocitySource::Accelerometer { gains } => (EFT_VELOCITY_ACCELEROMETER, 0.0, gains, 0.0),
     };
     let (l, g) = (&p.learning, p.protection.unwrap_or(ProtectionParameters::DEFAULT));
+    let w = g.plausibility.unwrap_or(PlausibilityParameters::DEFAULT);
     eft_parameters {
         sample_rate: p.sample_rate,
         realization: match p.realization {
@@ -147,6 +153,15 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
             shutdown_time: g.shutdown_time,
             lost_samples: g.lost_samples,
             fault_time: g.fault_time,
+            plausibility: eft_plausibility {
+                enabled: g.plausibility.is_some().into(),
+                force_noise: w.force_noise,
+                displacement_noise: w.displacement_noise,
+                velocity_noise: w.velocity_noise,
+                spool_noise: w.spool_noise,
+                false_alarms: w.false_alarms,
+                settle_time: w.settle_time,
+            },
         },
         stuck_samples: p.stuck_samples,
     }

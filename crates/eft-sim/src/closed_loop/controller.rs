@@ -3,8 +3,8 @@
 //! Only what a controller can know goes in: nothing of the true plant does.
 
 use eft_core::{
-    Channel, Controller, Learner, Learning, Levels, Mode, Parameters, ProtectionParameters, Real,
-    Realization, SignFrom, VelocitySource,
+    Channel, Controller, Learner, Learning, Levels, Mode, Parameters, PlausibilityParameters,
+    ProtectionParameters, Real, Realization, SignFrom, VelocitySource,
 };
 
 use crate::analysis::linear::{observer_gains, velocity_delay};
@@ -118,7 +118,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
             response_delay_bounds: [c.learning.shortest_delay, c.learning.longest_delay],
         },
         protection: protection(rig),
-        stuck_samples: 0,
+        stuck_samples: if rig.protection.enabled { rig.protection.stuck_samples } else { 0 },
     })
 }
 
@@ -155,7 +155,23 @@ fn protection(rig: &RigConfig) -> Option<ProtectionParameters> {
         shutdown_time: p.shutdown_time,
         lost_samples: p.lost_samples,
         fault_time: p.fault_time.unwrap_or(f64::MAX),
+        plausibility: p.plausibility.then(|| plausibility(rig)),
     })
+}
+
+/// What the plausibility takes for granted: where nothing is said, noise of 0.05 % of what each sensor has to reach.
+fn plausibility(rig: &RigConfig) -> PlausibilityParameters {
+    const SHARE: f64 = 5.0e-4;
+    let (p, a) = (&rig.protection, &rig.actuator);
+    let greatest = rig.servovalve.flow_table.flows.iter().fold(0.0, |most: f64, flow| most.max(flow.abs()));
+    PlausibilityParameters {
+        force_noise: p.force_noise.unwrap_or(SHARE * a.piston_area * rig.supply.pressure),
+        displacement_noise: p.displacement_noise.unwrap_or(SHARE * p.displacement_trip.unwrap_or(0.1)),
+        velocity_noise: p.velocity_noise.unwrap_or(SHARE * greatest / a.piston_area),
+        spool_noise: p.spool_noise,
+        false_alarms: p.false_alarms,
+        settle_time: p.settle_time,
+    }
 }
 
 macro_rules! precision {

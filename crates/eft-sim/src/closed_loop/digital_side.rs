@@ -1,6 +1,6 @@
 //! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
-use eft_core::{Calibration, ControllerInput, ControllerState, Flags, Mask, Output, Real, Scalar};
+use eft_core::{Calibration, ControllerInput, ControllerState, Flags, Mask, Output, Real, Scalar, status};
 
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
@@ -283,12 +283,20 @@ where
             if PLAIN { (out.output, S::Flags::default()) } else { self.dac.convert(out.output) };
         let (driver, valve_command, compensation) = if PLAIN || self.realization == Realization::Analog {
             let rate = (next_command - command) * S::splat(self.sample_rate);
-            let behind = self.analog.at(command, rate, output).through((cell.gain, cell.offset));
+            let open = S::Flags::from_lanes(|i| out.status.lane(i) & status::FORCE_LOOP_OPEN);
+            let behind = if PLAIN || open == S::Flags::default() {
+                self.analog.at(command, rate, output).through((cell.gain, cell.offset))
+            } else {
+                // Its force error is switched off.
+                let closed = |i: usize| open.lane(i) == 0;
+                let of = |value: S| S::from_lanes(|i| if closed(i) { value.lane(i) } else { 0.0 });
+                self.analog.at(of(command), of(rate), output).through((of(cell.gain), of(cell.offset)))
+            };
             let driver = if self.channels.is_empty() {
                 Driver::analog(behind, PLAIN || cell.ideal)
             } else {
                 let whole = cell.ideal && out.authority.ge(S::splat(1.0)).all();
-                Driver::analog(behind.limited_to(out.authority), whole)
+                Driver::analog(behind.limited_to(out.authority), whole && open == S::Flags::default())
             };
             (driver, plant.command(&driver), output)
         } else {

@@ -20,6 +20,7 @@ const fn int(value: i64) -> Need {
 }
 
 const OFF: Need = Need::Default(Preset::Bool(false));
+const ON: Need = Need::Default(Preset::Bool(true));
 const BILINEAR: Need = When("structure.kind", "bilinear");
 const BUILDING: Need = When("structure.kind", "shear_building");
 const OBSERVER: Need = When("controller.velocity_source", "observer");
@@ -188,6 +189,14 @@ pub static KEYS: &[Key] = &[
     key("protection.soft_end", "", Bool, OFF, "whether the command fades along the ramp at its end"),
     key("protection.shutdown_time", "s", Float(0.0, 1e4), float(0.1), "time in which a shutdown takes the valve command to zero"),
     key("protection.lost_samples", "samples", Int(0, 100000), int(10), "lost or refused samples in a row that are waited for before the shutdown, lost commands before the trip"),
+    key("protection.plausibility", "", Bool, ON, "whether the measurements must agree with each other (flow, motion, spool), and a trip goes by those that do"),
+    key("protection.force_noise", "N", Float(0.0, 1e9), Optional, "noise of the force per sample that the plausibility expects; 0.05 % of the actuator's capacity where absent"),
+    key("protection.displacement_noise", "m", Float(1e-12, 1.0), Optional, "the same of the displacement; 0.05 % of its trip level, or of 0.1 m, where absent"),
+    key("protection.velocity_noise", "m/s", Float(0.0, 1e3), Optional, "the same of the velocity; 0.05 % of the piston's speed at full flow where absent"),
+    key("protection.spool_noise", "", Float(0.0, 1.0), float(5e-4), "the same of the spool opening"),
+    key("protection.false_alarms", "1/h", Float(1e-12, 1e6), float(1e-3), "false alarms that this noise may raise"),
+    key("protection.settle_time", "s", Float(0.0, 1e4), float(1.5), "time in which a shutdown lets the piston follow the specimen, damped, before the valve is closed"),
+    key("protection.stuck_samples", "samples", Int(0, 1000000), int(0), "times that a measurement may repeat itself to the last bit before it counts as stuck; 0 does not look"),
     key("protection.fault_time", "s", Float(0.0, 1e4), Optional, "how long nothing may be learned, because the models are contradicted (a sensor that lies) or samples are lost every tenth of a second, before the test is tripped, where `protection.enabled` and `compensation.adaptive` are on"),
 
     key("limits.valve_command", "V", Float(1e-6, 1e6), Optional, "largest valve command to either side"),

@@ -64,6 +64,22 @@ pub struct Protection {
     pub shutdown_time: f64,
     /// Lost or refused samples in a row that are waited for.
     pub lost_samples: u32,
+    /// Whether the measurements must agree with each other.
+    pub plausibility: bool,
+    /// Noise of the force per sample that the watch expects, N.
+    pub force_noise: Option<f64>,
+    /// The same of the displacement, m.
+    pub displacement_noise: Option<f64>,
+    /// The same of the velocity, m/s.
+    pub velocity_noise: Option<f64>,
+    /// The same of the spool opening, dimensionless.
+    pub spool_noise: f64,
+    /// False alarms that this noise may raise, 1/h.
+    pub false_alarms: f64,
+    /// Time in which a shutdown lets the piston follow the specimen, damped, s.
+    pub settle_time: f64,
+    /// Times that a measurement may repeat itself to the last bit; 0 does not look.
+    pub stuck_samples: u32,
     /// How long the estimators may find their models contradicted before the test is tripped, s.
     pub fault_time: Option<f64>,
 }

@@ -2,9 +2,9 @@
 
 use std::fmt::{Result, Write as _};
 
-use eft_core::{ProtectionParameters, VelocitySource};
+use eft_core::{PlausibilityParameters, ProtectionParameters, VelocitySource};
 
-use super::fields::{Field, Value, fields, learning, levels, list, number, protection};
+use super::fields::{Field, Value, fields, learning, levels, list, number, plausibility, protection};
 use super::notes::lines;
 use super::{Parts, Target};
 
@@ -69,6 +69,14 @@ fn structure(out: &mut String, fields: &[Field], indent: &str) -> Result {
                     }
                 }
                 structure(out, &protection(&p), &inside)?;
+                writeln!(out, "{indent}}},")?;
+                continue;
+            }
+            Value::Plausibility(what) => {
+                let inside = format!("{indent}  ");
+                writeln!(out, "{indent}{{ /* {name} */")?;
+                writeln!(out, "{inside}{}, /* enabled */", u8::from(what.is_some()))?;
+                structure(out, &plausibility(&what.unwrap_or(PlausibilityParameters::DEFAULT)), &inside)?;
                 writeln!(out, "{indent}}},")?;
                 continue;
             }

@@ -1,7 +1,8 @@
 //! The parameters as a list of named values with their units, for both languages.
 
 use eft_core::{
-    Learning, Levels, Mode, Parameters, ProtectionParameters, Realization, SignFrom, VelocitySource,
+    Learning, Levels, Mode, Parameters, PlausibilityParameters, ProtectionParameters, Realization, SignFrom,
+    VelocitySource,
 };
 
 /// A parameter's value.
@@ -16,6 +17,7 @@ pub(super) enum Value<'a> {
     Velocity(VelocitySource),
     Learning(Learning),
     Protection(Option<ProtectionParameters>),
+    Plausibility(Option<PlausibilityParameters>),
 }
 
 /// Name, value and unit.
@@ -156,6 +158,7 @@ pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
         shutdown_time,
         lost_samples,
         fault_time,
+        plausibility,
     } = *p;
     vec![
         ("start_time", Number(start_time), "s"),
@@ -163,6 +166,28 @@ pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
         ("shutdown_time", Number(shutdown_time), "s"),
         ("lost_samples", Count(lost_samples), "samples"),
         ("fault_time", Number(fault_time), "s"),
+        ("plausibility", Value::Plausibility(plausibility), ""),
+    ]
+}
+
+/// What a plausibility watch takes for granted.
+pub(super) fn plausibility(p: &PlausibilityParameters) -> Vec<Field<'static>> {
+    use Value::Number;
+    let PlausibilityParameters {
+        force_noise,
+        displacement_noise,
+        velocity_noise,
+        spool_noise,
+        false_alarms,
+        settle_time,
+    } = *p;
+    vec![
+        ("force_noise", Number(force_noise), "N"),
+        ("displacement_noise", Number(displacement_noise), "m"),
+        ("velocity_noise", Number(velocity_noise), "m/s"),
+        ("spool_noise", Number(spool_noise), "1"),
+        ("false_alarms", Number(false_alarms), "1/h"),
+        ("settle_time", Number(settle_time), "s"),
     ]
 }
 

@@ -4,7 +4,7 @@ use std::fmt::{Result, Write as _};
 
 use eft_core::VelocitySource;
 
-use super::fields::{Field, Value, fields, learning, levels, list, number, protection};
+use super::fields::{Field, Value, fields, learning, levels, list, number, plausibility, protection};
 use super::notes::lines;
 use super::{Parts, Target};
 
@@ -24,6 +24,7 @@ pub(super) fn write(out: &mut String, parts: &Parts) -> Result {
         ("Levels", p.protection.is_some()),
         ("Mode", true),
         ("Parameters", true),
+        ("PlausibilityParameters", p.protection.is_some_and(|p| p.plausibility.is_some())),
         ("ProtectionParameters", p.protection.is_some()),
         ("Realization", true),
         ("SignFrom", true),
@@ -66,6 +67,12 @@ fn structure(out: &mut String, fields: &[Field], indent: &str) -> Result {
                 writeln!(out, "Learning {{")?;
                 structure(out, &learning(what), &format!("{indent}    "))?;
                 write!(out, "{indent}}}")?;
+            }
+            Value::Plausibility(None) => write!(out, "None")?,
+            Value::Plausibility(Some(p)) => {
+                writeln!(out, "Some(PlausibilityParameters {{")?;
+                structure(out, &plausibility(p), &format!("{indent}    "))?;
+                write!(out, "{indent}}})")?;
             }
             Value::Protection(None) => write!(out, "None")?,
             Value::Protection(Some(p)) => {

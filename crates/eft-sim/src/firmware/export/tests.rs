@@ -39,6 +39,7 @@ fn rigs() -> Vec<RigConfig> {
         ("protection.velocity_trip", 1.0.into()),
         ("protection.spool_warning", 0.8.into()),
         ("protection.soft_end", true.into()),
+        ("protection.plausibility", true.into()),
     ])
     .unwrap();
     let mut rigs = vec![RigConfig::zhao2005(), all.clone()];
@@ -237,15 +238,10 @@ fn fields_of_the_header() -> Vec<String> {
         };
         inside.lines().map(field).collect()
     };
-    let mut all = Vec::new();
-    for name in fields("eft_parameters") {
-        let nested = match name.as_str() {
-            "learning" => fields("eft_learning"),
-            "protection" => fields("eft_protection"),
-            _ => Vec::new(),
-        };
-        all.push(name);
-        all.extend(nested);
+    let mut all = fields("eft_parameters");
+    for nested in ["learning", "protection", "plausibility"] {
+        let at = all.iter().position(|name| name == nested).unwrap() + 1;
+        all.splice(at..at, fields(&format!("eft_{nested}")));
     }
     all
 }

@@ -1,0 +1,64 @@
+//! A fact that is never forgotten: stored twice, the second time inverted.
+
+/// Set once, for good; a pattern of bits that is neither counts as set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
+pub(crate) struct Latch {
+    set: u32,
+    unset: u32,
+}
+
+impl Default for Latch {
+    fn default() -> Self {
+        Self { set: 0, unset: u32::MAX }
+    }
+}
+
+impl Latch {
+    #[inline(always)]
+    pub(crate) fn is_set(self) -> bool {
+        self.set != 0 || self.unset != u32::MAX
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&mut self) {
+        *self = Self { set: u32::MAX, unset: 0 };
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_where(&mut self, so: bool) {
+        if so {
+            self.set();
+        }
+    }
+
+    /// Whether its bits were changed by something else.
+    #[inline(always)]
+    pub(crate) fn is_corrupt(self) -> bool {
+        self.set != !self.unset || (self.set != 0 && self.unset != 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_flipped_bit_forgets_it_and_each_is_noticed() {
+        for bit in 0..32 {
+            let mut set = Latch::default();
+            set.set();
+            assert!(set.is_set() && !set.is_corrupt());
+            for flipped in [
+                Latch { set: set.set ^ (1 << bit), ..set },
+                Latch { unset: set.unset ^ (1 << bit), ..set },
+                Latch { set: 1 << bit, ..Latch::default() },
+                Latch { unset: !(1 << bit), ..Latch::default() },
+            ] {
+                assert!(flipped.is_set() && flipped.is_corrupt());
+            }
+        }
+        assert!(!Latch::default().is_set() && !Latch::default().is_corrupt());
+        assert!(Latch { set: 0, unset: 0 }.is_set(), "a state of zero bytes");
+    }
+}

@@ -1,0 +1,130 @@
+//! Tests of the ramps, levels and counts.
+#![allow(clippy::float_cmp, reason = "shares of a power of two are exact")]
+
+use super::protection::*;
+use super::*;
+use crate::status;
+
+fn protection() -> Protection<f64> {
+    let parameters = ProtectionParameters {
+        force: Levels { warning: 80.0, trip: 100.0 },
+        displacement: Levels { warning: 0.5, trip: 1.0 },
+        ramp_time: 0.01,
+        shutdown_time: 0.004,
+        lost_samples: 3,
+        fault_time: 0.005,
+        ..ProtectionParameters::DEFAULT
+    };
+    Protection::<f64>::new(&parameters, 1000.0).unwrap()
+}
+
+#[test]
+fn within_the_limits_nothing_changes() {
+    let (p, mut state) = (protection(), ProtectionState::default());
+    for command in [0.0, 40.0, -79.0] {
+        let out = p.step(&mut state, command, command, 0.1, 9.0, 1.0);
+        assert_eq!((out.command, out.authority, out.status), (command, 1.0, 0));
+    }
+    assert_eq!(p.step(&mut state, 1.0, -81.0, 0.1, 0.0, 0.0).status, status::PROTECTION_WARNING);
+}
+
+#[test]
+fn a_trip_takes_the_frozen_command_to_zero_and_stays() {
+    let (p, mut state) = (protection(), ProtectionState::default());
+    p.step(&mut state, 90.0, 90.0, 0.0, 0.0, 0.0);
+    for n in 1..=20 {
+        // The force obeys; the command would go on.
+        let out = p.step(&mut state, 90.0 + f64::from(n), if n == 1 { 101.0 } else { 0.0 }, 0.0, 0.0, 0.0);
+        let expected = 91.0 * (1.0 - 0.1 * f64::from(n)).max(0.0);
+        assert!((out.command - expected).abs() < 1e-7, "sample {n}: {}", out.command);
+        assert_eq!((out.authority, out.status & status::TRIPPED), (1.0, status::TRIPPED));
+        assert_eq!(out.status & status::SHUT_DOWN, 0);
+    }
+}
+
+#[test]
+fn far_beyond_the_trip_the_valve_is_shut() {
+    let (p, mut state) = (protection(), ProtectionState::default());
+    let shares = [0.75, 0.5, 0.25, 0.0, 0.0];
+    for share in shares {
+        let out = p.step(&mut state, 50.0, -126.0, 0.0, 0.0, 0.0);
+        assert_eq!(out.authority, share);
+        assert_ne!(out.status & status::SHUT_DOWN, 0);
+    }
+}
+
+#[test]
+fn a_force_that_stays_after_the_ramp_shuts_down() {
+    let (p, mut state) = (protection(), ProtectionState::default());
+    let shut = |state: &mut _| p.step(state, 50.0, 101.0, 0.0, 0.0, 0.0).status & status::SHUT_DOWN != 0;
+    let first = (0..30).position(|_| shut(&mut state));
+    // The first step rises to the whole command and trips at once, so the ramp starts from 0.
+    assert!(first.is_some_and(|n| n <= 11), "{first:?}");
+}
+
+#[test]
+fn a_fault_that_persists_trips_and_the_ramp_follows() {
+    let (p, mut state) = (protection(), ProtectionState::default());
+    let mut command_with = |fault: bool| {
+        let out = p.step(&mut state, 60.0, 0.0, 0.1, 0.0, 0.0);
+        let flags = if fault { status::ADAPTATION_FROZEN } else { status::SPOOL_WARNING };
+        p.watch(&mut state, flags);
+        (out.command, out.status)
+    };
+    for fault in [true, true, true, true, true, false, true, true, true, true, true, true] {
+        assert_eq!(command_with(fault), (60.0, 0));
+    }
+    for n in 1..=12 {
+        let expected = 60.0 * (1.0 - 0.1 * f64::from(n)).max(0.0);
+        let (command, status) = command_with(false);
+        assert!((command - expected).abs() < 1e-7, "sample {n}: {command}");
+        let expected = if n > 10 { status::TRIPPED | status::SHUT_DOWN } else { status::TRIPPED };
+        assert_eq!(status & !status::CAUSE, expected, "sample {n}");
+        assert_eq!(status::cause(status), Cause::ModelContradicted);
+    }
+}
+
+#[test]
+fn lost_samples_are_waited_for_then_shut_down() {
+    let (p, mut state) = (protection(), ProtectionState::default());
+    let mut status_of = |force: f64| p.step(&mut state, 50.0, force, 0.0, 0.0, 0.0).status;
+    for force in [1.0, f64::NAN, f64::INFINITY, f64::NAN, 1.0, f64::NAN, f64::NAN, f64::NAN] {
+        assert_eq!(status_of(force), 0);
+    }
+    for force in [f64::NAN, 1.0] {
+        let status = status_of(force);
+        assert_eq!(status & !status::CAUSE, status::TRIPPED | status::SHUT_DOWN);
+        assert_eq!(status::cause(status), Cause::MeasurementLost);
+    }
+}
+
+#[test]
+fn start_and_end_are_soft_and_foreseen() {
+    let soft = ProtectionParameters { start_time: 0.004, ramp_time: 0.004, ..ProtectionParameters::DEFAULT };
+    let p = Protection::<f64>::new(&soft, 1000.0).unwrap();
+    let mut state = ProtectionState::default();
+    let step = |state: &mut ProtectionState<f64>| {
+        let foreseen = p.preview(state, 8.0);
+        let out = p.step(state, 8.0, 0.0, 0.0, 0.0, 0.0);
+        assert_eq!(out.command, foreseen);
+        assert_eq!(out.status, 0);
+        out.command
+    };
+    assert_eq!([0; 5].map(|_| step(&mut state)), [2.0, 4.0, 6.0, 8.0, 8.0]);
+    state.end();
+    assert_eq!([0; 5].map(|_| step(&mut state)), [6.0, 4.0, 2.0, 0.0, 0.0]);
+    assert!(state.is_down());
+}
+
+#[test]
+fn bad_parameters_are_named() {
+    let made = |p: ProtectionParameters| Protection::<f32>::new(&p, 1000.0);
+    let with = |force| made(ProtectionParameters { force, ..ProtectionParameters::DEFAULT });
+    assert!(with(Levels::NONE).is_ok());
+    assert!(with(Levels { warning: 2.0, trip: 1.0 }).is_err());
+    assert!(with(Levels { warning: f64::NAN, trip: 1.0 }).is_err());
+    let waiting = |lost_samples| made(ProtectionParameters { lost_samples, ..ProtectionParameters::DEFAULT });
+    assert!(waiting(100_000).is_ok() && waiting(100_001).is_err());
+    let faulty = |fault_time| made(ProtectionParameters { fault_time, ..ProtectionParameters::DEFAULT });
+    assert!(faulty(4e6).is_ok() && faulty(5e6).is_err() && faulty(f64::NAN).is_err());
+}

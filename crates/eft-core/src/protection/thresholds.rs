@@ -1,0 +1,153 @@
+//! What a plausibility watch takes for noise and for a wrong calibration, and so what it counts.
+
+use crate::compensation::Mode;
+use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, within};
+use crate::learning::FlowModel;
+use crate::parameters::{Parameters, VelocitySource};
+use crate::protection::gate::SensorGate;
+use crate::protection::limits::{PlausibilityParameters, ProtectionParameters};
+use crate::protection::plausibility::Plausibility;
+use crate::velocity::FilteredDerivative;
+
+/// Corner (Hz) of what the residuals see, and of the velocity that replaces a sensor's.
+const CORNER: f64 = 80.0;
+/// Corner (Hz) above which the force shows in the flow balance.
+const ABOVE: f64 = 15.0;
+/// Corner (Hz) below which the spool is compared with its command.
+const SLOW: f64 = 5.0;
+/// Highest frequency (Hz) at which a signal may swing between its trip levels and still pass the gate.
+const SWING: f64 = 30.0;
+/// Share of the actuator's capacity by which friction may change the force at once.
+const FRICTION: f64 = 0.01;
+/// Share of the greatest flow that null bias, overlap and leakage may leave, and of it what changes fast.
+const OFFSET: f64 = 0.05;
+const FAST_OFFSET: f64 = 7.0e-4;
+
+/// Natural logarithm, rounded up to a multiple of that of 2.
+const fn logarithm(value: f64) -> f64 {
+    let exponent = ((value.to_bits() >> 52) & 0x7ff) as f64 - 1022.0;
+    exponent * core::f64::consts::LN_2
+}
+
+/// Square root of a number within [1, 1e4], to the last digits, in a constant.
+const fn root(square: f64) -> f64 {
+    let (mut root, mut n) = (square, 0);
+    while n < 40 {
+        root = 0.5 * (root + square / root);
+        n += 1;
+    }
+    root
+}
+
+/// Share of the way that a first-order low-pass goes in a sample; at the most all of it.
+const fn share(corner: f64, rate: f64) -> f64 {
+    let angle = core::f64::consts::TAU * corner / rate;
+    let share = angle / (1.0 + 0.5 * angle);
+    if share < 1.0 { share } else { 1.0 }
+}
+
+/// A trip level, or a scale in its place.
+const fn level(trip: f64, scale: f64) -> f64 {
+    if trip < LARGEST { trip } else { scale }
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl<const N: usize> Plausibility<$t, N> {
+            /// Of a rig and its protection.
+            pub(crate) const fn new(
+                p: &Parameters,
+                protection: &ProtectionParameters,
+                watch: &PlausibilityParameters,
+            ) -> Result<Self, ConfigError> {
+                let rate = check!(positive("sample_rate", p.sample_rate));
+                let area = check!(positive("piston_area", p.piston_area));
+                let pressure = check!(positive("supply_pressure", p.supply_pressure));
+                let compressibility = check!(positive("compressibility", p.compressibility));
+                let force_noise = check!(within("force_noise", watch.force_noise, 0.0, LARGEST));
+                let displacement_noise =
+                    check!(within("displacement_noise", watch.displacement_noise, SMALLEST, 1.0));
+                let velocity_noise = check!(within("velocity_noise", watch.velocity_noise, 0.0, 1e3));
+                let spool_noise = check!(within("spool_noise", watch.spool_noise, 0.0, 1.0));
+                let alarms = check!(within("false_alarms", watch.false_alarms, 1e-12, 1e6));
+                let delay = check!(within("response_delay", p.response_delay, 0.0, 1.0));
+                // Gaussian noise exceeds this many deviations once in the readings of one alarm: P(|x| > z·σ) ≤ exp(−z²/2).
+                let readings = logarithm(4.0 * 3600.0 * rate / alarms);
+                let readings = if readings > 1.0 { readings } else { 1.0 };
+                let deviations = root(2.0 * readings);
+                let greatest = p.greatest_flow();
+                let capacity = area * pressure;
+                let force = level(protection.force.trip, capacity);
+                // Without a level a tenth of a second at full flow.
+                let displacement = level(protection.displacement.trip, 0.1 * greatest / area);
+                let velocity = level(protection.velocity.trip, greatest / area);
+                let spool = level(protection.spool.trip, 1.0);
+                let swing = core::f64::consts::TAU * SWING / rate;
+                // A third more for the noise of what is foreseen.
+                let noise = 1.33 * deviations;
+                let far = if protection.displacement.trip < LARGEST {
+                    noise * displacement_noise + swing * displacement
+                } else {
+                    f32::MAX as f64
+                };
+                let low = share(CORNER, rate);
+                let flow_noise = area * velocity_noise + greatest * spool_noise;
+                // Three deviations of white noise behind the low-pass, and what the sums of the rest may reach.
+                let behind = 3.0 * root(1.0 + low) * 0.75 * root(1.0 + 2.0 * low) * low;
+                let wandering = readings * flow_noise / (6.0 * rate);
+                let travel = 16.0 * displacement_noise
+                    + 0.01 * displacement
+                    + readings * velocity_noise / (6.0 * rate);
+                let delays = p.computation_delay as f64;
+                let repeats = 3.0e-3 * rate;
+                let repeats = if repeats > 8.0 { repeats } else { 8.0 } + delays;
+                let lag = 0.5 * delay * rate + 0.5 * (1.0 + delays);
+                let curve = Parameters { mode: Mode::Nonlinear, ..*p };
+                Ok(Self {
+                    model: check!(FlowModel::<$t, N>::new(&curve)),
+                    gate: SensorGate {
+                        jump: [
+                            (noise * force_noise + swing * force + FRICTION * capacity) as $t,
+                            far as $t,
+                            (noise * velocity_noise + swing * velocity) as $t,
+                            (noise * spool_noise + swing * spool) as $t,
+                        ],
+                        share: share(60.0, rate) as $t,
+                    },
+                    derivative: check!(FilteredDerivative::<$t>::new(CORNER, rate)),
+                    lost_samples: protection.lost_samples,
+                    repeats: repeats as u32,
+                    senses_velocity: matches!(p.velocity_source, VelocitySource::Sensor),
+                    period: (1.0 / rate) as $t,
+                    rate: rate as $t,
+                    area: area as $t,
+                    leakage: (check!(within("leakage", p.leakage, 0.0, LARGEST)) / area) as $t,
+                    oil: (compressibility / area) as $t,
+                    valve_gain: check!(positive("valve_gain", p.valve_gain)) as $t,
+                    low: low as $t,
+                    high: share(ABOVE, rate) as $t,
+                    lag: (1.0 / (1.0 + lag)) as $t,
+                    slow: share(SLOW, rate) as $t,
+                    fast_decay: (1.0 - share(1.6, rate)) as $t,
+                    decay: (1.0 - share(1.0, rate)) as $t,
+                    drift: [
+                        (behind * flow_noise + OFFSET * greatest) as $t,
+                        (behind * flow_noise + FAST_OFFSET * greatest) as $t,
+                        (behind * velocity_noise) as $t,
+                        (behind * spool_noise + 0.03) as $t,
+                    ],
+                    limit: [
+                        (1.5 * area * travel + wandering) as $t,
+                        (2.0 * FRICTION * capacity * compressibility / area + wandering) as $t,
+                        travel as $t,
+                        2.0e-3,
+                    ],
+                    astray: (10.0 * force_noise + 0.1 * force) as $t,
+                    evidence: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);
