@@ -18,7 +18,9 @@ const OIL: f64 = 0.6;
 /// Share by which velocity and displacement may differ.
 const MOTION: f64 = 0.05;
 /// Share of the fast residual's limit that counts where the force has left its command.
-const ASTRAY: f64 = 0.33;
+const ASTRAY: f64 = 0.5;
+/// Opening (1) within which an overlap counts.
+const NULL_REGION: f64 = 0.03;
 /// Share by which spool and command may differ: the bounds of the valve gain, and of the delay at a few hertz.
 const VALVE: f64 = 0.3;
 
@@ -51,6 +53,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// What noise and offsets may leave of flow, fast flow (m³/s), motion (m/s) and opening (1), and sums that count.
     pub(super) drift: [T; 4],
     pub(super) limit: [T; 4],
+    /// Flow (m³/s) that an overlap of the spool may hide.
+    pub(super) null_drift: T,
     /// Difference (N) from the command at which the force has left it.
     pub(super) astray: T,
     /// Changes of force (N) and displacement (m) that a frozen sensor would have shown.
@@ -104,6 +108,8 @@ pub(crate) struct PlausibilityState<T> {
     /// The command's way through the valve, and spool and that low-passed.
     valve: [T; 4],
     envelopes: [T; 6],
+    /// How close to null the spool has just been (1).
+    near_null: T,
     sums: [Sum<T>; 4],
     /// By how much the velocity's flow fits worse than the displacement's (m³/s), averaged.
     worse: T,
@@ -256,7 +262,10 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let residual_above = rest(of_residual, self.high, residual);
         let flow_above = envelope(of_fast, self.fast_decay, rest(of_flow, self.high, passed));
         let oil_above = envelope(of_oil, self.fast_decay, rest(of_force, self.high, oil));
-        let tolerance = share * flow_above + T::splat(OIL) * oil_above + fast_drift;
+        // Near null an overlap that is not in the table hides what passes.
+        let near = if input.spool.abs() < T::splat(NULL_REGION) { T::splat(1.0) } else { T::splat(0.0) };
+        let hidden = envelope(&mut state.near_null, T::splat(1.0) - self.high, near) * self.null_drift;
+        let tolerance = share * flow_above + T::splat(OIL) * oil_above + fast_drift + hidden;
         if self.senses_velocity {
             fast.add(self.period * residual_above, self.period * tolerance, fast_limit);
             let seen = envelope(of_motion, self.decay, larger(moved.abs(), travelled.abs()));

@@ -22,6 +22,8 @@ const FRICTION: f64 = 0.01;
 /// Share of the greatest flow that null bias, overlap and leakage may leave, and of it what changes fast.
 const OFFSET: f64 = 0.05;
 const FAST_OFFSET: f64 = 7.0e-4;
+/// Share of the greatest flow that an overlap of about one per cent of the stroke hides near null.
+const OVERLAP: f64 = 0.02;
 
 /// Natural logarithm, rounded up to a multiple of that of 2.
 const fn logarithm(value: f64) -> f64 {
@@ -142,7 +144,8 @@ macro_rules! constructor {
                         travel as $t,
                         2.0e-3,
                     ],
-                    astray: (10.0 * force_noise + 0.1 * force) as $t,
+                    null_drift: (OVERLAP * greatest) as $t,
+                    astray: (10.0 * force_noise + 0.15 * force) as $t,
                     evidence: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],
                 })
             }
