@@ -217,6 +217,7 @@ fn parameters(p: &Parameters) -> eft_parameters {
             fault_time: p.fault_time,
             lost_samples: p.lost_samples,
             enabled: 1,
+            ..c.protection
         };
     }
     c
