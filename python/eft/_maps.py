@@ -157,4 +157,4 @@ STABILITY_MAPS: Mapping[str, Callable[[Rig], StabilityMap]] = {
     "delay-rate": delay_rate_map,
     "rate-realization": rate_realization_map,
 }
-"""The maps of every day by name, each of a rig alone."""
+"""The common maps by name, each of a rig alone."""

@@ -33,11 +33,11 @@ def check(
 ) -> None:
     """Say whether a rig can do a test: go, caution or no, and why.
 
-    What the test asks of the rig is that of the structure under exactly the commanded force. The margins are
-    those of the model linear about rest, sampled at the rate of the command, each setting changed alone; of a
-    controller that calibrates itself or guards its level, before it does. What that model cannot have is
-    named, and so are keys that do nothing as the others stand. Then the test is run on the virtual rig.
-    Nothing is written. Exit code 1 when the answer is no.
+    The demands on the rig are those of the structure under exactly the commanded force. The margins are those
+    of the model linear about rest, sampled at the rate of the command, each setting changed alone. If the
+    controller calibrates itself or guards its level, the margins are those of the loop before it does so.
+    Effects that the model leaves out are named, and so are keys that have no effect. Then the test runs on
+    the virtual rig. Nothing is written. Exit code 1 when the answer is no.
     """
     plan = plan_of(test, rig, changes, command)
     margins = _margins(plan)

@@ -28,12 +28,11 @@ from eft.traces._write import check_folder
 )
 @click.option("-o", "--output", type=FILE, help="Default: RIG with the ending .rs or .h.")
 def export(rig: Path, target: Literal["rust", "c"], name: str | None, output: Path | None) -> None:
-    """Write the controller of the rig file RIG, or of a test's rig, as a constant ready to be compiled.
+    """Write the controller of the rig file RIG, or of a test's rig, as source ready to be compiled.
 
-    It runs at the rig's `controller.sample_rate`; a velocity that is estimated and the protection are
-    constants beside it. What no constant holds (who closes the force loop, which supply pressure to give,
-    when the soft end begins) stands in the file's first comment. A computation delay, which the firmware's
-    own timing makes, is refused.
+    The controller runs at the rig's `controller.sample_rate`. The file's first comment says what the firmware
+    must do itself: close the force loop, pass the measured supply pressure, start the soft end. A computation
+    delay is refused, because the firmware's own timing makes it.
     """
     path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
     check_folder(path)

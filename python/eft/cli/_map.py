@@ -33,7 +33,7 @@ _MOST = 250_000
 @click.option(
     "--kind",
     type=click.Choice(list(eft.STABILITY_MAPS)),
-    help="Which of the maps of every day; default: level-damping.",
+    help="Which of the common maps; default: level-damping.",
 )
 @click.option(
     "--x", "horizontal", type=(str, float, float, int), metavar="KEY LOW HIGH N", help="Setting across."
@@ -54,11 +54,11 @@ def stability_map(
     outputs: tuple[Path, ...],
     as_json: bool,
 ) -> None:
-    """Draw where the sampled loop about rest is stable, over two settings of the rig, or test's rig, in FILE.
+    """Draw where the sampled loop about rest is stable, over two settings of the rig or test in FILE.
 
-    The maps of every day: level-damping (compensation level and damping of the structure), delay-rate
-    (response delay given to the controller, and sample rate), rate-realization (largest stable level over
-    the sample rate, force loop analog and digital). Or any two keys with --x and --y.
+    The common maps are level-damping (compensation level and damping of the structure), delay-rate (response
+    delay given to the controller, and sample rate), and rate-realization (largest stable level over the
+    sample rate, force loop analog and digital). --x and --y take any two keys.
     """
     targets = outputs or (() if as_json else (Path("map.png"),))
     for target in targets:
@@ -134,7 +134,7 @@ def _write(found: eft.StabilityMap, rig: eft.Rig, target: Path) -> None:
 
 
 def _csv(found: eft.StabilityMap) -> str:
-    """One line a point, as spreadsheets and others like it."""
+    """One line for each point, as spreadsheets read it."""
     lines = [f"{found.horizontal_key},{found.vertical_key},{found.quantity}"]
     for y, row in zip(found.vertical.tolist(), found.values.tolist(), strict=True):
         for x, value in zip(found.horizontal.tolist(), row, strict=True):
