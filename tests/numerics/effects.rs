@@ -62,7 +62,7 @@ fn everything() -> RigConfig {
 
 #[test]
 fn effects_that_are_off_change_nothing() {
-    // A schedule of one pressure needs the detailed plant, and with it Runge–Kutta, all the same.
+    // A schedule of one pressure needs the general plant, and with it Runge–Kutta, all the same.
     let command = sine_sweep(8900.0, 0.0, 10.0, 8.0, RATE).unwrap();
     let runge_kutta = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
     let plain = simulate::<f64>(&changed(&[]), &command, &runge_kutta, |_, _| true).unwrap();

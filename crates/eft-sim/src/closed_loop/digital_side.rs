@@ -74,23 +74,39 @@ struct Voltages<S: Num> {
     status: S::Flags,
 }
 
+/// What decides on the valve command.
+enum Decides<P: Precision> {
+    /// Controllers side by side with ideal instruments: nothing but the paper's compensation in front of its analog
+    /// controller.
+    Plain,
+    /// Controllers side by side, of rigs of which nothing is learned, protected or estimated.
+    SideBySide,
+    /// A channel a lane.
+    Channels(Vec<RigChannel<P>>),
+    /// A controller that runs elsewhere, for one rig.
+    Outside(Outside),
+}
+
+impl<P: Precision> Decides<P> {
+    /// The channels, where they decide.
+    fn channels(&mut self) -> &mut [RigChannel<P>] {
+        if let Self::Channels(channels) = self { channels } else { &mut [] }
+    }
+}
+
 /// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
 /// number.
 pub(crate) struct DigitalSide<S: Num, C: Scalar>
 where
     C::Element: Precision,
 {
-    /// Controllers side by side, for rigs of which nothing is learned, protected or estimated.
+    decides: Decides<C::Element>,
+    /// The controllers side by side.
     controller: RigController<C>,
-    /// In its place a channel a lane; empty where the controller is enough.
-    channels: Vec<RigChannel<C::Element>>,
-    /// In place of both a controller that runs elsewhere.
-    outside: Option<Outside>,
     nominal: Estimates<S>,
     /// What drove the valves since the last tick, and the command (N) that it arrives at.
     before: Option<(Driver<S>, S)>,
     estimates_velocity: bool,
-    feeds_forward: bool,
     adapts: bool,
     computation: DelayLines,
     realization: Realization,
@@ -121,20 +137,27 @@ where
         let parameters: Vec<_> =
             lanes.clone().map(|i| parameters(rig(i), sample_rate)).collect::<Result<_>>()?;
         let controllers: Vec<_> = parameters.iter().map(C::Element::controller).collect::<Result<_>>()?;
-        let channels = if lanes.clone().all(|i| is_controller(rig(i))) {
-            Vec::new()
-        } else {
-            parameters.iter().map(RigChannel::new).collect::<Result<_>>()?
-        };
         let mut sensors: Vec<_> =
             lanes.clone().map(|i| Sensors::new(rig(i), sample_rate, actuator)).collect();
         if sensors.iter().all(Option::is_none) {
             sensors.clear();
         }
+        let computation = DelayLines::new(S::LANES, |i| rig(i).compensation.computation_delay as usize);
+        let dac = Dac::new(|i| &rig(i).plant().dac);
+        let is_plain = |i: usize| {
+            rig(i).controller.realization == Realization::Analog && !rig(i).compensation.feedforward
+        };
+        let has_ideal_instruments = sensors.is_empty() && computation.is_none() && dac.is_ideal();
+        let decides = if !lanes.clone().all(|i| is_controller(rig(i))) {
+            Decides::Channels(parameters.iter().map(RigChannel::new).collect::<Result<_>>()?)
+        } else if has_ideal_instruments && lanes.clone().all(is_plain) {
+            Decides::Plain
+        } else {
+            Decides::SideBySide
+        };
         Ok(Self {
+            decides,
             controller: RigController::pack(|i| &controllers[i]),
-            channels,
-            outside: None,
             nominal: Estimates {
                 flow_gain: S::splat(1.0),
                 response_delay: S::from_lanes(|i| rig(i).compensation.response_delay),
@@ -143,26 +166,19 @@ where
             },
             before: None,
             estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
-            feeds_forward: lanes.clone().any(|i| rig(i).compensation.feedforward),
             adapts: lanes.into_iter().any(|i| adapts(rig(i))),
-            computation: DelayLines::new(S::LANES, |i| rig(i).compensation.computation_delay as usize),
+            computation,
             realization: rig(0).controller.realization,
             analog: Analog::pack(&rig),
             sensors,
-            dac: Dac::new(|i| &rig(i).plant().dac),
+            dac,
             sample_rate,
         })
     }
 
     /// Whether there is nothing but the paper's compensation in front of its analog controller.
     pub(crate) fn is_plain(&self) -> bool {
-        self.realization == Realization::Analog
-            && self.channels.is_empty()
-            && self.outside.is_none()
-            && !self.feeds_forward
-            && self.sensors.is_empty()
-            && self.computation.is_none()
-            && self.dac.is_ideal()
+        matches!(self.decides, Decides::Plain)
     }
 
     /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
@@ -181,12 +197,12 @@ where
             return self.control::<true>(state, commands, truth, CellReading::ideal(), plant);
         }
         let (measured, cell) = self.measure(truth);
-        if self.outside.is_some() {
-            self.ask(commands, measured)
-        } else if self.channels.is_empty() {
-            self.control::<false>(state, commands, measured, cell, plant)
-        } else {
-            self.run_channels(commands, measured, cell, plant)
+        match self.decides {
+            Decides::Plain | Decides::SideBySide => {
+                self.control::<false>(state, commands, measured, cell, plant)
+            }
+            Decides::Channels(_) => self.run_channels(commands, measured, cell, plant),
+            Decides::Outside(_) => self.ask(commands, measured),
         }
     }
 
@@ -233,17 +249,19 @@ where
         let valve_command = match self.realization {
             // What the analog controller made of it until now.
             Realization::Analog => {
-                let first = || S::from_lanes(|i| self.channels[i].preview(command.lane(i)));
                 let (before, arrived) = match self.before {
                     Some((driver, arrived)) => (driver.cell.analog(), arrived),
-                    None => (self.analog, first()),
+                    None => {
+                        let channels = self.decides.channels();
+                        (self.analog, S::from_lanes(|i| channels[i].preview(command.lane(i))))
+                    }
                 };
                 let before = before.arrived(arrived).through((cell.gain, cell.offset));
                 plant.command(&Driver::analog(before, cell.ideal))
             }
             Realization::Digital => S::splat(0.0),
         };
-        let (computation, channels) = (&mut self.computation, self.channels.iter_mut());
+        let (computation, channels) = (&mut self.computation, self.decides.channels());
         let mut step = |(i, channel): (usize, &mut RigChannel<C::Element>)| {
             let [now, next] = [command.lane(i), next_command.lane(i)];
             let input = measured.lane(i).input(now, next, valve_command.lane(i));
@@ -251,7 +269,7 @@ where
                 channel.step_via(&input, |v| C::Element::from_f64(computation.pass_lane(i, v.to_f64())));
             (out, channel.preview(next))
         };
-        let outputs: Vec<_> = channels.enumerate().map(&mut step).collect();
+        let outputs: Vec<_> = channels.iter_mut().enumerate().map(&mut step).collect();
         let of = |value: fn(&Output<f64>) -> f64| S::from_lanes(|i| value(&outputs[i].0));
         measured.velocity = of(|out| out.velocity);
         let out = Voltages {
@@ -292,8 +310,8 @@ where
                 let of = |value: S| S::from_lanes(|i| if closed(i) { value.lane(i) } else { 0.0 });
                 self.analog.at(of(command), of(rate), output).through((of(cell.gain), of(cell.offset)))
             };
-            let driver = if self.channels.is_empty() {
-                Driver::analog(behind, PLAIN || cell.ideal)
+            let driver = if PLAIN {
+                Driver::analog(behind, true)
             } else {
                 let whole = cell.ideal && out.authority.ge(S::splat(1.0)).all();
                 Driver::analog(behind.limited_to(out.authority), whole && open == S::Flags::default())
@@ -307,9 +325,10 @@ where
     }
 
     /// What the channels believe of their rigs.
-    fn estimates(&self) -> Estimates<S> {
+    fn estimates(&mut self) -> Estimates<S> {
+        let channels = &*self.decides.channels();
         let of = |value: fn(&Calibration<C::Element>) -> C::Element, nominal: S| {
-            S::from_lanes(|i| match self.channels[i].calibration() {
+            S::from_lanes(|i| match channels[i].calibration() {
                 Some(calibration) => value(calibration).to_f64(),
                 None => nominal.lane(i),
             })
@@ -329,9 +348,9 @@ where
         let Signals { velocity, force, spool, displacement, supply_pressure, acceleration } = measured;
         let signals =
             [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command];
-        let answer = match &mut self.outside {
-            Some(outside) => outside(signals.map(|signal| signal.lane(0).to_f64() as f32)),
-            None => Answer::default(),
+        let answer = match &mut self.decides {
+            Decides::Outside(outside) => outside(signals.map(|signal| signal.lane(0).to_f64() as f32)),
+            _ => Answer::default(),
         };
         if self.estimates_velocity {
             measured.velocity = convert(answer.velocity);
@@ -359,26 +378,27 @@ where
 
     /// Puts a controller from outside in the place of the rig's own; of a digital side, one rig.
     pub(crate) fn controlled_by(&mut self, outside: Outside) {
-        self.outside = Some(outside);
+        self.decides = Decides::Outside(outside);
     }
 
     /// No-load flows (m³/s) that the valve of a lane was found to pass at these openings; none where nothing is
     /// learned, empty where it is learned outside.
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
-        if self.outside.is_some() {
-            return self.adapts.then(Vec::new);
+        match &self.decides {
+            Decides::Plain | Decides::SideBySide => None,
+            Decides::Channels(channels) => channels.get(lane)?.found_flows(openings),
+            Decides::Outside(_) => self.adapts.then(Vec::new),
         }
-        self.channels.get(lane)?.found_flows(openings)
     }
 
     /// Asks the protections, where there are any, for the soft end.
     pub(crate) fn end(&mut self) {
-        self.channels.iter_mut().for_each(RigChannel::end);
+        self.decides.channels().iter_mut().for_each(RigChannel::end);
     }
 
     /// Trips the protections, where there are any, from outside.
     pub(crate) fn trip(&mut self) {
-        self.channels.iter_mut().for_each(RigChannel::trip);
+        self.decides.channels().iter_mut().for_each(RigChannel::trip);
     }
 
     /// What the sensors make of the truth, and the load cell (gain and offset in N) as an analog controller sees it,

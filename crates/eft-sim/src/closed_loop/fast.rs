@@ -53,7 +53,7 @@ where
     grid: TimeGrid,
 }
 
-/// A plant in a state.
+/// The force and pressure of a plant in a state, as its drive gets them.
 struct FastFeedback<'a, S: Num> {
     plant: &'a Exponential<S>,
     state: &'a FastState<S>,

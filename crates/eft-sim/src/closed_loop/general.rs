@@ -22,7 +22,7 @@ pub(crate) struct GeneralLoop<P: Precision> {
     tripped: bool,
 }
 
-/// One actuator of a plant.
+/// The force and pressure of one actuator, as its driver gets them.
 struct ActuatorFeedback<'a> {
     plant: &'a Plant<f64>,
     number: usize,

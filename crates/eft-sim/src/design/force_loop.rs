@@ -247,7 +247,7 @@ impl Sampled {
 pub(super) mod tests {
     use super::*;
     use crate::RigConfig;
-    use crate::linear::{FlowGain, Time, linearize, stability_margins};
+    use crate::analysis::linear::{FlowGain, Time, linearize, stability_margins};
 
     const CUBIC_INCH: f64 = 1.6387064e-5;
 

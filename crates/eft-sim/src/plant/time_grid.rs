@@ -1,11 +1,11 @@
-//! How time is cut, and what a rig's effects ask of it.
+//! The ticks of a test, the integration steps between them, and how short a rig's effects want these.
 
 use std::f64::consts::TAU;
 
 use crate::config::RigConfig;
 use crate::plant::structure;
 
-/// How time is cut.
+/// The ticks of a test and the integration steps between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TimeGrid {
     /// Ticks per second (Hz).
