@@ -100,7 +100,7 @@ class Cause(IntEnum):
     SPOOL_IMPLAUSIBLE = 17
     """The spool opening contradicted command and flow, or jumped."""
     FLOW_IMPLAUSIBLE = 18
-    """The valve's flow was not the piston's, though the sensors agreed: supply, valve or flow curve."""
+    """The valve's flow was not the piston's, though the sensors agreed; supply, valve or curve is suspect."""
     VALVE_IMPLAUSIBLE = 19
     """The spool did not follow its command, though the flow followed the spool."""
     STATE_CORRUPT = 20
