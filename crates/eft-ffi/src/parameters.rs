@@ -256,6 +256,18 @@ impl eft_error {
     }
 }
 
+/// A configuration of the parameters.
+// By reference: moved into a closure, the core's parameters would be on the stack twice.
+fn made_of<C>(
+    parameters: &eft_parameters,
+    new: fn(&Parameters) -> Result<C, ConfigError>,
+) -> Result<C, ConfigError> {
+    match &parameters.core() {
+        Ok(core) => new(core),
+        Err(error) => Err(*error),
+    }
+}
+
 /// Makes a configuration, or says why not. Each pointer is null or valid.
 pub(crate) unsafe fn configure<O: Opaque>(
     new: fn(&Parameters) -> Result<O::Value, ConfigError>,
@@ -265,7 +277,7 @@ pub(crate) unsafe fn configure<O: Opaque>(
 ) -> Result<(), u8> {
     // Safety: null or valid; where nobody asks for the reason none is given.
     unsafe {
-        match given(parameters)?.core().and_then(|p| new(&p)) {
+        match made_of(given(parameters)?, new) {
             Ok(configuration) => make(place, configuration),
             Err(error) => {
                 _ = give(why, eft_error::new(error));
@@ -283,7 +295,7 @@ pub(crate) unsafe fn check<O: Opaque<Value: PartialEq> + 'static>(
 ) -> Result<(), u8> {
     // Safety: null or valid.
     let (there, parameters) = unsafe { (made(place)?, given(parameters)?) };
-    match parameters.core().and_then(|p| new(&p)) {
+    match made_of(parameters, new) {
         Ok(again) if again == *there => Ok(()),
         Ok(_) => Err(EFT_CORRUPT),
         Err(error) => Err(of(&error)),

@@ -180,7 +180,7 @@ fn blocks() {
         black_box(f(&OBSERVER, &mut state, r.sample(0.1), r.sample(20.0)));
     });
     let (mut state, mut tick) = (ProtectionState::default(), 0_u32);
-    let mut protected = Protected { command: 0.0, authority: 1.0, status: 0 };
+    let mut protected = Protected { command: 0.0, authority: 1.0, level: 1.0, open: false, status: 0 };
     let f = probed!(
         protection_step,
         extern "C" fn(
