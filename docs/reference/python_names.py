@@ -35,7 +35,9 @@ def _named(module: str, name: str) -> object:
 def _entry(module: str, name: str) -> list[str]:
     thing = _named(module, name)
     if inspect.isclass(thing):
-        return [f".. autoclass:: {name}", "   :members:"]
+        entry = [f".. autoclass:: {name}", "   :members:"]
+        # The traces of a run are attributes of what it is made from.
+        return [*entry, "   :inherited-members:"] if name == "TestRun" else entry
     if callable(thing):
         return [f".. autofunction:: {name}"]
     # The docstring of a value is that of its type.

@@ -59,8 +59,9 @@ from eft._native import (
     valve_test,
 )
 from eft._replay import Replay, replay
-from eft._run import Coherence, FftRatio, TestRun
-from eft._simulate import EnergyBalance, IdealResponse, energy_balance, ideal_response, simulate
+from eft._run import Coherence, FftRatio, Metrics, TestRun
+from eft._energy import EnergyBalance
+from eft._simulate import IdealResponse, energy_balance, ideal_response, simulate
 from eft._status import Cause, Status
 from eft._study import LatinHypercube, Sobol, Study, study
 
@@ -83,6 +84,7 @@ __all__ = [
     "Identification",
     "LatinHypercube",
     "LinearModel",
+    "Metrics",
     "Plant",
     "PlantState",
     "ProcessorInTheLoop",

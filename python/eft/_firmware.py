@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from os import PathLike
 
 from eft import _native
-from eft._native import Command, Rig, __version__
+from eft._native import Command, Rig
 from eft._run import TestRun
 
 __all__ = ["ProcessorInTheLoop"]
@@ -63,5 +63,5 @@ class ProcessorInTheLoop:
         OSError
             If the image or QEMU is not there.
         """
-        traces = _native.processor_in_the_loop(rig, command, self.image, self.machine, progress)
-        return TestRun(rig=rig, sample_rate=command.sample_rate, dtype="f32", version=__version__, **traces)
+        outcome = _native.processor_in_the_loop(rig, command, self.image, self.machine, progress)
+        return TestRun._of(rig, command, "f32", outcome)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from functools import cached_property, reduce
 from os import PathLike
 from pathlib import Path
@@ -13,13 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft import _native, _run_file
-from eft._native import Rig
+from eft._energy import EnergyBalance
+from eft._native import Command, Rig, __version__
 from eft._status import CAUSE_BITS, ENDED, Cause, Status, cause_of, status_of
+from eft._table import TRACES, Channels, Metrics
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Coherence", "FftRatio", "TestRun"]
+__all__ = ["Coherence", "FftRatio", "Metrics", "TestRun"]
 
 Array = NDArray[np.float64]
 Dtype = Literal["f32", "f64"]
@@ -44,7 +47,7 @@ class Coherence(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class TestRun:
+class TestRun(Channels):
     """The traces of one test, one value per command sample; for several actuators (actuators, samples).
 
     Value `i` is the plant's true value at time ``i / sample_rate``, before that tick's output acts; what the
@@ -61,51 +64,43 @@ class TestRun:
     """Precision of the controller."""
     version: str
     """Version of the library that ran the test."""
-    command: Array
-    """Force command, N."""
-    force: Array
-    """Force on the structure, N."""
-    displacement: Array
-    """Displacement, m."""
-    velocity: Array
-    """Velocity, m/s."""
-    spool: Array
-    """Spool opening, 1."""
-    load_pressure: Array
-    """Load pressure, Pa."""
-    supply_pressure: Array
-    """Supply pressure, Pa."""
-    valve_command: Array
-    """Valve command, V."""
-    compensation: Array
-    """Compensation signal, V."""
-    flow_gain_estimate: Array
-    """The flow gain the controller believes in, 1 = as its table says."""
-    response_delay_estimate: Array
-    """The delay that the controller makes up for, s."""
-    valve_gain_estimate: Array
-    """The spool's gain over the configured one that the controller believes in, 1 = as configured."""
-    level: Array
-    """The overcompensation guard's factor on the compensation level; 1 where it does not act."""
-    measured_force: Array
-    """Force as the sensor reported it, N."""
-    measured_velocity: Array
-    """Velocity as the sensor reported it, m/s."""
-    measured_displacement: Array
-    """Displacement as the sensor reported it, m."""
-    measured_spool: Array
-    """Spool opening as the sensor reported it, 1."""
-    measured_supply_pressure: Array
-    """Supply pressure as the sensor reported it, Pa."""
-    acceleration: Array | None = None
-    """Acceleration of a rig with an accelerometer, m/s²."""
-    measured_acceleration: Array | None = None
-    """Acceleration as the accelerometer reported it, m/s²."""
+    _values: Mapping[str, Array] = field(default_factory=dict)
     status: NDArray[np.uint32]
     """Bits of `Status`."""
     found_flows: Array | None = None
     """Flow that the controller found at each opening of its table, m³/s; the fixed scheme finds the table.
     None where a processor in the loop has learned: what it found stays with it."""
+    date: str = ""
+    """When the test was run, by ISO 8601; empty where an older file does not say."""
+    record: str = ""
+    """Name of the ground motion; empty of another command."""
+    scale: float | None = None
+    """Factor on the ground motion's acceleration."""
+    mass: float | Array | None = None
+    """Mass by which the ground motion became a force, kg."""
+    _energy: EnergyBalance | None = None
+    _whole: bool = True
+    _building: tuple[TestRun, int] | None = None
+    """Of one actuator of a building the run of all, and its place among them."""
+
+    @classmethod
+    def _of(cls, rig: Rig, command: Command, dtype: Dtype, outcome: Mapping[str, Any]) -> TestRun:
+        """Make a run of what Rust says of it."""
+        energy = outcome["energy"]
+        return cls(
+            rig=rig,
+            sample_rate=command.sample_rate,
+            dtype=dtype,
+            version=__version__,
+            _values={name: outcome[name] for name in TRACES if name in outcome},
+            status=outcome["status"],
+            found_flows=outcome["found_flows"],
+            date=datetime.now(UTC).isoformat(timespec="seconds"),
+            record=command.record.name if command.record else "",
+            scale=command.scale,
+            mass=command.mass,
+            _energy=EnergyBalance(**energy) if energy else None,
+        )
 
     @cached_property
     def time(self) -> Array:
@@ -172,7 +167,14 @@ class TestRun:
         if not ended.any():
             return self
         kept = max(int(ended.argmax()), 1)
-        return replace(self, **{name: getattr(self, name)[..., :kept] for name in self._traces})
+        return self._first(kept)
+
+    def _first(self, samples: int) -> TestRun:
+        part = self._part((..., slice(samples)), self.found_flows)
+        if self._building is None:
+            return part
+        building, index = self._building
+        return replace(part, _building=(building._first(samples), index))
 
     def actuator(self, index: int) -> TestRun:
         """Return the traces of one actuator, counted from 0 at the ground, as a run of their own.
@@ -187,8 +189,9 @@ class TestRun:
             raise IndexError(f"actuator = {index}: must be from 0 to {actuators - 1}")
         if self.command.ndim == 1:
             return self
-        parts = self._traces if self.found_flows is None else (*self._traces, "found_flows")
-        return replace(self, **{name: getattr(self, name)[index] for name in parts})
+        mass = self.mass if self.mass is None or np.ndim(self.mass) == 0 else np.asarray(self.mass)[index]
+        found = None if self.found_flows is None else self.found_flows[index]
+        return replace(self._part(index, found), mass=mass, _building=(self, index))
 
     def corrected_rig(self) -> Rig:
         """Return the rig with the flow curve that the controller found as its table, to be kept.
@@ -227,10 +230,43 @@ class TestRun:
             }
         )
 
+    def _part(self, index: Any, found_flows: Array | None) -> TestRun:
+        """Return some actuators or samples, whose energy nobody knows."""
+        values = {name: trace[index] for name, trace in self._values.items()}
+        # What is one array stays one.
+        same = {name: TRACES[name].otherwise for name in values if self._is_same(name)}
+        values |= {name: values[other] for name, other in same.items()}
+        return replace(
+            self,
+            _values=values,
+            status=self.status[index],
+            found_flows=found_flows,
+            _energy=None,
+            _whole=False,
+        )
+
+    def _is_same(self, name: str) -> bool:
+        """Whether a trace is the very array of another one."""
+        other = self._values.get(TRACES[name].otherwise)
+        return other is not None and self._values[name] is other
+
+    @property
+    def energy(self) -> EnergyBalance | None:
+        """Where the energy of the whole test went, J; None of a part of a test.
+
+        The books are kept along with a rig that has effects beyond the paper's model, and with a building. Of
+        any other the test is run once more for them, as `eft.energy_balance` does.
+        """
+        if self._energy is None and self._whole and self.found_flows is not None:
+            command = Command(self.command, self.sample_rate)
+            energy = EnergyBalance(**_native.energy_balance(self.rig, command, None))
+            object.__setattr__(self, "_energy", energy)
+        return self._energy
+
     @property
     def _traces(self) -> tuple[str, ...]:
         """The traces that there are."""
-        return _TRACES + tuple(name for name in _OPTIONAL if getattr(self, name) is not None)
+        return (*(name for name in TRACES if name in self._values), "status")
 
     @property
     def _actuators(self) -> list[TestRun]:
@@ -240,42 +276,54 @@ class TestRun:
         if not self.command.any():
             raise ValueError("command is zero at every sample of every actuator: nothing to judge by")
 
-    def metrics(self, *, fft: bool = True) -> dict[str, Any]:
-        """Judge the true force against the command.
+    def metrics(self, *, fft: bool = True) -> Metrics:
+        """Judge the true force against the command, and the motion against the ideal response.
 
         Parameters
         ----------
         fft : bool
-            Whether to compute the metrics that need a Fourier transform too: ``delay``,
-            ``nrmse_delay_removed`` and the three of the evaluation index. They take longer than the test.
+            Whether to compute the metrics that take longer than the test too: those that need a Fourier
+            transform (``delay``, ``nrmse_delay_removed``, the three of the evaluation index), and
+            ``displacement_error``.
 
         Returns
         -------
-        dict
-            Numbers; for several actuators arrays with one number each, NaN where its command is zero.
-            ``nrmse``: rms error over rms command; ``nrmse_delay_removed`` and ``nrmse_bias_free``: the same
-            without the delay, without the offset; ``peak_error``: largest error over the largest command;
-            ``delay``: by cross-correlation, s, positive when the force lags; ``fei_amplitude``,
-            ``fei_delay`` (s), ``fei_frequency`` (Hz): frequency-domain evaluation index;
-            ``tracking_indicator`` (N²): negative when the force lags; ``max_spool``: largest opening.
-            NaN where there is no answer, such as the delay of a force that stays zero.
+        Metrics
+            Numbers by name, as items and as attributes; for several actuators arrays with one number each,
+            NaN where its command is zero. ``nrmse``: rms error over rms command; ``nrmse_delay_removed`` and
+            ``nrmse_bias_free``: the same without the delay, without the offset; ``peak_error``: largest error
+            over the largest command; ``delay``: by cross-correlation, s, positive when the force lags;
+            ``fei_amplitude``, ``fei_delay`` (s), ``fei_frequency`` (Hz): frequency-domain evaluation index;
+            ``tracking_indicator`` (N²): negative when the force lags; ``displacement_error``: rms error of
+            the displacement against `eft.ideal_response`, over its rms; ``max_spool``: largest opening;
+            ``drift`` (m): largest drift of the story; ``min_supply_pressure`` (Pa). NaN where there is no
+            answer, such as the delay of a force that stays zero.
 
         Raises
         ------
         ValueError
             If the command is zero throughout, which no error can be related to.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.0, 5.0, 4.0, 1024.0))
+        >>> metrics = run.metrics()
+        >>> round(metrics["nrmse"], 3) == round(metrics.nrmse, 3)
+        True
         """
         if self.command.ndim > 1:
             self._check_command()
-            each = [
-                run.metrics(fft=fft) if run.command.any() else {"max_spool": float(np.abs(run.spool).max())}
-                for run in self._actuators
-            ]
-            names = max(each, key=len)
-            return {name: np.array([metrics.get(name, np.nan) for metrics in each]) for name in names}
-        answer = _native.metrics(self.command, self.force, self.sample_rate, fft)
-        answer["max_spool"] = float(np.abs(self.spool).max())
-        return answer
+        if self._building is not None and self.command.any():
+            # The motion of one floor takes those of the others to be judged.
+            building, index = self._building
+            found = building.metrics(fft=fft)
+            return Metrics({str(name): float(values[index]) for name, values in found.items()})
+        signals = (self.command, self.force, self.displacement, self.spool, self.supply_pressure)
+        judged = _native.judge_test(self.rig, self.sample_rate, *signals, fft)
+        if self.command.ndim > 1:
+            return Metrics({name: np.array(values) for name, values in judged.items()})
+        return Metrics({name: value for name, [value] in judged.items()})
 
     def fft_ratio(self, f_low: float, f_high: float) -> FftRatio:
         """Divide the spectrum of the force by that of the command, over a band in Hz.
@@ -344,17 +392,18 @@ class TestRun:
         )
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the test to a NumPy archive that `load` reads back bit for bit.
+        """Write the test to a compressed NumPy archive that `load` reads back bit for bit.
 
-        The file carries the rig as TOML, the library's version, the seed and the precision. It is written
-        beside and renamed, so that `path` is never half a file.
+        The file carries the rig as TOML, the library's version, the seed, the precision, the date, the units,
+        the energy if its books were kept, and of a ground motion name, scale and mass. It is written beside
+        and renamed, so that `path` is never half a file.
 
         Returns
         -------
         pathlib.Path
             `path`, as it was given: no suffix is added.
         """
-        return _run_file.write(self, self._traces, Path(path))
+        return _run_file.write(self, self._values, Path(path))
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> TestRun:
@@ -367,7 +416,7 @@ class TestRun:
         ValueError
             If the file is not a saved test, is damaged, or is of a later format; the message says which.
         """
-        return cls(**_run_file.read(Path(path), _TRACES, _OPTIONAL))
+        return cls(**_run_file.read(Path(path)))
 
     def __iter__(self) -> Iterator[Array]:
         return iter((self.time, self.force))
@@ -380,7 +429,7 @@ class TestRun:
         return f"<eft.TestRun of {name}: {len(self)} samples at {self.sample_rate:g} Hz, {self.message}>"
 
 
-_OPTIONAL = ("acceleration", "measured_acceleration")
+_OPTIONAL = tuple(name for name, trace in TRACES.items() if trace.otherwise == "absent")
 """Traces that only some rigs have."""
-_TRACES = tuple(field.name for field in fields(TestRun)[4:-1] if field.name not in _OPTIONAL)
-"""The other fields that are arrays, of every rig: all behind `version`."""
+_TRACES = (*(name for name in TRACES if name not in _OPTIONAL), "status")
+"""The traces of every rig."""

@@ -1,8 +1,29 @@
-"""A test as a file: a NumPy archive of its traces, with the rig as TOML among them."""
+"""A test as a file: a compressed NumPy archive of its traces, with the rig as TOML among them.
+
+Format 2. Each member is a NumPy array in its own format (``.npy``), deflated; `numpy.load` reads it:
+
+- ``format``: 2;
+- ``version``: of the library that ran the test;
+- ``rig``: the rig as TOML;
+- ``seed``: of the sensors' noise;
+- ``dtype``: precision of the controller, ``f64`` or ``f32``;
+- ``sample_rate``: Hz;
+- ``about``: JSON with ``date`` (ISO 8601), ``record`` (its name), ``scale``, ``mass`` (kg), ``energy`` (J by
+  name, or null), ``whole`` (whether it is all of a test) and ``units`` (of each trace);
+- ``found_flows``: m³/s, empty where they are not known;
+- ``status``: bits of `eft.Status`, one word a sample;
+- each trace: one value a sample, (actuators, samples) for several actuators; a single number where it is the
+  same throughout; the name of another trace where it is that one.
+
+Format 1 is not compressed, has no ``about``, and repeats every trace.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,67 +31,98 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft import _foreign as foreign
+from eft._energy import EnergyBalance
 from eft._files import beside
 from eft._native import Command, Rig
+from eft._table import TRACES
 
 if TYPE_CHECKING:
     from eft._run import TestRun
 
-_FORMAT = 1
+_FORMAT = 2
 _TOLD = {"format": "i", "version": "U", "rig": "U", "dtype": "U", "sample_rate": "f"}
 """What a run says of itself, and the kind of each."""
 _FINITE = ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command")
 """Traces of the plant, which ends where it diverges; a sensor may well report NaN."""
+_LEVEL = 1
+"""Of compression: the highest takes five times as long for a twentieth of the size."""
 
 
-def write(run: TestRun, traces: Sequence[str], path: Path) -> Path:
-    """Write a run with its traces, by the names of the fields; returns the path."""
-    about: dict[str, Any] = {
+def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
+    """Write a run with its traces, by name; returns the path."""
+    about = {
+        "date": run.date,
+        "record": run.record,
+        "scale": run.scale,
+        "mass": None if run.mass is None else np.asarray(run.mass).tolist(),
+        "energy": None if run._energy is None else asdict(run._energy),
+        "whole": run._whole,
+        "units": {name: TRACES[name].unit for name in values},
+    }
+    arrays: dict[str, Any] = {
         "format": np.int64(_FORMAT),
-        "version": np.array(run.version),
-        "rig": np.array(run.rig.to_toml()),
+        "version": run.version,
+        "rig": run.rig.to_toml(),
         "seed": np.int64(run.seed),
-        "dtype": np.array(run.dtype),
+        "dtype": run.dtype,
         "sample_rate": np.float64(run.sample_rate),
+        "about": json.dumps(about),
         # An archive knows no None.
         "found_flows": np.empty(0) if run.found_flows is None else run.found_flows,
+        **{name: _kept(name, values) for name in values},
+        "status": run.status,
     }
-    with beside(path) as temporary, temporary.open("wb") as file:
-        np.savez(file, allow_pickle=False, **about, **{name: getattr(run, name) for name in traces})
+    with (
+        beside(path) as temporary,
+        zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive,
+    ):
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
     return path
 
 
-def read(path: Path, traces: Sequence[str], optional: Sequence[str]) -> dict[str, Any]:
+def _kept(name: str, values: Mapping[str, NDArray[Any]]) -> Any:
+    """What is written of a trace: its name where it is another one, a number where it is one throughout."""
+    other, trace = TRACES[name].otherwise, values[name]
+    if values.get(other) is trace:
+        return other
+    return trace.flat[0] if trace.size and not any(trace.strides) else trace
+
+
+def read(path: Path) -> dict[str, Any]:
     """Every field of a run that `write` wrote; ValueError where the file is something else."""
     with foreign.opened(path) as file, foreign.understood(path, "not a test saved by eft"):
-        stored = foreign.read_arrays(file, {*_TOLD, "found_flows", *traces, *optional})
-        return _fields(stored, [*traces, *(name for name in optional if name in stored)])
+        return _fields(foreign.read_arrays(file, {*_TOLD, "about", "found_flows", *TRACES, "status"}))
 
 
-def _fields(stored: dict[str, NDArray[Any]], traces: Sequence[str]) -> dict[str, Any]:
-    told = {name: _told(name, stored[name]) for name in _TOLD}
+def _fields(stored: dict[str, NDArray[Any]]) -> dict[str, Any]:
+    told = {name: _told(name, stored[name], kind) for name, kind in _TOLD.items()}
     if told["format"] > _FORMAT:
         raise ValueError(
             f"format {told['format']} is later than {_FORMAT}, the latest this version of eft reads"
         )
     shape = stored["command"].shape
+    if len(shape) not in (1, 2) or 0 in shape:
+        raise ValueError(f"command is {stored['command'].dtype} of shape {shape}")
     rig = Rig(told["rig"])
-    # A file of before there was any: what an estimator found is lost.
-    unknown = np.nan if rig["compensation.adaptive"] else 1.0
-    stored.setdefault("valve_gain_estimate", np.broadcast_to(unknown, shape))
-    for name in traces:
-        wanted = np.uint32 if name == "status" else np.float64
-        if (
-            stored[name].dtype != wanted
-            or stored[name].shape != shape
-            or len(shape) not in (1, 2)
-            or 0 in shape
-        ):
-            raise ValueError(f"{name} is {stored[name].dtype} of shape {stored[name].shape}")
+    values: dict[str, Any] = {}
+    for name, trace in TRACES.items():
+        if name in stored or trace.otherwise == "recorded":
+            values[name] = _trace(name, stored[name], values, shape)
+        elif trace.otherwise in TRACES:
+            values[name] = values[trace.otherwise]
+        elif trace.otherwise != "absent":
+            # A file of before there was any; of what a fixed scheme takes for granted there is no doubt.
+            sure = name == "valve_gain_estimate" and not rig["compensation.adaptive"]
+            values[name] = np.broadcast_to(1.0 if sure else np.nan, shape)
     for name in _FINITE:
         # Without an array as large as the trace.
-        if not (np.isfinite(stored[name].min()) and np.isfinite(stored[name].max())):
+        if not (np.isfinite(values[name].min()) and np.isfinite(values[name].max())):
             raise ValueError(f"{name} has samples that are not finite")
+    status = stored["status"]
+    if status.dtype != np.uint32 or status.shape != shape:
+        raise ValueError(f"status is {status.dtype} of shape {status.shape}")
     Command([0.0], told["sample_rate"])  # refuses a rate that no test has
     if told["dtype"] not in ("f32", "f64"):
         raise ValueError(f"dtype is {told['dtype']!r}")
@@ -79,18 +131,56 @@ def _fields(stored: dict[str, NDArray[Any]], traces: Sequence[str]) -> dict[str,
     found = stored.get("found_flows", np.broadcast_to(table, (*shape[:-1], table.size)))
     if found.dtype != np.float64 or found.shape not in ((*shape[:-1], table.size), (0,)):
         raise ValueError(f"found_flows is {found.dtype} of shape {found.shape}")
+    # A file of before it said so may be a part of a test.
+    about = {"_whole": False}
+    if "about" in stored:
+        about = _about(_told("about", stored["about"], "U"), shape)
     return {
         "rig": rig,
-        "found_flows": found if found.size else None,
         "sample_rate": told["sample_rate"],
         "dtype": told["dtype"],
         "version": told["version"],
-        **{name: stored[name] for name in traces},
+        "_values": values,
+        "status": status,
+        "found_flows": found if found.size else None,
+        **about,
     }
 
 
-def _told(name: str, value: NDArray[Any]) -> Any:
+def _trace(name: str, stored: NDArray[Any], values: Mapping[str, Any], shape: tuple[int, ...]) -> Any:
+    other = TRACES[name].otherwise
+    if stored.dtype.kind == "U" and not stored.shape and stored.item() == other and other in values:
+        return values[other]
+    if stored.dtype != np.float64 or stored.shape not in (shape, ()):
+        raise ValueError(f"{name} is {stored.dtype} of shape {stored.shape}")
+    return stored if stored.shape else np.broadcast_to(stored, shape)
+
+
+def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
+    """What a run says of where it comes from."""
+    about = json.loads(text)
+    energy, mass, scale = about["energy"], about["mass"], about["scale"]
+    for name in ("date", "record"):
+        if not isinstance(about[name], str):
+            raise ValueError(f"{name} is {about[name]!r}")
+    if mass is not None:
+        mass = np.asarray(mass, dtype=np.float64)
+        if mass.shape not in ((), shape[:-1]):
+            raise ValueError(f"mass is of shape {mass.shape}")
+    return {
+        "date": about["date"],
+        "record": about["record"],
+        "scale": None if scale is None else float(scale),
+        "mass": float(mass) if mass is not None and not mass.shape else mass,
+        "_energy": None
+        if energy is None
+        else EnergyBalance(**{name: float(x) for name, x in energy.items()}),
+        "_whole": about["whole"] is True,
+    }
+
+
+def _told(name: str, value: NDArray[Any], kind: str) -> Any:
     """What a run says of itself: one value of its kind, a text no longer than a rig."""
-    if value.shape or value.dtype.kind not in _TOLD[name] or value.dtype.itemsize > 4 * 1024**2:
+    if value.shape or value.dtype.kind not in kind or value.dtype.itemsize > 4 * 1024**2:
         raise ValueError(f"{name} is {value.dtype} of shape {value.shape}")
     return value.item()

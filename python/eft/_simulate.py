@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from eft import _native
-from eft._native import Command, Rig, __version__
+from eft._energy import EnergyBalance
+from eft._native import Command, Rig
 from eft._run import Array, Dtype, TestRun
 
-__all__ = ["EnergyBalance", "IdealResponse", "energy_balance", "ideal_response", "simulate"]
+__all__ = ["IdealResponse", "energy_balance", "ideal_response", "simulate"]
 
 Method = Literal["exponential", "runge-kutta"]
 
@@ -85,10 +85,10 @@ def simulate(
                     f"{name} = {value!r}: must be left out of a converged run, which has its own"
                 )
         method, largest_step = "runge-kutta", _CONVERGED_STEP
-    traces = _native.simulate(
+    outcome = _native.simulate(
         rig, command, dtype, progress, method=method or "exponential", largest_step=largest_step
     )
-    return TestRun(rig=rig, sample_rate=command.sample_rate, dtype=dtype, version=__version__, **traces)
+    return TestRun._of(rig, command, dtype, outcome)
 
 
 def ideal_response(rig: Rig, command: Command) -> IdealResponse:
@@ -98,36 +98,6 @@ def ideal_response(rig: Rig, command: Command) -> IdealResponse:
     velocity are (actuators, samples).
     """
     return IdealResponse(command.time, *_native.ideal_response(rig, command))
-
-
-@dataclass(frozen=True, kw_only=True)
-class EnergyBalance:
-    """Where the hydraulic work of a test went, all in J: ``supplied + swept = dissipated + stored``."""
-
-    supplied: float
-    """Work of the pump."""
-    swept: float
-    """Work of chambers that change their volume while under pressure, which Eq. (7) leaves out."""
-    droop: float
-    """Lost by the droop of the supply."""
-    valve: float
-    """Throttled in the main stage."""
-    leakage: float
-    """Lost by leakage, in the valve and across the piston."""
-    friction: float
-    """Lost in the seals."""
-    stops: float
-    """Lost in the end stops."""
-    damping: float
-    """Lost in the structure's dampers."""
-    hysteresis: float
-    """Taken by the part of the structure that yields, most of it for good."""
-    stored: float
-    """What oil, accumulator, structure and stops hold more than at the start."""
-    dissipated: float
-    """The sum of all losses, from `droop` to `hysteresis`."""
-    gap: float
-    """What the books leave open, over the work supplied; zero but for the error of the integration."""
 
 
 def energy_balance(rig: Rig, command: Command, *, largest_step: float | None = None) -> EnergyBalance:

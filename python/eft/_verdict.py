@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from eft._run import TestRun
 from eft._status import Status
+from eft._table import Metrics
 
 SPOOL_ADVICE = 0.6
 """The paper's advice for the largest spool opening."""
@@ -77,7 +77,7 @@ def _astray(run: TestRun, error: float) -> str:
     )
 
 
-def told_delay(metrics: Mapping[str, Any]) -> Any:
+def told_delay(metrics: Metrics) -> Any:
     """The delay (s), NaN where a shift by it explains nothing or no controller makes up for so much."""
     delay, left = np.asarray(metrics["delay"]), np.asarray(metrics["nrmse_delay_removed"])
     return np.where((np.abs(delay) > LONGEST_DELAY) | (left >= NO_FORCE), np.nan, delay)

@@ -64,7 +64,7 @@ fn equal_measurements_give_equal_bits() {
                     displacement: seen.measured_displacement()[i],
                     valve_command: seen.valve_command[i],
                     supply_pressure: seen.measured_supply_pressure()[i],
-                    acceleration: seen.measured_acceleration().map_or(0.0, |measured| measured[i]),
+                    acceleration: seen.measured_acceleration().get(i).copied().unwrap_or(0.0),
                 };
                 controller.step(&input).voltage.to_bits()
             };

@@ -11,7 +11,7 @@ use crate::results::keep;
 fn force(rig: &RigConfig, sample_rate: f64, step: f64, method: Method) -> Vec<f64> {
     let command = sine_sweep(8900.0, 0.0, 10.0, 32.0, sample_rate).unwrap();
     let options = SimulateOptions { largest_step: step, method };
-    simulate::<f64>(rig, &command, &options, |_, _| true).unwrap().force
+    simulate::<f64>(rig, &command, &options, |_, _| true).unwrap().traces.force
 }
 
 /// Largest difference, against the largest force of the reference.

@@ -112,7 +112,7 @@ def test_metrics_of_a_test_that_ended_are_those_up_to_there(runs, tmp_path):
     status[65536:] |= np.uint32(eft.Status.TRIPPED)
     # What follows a trip is no test's force.
     force = np.where(np.arange(len(run)) < 65536, run.force, -5 * run.command)
-    ended = dataclasses.replace(run, status=status, force=force)
+    ended = dataclasses.replace(run, status=status, _values={**run._values, "force": force})
     text = write_report({"ended": ended, "whole": run}, tmp_path / "a.html").read_text(encoding="utf-8")
     assert "<td>the test ended after; up to there:</td><td>16 s</td><td>32 s</td>" in text
     part = ended.to_its_end()

@@ -1,5 +1,6 @@
 """A test from Python: its traces, its judgement, its file; and that running it holds nobody up."""
 
+import json
 import os
 import pickle
 import signal
@@ -8,6 +9,7 @@ import sys
 import textwrap
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -160,6 +162,52 @@ def test_a_saved_run_comes_back_bit_for_bit(tmp_path):
         assert eft.Rig(str(archive["rig"])) == rig
 
 
+DATA = Path(__file__).parent / "data"
+
+
+def test_a_run_saved_by_the_first_format_is_still_read(tmp_path):
+    run = eft.TestRun.load(DATA / "single-format-1.eft")
+    assert (len(run), run.sample_rate, run.dtype, run.version) == (256, 1024.0, "f32", "0.1.0")
+    assert run.rig["name"] == "kept from before" and run.seed == 5
+    assert run.force.sum() == 247004.07438617744 and run.measured_force.sum() == 247454.35777115411
+    assert run.acceleration is not None and run.acceleration.sum() == -5.141331472450961
+    assert np.abs(run.spool).max() == 0.01644341060636544 and run.found_flows.sum() == -0.0011179206194356084
+    # What nobody wrote then is not made up.
+    assert np.isnan(run.test_ratio).all() and run.energy is None
+    assert (run.date, run.record, run.scale, run.mass) == ("", "", None, None)
+    again = eft.TestRun.load(run.save(tmp_path / "again.eft"))
+    for name in run._traces:
+        np.testing.assert_array_equal(getattr(again, name), getattr(run, name))
+    building = eft.TestRun.load(DATA / "building-format-1.eft")
+    assert building.command.shape == (2, 128) and building.force.sum() == 221893.32686160645
+    assert building.metrics()["nrmse"].shape == (2,)
+
+
+def test_a_saved_run_says_where_it_comes_from(tmp_path):
+    motion = eft.Record(0.5 * np.sin(np.arange(200) / 5.0), 0.02, "a quake")
+    command = eft.effective_force(motion, mass=7040.0, sample_rate=1024.0, scale=0.5)
+    run = eft.simulate(RIG, command)
+    path = run.save(tmp_path / "run.eft")
+    back = eft.TestRun.load(path)
+    for one in (run, back):
+        assert (one.record, one.scale, one.mass) == ("a quake", 0.5, 7040.0)
+        assert one.date.startswith("20") and one.date.endswith("+00:00")
+    assert back.date == run.date and back.measured_force is back.force
+    with np.load(path, allow_pickle=False) as archive:
+        about = json.loads(str(archive["about"]))
+        assert about["units"]["force"] == "N" and about["record"] == "a quake"
+        # What stands for another trace, and what is the same throughout.
+        assert str(archive["measured_force"]) == "force" and float(archive["supply_pressure"]) == 1.9e7
+        traces = sum(archive[name].nbytes for name in archive.files)
+    assert path.stat().st_size < 0.95 * traces
+    stories = {"masses": [7e3, 8e3], "dampings": [4e3, 4e3], "stiffnesses": [7e5, 7e5]}
+    rig = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
+    run = eft.simulate(rig, eft.effective_force(motion, mass=[7e3, 8e3], sample_rate=512.0))
+    back = eft.TestRun.load(run.save(path))
+    np.testing.assert_array_equal(back.mass, [7e3, 8e3])
+    assert back.actuator(1).mass == 8e3 and back.energy == run.energy
+
+
 def test_saving_over_a_file_leaves_the_old_one_when_it_fails(tmp_path, run, monkeypatch):
     path = tmp_path / "test.npz"
     run.save(path)
@@ -168,7 +216,7 @@ def test_saving_over_a_file_leaves_the_old_one_when_it_fails(tmp_path, run, monk
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(np, "savez", full)
+    monkeypatch.setattr(np.lib.format, "write_array", full)
     with pytest.raises(OSError, match="No space left"):
         run.save(path)
     assert path.read_bytes() == before
@@ -197,7 +245,7 @@ def test_files_that_are_no_saved_runs_are_refused(tmp_path, run):
         np.save(file, np.zeros(3))
     refused("no archive of arrays")
     for spoil, says in [
-        ({"format": np.int64(99)}, "format 99 is later than 1"),
+        ({"format": np.int64(99)}, "format 99 is later than 2"),
         ({"force": stored["force"][:-1]}, "force is float64 of shape"),
         ({"status": stored["status"].astype(float)}, "status is float64"),
         ({"rig": np.array("a = ")}, "line 1, column"),

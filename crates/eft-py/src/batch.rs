@@ -23,8 +23,8 @@ pub(crate) struct BatchResult {
 
 #[pymethods]
 impl BatchResult {
-    /// The metrics by name, as `TestRun.metrics` gives them; without those that need a Fourier transform if `fft` was
-    /// false. All are NaN where the force of a test that diverged is too large to be judged.
+    /// The metrics by name, as `TestRun.metrics` gives them; without those that take longer than a test if `fft` was
+    /// false. Those of the force are NaN where that of a test that diverged is too large to be judged.
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> Bound<'py, PyDict> {
         self.metrics.bind(py).clone()
@@ -59,19 +59,20 @@ impl BatchResult {
 
 impl BatchResult {
     fn new(py: Python<'_>, outcome: Outcome) -> PyResult<Self> {
-        let named = |values: &[(&str, f64)]| {
+        let named = |values: &mut dyn Iterator<Item = (&str, f64)>| {
             let dict = PyDict::new(py);
             for (name, value) in values {
                 dict.set_item(name, value)?;
             }
             PyResult::Ok(dict.unbind())
         };
+        let finished = outcome.finished();
         Ok(Self {
-            metrics: named(&outcome.metrics)?,
-            estimates: outcome.estimates.map(|estimates| named(&estimates)).transpose()?,
+            metrics: named(&mut outcome.metrics.iter())?,
+            estimates: outcome.estimates.map(|found| named(&mut found.into_iter())).transpose()?,
             status: outcome.status,
             samples: outcome.samples,
-            finished: outcome.finished(),
+            finished,
             traces: outcome.run.map(|run| traces(py, vec![run], false).map(Bound::unbind)).transpose()?,
         })
     }

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use eft_sim::{RigConfig, excitation, records};
+use eft_sim::{RigConfig, excitation, preparation, records};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
+use pyo3::types::{PySlice, PyTuple};
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
@@ -19,6 +20,21 @@ use crate::rig::is_building;
 ///     Commanded force in N, finite: one dimension, or (actuators, samples) for several actuators.
 /// sample_rate : float
 ///     Samples per second, in Hz.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If a value is not finite or no measurement has the rate.
+///
+/// Examples
+/// --------
+/// Commands of the same length add, and take a factor and a slice:
+///
+/// >>> import eft
+/// >>> sweep = eft.sine_sweep(8000.0, 0.0, 10.0, duration=4.0, sample_rate=1024.0)
+/// >>> both = 0.5 * sweep + eft.Command.sine(500.0, 2.0, duration=4.0, sample_rate=1024.0)
+/// >>> both[:1024].duration
+/// 1.0
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct Command {
     /// One an actuator; at least one.
@@ -26,11 +42,28 @@ pub(crate) struct Command {
     /// Whether the values have a leading axis.
     pub(crate) stacked: bool,
     values: PyOnceLock<Py<PyAny>>,
+    origin: Option<Origin>,
+}
+
+/// Where an effective force comes from.
+struct Origin {
+    record: Py<Record>,
+    /// Factor on the acceleration.
+    scale: f64,
+    /// Mass (kg), or one an actuator.
+    mass: Py<PyAny>,
+}
+
+impl Origin {
+    fn clone_ref(&self, py: Python<'_>) -> Self {
+        Self { record: self.record.clone_ref(py), scale: self.scale, mass: self.mass.clone_ref(py) }
+    }
 }
 
 impl Command {
     fn of_one(result: eft_sim::Result<excitation::Command>) -> PyResult<Self> {
-        Ok(Self { channels: vec![result.map_err(to_python)?], stacked: false, values: PyOnceLock::new() })
+        let channels = vec![result.map_err(to_python)?];
+        Ok(Self { channels, stacked: false, values: PyOnceLock::new(), origin: None })
     }
 
     fn of_several(results: impl Iterator<Item = eft_sim::Result<excitation::Command>>) -> PyResult<Self> {
@@ -38,7 +71,7 @@ impl Command {
         if channels.is_empty() {
             return Err(refuse("values", "no actuators", "must have at least one"));
         }
-        Ok(Self { channels, stacked: true, values: PyOnceLock::new() })
+        Ok(Self { channels, stacked: true, values: PyOnceLock::new(), origin: None })
     }
 
     /// The command of the only actuator.
@@ -69,6 +102,43 @@ impl Command {
     fn first(&self) -> &excitation::Command {
         &self.channels[0]
     }
+
+    /// Of other channels, in as many dimensions; as each must be valid, errors name what is not.
+    fn with(&self, channels: impl Iterator<Item = eft_sim::Result<excitation::Command>>) -> PyResult<Self> {
+        let made = Self::of_several(channels)?;
+        Ok(Self { stacked: self.stacked, ..made })
+    }
+
+    /// This command and a number, or a command of the same shape, sample by sample.
+    fn combined(&self, other: &Bound<'_, PyAny>, f: impl Fn(f64, f64) -> f64) -> PyResult<Self> {
+        let other = other.cast::<Self>()?.get();
+        let shape = |command: &Self| (command.stacked, command.channels.len(), command.first().values.len());
+        if shape(self) != shape(other) || self.sample_rate() != other.sample_rate() {
+            let (_, actuators, samples) = shape(other);
+            let found = format!("{actuators} actuators, {samples} samples at {} Hz", other.sample_rate());
+            let (_, actuators, samples) = shape(self);
+            let allowed =
+                format!("must have {actuators} actuators, {samples} samples at {} Hz", self.sample_rate());
+            return Err(refuse("command", found, allowed));
+        }
+        self.with(self.channels.iter().zip(&other.channels).map(|(a, b)| {
+            let values = a.values.iter().zip(&b.values).map(|(a, b)| f(*a, *b)).collect();
+            excitation::Command::new(values, a.sample_rate)
+        }))
+    }
+
+    /// This command times a factor; where it comes from a record, it still does.
+    fn times(&self, py: Python<'_>, factor: f64) -> PyResult<Self> {
+        let channels = self.channels.iter().map(|channel| {
+            let values = channel.values.iter().map(|force| factor * force).collect();
+            excitation::Command::new(values, channel.sample_rate)
+        });
+        let origin = self
+            .origin
+            .as_ref()
+            .map(|origin| Origin { scale: origin.scale * factor, ..origin.clone_ref(py) });
+        Ok(Self { origin, ..self.with(channels)? })
+    }
 }
 
 #[pymethods]
@@ -81,6 +151,165 @@ impl Command {
         }
         let rows = arrays::rows("values", &array)?;
         Self::of_several(rows.into_iter().map(|row| excitation::Command::new(row, sample_rate)))
+    }
+
+    /// Make a force of nothing up to `start`, and of `amplitude` from there on.
+    ///
+    /// Parameters
+    /// ----------
+    /// amplitude : float
+    ///     In N.
+    /// duration, sample_rate : float
+    ///     In s and Hz.
+    /// start : float
+    ///     In s.
+    ///
+    /// Returns
+    /// -------
+    /// Command
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.Command.step(100.0, duration=1.0, sample_rate=4.0, start=0.5).values.tolist()
+    /// [0.0, 0.0, 100.0, 100.0]
+    #[staticmethod]
+    #[pyo3(signature = (amplitude, duration, sample_rate, *, start=0.0))]
+    fn step(amplitude: f64, duration: f64, sample_rate: f64, start: f64) -> PyResult<Self> {
+        Self::of_one(excitation::step(amplitude, start, duration, sample_rate))
+    }
+
+    /// Make a sine of one frequency.
+    ///
+    /// Parameters
+    /// ----------
+    /// amplitude, frequency : float
+    ///     In N and Hz.
+    /// duration, sample_rate : float
+    ///     In s and Hz.
+    ///
+    /// Returns
+    /// -------
+    /// Command
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.Command.sine(100.0, 2.0, duration=1.0, sample_rate=64.0).values.max().item()
+    /// 100.0
+    #[staticmethod]
+    fn sine(amplitude: f64, frequency: f64, duration: f64, sample_rate: f64) -> PyResult<Self> {
+        Self::of_one(excitation::sine(amplitude, frequency, duration, sample_rate))
+    }
+
+    /// Make some cycles of a sine under a raised cosine, and nothing behind them.
+    ///
+    /// Parameters
+    /// ----------
+    /// amplitude, frequency : float
+    ///     In N and Hz.
+    /// cycles : float
+    ///     How many.
+    /// duration, sample_rate : float
+    ///     Of the whole command, in s and Hz.
+    ///
+    /// Returns
+    /// -------
+    /// Command
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> burst = eft.Command.burst(100.0, 2.0, cycles=4, duration=4.0, sample_rate=64.0)
+    /// >>> burst.values[128:].any().item()
+    /// False
+    #[staticmethod]
+    fn burst(amplitude: f64, frequency: f64, cycles: f64, duration: f64, sample_rate: f64) -> PyResult<Self> {
+        Self::of_one(excitation::burst(amplitude, frequency, cycles, duration, sample_rate))
+    }
+
+    /// Make sines of the same amplitude at every multiple of ``1/duration`` in a band, with a low peak.
+    ///
+    /// The phases are Schroeder's. The command repeats itself without a jump.
+    ///
+    /// Parameters
+    /// ----------
+    /// amplitude : float
+    ///     Largest force in N.
+    /// band : tuple of float
+    ///     Lowest and highest frequency in Hz.
+    /// duration, sample_rate : float
+    ///     In s and Hz.
+    ///
+    /// Returns
+    /// -------
+    /// Command
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed, or the band holds no multiple of ``1/duration``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> command = eft.Command.multisine(100.0, (1.0, 10.0), duration=4.0, sample_rate=256.0)
+    /// >>> round(abs(command.values).max().item(), 6)
+    /// 100.0
+    #[staticmethod]
+    fn multisine(amplitude: f64, band: (f64, f64), duration: f64, sample_rate: f64) -> PyResult<Self> {
+        Self::of_one(excitation::multisine(amplitude, band, duration, sample_rate))
+    }
+
+    /// Make Gaussian noise within a band; the same for the same seed.
+    ///
+    /// The command repeats itself without a jump.
+    ///
+    /// Parameters
+    /// ----------
+    /// rms : float
+    ///     Root mean square in N.
+    /// band : tuple of float
+    ///     Lowest and highest frequency in Hz.
+    /// duration, sample_rate : float
+    ///     In s and Hz.
+    /// seed : int
+    ///     Of the random numbers.
+    ///
+    /// Returns
+    /// -------
+    /// Command
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed, or the band holds no multiple of ``1/duration``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> command = eft.Command.noise(100.0, (1.0, 10.0), duration=4.0, sample_rate=256.0, seed=1)
+    /// >>> round(command.values.std().item(), 6)
+    /// 100.0
+    #[staticmethod]
+    #[pyo3(signature = (rms, band, duration, sample_rate, *, seed=0))]
+    fn noise(rms: f64, band: (f64, f64), duration: f64, sample_rate: f64, seed: u64) -> PyResult<Self> {
+        Self::of_one(excitation::noise(rms, band, duration, sample_rate, seed))
     }
 
     /// Commanded force in N, read-only; (actuators, samples) for several actuators.
@@ -117,6 +346,67 @@ impl Command {
         self.first().values.len()
     }
 
+    /// The ground motion that the command is the effective force of; `None` of any other.
+    #[getter]
+    fn record(&self, py: Python<'_>) -> Option<Py<Record>> {
+        self.origin.as_ref().map(|origin| origin.record.clone_ref(py))
+    }
+
+    /// Factor on the ground motion's acceleration; `None` of a command that is of no ground motion.
+    #[getter]
+    fn scale(&self) -> Option<f64> {
+        self.origin.as_ref().map(|origin| origin.scale)
+    }
+
+    /// Mass in kg by which the ground motion became a force, of several actuators an array; `None` of a command that
+    /// is of no ground motion.
+    #[getter]
+    fn mass(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.origin.as_ref().map(|origin| origin.mass.clone_ref(py))
+    }
+
+    fn __add__(&self, other: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.combined(other, |a, b| a + b)
+    }
+
+    fn __sub__(&self, other: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.combined(other, |a, b| a - b)
+    }
+
+    fn __mul__(&self, py: Python<'_>, factor: f64) -> PyResult<Self> {
+        self.times(py, factor)
+    }
+
+    fn __rmul__(&self, py: Python<'_>, factor: f64) -> PyResult<Self> {
+        self.times(py, factor)
+    }
+
+    fn __truediv__(&self, py: Python<'_>, divisor: f64) -> PyResult<Self> {
+        self.times(py, 1.0 / divisor)
+    }
+
+    fn __neg__(&self, py: Python<'_>) -> PyResult<Self> {
+        self.times(py, -1.0)
+    }
+
+    /// Return some consecutive samples of every actuator, as ``command[:4096]`` does; the time begins at zero again.
+    fn __getitem__(&self, py: Python<'_>, samples: &Bound<'_, PySlice>) -> PyResult<Self> {
+        let at = samples.indices(self.first().values.len() as isize)?;
+        if at.step != 1 || at.slicelength == 0 {
+            return Err(refuse(
+                "slice",
+                samples.repr()?,
+                "must be of at least one sample, one after the other",
+            ));
+        }
+        let (start, stop) = (at.start as usize, at.start as usize + at.slicelength);
+        let channels = self.channels.iter().map(|channel| {
+            excitation::Command::new(channel.values[start..stop].to_vec(), channel.sample_rate)
+        });
+        let origin = self.origin.as_ref().map(|origin| origin.clone_ref(py));
+        Ok(Self { origin, ..self.with(channels)? })
+    }
+
     fn __eq__(&self, other: &Self) -> bool {
         (self.stacked, &self.channels) == (other.stacked, &other.channels)
     }
@@ -135,8 +425,25 @@ impl Command {
         )
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, f64)> {
-        Ok((self.values(py)?, self.first().sample_rate))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, command) = (slf.py(), slf.get());
+        let origin = (command.record(py), command.scale(), command.mass(py));
+        let made = slf.get_type().getattr("_made")?;
+        let arguments = (command.values(py)?, command.sample_rate(), origin).into_pyobject(py)?;
+        Ok((made, arguments))
+    }
+
+    #[staticmethod]
+    fn _made(
+        values: &Bound<'_, PyAny>,
+        sample_rate: f64,
+        origin: (Option<Py<Record>>, Option<f64>, Option<Py<PyAny>>),
+    ) -> PyResult<Self> {
+        let origin = match origin {
+            (Some(record), Some(scale), Some(mass)) => Some(Origin { record, scale, mass }),
+            _ => None,
+        };
+        Ok(Self { origin, ..Self::new(values, sample_rate)? })
     }
 }
 
@@ -197,6 +504,36 @@ impl Record {
     #[getter]
     fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_iter(py, (0..self.inner.acceleration.len()).map(|i| i as f64 * self.inner.dt))
+    }
+
+    /// Return the record less the polynomial of a degree (0 to 5) that fits its acceleration best.
+    #[pyo3(signature = (degree=1))]
+    fn baseline_corrected(&self, degree: usize) -> PyResult<Self> {
+        record(preparation::baseline_corrected(&self.inner, degree))
+    }
+
+    /// Return the record within `low` to `high` (Hz): a Butterworth filter run both ways, without phase.
+    #[pyo3(signature = (low, high, order=4))]
+    fn band_passed(&self, py: Python<'_>, low: f64, high: f64, order: i32) -> PyResult<Self> {
+        record(py.detach(|| preparation::band_passed(&self.inner, low, high, order)))
+    }
+
+    /// Return the record at another sample rate (Hz), frequencies beyond half of it taken out first.
+    fn resampled(&self, py: Python<'_>, rate: f64) -> PyResult<Self> {
+        record(py.detach(|| preparation::resampled(&self.inner, rate)))
+    }
+
+    /// Return the record with its acceleration and its time multiplied by factors.
+    ///
+    /// A model at the length scale `S` with unchanged accelerations has the time factor ``sqrt(S)``.
+    #[pyo3(signature = (acceleration=1.0, time=1.0))]
+    fn scaled(&self, acceleration: f64, time: f64) -> PyResult<Self> {
+        record(preparation::scaled(&self.inner, acceleration, time))
+    }
+
+    /// Return the record faded in over `start` and out over `end` seconds by raised cosines.
+    fn tapered(&self, start: f64, end: f64) -> PyResult<Self> {
+        record(preparation::tapered(&self.inner, start, end))
     }
 
     fn __len__(&self) -> usize {
@@ -265,16 +602,22 @@ pub(crate) fn sine_sweep(
 #[pyfunction]
 #[pyo3(signature = (record, mass, sample_rate, scale=1.0))]
 pub(crate) fn effective_force(
-    record: &Record,
+    record: &Bound<'_, Record>,
     mass: &Bound<'_, PyAny>,
     sample_rate: f64,
     scale: f64,
 ) -> PyResult<Command> {
-    let force = |mass| excitation::effective_force(&record.inner, mass, sample_rate, scale);
-    match mass.extract::<f64>() {
-        Ok(mass) => Command::of_one(force(mass)),
-        Err(_) => Command::of_several(arrays::vector("mass", mass)?.into_iter().map(force)),
-    }
+    let force = |mass| excitation::effective_force(&record.get().inner, mass, sample_rate, scale);
+    let (command, mass) = match mass.extract::<f64>() {
+        Ok(one) => (Command::of_one(force(one))?, one.into_pyobject(mass.py())?.into_any()),
+        Err(_) => {
+            let masses = arrays::vector("mass", mass)?;
+            let kept = arrays::frozen(mass.py(), &masses)?.into_bound(mass.py()).into_any();
+            (Command::of_several(masses.into_iter().map(force))?, kept)
+        }
+    };
+    let origin = Origin { record: record.clone().unbind(), scale, mass: mass.unbind() };
+    Ok(Command { origin: Some(origin), ..command })
 }
 
 /// Read a ground motion: PEER AT2, CSMIP and COSMOS V2, or columns; the format is recognised by content.

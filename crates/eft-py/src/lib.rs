@@ -47,6 +47,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(replay::replay, module)?)?;
     module.add_function(wrap_pyfunction!(firmware::export, module)?)?;
     module.add_function(wrap_pyfunction!(firmware::processor_in_the_loop, module)?)?;
+    module.add_function(wrap_pyfunction!(run::trace_table, module)?)?;
+    module.add_function(wrap_pyfunction!(run::metric_table, module)?)?;
+    module.add_function(wrap_pyfunction!(run::judge_test, module)?)?;
     module.add_function(wrap_pyfunction!(run::metrics, module)?)?;
     module.add_function(wrap_pyfunction!(run::fft_ratio, module)?)?;
     module.add_function(wrap_pyfunction!(run::coherence, module)?)?;

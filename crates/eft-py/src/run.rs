@@ -3,8 +3,11 @@
 use std::time::{Duration, Instant};
 
 use eft_core::{Cause, status};
-use eft_sim::closed_loop::{self, DEFAULT_STEP, Method, ideal_responses, simulate_actuators};
-use eft_sim::metrics::{self as judge, Metrics, TimeMetrics};
+use eft_sim::closed_loop::{
+    self, DEFAULT_STEP, Method, Otherwise, TRACES, Values, ideal_responses, simulate_actuators,
+};
+use eft_sim::metrics::{self as judge, Actuator, METRICS, Metrics, TimeMetrics};
+use eft_sim::plant::EnergyBalance;
 use eft_sim::{SimulateOptions, TestRun};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -119,74 +122,112 @@ pub(crate) fn simulate<'py>(
     traces(py, watch.end(runs)?, is_building(rig))
 }
 
-/// The traces of one run an actuator, with a leading axis where there can be several.
+/// The traces of one run an actuator by the names of the table, with a leading axis where there can be several; beside
+/// them `status`, `found_flows` and `energy`.
 pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> PyResult<Bound<'_, PyDict>> {
-    type Trace = fn(&mut TestRun) -> Vec<f64>;
-    let ideal = runs.iter().all(TestRun::has_ideal_sensors);
-    let measured: [(&str, &str, Trace); 5] = [
-        ("measured_force", "force", |run| run.measured_force().to_vec()),
-        ("measured_velocity", "velocity", |run| run.measured_velocity().to_vec()),
-        ("measured_displacement", "displacement", |run| run.measured_displacement().to_vec()),
-        ("measured_spool", "spool", |run| run.measured_spool().to_vec()),
-        ("measured_supply_pressure", "supply_pressure", |run| run.measured_supply_pressure().to_vec()),
-    ];
-    let all: [(&str, Trace); 13] = [
-        ("command", |run| std::mem::take(&mut run.command)),
-        ("force", |run| std::mem::take(&mut run.force)),
-        ("displacement", |run| std::mem::take(&mut run.displacement)),
-        ("velocity", |run| std::mem::take(&mut run.velocity)),
-        ("spool", |run| std::mem::take(&mut run.spool)),
-        ("load_pressure", |run| std::mem::take(&mut run.load_pressure)),
-        ("supply_pressure", |run| std::mem::take(&mut run.supply_pressure)),
-        ("valve_command", |run| std::mem::take(&mut run.valve_command)),
-        ("compensation", |run| std::mem::take(&mut run.compensation)),
-        ("flow_gain_estimate", |run| std::mem::take(&mut run.flow_gain_estimate)),
-        ("response_delay_estimate", |run| std::mem::take(&mut run.response_delay_estimate)),
-        ("valve_gain_estimate", |run| std::mem::take(&mut run.valve_gain_estimate)),
-        ("level", |run| std::mem::take(&mut run.level)),
-    ];
     let traces = PyDict::new(py);
-    for (name, _, take) in measured.iter().filter(|_| !ideal) {
-        traces.set_item(name, arrays::stacked(py, runs.iter_mut().map(take).collect(), stacked)?)?;
-    }
-    for (name, take) in all {
-        traces.set_item(name, arrays::stacked(py, runs.iter_mut().map(take).collect(), stacked)?)?;
-    }
-    if let [run] = runs.as_slice()
-        && run.is_steady()
-    {
-        // One number in memory for the whole trace, and so read-only.
-        let (numpy, ticks) = (py.import("numpy")?, run.status.len());
-        for (name, value) in [
-            ("supply_pressure", run.rig.plant().supply.pressure),
-            ("flow_gain_estimate", 1.0),
-            ("response_delay_estimate", run.rig.compensation.response_delay),
-            ("valve_gain_estimate", 1.0),
-            ("level", 1.0),
-        ] {
-            traces.set_item(name, numpy.call_method1("broadcast_to", (value, ticks))?)?;
+    let (numpy, actuators) = (py.import("numpy")?, runs.len());
+    for trace in TRACES {
+        let mut samples = Vec::with_capacity(actuators);
+        for TestRun { rig, traces: of_one, .. } in &mut runs {
+            let ticks = of_one.status.len();
+            match of_one.values(trace, rig) {
+                Values::Samples(one) => samples.push(std::mem::take(one)),
+                // One number in memory for the whole trace, and so read-only.
+                Values::Constant(value) => {
+                    let shape = if stacked { vec![actuators, ticks] } else { vec![ticks] };
+                    traces.set_item(trace.name, numpy.call_method1("broadcast_to", (value, shape))?)?;
+                }
+                // One array under two names, for a copy of every trace costs as much as the test.
+                Values::Same(name) => traces.set_item(trace.name, traces.get_item(name)?)?,
+                Values::Absent => {}
+            }
+        }
+        if !samples.is_empty() {
+            traces.set_item(trace.name, arrays::stacked(py, samples, stacked)?)?;
         }
     }
-    for (name, truth, _) in measured.iter().filter(|_| ideal) {
-        // One array under two names, for a copy of every trace costs as much as the test.
-        traces.set_item(name, traces.get_item(truth)?)?;
-    }
-    type Present = fn(&TestRun) -> Option<&[f64]>;
-    let accelerations: [(&str, Present); 2] =
-        [("acceleration", TestRun::acceleration), ("measured_acceleration", TestRun::measured_acceleration)];
-    for (name, trace) in accelerations {
-        let channels: Option<Vec<_>> = runs.iter().map(|run| Some(trace(run)?.to_vec())).collect();
-        if let Some(channels) = channels {
-            traces.set_item(name, arrays::stacked(py, channels, stacked)?)?;
-        }
-    }
+    let energy = runs.first().and_then(|run| run.energy);
+    traces.set_item("energy", energy.map(|balance| energies(py, &balance)).transpose()?)?;
     let found: Vec<_> = runs.iter_mut().map(|run| std::mem::take(&mut run.found_flows)).collect();
     let known = !found.iter().all(Vec::is_empty);
     let found = known.then(|| arrays::stacked(py, found, stacked)).transpose()?;
     traces.set_item("found_flows", found)?;
-    let status = runs.into_iter().map(|run| run.status).collect();
+    let status = runs.into_iter().map(|run| run.traces.status).collect();
     traces.set_item("status", arrays::stacked(py, status, stacked)?)?;
     Ok(traces)
+}
+
+/// The traces of a run: name, unit, description, and what it is in a test that does not record it: "recorded",
+/// "constant", "nominal" (what is learned), "absent", or the name of the trace that it is the same as.
+#[pyfunction]
+pub(crate) fn trace_table() -> Vec<(&'static str, &'static str, &'static str, &'static str)> {
+    let otherwise = |trace: &closed_loop::Trace| match trace.otherwise {
+        Otherwise::Recorded => "recorded",
+        Otherwise::Constant(_) => "constant",
+        Otherwise::Nominal(_) => "nominal",
+        Otherwise::Same(name) => name,
+        Otherwise::Absent => "absent",
+    };
+    TRACES.iter().map(|trace| (trace.name, trace.unit, trace.doc, otherwise(trace))).collect()
+}
+
+/// The metrics of a run: name, unit, description and whether it takes longer than the test.
+#[pyfunction]
+pub(crate) fn metric_table() -> Vec<(&'static str, &'static str, &'static str, bool)> {
+    METRICS.iter().map(|metric| (metric.name, metric.unit, metric.doc, metric.costly)).collect()
+}
+
+/// Judge the signals of a test, each with a row an actuator where there can be several; the metrics by name, one value
+/// an actuator, NaN where one has no answer. Without `costly` there are only those that take no longer than the test.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "the signals of a test")]
+pub(crate) fn judge_test<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    sample_rate: f64,
+    command: &Bound<'py, PyAny>,
+    force: &Bound<'py, PyAny>,
+    displacement: &Bound<'py, PyAny>,
+    spool: &Bound<'py, PyAny>,
+    supply_pressure: &Bound<'py, PyAny>,
+    costly: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let read = |name: &str, given: &Bound<'py, PyAny>| {
+        let array = arrays::real(name, given)?;
+        if array.getattr("ndim")?.extract::<usize>()? == 1 {
+            return PyResult::Ok(vec![arrays::flat(&array)?]);
+        }
+        arrays::rows(name, &array)
+    };
+    let (command, force) = (read("command", command)?, read("force", force)?);
+    let (displacement, spool) = (read("displacement", displacement)?, read("spool", spool)?);
+    let supply = read("supply_pressure", supply_pressure)?;
+    for (name, signal) in
+        [("force", &force), ("displacement", &displacement), ("spool", &spool), ("supply_pressure", &supply)]
+    {
+        if signal.len() != command.len() {
+            let allowed = format!("must be {}, as of the command", command.len());
+            return Err(refuse(name, format!("{} actuators", signal.len()), allowed));
+        }
+    }
+    let least = |trace: &Vec<f64>| trace.iter().fold(f64::INFINITY, |least, value| least.min(*value));
+    let actuators: Vec<_> = (0..command.len())
+        .map(|i| Actuator {
+            command: &command[i],
+            force: &force[i],
+            displacement: &displacement[i],
+            spool: &spool[i],
+            min_supply_pressure: least(&supply[i]),
+        })
+        .collect();
+    let rows = py.detach(|| judge::rows(&rig.config, sample_rate, &actuators, costly)).map_err(to_python)?;
+    let answer = PyDict::new(py);
+    for metric in METRICS.iter().filter(|metric| costly || !metric.costly) {
+        let values: Vec<_> = rows.iter().filter_map(|row| row.get(metric.name)).collect();
+        answer.set_item(metric.name, values)?;
+    }
+    Ok(answer)
 }
 
 /// The metrics of a force against its command, by name; NaN where a metric has no answer. Without `fft` there are only
@@ -207,7 +248,7 @@ pub(crate) fn metrics<'py>(
     });
     let answer = PyDict::new(py);
     // Every key every time, so that the rows of a study have the same columns.
-    for (name, value, _) in judged.map_err(to_python)? {
+    for (name, value) in judged.map_err(to_python)? {
         answer.set_item(name, value.unwrap_or(f64::NAN))?;
     }
     Ok(answer)
@@ -270,6 +311,10 @@ pub(crate) fn energy_balance<'py>(
     let (rig, options) = (&rig.config, options("runge-kutta", largest_step)?);
     let commands = command.of(rig)?;
     let balance = py.detach(|| closed_loop::energy_balance(rig, commands, &options)).map_err(to_python)?;
+    energies(py, &balance)
+}
+
+fn energies<'py>(py: Python<'py>, balance: &EnergyBalance) -> PyResult<Bound<'py, PyDict>> {
     let answer = PyDict::new(py);
     for (name, value) in [
         ("supplied", balance.supplied),

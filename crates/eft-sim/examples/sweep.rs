@@ -45,7 +45,6 @@ fn batch(seconds: f64) -> Result<f64> {
     let (rig, command) = (RigConfig::zhao2005(), sine_sweep(8900.0, 0.0, 10.0, seconds, 4096.0)?);
     let options = BatchOptions { threads: Some(1), ..BatchOptions::default() };
     let outcomes = simulate_batch::<f64>(&[Test { rig: &rig, command: &command }; 8], &options, |_, _| true)?;
-    let nrmse =
-        |outcome: eft_sim::batch::Outcome| outcome.metrics.first().map_or(f64::NAN, |(_, value)| *value);
+    let nrmse = |outcome: eft_sim::batch::Outcome| outcome.metrics.get("nrmse").unwrap_or(f64::NAN);
     outcomes.into_iter().next_back().map_or(Ok(f64::NAN), |outcome| outcome.map(nrmse))
 }

@@ -59,16 +59,7 @@ def _outcome(batch: Batch, test: Test, rig: Rig, command: Command, result: Batch
     row = row_of(test, told, status, flags, result.samples, reason)
     if result.traces is None:
         return Outcome(row, None)
-    return Outcome(
-        row,
-        TestRun(
-            rig=rig,
-            sample_rate=command.sample_rate,
-            dtype=batch.dtype,
-            version=__version__,
-            **result.traces,
-        ),
-    )
+    return Outcome(row, TestRun._of(rig, command, batch.dtype, result.traces))
 
 
 class _Stopped(Exception):  # noqa: N818 - no error: somebody pressed Ctrl-C
@@ -109,11 +100,13 @@ def _estimates(run: TestRun) -> dict[str, float]:
     """What the controllers believed at the end: each estimate of the floor where it moved farthest."""
     if not any(run.rig[key] for key in ADAPTS):
         return {}
-    configured = dict.fromkeys(ESTIMATES, 1.0)
-    configured["response_delay_estimate"] = run.rig["compensation.response_delay"]
-    return {
-        name: nominal + _worst(getattr(run, name)[..., -1] - nominal) for name, nominal in configured.items()
-    }
+    told = {}
+    for name in ESTIMATES:
+        trace = getattr(run, name)
+        # Before the first window it is the configured one, or not known.
+        start = trace.flat[0] if np.isfinite(trace.flat[0]) else 0.0
+        told[name] = start + _worst(trace[..., -1] - start)
+    return told
 
 
 def _metrics(run: TestRun, fft: bool) -> dict[str, float]:

@@ -10,26 +10,12 @@ from eft._native import Rig, rig_keys
 from eft._run import TestRun
 from eft._study._plan import Test
 from eft._study._values import type_of
+from eft._table import METRICS, TRACES
 
-METRICS: dict[str, tuple[str, str]] = {
-    "nrmse": ("", "rms force error over rms command"),
-    "nrmse_delay_removed": ("", "the same without the delay"),
-    "nrmse_bias_free": ("", "the same without the offset"),
-    "peak_error": ("", "largest force error over the largest command"),
-    "delay": ("s", "delay of the force, positive when it lags"),
-    "fei_amplitude": ("", "frequency-domain evaluation index: amplitude"),
-    "fei_delay": ("s", "frequency-domain evaluation index: delay"),
-    "fei_frequency": ("Hz", "frequency-domain evaluation index: frequency"),
-    "tracking_indicator": ("N²", "tracking indicator, negative when the force lags"),
-    "max_spool": ("", "largest spool opening"),
-}
-"""Unit and meaning of each metric, in the order of the columns."""
-
-ESTIMATES: dict[str, tuple[str, str]] = {
-    "flow_gain_estimate": ("", "the controller's last estimate of the flow gain, 1 = as its table says"),
-    "response_delay_estimate": ("s", "the delay that it makes up for, at the end"),
-    "valve_gain_estimate": ("", "its last estimate of the spool's gain over the configured one"),
-    "level": ("", "the guard's last factor on the compensation level"),
+ESTIMATES = {
+    name: (trace.unit, f"{trace.doc}, at the end")
+    for name, trace in TRACES.items()
+    if trace.otherwise == "nominal"
 }
 """Unit and meaning of each estimate: columns where the rig adapts or guards, or the study varies that."""
 
@@ -69,7 +55,9 @@ def columns(keys: Iterable[str], rig: Rig) -> list[Column]:
         entry = known.get(key)
         unit, doc = (entry["unit"], entry["doc"]) if entry else ("", "factor on the command")
         settings.append(Column(key, type_of(key, rig), unit, doc))
-    numbers = METRICS | (ESTIMATES if any(key in keys or rig[key] for key in ADAPTS) else {})
+    numbers = {name: (metric.unit, metric.doc) for name, metric in METRICS.items()}
+    if any(key in keys or rig[key] for key in ADAPTS):
+        numbers |= ESTIMATES
     return [
         Column("index", "int", "", "number of the test, from 0"),
         Column("command", "str", "", "name of the command"),
@@ -94,7 +82,7 @@ def row_of(
     test: Test, told: dict[str, float], status: str, flags: int, samples: int, reason: str | None
 ) -> Row:
     """A row of the table; `told` are metrics and estimates."""
-    numbers = {name: _known(told.get(name)) for name in METRICS | ESTIMATES}
+    numbers = {name: _known(told.get(name)) for name in (*METRICS, *ESTIMATES)}
     return {
         "index": test.index, "command": test.command, **test.changes, **numbers,
         "status": status, "flags": flags, "samples": samples, "error": reason,
@@ -102,5 +90,5 @@ def row_of(
 
 
 def _known(value: float | None) -> float | None:
-    """No answer is an empty cell, not a NaN."""
-    return None if value is None or math.isnan(value) else value
+    """No answer is an empty cell, not a NaN, and neither is a deviation where nothing was learned."""
+    return None if value is None or not math.isfinite(value) else value

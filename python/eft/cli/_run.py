@@ -13,6 +13,7 @@ import click
 import numpy as np
 
 import eft
+from eft._table import Metrics
 from eft._test_file import TestPlan
 from eft._verdict import judge, told_delay
 from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
@@ -153,7 +154,7 @@ def metrics_of(result: eft.TestRun) -> dict[str, Any]:
     result = result.to_its_end()
     if not result.command.any():
         return {"max_spool": float(abs(result.spool).max())}
-    return result.metrics()
+    return {str(name): value for name, value in result.metrics().items()}
 
 
 def _rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
@@ -166,7 +167,7 @@ def _rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
         "max_spool": ("largest spool opening", "{:.1%}"),
     }
     if "delay" in metrics:
-        metrics = metrics | {"delay": told_delay(metrics) * 1e3}
+        metrics = metrics | {"delay": told_delay(Metrics(metrics)) * 1e3}
 
     def cell(form: str, value: float) -> str:
         return "–" if math.isnan(value) else form.format(value)

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from importlib import metadata, resources
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,11 +19,15 @@ from eft._files import write_text
 from eft._native import __version__
 from eft._run import TestRun
 from eft._signals import labelled
+from eft._table import Metrics
 from eft._verdict import judge, told_delay
 from eft.report._charts import Page, draw
 from eft.report._estimates import draw_estimates
 
-_METRICS = {
+if TYPE_CHECKING:
+    from eft._table import MetricName
+
+_METRICS: dict[MetricName, tuple[str, float, str]] = {
     "nrmse": ("force error, rms over rms of the command", 100.0, "%"),
     "nrmse_delay_removed": ("the same without the delay", 100.0, "%"),
     "nrmse_bias_free": ("the same without the offset", 100.0, "%"),
@@ -32,7 +37,9 @@ _METRICS = {
     "fei_delay": ("evaluation index: delay", 1e3, "ms"),
     "fei_frequency": ("evaluation index: frequency", 1.0, "Hz"),
     "tracking_indicator": ("tracking indicator, negative when the force lags", 1e-6, "kN²"),
+    "displacement_error": ("displacement error against the ideal response, rms", 100.0, "%"),
     "max_spool": ("largest spool opening", 100.0, "%"),
+    "min_supply_pressure": ("smallest supply pressure", 1e-6, "MPa"),
 }
 
 
@@ -136,8 +143,7 @@ def _verdict(name: str, run: TestRun) -> str:
 
 def _metrics(runs: Sequence[TestRun]) -> list[list[str]]:
     judged = [run.to_its_end() for run in runs]
-    found = [run.metrics() if run.command.any() else {} for run in judged]
-    found = [metrics | {"delay": float(told_delay(metrics))} if metrics else {} for metrics in found]
+    found = [_told(run.metrics()) if run.command.any() else {} for run in judged]
     rows = []
     if any(len(part) < len(run) for part, run in zip(judged, runs, strict=True)):
         rows.append(["the test ended after; up to there:", *(_number(part.duration, "s") for part in judged)])
@@ -153,6 +159,10 @@ def _metrics(runs: Sequence[TestRun]) -> list[list[str]]:
         rows.append([f"largest {signal}", *(_number(value, "kN") for value in largest)])
     rows.append(["duration of the command", *(_number(r.duration, "s") for r in runs)])
     return rows
+
+
+def _told(metrics: Metrics) -> dict[str, float]:
+    return {str(name): value for name, value in metrics.items()} | {"delay": float(told_delay(metrics))}
 
 
 def _number(value: float, unit: str) -> str:

@@ -112,7 +112,8 @@ class Traces:
             found[quantity] = read()
             with np.errstate(over="ignore", invalid="ignore"):  # what is infinite is refused
                 found[quantity] *= factor
-            if not gaps or quantity == "time":
+            # A standard deviation is infinite where nothing was learned.
+            if (not gaps and not quantity.endswith("_deviation")) or quantity == "time":
                 _all_finite(name, header, found[quantity])
         if sample_rate is None:
             if "time" not in found:

@@ -6,6 +6,8 @@ import difflib
 import re
 from dataclasses import dataclass
 
+from eft._table import TRACES
+
 _INCH = 0.0254
 _FOOT = 12 * _INCH
 _POUND = 4.4482216152605
@@ -48,19 +50,16 @@ QUANTITIES = {
     "flow": Quantity("flow", ("q",)),
     "valve_command": Quantity("voltage", ("valve", "servo command")),
     "compensation": Quantity("voltage", ()),
-    "flow_gain_estimate": Quantity("ratio", ()),
-    "response_delay_estimate": Quantity("time", ()),
-    "valve_gain_estimate": Quantity("ratio", ()),
-    "level": Quantity("ratio", ()),
-    "measured_force": Quantity("force", ()),
-    "measured_displacement": Quantity("length", ()),
-    "measured_velocity": Quantity("velocity", ()),
-    "measured_spool": Quantity("ratio", ()),
-    "measured_supply_pressure": Quantity("pressure", ()),
-    "measured_acceleration": Quantity("acceleration", ()),
+}
+_SI = {name: next(iter(units)) for name, units in _UNITS.items()}
+_DIMENSIONS = {unit.replace("1", ""): name for name, unit in _SI.items()}
+# The other traces of a run, under their own names only.
+QUANTITIES |= {
+    name: Quantity(_DIMENSIONS[trace.unit.replace("²", "2")], ())
+    for name, trace in TRACES.items()
+    if name not in QUANTITIES
 }
 
-_SI = {name: next(iter(units)) for name, units in _UNITS.items()}
 _NAMES = {alias: name for name, quantity in QUANTITIES.items() for alias in (name, *quantity.aliases)}
 _BRACKETS = re.compile(r"(?P<name>[^(\[]*+)[(\[](?P<unit>[^)\]]*+)[)\]]")
 

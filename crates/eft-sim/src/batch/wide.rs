@@ -8,7 +8,7 @@ use crate::closed_loop::fast::{FastLoop, Tick};
 use crate::error::{Error, Result};
 use crate::lanes::Num;
 use crate::lanes::{WideWork, Work, dispatch, dispatch_wide};
-use crate::metrics::{BLOCK, Norms};
+use crate::metrics::{BLOCK, Norms, Sums};
 use crate::plant::TimeGrid;
 
 /// Tests of one kind, as many as fit side by side or fewer.
@@ -63,6 +63,8 @@ impl SideBySide<'_> {
             while done < ticks {
                 let recorder = Judged {
                     forces: &mut totals.forces[done..],
+                    displacements: &mut totals.displacements[done..],
+                    drift: &mut totals.drift,
                     spool: &mut totals.spool,
                     status: &mut totals.status,
                 };
@@ -85,9 +87,9 @@ impl SideBySide<'_> {
             .enumerate()
             .map(|(lane, ended)| ended.unwrap_or_else(|| totals.end(lane, 0, total, 0)));
         let ended: Vec<_> = ended.collect();
-        let forces = totals.traces.into_iter().map(Some).chain(std::iter::repeat_with(|| None));
-        let judged = self.tests.iter().zip(&ended).zip(forces);
-        Ok(judged.map(|((test, ended), force)| ended.outcome(test, force.as_deref())).collect())
+        let whole = totals.traces.into_iter().map(Some).chain(std::iter::repeat_with(|| None));
+        let judged = self.tests.iter().zip(ended).zip(whole);
+        Ok(judged.map(|((test, ended), whole)| ended.outcome(test, whole.as_ref())).collect())
     }
 }
 
@@ -95,15 +97,22 @@ impl SideBySide<'_> {
 struct Ended {
     norms: Norms<f64>,
     spool: f64,
+    drift: f64,
     status: u32,
     samples: usize,
 }
 
 impl Ended {
-    fn outcome(&self, test: &Test<'_>, force: Option<&[f64]>) -> Result<Outcome> {
+    fn outcome(self, test: &Test<'_>, whole: Option<&[Vec<f64>; 2]>) -> Result<Outcome> {
         let command = &test.command.values[..self.samples];
-        let force = force.map(|force| &force[..self.samples]);
-        Outcome::judged(command, test.command.sample_rate, &self.norms, force, self.spool, self.status)
+        let whole = whole.map(|signals| signals.each_ref().map(|signal| &signal[..self.samples]));
+        let sums = Sums {
+            norms: self.norms,
+            max_spool: self.spool,
+            drift: self.drift,
+            min_supply_pressure: test.rig.plant().supply.pressure,
+        };
+        Outcome::judged(test.rig, command, test.command.sample_rate, &sums, whole, self.status)
     }
 }
 
@@ -111,12 +120,14 @@ impl Ended {
 struct Totals<S: Num> {
     norms: Norms<S>,
     spool: S,
+    drift: S,
     status: S::Flags,
     /// Of one block, and the command behind it.
     commands: Vec<S>,
     forces: Vec<S>,
-    /// Whole forces (N), a test each, where Fourier transforms will need them.
-    traces: Vec<Vec<f64>>,
+    displacements: Vec<S>,
+    /// Whole forces (N) and displacements (m), a test each, where the costly metrics will need them.
+    traces: Vec<[Vec<f64>; 2]>,
 }
 
 impl<S: Num> Totals<S> {
@@ -124,10 +135,12 @@ impl<S: Num> Totals<S> {
         Self {
             norms: Norms::new(),
             spool: S::splat(0.0),
+            drift: S::splat(0.0),
             status: S::Flags::default(),
             commands: vec![S::splat(0.0); BLOCK + 1],
             forces: vec![S::splat(0.0); BLOCK],
-            traces: vec![Vec::new(); traces],
+            displacements: vec![S::splat(0.0); BLOCK],
+            traces: vec![[Vec::new(), Vec::new()]; traces],
         }
     }
 
@@ -138,8 +151,9 @@ impl<S: Num> Totals<S> {
             commands: &self.commands[..ticks],
             forces: &self.forces[..ticks],
         });
-        for (lane, trace) in self.traces.iter_mut().enumerate() {
-            trace.extend(self.forces[..ticks].iter().map(|force| force.lane(lane)));
+        for (lane, [force, displacement]) in self.traces.iter_mut().enumerate() {
+            force.extend(self.forces[..ticks].iter().map(|value| value.lane(lane)));
+            displacement.extend(self.displacements[..ticks].iter().map(|value| value.lane(lane)));
         }
     }
 
@@ -150,22 +164,32 @@ impl<S: Num> Totals<S> {
             let of = |values: &[S]| values[..ticks].iter().map(|value| value.lane(lane)).collect::<Vec<_>>();
             norms.add(&of(&self.commands), &of(&self.forces));
         }
-        Ended { norms, spool: self.spool.lane(lane), status: self.status.lane(lane) | flag, samples }
+        Ended {
+            norms,
+            spool: self.spool.lane(lane),
+            drift: self.drift.lane(lane),
+            status: self.status.lane(lane) | flag,
+            samples,
+        }
     }
 }
 
 struct Judged<'a, S: Num> {
     forces: &'a mut [S],
+    displacements: &'a mut [S],
     spool: &'a mut S,
+    drift: &'a mut S,
     status: &'a mut S::Flags,
 }
 
 impl<S: Num> Recorder<S> for Judged<'_, S> {
     #[inline(always)]
     fn record(&mut self, i: usize, tick: &Tick<S>) {
+        let larger = |a: S, b: S| S::select(b.gt(a), b, a);
         self.forces[i] = tick.force;
-        let opening = tick.plant.spool.abs();
-        *self.spool = S::select(opening.gt(*self.spool), opening, *self.spool);
+        self.displacements[i] = tick.plant.displacement;
+        *self.spool = larger(*self.spool, tick.plant.spool.abs());
+        *self.drift = larger(*self.drift, tick.plant.displacement.abs());
         *self.status = *self.status | tick.status;
     }
 }

@@ -1,11 +1,12 @@
 //! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
-use eft_core::{Calibration, ControllerInput, ControllerState, Flags, Mask, Output, Real, Scalar, status};
+use eft_core::{ControllerInput, ControllerState, Flags, Mask, Output, Real, Scalar, status};
 
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
 use crate::closed_loop::outside::{Answer, Outside};
 use crate::closed_loop::signals::convert;
+use crate::closed_loop::traces::Estimates;
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::instruments::Dac;
@@ -47,19 +48,6 @@ impl<S: Num> CellReading<S> {
     fn ideal() -> Self {
         Self { gain: S::splat(1.0), offset: S::splat(0.0), ideal: true }
     }
-}
-
-/// What the controller believes of its rig.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Estimates<S> {
-    /// True flow over the table's (1).
-    pub(crate) flow_gain: S,
-    /// Delay that the lead network makes up for (s).
-    pub(crate) response_delay: S,
-    /// The spool's gain over the configured one (1).
-    pub(crate) valve_gain: S,
-    /// The guard's factor on the compensation level (1).
-    pub(crate) level: S,
 }
 
 /// What the controllers put out.
@@ -158,12 +146,7 @@ where
         Ok(Self {
             decides,
             controller: RigController::pack(|i| &controllers[i]),
-            nominal: Estimates {
-                flow_gain: S::splat(1.0),
-                response_delay: S::from_lanes(|i| rig(i).compensation.response_delay),
-                valve_gain: S::splat(1.0),
-                level: S::splat(1.0),
-            },
+            nominal: Estimates::nominal(&rig),
             before: None,
             estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
             adapts: lanes.into_iter().any(|i| adapts(rig(i))),
@@ -282,7 +265,8 @@ where
         let mut decision = self.drive::<false>(commands, measured, cell, plant, out);
         self.before = Some((decision.driver, commands[1]));
         if self.adapts {
-            decision.estimates = self.estimates();
+            let channels = &*self.decides.channels();
+            decision.estimates = self.nominal.or(|i| channels[i].calibration());
         }
         decision
     }
@@ -324,24 +308,6 @@ where
         Decision { measured, valve_command, compensation, estimates: self.nominal, status, driver }
     }
 
-    /// What the channels believe of their rigs.
-    fn estimates(&mut self) -> Estimates<S> {
-        let channels = &*self.decides.channels();
-        let of = |value: fn(&Calibration<C::Element>) -> C::Element, nominal: S| {
-            S::from_lanes(|i| match channels[i].calibration() {
-                Some(calibration) => value(calibration).to_f64(),
-                None => nominal.lane(i),
-            })
-        };
-        let nominal = self.nominal;
-        Estimates {
-            flow_gain: of(|c| c.flow_gain, nominal.flow_gain),
-            response_delay: of(|c| c.response_delay, nominal.response_delay),
-            valve_gain: of(|c| c.valve_gain, nominal.valve_gain),
-            level: of(|c| c.level, nominal.level),
-        }
-    }
-
     /// Lets the controller from outside decide.
     #[inline(never)]
     fn ask(&mut self, [command, next_command]: [S; 2], mut measured: Signals<S>) -> Decision<S> {
@@ -357,10 +323,11 @@ where
         }
         let estimates = if self.adapts {
             Estimates {
-                flow_gain: convert(answer.flow_gain),
-                response_delay: convert(answer.response_delay),
-                valve_gain: convert(answer.valve_gain),
+                flow_gain_estimate: convert(answer.flow_gain),
+                response_delay_estimate: convert(answer.response_delay),
+                valve_gain_estimate: convert(answer.valve_gain),
                 level: convert(answer.level),
+                ..Estimates::unknown()
             }
         } else {
             self.nominal

@@ -13,6 +13,7 @@ use crate::plant::{ActuatorState, Driver, DriverKind, Exponential, FastState, Pr
 /// What is true, and what the digital side made of it, at one tick, before the tick's output acts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tick<S: Num> {
+    pub(crate) command: S,
     pub(crate) plant: ActuatorState<S>,
     pub(crate) force: S,
     pub(crate) supply_pressure: S,
@@ -22,9 +23,10 @@ pub(crate) struct Tick<S: Num> {
 }
 
 impl<S: Num> Tick<S> {
-    /// Of a force (N) on the structure, a spool that may be at a stop and a piston that may be beyond its stroke.
+    /// Of a command (N) and a force (N) on the structure, a spool that may be at a stop and a piston that may be beyond its stroke.
     #[inline(always)]
     pub(crate) fn new(
+        command: S,
         plant: ActuatorState<S>,
         force: S,
         truth: &Signals<S>,
@@ -33,6 +35,7 @@ impl<S: Num> Tick<S> {
     ) -> Self {
         let limits = S::flag(at_stop, status::SPOOL_STOP) | S::flag(beyond_stroke, status::STROKE_EXCEEDED);
         Self {
+            command,
             plant,
             force,
             supply_pressure: truth.supply_pressure,
@@ -118,7 +121,7 @@ where
         let decision =
             self.digital.sample::<PLAIN>(&mut state.digital, command, next_command, truth, &feedback);
         let force = blocks.force(now.plant());
-        Tick::new(*now.plant(), force, &truth, blocks.at_limits(now.plant()), decision)
+        Tick::new(command, *now.plant(), force, &truth, blocks.at_limits(now.plant()), decision)
     }
 
     /// Where the plant's state is one to go on from.

@@ -86,7 +86,7 @@ impl<P: Precision> GeneralLoop<P> {
             *tripped |= decision.status & status::TRIPPED != 0;
             drivers.push(decision.driver);
             let (actuator, limits) = (plant.actuator(number), plant.at_limits(number));
-            recorder.record(i, &Tick::new(actuator, plant.force(number), &truth, limits, decision));
+            recorder.record(i, &Tick::new(now, actuator, plant.force(number), &truth, limits, decision));
         }
         plant.advance(drivers, *grid);
     }

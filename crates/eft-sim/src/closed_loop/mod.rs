@@ -13,6 +13,7 @@ mod signals;
 mod simulate;
 mod stepper;
 mod test_run;
+mod traces;
 
 pub use channel::RigChannel;
 pub use controller::{Precision, RigController, Width, adapts, parameters};
@@ -26,3 +27,4 @@ pub use simulate::{
 pub(crate) use simulate::{one_actuator, simulate_controlled, soft_end_ticks};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;
+pub use traces::{Otherwise, TRACES, Trace, Traces, Values};

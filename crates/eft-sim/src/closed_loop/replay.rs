@@ -107,7 +107,7 @@ mod tests {
             supply_pressure: 1.9e7,
             ..Input::default()
         };
-        (rig, (0..run.command.len()).map(input).collect(), run.flow_gain_estimate)
+        (rig, (0..run.command.len()).map(input).collect(), run.traces.flow_gain_estimate)
     }
 
     #[test]

@@ -8,7 +8,8 @@ use crate::closed_loop::digital_side::DigitalSide;
 use crate::closed_loop::fast::{FastLoop, LoopState};
 use crate::closed_loop::general::GeneralLoop;
 use crate::closed_loop::outside::Outside;
-use crate::closed_loop::test_run::{Rows, TestRun};
+use crate::closed_loop::test_run::TestRun;
+use crate::closed_loop::traces::Rows;
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
@@ -246,8 +247,9 @@ fn through<P: Precision>(
         test.digital(0).controlled_by(outside);
     }
     let mut runs = run_through(&mut test, rig, commands, go_on)?;
-    if let ([run], true) = (runs.as_mut_slice(), detailed) {
-        run.energy = Some(test.balance());
+    if detailed {
+        let balance = test.balance();
+        runs.iter_mut().for_each(|run| run.energy = Some(balance));
     }
     Ok(runs)
 }
@@ -325,8 +327,7 @@ fn run_through(
         let end = soft_end.filter(|&end| end > start).unwrap_or(total);
         let ticks = CHUNK.min(end - start);
         let values: Vec<_> = commands.iter().map(|command| &command.values[start..]).collect();
-        let rows = runs.iter_mut().zip(&values).map(|(run, values)| run.extend(&values[..ticks]));
-        let rows = rows.collect();
+        let rows = runs.iter_mut().map(|run| run.extend(ticks)).collect();
         let done = test.run(&values, ticks, rows);
         if done < ticks {
             for run in &mut runs {

@@ -10,6 +10,7 @@ mod quantizer;
 pub(crate) use channel::AnalogOutput;
 pub(crate) use dac::Dac;
 pub(crate) use delay_line::DelayLines;
+pub(crate) use noise::Noise;
 
 use channel::{Channel, Fault};
 

@@ -10,6 +10,7 @@ mod fei;
 mod fft_ratio;
 mod norms;
 mod pair;
+mod row;
 mod summary;
 mod tracking;
 
@@ -20,5 +21,7 @@ pub use fei::{Fei, fei};
 pub use fft_ratio::{FftRatio, fft_ratio};
 pub(crate) use norms::{BLOCK, Norms};
 pub(crate) use pair::not_silent;
+pub use row::{Actuator, METRICS, Metric, Row, rows};
+pub(crate) use row::{Sums, Whole, ideal_displacements};
 pub use summary::{Metrics, TimeMetrics};
 pub use tracking::tracking_indicator;

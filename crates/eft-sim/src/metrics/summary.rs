@@ -46,10 +46,6 @@ pub struct TimeMetrics {
 }
 
 impl TimeMetrics {
-    /// Of a test that cannot be judged.
-    pub(crate) const UNANSWERED: Self =
-        Self { nrmse: f64::NAN, nrmse_bias_free: None, peak_error: f64::NAN, tracking_indicator: f64::NAN };
-
     /// Judges a measured force (N) against its command (N).
     ///
     /// # Errors
@@ -60,31 +56,18 @@ impl TimeMetrics {
         Norms::of(command, measured).metrics(varies)
     }
 
-    /// Name, value and unit of every metric, the same names for every test; the unit of a ratio is empty.
-    pub fn all(&self) -> [(&'static str, Option<f64>, &'static str); 4] {
+    /// Name and value of every metric, the same names for every test.
+    pub fn all(&self) -> [(&'static str, Option<f64>); 4] {
         [
-            ("nrmse", Some(self.nrmse), ""),
-            ("nrmse_bias_free", self.nrmse_bias_free, ""),
-            ("peak_error", Some(self.peak_error), ""),
-            ("tracking_indicator", Some(self.tracking_indicator), "N²"),
+            ("nrmse", Some(self.nrmse)),
+            ("nrmse_bias_free", self.nrmse_bias_free),
+            ("peak_error", Some(self.peak_error)),
+            ("tracking_indicator", Some(self.tracking_indicator)),
         ]
     }
 }
 
 impl Metrics {
-    /// Of a test that cannot be judged.
-    pub(crate) const UNANSWERED: Self = Self {
-        nrmse: f64::NAN,
-        nrmse_delay_removed: None,
-        nrmse_bias_free: None,
-        peak_error: f64::NAN,
-        delay: None,
-        fei_amplitude: None,
-        fei_delay: None,
-        fei_frequency: None,
-        tracking_indicator: f64::NAN,
-    };
-
     /// Judges a measured force (N) against its command (N), both sampled at `sample_rate` (Hz).
     ///
     /// # Errors
@@ -124,23 +107,23 @@ impl Metrics {
         })
     }
 
-    /// Name, value and unit of each metric that has a value; the unit of a ratio is empty.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64, &'static str)> {
-        self.all().into_iter().filter_map(|(name, value, unit)| Some((name, value?, unit)))
+    /// Name and value of each metric that has a value.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        self.all().into_iter().filter_map(|(name, value)| Some((name, value?)))
     }
 
-    /// Name, value and unit of every metric, the same names for every test; the unit of a ratio is empty.
-    pub fn all(&self) -> [(&'static str, Option<f64>, &'static str); 9] {
+    /// Name and value of every metric, the same names for every test.
+    pub fn all(&self) -> [(&'static str, Option<f64>); 9] {
         [
-            ("nrmse", Some(self.nrmse), ""),
-            ("nrmse_delay_removed", self.nrmse_delay_removed, ""),
-            ("nrmse_bias_free", self.nrmse_bias_free, ""),
-            ("peak_error", Some(self.peak_error), ""),
-            ("delay", self.delay, "s"),
-            ("fei_amplitude", self.fei_amplitude, ""),
-            ("fei_delay", self.fei_delay, "s"),
-            ("fei_frequency", self.fei_frequency, "Hz"),
-            ("tracking_indicator", Some(self.tracking_indicator), "N²"),
+            ("nrmse", Some(self.nrmse)),
+            ("nrmse_delay_removed", self.nrmse_delay_removed),
+            ("nrmse_bias_free", self.nrmse_bias_free),
+            ("peak_error", Some(self.peak_error)),
+            ("delay", self.delay),
+            ("fei_amplitude", self.fei_amplitude),
+            ("fei_delay", self.fei_delay),
+            ("fei_frequency", self.fei_frequency),
+            ("tracking_indicator", Some(self.tracking_indicator)),
         ]
     }
 }
@@ -176,11 +159,7 @@ mod tests {
         assert!((metrics.delay.unwrap() - 0.02).abs() < 1e-3);
         assert!(metrics.tracking_indicator < 0.0, "a lag");
         assert_eq!(metrics.iter().count(), 9);
-        assert!(
-            metrics
-                .iter()
-                .any(|(name, value, unit)| name == "nrmse" && value == metrics.nrmse && unit.is_empty())
-        );
+        assert!(metrics.iter().any(|(name, value)| name == "nrmse" && value == metrics.nrmse));
     }
 
     #[test]
@@ -191,7 +170,7 @@ mod tests {
         let silent = Metrics::new(&[1.0, -2.0, 1.0], &[0.0; 3], 10.0).unwrap();
         assert!(silent.delay.is_none() && silent.nrmse_delay_removed.is_none() && silent.fei_delay.is_none());
         assert_eq!(silent.fei_amplitude, Some(0.0));
-        assert!(silent.iter().all(|(_, value, _)| value.is_finite()));
+        assert!(silent.iter().all(|(_, value)| value.is_finite()));
         assert!(Metrics::new(&[], &[], 10.0).is_err() && Metrics::new(&[0.0], &[1.0], 10.0).is_err());
     }
 }

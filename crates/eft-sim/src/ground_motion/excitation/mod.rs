@@ -1,9 +1,11 @@
 //! What the actuator is asked for: force commands sampled at the controller's rate.
 
 mod effective_force;
+mod signals;
 mod sweep;
 
 pub use effective_force::effective_force;
+pub use signals::{burst, multisine, noise, sine, step};
 pub use sweep::sine_sweep;
 
 use crate::checks;

@@ -1,0 +1,394 @@
+//! The traces of a test as one table: what each is called, its unit, and how it is got. A line here is all that a new
+//! trace needs, in Rust and in Python.
+
+use eft_core::{Calibration, Flags};
+
+use crate::closed_loop::chunk::Recorder;
+use crate::closed_loop::controller::{Precision, adapts};
+use crate::closed_loop::fast::Tick;
+use crate::config::{RigConfig, StructureKind, VelocitySource};
+use crate::instruments::{are_ideal, has_accelerometer};
+use crate::lanes::Num;
+use crate::plant::needs_detail;
+
+/// One line of the [table](TRACES).
+#[derive(Debug, Clone, Copy)]
+pub struct Trace {
+    /// What it is called, here, in Python and in files.
+    pub name: &'static str,
+    /// Its SI unit; empty where it has none.
+    pub unit: &'static str,
+    /// What it is.
+    pub doc: &'static str,
+    /// What it is in a test that does not record it.
+    pub otherwise: Otherwise,
+}
+
+/// What a trace is in a test that does not record it.
+#[derive(Debug, Clone, Copy)]
+pub enum Otherwise {
+    /// Every test records it.
+    Recorded,
+    /// One value throughout, of the rig.
+    Constant(fn(&RigConfig) -> f64),
+    /// One value throughout, as the controller is configured: the trace is of what is learned.
+    Nominal(fn(&RigConfig) -> f64),
+    /// The trace of this name.
+    Same(&'static str),
+    /// The rig has no such thing.
+    Absent,
+}
+
+use Otherwise::{Absent, Constant, Nominal, Recorded, Same};
+
+/// Which groups of traces a test records: a value that cannot change costs no memory and no time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Groups {
+    plant: bool,
+    supply: bool,
+    sensors: bool,
+    accelerometer: bool,
+    learner: bool,
+}
+
+impl Groups {
+    fn of(rig: &RigConfig) -> Self {
+        let sensors = !are_ideal(rig) || rig.controller.velocity_source != VelocitySource::Sensor;
+        Self {
+            plant: true,
+            supply: needs_detail(rig) || rig.structure.kind == StructureKind::ShearBuilding,
+            sensors,
+            accelerometer: sensors && has_accelerometer(rig),
+            learner: adapts(rig),
+        }
+    }
+}
+
+/// `name: unit, description, value of a tick => otherwise`, by the groups that a test records together; of the learner,
+/// `name: unit, description, value of a calibration => value of a rig that does not learn`.
+macro_rules! traces {
+    (
+        learner |$calibration:ident| {
+            $($learned:ident: $learned_unit:literal, $learned_doc:literal, $found:expr => $nominal:expr;)*
+        }
+        $($group:ident |$tick:ident| {
+            $($name:ident: $unit:literal, $doc:literal, $value:expr => $otherwise:expr;)*
+        })*
+    ) => {
+        /// Every trace of floating-point numbers, in the order of tables and files.
+        pub const TRACES: &[Trace] = &[
+            $($(Trace { name: stringify!($name), unit: $unit, doc: $doc, otherwise: $otherwise },)*)*
+            $(Trace {
+                name: stringify!($learned),
+                unit: $learned_unit,
+                doc: $learned_doc,
+                otherwise: Nominal($nominal),
+            },)*
+        ];
+
+        /// What the learner found out, as the controller uses it.
+        #[derive(Debug, Clone, Copy)]
+        pub(crate) struct Estimates<S> {
+            $(pub(crate) $learned: S,)*
+        }
+
+        impl<S: Num> Estimates<S> {
+            /// Of rigs that do not learn, one a lane.
+            pub(crate) fn nominal<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+                let of = |nominal: fn(&RigConfig) -> f64| S::from_lanes(|lane| nominal(rig(lane)));
+                Self { $($learned: of($nominal),)* }
+            }
+
+            /// Of the calibrations in use; these where a lane has none.
+            pub(crate) fn or<'a, P: Precision>(self, of: impl Fn(usize) -> Option<&'a Calibration<P>>) -> Self {
+                Self {
+                    $($learned: S::from_lanes(|lane| match of(lane) {
+                        Some($calibration) => $found.to_f64(),
+                        None => self.$learned.lane(lane),
+                    }),)*
+                }
+            }
+
+            /// Of a controller elsewhere, which does not tell.
+            pub(crate) fn unknown() -> Self {
+                Self { $($learned: S::splat(f64::NAN),)* }
+            }
+        }
+
+        /// The samples of a test, by the [table](TRACES); a trace that the test does not record is empty.
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct Traces {
+            groups: Groups,
+            $($(#[doc = $doc] #[doc = concat!("(", $unit, ").")] pub $name: Vec<f64>,)*)*
+            $(#[doc = $learned_doc] #[doc = concat!("(", $learned_unit, ").")] pub $learned: Vec<f64>,)*
+            /// Bits of [`eft_core::status`].
+            pub status: Vec<u32>,
+        }
+
+        impl Traces {
+            pub(crate) fn with_capacity(rig: &RigConfig, ticks: usize) -> Self {
+                let groups = Groups::of(rig);
+                let room = |recorded| Vec::with_capacity(if recorded { ticks } else { 0 });
+                Self {
+                    groups,
+                    $($($name: room(groups.$group),)*)*
+                    $($learned: room(groups.learner),)*
+                    status: Vec::with_capacity(ticks),
+                }
+            }
+
+            /// Where the samples of a trace are kept, and whether this test records it; none of an unknown name.
+            fn place(&self, name: &str) -> Option<(&Vec<f64>, bool)> {
+                match name {
+                    $($(stringify!($name) => Some((&self.$name, self.groups.$group)),)*)*
+                    $(stringify!($learned) => Some((&self.$learned, self.groups.learner)),)*
+                    _ => None,
+                }
+            }
+
+            fn place_mut(&mut self, name: &str) -> Option<&mut Vec<f64>> {
+                match name {
+                    $($(stringify!($name) => Some(&mut self.$name),)*)*
+                    $(stringify!($learned) => Some(&mut self.$learned),)*
+                    _ => None,
+                }
+            }
+
+            $($(
+                #[doc = concat!($doc, " (", $unit, "), or what it is where the test does not record it; empty of a constant.")]
+                pub fn $name(&self) -> &[f64] {
+                    self.samples(stringify!($name))
+                }
+            )*)*
+
+            /// Name and last value of what the learner found; none where nothing is learned.
+            pub fn estimates(&self) -> Option<Vec<(&'static str, f64)>> {
+                let last = |trace: &Vec<f64>| trace.last().copied().unwrap_or(f64::NAN);
+                self.groups.learner.then(|| vec![$((stringify!($learned), last(&self.$learned)),)*])
+            }
+
+            /// Room for so many more samples, to be filled in.
+            pub(crate) fn extend(&mut self, ticks: usize) -> Rows<'_> {
+                let groups = self.groups;
+                Rows {
+                    groups,
+                    $($($name: more(&mut self.$name, if groups.$group { ticks } else { 0 }, 0.0),)*)*
+                    $($learned: more(&mut self.$learned, if groups.learner { ticks } else { 0 }, 0.0),)*
+                    status: more(&mut self.status, ticks, 0),
+                }
+            }
+
+            /// Keeps the first `ticks` samples.
+            pub(crate) fn truncate(&mut self, ticks: usize) {
+                $($(self.$name.truncate(ticks);)*)*
+                $(self.$learned.truncate(ticks);)*
+                self.status.truncate(ticks);
+            }
+        }
+
+        /// Some samples of every trace, to be written.
+        pub(crate) struct Rows<'a> {
+            groups: Groups,
+            $($($name: &'a mut [f64],)*)*
+            $($learned: &'a mut [f64],)*
+            status: &'a mut [u32],
+        }
+
+        impl Rows<'_> {
+            /// Writes one lane of a tick as sample `i`.
+            #[inline(always)]
+            pub(crate) fn set<S: Num>(&mut self, i: usize, tick: &Tick<S>, lane: usize) {
+                $(if self.groups.$group {
+                    $(self.$name[i] = { let $tick = tick; $value }.lane(lane);)*
+                })*
+                if self.groups.learner {
+                    $(self.$learned[i] = tick.decision.estimates.$learned.lane(lane);)*
+                }
+                self.status[i] = tick.status.lane(lane);
+            }
+        }
+    };
+}
+
+traces! {
+    learner |calibration| {
+        flow_gain_estimate: "", "Flow gain the controller believes in; 1 is as its table says",
+            calibration.flow_gain => |_| 1.0;
+        response_delay_estimate: "s", "Delay that the controller makes up for",
+            calibration.response_delay => |rig| rig.compensation.response_delay;
+        valve_gain_estimate: "", "Spool's gain over the configured one that the controller believes in",
+            calibration.valve_gain => |_| 1.0;
+        level: "", "Overcompensation guard's factor on the compensation level; 1 where it does not act",
+            calibration.level => |_| 1.0;
+        flow_gain_deviation: "", "Standard deviation of the flow gain by noise; infinite where nothing was learned",
+            calibration.deviations.flow_gain => |_| f64::INFINITY;
+        response_delay_deviation: "s", "Standard deviation of the delay by noise; infinite where nothing was learned",
+            calibration.deviations.response_delay => |_| f64::INFINITY;
+        valve_gain_deviation: "", "Standard deviation of the spool's gain by noise; infinite where nothing was learned",
+            calibration.deviations.valve_gain => |_| f64::INFINITY;
+        test_ratio: "", "Gate's test ratio of the last window; above 1 nothing is learned from it",
+            calibration.test_ratio => |_| 0.0;
+    }
+    plant |tick| {
+        command: "N", "Force command", tick.command => Recorded;
+        force: "N", "Force on the structure", tick.force => Recorded;
+        displacement: "m", "Displacement", tick.plant.displacement => Recorded;
+        velocity: "m/s", "Velocity", tick.plant.velocity => Recorded;
+        spool: "", "Spool opening", tick.plant.spool => Recorded;
+        load_pressure: "Pa", "Load pressure", tick.plant.load_pressure => Recorded;
+        valve_command: "V", "Valve command", tick.decision.valve_command => Recorded;
+        compensation: "V", "Compensation signal", tick.decision.compensation => Recorded;
+    }
+    supply |tick| {
+        supply_pressure: "Pa", "Supply pressure",
+            tick.supply_pressure => Constant(|rig| rig.plant().supply.pressure);
+    }
+    sensors |tick| {
+        measured_force: "N", "Force as the load cell reported it", tick.decision.measured.force => Same("force");
+        measured_displacement: "m", "Displacement as its sensor reported it",
+            tick.decision.measured.displacement => Same("displacement");
+        measured_velocity: "m/s", "Velocity as its sensor reported it, or as the controller estimated it",
+            tick.decision.measured.velocity => Same("velocity");
+        measured_spool: "", "Spool opening as its sensor reported it",
+            tick.decision.measured.spool => Same("spool");
+        measured_supply_pressure: "Pa", "Supply pressure as its sensor reported it",
+            tick.decision.measured.supply_pressure => Same("supply_pressure");
+    }
+    accelerometer |tick| {
+        acceleration: "m/s²", "Acceleration, of a rig with an accelerometer", tick.acceleration => Absent;
+        measured_acceleration: "m/s²", "Acceleration as the accelerometer reported it",
+            tick.decision.measured.acceleration => Absent;
+    }
+}
+
+fn more<T: Copy>(trace: &mut Vec<T>, ticks: usize, value: T) -> &mut [T] {
+    let from = trace.len();
+    trace.resize(from + ticks, value);
+    &mut trace[from..]
+}
+
+/// What a trace is in one test.
+#[derive(Debug, PartialEq)]
+pub enum Values<'a> {
+    /// One value a sample.
+    Samples(&'a mut Vec<f64>),
+    /// One value throughout.
+    Constant(f64),
+    /// The samples of the trace of this name.
+    Same(&'static str),
+    /// The rig has no such thing.
+    Absent,
+}
+
+impl Traces {
+    /// What a trace of the table is in this test of a rig.
+    pub fn values(&mut self, trace: &Trace, rig: &RigConfig) -> Values<'_> {
+        if self.place(trace.name).is_some_and(|(_, recorded)| recorded) {
+            return self.place_mut(trace.name).map_or(Values::Absent, Values::Samples);
+        }
+        match trace.otherwise {
+            Constant(value) | Nominal(value) => Values::Constant(value(rig)),
+            Same(name) => Values::Same(name),
+            Recorded | Absent => Values::Absent,
+        }
+    }
+
+    /// The samples of a trace, or of the one that it is the same as; empty where there are none.
+    pub fn samples(&self, name: &str) -> &[f64] {
+        match self.place(name) {
+            Some((samples, true)) => samples,
+            _ => match TRACES.iter().find(|trace| trace.name == name).map(|trace| trace.otherwise) {
+                Some(Same(other)) => self.samples(other),
+                _ => &[],
+            },
+        }
+    }
+
+    /// Where they differ by a bit from other traces for the first time, as trace and sample; none where they are equal.
+    /// Samples that only one of them has are a difference; a trace that one of them does not know is none.
+    pub fn first_difference(&self, other: &Self) -> Option<(&'static str, usize)> {
+        fn first<T>(a: &[T], b: &[T], bits: impl Fn(&T) -> u64) -> Option<usize> {
+            let differ = a.iter().zip(b).position(|(a, b)| bits(a) != bits(b));
+            differ.or((a.len() != b.len()).then(|| a.len().min(b.len())))
+        }
+        let unknown = |samples: &[f64]| !samples.is_empty() && samples.iter().all(|value| value.is_nan());
+        let differences = TRACES.iter().filter_map(|Trace { name, .. }| {
+            let (a, b) = (self.samples(name), other.samples(name));
+            if unknown(a) || unknown(b) {
+                return None;
+            }
+            first(a, b, |value| value.to_bits()).map(|at| (*name, at))
+        });
+        let flags = first(&self.status, &other.status, |&flags| flags.into()).map(|at| ("status", at));
+        differences.chain(flags).min_by_key(|difference| difference.1)
+    }
+
+    /// Every flag that was raised at any time.
+    pub fn status_union(&self) -> u32 {
+        self.status.iter().fold(0, |all, s| all | s)
+    }
+}
+
+impl<S: Num> Recorder<S> for Rows<'_> {
+    #[inline(always)]
+    fn record(&mut self, i: usize, tick: &Tick<S>) {
+        self.set(i, tick, 0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground_motion::excitation::sine_sweep;
+    use crate::{SimulateOptions, TestRun, simulate};
+
+    fn run(changes: &[(&str, toml::Value)]) -> TestRun {
+        let rig = RigConfig::zhao2005().replace(changes).unwrap();
+        let command = sine_sweep(4000.0, 0.5, 6.0, 1.0, 4096.0).unwrap();
+        simulate::<f64>(&rig, &command, &SimulateOptions::default(), |_, _| true).unwrap()
+    }
+
+    #[test]
+    fn names_are_different_and_what_stands_in_for_a_trace_is_one() {
+        for (i, trace) in TRACES.iter().enumerate() {
+            assert!(TRACES[..i].iter().all(|other| other.name != trace.name), "{}", trace.name);
+            if let Same(other) = trace.otherwise {
+                assert!(TRACES.iter().any(|trace| trace.name == other), "{}", trace.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_test_records_what_can_change() {
+        let mut plain = run(&[]);
+        assert_eq!((plain.force.len(), plain.supply_pressure.len(), plain.level.len()), (4096, 0, 0));
+        assert_eq!(plain.measured_force(), plain.force);
+        let rig = plain.rig.clone();
+        let mut values = |name: &str| {
+            let trace = TRACES.iter().find(|trace| trace.name == name).unwrap();
+            match plain.values(trace, &rig) {
+                Values::Constant(value) => Some(value),
+                _ => None,
+            }
+        };
+        assert_eq!(values("supply_pressure"), Some(1.9e7));
+        assert_eq!(values("test_ratio"), Some(0.0));
+        assert_eq!(values("acceleration"), None);
+        let noisy = run(&[("sensors.force.noise", 20.0.into()), ("actuator.friction", 10.0.into())]);
+        assert_eq!((noisy.measured_force.len(), noisy.supply_pressure.len()), (4096, 4096));
+        assert!(noisy.acceleration.is_empty() && noisy.estimates().is_none());
+    }
+
+    #[test]
+    fn the_test_ratio_is_held_over_the_ticks_of_a_window() {
+        let run = run(&[("compensation.adaptive", true.into())]);
+        let window = 16;
+        let steps = run.test_ratio.windows(2).enumerate().filter(|(_, pair)| pair[0] != pair[1]);
+        let at: Vec<usize> = steps.map(|(i, _)| i + 1).collect();
+        assert!(at.len() > 100 && at.iter().all(|i| i % window == 0), "{at:?}");
+        assert_eq!(
+            run.estimates().unwrap().last().unwrap(),
+            &("test_ratio", *run.test_ratio.last().unwrap())
+        );
+    }
+}

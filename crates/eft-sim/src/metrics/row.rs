@@ -1,0 +1,303 @@
+//! The single numbers of a test, force and motion: one table for a run, a batch and a study.
+
+use super::norms::Norms;
+use super::pair::not_silent;
+use super::summary::{Metrics, TimeMetrics};
+use crate::closed_loop::{SimulateOptions, ideal_responses};
+use crate::config::RigConfig;
+use crate::error::Result;
+use crate::ground_motion::excitation::Command;
+
+/// One line of the [table](METRICS).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Metric {
+    /// What it is called, here, in Python and in files.
+    pub name: &'static str,
+    /// Its SI unit; empty where it has none.
+    pub unit: &'static str,
+    /// What it is.
+    pub doc: &'static str,
+    /// Whether it takes Fourier transforms or the ideal response, and so longer than the test.
+    pub costly: bool,
+}
+
+const fn quick(name: &'static str, unit: &'static str, doc: &'static str) -> Metric {
+    Metric { name, unit, doc, costly: false }
+}
+
+const fn costly(name: &'static str, unit: &'static str, doc: &'static str) -> Metric {
+    Metric { name, unit, doc, costly: true }
+}
+
+/// Every metric of a test, in the order of tables and files.
+pub const METRICS: [Metric; 13] = [
+    quick("nrmse", "", "rms force error over rms command"),
+    costly("nrmse_delay_removed", "", "the same without the delay"),
+    quick("nrmse_bias_free", "", "the same without the offset"),
+    quick("peak_error", "", "largest force error over the largest command"),
+    costly("delay", "s", "delay of the force by cross-correlation, positive when it lags"),
+    costly("fei_amplitude", "", "frequency-domain evaluation index: amplitude"),
+    costly("fei_delay", "s", "frequency-domain evaluation index: delay"),
+    costly("fei_frequency", "Hz", "frequency-domain evaluation index: frequency"),
+    quick("tracking_indicator", "N²", "tracking indicator, negative when the force lags"),
+    costly("displacement_error", "", "rms displacement error against the ideal response, over its rms"),
+    quick("max_spool", "", "largest spool opening"),
+    quick("drift", "m", "largest drift of the story"),
+    quick("min_supply_pressure", "Pa", "smallest supply pressure"),
+];
+
+/// What one actuator did in a test.
+#[derive(Debug, Clone, Copy)]
+pub struct Actuator<'a> {
+    /// Force command (N).
+    pub command: &'a [f64],
+    /// Force on the structure (N).
+    pub force: &'a [f64],
+    /// Displacement (m).
+    pub displacement: &'a [f64],
+    /// Spool opening (1).
+    pub spool: &'a [f64],
+    /// Smallest supply pressure (Pa).
+    pub min_supply_pressure: f64,
+}
+
+/// What is summed up on the way through a test.
+pub(crate) struct Sums {
+    pub(crate) norms: Norms<f64>,
+    /// Largest spool opening (1).
+    pub(crate) max_spool: f64,
+    /// Largest story drift (m).
+    pub(crate) drift: f64,
+    /// Smallest supply pressure (Pa).
+    pub(crate) min_supply_pressure: f64,
+}
+
+/// Whole signals, for the metrics that need them.
+#[derive(Clone, Copy)]
+pub(crate) struct Whole<'a> {
+    /// Force (N).
+    pub(crate) force: &'a [f64],
+    /// Displacement (m).
+    pub(crate) displacement: &'a [f64],
+    /// Displacement (m) under exactly the command; empty where it has no end.
+    pub(crate) ideal: &'a [f64],
+}
+
+/// The metrics of one actuator's test. Rows are equal where all their bits are, no answer to no answer.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// In the order of the table; NaN where a metric has no answer.
+    values: [f64; METRICS.len()],
+    /// Whether the costly ones were asked for.
+    costly: bool,
+}
+
+impl PartialEq for Row {
+    fn eq(&self, other: &Self) -> bool {
+        self.costly == other.costly && self.values.map(f64::to_bits) == other.values.map(f64::to_bits)
+    }
+}
+
+impl Row {
+    /// Name and value of every metric that was asked for; NaN where it has no answer.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let values = METRICS.iter().zip(self.values);
+        let asked = self.costly;
+        values.filter(move |(metric, _)| asked || !metric.costly).map(|(metric, value)| (metric.name, value))
+    }
+
+    /// The value of one metric; none where it was not asked for.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.iter().find(|(known, _)| *known == name).map(|(_, value)| value)
+    }
+
+    fn set(&mut self, name: &str, value: f64) {
+        if let Some(at) = METRICS.iter().position(|metric| metric.name == name) {
+            self.values[at] = value;
+        }
+    }
+
+    /// Of a test whose force has no answer to its command: none was given, or the numbers left their range.
+    pub(crate) fn without_force(sums: &Sums, costly: bool) -> Self {
+        let mut row = Self { values: [f64::NAN; METRICS.len()], costly };
+        row.set("max_spool", sums.max_spool);
+        row.set("drift", sums.drift);
+        row.set("min_supply_pressure", sums.min_supply_pressure);
+        row
+    }
+
+    /// Judges what was summed up under a command (N), and whole signals where the costly metrics are wanted.
+    ///
+    /// # Errors
+    /// A command that is zero throughout; signals whose squares leave the range of `f64`.
+    pub(crate) fn new(
+        command: &[f64],
+        sample_rate: f64,
+        sums: &Sums,
+        whole: Option<Whole<'_>>,
+    ) -> Result<Self> {
+        not_silent(command)?;
+        let time: TimeMetrics = sums.norms.metrics(command.iter().any(|c| *c != command[0]))?;
+        let mut row = Self::without_force(sums, whole.is_some());
+        let mut take = |metrics: &[(&'static str, Option<f64>)]| {
+            for (name, value) in metrics {
+                row.set(name, value.unwrap_or(f64::NAN));
+            }
+        };
+        match whole {
+            None => take(&time.all()),
+            Some(Whole { force, displacement, ideal }) => {
+                take(&Metrics::with_transforms(time, command, force, sample_rate)?.all());
+                row.set("displacement_error", displacement_error(displacement, ideal));
+            }
+        }
+        Ok(row)
+    }
+}
+
+/// Rms error of a displacement (m) over the rms of the ideal one; NaN where that is nothing.
+fn displacement_error(displacement: &[f64], ideal: &[f64]) -> f64 {
+    let pairs = displacement.iter().zip(ideal);
+    let (error, whole) = pairs.fold((0.0, 0.0), |(error, whole), (x, ideal)| {
+        (error + (x - ideal) * (x - ideal), whole + ideal * ideal)
+    });
+    (error / whole).sqrt()
+}
+
+/// Displacements (m) that a rig's structure has under exactly these commands (N), one an actuator; empty where they
+/// have no end, as of a structure that is too stiff for the step.
+pub(crate) fn ideal_displacements(rig: &RigConfig, sample_rate: f64, commands: &[&[f64]]) -> Vec<Vec<f64>> {
+    let options = SimulateOptions::default();
+    let commands: Vec<_> =
+        commands.iter().map(|values| Command { values: values.to_vec(), sample_rate }).collect();
+    match ideal_responses(rig, &commands, &options) {
+        Ok(responses) => responses.into_iter().map(|response| response.displacement).collect(),
+        Err(_) => vec![Vec::new(); commands.len()],
+    }
+}
+
+/// Judges a test on a rig, one row an actuator, the ground floor's first; of an actuator whose command is zero
+/// throughout, all that is judged by it is NaN, and of some actuators of a building alone so are drift and displacement
+/// error.
+///
+/// # Errors
+/// Commands that are all zero throughout, signals that are not finite or of different lengths, or whose squares leave
+/// the range of `f64`; a sample rate that no test has.
+pub fn rows(rig: &RigConfig, sample_rate: f64, actuators: &[Actuator<'_>], costly: bool) -> Result<Vec<Row>> {
+    crate::checks::sample_rate("sample_rate", sample_rate)?;
+    let commands: Vec<&[f64]> = actuators.iter().map(|actuator| actuator.command).collect();
+    not_silent(&commands.concat())?;
+    for actuator in actuators {
+        let length = actuator.command.len();
+        for (name, signal) in
+            [("force", actuator.force), ("displacement", actuator.displacement), ("spool", actuator.spool)]
+        {
+            crate::checks::signal(name, signal)?;
+            if signal.len() != length {
+                let allowed = format!("must have the command's {length} samples");
+                return Err(crate::Error::value(name, format!("{} samples", signal.len()), allowed));
+            }
+        }
+    }
+    let ideal = if costly {
+        ideal_displacements(rig, sample_rate, &commands)
+    } else {
+        vec![Vec::new(); actuators.len()]
+    };
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |most: f64, x| most.max(x.abs()));
+    let all = actuators.len() == rig.structure.floors();
+    let mut below: Option<&[f64]> = None;
+    let mut rows = Vec::with_capacity(actuators.len());
+    for (actuator, ideal) in actuators.iter().zip(&ideal) {
+        let &Actuator { command, force, displacement, spool, min_supply_pressure } = actuator;
+        let drift = match below {
+            _ if !all => f64::NAN,
+            None => largest(&mut displacement.iter().copied()),
+            Some(below) => largest(&mut displacement.iter().zip(below).map(|(x, below)| x - below)),
+        };
+        below = Some(displacement);
+        let sums = Sums {
+            norms: Norms::of(command, force),
+            max_spool: largest(&mut spool.iter().copied()),
+            drift,
+            min_supply_pressure,
+        };
+        let whole = costly.then_some(Whole { force, displacement, ideal });
+        rows.push(match not_silent(command) {
+            Ok(()) => Row::new(command, sample_rate, &sums, whole)?,
+            Err(_) => Row::without_force(&sums, costly),
+        });
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::ideal_response;
+    use crate::ground_motion::excitation::sine_sweep;
+
+    fn value(row: &Row, name: &str) -> f64 {
+        row.get(name).unwrap()
+    }
+
+    #[test]
+    fn the_motion_is_judged_against_the_ideal_one() {
+        let rig = RigConfig::zhao2005();
+        let command = sine_sweep(4000.0, 0.5, 4.0, 2.0, 1024.0).unwrap();
+        let ideal = ideal_response(&rig, &command, &SimulateOptions::default()).unwrap().displacement;
+        let displacement: Vec<f64> = ideal.iter().map(|x| 1.25 * x).collect();
+        let spool = vec![-0.2; ideal.len()];
+        let actuator = Actuator {
+            command: &command.values,
+            force: &command.values,
+            displacement: &displacement,
+            spool: &spool,
+            min_supply_pressure: 1.8e7,
+        };
+        let row = rows(&rig, 1024.0, &[actuator], true).unwrap().remove(0);
+        assert!((value(&row, "displacement_error") - 0.25).abs() < 1e-12);
+        assert_eq!((value(&row, "nrmse"), value(&row, "max_spool")), (0.0, 0.2));
+        let largest = displacement.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        assert_eq!((value(&row, "drift"), value(&row, "min_supply_pressure")), (largest, 1.8e7));
+        assert_eq!(row.iter().count(), METRICS.len());
+        let quick = rows(&rig, 1024.0, &[actuator], false).unwrap().remove(0);
+        assert_eq!(quick.iter().count(), METRICS.iter().filter(|metric| !metric.costly).count());
+        for (name, found) in quick.iter() {
+            assert_eq!(found.to_bits(), value(&row, name).to_bits(), "{name}");
+        }
+        let short = Actuator { spool: &spool[1..], ..actuator };
+        let error = rows(&rig, 1024.0, &[short], false).unwrap_err().to_string();
+        assert!(error.starts_with("spool = 2047 samples: must have the command's 2048"), "{error}");
+    }
+
+    #[test]
+    fn a_story_drifts_against_the_one_below() {
+        let list = |value: f64| toml::Value::Array(vec![value.into(); 2]);
+        let rig = RigConfig::zhao2005()
+            .replace(&[
+                ("structure.kind", "shear_building".into()),
+                ("structure.stories.masses", list(7040.0)),
+                ("structure.stories.dampings", list(4330.0)),
+                ("structure.stories.stiffnesses", list(693.8e3)),
+            ])
+            .unwrap();
+        let (zero, ones) = (vec![0.0; 8], vec![1.0; 8]);
+        let floor = |command, displacement| Actuator {
+            command,
+            force: command,
+            displacement,
+            spool: &zero,
+            min_supply_pressure: 1e7,
+        };
+        let motions = [vec![0.01; 8], vec![-0.005; 8]];
+        let floors = [floor(&ones, &motions[0]), floor(&zero, &motions[1])];
+        let rows = rows(&rig, 100.0, &floors, true).unwrap();
+        assert_eq!((value(&rows[0], "drift"), value(&rows[1], "drift")), (0.01, 0.015));
+        assert!(value(&rows[1], "nrmse").is_nan() && value(&rows[0], "nrmse") == 0.0);
+        let alone = super::rows(&rig, 100.0, &floors[..1], true).unwrap();
+        assert!(value(&alone[0], "drift").is_nan() && value(&alone[0], "displacement_error").is_nan());
+        let silent = [floor(&zero, &motions[0]), floor(&zero, &motions[1])];
+        assert!(super::rows(&rig, 100.0, &silent, false).is_err());
+    }
+}

@@ -1,0 +1,85 @@
+"""What is made of Rust's tables of traces and metrics: the attributes of a run, and its metrics.
+
+`_table.pyi` declares the same for type checkers; ``tests/python/test_table.py`` writes it and holds it true.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from eft import _native
+
+
+class Trace(NamedTuple):
+    """What is known of a trace."""
+
+    unit: str
+    doc: str
+    otherwise: str
+    """What it is in a test that does not record it: "recorded", "constant", "nominal" of what is learned,
+    "absent", or another's name."""
+
+
+class Metric(NamedTuple):
+    """What is known of a metric."""
+
+    unit: str
+    doc: str
+    costly: bool
+    """Whether it takes Fourier transforms or the ideal response, and so longer than the test."""
+
+
+TRACES: dict[str, Trace] = {name: Trace(*about) for name, *about in _native.trace_table()}
+METRICS: dict[str, Metric] = {name: Metric(*about) for name, *about in _native.metric_table()}
+
+
+class Channels:
+    """The traces of a run as attributes, of several actuators with a leading axis."""
+
+    _values: Mapping[str, Any]
+
+
+class Metrics(Mapping[str, Any]):
+    """The metrics of a run by name, as items and as attributes; they never change.
+
+    Numbers, NaN where there is no answer, such as the delay of a force that stays zero; for several
+    actuators arrays with one number each. Without ``fft`` those that take longer than a test are left out: no
+    items, and NaN as attributes.
+    """
+
+    __slots__ = ("_values",)
+
+    def __init__(self, values: Mapping[str, Any]) -> None:
+        """Keep the values by name."""
+        object.__setattr__(self, "_values", dict(values))
+
+    def __getitem__(self, name: str) -> Any:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name}: metrics cannot be changed")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Metrics, (self._values,)
+
+    def __repr__(self) -> str:
+        return f"Metrics({self._values!r})"
+
+
+def _unit(unit: str) -> str:
+    return f", {unit}." if unit else "."
+
+
+for _name, _trace in TRACES.items():
+    _doc = f"{_trace.doc}{_unit(_trace.unit)}"
+    setattr(Channels, _name, property(lambda run, name=_name: run._values.get(name), doc=_doc))
+for _name, _metric in METRICS.items():
+    _doc = f"{_metric.doc[:1].upper()}{_metric.doc[1:]}{_unit(_metric.unit)}"
+    setattr(Metrics, _name, property(lambda of, name=_name: of._values.get(name, float("nan")), doc=_doc))
