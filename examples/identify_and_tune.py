@@ -20,8 +20,8 @@ command = eft.sine_sweep(amplitude=8900.0, f_start=0.0, f_end=10.0, duration=32.
 # With the data sheet's curve the loop is beyond its stability margin.
 
 # %%
-margins = eft.stability_margins(believed)
-print(f"the loop stands a flow gain of up to {margins['flow_gain'][1]:.3f} of the believed one")
+margins = eft.linear.stability_margins(believed)
+print(f"the loop stands a flow gain of up to {margins.flow_gain[1]:.3f} of the believed one")
 before = eft.simulate(true, command)
 print(before.message)
 
@@ -30,13 +30,13 @@ print(before.message)
 # motions without a load the flow curve.
 
 # %%
-spool_command, spool = eft.valve_test(true)
+spool_command, spool = eft.identification.valve_test(true)
 delay = eft.identify_delay(spool_command, spool, 2048.0)
 print(f"response delay {delay * 1e3:.2f} ± {delay.uncertainty * 1e3:.2f} ms")
 
 stroke = true["actuator.stroke"]
-runs = [eft.flow_test(true, share * stroke) for share in (0.9, 0.8, 0.6, 0.4, 0.2)]
-estimate = eft.flow_curve_estimate(
+runs = [eft.identification.flow_test(true, share * stroke) for share in (0.9, 0.8, 0.6, 0.4, 0.2)]
+estimate = eft.identify_flow_curve(
     [spool for _, _, spool in runs],
     [displacement for _, displacement, _ in runs],
     2048.0,
@@ -46,7 +46,7 @@ openings = np.linspace(-0.9, 0.9, 19)
 data_sheet = eft.FlowTable(
     believed["servovalve.flow_table.openings"], believed["servovalve.flow_table.flows"]
 )
-ratio = estimate.table.flow(openings[openings != 0]) / data_sheet.flow(openings[openings != 0])
+ratio = estimate.flow(openings[openings != 0]) / data_sheet.flow(openings[openings != 0])
 print(f"the valve passes {ratio.mean():.3f} of what the data sheet says")
 
 # %% [markdown]
@@ -54,10 +54,10 @@ print(f"the valve passes {ratio.mean():.3f} of what the data sheet says")
 # valve is `flow_gain_scale` times that curve, so the scale is now what is left of the error.
 
 # %%
-slope = (estimate.table.flow(0.05) - estimate.table.flow(-0.05)) / 0.1
+slope = (estimate.flow(0.05) - estimate.flow(-0.05)) / 0.1
 tuned = true.replace(
     {
-        "servovalve.flow_table": estimate.table,
+        "servovalve.flow_table": estimate,
         "servovalve.flow_gain_scale": 1.06 / ratio.mean(),
         "compensation.flow_gain": slope,
         "compensation.response_delay": float(delay),
@@ -69,7 +69,7 @@ print(f"force error {after.metrics()['nrmse']:.1%}, spool opening {after.metrics
 # %%
 figure = Figure(figsize=(7, 5), layout="constrained")
 upper, lower = figure.subplots(2, 1)
-plots.flow_curve(estimate.table, ax=upper)
+plots.flow_curve(estimate, ax=upper)
 upper.plot(data_sheet.openings, data_sheet.flows * 1e3, "--", color="0.5", label="data sheet")
 upper.legend()
 plots.force_ratio(after, ax=lower)

@@ -24,7 +24,7 @@ print(record.name, f"{record.pga:.2f} m/s²")
 # the structure and leaves the drift out; the ends fade so that the test begins and ends at rest.
 
 # %%
-prepared = eft.tapered(eft.band_passed(eft.baseline_corrected(record), 0.1, 25.0), start=1.0, end=2.0)
+prepared = record.baseline_corrected().band_passed(0.1, 25.0).tapered(start=1.0, end=2.0)
 
 
 def command(scale: float) -> eft.Command:
@@ -38,10 +38,10 @@ def command(scale: float) -> eft.Command:
 verdicts = {}
 for scale in (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0):
     answer = eft.check_feasibility(rig, command(scale))
-    spool = next(demand for demand in answer["demands"] if demand["name"] == "spool opening")
-    verdicts[scale] = answer["verdict"]
-    why = answer["reasons"][0] if answer["reasons"] else ""
-    print(f"scale {scale:4.2f}: {answer['verdict']:7}  spool opening {spool['required']:6.1%}  {why}")
+    spool = next(demand for demand in answer.demands if demand.name == "spool opening")
+    verdicts[scale] = answer.verdict
+    why = answer.reasons[0] if answer.reasons else ""
+    print(f"scale {scale:4.2f}: {answer.verdict:7}  spool opening {spool.required:6.1%}  {why}")
 
 largest = max(scale for scale, verdict in verdicts.items() if verdict == "go")
 

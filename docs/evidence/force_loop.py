@@ -63,7 +63,7 @@ def margins() -> str:
     loop = eft.design_force_loop(RIG)
     rigs = {name: RIG.replace(changes) for name, changes in LOOPS.items()}
     level = {name: eft.stability_margin(rig, sampled=True) for name, rig in rigs.items()}
-    around = {name: eft.stability_margins(rig, sampled=True)["loop_gain"] for name, rig in rigs.items()}
+    around = {name: eft.linear.stability_margins(rig, sampled=True).loop_gain for name, rig in rigs.items()}
     paper = ["controller.proportional_gain", "controller.derivative_gain"]
     rows = [
         ("`G_p`", f"{RIG[paper[0]]:.4g}", f"{loop.coefficients[paper[0]]:.4g}"),

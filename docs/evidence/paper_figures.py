@@ -64,16 +64,19 @@ def table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 def figure_4() -> Iterator[Shown]:
     """The identification tests, run as the paper ran them."""
     rig = eft.Rig.zhao2005()
-    delay = eft.identify_delay(*eft.valve_test(rig, amplitude=0.0254, sample_rate=RATE), RATE)
-    budget = eft.delay_budget(rig, RATE)
+    delay = eft.identify_delay(*eft.identification.valve_test(rig, amplitude=0.0254, sample_rate=RATE), RATE)
+    budget = eft.linear.delay_budget(rig, RATE)
     stroke, area = rig["actuator.stroke"], rig["actuator.piston_area"]
-    runs = [eft.flow_test(rig, share * stroke, sample_rate=RATE) for share in (0.9, 0.8, 0.6, 0.4, 0.2)]
+    runs = [
+        eft.identification.flow_test(rig, share * stroke, sample_rate=RATE)
+        for share in (0.9, 0.8, 0.6, 0.4, 0.2)
+    ]
     spools, moved = [run[2] for run in runs], [run[1] for run in runs]
     # The second half, when the start has died away.
     settled = slice(runs[0][0].size // 2, None)
-    fitted = eft.flow_curve_estimate(spools, moved, RATE, area)
-    averaged = eft.flow_curve_estimate(spools, moved, RATE, area, method="difference")
-    gain = eft.identify_flow_gain(spools, moved, RATE, area)
+    fitted = eft.identify_flow_curve(spools, moved, RATE, area)
+    averaged = eft.identify_flow_curve(spools, moved, RATE, area, method="difference")
+    gain = eft.identification.identify_flow_gain(spools, moved, RATE, area)
     pages = plots.figure_4(
         delay, fitted, spool=spools[0], displacement=moved[0], sample_rate=RATE, piston_area=area
     )
@@ -88,8 +91,8 @@ def figure_4() -> Iterator[Shown]:
         f"the same test on the virtual valve, whose pilot stage does not depend on the demand: "
         f"{float(delay) * 1e3:.3f} ± {delay.uncertainty * 1e3:.3f} ms (coherence "
         f"{delay.details['coherence']:.4f}). The valve's own phase slope over the band is "
-        f"{budget['valve'] * 1e3:.3f} ms, and the command is held for half a sample, "
-        f"{budget['hold'] * 1e3:.3f} ms.",
+        f"{budget.valve * 1e3:.3f} ms, and the command is held for half a sample, "
+        f"{budget.hold * 1e3:.3f} ms.",
         {"fig04a": pages[0]},
     )
     truth = np.array(rig["servovalve.flow_table"]["flows"])
@@ -103,10 +106,10 @@ def figure_4() -> Iterator[Shown]:
             "yes" if seen else "extrapolated",
         )
         for x, q, a, b, seen in zip(
-            fitted.table.openings,
+            fitted.openings,
             truth,
-            fitted.table.flows,
-            averaged.table.flows,
+            fitted.flows,
+            averaged.flows,
             fitted.measured,
             strict=True,
         )
@@ -114,7 +117,7 @@ def figure_4() -> Iterator[Shown]:
     reached = [abs(spool[settled]).max() for spool in spools]
     shares = [float(abs(c - x)[settled].max() / abs(c).max()) for c, x, _ in runs]
     errors = {
-        name: float((abs(curve.table.flows - truth) / truth[-1])[curve.measured].max())
+        name: float((abs(curve.flows - truth) / truth[-1])[curve.measured].max())
         for name, curve in (("fit", fitted), ("means", averaged))
     }
     yield Shown(
@@ -148,7 +151,7 @@ def figure_4() -> Iterator[Shown]:
 def figure_6() -> Shown:
     """The valve and its inverse."""
     rig = eft.Rig.zhao2005()
-    valve, lead = eft.inverse_dynamics(rig, [0.0, 10.0, 20.0])
+    valve, lead = eft.linear.inverse_dynamics(rig, [0.0, 10.0, 20.0])
     both = valve * lead / (valve[0] * lead[0])
     phase = np.degrees(np.angle(both))
     return Shown(
@@ -364,7 +367,9 @@ def figure_11() -> Iterator[Shown]:
         for label, run in runs.items():
             # The tuned case stands in both halves of the figure.
             shown = "delay 5 ms" if (number, label) == ("11b", "level 1.00") else label
-            tuned = eft.fine_tune(cases[label].rig(), run.command, run.force, run.velocity, run.sample_rate)
+            tuned = eft.identification.fine_tune(
+                cases[label].rig(), run.command, run.force, run.velocity, run.sample_rate
+            )
             named[shown] = run
             order = "before" if tuned.peak_before_valley else "after"
             rows.append(
@@ -377,12 +382,12 @@ def figure_11() -> Iterator[Shown]:
                 )
             )
         header = ("", "force/command at resonance", "peak", "`fine_tune`: level", "`fine_tune`: delay")
-        path = eft.delay_budget(eft.Rig.zhao2005(), paper.load().sweep.sample_rate, (1.0, 2.5))["path"]
+        path = eft.linear.delay_budget(eft.Rig.zhao2005(), paper.load().sweep.sample_rate, (1.0, 2.5)).path
         yield Shown(
             number,
             f"2.2 kN sine sweep with the {title} varied",
             statement,
-            "see the table, which has beside it the settings that `eft.fine_tune` proposes from each run "
+            "see the table, which also has what `eft.identification.fine_tune` proposes from each run "
             "alone. "
             f"Valve and hold together delay by {path * 1e3:.2f} ms about the natural frequency; the "
             f"paper's 5 ms "
@@ -416,7 +421,7 @@ def stability() -> Shown:
         f"the largest stable level is {eft.stability_margin(rig):.4f}, and "
         f"{eft.stability_margin(damped):.4f} with twice "
         f"the damping. The response delay may lie anywhere up to "
-        f"{1e3 * eft.stability_margins(rig, sampled=True)['response_delay'][1]:.0f} ms. The fast mode "
+        f"{1e3 * eft.linear.stability_margins(rig, sampled=True).response_delay[1]:.0f} ms. The fast mode "
         f"lies at {modes}. "
         "The maps are of the loop as it is sampled: level against damping, and response delay against "
         "sample rate of "
@@ -424,7 +429,9 @@ def stability() -> Shown:
         "compensated.",
         {
             "maps": plots.figure_maps(
-                eft.level_damping_map(rig), eft.delay_rate_map(digital), eft.rate_realization_map(rig)
+                eft.linear.stability_map(rig, "level-damping"),
+                eft.linear.stability_map(digital, "delay-rate"),
+                eft.linear.stability_map(rig, "rate-realization"),
             )
         },
     )

@@ -1,138 +1,90 @@
 """Effective force testing: the controller, the virtual rig and the analysis between them.
 
-All quantities are in SI units. Positive force pulls the structure (+x).
+All quantities are in SI units. Positive force pulls the structure (+x). What every test needs stands here;
+the rest is in `eft.records`, `eft.linear`, `eft.identification`, `eft.studies`, `eft.firmware`, `eft.traces`,
+`eft.report` and `eft.plots`.
 """
 
-from eft._firmware import ProcessorInTheLoop
+from typing import TYPE_CHECKING, Any
+
+from eft import firmware, identification, linear, records, studies
+from eft._energy import EnergyBalance
 from eft._force_loop import ForceLoop, ForceLoopMargins, design_force_loop
-from eft._identification import (
-    Estimate,
-    FineTuning,
-    FlowCurveEstimate,
-    fine_tune,
-    flow_curve_estimate,
-    identify_damping,
-    identify_delay,
-    identify_flow_curve,
-    identify_flow_gain,
-)
-from eft._laboratory import Identification, identify
-from eft._maps import (
-    STABILITY_MAPS,
-    StabilityMap,
-    delay_rate_map,
-    level_damping_map,
-    rate_realization_map,
-    stability_map,
-)
+from eft._identification import identify_delay, identify_flow_curve
+from eft._laboratory import identify
 from eft._native import (
     Command,
     Compensator,
     Controller,
     FlowTable,
-    LinearModel,
     Plant,
     PlantState,
     Record,
     Rig,
     __version__,
-    band_passed,
-    baseline_corrected,
-    check_feasibility,
-    delay_budget,
-    displacement_spectrum,
     effective_force,
-    export,
-    flow_test,
-    free_vibration,
-    inverse_dynamics,
     linearize,
-    observer_gains,
     read_record,
-    resampled,
     rig_keys,
-    scaled,
     sine_sweep,
     stability_margin,
-    stability_margins,
-    tapered,
-    valve_test,
 )
+from eft._planning import Feasibility, check_feasibility
 from eft._replay import Replay, replay
 from eft._run import Coherence, FftRatio, Metrics, TestRun
-from eft._energy import EnergyBalance
 from eft._simulate import IdealResponse, energy_balance, ideal_response, simulate
 from eft._status import Cause, Status
-from eft._study import LatinHypercube, Sobol, Study, study
+from eft._study import Study, study
 
 __all__ = [
-    "STABILITY_MAPS",
     "Cause",
     "Coherence",
     "Command",
     "Compensator",
     "Controller",
     "EnergyBalance",
-    "Estimate",
+    "Feasibility",
     "FftRatio",
-    "FineTuning",
-    "FlowCurveEstimate",
     "FlowTable",
     "ForceLoop",
     "ForceLoopMargins",
     "IdealResponse",
-    "Identification",
-    "LatinHypercube",
-    "LinearModel",
     "Metrics",
     "Plant",
     "PlantState",
-    "ProcessorInTheLoop",
     "Record",
     "Replay",
     "Rig",
-    "Sobol",
-    "StabilityMap",
     "Status",
     "Study",
     "TestRun",
     "__version__",
-    "band_passed",
-    "baseline_corrected",
     "check_feasibility",
-    "delay_budget",
-    "delay_rate_map",
     "design_force_loop",
-    "displacement_spectrum",
     "effective_force",
     "energy_balance",
-    "export",
-    "fine_tune",
-    "flow_curve_estimate",
-    "flow_test",
-    "free_vibration",
+    "firmware",
     "ideal_response",
+    "identification",
     "identify",
-    "identify_damping",
     "identify_delay",
     "identify_flow_curve",
-    "identify_flow_gain",
-    "inverse_dynamics",
-    "level_damping_map",
+    "linear",
     "linearize",
-    "observer_gains",
-    "rate_realization_map",
     "read_record",
+    "records",
     "replay",
-    "resampled",
     "rig_keys",
-    "scaled",
     "simulate",
     "sine_sweep",
-    "stability_map",
     "stability_margin",
-    "stability_margins",
+    "studies",
     "study",
-    "tapered",
-    "valve_test",
 ]
+
+if not TYPE_CHECKING:
+    # A type checker says of a name that moved that it is not here.
+    def __getattr__(name: str) -> Any:
+        from eft._moved import moved
+
+        return moved(name)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,15 +13,20 @@ from eft import _native
 from eft._native import FlowTable, Rig
 
 __all__ = [
+    "DampingEstimate",
+    "DelayEstimate",
     "Estimate",
     "FineTuning",
-    "FlowCurveEstimate",
+    "FlowTest",
+    "ValveTest",
     "fine_tune",
-    "flow_curve_estimate",
+    "flow_test",
+    "free_vibration",
     "identify_damping",
     "identify_delay",
     "identify_flow_curve",
     "identify_flow_gain",
+    "valve_test",
 ]
 
 Array = NDArray[np.float64]
@@ -31,45 +36,97 @@ FlowMethod = Literal["integral", "difference"]
 class Estimate(float):
     """A number with its standard uncertainty, in the same unit.
 
-    It is used like any float; what else the identification found stands in `details`.
+    It is used like any float.
     """
+
+    __slots__ = ("uncertainty",)
 
     uncertainty: float
     """One standard deviation."""
-    details: dict[str, Any]
-    """What else was found, by name."""
 
-    def __new__(cls, value: float, uncertainty: float, **details: Any) -> Estimate:
-        """Make one from value, uncertainty and named details."""
+    def __new__(cls, value: float, uncertainty: float) -> Estimate:
+        """Make one from value and uncertainty."""
         self = super().__new__(cls, value)
-        self.uncertainty = uncertainty
-        self.details = details
+        object.__setattr__(self, "uncertainty", uncertainty)
         return self
 
-    def __getnewargs_ex__(self) -> tuple[tuple[float, float], dict[str, Any]]:
-        return (float(self), self.uncertainty), self.details
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name}: an estimate cannot be changed")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _estimate, (type(self), float(self), {name: getattr(self, name) for name in self._found()})
+
+    @classmethod
+    def _found(cls) -> list[str]:
+        """What else stands beside the value."""
+        return [name for kind in reversed(cls.__mro__) for name in getattr(kind, "__slots__", ())]
+
+    @property
+    def details(self) -> Mapping[str, Any]:
+        """What else the identification found, by name."""
+        return {name: getattr(self, name) for name in self._found() if name != "uncertainty"}
 
     def __repr__(self) -> str:
         return f"{float(self):.6g} ± {self.uncertainty:.2g}"
 
 
-class FlowCurveEstimate:
-    """A flow curve with what is known of each control point."""
+def _estimate(kind: type[Estimate], value: float, found: Mapping[str, Any]) -> Estimate:
+    """An estimate with what was found along with it."""
+    self = float.__new__(kind, value)
+    for name, part in found.items():
+        object.__setattr__(self, name, part)
+    return self
 
-    def __init__(
-        self, openings: Array, flows: Array, uncertainty: Array, measured: NDArray[np.bool_]
-    ) -> None:
-        """Keep the arrays and the table made of them."""
-        self.table = FlowTable(openings, flows)
-        self.uncertainty = uncertainty
-        """Standard uncertainty of the flows, m³/s; extrapolated points carry that of the line."""
-        self.measured = measured
-        """Whether the spool reached the point; the others are extrapolated."""
+
+class DelayEstimate(Estimate):
+    """A delay in s, and the line through the phases that it is the slope of."""
+
+    __slots__ = ("coherence", "frequency", "intercept", "lag")
+
+    intercept: float
+    """Of the line, rad."""
+    coherence: float
+    """1 where all phases lie on the line."""
+    frequency: Array
+    """Of every excited bin, Hz."""
+    lag: Array
+    """Of the phase there, rad."""
+
+
+class DampingEstimate(Estimate):
+    """A damping ratio, and the oscillation that it was found in."""
+
+    __slots__ = ("decrement", "frequency")
+
+    frequency: Estimate
+    """Undamped, Hz."""
+    decrement: float
+    """Logarithmic."""
+
+
+class ValveTest(NamedTuple):
+    """A response delay test, Fig. 4a."""
+
+    valve_command: Array
+    """In V."""
+    spool: Array
+    """Spool opening."""
+
+
+class FlowTest(NamedTuple):
+    """A flow test, Fig. 4b."""
+
+    command: Array
+    """Displacement command, m."""
+    displacement: Array
+    """In m."""
+    spool: Array
+    """Spool opening."""
 
 
 def identify_delay(
     command: ArrayLike, response: ArrayLike, sample_rate: float, band: tuple[float, float] = (0.25, 10.0)
-) -> Estimate:
+) -> DelayEstimate:
     """Find how far a response lags its command, as the slope of phase against frequency (Fig. 4a).
 
     Samples that are NaN are gaps; offset and drift are taken out.
@@ -85,33 +142,28 @@ def identify_delay(
 
     Returns
     -------
-    Estimate
-        The delay in s, positive when the response lags. Its ``details``: ``intercept`` (rad), ``coherence``
-        (1 where all phases lie on the line), ``frequency`` (Hz) and ``lag`` (rad) of every excited bin.
+    DelayEstimate
+        The delay in s, positive when the response lags, with its ``uncertainty``; ``intercept`` (rad) and
+        ``coherence`` (1 where all phases lie on the line); ``frequency`` (Hz) and ``lag`` (rad) of every
+        excited bin.
 
     Raises
     ------
     ValueError
         If the data cannot carry an answer; the message says why.
+
+    Examples
+    --------
+    >>> import eft
+    >>> test = eft.identification.valve_test(eft.Rig.zhao2005())
+    >>> delay = eft.identify_delay(test.valve_command, test.spool, 2048.0)
+    >>> f"{1e3 * delay:.1f} ms"
+    '5.4 ms'
     """
-    return Estimate(**_native.identify_delay(command, response, sample_rate, band))
-
-
-def flow_curve_estimate(
-    spool: ArrayLike | Sequence[ArrayLike],
-    displacement: ArrayLike | Sequence[ArrayLike],
-    sample_rate: float,
-    piston_area: float,
-    knots: int = 21,
-    *,
-    method: FlowMethod = "integral",
-) -> FlowCurveEstimate:
-    """As `identify_flow_curve`, with the uncertainty of each control point and whether it was measured."""
-    return FlowCurveEstimate(
-        **_native.identify_flow_curve(
-            _runs(spool), _runs(displacement), sample_rate, piston_area, knots, method
-        )
-    )
+    found = _native.identify_delay(command, response, sample_rate, band)
+    answer = _estimate(DelayEstimate, found.pop("value"), found)
+    assert isinstance(answer, DelayEstimate)
+    return answer
 
 
 def identify_flow_curve(
@@ -148,12 +200,28 @@ def identify_flow_curve(
     method : {"integral", "difference"}
         Fit of the displacement, or mean of its central differences.
 
+    Returns
+    -------
+    FlowTable
+        With the ``uncertainty`` of each flow, and whether its point was ``measured``.
+
     Raises
     ------
     ValueError
         If the data cannot carry an answer; the message says why.
+
+    Examples
+    --------
+    >>> import eft
+    >>> rig = eft.Rig.zhao2005()
+    >>> test = eft.identification.flow_test(rig, amplitude=0.1)
+    >>> area = rig["actuator.piston_area"]
+    >>> table = eft.identify_flow_curve(test.spool, test.displacement, 2048.0, area)
+    >>> len(table), table.measured.any().item()
+    (21, True)
     """
-    return flow_curve_estimate(spool, displacement, sample_rate, piston_area, knots, method=method).table
+    runs = (_runs(spool), _runs(displacement))
+    return _native.identify_flow_curve(*runs, sample_rate, piston_area, knots, method)
 
 
 def identify_flow_gain(
@@ -163,30 +231,79 @@ def identify_flow_gain(
     piston_area: float,
     limit: float = 0.1,
 ) -> Estimate:
-    """Find the flow gain `K_v` in m³/s: one slope for all openings within ±`limit`; otherwise as above."""
-    return Estimate(
-        *_native.identify_flow_gain(_runs(spool), _runs(displacement), sample_rate, piston_area, limit)
-    )
+    """Find the flow gain `K_v` in m³/s: one slope for all openings within ±`limit`.
 
-
-def identify_damping(displacement: ArrayLike, sample_rate: float) -> Estimate:
-    """Find the damping ratio from free vibration: give the part of a record after the release.
+    Parameters
+    ----------
+    spool, displacement, sample_rate, piston_area
+        As of `eft.identify_flow_curve`.
+    limit : float
+        Largest opening that counts.
 
     Returns
     -------
     Estimate
-        The damping ratio. Its ``details`` are ``frequency`` (Hz, undamped, an `Estimate`) and ``decrement``
-        (logarithmic).
+        In m³/s.
+
+    Raises
+    ------
+    ValueError
+        If the data cannot carry an answer; the message says why.
+
+    Examples
+    --------
+    >>> import eft
+    >>> rig = eft.Rig.zhao2005()
+    >>> test = eft.identification.flow_test(rig, amplitude=0.02)
+    >>> gain = eft.identification.identify_flow_gain(
+    ...     test.spool, test.displacement, 2048.0, rig["actuator.piston_area"]
+    ... )
+    >>> gain > 10 * gain.uncertainty > 0
+    True
+    """
+    runs = (_runs(spool), _runs(displacement))
+    return Estimate(*_native.identify_flow_gain(*runs, sample_rate, piston_area, limit))
+
+
+def identify_damping(displacement: ArrayLike, sample_rate: float) -> DampingEstimate:
+    """Find the damping ratio from free vibration.
+
+    Parameters
+    ----------
+    displacement : array_like
+        Of any unit: the part of a record after the release.
+    sample_rate : float
+        In Hz.
+
+    Returns
+    -------
+    DampingEstimate
+        The damping ratio, with ``frequency`` (Hz, undamped, an `Estimate`) and ``decrement`` (logarithmic).
 
     Raises
     ------
     ValueError
         If the data is not one decaying oscillation of at least three cycles.
+
+    Examples
+    --------
+    >>> import eft
+    >>> rig = eft.Rig.zhao2005()
+    >>> motion = eft.identification.free_vibration(rig, displacement=0.02)
+    >>> f"{eft.identification.identify_damping(motion, 512.0):.3f}"
+    '0.031'
     """
     ratio, spread, frequency, frequency_spread, decrement = _native.identify_damping(
         displacement, sample_rate
     )
-    return Estimate(ratio, spread, frequency=Estimate(frequency, frequency_spread), decrement=decrement)
+    found = {
+        "uncertainty": spread,
+        "frequency": Estimate(frequency, frequency_spread),
+        "decrement": decrement,
+    }
+    answer = _estimate(DampingEstimate, ratio, found)
+    assert isinstance(answer, DampingEstimate)
+    return answer
 
 
 @dataclass(frozen=True)
@@ -260,6 +377,15 @@ def fine_tune(
     ValueError
         If compensation is off, the structure hardly moves, moves too much for the linear scheme, or units or
         signs cannot be right; the message says which.
+
+    Examples
+    --------
+    >>> import eft
+    >>> rig = eft.Rig.zhao2005().replace({"compensation.level": 0.9})
+    >>> run = eft.simulate(rig, eft.sine_sweep(8900.0, 0.0, 10.0, duration=32.0, sample_rate=1024.0))
+    >>> found = eft.identification.fine_tune(rig, run.command, run.force, run.velocity, 1024.0)
+    >>> f"{found.level:.2f}"
+    '1.00'
     """
     found = _native.fine_tune(rig, command, force, velocity, sample_rate, band)
     return FineTuning(
@@ -267,6 +393,117 @@ def fine_tune(
         response_delay=Estimate(*found.pop("response_delay")),
         **found,
     )
+
+
+def valve_test(rig: Rig, amplitude: float = 0.0254, sample_rate: float = 2048.0) -> ValveTest:
+    """Run the response delay test of Fig. 4a on the virtual rig.
+
+    The main stage is shut off; the command is a 0–10 Hz sweep in 32 s.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    amplitude : float
+        Of the displacement command in m; displacement control gives 10 V per full stroke.
+    sample_rate : float
+        In Hz.
+
+    Returns
+    -------
+    ValveTest
+        Valve command (V) and spool opening.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed; the message names it.
+
+    Examples
+    --------
+    >>> import eft
+    >>> len(eft.identification.valve_test(eft.Rig.zhao2005()).spool)
+    65536
+    """
+    return ValveTest(*_native.valve_test(rig, amplitude, sample_rate))
+
+
+def flow_test(
+    rig: Rig,
+    amplitude: float,
+    frequency: float = 3.0,
+    duration: float = 4.0,
+    piston_mass: float = 20.0,
+    sample_rate: float = 2048.0,
+) -> FlowTest:
+    """Run one flow test of Fig. 4b on the virtual rig: no structure, displacement control, a sine.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    amplitude : float
+        Of the displacement command in m.
+    frequency, duration : float
+        Of the sine, in Hz and s.
+    piston_mass : float
+        In kg.
+    sample_rate : float
+        In Hz.
+
+    Returns
+    -------
+    FlowTest
+        Command (m), displacement (m) and spool opening.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed; the message names it.
+
+    Examples
+    --------
+    >>> import eft
+    >>> command, displacement, spool = eft.identification.flow_test(eft.Rig.zhao2005(), 0.05)
+    >>> round(command.max().item(), 3)
+    0.05
+    """
+    return FlowTest(*_native.flow_test(rig, amplitude, frequency, duration, piston_mass, sample_rate))
+
+
+def free_vibration(
+    rig: Rig, displacement: float, duration: float = 10.0, sample_rate: float = 512.0
+) -> Array:
+    """Release the rig's structure, disconnected from the actuator.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    displacement : float
+        From which it is released, in m.
+    duration : float
+        In s.
+    sample_rate : float
+        In Hz.
+
+    Returns
+    -------
+    numpy.ndarray
+        Displacement in m.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed, or the rig has a building.
+
+    Examples
+    --------
+    >>> import eft
+    >>> eft.identification.free_vibration(eft.Rig.zhao2005(), 0.02)[0].item()
+    0.02
+    """
+    return _native.free_vibration(rig, displacement, duration, sample_rate)
 
 
 def _runs(given: ArrayLike | Sequence[ArrayLike]) -> list[ArrayLike]:

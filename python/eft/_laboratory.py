@@ -13,14 +13,13 @@ import numpy as np
 from eft._identification import (
     Estimate,
     FineTuning,
-    FlowCurveEstimate,
     fine_tune,
-    flow_curve_estimate,
     identify_damping,
     identify_delay,
+    identify_flow_curve,
     identify_flow_gain,
 )
-from eft._native import Rig
+from eft._native import FlowTable, Rig
 
 if TYPE_CHECKING:
     from eft.traces import Traces
@@ -36,8 +35,8 @@ class Identification:
     """The rig with everything that was found."""
     response_delay: Estimate | None = None
     """Of the valve, s."""
-    flow_curve: FlowCurveEstimate | None = None
-    """Of the valve."""
+    flow_curve: FlowTable | None = None
+    """Of the valve, with its uncertainty."""
     flow_gain: Estimate | None = None
     """Slope of the flow curve at the origin, `K_v`, m³/s."""
     damping: Estimate | None = None
@@ -88,6 +87,11 @@ def identify(
     columns, units, sample_rate
         As of `eft.traces.read_traces`, the same for all files.
 
+    Returns
+    -------
+    Identification
+        The rig with what was found, and each estimate.
+
     Raises
     ------
     OSError
@@ -95,6 +99,16 @@ def identify(
     ValueError
         If a file is not what it should be, or its data cannot carry an answer; the message names file and
         reason.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft.traces import Traces
+    >>> rig = eft.Rig.zhao2005()
+    >>> motion = eft.identification.free_vibration(rig, displacement=0.02)
+    >>> found = eft.identify(rig, release=Traces("release", 512.0, {"displacement": motion}))
+    >>> f"{found.damping:.3f}"
+    '0.031'
     """
     from eft.traces import Traces, read_traces
 
@@ -117,11 +131,11 @@ def identify(
             rate = _one_rate(runs)
             arrays = [run["spool"] for run in runs], [run["displacement"] for run in runs]
             area = rig["actuator.piston_area"]
-            found["flow_curve"] = flow_curve_estimate(*arrays, rate, area, knots)
+            found["flow_curve"] = identify_flow_curve(*arrays, rate, area, knots)
             found["flow_gain"] = identify_flow_gain(*arrays, rate, area)
         rig = rig.replace(
             {
-                "servovalve.flow_table": found["flow_curve"].table,
+                "servovalve.flow_table": found["flow_curve"],
                 "compensation.flow_gain": float(found["flow_gain"]),
             }
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,16 +15,11 @@ from eft._native import Rig
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = [
-    "STABILITY_MAPS",
-    "StabilityMap",
-    "delay_rate_map",
-    "level_damping_map",
-    "rate_realization_map",
-    "stability_map",
-]
+__all__ = ["STABILITY_MAPS", "StabilityMap", "stability_map"]
 
 Quantity = Literal["growth_rate", "level"]
+MapName = Literal["level-damping", "delay-rate", "rate-realization"]
+Axis = tuple[str, Sequence[Any] | NDArray[Any]]
 FlowGain = Literal["nominal", "steeper", "shallower", "mean"]
 
 
@@ -67,10 +62,21 @@ class StabilityMap:
         )
 
 
+@overload
+def stability_map(rig: Rig, horizontal: MapName) -> StabilityMap: ...
+@overload
 def stability_map(
     rig: Rig,
-    horizontal: tuple[str, Sequence[Any] | NDArray[Any]],
-    vertical: tuple[str, Sequence[Any] | NDArray[Any]],
+    horizontal: Axis,
+    vertical: Axis,
+    *,
+    quantity: Quantity = ...,
+    flow_gain: FlowGain = ...,
+) -> StabilityMap: ...
+def stability_map(
+    rig: Rig,
+    horizontal: MapName | Axis,
+    vertical: Axis | None = None,
     *,
     quantity: Quantity = "growth_rate",
     flow_gain: FlowGain = "nominal",
@@ -78,25 +84,48 @@ def stability_map(
     """Map a quantity of the exactly sampled loop over any two settings of a rig.
 
     Each point is `linearize` with ``sampled=True`` of the rig with both settings, at that rig's
-    ``controller.sample_rate``. `level_damping_map`, `delay_rate_map` and `rate_realization_map` are the maps
-    of every day.
+    ``controller.sample_rate``.
 
     Parameters
     ----------
     rig : Rig
         The rig.
     horizontal, vertical : tuple of str and sequence
-        A dotted key of the rig, such as ``"compensation.level"``, with the values it takes.
+        A dotted key of the rig, such as ``"compensation.level"``, with the values it takes. Or the name of a
+        common map alone: ``"level-damping"`` is the growth rate over compensation level (0.9 to 1.15) and
+        viscous damping of the structure (0.5 to 10 % of critical); ``"delay-rate"`` the growth rate over
+        sample rate (200 Hz to 12.8 kHz) and response delay (0 to ten times the rig's own);
+        ``"rate-realization"`` the largest stable level over the sample rate, for both realizations of the
+        force loop.
     quantity : {"growth_rate", "level"}
         The growth rate of the least damped mode in 1/s, or the largest stable compensation level.
     flow_gain : {"nominal", "steeper", "shallower", "mean"}
         As of `linearize`.
 
+    Returns
+    -------
+    StabilityMap
+        One row for each value of `vertical`.
+
     Raises
     ------
     ValueError
         If a key or a value is not allowed; the message names it.
+
+    Examples
+    --------
+    >>> import eft
+    >>> levels, dampings = ("compensation.level", [0.9, 1.2]), ("structure.damping", [2e3, 4e3])
+    >>> eft.linear.stability_map(eft.Rig.zhao2005(), levels, dampings).stable.tolist()
+    [[True, False], [True, False]]
     """
+    if isinstance(horizontal, str):
+        if horizontal not in STABILITY_MAPS:
+            known = ", ".join(f'"{name}"' for name in STABILITY_MAPS)
+            raise ValueError(f"map = {horizontal!r}: must be one of {known}, or two keys with their values")
+        return STABILITY_MAPS[horizontal](rig)
+    if vertical is None:
+        raise ValueError("vertical = None: must be a key with its values, as horizontal is")
     (x_key, x), (y_key, y) = horizontal, vertical
     values = _native.stability_map(rig, (x_key, list(x)), (y_key, list(y)), quantity, flow_gain)
     left_out: dict[str, None] = {}

@@ -77,6 +77,14 @@ def simulate(
     ------
     ValueError
         If an argument is not allowed; the message names it.
+
+    Examples
+    --------
+    >>> import eft
+    >>> command = eft.sine_sweep(2000.0, 0.0, 5.0, duration=4.0, sample_rate=4096.0)
+    >>> run = eft.simulate(eft.Rig.zhao2005(), command)
+    >>> run.success, run.force.shape
+    (True, (16384,))
     """
     if converged:
         for name, value in (("method", method), ("largest_step", largest_step)):
@@ -94,16 +102,64 @@ def simulate(
 def ideal_response(rig: Rig, command: Command) -> IdealResponse:
     """Compute what the rig's structure would do if the command were applied without error.
 
-    The structure starts at rest; the command is linear between samples. Of a shear building displacement and
-    velocity are (actuators, samples).
+    The structure starts at rest; the command is linear between samples.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    command : Command
+        The force.
+
+    Returns
+    -------
+    IdealResponse
+        Time, displacement and velocity; of a shear building the last two are (actuators, samples).
+
+    Raises
+    ------
+    ValueError
+        If the command does not fit the rig, or the structure is too stiff to be integrated.
+
+    Examples
+    --------
+    >>> import eft
+    >>> command = eft.Command.step(1000.0, duration=10.0, sample_rate=512.0)
+    >>> f"{1e3 * eft.ideal_response(eft.Rig.zhao2005(), command).displacement.max():.1f} mm"
+    '2.7 mm'
     """
     return IdealResponse(command.time, *_native.ideal_response(rig, command))
 
 
 def energy_balance(rig: Rig, command: Command, *, largest_step: float | None = None) -> EnergyBalance:
-    """Run a test with the books of its energy, in Runge–Kutta steps no longer than `largest_step` (s).
+    """Run a test with the books of its energy.
 
-    The default of 1/4096 s is that of `simulate`. The gap shrinks with the step: it tells how far the
-    integration can be trusted. The actuators of a shear building share one balance.
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    command : Command
+        The force to be applied.
+    largest_step : float, optional
+        Of the Runge–Kutta integration, s; the default is that of `simulate`, 1/4096 s. The gap shrinks with
+        it and tells how far the integration can be trusted.
+
+    Returns
+    -------
+    EnergyBalance
+        In J; the actuators of a shear building share one.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed; the message names it.
+
+    Examples
+    --------
+    >>> import eft
+    >>> command = eft.sine_sweep(2000.0, 0.5, 5.0, duration=4.0, sample_rate=4096.0)
+    >>> balance = eft.energy_balance(eft.Rig.zhao2005(), command)
+    >>> balance.valve / balance.dissipated > 0.9
+    True
     """
     return EnergyBalance(**_native.energy_balance(rig, command, largest_step))

@@ -41,6 +41,9 @@ TraceName: TypeAlias = Literal[
     "response_delay_estimate",
     "valve_gain_estimate",
     "level",
+    "flow_gain_deviation",
+    "response_delay_deviation",
+    "valve_gain_deviation",
     "test_ratio",
 ]
 MetricName: TypeAlias = Literal[
@@ -101,6 +104,12 @@ class Channels:
     def valve_gain_estimate(self) -> _Array: ...
     @property
     def level(self) -> _Array: ...
+    @property
+    def flow_gain_deviation(self) -> _Array: ...
+    @property
+    def response_delay_deviation(self) -> _Array: ...
+    @property
+    def valve_gain_deviation(self) -> _Array: ...
     @property
     def test_ratio(self) -> _Array: ...
 

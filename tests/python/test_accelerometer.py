@@ -136,7 +136,7 @@ def test_its_own_delay_is_in_the_budget(delay, bandwidth):
     if bandwidth:
         late |= {"sensors.acceleration.bandwidth": bandwidth, "sensors.displacement.bandwidth": bandwidth}
     rig = RIG.replace(late)
-    expected = eft.delay_budget(rig)["sensor"]
+    expected = eft.linear.delay_budget(rig).sensor
     # Alike, the two are late as either is.
     alone = delay / RATE + (1 / (2 * np.pi * bandwidth) if bandwidth else 0.0)
     assert expected == pytest.approx(alone, rel=0.02, abs=1e-6)
@@ -147,12 +147,14 @@ def test_its_own_delay_is_in_the_budget(delay, bandwidth):
 
 
 def test_its_drift_enters_the_gains():
-    slow, fast = (eft.observer_gains(RIG.replace({"controller.accelerometer_drift": d})) for d in (1.0, 10.0))
+    slow, fast = (
+        eft.linear.observer_gains(RIG.replace({"controller.accelerometer_drift": d})) for d in (1.0, 10.0)
+    )
     assert all(a < b for a, b in zip(slow, fast, strict=True))
     # With the force as input it has no part.
     by_force = {"controller.velocity_source": "observer", "controller.observer_mass": 7040.0}
     rig = eft.Rig.zhao2005().replace(by_force)
-    assert eft.observer_gains(rig) == eft.observer_gains(
+    assert eft.linear.observer_gains(rig) == eft.linear.observer_gains(
         rig.replace({"controller.accelerometer_drift": 10.0})
     )
     with pytest.raises(ValueError, match="accelerometer_drift = 0: must be a number between"):

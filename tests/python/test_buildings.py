@@ -92,7 +92,7 @@ def test_commands_of_several_actuators():
             lambda: eft.simulate(eft.Rig.zhao2005(), eft.Command(np.zeros((2, 9)), RATE)),
             "command = 2 actuators: must be of one actuator",
         ),
-        (lambda: eft.free_vibration(building(2), 0.01), "structure.kind"),
+        (lambda: eft.identification.free_vibration(building(2), 0.01), "structure.kind"),
     ],
 )
 def test_what_does_not_fit_is_named(call, says):

@@ -95,14 +95,14 @@ def test_the_sampled_model_of_a_building_predicts_its_small_motions():
 def test_a_building_is_checked_before_its_test():
     rig = building(3, **{"controller.sample_rate": RATE})
     answer = eft.check_feasibility(rig, command_of(rig, record(), scale=0.5))
-    assert answer["verdict"] in ("go", "caution")
-    assert answer["scheme"] in ("linear", "nonlinear")
-    demands = {demand["name"]: demand for demand in answer["demands"]}
+    assert answer.verdict in ("go", "caution")
+    assert answer.scheme in ("linear", "nonlinear")
+    demands = {demand.name: demand for demand in answer.demands}
     ideal = eft.ideal_response(rig, command_of(rig, record(), scale=0.5))
-    assert demands["displacement"]["required"] == pytest.approx(np.abs(ideal.displacement).max())
-    assert answer["margin"] == pytest.approx(eft.stability_margin(rig, sampled=True, flow_gain="steeper"))
+    assert demands["displacement"].required == pytest.approx(np.abs(ideal.displacement).max())
+    assert answer.margin == pytest.approx(eft.stability_margin(rig, sampled=True, flow_gain="steeper"))
     too_much = eft.check_feasibility(rig, command_of(rig, record(), scale=20.0))
-    assert too_much["verdict"] == "no"
+    assert too_much.verdict == "no"
 
 
 @pytest.mark.parametrize("floors", [3, 5, 8])
@@ -148,16 +148,16 @@ def test_the_margins_of_a_building_of_three_floors_lie_between_stable_and_unstab
             "structure.stories.stiffnesses": [1.5e6, 1.2e6, 1e6],
         }
     )
-    margins = eft.stability_margins(rig, sampled=True)
+    margins = eft.linear.stability_margins(rig, sampled=True)
 
     def radius(key, value):
         return np.abs(np.linalg.eigvals(eft.linearize(rig.replace({key: value}), sampled=True).A)).max()
 
     edges = {
-        "compensation.level": margins["level"],
-        "compensation.response_delay": margins["response_delay"][1],
+        "compensation.level": margins.level,
+        "compensation.response_delay": margins.response_delay[1],
     }
-    edges["servovalve.flow_gain_scale"] = margins["flow_gain"][1]
+    edges["servovalve.flow_gain_scale"] = margins.flow_gain[1]
     for key, edge in edges.items():
         assert radius(key, edge * (1 - 1e-4)) < 1 < radius(key, edge * (1 + 1e-4)), key
 
@@ -172,9 +172,9 @@ def test_every_margin_of_a_tall_building_is_there_with_its_compensation_and_with
             "structure.stories.stiffnesses": [1.5e6] * floors,
         }
     )
-    off = eft.stability_margins(rig.replace({"compensation.mode": "off"}), sampled=True)
-    assert off["dead_time"] == np.inf and off["growth_rate"] < 0, "nothing is there to be delayed"
-    samples = round(eft.stability_margins(rig, sampled=True)["dead_time"] * rig["controller.sample_rate"])
+    off = eft.linear.stability_margins(rig.replace({"compensation.mode": "off"}), sampled=True)
+    assert off.dead_time == np.inf and off.growth_rate < 0, "nothing is there to be delayed"
+    samples = round(eft.linear.stability_margins(rig, sampled=True).dead_time * rig["controller.sample_rate"])
     for delay, stable in ((samples, False), (samples - 1, True)):
         late = rig.replace({"compensation.computation_delay": delay})
         radius = np.abs(np.linalg.eigvals(eft.linearize(late, sampled=True).A)).max()

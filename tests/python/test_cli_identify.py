@@ -38,7 +38,7 @@ def test_delay_is_the_one_put_in(capsys):
 def test_flow_curve_in_inches_is_that_of_the_rig(folder, capsys):
     names = []
     for share in (0.9, 0.8, 0.6, 0.4, 0.2):
-        _, displacement, spool = eft.flow_test(RIG, amplitude=share * RIG["actuator.stroke"])
+        _, displacement, spool = eft.identification.flow_test(RIG, amplitude=share * RIG["actuator.stroke"])
         names.append(f"{share}.csv")
         time = np.arange(spool.size) / 2048.0
         write(names[-1], **{"time (s)": time, "spool (%)": 100 * spool, "disp (in)": displacement / 0.0254})
@@ -52,7 +52,7 @@ def test_flow_curve_in_inches_is_that_of_the_rig(folder, capsys):
 
 
 def test_damping_is_that_of_the_structure(capsys):
-    free = eft.free_vibration(RIG, 0.02)
+    free = eft.identification.free_vibration(RIG, 0.02)
     write("a.csv", **{"time (s)": np.arange(free.size) / 512.0, "displacement (mm)": 1e3 * free})
     assert main(["identify", "damping", "a.csv", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)

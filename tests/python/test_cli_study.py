@@ -59,13 +59,13 @@ def table():
             "[study.latin_hypercube]\nn = 5\nseed = 3\n[study.latin_hypercube.ranges]\n"
             '"structure.mass" = { low = 6e3, high = 8e3, log = true }\n'
             '"compensation.mode" = ["off", "linear"]\n',
-            eft.LatinHypercube(
+            eft.studies.LatinHypercube(
                 {"structure.mass": (6e3, 8e3, "log"), "compensation.mode": ["off", "linear"]}, n=5, seed=3
             ),
         ),
         (
             "[study.sobol]\nn = 4\nranges.structure.mass = { low = 6e3, high = 8e3 }\n",
-            eft.Sobol({"structure.mass": (6e3, 8e3)}, n=4),
+            eft.studies.Sobol({"structure.mass": (6e3, 8e3)}, n=4),
         ),
     ],
 )
@@ -162,7 +162,9 @@ def test_a_map_as_picture_table_and_json(folder, capsys):
     axes = ["--x", "compensation.level", "0.9", "1.1", "3", "--y", "structure.damping", "1e3", "9e3", "2"]
     assert main(["map", *axes, "-o", "m.png", "-o", "m.csv", "-o", "m.json"]) == 0
     assert (folder / "m.png").read_bytes().startswith(b"\x89PNG")
-    found = eft.stability_map(RIG, ("compensation.level", [0.9, 1.0, 1.1]), ("structure.damping", [1e3, 9e3]))
+    found = eft.linear.stability_map(
+        RIG, ("compensation.level", [0.9, 1.0, 1.1]), ("structure.damping", [1e3, 9e3])
+    )
     rows = pd.read_csv("m.csv")
     assert list(rows.columns) == ["compensation.level", "structure.damping", "growth_rate"]
     assert rows["growth_rate"].to_numpy() == pytest.approx(found.values.ravel())
@@ -171,11 +173,11 @@ def test_a_map_as_picture_table_and_json(folder, capsys):
     assert f"stable at {found.stable.mean():.0%} of 6 points" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("kind", eft.STABILITY_MAPS)
+@pytest.mark.parametrize("kind", eft.linear.STABILITY_MAPS)
 def test_the_maps_of_every_day(folder, kind, capsys):
     assert main(["map", "--rig", "rig.toml", "--kind", kind, "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    found = eft.STABILITY_MAPS[kind](RIG)
+    found = eft.linear.STABILITY_MAPS[kind](RIG)
     values = np.array([[np.nan if v is None else v for v in row] for row in answer["values"]])
     np.testing.assert_array_equal(values, found.values)
     assert [path.name for path in folder.iterdir()] == ["rig.toml"]

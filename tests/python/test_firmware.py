@@ -19,7 +19,7 @@ RIGS = Path(__file__).resolve().parents[2] / "firmware" / "rigs"
 @pytest.mark.parametrize(("target", "file"), [("rust", "src/{}.rs"), ("c", "{}.h")])
 def test_export_is_what_the_firmware_holds(target, file, name, tmp_path):
     rig, file = RIGS / f"{name}.toml", file.format(name)
-    text = eft.export(eft.Rig.from_toml(rig), target)
+    text = eft.firmware.export(eft.Rig.from_toml(rig), target)
     assert text == (RIGS / file).read_text(encoding="utf-8")
     assert main(["export", str(rig), "--target", target, "-o", str(tmp_path / "out")]) == 0
     assert (tmp_path / "out").read_text(encoding="utf-8") == text
@@ -28,13 +28,13 @@ def test_export_is_what_the_firmware_holds(target, file, name, tmp_path):
 def test_an_observer_s_mass_is_exported_with_it():
     by_force = {"controller.velocity_source": "observer", "controller.observer_mass": 7041.0}
     for target in ("rust", "c"):
-        force = eft.export(eft.Rig.zhao2005().replace(by_force), target)
-        measured = eft.export(
+        force = eft.firmware.export(eft.Rig.zhao2005().replace(by_force), target)
+        measured = eft.firmware.export(
             eft.Rig.zhao2005().replace({"controller.velocity_source": "accelerometer"}), target
         )
         assert "7041.0" in force
         assert "7041.0" not in measured
-        gains = eft.observer_gains(
+        gains = eft.linear.observer_gains(
             eft.Rig.zhao2005().replace({"controller.velocity_source": "accelerometer"})
         )
         assert all(repr(gain) in measured for gain in gains)
@@ -50,18 +50,18 @@ def test_export_goes_beside_the_rig(tmp_path, capsys):
 def test_what_firmware_has_not_is_refused():
     rig = eft.Rig.zhao2005().replace({"compensation.computation_delay": 2})
     with pytest.raises(ValueError, match=r"compensation\.computation_delay = 2: must be 0 for firmware"):
-        eft.export(rig, "rust")
+        eft.firmware.export(rig, "rust")
     with pytest.raises(ValueError, match='target = ada: must be "rust" or "c"'):
-        eft.export(eft.Rig.zhao2005(), "ada")
+        eft.firmware.export(eft.Rig.zhao2005(), "ada")
 
 
 def test_image_that_is_not_there_is_named(tmp_path):
     rig = eft.Rig.zhao2005().replace({"controller.realization": "digital"})
     command = eft.sine_sweep(8900.0, 0.0, 10.0, 0.1, 4096.0)
     with pytest.raises(OSError, match=r"nowhere\.elf"):
-        eft.ProcessorInTheLoop(tmp_path / "nowhere.elf").simulate(rig, command)
+        eft.firmware.ProcessorInTheLoop(tmp_path / "nowhere.elf").simulate(rig, command)
     with pytest.raises(ValueError, match=r"controller\.realization"):
-        eft.ProcessorInTheLoop(RIGS / "uneven.toml").simulate(eft.Rig.zhao2005(), command)
+        eft.firmware.ProcessorInTheLoop(RIGS / "uneven.toml").simulate(eft.Rig.zhao2005(), command)
 
 
 FIRMWARE = os.environ.get("EFT_FIRMWARE")
@@ -72,7 +72,7 @@ FIRMWARE = os.environ.get("EFT_FIRMWARE")
 def test_the_processors_run_is_the_simulation(machine):
     rig = eft.Rig.zhao2005().replace({"controller.realization": "digital", "sensors.force.noise": 20.0})
     record = eft.read_record(Path(eft.__file__).parent / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2")
-    loop = eft.ProcessorInTheLoop(FIRMWARE, machine)
+    loop = eft.firmware.ProcessorInTheLoop(FIRMWARE, machine)
     for command in (
         eft.sine_sweep(8900.0, 0.0, 10.0, 2.0, 4096.0),
         eft.effective_force(record, mass=7040.0, sample_rate=4096.0),
@@ -105,7 +105,7 @@ def test_the_page_s_loop_runs_as_printed(monkeypatch):
 
 def test_two_rigs_fit_into_one_program_by_their_names(tmp_path):
     for name in ("north", "south"):
-        (tmp_path / f"{name}.h").write_text(eft.export(eft.Rig.zhao2005(), "c", name))
+        (tmp_path / f"{name}.h").write_text(eft.firmware.export(eft.Rig.zhao2005(), "c", name))
     sum_of_both = "EFT_RIG_NORTH.level + EFT_RIG_SOUTH.level"
     (tmp_path / "both.c").write_text(
         '#include "north.h"\n#include "south.h"\n#include "north.h"\n'
@@ -115,4 +115,4 @@ def test_two_rigs_fit_into_one_program_by_their_names(tmp_path):
     command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-unused", "-fsyntax-only"]
     subprocess.run([*command, f"-I{include}", str(tmp_path / "both.c")], check=True)
     with pytest.raises(ValueError, match="name = north-2: must be an identifier"):
-        eft.export(eft.Rig.zhao2005(), "c", "north-2")
+        eft.firmware.export(eft.Rig.zhao2005(), "c", "north-2")

@@ -15,7 +15,7 @@ def lines(ax):
 
 
 def test_figure_4a_phase_is_linear_in_frequency():
-    delay = eft.identify_delay(*eft.valve_test(RIG), 2048.0)
+    delay = eft.identify_delay(*eft.identification.valve_test(RIG), 2048.0)
     drawn = lines(plots.response_delay(delay, ax=Figure().subplots()))
     frequency, lag = drawn["measured"]
     fitted = next(line for label, line in drawn.items() if label.startswith("delay"))
@@ -25,7 +25,7 @@ def test_figure_4a_phase_is_linear_in_frequency():
 
 
 def test_figure_4b_is_table_2_over_the_measured_points():
-    _, displacement, spool = eft.flow_test(RIG, amplitude=0.9 * 0.127)
+    _, displacement, spool = eft.identification.flow_test(RIG, amplitude=0.9 * 0.127)
     table = RIG["servovalve.flow_table"]
     ax = plots.flow_curve(
         eft.FlowTable(table["openings"], table["flows"]),
@@ -50,7 +50,7 @@ def test_figure_6_is_flat_to_20_hz():
 
 def test_map_of_level_and_damping_shows_where_it_is_stable():
     levels, dampings = np.linspace(0.95, 1.1, 7), [1000.0, 4330.0, 10e3]
-    found = eft.level_damping_map(RIG, levels, dampings)
+    found = eft.linear.stability_map(RIG, ("compensation.level", levels), ("structure.damping", dampings))
     ax = plots.stability_map(found, ax=Figure().subplots())
     growth = np.asarray(ax.collections[0].get_array()).reshape(3, 7)
     margins = [
@@ -65,7 +65,9 @@ def test_map_of_level_and_damping_shows_where_it_is_stable():
 
 def test_map_of_delay_and_rate_is_the_linear_model_at_each_point():
     delays, rates = [0.0, 5e-3, 0.02], np.geomspace(300.0, 10e3, 4)
-    found = eft.delay_rate_map(RIG, delays, rates)
+    found = eft.linear.stability_map(
+        RIG, ("controller.sample_rate", rates), ("compensation.response_delay", delays)
+    )
     for row, delay in zip(found.values, delays, strict=True):
         for value, rate in zip(row, rates, strict=True):
             model = eft.linearize(RIG.replace({"compensation.response_delay": delay}), sample_rate=rate)
@@ -79,7 +81,12 @@ def test_map_of_delay_and_rate_is_the_linear_model_at_each_point():
 
 def test_map_of_rate_and_realization_is_the_margin_of_each():
     rates = [500.0, 2048.0]
-    found = eft.rate_realization_map(RIG, rates)
+    found = eft.linear.stability_map(
+        RIG,
+        ("controller.sample_rate", rates),
+        ("controller.realization", ["analog", "digital"]),
+        quantity="level",
+    )
     digital = RIG.replace({"controller.realization": "digital"})
     for rig, row, at in ((RIG, 0, 0), (RIG, 0, 1), (digital, 1, 1)):
         expected = eft.stability_margin(rig, sample_rate=rates[at])
@@ -93,7 +100,7 @@ def test_map_of_rate_and_realization_is_the_margin_of_each():
 
 
 def test_the_maps_of_every_day_need_nothing_but_a_rig():
-    for name, make in eft.STABILITY_MAPS.items():
+    for name, make in eft.linear.STABILITY_MAPS.items():
         found = make(RIG)
         assert found.values.shape == (found.vertical.size, found.horizontal.size), name
         assert found.stable.any()
@@ -103,8 +110,10 @@ def test_the_maps_of_every_day_need_nothing_but_a_rig():
 
 def test_what_cannot_be_mapped_is_named():
     with pytest.raises(ValueError, match=r"quantity = .speed.: must be"):
-        eft.stability_map(RIG, ("compensation.level", [1.0]), ("structure.mass", [1e3]), quantity="speed")
+        eft.linear.stability_map(
+            RIG, ("compensation.level", [1.0]), ("structure.mass", [1e3]), quantity="speed"
+        )
     with pytest.raises(ValueError, match=r"structure.mass = -1"):
-        eft.stability_map(RIG, ("compensation.level", [1.0]), ("structure.mass", [-1.0]))
+        eft.linear.stability_map(RIG, ("compensation.level", [1.0]), ("structure.mass", [-1.0]))
     with pytest.raises(ValueError, match="must have at least one value"):
-        eft.stability_map(RIG, ("compensation.level", []), ("structure.mass", [1.0]))
+        eft.linear.stability_map(RIG, ("compensation.level", []), ("structure.mass", [1.0]))

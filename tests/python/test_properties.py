@@ -1,5 +1,6 @@
 """Whatever the numbers are: a finite answer, or an error in words; never a panic, never a silent NaN."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -53,7 +54,9 @@ def test_any_rig_runs_to_finite_numbers_or_says_that_it_diverged(rig, dtype):
         return
     for name in _TRACES:
         trace = getattr(run, name)
-        assert np.isfinite(trace).all(), (name, run.message)
+        # Nothing was learned of a rig that does not adapt.
+        unknown = name.endswith("_deviation")
+        assert np.isfinite(trace).all() or (unknown and (trace > 0.0).all()), (name, run.message)
     assert run.success == (len(run) == len(SHORT)), run.message
     metrics = refused(run.metrics)
     assert metrics is None or not any(math.isinf(value) for value in metrics.values())
@@ -68,10 +71,10 @@ def test_any_rig_is_analysed_or_refused(rig):
     if model is not None:
         assert np.isfinite(model.A).all()
         assert refused(lambda: model.growth_rate) is None or math.isfinite(model.growth_rate)
-    budget = refused(eft.delay_budget, rig)
-    assert budget is None or all(math.isfinite(value) for value in budget.values())
+    budget = refused(eft.linear.delay_budget, rig)
+    assert budget is None or all(map(math.isfinite, dataclasses.astuple(budget)))
     answer = refused(eft.check_feasibility, rig, SHORT)
-    assert answer is None or answer["verdict"] in ("go", "caution", "no")
+    assert answer is None or answer.verdict in ("go", "caution", "no")
 
 
 @some
@@ -91,17 +94,17 @@ def test_a_record_of_any_numbers(acceleration, dt, first, second, third):
     if record is None:
         return
     for prepared in (
-        refused(eft.baseline_corrected, record),
-        refused(eft.band_passed, record, first, second),
-        refused(eft.scaled, record, acceleration=first, time=second),
-        refused(eft.tapered, record, first, second),
-        refused(eft.resampled, record, first) if abs(first) * dt < 1e3 else None,
+        refused(eft.Record.baseline_corrected, record),
+        refused(eft.Record.band_passed, record, first, second),
+        refused(eft.Record.scaled, record, acceleration=first, time=second),
+        refused(eft.Record.tapered, record, first, second),
+        refused(eft.Record.resampled, record, first) if abs(first) * dt < 1e3 else None,
     ):
         assert prepared is None or np.isfinite(prepared.acceleration).all()
     rate = third if 0 < third * dt * acceleration.size < 1e5 else 100.0 / dt
     command = refused(eft.effective_force, record, first, rate, second)
     assert command is None or np.isfinite(command.values).all()
-    spectrum = refused(eft.displacement_spectrum, record, [first, 0.5], second)
+    spectrum = refused(eft.records.displacement_spectrum, record, [first, 0.5], second)
     assert spectrum is None or np.isfinite(spectrum).all()
 
 
@@ -115,7 +118,7 @@ def test_identification_of_anything(one, other, rate, area):
     assert delay is None or math.isfinite(delay)
     table = refused(eft.identify_flow_curve, one, other, rate, area)
     assert table is None or np.isfinite(table.flows).all()
-    damping = refused(eft.identify_damping, one, rate)
+    damping = refused(eft.identification.identify_damping, one, rate)
     assert damping is None or all(math.isfinite(float(value)) for value in np.atleast_1d(damping))
 
 

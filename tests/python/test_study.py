@@ -72,21 +72,21 @@ def test_a_list_fills_in_what_a_combination_does_not_name():
 
 
 def test_a_latin_hypercube_visits_every_part_once():
-    study = eft.study(RIG, COMMAND, eft.LatinHypercube(RANGES, n=8, seed=3))
+    study = eft.study(RIG, COMMAND, eft.studies.LatinHypercube(RANGES, n=8, seed=3))
     parts = np.floor((study["servovalve.flow_gain_scale"] - 0.9) / 0.2 * 8).astype(int)
     assert sorted(parts) == list(range(8))
     logs = np.floor((np.log10(study["actuator.leakage"]) + 13) / 2 * 8).astype(int)
     assert sorted(logs) == list(range(8))
     assert sorted(study["compensation.mode"]) == ["linear"] * 4 + ["nonlinear"] * 4
-    again = eft.study(RIG, COMMAND, eft.LatinHypercube(RANGES, n=8, seed=3))
-    other = eft.study(RIG, COMMAND, eft.LatinHypercube(RANGES, n=8, seed=4))
+    again = eft.study(RIG, COMMAND, eft.studies.LatinHypercube(RANGES, n=8, seed=3))
+    other = eft.study(RIG, COMMAND, eft.studies.LatinHypercube(RANGES, n=8, seed=4))
     assert rows(again) == rows(study) != rows(other)
 
 
 def test_sobol_points_are_those_of_scipy():
     from scipy.stats import qmc
 
-    study = eft.study(RIG, COMMAND, eft.Sobol({"structure.damping": (1e3, 9e3)}, n=4, seed=5))
+    study = eft.study(RIG, COMMAND, eft.studies.Sobol({"structure.damping": (1e3, 9e3)}, n=4, seed=5))
     points = qmc.Sobol(1, seed=np.random.default_rng(5)).random(4)[:, 0]
     assert study["structure.damping"] == pytest.approx(1e3 + 8e3 * points, rel=1e-15)
 
@@ -142,15 +142,21 @@ def test_what_is_wrong_with_all_is_said_before_anything_runs(parameters, words):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: eft.Sobol({"structure.mass": (1, 2)}, n=100), ["n = 100", "64 or 128"]),
-        (lambda: eft.LatinHypercube({}, n=3), ["ranges"]),
-        (lambda: eft.LatinHypercube({"structure.mass": (1, 2)}, n=0), ["n = 0", "whole number from 1"]),
-        (lambda: eft.LatinHypercube({"structure.mass": (1, 2)}, n=3, seed=-1), ["seed = -1"]),
-        (lambda: eft.LatinHypercube({"structure.mass": (2, 1)}, n=3), ["structure.mass", "below"]),
-        (lambda: eft.LatinHypercube({"structure.mass": (0, 1, "log")}, n=3), ["above zero"]),
-        (lambda: eft.LatinHypercube({"structure.mass": (0, 1, "lin")}, n=3), ['"log"']),
-        (lambda: eft.LatinHypercube({"compensation.mode": (0, 1)}, n=3), ["compensation.mode", "choices"]),
-        (lambda: eft.LatinHypercube({"sensors.seed": (0, 9)}, n=3), ["sensors.seed", "choices"]),
+        (lambda: eft.studies.Sobol({"structure.mass": (1, 2)}, n=100), ["n = 100", "64 or 128"]),
+        (lambda: eft.studies.LatinHypercube({}, n=3), ["ranges"]),
+        (
+            lambda: eft.studies.LatinHypercube({"structure.mass": (1, 2)}, n=0),
+            ["n = 0", "whole number from 1"],
+        ),
+        (lambda: eft.studies.LatinHypercube({"structure.mass": (1, 2)}, n=3, seed=-1), ["seed = -1"]),
+        (lambda: eft.studies.LatinHypercube({"structure.mass": (2, 1)}, n=3), ["structure.mass", "below"]),
+        (lambda: eft.studies.LatinHypercube({"structure.mass": (0, 1, "log")}, n=3), ["above zero"]),
+        (lambda: eft.studies.LatinHypercube({"structure.mass": (0, 1, "lin")}, n=3), ['"log"']),
+        (
+            lambda: eft.studies.LatinHypercube({"compensation.mode": (0, 1)}, n=3),
+            ["compensation.mode", "choices"],
+        ),
+        (lambda: eft.studies.LatinHypercube({"sensors.seed": (0, 9)}, n=3), ["sensors.seed", "choices"]),
     ],
 )
 def test_samplers_refuse_what_they_cannot_draw(make, words):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import eft
-from eft._table import METRICS
 from eft._study import _batch
+from eft._table import METRICS
 from studies import COMMAND, RIG, rows
 
 STORIES = {"masses": [7e3, 6e3], "dampings": [5e3, 4e3], "stiffnesses": [2.6e6, 2.3e6]}

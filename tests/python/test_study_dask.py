@@ -11,7 +11,7 @@ from eft.cli import main
 
 RIG = eft.Rig.zhao2005()
 COMMAND = eft.sine_sweep(amplitude=8900.0, f_start=0.5, f_end=4.0, duration=4.0, sample_rate=2048.0)
-SAMPLER = eft.LatinHypercube(
+SAMPLER = eft.studies.LatinHypercube(
     {"servovalve.flow_gain_scale": (0.9, 1.1), "structure.damping": (1e3, 9e3)}, n=60, seed=1
 )
 

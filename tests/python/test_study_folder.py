@@ -16,7 +16,7 @@ from studies import COMMAND, GRID, RANGES, RIG, rows
 
 
 def test_a_folder_is_read_by_pandas_and_carries_what_made_it(tmp_path):
-    sampler = eft.LatinHypercube(RANGES, n=5, seed=7)
+    sampler = eft.studies.LatinHypercube(RANGES, n=5, seed=7)
     study = eft.study(RIG, COMMAND, sampler, output=tmp_path / "s", chunk=2)
     table = pd.read_parquet(tmp_path / "s")
     pd.testing.assert_frame_equal(

@@ -183,6 +183,11 @@ print(run.metrics()["nrmse"], run.metrics().delay, run.force.max(), run.test_rat
         ("run.metrics().displacment_error", "displacment_error"),
         ("run.forse", "forse"),
         ("run.mesured_force", "mesured_force"),
+        ("eft.linear.stability_margins(rig).levle", "levle"),
+        ('eft.linear.stability_margins(rig)["level"]', "not indexable"),
+        ("eft.check_feasibility(rig, command).verdikt", "verdikt"),
+        ('assert eft.check_feasibility(rig, command).verdict == "cautoin"', "cautoin"),
+        ("eft.identify_delay([0.0], [0.0], 1.0).intercep", "intercep"),
     ],
 )
 def test_mypy_finds_what_is_misspelt(tmp_path, line, says):

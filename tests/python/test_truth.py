@@ -96,13 +96,13 @@ def test_a_controller_is_blind_to_it():
     outputs = [eft.Controller(one).process(*signals) for one in (rig, untold, rig.replace(wrong))]
     assert np.array_equal(outputs[0], outputs[1]) and not np.array_equal(outputs[0], outputs[2])
     for target in ("rust", "c"):
-        assert eft.export(untold, target) == eft.export(rig, target)
+        assert eft.firmware.export(untold, target) == eft.firmware.export(rig, target)
 
 
 def test_linear_models_and_margins_judge_the_true_plant():
     key = "servovalve.pilot_time_constant"
     fast, slow = (RIG.replace({f"truth.{key}": factor * RIG[key]}) for factor in (0.8, 1.5))
-    margins = [eft.stability_margins(rig, sampled=True) for rig in (fast, fast.plant, RIG)]
+    margins = [eft.linear.stability_margins(rig, sampled=True) for rig in (fast, fast.plant, RIG)]
     assert margins[0] == margins[1] != margins[2]
     assert eft.linearize(slow).poles().tolist() == eft.linearize(slow.plant).poles().tolist()
     assert eft.linearize(slow).poles().real.max() > 0.0 > eft.linearize(RIG).poles().real.max()
@@ -113,8 +113,10 @@ def test_linear_models_and_margins_judge_the_true_plant():
 
 def test_maps_and_feasibility_take_it():
     masses = [5000.0, 9000.0]
-    found = eft.stability_map(RIG, ("truth.structure.mass", masses), ("compensation.level", [0.9, 1.0]))
-    told = eft.stability_map(RIG, ("structure.mass", masses), ("compensation.level", [0.9, 1.0]))
+    found = eft.linear.stability_map(
+        RIG, ("truth.structure.mass", masses), ("compensation.level", [0.9, 1.0])
+    )
+    told = eft.linear.stability_map(RIG, ("structure.mass", masses), ("compensation.level", [0.9, 1.0]))
     assert np.array_equal(found.values, told.values)
     assert eft.check_feasibility(HEAVY, COMMAND) == eft.check_feasibility(HEAVY.plant, COMMAND)
 

@@ -31,7 +31,7 @@ def swept(source, changes=NOISE):
     rig = eft.Rig.zhao2005().replace({**ADAPTIVE, **changes, **SOURCES[source]})
     run = eft.simulate(rig, SWEEP)
     # The estimate against the true velocity, its known delay ago.
-    late = round(eft.delay_budget(rig)["sensor"] * RATE)
+    late = round(eft.linear.delay_budget(rig).sensor * RATE)
     missed = run.measured_velocity[late:] - run.velocity[: len(run) - late]
     ratio = run.fft_ratio(0.5, 9.5).ratio
     return np.sqrt(np.mean(missed**2)), ratio.min(), ratio.max(), run
@@ -75,11 +75,12 @@ def test_the_observer_needs_no_model_of_the_structure():
 
 def test_its_delay_enters_the_budget():
     derivative, observer = (
-        eft.delay_budget(eft.Rig.zhao2005().replace(SOURCES[source])) for source in ("derivative", "observer")
+        eft.linear.delay_budget(eft.Rig.zhao2005().replace(SOURCES[source]))
+        for source in ("derivative", "observer")
     )
     assert derivative["sensor"] == pytest.approx(2 / (2 * np.pi * 80), rel=0.05)
     assert observer["sensor"] < 0.1 * derivative["sensor"]
-    assert derivative["path"] - observer["path"] == pytest.approx(derivative["sensor"] - observer["sensor"])
+    assert derivative.path - observer.path == pytest.approx(derivative.sensor - observer.sensor)
 
 
 @pytest.mark.parametrize("dtype", ["f32", "f64"])
@@ -137,9 +138,11 @@ def test_a_lead_of_the_observer_stands_in_the_budget_with_its_sign():
     # Half the mass doubles what the force says of the acceleration.
     light = {**SOURCES["observer"], "controller.observer_mass": 3500.0, "compensation.mode": "off"}
     rig = eft.Rig.zhao2005().replace(light)
-    budget = eft.delay_budget(rig)
-    assert budget["sensor"] < -1e-3
-    assert budget["path"] == pytest.approx(sum(budget[p] for p in ("valve", "hold", "computation", "sensor")))
+    budget = eft.linear.delay_budget(rig)
+    assert budget.sensor < -1e-3
+    assert budget.path == pytest.approx(
+        sum(getattr(budget, p) for p in ("valve", "hold", "computation", "sensor"))
+    )
     run = eft.simulate(rig, SWEEP)
     measured = eft.identify_delay(run.velocity, run.measured_velocity, RATE)
     assert float(measured) < -1e-3

@@ -576,6 +576,17 @@ impl Record {
 /// -------
 /// Command
 ///     ``amplitude·sin(2π(f_start·t + (f_end − f_start)·t²/(2·duration)))``.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If an argument is not allowed; the message names it.
+///
+/// Examples
+/// --------
+/// >>> import eft
+/// >>> len(eft.sine_sweep(8900.0, 0.0, 10.0, duration=32.0, sample_rate=4096.0))
+/// 131072
 #[pyfunction]
 pub(crate) fn sine_sweep(
     amplitude: f64,
@@ -599,6 +610,24 @@ pub(crate) fn sine_sweep(
 ///     Samples per second of the command, in Hz.
 /// scale : float
 ///     Factor on the acceleration.
+///
+/// Returns
+/// -------
+/// Command
+///     It remembers ``record``, ``scale`` and ``mass``.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If an argument is not allowed; the message names it.
+///
+/// Examples
+/// --------
+/// >>> import eft
+/// >>> motion = eft.Record([0.0, 1.0, -1.0, 0.0], dt=0.1, name="made up")
+/// >>> command = eft.effective_force(motion, mass=7000.0, sample_rate=10.0, scale=0.5)
+/// >>> command.values.tolist(), command.record.name
+/// ([-0.0, -3500.0, 3500.0, -0.0], 'made up')
 #[pyfunction]
 #[pyo3(signature = (record, mass, sample_rate, scale=1.0))]
 pub(crate) fn effective_force(
@@ -633,12 +662,25 @@ pub(crate) fn effective_force(
 /// channel : int, optional
 ///     Which channel of a V2 file, counted from 1; needed where there are several.
 ///
+/// Returns
+/// -------
+/// Record
+///     Its methods prepare it: ``eft.read_record(path).baseline_corrected().band_passed(0.1, 25.0)``.
+///
 /// Raises
 /// ------
 /// FileNotFoundError
 ///     If there is no such file.
 /// ValueError
 ///     If the file is not what its format promises, with the line where there is one.
+///
+/// Examples
+/// --------
+/// >>> import eft, pathlib, tempfile
+/// >>> path = pathlib.Path(tempfile.mkdtemp()) / "quake.csv"
+/// >>> _ = path.write_text("time (s),acceleration (g)\n0.00,0.0\n0.01,0.1\n0.02,0.0\n")
+/// >>> round(eft.read_record(path).pga, 4)
+/// 0.9807
 #[pyfunction]
 #[pyo3(signature = (path, *, dt=None, unit=None, channel=None))]
 pub(crate) fn read_record(

@@ -34,6 +34,12 @@ use crate::run::{Watch, traces};
 /// ValueError
 ///     If the name is no identifier, there is a computation delay, which the firmware's own timing makes, or the flow table has more than 21
 ///     points for C; the message names the key.
+///
+/// Examples
+/// --------
+/// >>> import eft
+/// >>> "EFT_RIG" in eft.firmware.export(eft.Rig.zhao2005(), "c")
+/// True
 #[pyfunction]
 #[pyo3(signature = (rig, target, name=None))]
 pub(crate) fn export(rig: &Rig, target: &str, name: Option<&str>) -> PyResult<String> {

@@ -1,11 +1,14 @@
 //! `eft.FlowTable`: the core's own table.
 
+use eft_sim::identification::FlowCurveEstimate;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use toml::{Table, Value};
 
 use crate::arrays;
+use crate::errors::refuse;
 
 /// As many points as a configuration may have.
 const POINTS: usize = 64;
@@ -18,14 +21,57 @@ const POINTS: usize = 64;
 ///     Spool openings of the points, normalised by the spool's stroke.
 /// flows : array_like
 ///     No-load flows at the points, in m³/s.
+/// uncertainty : array_like, optional
+///     Standard uncertainty of each flow, in m³/s, where it was measured.
+/// measured : sequence of bool, optional
+///     Whether each point was measured, and not extrapolated.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If openings or flows do not increase strictly, or there are not as many of one as of the other.
+///
+/// Examples
+/// --------
+/// >>> import eft
+/// >>> table = eft.FlowTable([-1.0, 0.0, 1.0], [-2e-3, 0.0, 2e-3])
+/// >>> table.flow(0.5), table.opening(1e-3)
+/// (0.001, 0.5)
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct FlowTable {
     openings: Vec<f64>,
     flows: Vec<f64>,
+    uncertainty: Option<Vec<f64>>,
+    measured: Option<Vec<bool>>,
     core: eft_core::FlowTable<f64, POINTS>,
 }
 
 impl FlowTable {
+    fn of(
+        openings: Vec<f64>,
+        flows: Vec<f64>,
+        uncertainty: Option<Vec<f64>>,
+        measured: Option<Vec<bool>>,
+    ) -> PyResult<Self> {
+        let core = eft_core::FlowTable::<f64, POINTS>::new(&openings, &flows)
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        for (name, length) in [
+            ("uncertainty", uncertainty.as_ref().map(Vec::len)),
+            ("measured", measured.as_ref().map(Vec::len)),
+        ] {
+            if length.is_some_and(|length| length != openings.len()) {
+                let allowed = format!("must be one for each of {} points", openings.len());
+                return Err(refuse(name, format!("{} values", length.unwrap_or(0)), allowed));
+            }
+        }
+        Ok(Self { openings, flows, uncertainty, measured, core })
+    }
+
+    /// What an identification found.
+    pub(crate) fn found(curve: FlowCurveEstimate) -> PyResult<Self> {
+        Self::of(curve.openings, curve.flows, Some(curve.uncertainty), Some(curve.measured))
+    }
+
     /// The section of the configuration that describes this table.
     pub(crate) fn tree(&self) -> Table {
         let list = |values: &[f64]| Value::Array(values.iter().copied().map(Value::Float).collect());
@@ -37,11 +83,16 @@ impl FlowTable {
 #[pymethods]
 impl FlowTable {
     #[new]
-    fn new(openings: &Bound<'_, PyAny>, flows: &Bound<'_, PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (openings, flows, uncertainty=None, measured=None))]
+    fn new(
+        openings: &Bound<'_, PyAny>,
+        flows: &Bound<'_, PyAny>,
+        uncertainty: Option<&Bound<'_, PyAny>>,
+        measured: Option<Vec<bool>>,
+    ) -> PyResult<Self> {
         let (openings, flows) = (arrays::vector("openings", openings)?, arrays::vector("flows", flows)?);
-        let core = eft_core::FlowTable::<f64, POINTS>::new(&openings, &flows)
-            .map_err(|error| PyValueError::new_err(error.to_string()))?;
-        Ok(Self { openings, flows, core })
+        let uncertainty = uncertainty.map(|given| arrays::vector("uncertainty", given)).transpose()?;
+        Self::of(openings, flows, uncertainty, measured)
     }
 
     /// Return the no-load flow in m³/s at spool openings `x`; constant beyond the table.
@@ -66,6 +117,19 @@ impl FlowTable {
         PyArray1::from_slice(py, &self.flows)
     }
 
+    /// Standard uncertainty of the flows in m³/s, that of the line where points are extrapolated; `None` of a table that
+    /// was given without.
+    #[getter]
+    fn uncertainty<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.uncertainty.as_ref().map(|values| PyArray1::from_slice(py, values))
+    }
+
+    /// Whether each point was measured, and not extrapolated; `None` of a table that was given without.
+    #[getter]
+    fn measured<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<bool>>> {
+        self.measured.as_ref().map(|values| PyArray1::from_slice(py, values))
+    }
+
     fn __len__(&self) -> usize {
         self.openings.len()
     }
@@ -87,8 +151,7 @@ impl FlowTable {
         )
     }
 
-    #[allow(clippy::type_complexity, reason = "two arrays are two arrays")]
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
-        (self.openings(py), self.flows(py))
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        (self.openings(py), self.flows(py), self.uncertainty(py), self.measured.clone()).into_pyobject(py)
     }
 }

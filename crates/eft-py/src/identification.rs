@@ -7,6 +7,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
+use crate::flow_table::FlowTable;
 use crate::rig::Rig;
 
 /// Return delay, uncertainty, intercept, coherence, frequencies and phase lags.
@@ -43,17 +44,17 @@ fn recordings<'a>(spool: &'a [Vec<f64>], displacement: &'a [Vec<f64>]) -> Vec<Re
     (0..runs).map(|i| Recording { spool: of(spool, i), displacement: of(displacement, i) }).collect()
 }
 
-/// Return openings, flows, uncertainties and whether each point was measured.
+/// Return the flow curve with its uncertainties, and whether each point was measured.
 #[pyfunction]
-pub(crate) fn identify_flow_curve<'py>(
-    py: Python<'py>,
-    spool: Vec<Bound<'py, PyAny>>,
-    displacement: Vec<Bound<'py, PyAny>>,
+pub(crate) fn identify_flow_curve(
+    py: Python<'_>,
+    spool: Vec<Bound<'_, PyAny>>,
+    displacement: Vec<Bound<'_, PyAny>>,
     sample_rate: f64,
     piston_area: f64,
     knots: usize,
     method: &str,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<FlowTable> {
     let identify = match method {
         "integral" => identification::identify_flow_curve,
         "difference" => identification::flow_curve_by_differences,
@@ -69,12 +70,7 @@ pub(crate) fn identify_flow_curve<'py>(
             identify(&runs, sample_rate, piston_area, knots)
         })
         .map_err(to_python)?;
-    let answer = PyDict::new(py);
-    answer.set_item("openings", PyArray1::from_vec(py, found.openings))?;
-    answer.set_item("flows", PyArray1::from_vec(py, found.flows))?;
-    answer.set_item("uncertainty", PyArray1::from_vec(py, found.uncertainty))?;
-    answer.set_item("measured", PyArray1::from_vec(py, found.measured))?;
-    Ok(answer)
+    FlowTable::found(found)
 }
 
 /// Return the flow gain at the origin in m³/s and its uncertainty.

@@ -65,6 +65,23 @@ pub(crate) fn tapered(record: &Record, start: f64, end: f64) -> PyResult<Record>
 ///     Natural periods in s, one dimension.
 /// damping : float
 ///     Damping ratio.
+///
+/// Returns
+/// -------
+/// numpy.ndarray
+///     In m, one for each period.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If a period or the damping is not allowed.
+///
+/// Examples
+/// --------
+/// >>> import eft
+/// >>> motion = eft.Record([0.0, 1.0, -1.0, 0.0], dt=0.1)
+/// >>> eft.records.displacement_spectrum(motion, [0.5, 1.0]).shape
+/// (2,)
 #[pyfunction]
 #[pyo3(signature = (record, periods, damping=0.05))]
 pub(crate) fn displacement_spectrum<'py>(

@@ -6,7 +6,7 @@ use eft_sim::RigConfig;
 use eft_sim::config::{KEYS, Key, Kind, Need, Preset, StructureKind};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping};
+use pyo3::types::{PyDict, PyList, PyMapping};
 use toml::Value;
 
 use crate::errors::to_python;
@@ -128,6 +128,49 @@ impl Rig {
         }
     }
 
+    /// Tell whether there is such a key or section, whether or not it has a value.
+    fn __contains__(&self, key: &Bound<'_, PyAny>) -> bool {
+        key.extract::<&str>().is_ok_and(|key| self.config.get(key).is_ok())
+    }
+
+    /// Return the dotted keys of the configuration, in the order of files, without those under ``truth``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> rig = eft.Rig.zhao2005()
+    /// >>> {key: rig[key] for key in rig.keys() if key.startswith("supply.")}["supply.pressure"]
+    /// 19000000.0
+    #[allow(clippy::unused_self, reason = "of every rig the same")]
+    fn keys(&self) -> Vec<&'static str> {
+        KEYS.iter().map(|row| row.key).collect()
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        PyList::new(py, self.keys())?.call_method0("__iter__")
+    }
+
+    #[allow(clippy::unused_self, reason = "of every rig the same")]
+    fn __len__(&self) -> usize {
+        KEYS.len()
+    }
+
+    /// What completes ``rig["`` in IPython: keys and sections, those under ``truth`` too.
+    fn _ipython_key_completions_(&self) -> Vec<String> {
+        let mut all: Vec<String> = Vec::new();
+        for row in KEYS {
+            let section = row.key.rsplit_once('.').map(|(section, _)| section.to_owned());
+            for key in section.into_iter().chain([row.key.to_owned()]) {
+                if !all.contains(&key) && self.config.get(&key).is_ok() {
+                    all.push(key);
+                }
+            }
+        }
+        let of_plant = KEYS.iter().map(|row| format!("truth.{}", row.key));
+        all.extend(of_plant.filter(|key| self.config.get(key).is_ok()));
+        all
+    }
+
     fn __eq__(&self, other: &Self) -> bool {
         self.config == other.config
     }
@@ -157,9 +200,19 @@ impl Rig {
 /// Return the schema of the configuration, one dictionary per key, in the order of files.
 ///
 /// The keys of the plant follow a second time, under ``truth``.
-/// Each has `key`, `unit`, `type` ("float", "int", "bool", "str" or "list"), `allowed`, `doc`, `required` (bool),
-/// `required_where` (a condition such as ``structure.kind = "bilinear"``, or None) and `default` (None where the key has
-/// none).
+///
+/// Returns
+/// -------
+/// list of dict
+///     Each has `key`, `unit`, `type` ("float", "int", "bool", "str" or "list"), `allowed`, `doc`, `required` (bool),
+///     `required_where` (a condition such as ``structure.kind = "bilinear"``, or None) and `default` (None where the
+///     key has none).
+///
+/// Examples
+/// --------
+/// >>> import eft
+/// >>> next(row["unit"] for row in eft.rig_keys() if row["key"] == "structure.mass")
+/// 'kg'
 #[pyfunction]
 pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let row = |row: &Key, key: &str, truth: bool| {

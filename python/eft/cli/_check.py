@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,7 @@ def check(
             | found
             | {"verdict": verdict, "reasons": reasons, "margins": margins}
             | {"left_out": left_out, "idle_keys": idle}
-            | {"delay_budget": eft.delay_budget(plan.rig, plan.command.sample_rate)}
+            | {"delay_budget": asdict(eft.linear.delay_budget(plan.rig, plan.command.sample_rate))}
             | {"virtual_test": {"verdict": outcome.text, "usable": outcome.usable}}
             | {"metrics": metrics_of(run)}
         )
@@ -75,13 +76,13 @@ def check(
         raise click.exceptions.Exit(1)
 
 
-def _linear(plan: TestPlan) -> eft.LinearModel:
+def _linear(plan: TestPlan) -> eft.linear.LinearModel:
     return eft.linearize(plan.rig, sampled=True, sample_rate=plan.command.sample_rate)
 
 
 def _feasibility(plan: TestPlan) -> dict[str, Any]:
     try:
-        return eft.check_feasibility(plan.rig, plan.command)
+        return asdict(eft.check_feasibility(plan.rig, plan.command))
     except ValueError as error:
         # A loop that no level makes stable is an answer here; what else is wrong stays an error.
         if not _linear(plan).growth_rate > 0.0:
@@ -106,7 +107,8 @@ def _before(plan: TestPlan) -> str:
 
 def _margins(plan: TestPlan) -> dict[str, Any]:
     try:
-        return eft.stability_margins(plan.rig, sampled=True, sample_rate=plan.command.sample_rate)
+        found = eft.linear.stability_margins(plan.rig, sampled=True, sample_rate=plan.command.sample_rate)
+        return {name: value for name, value in asdict(found).items() if value is not None}
     except ValueError:
         if not (growth := _linear(plan).growth_rate) > 0.0:
             raise

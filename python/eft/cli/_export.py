@@ -36,5 +36,5 @@ def export(rig: Path, target: Literal["rust", "c"], name: str | None, output: Pa
     """
     path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
     check_folder(path)
-    write_text(path, eft.export(read_rig(rig, {}), target, name))
+    write_text(path, eft.firmware.export(read_rig(rig, {}), target, name))
     click.echo(f"{path} written")

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 import eft
 from eft._files import write_text
@@ -91,14 +90,15 @@ def curve(
         raise ValueError(
             f"sample rates differ, must be one: {', '.join(f'{rate:g} Hz' for rate in sorted(rates))}"
         )
-    found = eft.flow_curve_estimate(
+    found = eft.identify_flow_curve(
         [run["spool"] for run in runs],
         [run["displacement"] for run in runs],
         runs[0].sample_rate,
         area,
         knots,
     )
-    openings, flows = (getattr(found.table, name).tolist() for name in ("openings", "flows"))
+    parts = ("openings", "flows", "uncertainty", "measured")
+    openings, flows, uncertainty, measured = (getattr(found, name).tolist() for name in parts)
     if output is not None:
         write_text(output, f"[servovalve]\nflow_table.openings = {openings}\nflow_table.flows = {flows}\n")
     if as_json:
@@ -106,14 +106,14 @@ def curve(
             {
                 "openings": openings,
                 "flows": flows,
-                "uncertainty": np.asarray(found.uncertainty).tolist(),
-                "measured": np.asarray(found.measured).tolist(),
+                "uncertainty": uncertainty,
+                "measured": measured,
             }
         )
         return
     rows = [
         (f"{x:+.3f}", f"{q * 6e4:.2f}", f"{u * 6e4:.2f}", "yes" if seen else "extrapolated")
-        for x, q, u, seen in zip(openings, flows, found.uncertainty, found.measured, strict=True)
+        for x, q, u, seen in zip(openings, flows, uncertainty, measured, strict=True)
     ]
     click.echo(table(rows, ("opening", "flow, L/min", "±", "measured")))
     if output is not None:
@@ -132,8 +132,8 @@ def damping(file: Path, start: float | None, as_json: bool, **data: Any) -> None
     """Damping ratio and natural frequency from a free vibration's displacement."""
     traces = read_data(file, **data)
     part = slice(None) if start is None else traces.time >= start
-    found = eft.identify_damping(traces["displacement"][part], traces.sample_rate)
-    frequency = found.details["frequency"]
+    found = eft.identification.identify_damping(traces["displacement"][part], traces.sample_rate)
+    frequency = found.frequency
     if as_json:
         emit_json(
             {

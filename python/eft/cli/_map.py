@@ -32,7 +32,7 @@ _MOST = 250_000
 @settings
 @click.option(
     "--kind",
-    type=click.Choice(list(eft.STABILITY_MAPS)),
+    type=click.Choice(list(eft.linear.STABILITY_MAPS)),
     help="Which of the common maps; default: level-damping.",
 )
 @click.option(
@@ -74,11 +74,11 @@ def stability_map(
     if horizontal and vertical:
         if horizontal[3] * vertical[3] > _MOST:
             raise click.UsageError(f"{horizontal[3]} × {vertical[3]} points: must be at most {_MOST}")
-        found = eft.stability_map(chosen, _axis("--x", horizontal), _axis("--y", vertical))
+        found = eft.linear.stability_map(chosen, _axis("--x", horizontal), _axis("--y", vertical))
     else:
         # A building has a damper a story, and no map over one of them alone.
         building = chosen["structure.kind"] == "shear_building"
-        found = eft.STABILITY_MAPS[kind or ("delay-rate" if building else "level-damping")](chosen)
+        found = eft.linear.STABILITY_MAPS[kind or ("delay-rate" if building else "level-damping")](chosen)
     for target in targets:
         _write(found, chosen, target)
     if as_json:
@@ -100,7 +100,7 @@ def _axis(option: str, given: tuple[str, float, float, int]) -> tuple[str, list[
     return key, [low + (high - low) * i / (count - 1) for i in range(count)]
 
 
-def _plain(found: eft.StabilityMap) -> dict[str, Any]:
+def _plain(found: eft.linear.StabilityMap) -> dict[str, Any]:
     return {
         "quantity": found.quantity,
         "unit": {"growth_rate": "1/s", "level": ""}[found.quantity],
@@ -111,7 +111,7 @@ def _plain(found: eft.StabilityMap) -> dict[str, Any]:
     }
 
 
-def _write(found: eft.StabilityMap, rig: eft.Rig, target: Path) -> None:
+def _write(found: eft.linear.StabilityMap, rig: eft.Rig, target: Path) -> None:
     suffix = target.suffix.lower()
     if suffix == ".json":
         write_text(target, json_text(_plain(found)) + "\n")
@@ -133,7 +133,7 @@ def _write(found: eft.StabilityMap, rig: eft.Rig, target: Path) -> None:
             figure.savefig(temporary)
 
 
-def _csv(found: eft.StabilityMap) -> str:
+def _csv(found: eft.linear.StabilityMap) -> str:
     """One line for each point, as spreadsheets read it."""
     lines = [f"{found.horizontal_key},{found.vertical_key},{found.quantity}"]
     for y, row in zip(found.vertical.tolist(), found.values.tolist(), strict=True):

@@ -14,14 +14,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
-    from eft import Estimate, FlowCurveEstimate, Rig, StabilityMap, TestRun
+    from eft import FlowTable, Rig, TestRun
+    from eft.identification import DelayEstimate
+    from eft.linear import StabilityMap
 
 Runs = Mapping[str, "TestRun"]
 
 
 def figure_4(
-    delay: Estimate,
-    curve: FlowCurveEstimate,
+    delay: DelayEstimate,
+    curve: FlowTable,
     *,
     spool: ArrayLike,
     displacement: ArrayLike,
@@ -36,7 +38,7 @@ def figure_4(
         left, right = page(2.6), page(3.4)
         planning.response_delay(delay, ax=left.subplots())
         planning.flow_curve(
-            curve.table,
+            curve,
             spool=spool,
             displacement=displacement,
             sample_rate=sample_rate,

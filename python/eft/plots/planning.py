@@ -14,15 +14,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-    from eft import Estimate, FlowTable, Rig, StabilityMap
+    from eft import FlowTable, Rig
+    from eft.identification import DelayEstimate
+    from eft.linear import StabilityMap
 
 
-def response_delay(delay: Estimate, *, ax: Axes | None = None) -> Axes:
+def response_delay(delay: DelayEstimate, *, ax: Axes | None = None) -> Axes:
     """Phase lag of the spool behind its command against frequency, with the fitted line, as in Fig. 4a."""
     ax = axes_or_new(ax)
-    frequency = np.asarray(delay.details["frequency"])
-    ax.plot(frequency, delay.details["lag"], ".", color="0.5", markersize=3, label="measured")
-    line = 2 * np.pi * frequency * float(delay) - delay.details["intercept"]
+    frequency = delay.frequency
+    ax.plot(frequency, delay.lag, ".", color="0.5", markersize=3, label="measured")
+    line = 2 * np.pi * frequency * float(delay) - delay.intercept
     ax.plot(frequency, line, color=BLUE, label=f"delay {float(delay) * 1e3:.2f} ms")
     return finish(ax, xlabel="frequency (Hz)", ylabel="phase lag (rad)")
 
@@ -55,8 +57,8 @@ def inverse_dynamics(
     """Valve, lead network and both in series: gain over that at rest, and phase, as in Fig. 6."""
     upper, lower = axes
     frequency = np.geomspace(*band, 400)
-    valve, lead = eft.inverse_dynamics(rig, frequency)
-    rest = [abs(response[0]) for response in eft.inverse_dynamics(rig, [0.0])]
+    valve, lead = eft.linear.inverse_dynamics(rig, frequency)
+    rest = [abs(response[0]) for response in eft.linear.inverse_dynamics(rig, [0.0])]
     parts = {
         "valve": (valve / rest[0], VERMILION, "--"),
         "lead network": (lead / rest[1], GREEN, ":"),

@@ -47,10 +47,21 @@ fn time(rig: &Rig, sampled: bool, sample_rate: Option<f64>) -> Time {
 ///     Which slope stands for the flow curve, on the valve and in the compensation that inverts it: the
 ///     configuration's `K_v`, or the table's slope on either side of the origin, or their mean.
 ///
+/// Returns
+/// -------
+/// LinearModel
+///     With states, poles, modes and responses.
+///
 /// Raises
 /// ------
 /// ValueError
 ///     If an argument is not allowed; the message names it.
+///
+/// Examples
+/// --------
+/// >>> import eft
+/// >>> eft.linearize(eft.Rig.zhao2005(), sampled=True).stable
+/// True
 #[pyfunction]
 #[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
 pub(crate) fn linearize(
@@ -66,13 +77,28 @@ pub(crate) fn linearize(
 
 /// Return the largest stable compensation level of the linear model that `linearize` gives.
 ///
-/// It is infinite where no level up to 10 is unstable, as with compensation switched off. The arguments are those
-/// of `linearize`.
+/// It is infinite where no level up to 10 is unstable, as with compensation switched off.
+///
+/// Parameters
+/// ----------
+/// rig, sampled, sample_rate, flow_gain
+///     As of `linearize`.
+///
+/// Returns
+/// -------
+/// float
+///     A compensation level.
 ///
 /// Raises
 /// ------
 /// ValueError
 ///     If no level makes the loop stable, or an argument is not allowed.
+///
+/// Examples
+/// --------
+/// >>> import eft
+/// >>> 1.0 < eft.stability_margin(eft.Rig.zhao2005(), sampled=True) < 1.1
+/// True
 #[pyfunction]
 #[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
 pub(crate) fn stability_margin(

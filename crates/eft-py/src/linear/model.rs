@@ -1,4 +1,4 @@
-//! `eft.LinearModel`.
+//! `eft.linear.LinearModel`.
 
 use eft_sim::linear::{DMatrix, StateSpace};
 use numpy::{Complex64, PyArray1, PyArray2, PyArrayMethods};
@@ -12,7 +12,7 @@ use crate::errors::{refuse, to_python};
 ///
 /// The input is the force command in N. Of a shear building inputs, states and outputs carry the number of the actuator,
 /// ``command_1`` and so on. Made by `linearize`.
-#[pyclass(frozen, module = "eft")]
+#[pyclass(frozen, module = "eft.linear")]
 pub(crate) struct LinearModel {
     pub(crate) inner: StateSpace,
 }
@@ -212,6 +212,6 @@ impl LinearModel {
             Ok(rate) => format!("unstable, grows at {rate:.4} 1/s"),
             Err(error) => error.to_string(),
         };
-        format!("<eft.LinearModel: {} states, {time}, {verdict}>", self.inner.a.nrows())
+        format!("<eft.linear.LinearModel: {} states, {time}, {verdict}>", self.inner.a.nrows())
     }
 }

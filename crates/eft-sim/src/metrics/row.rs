@@ -161,7 +161,8 @@ fn displacement_error(displacement: &[f64], ideal: &[f64]) -> f64 {
     let (error, whole) = pairs.fold((0.0, 0.0), |(error, whole), (x, ideal)| {
         (error + (x - ideal) * (x - ideal), whole + ideal * ideal)
     });
-    (error / whole).sqrt()
+    let ratio = (error / whole).sqrt();
+    if ratio.is_finite() { ratio } else { f64::NAN }
 }
 
 /// Displacements (m) that a rig's structure has under exactly these commands (N), one an actuator; empty where they

@@ -1,0 +1,293 @@
+"""What a rig can do, before a test: margins, delays, feasibility."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eft import _native
+from eft._native import Command, Rig
+from eft._results import Result
+
+__all__ = [
+    "DelayBudget",
+    "Demand",
+    "Feasibility",
+    "InverseDynamics",
+    "ObserverGains",
+    "StabilityMargins",
+    "check_feasibility",
+    "delay_budget",
+    "inverse_dynamics",
+    "observer_gains",
+    "stability_margins",
+]
+
+FlowGain = Literal["nominal", "steeper", "shallower", "mean"]
+
+
+@dataclass(frozen=True)
+class StabilityMargins(Result):
+    """How far each setting, changed alone, is from instability; None where the rig as it is is unstable."""
+
+    growth_rate: float
+    """Of the least damped mode of the rig as it is, 1/s."""
+    level: float
+    """The largest stable compensation level."""
+    response_delay: tuple[float, float] | None = None
+    """Lowest and highest stable one, s."""
+    dead_time: float | None = None
+    """The shortest additional delay of the compensation that is unstable, s; infinite where none is."""
+    loop_gain: float | None = None
+    """The largest stable factor on the force loop."""
+    flow_gain: tuple[float, float] | None = None
+    """Lowest and highest stable ratio of the true flow gain to the configured one."""
+
+
+@dataclass(frozen=True)
+class DelayBudget(Result):
+    """The parts of the delay that the lead network has to give back, all in s."""
+
+    valve: float
+    """Of the servovalve."""
+    hold: float
+    """Half a sample, and ``dac.delay``."""
+    computation: float
+    """Of the computation."""
+    sensor: float
+    """Of the velocity sensor; of an estimated velocity that leads, negative."""
+    derivative: float
+    """Of the force controller's derivative action: negative, a lead."""
+    path: float
+    """What the compensation passes: all but `derivative`, which acts on the force error only."""
+    total: float
+    """All of them, as the paper counts."""
+
+
+@dataclass(frozen=True)
+class Demand(Result):
+    """What a command asks of one part of a rig, and what that has."""
+
+    name: str
+    """Of the part."""
+    unit: str
+    """SI; empty for a ratio."""
+    required: float
+    """What the command asks for."""
+    available: float
+    """What there is."""
+    advised: float
+    """What should not be exceeded."""
+
+
+@dataclass(frozen=True)
+class Feasibility(Result):
+    """Whether a rig can follow a command."""
+
+    verdict: Literal["go", "caution", "no"]
+    """In one word."""
+    reasons: tuple[str, ...]
+    """Sentences."""
+    demands: tuple[Demand, ...]
+    """What is asked of each part."""
+    scheme: Literal["off", "linear", "nonlinear"]
+    """The simplest compensation that suffices."""
+    margin: float
+    """The largest stable compensation level."""
+    smallest_sample_rate: float | None
+    """Hz; None where no rate is safe."""
+
+
+class InverseDynamics(NamedTuple):
+    """The frequency responses of Fig. 6."""
+
+    valve: NDArray[np.complex128]
+    """Of the servovalve, Eq. (4)."""
+    lead: NDArray[np.complex128]
+    """Of the lead network that inverts it, Eq. (8)."""
+
+
+class ObserverGains(NamedTuple):
+    """The steady-state gains of a velocity observer."""
+
+    displacement: float
+    """On displacement, 1."""
+    velocity: float
+    """On velocity, 1/s."""
+    drift: float
+    """On drift, 1/s²."""
+
+
+def stability_margins(
+    rig: Rig,
+    *,
+    sampled: bool = False,
+    sample_rate: float | None = None,
+    flow_gain: FlowGain = "nominal",
+) -> StabilityMargins:
+    """Find every stability margin of the linear model, each setting changed alone.
+
+    Parameters
+    ----------
+    rig, sampled, sample_rate, flow_gain
+        As of `eft.linearize`.
+
+    Returns
+    -------
+    StabilityMargins
+        Growth rate, level, response delay, dead time, loop gain and flow gain. Dead time is counted in whole
+        samples, up to 64 of them, or as many as a building's model can hold.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed; the message names it.
+
+    Examples
+    --------
+    >>> import eft
+    >>> margins = eft.linear.stability_margins(eft.Rig.zhao2005())
+    >>> margins.growth_rate < 0.0 < margins.level
+    True
+    """
+    found = _native.stability_margins(rig, sampled=sampled, sample_rate=sample_rate, flow_gain=flow_gain)
+    return StabilityMargins(**found)
+
+
+def delay_budget(
+    rig: Rig, sample_rate: float | None = None, band: tuple[float, float] = (0.25, 10.0)
+) -> DelayBudget:
+    """Find the parts of the delay that the lead network has to give back.
+
+    It changes nothing: ``compensation.response_delay`` is used as it is given.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    sample_rate : float, optional
+        In Hz; that of the rig's controller if not given.
+    band : tuple of float
+        Band in Hz over which phases are taken as delays.
+
+    Returns
+    -------
+    DelayBudget
+        In s.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed; the message names it.
+
+    Examples
+    --------
+    >>> import eft
+    >>> budget = eft.linear.delay_budget(eft.Rig.zhao2005())
+    >>> round(budget.hold, 6)
+    0.000122
+    """
+    return DelayBudget(**_native.delay_budget(rig, sample_rate, band))
+
+
+def observer_gains(rig: Rig, sample_rate: float | None = None) -> ObserverGains:
+    """Find the steady-state gains of a rig's velocity observer.
+
+    They solve the discrete Riccati equation for the noises in ``controller.observer_...``.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    sample_rate : float, optional
+        In Hz; that of the rig's controller if not given.
+
+    Returns
+    -------
+    ObserverGains
+        On displacement (1), velocity (1/s) and drift (1/s²).
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed; the message names it.
+
+    Examples
+    --------
+    >>> import eft
+    >>> observer = {"controller.velocity_source": "observer", "controller.observer_mass": 7040.0}
+    >>> rig = eft.Rig.zhao2005().replace(observer)
+    >>> 0.0 < eft.linear.observer_gains(rig).displacement < 1.0
+    True
+    """
+    return ObserverGains(*_native.observer_gains(rig, sample_rate))
+
+
+def inverse_dynamics(rig: Rig, frequency: ArrayLike) -> InverseDynamics:
+    """Compute the frequency responses of Fig. 6: the servovalve and the lead network that inverts it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    frequency : array_like
+        In Hz, one dimension.
+
+    Returns
+    -------
+    InverseDynamics
+        Two complex arrays.
+
+    Raises
+    ------
+    ValueError
+        If a frequency is not allowed.
+
+    Examples
+    --------
+    >>> import eft
+    >>> valve, lead = eft.linear.inverse_dynamics(eft.Rig.zhao2005(), [0.0])
+    >>> f"{abs(valve * lead)[0]:.2f}"
+    '1.00'
+    """
+    return InverseDynamics(*_native.inverse_dynamics(rig, frequency))
+
+
+def check_feasibility(rig: Rig, command: Command) -> Feasibility:
+    """Check before a test what a force command asks of a rig, and whether the rig has it.
+
+    Of a shear building the demands are those of the actuator that is asked for most, the pump's mean flow
+    that of all. Of a controller that calibrates itself or guards its level, stability is that of the loop
+    before it does. An unstable one is a caution: only a test on the virtual rig tells what becomes of it, and
+    ``eft check`` runs one.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    command : Command
+        The force to be applied.
+
+    Returns
+    -------
+    Feasibility
+        Verdict, reasons, demands, the simplest scheme that suffices, margin and sample rate.
+
+    Raises
+    ------
+    ValueError
+        If the command does not fit the rig.
+
+    Examples
+    --------
+    >>> import eft
+    >>> command = eft.sine_sweep(2000.0, 0.5, 5.0, duration=10.0, sample_rate=4096.0)
+    >>> eft.check_feasibility(eft.Rig.zhao2005(), command).verdict
+    'go'
+    """
+    found = _native.check_feasibility(rig, command)
+    demands = tuple(Demand(**demand) for demand in found.pop("demands"))
+    return Feasibility(demands=demands, reasons=tuple(found.pop("reasons")), **found)

@@ -1,0 +1,37 @@
+"""What results have in common."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+
+class Result:
+    """A frozen result with named fields."""
+
+    if not TYPE_CHECKING:
+        # For one release: these results were dictionaries.
+
+        def __getitem__(self, name: str) -> Any:
+            _warn(type(self).__name__, name)
+            if name not in self.keys():
+                raise KeyError(name)
+            return getattr(self, name)
+
+        def __contains__(self, name: object) -> bool:
+            _warn(type(self).__name__, name)
+            return name in self.keys()
+
+        def __iter__(self) -> Iterator[str]:
+            return iter(self.keys())
+
+        def keys(self) -> list[str]:
+            """Names of the fields that have a value."""
+            return [field.name for field in fields(self) if getattr(self, field.name) is not None]
+
+
+def _warn(what: str, name: object) -> None:
+    text = f"a {what} is no dictionary any more: write .{name} in the place of [{name!r}]"
+    warnings.warn(text, DeprecationWarning, stacklevel=3)

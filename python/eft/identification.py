@@ -1,0 +1,41 @@
+"""From measurements to a rig, and the tests of the virtual rig that give such measurements.
+
+`eft.identify` does all of it from files. It is a function, so that this module has the longer name.
+"""
+
+from eft._identification import (
+    DampingEstimate,
+    DelayEstimate,
+    Estimate,
+    FineTuning,
+    FlowTest,
+    ValveTest,
+    fine_tune,
+    flow_test,
+    free_vibration,
+    identify_damping,
+    identify_delay,
+    identify_flow_curve,
+    identify_flow_gain,
+    valve_test,
+)
+from eft._laboratory import Identification, identify
+
+__all__ = [
+    "DampingEstimate",
+    "DelayEstimate",
+    "Estimate",
+    "FineTuning",
+    "FlowTest",
+    "Identification",
+    "ValveTest",
+    "fine_tune",
+    "flow_test",
+    "free_vibration",
+    "identify",
+    "identify_damping",
+    "identify_delay",
+    "identify_flow_curve",
+    "identify_flow_gain",
+    "valve_test",
+]

@@ -1,0 +1,8 @@
+"""Many tests at once: what is varied, and what comes of it.
+
+`eft.study` runs a study. It is a function, so that this module has the plural's name.
+"""
+
+from eft._study import LatinHypercube, Sobol, Study, study
+
+__all__ = ["LatinHypercube", "Sobol", "Study", "study"]
