@@ -8,6 +8,7 @@ import force_loop
 import paper_figures
 import random_plants
 import random_rigs
+import safety
 
 from eft.demo.__main__ import main
 
@@ -19,6 +20,7 @@ if __name__ == "__main__":
     force_loop.report(FOLDER)
     random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
+    safety.report(FOLDER)
     fixed_against_adaptive.report(FOLDER)
     # A number off its reference makes no page: the documentation must not show it as a result.
     sys.exit(main(["--output", str(FOLDER)]))
