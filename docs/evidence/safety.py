@@ -1,8 +1,8 @@
 """Sensor faults against the protection, and sound tests that it must leave alone.
 
-``python docs/evidence/safety.py [MOMENTS] [RIGS]`` runs each fault of each sensor at random moments of three tests,
-with either scheme, and sound tests of random rigs; it writes ``docs/evidence/data/safety_*.csv``. `report` makes the
-page's tables of them. The same seed makes the same tests on every machine.
+``python docs/evidence/safety.py [MOMENTS] [RIGS]`` runs each fault of each sensor at random moments of
+three tests, with either scheme, and sound tests of random rigs. It writes ``data/safety_*.csv``,
+and `report` makes the page's tables of them. The same seed makes the same tests on every machine.
 """
 
 import csv
@@ -59,9 +59,7 @@ EFFECTS: tuple[dict[str, object], ...] = (
 
 def quake(mass: float) -> eft.Command:
     """The El Centro test."""
-    return eft.effective_force(
-        eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO), mass, RATE
-    )
+    return eft.effective_force(eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO), mass, RATE)
 
 
 def tests() -> list[tuple[np.ndarray, float, float]]:
@@ -76,7 +74,7 @@ def tests() -> list[tuple[np.ndarray, float, float]]:
 
 
 def faults(moments: int) -> Iterator[dict[str, object]]:
-    """A row a fault and scheme: how often it was noticed, after how long, and the worst that the specimen saw."""
+    """A row a fault and scheme: how often it was noticed, when, and the worst that the specimen saw."""
     commands = tests()
     base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1))
     for scheme, changes in random_rigs.SCHEMES.items():
@@ -123,7 +121,7 @@ def faults(moments: int) -> Iterator[dict[str, object]]:
 
 
 def sound(rigs: int) -> Iterator[dict[str, object]]:
-    """A row a test without a fault: the cause of its trip, if any, and whether a sensor was at the end of its range."""
+    """A row a test without a fault: the cause of its trip, and whether a sensor was out of its range."""
     levels = LEVELS | {
         "protection.force_trip": 40e3,
         "protection.displacement_trip": 0.126,
@@ -189,9 +187,9 @@ def report(folder: Path) -> None:
     ranged = sum(row["out_of_range"] == "1" for row in alarms)
     text += [
         "",
-        f"Of {len(rows)} tests without a fault, {by_level} trip by a level (the fixed scheme swings many of these "
-        f"rigs up). {len(alarms)} trip because measurements disagree; in {ranged} of these a signal is beyond the "
-        f"range of its sensor, which therefore does lie. False alarms: {len(alarms) - ranged}.",
+        f"Of {len(rows)} tests without a fault, {by_level} trip by a level (the fixed scheme swings many "
+        f"of these rigs up). {len(alarms)} trip because measurements disagree. In {ranged} of these a signal "
+        f"is beyond the range of its sensor, which therefore does lie. False alarms: {len(alarms) - ranged}.",
         "",
     ]
     write_text(folder / "safety.md", "\n".join(text))
