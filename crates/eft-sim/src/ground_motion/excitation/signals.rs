@@ -163,8 +163,8 @@ mod tests {
         let burst = burst(3.0, 2.0, 2.0, 2.0, 64.0).unwrap().values;
         assert_eq!((burst.len(), burst[0]), (128, 0.0));
         assert!(burst[64..].iter().all(|value| *value == 0.0));
-        // At a quarter past half the burst window and sine are ½(1 + cos ¼π) and 1.
-        assert!((burst[40] - 1.5 * (1.0 + (0.25 * TAU).cos()) * (TAU * 1.25).sin()).abs() < 1e-12);
+        // An eighth past half the burst window and sine are ½(1 + cos 45°) and 1.
+        assert!((burst[40] - 1.5 * (1.0 + (0.125 * TAU).cos()) * (TAU * 1.25).sin()).abs() < 1e-12);
     }
 
     #[test]
