@@ -37,7 +37,7 @@ def test_plan_a_test(folder, capsys):
 def test_identify_and_tune(folder, capsys):
     names = runpy.run_path(FOLDER / "identify_and_tune.py")
     assert names["ratio"].mean() == pytest.approx(1.06, abs=0.01)
-    assert names["margins"]["flow_gain"][1] < 1.06, "the valve must be beyond the margin before"
+    assert names["margins"].flow_gain[1] < 1.06, "the valve must be beyond the margin before"
     assert not names["before"].success or names["before"].flags or names["before"].metrics()["nrmse"] > 0.3
     assert names["after"].metrics()["nrmse"] < 0.1 < names["before"].metrics()["nrmse"]
     assert (folder / "tuned.png").stat().st_size > 10_000

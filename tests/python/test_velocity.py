@@ -78,8 +78,8 @@ def test_its_delay_enters_the_budget():
         eft.linear.delay_budget(eft.Rig.zhao2005().replace(SOURCES[source]))
         for source in ("derivative", "observer")
     )
-    assert derivative["sensor"] == pytest.approx(2 / (2 * np.pi * 80), rel=0.05)
-    assert observer["sensor"] < 0.1 * derivative["sensor"]
+    assert derivative.sensor == pytest.approx(2 / (2 * np.pi * 80), rel=0.05)
+    assert observer.sensor < 0.1 * derivative.sensor
     assert derivative.path - observer.path == pytest.approx(derivative.sensor - observer.sensor)
 
 
