@@ -12,6 +12,7 @@ from eft._energy import EnergyBalance
 from eft._force_loop import ForceLoop, ForceLoopMargins, design_force_loop
 from eft._identification import identify_delay, identify_flow_curve
 from eft._laboratory import identify
+from eft._largest_scale import LargestScale, largest_scale
 from eft._native import (
     Command,
     Compensator,
@@ -35,6 +36,7 @@ from eft._run import Coherence, FftRatio, Metrics, TestRun
 from eft._simulate import IdealResponse, energy_balance, ideal_response, simulate
 from eft._status import Cause, Status
 from eft._study import Study, study
+from eft._verdict import Remedy, Verdict
 
 __all__ = [
     "Cause",
@@ -49,15 +51,18 @@ __all__ = [
     "ForceLoop",
     "ForceLoopMargins",
     "IdealResponse",
+    "LargestScale",
     "Metrics",
     "Plant",
     "PlantState",
     "Record",
+    "Remedy",
     "Replay",
     "Rig",
     "Status",
     "Study",
     "TestRun",
+    "Verdict",
     "__version__",
     "check_feasibility",
     "design_force_loop",
@@ -69,6 +74,7 @@ __all__ = [
     "identify",
     "identify_delay",
     "identify_flow_curve",
+    "largest_scale",
     "linear",
     "linearize",
     "read_record",

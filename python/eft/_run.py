@@ -22,6 +22,8 @@ from eft._table import TRACES, Channels, Metrics
 if TYPE_CHECKING:
     import pandas as pd
 
+    from eft._verdict import Verdict
+
 __all__ = ["Coherence", "FftRatio", "Metrics", "TestRun"]
 
 Array = NDArray[np.float64]
@@ -130,6 +132,13 @@ class TestRun(Channels):
         if not tripped.any():
             return Cause.NONE
         return max(cause_of(int(status)) for status in causes[:, int(tripped.argmax())])
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Whether the test counts, why not, and what helps; limits are the rig's ``verdict`` section."""
+        from eft._verdict import judge
+
+        return judge(self)
 
     @property
     def message(self) -> str:

@@ -8,7 +8,6 @@ import pytest
 import eft
 from buildings import RATE, building, command_of, record
 from eft import plots
-from eft._verdict import judge
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +94,7 @@ def test_a_floor_that_is_not_pushed_has_no_error_and_the_others_theirs():
     assert (metrics["max_spool"] > 0.0).all()
     for answer in (run.fft_ratio(1.0, 4.0).ratio, run.coherence(1.0).coherence):
         assert np.isnan(answer[0]).all() and np.isfinite(answer[1]).all()
-    assert judge(run).usable
+    assert run.verdict.ok
     still = eft.simulate(rig, eft.Command([0.0 * tone, 0.0 * tone], RATE))
     with pytest.raises(ValueError, match="zero at every sample of every actuator"):
         still.metrics()

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import eft
-from eft._verdict import judge
 from eft.cli import main
 from eft.report import write_report, write_study_report
 from eft.report._charts import MOST, _thin
@@ -138,8 +137,8 @@ def test_a_run_that_tripped_is_no_whole_test(runs):
     run = runs["nonlinear"]
     status = run.status.copy()
     status[5000:] |= np.uint32(eft.Status.TRIPPED)
-    assert judge(run).usable
-    verdict = judge(dataclasses.replace(run, status=status))
+    assert run.verdict.ok
+    verdict = dataclasses.replace(run, status=status).verdict
     assert not verdict.usable and "tripped" in verdict.text
 
 

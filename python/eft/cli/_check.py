@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import asdict
 from pathlib import Path
@@ -11,12 +12,10 @@ import click
 
 import eft
 from eft._test_file import TestPlan
-from eft._verdict import Verdict, judge
+from eft._verdict import Grade, Verdict, worst
 from eft.cli._output import as_json, emit_json, epilog, progress, table
 from eft.cli._plan import memory_of, plan_of, test_options
-from eft.cli._run import metrics_of
-
-_WORDS = ("go", "caution", "no")
+from eft.cli._run import metrics_of, remedies_of
 
 
 @click.command(
@@ -24,13 +23,23 @@ _WORDS = ("go", "caution", "no")
     epilog=epilog(
         "eft check test.toml",
         "eft check --rig rig.toml --record northridge.at2 --scale 0.6",
+        "eft check test.toml --try-remedies",
+        "eft check test.toml --largest",
         "eft check test.toml --json",
     ),
 )
 @test_options
+@click.option("--try-remedies", is_flag=True, help="Run the test once more with all remedies, and compare.")
+@click.option("--largest", is_flag=True, help="Find the largest factor on the command that the rig can do.")
 @as_json
 def check(
-    test: Path | None, rig: Path | None, changes: dict[str, Any], as_json: bool, **command: Any
+    test: Path | None,
+    rig: Path | None,
+    changes: dict[str, Any],
+    try_remedies: bool,
+    largest: bool,
+    as_json: bool,
+    **command: Any,
 ) -> None:
     """Say whether a rig can do a test: go, caution or no, and why.
 
@@ -46,8 +55,10 @@ def check(
     found = _feasibility(plan)
     with progress("test") as update:
         run = eft.simulate(plan.rig, plan.command, progress=update)
-    outcome = judge(run)
-    verdict, reasons = _answer(found, run, outcome)
+    outcome = run.verdict
+    verdict, reasons = _answer(found, outcome)
+    helped = _helped(plan, outcome) if try_remedies and outcome.remedies else None
+    scale = eft.largest_scale(plan.rig, plan.command) if largest else None
     if as_json:
         emit_json(
             {"command": plan.about, "rig": plan.rig["name"], "memory": memory_of(plan)}
@@ -55,7 +66,10 @@ def check(
             | {"verdict": verdict, "reasons": reasons, "margins": margins}
             | {"left_out": left_out, "idle_keys": idle}
             | {"delay_budget": asdict(eft.linear.delay_budget(plan.rig, plan.command.sample_rate))}
-            | {"virtual_test": {"verdict": outcome.text, "usable": outcome.usable}}
+            | {"virtual_test": {"verdict": outcome.text, "usable": outcome.ok, "grade": outcome.grade}}
+            | {"remedies": remedies_of(outcome)}
+            | ({"with_remedies": {"grade": helped.grade, "verdict": helped.text}} if helped else {})
+            | ({"largest_scale": scale.scale, "limited_by": list(scale.limited_by)} if scale else {})
             | {"metrics": metrics_of(run)}
         )
     else:
@@ -72,6 +86,13 @@ def check(
         click.echo(f"\non the virtual rig: {outcome.text}")
         told = "".join(f"\n- {reason[0].upper()}{reason[1:]}" for reason in reasons)
         click.echo(f"\n{verdict.capitalize()}{':' if told else '.'}{told}")
+        for key, value in remedies_of(outcome).items():
+            click.echo(f"may help: {key} = {json.dumps(value)}")
+        if helped:
+            click.echo(f"\nwith all of them: {helped.grade}. {helped.text}")
+        if scale:
+            limits = "".join(f"\n- {reason}" for reason in scale.limited_by)
+            click.echo(f"\nlargest factor on this command: {scale.scale:.3g}{limits and ', limited by:'}{limits}")
     if verdict == "no":
         raise click.exceptions.Exit(1)
 
@@ -115,14 +136,16 @@ def _margins(plan: TestPlan) -> dict[str, Any]:
         return {"growth_rate": growth}
 
 
-def _answer(found: dict[str, Any], run: eft.TestRun, outcome: Verdict) -> tuple[str, list[str]]:
+def _answer(found: dict[str, Any], outcome: Verdict) -> tuple[Grade, list[str]]:
     """The verdict before the test, or that of the virtual test where it is worse."""
-    beyond = run.flags & (eft.Status.SPOOL_STOP | eft.Status.DEMAND_SATURATED)
-    virtual = "no" if not outcome.usable or beyond else "caution" if outcome.concern else "go"
-    reasons = list(found["reasons"])
-    if virtual != "go":
-        reasons.append(f"on the virtual rig: {outcome.text[0].lower()}{outcome.text[1:].rstrip('.')}")
-    return max(found["verdict"], virtual, key=_WORDS.index), reasons
+    virtual = [f"on the virtual rig: {reason[0].lower()}{reason[1:].rstrip('.')}" for reason in outcome.reasons]
+    return worst((found["verdict"], outcome.grade)), [*found["reasons"], *virtual]
+
+
+def _helped(plan: TestPlan, outcome: Verdict) -> Verdict:
+    """The verdict of the same test with every remedy."""
+    with progress("with remedies") as update:
+        return eft.simulate(plan.rig.replace(outcome.changes), plan.command, progress=update).verdict
 
 
 _SHOWN = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import signal
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ import numpy as np
 import eft
 from eft._table import Metrics
 from eft._test_file import TestPlan
-from eft._verdict import judge, told_delay
+from eft._verdict import Verdict, told_delay
 from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
 from eft.cli._plan import plan_of, test_options
 from eft.cli._save_rig import check_save_rig, save_rig
@@ -81,7 +82,9 @@ def run(
         if judged < len(result):
             click.echo(f"\nuntil it ended, after {judged / result.sample_rate:.4g} s:")
         click.echo(f"\n{table(_rows(answer['metrics']), header)}\n")
-        click.echo(answer["verdict"])
+        click.echo(f"{result.verdict.grade.capitalize()}. {answer['verdict']}")
+        for key, value in answer["remedies"].items():
+            click.echo(f"may help: {key} = {json.dumps(value)}")
         click.echo(f"{target} written" + (", up to the interruption" if interrupted else ""))
         if saved is not None:
             click.echo(f"{saved} written: the rig with the flow curve that was found, for the next test")
@@ -89,7 +92,7 @@ def run(
         click.echo(f"{corrected} not written: {refused}", err=True)
     if interrupted:
         raise KeyboardInterrupt
-    if refused is not None or not judge(result).usable:
+    if refused is not None or not result.verdict.ok:
         raise click.exceptions.Exit(1)
 
 
@@ -133,7 +136,7 @@ def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:
 
 def describe(result: eft.TestRun) -> dict[str, Any]:
     """The answer of a test, for scripts."""
-    verdict = judge(result)
+    verdict = result.verdict
     return {
         "version": result.version,
         "rig": result.rig["name"],
@@ -141,12 +144,20 @@ def describe(result: eft.TestRun) -> dict[str, Any]:
         "sample_rate": result.sample_rate,
         "success": result.success,
         "message": result.message,
-        "usable": verdict.usable,
+        "usable": verdict.ok,
+        "grade": verdict.grade,
         "verdict": verdict.text,
+        "reasons": list(verdict.reasons),
+        "remedies": remedies_of(verdict),
         "flags": [str(flag.name).lower() for flag in result.flags],
         "judged_samples": len(result.to_its_end()),
         "metrics": metrics_of(result),
     }
+
+
+def remedies_of(verdict: Verdict) -> dict[str, Any]:
+    """What may help, as keys with values."""
+    return {remedy.key: remedy.value for remedy in verdict.remedies}
 
 
 def metrics_of(result: eft.TestRun) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from pathlib import Path
 import eft
 from eft._files import write_text
 from eft._test_file import TestPlan
-from eft._verdict import judge
 from eft.traces._write import check_folder
 
 _ASKED = ("compensation.adaptive", "compensation.curve_correction")
@@ -41,7 +40,7 @@ def save_rig(path: Path, run: eft.TestRun, interrupted: bool) -> str | None:
     """Write the corrected rig of a whole test; return the reason where it is not written."""
     if interrupted:
         return "the test was interrupted"
-    if not (verdict := judge(run)).usable:
+    if not (verdict := run.verdict).ok:
         return verdict.text[0].lower() + verdict.text[1:].rstrip(".")
     try:
         corrected = run.corrected_rig()

@@ -5,13 +5,14 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
+import json
 import math
 import platform
 from collections.abc import Mapping, Sequence
 from importlib import metadata, resources
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from eft._native import __version__
 from eft._run import TestRun
 from eft._signals import labelled
 from eft._table import Metrics
-from eft._verdict import judge, told_delay
+from eft._verdict import told_delay
 from eft.report._charts import Page, draw
 from eft.report._estimates import draw_estimates
 
@@ -132,13 +133,22 @@ def whole_page(title: str, parts: Sequence[str], charts: Page) -> str:
 
 
 def _verdict(name: str, run: TestRun) -> str:
-    verdict = judge(run)
-    kind = "" if not verdict.concern else (" concern" if verdict.usable else " unusable")
+    verdict = run.verdict
+    kind = {"go": "", "caution": " concern", "no": " unusable"}[verdict.grade]
+    helps = "".join(
+        f"<br>may help: <code>{html.escape(one.key)} = {html.escape(_value(one.value))}</code>"
+        for one in verdict.remedies
+    )
     head = f"<b>{html.escape(name)}</b>: " if name else ""
     return (
-        f'<div class="verdict{kind}">{head}{html.escape(verdict.text)}<br>'
+        f'<div class="verdict{kind}">{head}{html.escape(verdict.text)}{helps}<br>'
         f"<small>{html.escape(run.message)}</small></div>"
     )
+
+
+def _value(value: Any) -> str:
+    """As TOML writes it."""
+    return json.dumps(value)
 
 
 def _metrics(runs: Sequence[TestRun]) -> list[list[str]]:

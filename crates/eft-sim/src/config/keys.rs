@@ -205,4 +205,13 @@ pub static KEYS: &[Key] = &[
     key("limits.force_range", "N", Float(1e-9, 1e12), Optional, "largest plausible measured force to either side"),
     key("limits.velocity_range", "m/s", Float(1e-9, 1e3), Optional, "largest plausible measured velocity to either side"),
     key("limits.spool_range", "", Float(1e-6, 10.0), Optional, "largest plausible measured spool opening to either side"),
+
+    key("verdict.caution.force_error", "", Float(1e-6, 1e6), float(0.1), "force error, rms over rms, above which a test deserves a look"),
+    key("verdict.caution.displacement_error", "", Float(1e-6, 1e6), float(0.1), "displacement error against the ideal response, rms over rms, above which a test deserves a look"),
+    key("verdict.caution.gain_margin", "", Float(1.0, 1e3), float(1.2), "gain margin of the force loop below which a test deserves a look"),
+    key("verdict.caution.supply_pressure", "", Float(0.0, 1.0), float(0.9), "least supply pressure over the configured one below which a test deserves a look"),
+    key("verdict.no.force_error", "", Float(1e-6, 1e6), float(0.3), "force error, rms over rms, above which a test does not count"),
+    key("verdict.no.displacement_error", "", Float(1e-6, 1e6), float(0.3), "displacement error against the ideal response, rms over rms, above which a test does not count"),
+    key("verdict.no.gain_margin", "", Float(1.0, 1e3), float(1.1), "gain margin of the force loop below which a test does not count"),
+    key("verdict.no.supply_pressure", "", Float(0.0, 1.0), float(0.7), "least supply pressure over the configured one below which a test does not count"),
 ];

@@ -21,7 +21,7 @@ pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, ForceLoop, Learning,
     Limits, Mode, PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom,
     Softening, Stories, Story, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
-    VelocitySource,
+    VelocitySource, Verdict, VerdictLimits,
 };
 
 use std::ops::Deref;
@@ -97,6 +97,8 @@ pub struct RigValues {
     pub protection: Protection,
     /// Limits and plausible measurement ranges; none by default.
     pub limits: Limits,
+    /// What a test must reach to count.
+    pub verdict: Verdict,
 }
 
 impl RigConfig {

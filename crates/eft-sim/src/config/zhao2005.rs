@@ -159,6 +159,20 @@ impl RigConfig {
                 velocity_range: None,
                 spool_range: None,
             },
+            verdict: Verdict {
+                caution: VerdictLimits {
+                    force_error: 0.1,
+                    displacement_error: 0.1,
+                    gain_margin: 1.2,
+                    supply_pressure: 0.9,
+                },
+                no: VerdictLimits {
+                    force_error: 0.3,
+                    displacement_error: 0.3,
+                    gain_margin: 1.1,
+                    supply_pressure: 0.7,
+                },
+            },
         };
         Self { values, given: None, truth: None }
     }

@@ -5,9 +5,11 @@ mod hydraulics;
 mod safety;
 mod sensors;
 mod structure;
+mod verdict;
 
 pub use control::*;
 pub use hydraulics::*;
 pub use safety::*;
 pub use sensors::*;
 pub use structure::*;
+pub use verdict::*;

@@ -1,0 +1,27 @@
+//! What a test must reach to count.
+
+use serde::{Deserialize, Serialize};
+
+/// `[verdict]`: from where on a test deserves a look, and from where on it does not count.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Verdict {
+    /// From where on it deserves a look.
+    pub caution: VerdictLimits,
+    /// From where on it does not count.
+    pub no: VerdictLimits,
+}
+
+/// One set of limits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VerdictLimits {
+    /// Largest force error, rms over rms, dimensionless.
+    pub force_error: f64,
+    /// Largest displacement error against the ideal response, rms over rms, dimensionless.
+    pub displacement_error: f64,
+    /// Least factor on the force loop's gain that makes it unstable, dimensionless.
+    pub gain_margin: f64,
+    /// Least supply pressure over the configured one, dimensionless.
+    pub supply_pressure: f64,
+}

@@ -1,0 +1,115 @@
+"""How much of a command a rig can do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from eft._native import Command, Record, Rig, effective_force
+from eft._simulate import simulate
+
+if TYPE_CHECKING:
+    from eft._verdict import Verdict
+
+__all__ = ["LargestScale", "largest_scale"]
+
+_BOUNDS = (1e-3, 1e3)
+"""Factors beyond these are not tried."""
+
+
+@dataclass(frozen=True)
+class LargestScale:
+    """The largest factor on a record or command whose test counts."""
+
+    scale: float
+    """The factor; 0 where no test counts, infinite where none fails."""
+    limited_by: tuple[str, ...]
+    """Reasons against the next larger factor that was tried, worst first."""
+
+
+def largest_scale(
+    rig: Rig,
+    record: Record | Command,
+    *,
+    mass: float | None = None,
+    sample_rate: float | None = None,
+    tolerance: float = 0.01,
+) -> LargestScale:
+    """Find the largest factor on a record whose test on the virtual rig gets an ok verdict.
+
+    Factors are doubled or halved from 1 until one test counts and the next does not; the interval between them is
+    then bisected. Where verdicts are not monotonic in the factor, the answer is the end of one stretch.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig; its ``verdict`` section has the limits.
+    record : Record or Command
+        A ground motion, or a command in N.
+    mass : float, optional
+        Mass in kg by which a ground motion becomes a force; the structure's by default.
+    sample_rate : float, optional
+        Of the command made of a ground motion, Hz; the rig's ``controller.sample_rate`` by default.
+    tolerance : float
+        Relative width of the interval at the end.
+
+    Returns
+    -------
+    LargestScale
+        The factor, and what limits it.
+
+    Raises
+    ------
+    ValueError
+        If the tolerance is not between 1e-6 and 1, or mass and sample rate do not fit the record.
+
+    Examples
+    --------
+    >>> import eft
+    >>> sweep = eft.sine_sweep(2000.0, 0.5, 4.0, 2.0, 1024.0)
+    >>> found = eft.largest_scale(eft.Rig.zhao2005(), sweep, tolerance=0.2)
+    >>> found.scale > 0
+    True
+    """
+    if not 1e-6 <= tolerance <= 1.0:
+        raise ValueError(f"tolerance = {tolerance}: must be from 1e-6 to 1")
+    scaled = _scaled(rig, record, mass, sample_rate)
+
+    def verdict(scale: float) -> Verdict:
+        return simulate(rig, scaled(scale)).verdict
+
+    found = verdict(1.0)
+    low, high = (1.0, None) if found.ok else (None, 1.0)
+    against = () if found.ok else found.reasons
+    while low is None or high is None:
+        scale = 2.0 * low if low is not None else 0.5 * (high or 1.0)
+        if scale > _BOUNDS[1]:
+            return LargestScale(float("inf"), ())
+        if scale < _BOUNDS[0]:
+            return LargestScale(0.0, against)
+        found = verdict(scale)
+        if found.ok:
+            low = scale
+        else:
+            high, against = scale, found.reasons
+    while high > (1.0 + tolerance) * low:
+        scale = (low * high) ** 0.5
+        found = verdict(scale)
+        if found.ok:
+            low = scale
+        else:
+            high, against = scale, found.reasons
+    return LargestScale(low, against)
+
+
+def _scaled(
+    rig: Rig, record: Record | Command, mass: float | None, sample_rate: float | None
+) -> Callable[[float], Command]:
+    if isinstance(record, Command):
+        if mass is not None or sample_rate is not None:
+            raise ValueError("mass, sample_rate: must be left out with a command, which has both")
+        return lambda scale: Command(scale * record.values, record.sample_rate)
+    kilograms = rig["structure.mass"] if mass is None else mass
+    rate = rig["controller.sample_rate"] if sample_rate is None else sample_rate
+    return lambda scale: effective_force(record, kilograms, rate, scale)

@@ -1,0 +1,97 @@
+"""One verdict on a test: what counts, why not, and what helps."""
+
+import json
+
+import numpy as np
+import pytest
+
+import eft
+from eft.cli import main
+
+RIG = eft.Rig.zhao2005()
+SWEEP = eft.sine_sweep(8900.0, 0.0, 10.0, 16.0, 4096.0)
+
+
+def said(run, word):
+    """The reasons with a word in them."""
+    return [reason for reason in run.verdict.reasons if word in reason]
+
+
+def test_the_paper_s_test_counts():
+    verdict = eft.simulate(RIG, SWEEP).verdict
+    assert verdict.ok and "The force misses the command by" in verdict.summary
+
+
+@pytest.mark.parametrize(("gain", "grade"), [(1.0, "caution"), (1.1, "no")])
+def test_a_thin_gain_margin_is_no_go_and_the_designed_loop_helps(gain, grade):
+    # The linear model gives the paper's digital loop a gain margin of 1.17.
+    digital = RIG.replace({"controller.realization": "digital"})
+    rig = digital.replace({"controller.proportional_gain": gain * RIG["controller.proportional_gain"]})
+    run = eft.simulate(rig, eft.sine_sweep(2200.0, 0.5, 10.0, 4.0, 4096.0))
+    assert run.verdict.grade == grade and said(run, "gain margin")
+    assert run.verdict.changes["controller.force_loop"] == "robust"
+
+
+def test_a_valve_at_its_stops_makes_no_test():
+    run = eft.simulate(RIG, eft.sine_sweep(60_000.0, 0.0, 10.0, 16.0, 4096.0))
+    assert not run.verdict.ok and (said(run, "more than it has") or said(run, "stroke"))
+
+
+def test_an_untold_flow_gain_is_helped_by_self_calibration():
+    rig = RIG.replace({"truth.servovalve.flow_gain_scale": 1.04, "truth.structure.damping": 1500.0})
+    run = eft.simulate(rig, SWEEP)
+    assert not run.verdict.ok
+    helped = eft.simulate(rig.replace(run.verdict.changes), SWEEP)
+    assert helped.verdict.ok and helped.metrics().nrmse < 0.05
+
+
+def test_a_supply_that_sags_is_named():
+    low = {"supply.schedule.times": [0.0, 1.0, 2.0], "supply.schedule.pressures": [1.9e7, 1.9e7, 1.5e7]}
+    run = eft.simulate(RIG.replace({f"truth.{key}": value for key, value in low.items()}), SWEEP)
+    assert said(run, "supply pressure falls to 79 %") or said(run, "supply pressure falls to 79%")
+    assert run.verdict.changes["compensation.supply_correction"] is True
+
+
+def test_limits_are_keys():
+    strict = {"verdict.no.force_error": 0.01, "verdict.caution.force_error": 0.005}
+    assert eft.simulate(RIG, SWEEP).verdict.ok
+    assert not eft.simulate(RIG.replace(strict), SWEEP).verdict.ok
+    with pytest.raises(ValueError, match="unknown key"):
+        RIG.replace({"verdict.no.force": 1.0})
+
+
+def test_the_largest_scale_counts_and_a_larger_one_does_not():
+    command = eft.sine_sweep(8900.0, 0.5, 4.0, 4.0, 4096.0)
+    found = eft.largest_scale(RIG, command, tolerance=0.02)
+    assert found.limited_by and 0.1 < found.scale < 20.0
+
+    def counts(scale):
+        return eft.simulate(RIG, eft.Command(scale * command.values, 4096.0)).verdict.ok
+
+    assert counts(found.scale) and not counts(1.021 * found.scale)
+    with pytest.raises(ValueError, match="tolerance = 0"):
+        eft.largest_scale(RIG, command, tolerance=0.0)
+    with pytest.raises(ValueError, match="mass, sample_rate"):
+        eft.largest_scale(RIG, command, mass=7000.0)
+
+
+def test_the_largest_scale_of_a_record_takes_its_mass():
+    times = np.arange(0.0, 4.0, 0.01)
+    record = eft.Record(np.sin(2 * np.pi * times), 0.01, "sine")
+    light = eft.largest_scale(RIG, record, mass=1000.0, tolerance=0.2)
+    heavy = eft.largest_scale(RIG, record, mass=2000.0, tolerance=0.2)
+    assert light.scale == pytest.approx(2.0 * heavy.scale, rel=0.25)
+
+
+def test_check_tries_the_remedies_and_finds_the_largest_scale(tmp_path, capsys):
+    rig = RIG.replace({"truth.servovalve.flow_gain_scale": 1.04, "truth.structure.damping": 1500.0})
+    path = tmp_path / "rig.toml"
+    path.write_text(rig.to_toml(), encoding="utf-8")
+    asked = ["check", "--rig", str(path), "--sweep", "8900", "0.5", "4", "4", "--json"]
+    code = main([*asked, "--try-remedies", "--largest"])
+    answer = json.loads(capsys.readouterr().out)
+    assert code == (1 if answer["verdict"] == "no" else 0)
+    assert answer["remedies"]["compensation.adaptive"] is True
+    assert answer["with_remedies"]["grade"] in ("go", "caution")
+    # Whatever the factor, the loop grows.
+    assert answer["largest_scale"] == 0.0 and answer["limited_by"]
