@@ -41,6 +41,7 @@ OIL_COLUMN = (30.0, 150.0)
 """Band (Hz) of the oil column's mode on rigs of the paper's size."""
 
 SELF_CALIBRATION = (
+    ("compensation.mode", "nonlinear"),
     ("compensation.adaptive", True),
     ("compensation.feedforward", True),
     ("compensation.look_ahead", True),
@@ -112,7 +113,7 @@ def judge(run: TestRun) -> Verdict:
         error = float(np.nanmax(metrics.nrmse))
         summary = f"The force misses the command by {error:.1%} (rms); the spool opens to {opening:.0%}."
     if len(part) < len(run):
-        summary = f"In the {part.duration:.4g} s before: {summary[0].lower()}{summary[1:]}"
+        summary = f"In the {part.duration:.4g} s before, {summary[0].lower()}{summary[1:]}"
     return Verdict(grade, tuple(one.sentence for one in findings), tuple(remedies.values()), summary)
 
 
@@ -174,9 +175,7 @@ def _supply(rig: Rig, metrics: Metrics) -> Iterator[_Finding]:
     share = float(np.nanmin(metrics.min_supply_pressure)) / rig["supply.pressure"]
     below = [grade for grade in ("no", "caution") if share < rig[f"verdict.{grade}.supply_pressure"]]
     if below:
-        sentence = (
-            f"The supply pressure falls to {share:.0%} of the configured one: pump or accumulator is too small."
-        )
+        sentence = f"The supply pressure falls to {share:.0%} of the configured one: pump or accumulator is too small."
         yield _Finding(
             "no" if below[0] == "no" else "caution", sentence, (("compensation.supply_correction", True),)
         )

@@ -151,9 +151,9 @@ def test_a_rig_that_leaves_its_stroke_is_said_and_ends_with_one(capsys):
     assert "left its stroke" in said and "on zhao2005: stroke_exceeded after " in said
 
 
-def test_more_than_the_valve_has_is_a_concern_and_not_a_failure(capsys):
+def test_more_than_the_valve_has_is_no_test_where_the_force_misses(capsys):
     large = ["--sweep", "30000", "0", "10", "4", "--sample-rate", "1024", "--set", "actuator.stroke=1.0"]
-    assert main(["run", *large]) == 0
+    assert main(["run", *large]) == 1
     assert "asked for more than it has" in capsys.readouterr().out
 
 
@@ -253,8 +253,8 @@ def test_check_says_what_its_model_has_not_and_which_keys_do_nothing(folder, cap
 
 
 def test_check_does_not_hide_a_force_that_stays_away(capsys):
-    assert main(["check", *SWEEP, "--set", "compensation.mode=off"]) == 0
-    said = capsys.readouterr().out.split("\nCaution:\n")[1]
+    assert main(["check", *SWEEP, "--set", "compensation.mode=off"]) == 1
+    said = capsys.readouterr().out.split("\nNo:\n")[1]
     assert "On the virtual rig: the force misses the command by" in said
 
 

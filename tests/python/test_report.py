@@ -139,7 +139,7 @@ def test_a_run_that_tripped_is_no_whole_test(runs):
     status[5000:] |= np.uint32(eft.Status.TRIPPED)
     assert run.verdict.ok
     verdict = dataclasses.replace(run, status=status).verdict
-    assert not verdict.usable and "tripped" in verdict.text
+    assert not verdict.ok and "tripped" in verdict.text
 
 
 def test_command_line_writes_the_report(tmp_path, monkeypatch, capsys):

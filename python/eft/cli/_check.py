@@ -92,7 +92,9 @@ def check(
             click.echo(f"\nwith all of them: {helped.grade}. {helped.text}")
         if scale:
             limits = "".join(f"\n- {reason}" for reason in scale.limited_by)
-            click.echo(f"\nlargest factor on this command: {scale.scale:.3g}{limits and ', limited by:'}{limits}")
+            click.echo(
+                f"\nlargest factor on this command: {scale.scale:.3g}{limits and ', limited by:'}{limits}"
+            )
     if verdict == "no":
         raise click.exceptions.Exit(1)
 
@@ -138,7 +140,9 @@ def _margins(plan: TestPlan) -> dict[str, Any]:
 
 def _answer(found: dict[str, Any], outcome: Verdict) -> tuple[Grade, list[str]]:
     """The verdict before the test, or that of the virtual test where it is worse."""
-    virtual = [f"on the virtual rig: {reason[0].lower()}{reason[1:].rstrip('.')}" for reason in outcome.reasons]
+    virtual = [
+        f"on the virtual rig: {reason[0].lower()}{reason[1:].rstrip('.')}" for reason in outcome.reasons
+    ]
     return worst((found["verdict"], outcome.grade)), [*found["reasons"], *virtual]
 
 
