@@ -175,7 +175,10 @@ def _supply(rig: Rig, metrics: Metrics) -> Iterator[_Finding]:
     share = float(np.nanmin(metrics.min_supply_pressure)) / rig["supply.pressure"]
     below = [grade for grade in ("no", "caution") if share < rig[f"verdict.{grade}.supply_pressure"]]
     if below:
-        sentence = f"The supply pressure falls to {share:.0%} of the configured one: pump or accumulator is too small."
+        sentence = (
+            f"The supply pressure falls to {share:.0%} of the configured one: "
+            "pump or accumulator is too small."
+        )
         yield _Finding(
             "no" if below[0] == "no" else "caution", sentence, (("compensation.supply_correction", True),)
         )
@@ -194,8 +197,8 @@ def _oscillation(part: TestRun) -> Iterator[_Finding]:
     share = float((rms[moved] / command[moved]).max())
     if share > LIMIT_CYCLE:
         sentence = (
-            f"The force oscillates between {OIL_COLUMN[0]:.0f} and {OIL_COLUMN[1]:.0f} Hz by {share:.0%} of the "
-            "command (rms): the oil column."
+            f"The force oscillates between {OIL_COLUMN[0]:.0f} and {OIL_COLUMN[1]:.0f} Hz by {share:.0%} "
+            "of the command (rms): the oil column."
         )
         yield _Finding("caution", sentence, (("controller.force_loop", "robust"),))
 
@@ -208,8 +211,8 @@ def _opening(part: TestRun, metrics: Metrics | None) -> Iterator[_Finding]:
         error = 0.0 if metrics is None else float(np.nanmax(metrics.nrmse))
         useless = error > part.rig["verdict.caution.force_error"]
         sentence = (
-            f"The valve is asked for more than it has in {stops.mean():.1%} of the samples: it is too small for "
-            "this command, or the command too large."
+            f"The valve is asked for more than it has in {stops.mean():.1%} of the samples: "
+            "it is too small for this command, or the command too large."
         )
         yield _Finding("no" if useless else "caution", sentence)
     elif opening > advised:
