@@ -39,7 +39,7 @@ def largest_scale(
     """Find the largest factor on a record whose test on the virtual rig gets an ok verdict.
 
     Factors are doubled or halved from 1 until one test counts and the next does not; the interval between
-    them is then bisected. Where verdicts are not monotonic in the factor, the answer is the end of one stretch.
+    them is then bisected. Where verdicts are not monotonic in the factor, this is the end of one stretch.
 
     Parameters
     ----------
