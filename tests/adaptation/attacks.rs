@@ -65,10 +65,12 @@ fn falling_supply_is_followed_with_and_without_a_transducer() {
 }
 
 /// Force and displacement (N, m) beyond which the specimen of these tests must be let go, and a second of estimators
-/// that contradict what they see: they wait a tenth of a second after a lost sample already.
+/// that contradict what they see: they wait a tenth of a second after a lost sample already. The watch for
+/// implausible sensors would notice each of these faults first.
 fn protected() -> Vec<Change> {
     vec![
         set("protection.enabled", true),
+        set("protection.plausibility", false),
         set("protection.fault_time", 1.0),
         set("protection.ramp_time", 0.5),
         set("protection.force_trip", 120e3),

@@ -67,6 +67,7 @@ def test_the_controller_gives_the_simulated_ones_bits(case, dtype):
     assert controller.level == run.level[-1]
     beyond = eft.Status.SPOOL_STOP | eft.Status.STROKE_EXCEEDED
     assert eft.Status(controller.status) == run.flags & ~beyond
+    assert eft.Cause(controller.cause) is run.cause
     if case == "protection":
         assert run.flags & eft.Status.TRIPPED
         assert controller.permitted_command == 0.0

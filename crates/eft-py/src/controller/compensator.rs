@@ -155,7 +155,13 @@ impl Compensator {
     /// Flags of the last call, bits of `eft.Status`.
     #[getter]
     fn status(&self) -> u32 {
-        self.channel.last().status
+        self.channel.last().status & !eft_core::status::CAUSE
+    }
+
+    /// Number of what tripped the protection first, an `eft.Cause`; 0 where nothing has.
+    #[getter]
+    fn cause(&self) -> u32 {
+        self.channel.last().status >> eft_core::status::CAUSE_SHIFT
     }
 
     /// Force command that the protection permits, N; without protection the command itself.

@@ -5,7 +5,9 @@ use crate::config::{KEYS, Key, Kind};
 use super::*;
 
 /// Keys, or what they begin with, of the plant alone: no export may depend on them.
-const OF_THE_PLANT: [&str; 16] = [
+const OF_THE_PLANT: [&str; 17] = [
+    // What judges a test is as far from the controller.
+    "verdict.",
     "actuator.stroke",
     "actuator.dead_length",
     "actuator.friction",
