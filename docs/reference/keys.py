@@ -21,6 +21,7 @@ SECTIONS = {
     "dac": "The converter between the controller and the valve.",
     "protection": "Levels that warn, trip the test, or shut the valve.",
     "limits": "Limits of the output, and of a plausible measurement.",
+    "verdict": "What a test must reach: beyond `caution` it deserves a look, beyond `no` it does not count.",
 }
 SENSORS = ("force", "velocity", "displacement", "spool", "supply_pressure", "acceleration")
 

@@ -1,7 +1,7 @@
-//! The virtual rig: each block of Fig. 1 a file, put together in [`Plant`] for any number of actuators.
+//! The virtual rig: each block of Fig. 1 a file, put together in `Plant` for any number of actuators.
 //!
 //! Parts that a rig does not have are switched off by data. `fast` is the paper's rig alone, which most tests run on.
-//! Blocks are written over [`Num`](crate::lanes::Num), so the same plant runs one rig or several side by side.
+//! Blocks are written over `lanes::Num`, so the same plant runs one rig or several side by side.
 
 mod actuator;
 mod bouc_wen;
