@@ -23,7 +23,7 @@ class ProcessorInTheLoop:
 
     Parameters
     ----------
-    image : path
+    image : str or os.PathLike
         The firmware, as an ELF file.
     machine : str
         QEMU's name of the processor: "mps2-an386" is a Cortex-M4F, "mps2-an500" a Cortex-M7.

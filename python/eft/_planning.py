@@ -60,9 +60,9 @@ class DelayBudget(Result):
     sensor: float
     """Of the velocity sensor; of an estimated velocity that leads, negative."""
     derivative: float
-    """Of the force controller's derivative action: negative, a lead."""
+    """Of the force controller's derivative action; it is negative, a lead."""
     path: float
-    """What the compensation passes: all but `derivative`, which acts on the force error only."""
+    """What the compensation passes, that is all but `derivative`, which acts on the force error only."""
     total: float
     """All of them, as the paper counts."""
 

@@ -83,7 +83,7 @@ def replay(
     ----------
     rig : Rig
         What the controller knows of the rig.
-    test : TestRun, Traces or path
+    test : TestRun, Traces, str or os.PathLike
         A run, or a file that `eft.traces.read_traces` reads, with command (N), velocity (m/s), force (N),
         spool opening and valve command (V); the supply pressure (Pa) where ``compensation.supply_correction``
         is on, the displacement (m) where the velocity is made of it. What sensors reported is preferred to

@@ -74,7 +74,7 @@ class Verdict:
 
     @property
     def ok(self) -> bool:
-        """Whether the test counts: go or caution."""
+        """Whether the test counts, with or without a caution."""
         return self.grade != "no"
 
     @cached_property

@@ -57,7 +57,7 @@ def study(
     executor : concurrent.futures.Executor, optional
         Where the tests run: a process pool, ``Client.get_executor()`` of Dask distributed, any other. Without
         one, on all cores of this machine. The rows are the same.
-    output : path, optional
+    output : str or os.PathLike, optional
         A folder for the rows, as Parquet (needs pyarrow). If it holds the beginning of the same study, the
         study resumes. A kill at any moment loses at most the running chunks. Without a folder the rows stay
         in memory.
