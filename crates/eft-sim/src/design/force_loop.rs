@@ -135,8 +135,8 @@ fn largest(corners: &[Sampled], time: f64) -> Result<Option<Gains>> {
 
 /// Rounded to four significant digits.
 fn four_digits(value: f64) -> f64 {
-    let unit = libm::pow(10.0, libm::floor(libm::log10(value)) - 3.0);
-    libm::round(value / unit) * unit
+    let scale = libm::pow(10.0, 3.0 - libm::floor(libm::log10(value)));
+    libm::round(value * scale) / scale
 }
 
 impl HeldPiston {
