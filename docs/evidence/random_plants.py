@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from random_rigs import (
     ADAPTIVE,
     BLUE,
@@ -105,8 +106,9 @@ def figure(data: dict[str, np.ndarray], folder: Path) -> None:
             ax.plot(*place, marker, color=color, ms=3, label=label)
         ax.set(title=title, yscale="log", xlabel="oil stiffness, ratio")
         ax.set_yticks([0.5, 0.7, 1, 1.4, 2], ["0.5", "0.7", "1", "1.4", "2"], minor=False)
+        ax.yaxis.set_minor_formatter(NullFormatter())
     axes[0].set_ylabel("pilot time constant, ratio")
-    axes[0].legend(loc="lower right")
+    shown.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
     shown.savefig(folder / "random_plants.png", dpi=150)
 
 
