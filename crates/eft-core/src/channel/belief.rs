@@ -1,0 +1,83 @@
+//! What of the measurements is believed, and what stands in for the rest.
+
+use crate::channel::{Channel, ChannelState, Input};
+use crate::number::Real;
+use crate::parameters::Realization;
+use crate::protection::{Cause, DISPLACEMENT, FORCE, Known, Plausibility, SPOOL, VELOCITY};
+use crate::status;
+use crate::velocity::Velocity;
+
+/// What of a tick's measurements the controller and the levels go by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Believed<T> {
+    pub(super) force: T,
+    pub(super) displacement: T,
+    pub(super) velocity: T,
+    pub(super) spool: T,
+    pub(super) status: u32,
+}
+
+impl<T: Real, const N: usize> Channel<T, N> {
+    /// What of the measurements is believed, and what stands in for the rest.
+    #[inline(always)]
+    pub(super) fn believe(
+        &self,
+        watch: &Plausibility<T, N>,
+        state: &mut ChannelState<T>,
+        input: &Input<T>,
+        mut believed: Believed<T>,
+    ) -> Believed<T> {
+        let calibration = state.calibration();
+        let supply = self.controller.supply_of(input.supply_pressure);
+        let known = Known {
+            command: input.command,
+            valve_command: match self.realization {
+                Realization::Digital => state.controller.valve_command(),
+                Realization::Analog => input.valve_command,
+            },
+            flow_gain: calibration.flow_gain,
+            valve_gain: calibration.valve_gain,
+            supply,
+        };
+        let cause = watch.judge(&mut state.plausibility, input, believed.velocity, &known);
+        state.plausibility.distrust(cause);
+        match cause {
+            Cause::ForceLost | Cause::ForceImplausible => state.protection.shut_down_by(cause),
+            cause => state.protection.trip_by(cause),
+        }
+        let distrusted = state.plausibility.distrusted();
+        let flags = [
+            (FORCE, status::FORCE_DISTRUSTED),
+            (DISPLACEMENT, status::DISPLACEMENT_DISTRUSTED),
+            (VELOCITY, status::VELOCITY_DISTRUSTED),
+            (SPOOL, status::SPOOL_DISTRUSTED),
+        ];
+        let doubted = |signal: usize| distrusted.get(signal).copied().unwrap_or(false);
+        for (signal, flag) in flags {
+            believed.status |= if doubted(signal) { flag } else { 0 };
+        }
+        let zero = T::splat(0.0);
+        if doubted(FORCE) {
+            believed.force = zero;
+        }
+        if doubted(DISPLACEMENT) {
+            believed.displacement = zero;
+        }
+        if doubted(SPOOL) {
+            believed.spool = state.plausibility.spool();
+        }
+        let estimated = !matches!(self.velocity, Velocity::Sensor);
+        if doubted(DISPLACEMENT) && (doubted(VELOCITY) || estimated) {
+            // Nothing is left to follow: the valve closes from where it stands.
+            state.protection.shut_down_by(cause);
+            state.protection.blind();
+            believed.velocity = T::splat(f64::NAN);
+        } else if doubted(VELOCITY) {
+            believed.velocity = state.plausibility.velocity();
+        }
+        if state.plausibility.force_jumped() {
+            believed.status |= status::FORCE_LOOP_OPEN;
+        }
+        believed
+    }
+}

@@ -1,0 +1,104 @@
+//! What happens to a state between two ticks.
+
+use core::borrow::Borrow;
+
+use crate::channel::{Channel, ChannelState, Input, Output};
+use crate::compensation::Calibration;
+use crate::controller::{ControllerInput, ControllerState};
+use crate::learning::Window;
+use crate::number::Real;
+use crate::parameters::Realization;
+use crate::protection::{PlausibilityState, ProtectionState, StuckWatchState};
+use crate::status;
+use crate::velocity::VelocityState;
+
+impl<T: Real, const N: usize> Channel<T, N> {
+    /// A rig at rest, nothing learned yet.
+    pub fn at_rest(&self) -> ChannelState<T> {
+        ChannelState {
+            controller: ControllerState::default(),
+            velocity: VelocityState::default(),
+            protection: ProtectionState::default(),
+            plausibility: PlausibilityState::default(),
+            ticks: 0,
+            window: Window::first(0),
+            second: false,
+            second_is_latest: false,
+            flags: 0,
+            next_flags: 0,
+            calibrations: [self.controller.nominal(); 2],
+            stuck: StuckWatchState::default(),
+        }
+    }
+
+    /// Gives a calibration to the tick, in the tick's context and between two of them: the one made of window k takes
+    /// effect at the first tick of window k + 2. One that comes later takes effect at the next window's start; until
+    /// the learner has caught up every tick raises [`status::CALIBRATION_LATE`].
+    ///
+    /// # Cost
+    /// A copy of the calibration.
+    #[inline(always)]
+    pub fn publish(&self, state: &mut ChannelState<T>, calibration: impl Borrow<Calibration<T>>) {
+        let calibration: &Calibration<T> = calibration.borrow();
+        // Of the window that has just closed, while the one before it still waits: that one's time has come.
+        if state.ticks == self.window_ticks && calibration.window == state.window.number {
+            state.begin_window();
+        }
+        let [first, second] = &mut state.calibrations;
+        *(if state.second { first } else { second }) = *calibration;
+        state.second_is_latest = !state.second;
+        let late = state.window.number.wrapping_sub(calibration.window) > 1;
+        state.next_flags = calibration.status | if late { status::CALIBRATION_LATE } else { 0 };
+    }
+
+    /// Repeats the last output and raises [`status::HELD`]; the state stays. For several ticks give [`step`](Self::step)
+    /// a measurement that is NaN instead, so that nothing is learned of the gap.
+    pub fn hold(&self, state: &ChannelState<T>) -> Output<T> {
+        let out = self.controller.hold(&state.controller);
+        let authority = match &self.protection {
+            Some(p) => p.authority(&state.protection),
+            None => T::splat(1.0),
+        };
+        let digital = self.realization == Realization::Digital;
+        Output {
+            voltage: if digital { out.valve_command * authority } else { out.valve_command },
+            compensation: out.compensation,
+            velocity: T::splat(f64::NAN),
+            permitted_command: T::splat(f64::NAN),
+            authority,
+            status: out.status,
+            window: None,
+        }
+    }
+
+    /// Goes to the state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
+    /// input has no bump. What was learned stays in use, the protection goes on where it is, and a window begins. A
+    /// velocity that is estimated is that of a displacement at rest. An invalid input gives the state of a rig at rest.
+    pub fn prime(&self, state: &mut ChannelState<T>, input: &Input<T>) {
+        let velocity;
+        (state.velocity, velocity) = self.velocity.prime(input);
+        let asked = ControllerInput {
+            command: input.command,
+            next_command: input.next_command,
+            velocity,
+            force: input.force,
+            spool: input.spool,
+            supply_pressure: input.supply_pressure,
+        };
+        state.controller = self.controller.prime(&asked, state.calibration());
+        state.stuck = StuckWatchState::default();
+        if self.window_ticks > 0 && state.ticks == self.window_ticks {
+            state.begin_window();
+        }
+        (state.ticks, state.window) = (0, Window::first(state.window.number));
+    }
+
+    /// Goes on from a state under another configuration of the same sample rate, without a bump: where nothing is
+    /// learned this configuration's calibration holds at once, else the one in use stays until its learner publishes.
+    pub fn take_over(&self, state: &mut ChannelState<T>) {
+        if self.window_ticks == 0 {
+            let ChannelState { controller, velocity, protection, plausibility, stuck, .. } = *state;
+            *state = ChannelState { controller, velocity, protection, plausibility, stuck, ..self.at_rest() };
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! What a channel remembers.
+
+use crate::compensation::Calibration;
+use crate::controller::ControllerState;
+use crate::learning::Window;
+use crate::number::Real;
+use crate::protection::{Cause, PlausibilityState, ProtectionState, StuckWatchState};
+use crate::status;
+use crate::velocity::VelocityState;
+
+/// What a channel remembers; made by [`Channel::at_rest`](crate::Channel::at_rest) or [`Channel::prime`](crate::Channel::prime).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ChannelState<T: Real> {
+    pub(super) controller: ControllerState<T>,
+    pub(super) velocity: VelocityState<T>,
+    pub(super) protection: ProtectionState<T>,
+    pub(super) plausibility: PlausibilityState<T>,
+    /// Ticks of the window so far; behind the last one all of them, until the next begins.
+    pub(super) ticks: u32,
+    pub(super) window: Window<T>,
+    /// Whether the second of the calibrations is in use, and whether it is the latest.
+    pub(super) second: bool,
+    pub(super) second_is_latest: bool,
+    /// Flags of the calibration in use, and of the next one as far as it is known.
+    pub(super) flags: u32,
+    pub(super) next_flags: u32,
+    pub(super) calibrations: [Calibration<T>; 2],
+    pub(super) stuck: StuckWatchState<T>,
+}
+
+impl<T: Real> ChannelState<T> {
+    /// The calibration in use.
+    pub fn calibration(&self) -> &Calibration<T> {
+        pick(&self.calibrations, self.second)
+    }
+
+    /// Trips the protection from outside, at the last command: an emergency stop, or another actuator of the same
+    /// specimen.
+    pub fn trip(&mut self) {
+        self.protection.trip();
+    }
+
+    /// Asks the protection for the soft end: the command, still followed, fades along the ramp.
+    pub fn end(&mut self) {
+        self.protection.end();
+    }
+
+    /// What tripped the protection first.
+    pub fn cause(&self) -> Cause {
+        self.protection.cause()
+    }
+
+    /// Whether the protection's ramp has reached zero.
+    pub fn is_down(&self) -> bool {
+        self.protection.is_down()
+    }
+
+    /// The first tick of a window: what was published takes effect.
+    #[inline(always)]
+    pub(super) fn begin_window(&mut self) {
+        self.ticks = 0;
+        self.window.go_on();
+        self.second = self.second_is_latest;
+        self.flags = self.next_flags;
+        // For the window after this one, if none comes until then.
+        self.next_flags |= status::CALIBRATION_LATE;
+    }
+}
+
+#[inline(always)]
+pub(super) fn pick<C>(of: &[C; 2], second: bool) -> &C {
+    let [first, _] = of;
+    of.get(usize::from(second)).unwrap_or(first)
+}

@@ -1,0 +1,80 @@
+#![allow(clippy::float_cmp, reason = "bits are compared on purpose")]
+
+use super::*;
+use crate::compensation::Calibration;
+use crate::learning::Learner;
+use crate::parameters::Learning;
+use crate::protection::ProtectionParameters;
+
+const RIG: Parameters =
+    Parameters { protection: Some(ProtectionParameters::DEFAULT), ..Parameters::ZHAO2005 };
+
+fn swing(tick: u32) -> Input<f64> {
+    let x = libm::sin(0.01 * f64::from(tick));
+    Input { command: 3e3 * x, velocity: 0.2 * x, force: 2.9e3 * x, spool: 0.15 * x, ..Input::default() }
+}
+
+#[test]
+fn a_state_goes_on_under_another_configuration() {
+    let first = Channel::<f64, 21>::new(&RIG).unwrap();
+    let second = Parameters { response_delay: 3.0e-3, valve_gain: 0.12, ..RIG };
+    let second = Channel::<f64, 21>::new(&second).unwrap();
+    let (mut state, mut expected) = (first.at_rest(), second.at_rest());
+    state.trip();
+    expected.trip();
+    for tick in 0..1000 {
+        first.step(&mut state, &swing(tick));
+        second.step(&mut expected, &swing(tick));
+    }
+    second.take_over(&mut state);
+    assert_eq!(state.calibration(), expected.calibration());
+    // The lead network forgets what it did before in a few hundred ticks; the trip stays.
+    for tick in 1000..2000 {
+        let (out, like) = (second.step(&mut state, &swing(tick)), second.step(&mut expected, &swing(tick)));
+        assert!((out.voltage - like.voltage).abs() < 0.1 * 0.9_f64.powi((tick - 1000) as i32) + 1e-12);
+        assert_ne!(out.status & status::TRIPPED, 0);
+    }
+}
+
+#[test]
+fn what_was_learned_stays_under_another_configuration() {
+    let learning = Parameters { learning: Learning::ADAPTIVE, ..RIG };
+    let channel = Channel::<f64, 21>::new(&learning).unwrap();
+    let mut state = channel.at_rest();
+    let found = Calibration { flow_gain: 1.1, window: 0, ..*state.calibration() };
+    for tick in 0..=2 * channel.window_ticks() {
+        let out = channel.step(&mut state, &swing(tick));
+        if out.window.is_some_and(|window| window.number == 0) {
+            channel.publish(&mut state, found);
+        }
+    }
+    let before = state;
+    Channel::<f64, 21>::new(&Parameters { level: 0.9, ..learning }).unwrap().take_over(&mut state);
+    assert_eq!((state, state.calibration()), (before, &found));
+}
+
+#[test]
+fn window_numbers_wrap() {
+    let learning = Parameters { feedforward: true, learning: Learning::ADAPTIVE, ..RIG };
+    let channel = Channel::<f64, 21>::new(&learning).unwrap();
+    let learner = Learner::<f64, 21>::new(&learning).unwrap();
+    let run = |first: u32| {
+        let (mut state, mut memory) = (channel.at_rest(), learner.at_rest());
+        state.window.number = first;
+        let mut sum = 0.0;
+        for tick in 0..8000 {
+            let x = libm::sin(0.0015 * f64::from(tick));
+            let input =
+                Input { command: 0.0, velocity: 0.2 * x, force: 0.0, spool: 0.1 * x, ..Input::default() };
+            let out = channel.step(&mut state, &input);
+            assert_eq!(out.status & status::CALIBRATION_LATE, 0);
+            sum += out.voltage;
+            if let Some(window) = out.window {
+                channel.publish(&mut state, learner.update(&mut memory, &window));
+            }
+        }
+        (sum, state.window.number.wrapping_sub(first), state.calibration().flow_gain)
+    };
+    assert_eq!(run(0), run(u32::MAX - 50));
+    assert!((run(0).2 - 1.0).abs() > 1e-3, "nothing was learned");
+}
