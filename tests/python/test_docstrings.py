@@ -6,7 +6,15 @@ import inspect
 
 import pytest
 
-MODULES = ["eft", "eft.records", "eft.linear", "eft.identification", "eft.studies", "eft.firmware"]
+MODULES = [
+    "eft",
+    "eft.records",
+    "eft.linear",
+    "eft.identification",
+    "eft.studies",
+    "eft.firmware",
+    "eft.rths",
+]
 THINGS = {
     f"{module}.{name}": getattr(importlib.import_module(module), name)
     for module in MODULES
