@@ -28,7 +28,7 @@ RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -
 MSRV = $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 .NOTPARALLEL:
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs dist dist-check build msrv clean
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs dist dist-check release-check build msrv clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -87,6 +87,9 @@ dist: $(VENV)/.made ## Build the wheel and the source distribution
 
 dist-check: dist ## Install both as a stranger would, the wheel without Rust, and run a test; build the packaged crates
 	.ci/dist-check
+
+release-check: $(VENV)/.built ## Build and try the files of a release: wheels for other systems, archives of the C library
+	.ci/release-check
 
 clean: ## Remove everything that was built
 	$(CARGO) clean
