@@ -1,13 +1,13 @@
 """Effective force testing: the controller, the virtual rig and the analysis between them.
 
 All quantities are in SI units. Positive force pulls the structure (+x). What every test needs stands here;
-the rest is in `eft.records`, `eft.linear`, `eft.identification`, `eft.studies`, `eft.firmware`, `eft.rths`,
-`eft.traces`, `eft.report` and `eft.plots`.
+the rest is in `eft.records`, `eft.linear`, `eft.identification`, `eft.studies`, `eft.firmware`,
+`eft.opensees`, `eft.rths`, `eft.traces`, `eft.report` and `eft.plots`.
 """
 
 from typing import TYPE_CHECKING, Any
 
-from eft import firmware, identification, linear, records, rths, studies
+from eft import firmware, identification, linear, opensees, records, rths, studies
 from eft._energy import EnergyBalance
 from eft._force_loop import ForceLoop, ForceLoopMargins, design_force_loop
 from eft._identification import identify_delay, identify_flow_curve
@@ -77,6 +77,7 @@ __all__ = [
     "largest_scale",
     "linear",
     "linearize",
+    "opensees",
     "read_record",
     "records",
     "replay",

@@ -85,7 +85,10 @@ RUN_ELSEWHERE = (
     "pip install .",  # .ci/dist-check
 )
 TOML = {"reference/command-line.md"}  # test_cli_docs.py
-NOT_RUN = {("how-to/cluster.md", "{code-block} python")}  # there is no SLURM, and the page says so
+NOT_RUN = {
+    ("how-to/cluster.md", "{code-block} python"),  # there is no SLURM, and the page says so
+    ("how-to/opensees.md", "{code-block} python"),  # test_opensees.py, where OpenSees is installed
+}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

@@ -21,6 +21,7 @@ from eft.cli._init import init
 from eft.cli._map import stability_map
 from eft.cli._report import report
 from eft.cli._run import run
+from eft.cli._serve import serve_rig
 from eft.cli._study import study
 
 DISTRIBUTION = "effective-force-testing"
@@ -49,7 +50,20 @@ def cli() -> None:
     """All commands."""
 
 
-for command in (init, check, identify, stability_map, run, study, report, compare, design, export, demo):
+for command in (
+    init,
+    check,
+    identify,
+    stability_map,
+    run,
+    study,
+    report,
+    compare,
+    design,
+    export,
+    serve_rig,
+    demo,
+):
     cli.add_command(command)
 
 

@@ -1,0 +1,208 @@
+"""The experimental site on a socket, as the element `genericClient` of OpenSees asks it.
+
+What goes over the line, all of it little-endian: first a header of eleven 32-bit integers, then messages of
+as many 64-bit floats as the header's last integer says. The header's first five integers are the sizes of
+displacement, velocity, acceleration, force and time that the client sends, the next five of those it asks
+for. A message begins with the number of the action; displacement, velocity, acceleration and time follow.
+An action that asks is answered with one message, padded with zeros.
+"""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from eft.opensees._site import Site
+
+_HEADER = struct.Struct("<11i")
+_LARGEST = 4096
+"""Floats in a message: far more than one actuator needs."""
+
+
+class ClientError(ValueError):
+    """What is wrong with a client, as the end of a sentence about it."""
+
+
+class Visit(NamedTuple):
+    """What became of one client."""
+
+    moves: int
+    """Displacements that were applied."""
+    steps: int
+    """Steps that were committed."""
+    ending: str
+    """Why it ended."""
+    ended_well: bool
+    """Whether the client said goodbye."""
+
+
+def serve(
+    site: Site,
+    host: str = "127.0.0.1",
+    port: int = 8090,
+    *,
+    clients: int | None = None,
+    patience: float = 10.0,
+    idle: float = 600.0,
+    ready: Callable[[str, int], object] | None = None,
+    visited: Callable[[Visit], object] | None = None,
+) -> None:
+    """Let finite-element models drive a virtual rig, one after another, as the site of their `genericClient`.
+
+    Each client finds the rig at rest and its specimen as new. A client that vanishes, falls silent or sends
+    what is no message is dropped; the next one is served.
+
+    Parameters
+    ----------
+    site : Site
+        The rig.
+    host : str
+        Address to listen at. Anyone who reaches it can drive the rig: the protocol has no passwords.
+    port : int
+        Port to listen at; 0 lets the system choose.
+    clients : int, optional
+        Clients after which to return; without it the call lasts until it is interrupted.
+    patience : float
+        Longest time that a message may take to arrive or to be taken, s.
+    idle : float
+        Longest time between two messages, s.
+    ready : callable, optional
+        Called with host and port when clients can connect.
+    visited : callable, optional
+        Called with a `Visit` when a client is gone.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed.
+    OSError
+        If the address is not this machine's, or the port is taken.
+
+    Examples
+    --------
+    >>> import eft
+    >>> site = eft.opensees.Site(eft.Rig.zhao2005())
+    >>> eft.opensees.serve(site, port=0, clients=0, ready=lambda host, port: print(host))
+    127.0.0.1
+    """
+    for name, value in (("patience", patience), ("idle", idle)):
+        if not (np.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} = {value!r}: must be positive and finite")
+    if not 0 <= port <= 65535:
+        raise ValueError(f"port = {port!r}: must be from 0 to 65535")
+    with socket.create_server((host, port), backlog=8) as listener:
+        if ready is not None:
+            ready(*listener.getsockname()[:2])
+        served = 0
+        while clients is None or served < clients:
+            connection, _ = listener.accept()
+            served += 1
+            site.reset()
+            with connection:
+                visit = _Conversation(connection, site, patience, idle).run()
+            if visited is not None:
+                visited(visit)
+
+
+class _Conversation:
+    """One client and the rig."""
+
+    def __init__(self, connection: socket.socket, site: Site, patience: float, idle: float) -> None:
+        self._connection, self._site = connection, site
+        self._patience, self._idle = patience, idle
+        self._size = self._moves = self._steps = 0
+        self._force = self._time = 0.0
+        self._wanted = 0.0
+
+    def run(self) -> Visit:
+        """Serve until the client goes, whatever it does."""
+        try:
+            self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._greet()
+            while self._answer():
+                pass
+            return self._visit("the client ended the test", ended_well=True)
+        except ValueError as error:
+            return self._visit(str(error))
+        except OSError as error:
+            return self._visit(f"the connection broke: {error.strerror or error}")
+
+    def _visit(self, ending: str, ended_well: bool = False) -> Visit:
+        return Visit(self._moves, self._steps, ending, ended_well)
+
+    def _greet(self) -> None:
+        header = _HEADER.unpack(self._receive(_HEADER.size, self._patience))
+        asked, wanted, size = header[:5], header[5:10], header[10]
+        if asked != (1, 1, 1, 0, 1) or wanted[3] != 1 or max(wanted) > 1 or min(wanted) < 0:
+            raise ClientError(f"the client's header {header} is not that of one degree of freedom")
+        if not 5 <= size <= _LARGEST:
+            raise ClientError(f"the client's message size {size} must be from 5 to {_LARGEST}")
+        self._size = size
+
+    def _answer(self) -> bool:
+        data = self._receive(8 * self._size, self._idle)
+        action, displacement, _, _, now = struct.unpack_from("<5d", data)
+        match action:
+            case 3.0:
+                self._move(displacement)
+                self._time = now
+            case 4.0:
+                pass
+            case 5.0:
+                self._steps += 1
+            case 6.0 | 10.0:
+                self._send(self._force)
+            case 7.0:
+                self._send(float(self._site.state.displacement))
+            case 8.0 | 9.0 | 14.0 | 15.0:
+                # At rest, and the model outside has damping and mass.
+                self._send(0.0)
+            case 11.0:
+                self._send(self._time)
+            case 12.0 | 13.0:
+                self._send(self._site.stiffness)
+            case 99.0:
+                return False
+            case _:
+                raise ClientError(f"the client's action {action:g} is unknown")
+        return True
+
+    def _move(self, displacement: float) -> None:
+        if displacement == self._wanted and self._moves:
+            return
+        self._force = self._site.move(displacement)
+        self._wanted = displacement
+        self._moves += 1
+
+    def _send(self, value: float) -> None:
+        self._connection.settimeout(self._patience)
+        self._connection.sendall(struct.pack(f"<{self._size}d", value, *[0.0] * (self._size - 1)))
+
+    def _receive(self, size: int, first: float) -> bytes:
+        """As many bytes: `first` s for the first of them, then the patience for all others."""
+        data = bytearray()
+        deadline = time.monotonic() + first
+        while len(data) < size:
+            left = deadline - time.monotonic()
+            if left <= 0.0:
+                raise ClientError("the client fell silent")
+            self._connection.settimeout(left)
+            try:
+                part = self._connection.recv(size - len(data))
+            except TimeoutError:
+                raise ClientError("the client fell silent") from None
+            if not part:
+                raise ClientError("the client went away in the middle" if data else "the client went away")
+            if not data:
+                deadline = time.monotonic() + self._patience
+            data += part
+        return bytes(data)
