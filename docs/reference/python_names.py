@@ -8,6 +8,8 @@ from pathlib import Path
 from eft._files import write_text
 
 CONSTANTS = {
+    "QUESTIONS": "What a data sheet must say, in its order.",
+    "TEMPLATE": "A data sheet to fill in, as TOML.",
     "STABILITY_MAPS": "The named stability maps: each name with the function that computes the map.",
     "SPOOL_ADVICE": "The largest spool opening that the paper advises, a fraction of the stroke.",
 }

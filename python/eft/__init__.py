@@ -1,13 +1,13 @@
 """Effective force testing: the controller, the virtual rig and the analysis between them.
 
 All quantities are in SI units. Positive force pulls the structure (+x). What every test needs stands here;
-the rest is in `eft.records`, `eft.linear`, `eft.identification`, `eft.studies`, `eft.firmware`,
-`eft.opensees`, `eft.rths`, `eft.traces`, `eft.report` and `eft.plots`.
+the rest is in `eft.data_sheets`, `eft.records`, `eft.linear`, `eft.identification`, `eft.studies`,
+`eft.firmware`, `eft.opensees`, `eft.rths`, `eft.traces`, `eft.report` and `eft.plots`.
 """
 
 from typing import TYPE_CHECKING, Any
 
-from eft import firmware, identification, linear, opensees, records, rths, studies
+from eft import data_sheets, firmware, identification, linear, opensees, records, rths, studies
 from eft._energy import EnergyBalance
 from eft._force_loop import ForceLoop, ForceLoopMargins, design_force_loop
 from eft._identification import identify_delay, identify_flow_curve
@@ -37,6 +37,7 @@ from eft._simulate import IdealResponse, energy_balance, ideal_response, simulat
 from eft._status import Cause, Status
 from eft._study import Study, study
 from eft._verdict import Remedy, Verdict
+from eft.data_sheets import actuator, servovalve
 
 __all__ = [
     "Cause",
@@ -64,7 +65,9 @@ __all__ = [
     "TestRun",
     "Verdict",
     "__version__",
+    "actuator",
     "check_feasibility",
+    "data_sheets",
     "design_force_loop",
     "effective_force",
     "energy_balance",
@@ -83,6 +86,7 @@ __all__ = [
     "replay",
     "rig_keys",
     "rths",
+    "servovalve",
     "simulate",
     "sine_sweep",
     "stability_margin",

@@ -45,6 +45,7 @@ __all__ = [
     "metrics",
     "observer_gains",
     "processor_in_the_loop",
+    "quantity",
     "read_record",
     "replay",
     "resampled",
@@ -345,6 +346,7 @@ class Controller:
     def _made(rig: Rig, dtype: str, sample_rate: float) -> Controller: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
+def quantity(name: str, value: float | str, unit: str) -> float: ...
 def rig_keys() -> list[_Key]: ...
 def sine_sweep(
     amplitude: float, f_start: float, f_end: float, duration: float, sample_rate: float

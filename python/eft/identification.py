@@ -3,6 +3,7 @@
 `eft.identify` does all of it from files. It is a function, so that this module has the longer name.
 """
 
+from eft._frequency_response import ValveEstimate, identify_valve, read_frequency_response
 from eft._identification import (
     DampingEstimate,
     DelayEstimate,
@@ -28,6 +29,7 @@ __all__ = [
     "FineTuning",
     "FlowTest",
     "Identification",
+    "ValveEstimate",
     "ValveTest",
     "fine_tune",
     "flow_test",
@@ -37,5 +39,7 @@ __all__ = [
     "identify_delay",
     "identify_flow_curve",
     "identify_flow_gain",
+    "identify_valve",
+    "read_frequency_response",
     "valve_test",
 ]

@@ -2,6 +2,7 @@
 
 import eft
 
+DATA_SHEET = eft.data_sheets.TEMPLATE
 CSV = "time (s),force (kN)\n0,1\n0.1,2\n0.2,1\n"
 COMMAND = '[command]\nkind = "sweep"\namplitude = 1.0\nf_start = 0.0\nf_end = 10.0\nduration = 1.0\n'
 SWEEP = ["run", "--sweep", "1", "0", "10", "1"]
@@ -239,8 +240,33 @@ WRONG = {
     ),
     "value in a rig file": (
         ["run", "test.toml"],
-        as_test('rig = "a.toml"\n' + COMMAND) | {"a.toml": paper(("mass = 7040.0", 'mass = "7 t"'), "")},
-        ["a.toml, line ", "structure.mass", "7 t"],
+        as_test('rig = "a.toml"\n' + COMMAND) | {"a.toml": paper(("mass = 7040.0", 'mass = "7 V"'), "")},
+        ["a.toml, line ", "structure.mass", "7 V"],
+    ),
+    "data sheet with a gap": (
+        ["init", "--from-data-sheet", "sheet.toml"],
+        {"sheet.toml": '[supply]\npressure = "3000 psi"\n'},
+        ["missing", "structure.mass", "servovalve.rated_flow"],
+    ),
+    "data sheet with a wrong unit": (
+        ["init", "--from-data-sheet", "sheet.toml"],
+        {"sheet.toml": DATA_SHEET.replace("250 kN", "250 kg")},
+        ["sheet.toml, line ", "actuator.force", "250 kg", "N"],
+    ),
+    "data sheet with an unknown key": (
+        ["init", "--from-data-sheet", "sheet.toml"],
+        {"sheet.toml": DATA_SHEET.replace("rated_drop", "rate_drop")},
+        ["unknown key `servovalve.rate_drop`", "rated_drop"],
+    ),
+    "frequency response without units": (
+        ["identify", "valve", "bode.csv"],
+        {"bode.csv": "frequency,amplitude,phase\n1,1,0\n"},
+        ["bode.csv", "frequency (hz)"],
+    ),
+    "frequency response of an amplifier": (
+        ["identify", "valve", "bode.csv"],
+        {"bode.csv": "frequency (Hz),gain (dB),phase (deg)\n1,0,0\n10,0,10\n20,0,20\n30,0,30\n"},
+        ["frequency response", "fall behind"],
     ),
     "section without its key": (
         ["run", "test.toml"],

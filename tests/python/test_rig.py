@@ -135,7 +135,7 @@ def test_keys_are_read_by_their_dotted_names():
         ({"stiffness": 1.0}, r"unknown key `stiffness`; the nearest known key is `structure\.stiffness`"),
         ({"structure.mass": math.nan}, r"^structure\.mass = NaN: must be a number between .* kg$"),
         ({"structure.mass": -math.inf}, r"^structure\.mass = -inf: must be a number between"),
-        ({"structure.mass": "7 t"}, r'^structure\.mass = "7 t": must be a number between'),
+        ({"structure.mass": "7 V"}, r'^structure\.mass = "7 V": must be a number between'),
         ({"structure.mass": True}, r"^structure\.mass = true: must be a number between"),
         ({"structure.mass": [1.0]}, r"^structure\.mass = \[1\.0\]: must be a number between"),
         ({"structure.mass": {}}, r"^structure\.mass = a section: must be a number between"),

@@ -250,6 +250,27 @@ pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     believed.chain(of_the_plant.map(|key| row(key, &format!("truth.{}", key.key), true))).collect()
 }
 
+/// Return a value in SI units: a number as it is, a text such as ``"12 t"`` converted.
+#[pyfunction]
+pub(crate) fn quantity(name: &str, value: &Bound<'_, PyAny>, unit: &str) -> PyResult<f64> {
+    let found = match value.extract::<String>() {
+        Ok(text) => eft_sim::config::quantity(&text, unit),
+        Err(_) => value.extract::<f64>().ok(),
+    };
+    let of = if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" in {unit}, or a text with a unit that converts to it")
+    };
+    found.filter(|number| number.is_finite()).ok_or_else(|| {
+        crate::errors::refuse(
+            name,
+            value.repr().map_or_else(|_| "?".into(), |text| text.to_string()),
+            format!("must be a finite number{of}"),
+        )
+    })
+}
+
 /// Whether a rig has an actuator on each of several floors.
 pub(crate) fn is_building(rig: &RigConfig) -> bool {
     rig.structure.kind == StructureKind::ShearBuilding

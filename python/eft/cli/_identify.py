@@ -145,3 +145,55 @@ def damping(file: Path, start: float | None, as_json: bool, **data: Any) -> None
         )
     else:
         click.echo(f"damping ratio {found:.3%} ± {found.uncertainty:.3%}, {frequency:.4g} Hz")
+
+
+@identify.command(
+    short_help="The valve from a frequency response.",
+    epilog=epilog("eft identify valve bode.csv", "eft identify valve bode.csv -o valve.toml"),
+)
+@click.argument("file", type=FILE)
+@click.option(
+    "--rated-signal",
+    type=float,
+    default=10.0,
+    show_default=True,
+    metavar="V",
+    help="Command of full opening.",
+)
+@click.option("-o", "--output", type=FILE, help="TOML file of the valve's keys, ready for a rig file.")
+@as_json
+def valve(file: Path, rated_signal: float, output: Path | None, as_json: bool) -> None:
+    """Natural frequency, damping and delay of the valve from its frequency response in FILE.
+
+    FILE is a CSV whose header names columns and units: frequency (Hz), amplitude (dB), phase (deg), of spool
+    over command; it may be measured or read off the maker's plot.
+    """
+    if not rated_signal > 0.0 or rated_signal == float("inf"):
+        raise click.UsageError(f"--rated-signal {rated_signal:g}: must be a finite number above zero, in V")
+    if output is not None:
+        check_folder(output)
+    found = eft.identification.identify_valve(*eft.identification.read_frequency_response(file))
+    keys = {key: value for key, value in found.keys(rated_signal).items() if value is not None}
+    if output is not None:
+        sections: dict[str, list[str]] = {}
+        for key, value in keys.items():
+            section, _, name = key.partition(".")
+            sections.setdefault(section, []).append(f"{name} = {value!r}")
+        text = "\n\n".join("\n".join([f"[{section}]", *lines]) for section, lines in sections.items())
+        write_text(output, text + "\n")
+    if as_json:
+        names = ("natural_frequency", "damping_ratio", "response_delay")
+        answer: dict[str, Any] = {name: float(getattr(found, name)) for name in names}
+        answer |= {f"{name}_uncertainty": getattr(found, name).uncertainty for name in names}
+        emit_json(answer | {"misfit": found.misfit, "keys": keys})
+        return
+    frequency, ratio, lag = found.natural_frequency, found.damping_ratio, found.response_delay
+    rows = [
+        ("natural frequency, Hz", f"{frequency:.2f}", f"{frequency.uncertainty:.2f}"),
+        ("damping ratio", f"{ratio:.3f}", f"{ratio.uncertainty:.3f}"),
+        ("response delay, ms", f"{lag * 1e3:.3f}", f"{lag.uncertainty * 1e3:.3f}"),
+    ]
+    click.echo(table(rows, ("", "found", "±")))
+    click.echo(f"the response differs from that of second order by {found.misfit:.1%} (rms)")
+    if output is not None:
+        click.echo(f"{output} written")

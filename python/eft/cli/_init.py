@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
 import eft
 from eft import _study_file, _test_file
 from eft._files import write_text
+from eft._test_file import parse_toml, read_text
 from eft.cli._output import FILE, epilog
 from eft.traces._write import check_folder
 
@@ -19,20 +22,51 @@ from eft.traces._write import check_folder
         "eft init                      the paper's rig as rig.toml",
         "eft init test.toml --test     the same with a command: ready for `eft run`",
         "eft init study.toml --study   and with settings to vary: ready for `eft study`",
+        "eft init sheet.toml --data-sheet            a data sheet to fill in",
+        "eft init --from-data-sheet sheet.toml       the rig of it",
     ),
 )
 @click.argument("file", type=FILE, default=Path("rig.toml"))
 @click.option("--test", is_flag=True, help="Add a section [command], which makes it a test.")
 @click.option("--study", is_flag=True, help="Add a command and settings to vary, which makes it a study.")
+@click.option("--data-sheet", is_flag=True, help="Write a data sheet to fill in, and no rig.")
+@click.option(
+    "--from-data-sheet", "sheet", type=FILE, help="Make the rig from this data sheet, not the paper's."
+)
 @click.option("--force", is_flag=True, help="Replace a file that is there.")
-def init(file: Path, test: bool, study: bool, force: bool) -> None:
-    """Write the paper's rig to FILE (rig.toml), every key with its meaning, unit and range."""
+def init(file: Path, test: bool, study: bool, data_sheet: bool, sheet: Path | None, force: bool) -> None:
+    """Write a rig to FILE (rig.toml), every key with its meaning, unit and range.
+
+    It is the paper's rig, or that of a data sheet. What a data sheet leaves open is asked for on a terminal;
+    elsewhere the keys that are missing are named, with exit code 2.
+    """
     if test and study:
         raise click.UsageError("give --test or --study: a study is a test already")
+    if data_sheet and (test or study or sheet):
+        raise click.UsageError("--data-sheet writes no rig: leave out --test, --study and --from-data-sheet")
     check_folder(file)
     if file.exists() and not force:
         raise click.UsageError(f"{file} is there already; --force replaces it")
-    text = eft.Rig.zhao2005().to_toml(comments=True)
-    more = (_test_file.TEMPLATE if test or study else "") + (_study_file.TEMPLATE if study else "")
-    write_text(file, text.rstrip() + "\n" + more)
+    if data_sheet:
+        text = eft.data_sheets.TEMPLATE
+    else:
+        rig = eft.Rig.zhao2005() if sheet is None else _from(sheet)
+        text = rig.to_toml(comments=True).rstrip() + "\n"
+        text += (_test_file.TEMPLATE if test or study else "") + (_study_file.TEMPLATE if study else "")
+    write_text(file, text)
     click.echo(f"{file} written")
+
+
+def _from(sheet: Path) -> eft.Rig:
+    """The rig of a data sheet; a person is asked for what it leaves open."""
+    given: dict[str, Any] = parse_toml(sheet, read_text(sheet))
+    questions = eft.data_sheets.missing(given)
+    sections = {question.key.partition(".")[0] for question in questions}
+    sound = all(isinstance(given.get(name, {}), dict) for name in sections)
+    if not (questions and sound and sys.stdin.isatty()):
+        return eft.data_sheets.rig(sheet)
+    for question in questions:
+        section, _, key = question.key.partition(".")
+        answer = click.prompt(f"{question.text} (such as {question.example})", type=str)
+        given.setdefault(section, {})[key] = answer
+    return eft.data_sheets.rig(given)

@@ -3,6 +3,7 @@
 use eft_core::Short;
 use toml::{Table, Value};
 
+use super::quantity::quantity;
 use super::schema::{Key, Kind, Need, PLANT};
 use super::{KEYS, tree};
 use crate::{Error, Result};
@@ -130,10 +131,10 @@ fn refused(key: &str, value: &Value) -> Error {
 
 /// A value of the right type and range; whole numbers become floats where floats are wanted.
 fn accept(key: &str, row: &Key, value: &Value) -> Result<Value> {
-    let refuse = || Error::value(key, show(value), row.allowed());
+    let refuse = || Error::value(key, show(value), allowed(row, value));
     match (row.kind, value) {
         (Kind::Float(low, high), _) => {
-            let number = number(value).ok_or_else(refuse)?;
+            let number = number(value, row.unit).ok_or_else(refuse)?;
             // Also refuses NaN, which is in no range.
             if (low..=high).contains(&number) { Ok(Value::Float(number)) } else { Err(refuse()) }
         }
@@ -146,8 +147,9 @@ fn accept(key: &str, row: &Key, value: &Value) -> Result<Value> {
             }
             let each = Key { kind: Kind::Float(low, high), ..*row };
             let accepted = items.iter().enumerate().map(|(index, item)| {
-                let inside = number(item).filter(|number| (low..=high).contains(number)).map(Value::Float);
-                inside.ok_or_else(|| Error::value(&format!("{key}[{index}]"), show(item), each.allowed()))
+                let inside = number(item, row.unit).filter(|number| (low..=high).contains(number));
+                let refuse = || Error::value(&format!("{key}[{index}]"), show(item), allowed(&each, item));
+                inside.map(Value::Float).ok_or_else(refuse)
             });
             accepted.collect::<Result<Vec<_>>>().map(Value::Array)
         }
@@ -249,11 +251,27 @@ fn list(whole: &Table, key: &str) -> Vec<f64> {
     items.map(|items| items.iter().filter_map(Value::as_float).collect()).unwrap_or_default()
 }
 
-fn number(value: &Value) -> Option<f64> {
+/// A number in SI units, which may be given with a unit of its own.
+fn number(value: &Value, unit: &str) -> Option<f64> {
     match value {
         Value::Float(number) => Some(*number),
         Value::Integer(number) => Some(*number as f64),
+        Value::String(text) => quantity(text, unit),
         _ => None,
+    }
+}
+
+/// What a key allows, with what a text must be where one was given for a number.
+fn allowed(row: &Key, value: &Value) -> String {
+    let number = matches!(row.kind, Kind::Float(..) | Kind::Floats(..));
+    if number && value.is_str() && !row.unit.is_empty() {
+        format!(
+            "{}, or a text of a number with a unit of {}, as in \"12 t\" of a mass",
+            row.allowed(),
+            row.unit
+        )
+    } else {
+        row.allowed()
     }
 }
 

@@ -8,6 +8,7 @@ mod check;
 mod force_loop;
 mod idle;
 mod keys;
+mod quantity;
 mod schema;
 mod sections;
 mod text;
@@ -16,6 +17,7 @@ mod zhao2005;
 
 pub use idle::IdleKey;
 pub use keys::KEYS;
+pub use quantity::quantity;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, ForceLoop, Learning,

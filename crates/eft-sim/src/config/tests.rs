@@ -443,3 +443,22 @@ fn keys_that_do_nothing_are_named_with_what_they_need() {
     let linear = woken.replace(&[("compensation.mode", Value::from("linear"))]).unwrap();
     assert_eq!(idle(&linear), ["compensation.curve_correction needs compensation.mode = off or nonlinear"]);
 }
+
+#[test]
+fn values_may_have_units_of_their_own() {
+    let rig = replaced("structure.mass", "12 t").unwrap();
+    assert_eq!(rig.structure.mass, 12_000.0);
+    assert_eq!(RigConfig::from_toml(&rig.to_toml()).unwrap(), rig);
+    let flows = Value::Array(["-10 gpm", "0 gpm", "10 gpm"].map(Value::from).to_vec());
+    let openings = Value::Array(["-100 %", "0 %", "100 %"].map(Value::from).to_vec());
+    let table = [("servovalve.flow_table.openings", openings), ("servovalve.flow_table.flows", flows)];
+    assert_eq!(
+        RigConfig::zhao2005().replace(&table).unwrap().servovalve.flow_table.openings,
+        [-1.0, 0.0, 1.0]
+    );
+    for wrong in ["12 bar", "12", "1e30 kg"] {
+        let message = message(replaced("structure.mass", wrong));
+        assert!(message.starts_with("structure.mass = ") && message.contains(wrong), "{message}");
+        assert!(message.contains("between") && message.contains("kg"), "{message}");
+    }
+}

@@ -1,0 +1,220 @@
+//! Values with their unit, such as `"12 t"`, `"15 gpm"` or `"3.96 kip/in"`.
+
+/// Exponents of kg, m, s and V.
+type Dimension = [i8; 4];
+
+/// Factor to SI and dimension.
+type Unit = (f64, Dimension);
+
+const INCH: f64 = 0.0254;
+const POUND: f64 = 0.453_592_37;
+/// Standard gravity, m/s².
+const GRAVITY: f64 = 9.806_65;
+const POUND_FORCE: f64 = POUND * GRAVITY;
+const PSI: f64 = POUND_FORCE / (INCH * INCH);
+/// The gallon of the United States, m³.
+const GALLON: f64 = 231.0 * INCH * INCH * INCH;
+
+const NUMBER: Dimension = [0, 0, 0, 0];
+const MASS: Dimension = [1, 0, 0, 0];
+const LENGTH: Dimension = [0, 1, 0, 0];
+const TIME: Dimension = [0, 0, 1, 0];
+const RATE: Dimension = [0, 0, -1, 0];
+const FORCE: Dimension = [1, 1, -2, 0];
+const PRESSURE: Dimension = [1, -1, -2, 0];
+const VOLUME: Dimension = [0, 3, 0, 0];
+const FLOW: Dimension = [0, 3, -1, 0];
+const ACCELERATION: Dimension = [0, 1, -2, 0];
+const POWER: Dimension = [1, 2, -3, 0];
+const VOLTAGE: Dimension = [0, 0, 0, 1];
+
+/// Every unit by name. `lb` is a mass and `lbf` a force; `g` is standard gravity, `gal` the gallon of the United States.
+const UNITS: &[(&str, f64, Dimension)] = &[
+    ("1", 1.0, NUMBER),
+    ("%", 1e-2, NUMBER),
+    ("kg", 1.0, MASS),
+    ("t", 1e3, MASS),
+    ("lb", POUND, MASS),
+    ("slug", POUND_FORCE / (12.0 * INCH), MASS),
+    ("m", 1.0, LENGTH),
+    ("cm", 1e-2, LENGTH),
+    ("mm", 1e-3, LENGTH),
+    ("µm", 1e-6, LENGTH),
+    ("um", 1e-6, LENGTH),
+    ("in", INCH, LENGTH),
+    ("ft", 12.0 * INCH, LENGTH),
+    ("s", 1.0, TIME),
+    ("ms", 1e-3, TIME),
+    ("µs", 1e-6, TIME),
+    ("us", 1e-6, TIME),
+    ("min", 60.0, TIME),
+    ("h", 3600.0, TIME),
+    ("Hz", 1.0, RATE),
+    ("kHz", 1e3, RATE),
+    ("N", 1.0, FORCE),
+    ("kN", 1e3, FORCE),
+    ("MN", 1e6, FORCE),
+    ("lbf", POUND_FORCE, FORCE),
+    ("kip", 1e3 * POUND_FORCE, FORCE),
+    ("Pa", 1.0, PRESSURE),
+    ("kPa", 1e3, PRESSURE),
+    ("MPa", 1e6, PRESSURE),
+    ("GPa", 1e9, PRESSURE),
+    ("bar", 1e5, PRESSURE),
+    ("psi", PSI, PRESSURE),
+    ("ksi", 1e3 * PSI, PRESSURE),
+    ("L", 1e-3, VOLUME),
+    ("l", 1e-3, VOLUME),
+    ("mL", 1e-6, VOLUME),
+    ("gal", GALLON, VOLUME),
+    ("gpm", GALLON / 60.0, FLOW),
+    ("lpm", 1e-3 / 60.0, FLOW),
+    ("g", GRAVITY, ACCELERATION),
+    ("W", 1.0, POWER),
+    ("kW", 1e3, POWER),
+    ("V", 1.0, VOLTAGE),
+    ("mV", 1e-3, VOLTAGE),
+];
+
+/// The SI value of a text with a number and a unit, if the unit has the dimension of `si`.
+///
+/// A unit is a product of powers: `kip/in`, `kN·s/m`, `m³/(s·Pa)`, `in^2`. A text without a unit is a pure number.
+/// `None` where the text is no quantity, a unit is unknown, or its dimension is another one.
+pub fn quantity(text: &str, si: &str) -> Option<f64> {
+    let text = text.trim();
+    // The longest beginning that is a number: "1e3 m" has an exponent, "1 e" has none.
+    let (number, rest) =
+        (1..=text.len()).rev().filter(|end| text.is_char_boundary(*end)).find_map(|end| {
+            let (head, tail) = text.split_at(end);
+            Some((head.trim().parse::<f64>().ok().filter(|number| number.is_finite())?, tail.trim()))
+        })?;
+    let (factor, dimension) = unit(rest)?;
+    let (base, wanted) = unit(si)?;
+    (dimension == wanted).then_some(number * factor / base)
+}
+
+/// A product of powers of units; nothing at all is a pure number.
+fn unit(text: &str) -> Option<Unit> {
+    let text: Vec<char> = text.chars().collect();
+    if text.is_empty() {
+        return Some((1.0, NUMBER));
+    }
+    let (found, rest) = product(&text)?;
+    rest.is_empty().then_some(found)
+}
+
+/// Factors up to the end or a closing bracket.
+fn product(text: &[char]) -> Option<(Unit, &[char])> {
+    let (mut found, mut rest) = factor(text)?;
+    loop {
+        let sign = match rest {
+            [] | [')', ..] => return Some((found, rest)),
+            ['/', ..] => -1,
+            ['·' | '*' | '-' | ' ', ..] => 1,
+            _ => return None,
+        };
+        let next;
+        (next, rest) = factor(rest.get(1..)?)?;
+        found = times(found, next, sign)?;
+    }
+}
+
+/// A unit or a bracket, with its exponent.
+fn factor(text: &[char]) -> Option<(Unit, &[char])> {
+    let spaces = text.iter().take_while(|one| **one == ' ').count();
+    let text = text.get(spaces..)?;
+    let (base, rest) = if let ['(', inner @ ..] = text {
+        match product(inner)? {
+            (found, [')', rest @ ..]) => (found, rest),
+            _ => return None,
+        }
+    } else {
+        let letters = text.iter().take_while(|one| one.is_alphabetic() || **one == '%').count();
+        // A one above a fraction bar, as in 1/s, is the only number that stands for a unit.
+        let length = if letters == 0 && text.first() == Some(&'1') { 1 } else { letters };
+        let name: String = text.get(..length)?.iter().collect();
+        let &(_, factor, dimension) = UNITS.iter().find(|(known, ..)| *known == name)?;
+        ((factor, dimension), text.get(length..)?)
+    };
+    let (exponent, rest) = match rest {
+        ['²', rest @ ..] | ['^', '2', rest @ ..] | ['2', rest @ ..] => (2, rest),
+        ['³', rest @ ..] | ['^', '3', rest @ ..] | ['3', rest @ ..] => (3, rest),
+        rest => (1, rest),
+    };
+    let spaces = rest.iter().take_while(|one| **one == ' ').count();
+    // A space before a sign belongs to the sign; one between two units multiplies.
+    let rest = match rest.get(spaces..)? {
+        tight @ ([] | ['/' | '·' | '*' | '-' | ')', ..]) => tight,
+        _ => rest,
+    };
+    times((1.0, NUMBER), base, exponent).map(|found| (found, rest))
+}
+
+/// `left · rightᵉ`.
+fn times(left: Unit, right: Unit, exponent: i8) -> Option<Unit> {
+    let mut dimension = left.1;
+    for (sum, part) in dimension.iter_mut().zip(right.1) {
+        *sum = sum.checked_add(part.checked_mul(exponent)?)?;
+    }
+    let factor: f64 = (0..exponent.unsigned_abs()).map(|_| right.0).product();
+    Some((if exponent < 0 { left.0 / factor } else { left.0 * factor }, dimension))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::KEYS;
+
+    fn near(text: &str, si: &str, expected: f64) {
+        let found = quantity(text, si).unwrap_or_else(|| panic!("{text} in {si}"));
+        assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{text}: {found} {si}");
+    }
+
+    #[test]
+    fn values_convert() {
+        near("12 t", "kg", 12_000.0);
+        near("250kN", "N", 250e3);
+        near("3000 psi", "Pa", 3000.0 * 6_894.757_293_168_361);
+        near("15 gpm", "m³/s", 15.0 * 6.309_019_64e-5);
+        near("3.96 kip/in", "N/m", 3.96e3 * 4.448_221_615_260_5 / 0.0254);
+        near("1e3 N·s/mm", "N·s/m", 1e6);
+        near("12.73 in^2", "m²", 12.73 * 0.0254 * 0.0254);
+        near("80 cm2", "m²", 8e-3);
+        near("2 L/(min bar)", "m³/(s·Pa)", 2e-3 / 60.0 / 1e5);
+        near("2 L/min/bar", "m³/(s·Pa)", 2e-3 / 60.0 / 1e5);
+        near("-5 %", "", -0.05);
+        near("0.3 g", "m/s²", 0.3 * 9.806_65);
+        near("4 1/h", "1/h", 4.0);
+        near("0.5 lbf s / in", "N·s/m", 0.5 * 4.448_221_615_260_5 / 0.0254);
+        near("0.25", "", 0.25);
+    }
+
+    #[test]
+    fn what_is_no_quantity_of_the_dimension_is_refused() {
+        for (text, si) in [
+            ("", "kg"),
+            ("t", "kg"),
+            ("12", "kg"),
+            ("12 kip", "kg"),
+            ("12 foo", "kg"),
+            ("12 t t", "kg"),
+            ("nan kg", "kg"),
+            ("inf m", "m"),
+            ("12 (t", "kg"),
+            ("12 t)", "kg"),
+            ("12 /t", "kg"),
+            ("12 t/", "kg"),
+            ("3 lb", "N"),
+            ("1,5 m", "m"),
+        ] {
+            assert_eq!(quantity(text, si), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn every_unit_of_the_schema_is_known() {
+        for row in KEYS.iter().filter(|row| !["bits", "samples"].contains(&row.unit)) {
+            assert!(unit(row.unit).is_some(), "{}: {}", row.key, row.unit);
+        }
+    }
+}

@@ -1,0 +1,220 @@
+"""A servovalve from its measured or published frequency response."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eft._foreign import read_text
+from eft._identification import Estimate
+from eft.data_sheets._valve import second_order
+
+__all__ = ["ValveEstimate", "identify_valve", "read_frequency_response"]
+
+_LARGEST = 4 * 1024**2
+"""Bytes of a file of a frequency response."""
+
+_COLUMNS = {
+    "frequency": (("frequency", "freq", "f"), {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / math.pi}),
+    "amplitude": (
+        ("amplitude", "gain", "magnitude", "ratio"),
+        {"db": math.nan, "1": 1.0, "-": 1.0, "%": 1e-2},
+    ),
+    "phase": (("phase", "lag"), {"deg": math.pi / 180.0, "°": math.pi / 180.0, "rad": 1.0}),
+}
+"""What a column may be called, and its units; dB is no factor."""
+
+
+@dataclass(frozen=True, eq=False)
+class ValveEstimate:
+    """A spool of second order, fitted to a frequency response."""
+
+    natural_frequency: Estimate
+    """Where the phase is -90°, Hz."""
+    damping_ratio: Estimate
+    """Of the spool."""
+    response_delay: Estimate
+    """Limit at low frequency, ``2ζ/ω_n``, s."""
+    misfit: float
+    """Rms of the response less the fit, over that of the response."""
+    frequency: NDArray[np.float64]
+    """Of the data, Hz."""
+    response: NDArray[np.complex128]
+    """The data, over its gain at rest."""
+    fit: NDArray[np.complex128]
+    """The fit at the same frequencies."""
+
+    def keys(self, rated_signal: float = 10.0) -> dict[str, Any]:
+        """Keys for `Rig.replace`; `rated_signal` (V) opens the spool fully."""
+        omega = 2.0 * math.pi * float(self.natural_frequency)
+        return second_order(omega, float(self.damping_ratio), rated_signal)
+
+
+def identify_valve(frequency: ArrayLike, amplitude: ArrayLike, phase: ArrayLike) -> ValveEstimate:
+    """Fit a spool of second order to a frequency response of spool over command.
+
+    The inverse response ``(1 + 2ζs/ω_n + s²/ω_n²)/g`` is linear in its coefficients and fitted by weighted
+    least squares, so that every point's relative error counts the same.
+
+    Parameters
+    ----------
+    frequency : array_like
+        In Hz, at least four different ones.
+    amplitude : array_like
+        Spool over command, a ratio of any unit above zero.
+    phase : array_like
+        In rad, negative where the spool lags.
+
+    Returns
+    -------
+    ValveEstimate
+        Natural frequency, damping ratio and delay, with one standard deviation each from the misfit.
+
+    Raises
+    ------
+    ValueError
+        If the data cannot carry an answer; the message says why.
+
+    Examples
+    --------
+    >>> import eft, numpy as np
+    >>> f = np.geomspace(2.0, 150.0, 30)
+    >>> h = 1.0 / (1.0 + 1.8j * f / 60.0 - (f / 60.0) ** 2)
+    >>> found = eft.identification.identify_valve(f, abs(h), np.angle(h))
+    >>> f"{found.natural_frequency:.1f} Hz, {found.damping_ratio:.2f}"
+    '60.0 Hz, 0.90'
+    """
+    f, size, angle = (np.asarray(values, dtype=np.float64) for values in (frequency, amplitude, phase))
+    for name, values in (("frequency", f), ("amplitude", size), ("phase", angle)):
+        if values.ndim != 1 or len(values) != len(f):
+            raise ValueError(f"{name} = array of shape {values.shape}: must be one value a frequency")
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name} = {values[~np.isfinite(values)][0]}: must be finite")
+    for name, values in (("frequency", f), ("amplitude", size)):
+        if (values <= 0.0).any():
+            raise ValueError(f"{name} = {values.min():g}: must be above zero")
+    if len(np.unique(f)) < 4:
+        raise ValueError(f"frequency = {len(np.unique(f))} different values: must be at least 4")
+    measured = size * np.exp(1j * angle)
+    omega = 2.0 * np.pi * f
+    scale = float(np.exp(np.log(omega).mean()))  # keeps the columns of a size
+    s = omega / scale
+    columns = np.vstack(
+        [np.column_stack([np.ones_like(s), 0.0 * s, -(s**2)]), np.column_stack([0.0 * s, s, 0.0 * s])]
+    )
+    inverse = 1.0 / measured
+    target = np.concatenate([inverse.real, inverse.imag])
+    weight = np.tile(size, 2)
+    rows, right = columns * weight[:, None], target * weight
+    found, *_ = np.linalg.lstsq(rows, right, rcond=None)
+    b0, b1, b2 = found
+    if not (b0 > 0.0 and b1 > 0.0 and b2 > 0.0):
+        raise ValueError("frequency response: must fall behind like a stable valve of second order")
+    left = right - rows @ found
+    noise = float(left @ left) / max(len(left) - 3, 1)
+    spread = noise * np.linalg.inv(rows.T @ rows)
+
+    def estimate(value: float, gradient: list[float]) -> Estimate:
+        slope = np.array(gradient)
+        return Estimate(value, float(np.sqrt(slope @ spread @ slope)))
+
+    natural = scale * math.sqrt(b0 / b2) / (2.0 * math.pi)
+    damping = b1 / (2.0 * math.sqrt(b0 * b2))
+    delay = b1 / (b0 * scale)
+    fit = 1.0 / (1.0 + 1j * s * b1 / b0 - s**2 * b2 / b0)
+    own = measured * b0
+    return ValveEstimate(
+        estimate(natural, [0.5 * natural / b0, 0.0, -0.5 * natural / b2]),
+        estimate(damping, [-0.5 * damping / b0, damping / b1, -0.5 * damping / b2]),
+        estimate(delay, [-delay / b0, delay / b1, 0.0]),
+        float(np.sqrt(np.mean(np.abs(own - fit) ** 2) / np.mean(np.abs(own) ** 2))),
+        f,
+        own,
+        fit,
+    )
+
+
+def read_frequency_response(
+    path: str | PathLike[str],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    r"""Read frequency (Hz), amplitude ratio and phase (rad) from a CSV file.
+
+    The header names each column and its unit: frequency in Hz, kHz or rad/s; amplitude or gain in dB, 1 or %;
+    phase in deg or rad, negative where the spool lags. Cells are separated by commas, semicolons or tabs.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+
+    Returns
+    -------
+    tuple of ndarray
+        Frequency, amplitude ratio and phase, as `identify_valve` takes them.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If a column or a unit is missing, or a cell is no number; the message names line and column.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import eft
+    >>> text = "frequency (Hz),gain (dB),phase (deg)\n1,0,-1\n20,-1,-25\n50,-4,-75\n90,-9,-125\n"
+    >>> with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
+    ...     _ = file.write(text)
+    ...     file.flush()
+    ...     found = eft.identification.read_frequency_response(file.name)
+    >>> found[0].tolist()
+    [1.0, 20.0, 50.0, 90.0]
+    """
+    path = Path(path)
+    lines = read_text(path, _LARGEST, "frequency response").lstrip("\ufeff").splitlines()
+    lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise ValueError(f"{path}: is empty, must have a header and a line a frequency")
+    separator = next((one for one in ";\t" if one in lines[0]), ",")
+    header, *rows = list(csv.reader(lines, delimiter=separator))
+    answer = []
+    for name, (aliases, units) in _COLUMNS.items():
+        column, unit = _column(path, header, name, aliases, units)
+        values = np.array(
+            [_cell(path, row, column, header[column], number) for number, row in enumerate(rows, 2)]
+        )
+        answer.append(10.0 ** (values / 20.0) if unit == "db" else values * units[unit])
+    return answer[0], answer[1], answer[2]
+
+
+def _column(
+    path: Path, header: list[str], name: str, aliases: tuple[str, ...], units: dict[str, float]
+) -> tuple[int, str]:
+    for index, title in enumerate(header):
+        match = re.fullmatch(r"\s*\"?([A-Za-z]+)[^(\[]{0,40}[(\[]\s*([^)\]]{1,10}?)\s*[)\]]\"?\s*", title)
+        if match and match[1].lower() in aliases:
+            if match[2].lower() not in units:
+                raise ValueError(f"{path}: unit `{match[2]}` of {name}: must be one of {', '.join(units)}")
+            return index, match[2].lower()
+    shown = ", ".join(title.strip()[:40] for title in header[:6])
+    raise ValueError(
+        f"{path}: no column `{name} ({next(iter(units))})`; the header has {shown}, each must name its unit"
+    )
+
+
+def _cell(path: Path, row: list[str], column: int, title: str, number: int) -> float:
+    try:
+        value = float(row[column])
+    except (IndexError, ValueError):
+        shown = row[column][:20] if column < len(row) else "nothing"
+        raise ValueError(f"{path}, row {number}, column `{title}`: {shown}: must be a number") from None
+    return value
