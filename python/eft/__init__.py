@@ -36,6 +36,8 @@ from eft._run import Coherence, FftRatio, Metrics, TestRun
 from eft._simulate import IdealResponse, energy_balance, ideal_response, simulate
 from eft._status import Cause, Status
 from eft._study import Study, study
+from eft._tuning import ForceLoopTuning, tune_force_loop
+from eft._valve_choice import ValveChoice, ValveTable, compare_valves, read_valves
 from eft._verdict import Remedy, Verdict
 from eft.data_sheets import actuator, servovalve
 
@@ -51,6 +53,7 @@ __all__ = [
     "FlowTable",
     "ForceLoop",
     "ForceLoopMargins",
+    "ForceLoopTuning",
     "IdealResponse",
     "LargestScale",
     "Metrics",
@@ -63,10 +66,13 @@ __all__ = [
     "Status",
     "Study",
     "TestRun",
+    "ValveChoice",
+    "ValveTable",
     "Verdict",
     "__version__",
     "actuator",
     "check_feasibility",
+    "compare_valves",
     "data_sheets",
     "design_force_loop",
     "effective_force",
@@ -82,6 +88,7 @@ __all__ = [
     "linearize",
     "opensees",
     "read_record",
+    "read_valves",
     "records",
     "replay",
     "rig_keys",
@@ -92,6 +99,7 @@ __all__ = [
     "stability_margin",
     "studies",
     "study",
+    "tune_force_loop",
 ]
 
 if not TYPE_CHECKING:

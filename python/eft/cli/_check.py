@@ -13,8 +13,9 @@ import click
 import eft
 from eft._test_file import TestPlan
 from eft._verdict import Grade, Verdict, worst
-from eft.cli._output import as_json, emit_json, epilog, progress, table
-from eft.cli._plan import memory_of, plan_of, test_options
+from eft.cli._check_many import check_many
+from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
+from eft.cli._plan import command_options, memory_of, plan_of, plans_of
 from eft.cli._run import metrics_of, remedies_of
 
 
@@ -25,17 +26,22 @@ from eft.cli._run import metrics_of, remedies_of
         "eft check --rig rig.toml --record northridge.at2 --scale 0.6",
         "eft check test.toml --try-remedies",
         "eft check test.toml --largest",
+        "eft check --rig rig.toml elcentro northridge.at2 --largest",
+        "eft check --rig rig.toml --valves catalogue.toml elcentro",
         "eft check test.toml --json",
     ),
 )
-@test_options
+@click.argument("tests", type=FILE, nargs=-1)
+@command_options
+@click.option("--valves", type=FILE, help="Catalogue of valves (TOML): try each of them, print one table.")
 @click.option("--try-remedies", is_flag=True, help="Run the test once more with all remedies, and compare.")
 @click.option("--largest", is_flag=True, help="Find the largest factor on the command that the rig can do.")
 @as_json
 def check(
-    test: Path | None,
+    tests: tuple[Path, ...],
     rig: Path | None,
     changes: dict[str, Any],
+    valves: Path | None,
     try_remedies: bool,
     largest: bool,
     as_json: bool,
@@ -48,8 +54,17 @@ def check(
     controller calibrates itself or guards its level, the margins are those of the loop before it does so.
     Effects that the model leaves out are named, and so are keys that have no effect. Then the test runs on
     the virtual rig. Nothing is written. Exit code 1 when the answer is no.
+
+    TESTS is a test file, or nothing with a command of options. Several tests, or ground motions in the place
+    of --record, give one table. So does --valves, with a line for each valve. Exit code 1 then means that a
+    test is a no, or that no valve does for all of them.
     """
-    plan = plan_of(test, rig, changes, command)
+    if valves is not None or len(tests) > 1:
+        if try_remedies:
+            raise click.UsageError("--try-remedies: must be left out of a table of tests")
+        check_many(plans_of(tests, rig, changes, command), valves, largest, as_json)
+        return
+    plan = plan_of(tests[0] if tests else None, rig, changes, command)
     margins = _margins(plan)
     left_out, idle = _linear(plan).left_out, plan.rig.idle_keys()
     found = _feasibility(plan)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,28 @@ def test_options(function: F) -> F:
     for option in reversed(_OPTIONS):
         function = option(function)
     return function
+
+
+def command_options(function: F) -> F:
+    """The options that describe a test, without the argument."""
+    for option in reversed(_OPTIONS[1:]):
+        function = option(function)
+    return function
+
+
+def plans_of(
+    tests: Sequence[Path], rig: Path | None, changes: Mapping[str, Any], command: Mapping[str, Any]
+) -> list[TestPlan]:
+    """Several tests: test files and ground motions, which share the options; or the one of the options."""
+    if not tests:
+        return [plan_of(None, rig, changes, command)]
+    plans = []
+    for test in tests:
+        if test.suffix.lower() == ".toml":
+            plans.append(plan_of(test, rig, changes, command))
+        else:
+            plans.append(plan_of(None, rig, changes, dict(command) | {"record": str(test)}))
+    return plans
 
 
 def plan_of(

@@ -24,7 +24,7 @@ from eft.plots.paper import (
     figure_maps,
     figure_structure,
 )
-from eft.plots.planning import flow_curve, inverse_dynamics, response_delay, stability_map
+from eft.plots.planning import flow_curve, force_loop_gains, inverse_dynamics, response_delay, stability_map
 from eft.plots.spectra import force_ratio, force_spectrum
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "figure_structure",
     "flow_curve",
     "force_history",
+    "force_loop_gains",
     "force_ratio",
     "force_spectrum",
     "hysteresis",

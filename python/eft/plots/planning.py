@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-    from eft import FlowTable, Rig
+    from eft import FlowTable, ForceLoopTuning, Rig
     from eft.identification import DelayEstimate
     from eft.linear import StabilityMap
 
@@ -105,6 +105,38 @@ def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
     finish(ax, xlabel=_axis_label(found.horizontal_key), ylabel=_axis_label(found.vertical_key), legend=False)
     _logarithmic(ax.set_xscale, found.horizontal)
     _logarithmic(ax.set_yscale, found.vertical)
+    return ax
+
+
+_MARGINS = (1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0)
+"""Gain margins with a contour of their own; the first two are the verdict's limits."""
+
+
+def force_loop_gains(tuning: ForceLoopTuning, *, ax: Axes | None = None) -> Axes:
+    """Gain margin of the force loop over both gains, with the rig's own gains and the advised ones."""
+    ax = axes_or_new(ax)
+    advised = tuning.coefficients
+    shown: list[tuple[float, float, str, str, str]] = [
+        (*advised.values(), "advised", "D", GREEN),  # type: ignore[list-item]
+        (tuning.proportional_gain, tuning.derivative_gain, "this rig", "o", BLACK),
+    ]
+    highest = 1.6 * max(gain for gain, *_ in shown)
+    gain = np.linspace(highest / 100.0, highest, 160)
+    derivative = np.linspace(0.0, max(1.6 * max(point[1] for point in shown), 1e-6), 160)
+    # Ratios beyond the computed ones have no margin to show.
+    ratio = derivative[:, None] / gain
+    margin = tuning.margin_at(
+        np.broadcast_to(gain, ratio.shape), np.broadcast_to(derivative[:, None], ratio.shape)
+    )
+    margin = np.where(ratio <= tuning.ratios[-1], np.minimum(margin, 1e3), np.nan)
+    ax.contourf(gain, 1e3 * derivative, margin, levels=[0.0, 1.0], colors=["#f3c9b5"])
+    lines = ax.contour(gain, 1e3 * derivative, margin, levels=_MARGINS, colors="0.45", linewidths=0.8)
+    ax.clabel(lines, fmt="%g", fontsize=7)
+    ax.contour(gain, 1e3 * derivative, margin, levels=[1.0], colors=VERMILION, linewidths=1.4)
+    for x, y, label, marker, color in shown:
+        ax.plot(x, 1e3 * y, marker, color=color, label=f"{label} ({float(tuning.margin_at(x, y)):.3g})")
+    finish(ax, xlabel="proportional gain G_p", ylabel="derivative gain G_d (ms)")
+    ax.set_title("gain margin", loc="left")
     return ax
 
 

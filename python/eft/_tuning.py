@@ -1,0 +1,134 @@
+"""Advice on the gains of the force loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eft._force_loop import design_force_loop
+from eft._native import Rig
+from eft._planning import stability_margins
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["ForceLoopTuning", "tune_force_loop"]
+
+_RATIOS = 13
+"""Lines of a constant derivative over proportional gain on which the margin is computed."""
+
+_AS_BELIEVED = {"truth": None, "controller.force_loop": "pd"}
+"""The rig as its controller knows it, with gains that can be set."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForceLoopTuning:
+    """Advice on the proportional and the derivative gain, and how the margin depends on them."""
+
+    coefficients: dict[str, float]
+    """Advised ``controller.proportional_gain`` and ``controller.derivative_gain``, for `Rig.replace`."""
+    proportional_gain: float
+    """G_p of the rig as it is."""
+    derivative_gain: float
+    """G_d of the rig as it is, s."""
+    realization: str
+    """``"analog"`` or ``"digital"``: of the loop whose margin this is."""
+    ratios: NDArray[np.float64]
+    """G_d over G_p for which the limit was computed, s."""
+    largest_gains: NDArray[np.float64]
+    """The G_p at which the loop becomes unstable for each of them; infinite where it never does."""
+
+    @property
+    def margin(self) -> float:
+        """Gain margin of the rig as it is."""
+        return float(self.margin_at(self.proportional_gain, self.derivative_gain))
+
+    @property
+    def advised_margin(self) -> float:
+        """Gain margin with the advised gains."""
+        proportional, derivative = self.coefficients.values()
+        return float(self.margin_at(proportional, derivative))
+
+    def margin_at(self, proportional_gain: ArrayLike, derivative_gain: ArrayLike) -> NDArray[np.float64]:
+        """Gain margin for any gains, between the computed lines by linear interpolation.
+
+        The margin is the factor on both gains that makes the loop unstable; below 1 it is unstable already.
+        """
+        gain = np.asarray(proportional_gain, dtype=np.float64)
+        ratio = np.asarray(derivative_gain, dtype=np.float64) / gain
+        # Of the reciprocal, which is finite where the limit is not.
+        share = np.interp(ratio, self.ratios, 1.0 / self.largest_gains)
+        with np.errstate(divide="ignore"):
+            found: NDArray[np.float64] = 1.0 / (gain * share)
+        return found
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the margin over the gains, with the rig's own and the advised ones."""
+        from eft import plots
+
+        return plots.force_loop_gains(self, ax=ax)
+
+
+def tune_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoopTuning:
+    """Advise on G_p and G_d of a rig's force loop, and compute the gain margin over both.
+
+    The advice is that of `eft.design_force_loop`. The margin is the ``loop_gain`` of
+    `eft.linear.stability_margins`, sampled, by which the verdict judges: of the rig as its controller knows
+    it, in the rig's own realization.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig; what stands under ``truth`` is not looked at.
+    sample_rate : float, optional
+        In Hz; the rig's ``controller.sample_rate`` by default.
+
+    Returns
+    -------
+    ForceLoopTuning
+        Advised gains, present gains and the margin over both; ``.plot()`` draws it.
+
+    Raises
+    ------
+    ValueError
+        If no gains of use keep the oil column damped, or the sample rate is not allowed.
+
+    Examples
+    --------
+    >>> import eft
+    >>> rig = eft.Rig.zhao2005().replace({"controller.realization": "digital"})
+    >>> advice = eft.tune_force_loop(rig)
+    >>> advice.advised_margin > 2.0 > advice.margin > 1.0
+    True
+    """
+    rate = rig["controller.sample_rate"] if sample_rate is None else sample_rate
+    coefficients = design_force_loop(rig, rate).coefficients
+    robust = rig["controller.force_loop"] == "robust"
+    advised_gain, advised_derivative = coefficients.values()
+    own = (advised_gain, advised_derivative) if robust else (
+        rig["controller.proportional_gain"], rig["controller.derivative_gain"]
+    )  # fmt: skip
+    realization = "digital" if robust else rig["controller.realization"]
+    believed = rig.replace(_AS_BELIEVED | {"controller.realization": realization})
+    longest = 2.0 * max(advised_derivative / advised_gain, own[1] / own[0])
+    exact = (own[1] / own[0], advised_derivative / advised_gain)
+    ratios = np.unique([*np.linspace(0.0, longest, _RATIOS), *exact])
+    limits = [_largest_gain(believed, ratio, advised_gain, rate) for ratio in ratios]
+    return ForceLoopTuning(coefficients, own[0], own[1], realization, ratios, np.array(limits))
+
+
+def _largest_gain(rig: Rig, ratio: float, start: float, rate: float) -> float:
+    """The proportional gain at which the loop with this ratio of the gains becomes unstable."""
+    for _ in range(12):
+        gains = {"controller.proportional_gain": start, "controller.derivative_gain": ratio * start}
+        try:
+            factor = stability_margins(rig.replace(gains), sampled=True, sample_rate=rate).loop_gain
+        except ValueError:  # no compensation level makes it stable
+            factor = None
+        if factor is not None:
+            return factor * start
+        start /= 2.0
+    return start

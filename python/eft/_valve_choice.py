@@ -1,0 +1,200 @@
+"""Which valve of a catalogue would do for some tests."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eft._largest_scale import largest_scale
+from eft._native import Command, Rig
+from eft._planning import delay_budget
+from eft._simulate import simulate
+from eft._test_file import parse_toml, read_text
+from eft.data_sheets import servovalve
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["ValveChoice", "ValveTable", "compare_valves", "read_valves"]
+
+
+@dataclass(frozen=True)
+class ValveChoice:
+    """One valve under one command."""
+
+    valve: str
+    """Name in the catalogue."""
+    command: str
+    """Name of the command."""
+    grade: str
+    """Of the verdict: ``"go"``, ``"caution"`` or ``"no"``."""
+    force_error: float
+    """Rms over rms."""
+    max_spool: float
+    """Largest opening."""
+    limited_by: str
+    """The first reason against it, or against the next larger factor; empty where there is none."""
+    largest_scale: float | None = None
+    """The largest factor on the command that counts, where it was asked for."""
+
+
+@dataclass(frozen=True)
+class ValveTable:
+    """Every valve of a catalogue under every command."""
+
+    rows: tuple[ValveChoice, ...]
+    """Valves in the catalogue's order, and within each the commands."""
+
+    def __iter__(self) -> Iterator[ValveChoice]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def suitable(self) -> tuple[str, ...]:
+        """Valves with which every command counts."""
+        names = dict.fromkeys(row.valve for row in self.rows)
+        return tuple(
+            name for name in names if all(row.grade != "no" for row in self.rows if row.valve == name)
+        )
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the table as a data frame (needs pandas)."""
+        import pandas as pd
+
+        return pd.DataFrame([vars(row) for row in self.rows])
+
+
+def read_valves(path: str | PathLike[str]) -> dict[str, dict[str, Any]]:
+    r"""Read a catalogue of servovalves: tables ``[[valve]]`` with a name and arguments of `servovalve`.
+
+    Parameters
+    ----------
+    path : path-like
+        A TOML file.
+
+    Returns
+    -------
+    dict
+        Name and arguments of each valve.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is no catalogue; the message names the valve and the key.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import eft
+    >>> text = '[[valve]]\nname = "A"\nrated_flow = "15 gpm"\nrated_drop = 7e6\nphase_90_frequency = 100'
+    >>> with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+    ...     _ = file.write(text)
+    ...     file.flush()
+    ...     list(eft.read_valves(file.name))
+    ['A']
+    """
+    path = Path(path)
+    tree = parse_toml(path, read_text(path))
+    listed = tree.get("valve")
+    if set(tree) != {"valve"} or not isinstance(listed, list) or not listed:
+        raise ValueError(f"{path}: must hold tables [[valve]] and nothing else")
+    allowed = set(inspect.signature(servovalve).parameters) - {"supply_pressure"}
+    found: dict[str, dict[str, Any]] = {}
+    for number, entry in enumerate(listed, 1):
+        if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
+            raise ValueError(f"{path}: valve {number}: name must be a string")
+        name = entry.pop("name")
+        if name in found:
+            raise ValueError(f"{path}: valve {number}: name = {name!r} is there twice")
+        if unknown := sorted(set(entry) - allowed):
+            names = ", ".join(sorted(allowed))
+            raise ValueError(f"{path}: valve {name}: unknown key `{unknown[0]}`: must be one of {names}")
+        if short := [key for key in ("rated_flow", "rated_drop") if key not in entry]:
+            raise ValueError(f"{path}: valve {name}: missing {', '.join(short)}")
+        try:
+            servovalve(**entry)
+        except ValueError as error:
+            raise ValueError(f"{path}: valve {name}: {error}") from None
+        found[name] = entry
+    return found
+
+
+def compare_valves(
+    rig: Rig,
+    commands: Mapping[str, Command],
+    valves: Mapping[str, Mapping[str, Any]] | str | PathLike[str],
+    *,
+    largest: bool = False,
+) -> ValveTable:
+    """Try every valve of a catalogue under every command on the virtual rig.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig; the valve is replaced, and the response delay is that of `eft.linear.delay_budget`.
+    commands : mapping of str to Command
+        Commands with names.
+    valves : mapping or path-like
+        Names with arguments of `servovalve`, or a catalogue as of `eft.read_valves`. The pressure
+        is the rig's.
+    largest : bool
+        Whether to find the largest factor on each command too; about ten times as long.
+
+    Returns
+    -------
+    ValveTable
+        One row for each valve and command.
+
+    Raises
+    ------
+    OSError
+        If the catalogue cannot be read.
+    ValueError
+        If a valve or a command does not fit the rig.
+
+    Examples
+    --------
+    >>> import eft
+    >>> sheet = {"rated_drop": "1000 psi", "phase_90_frequency": "60 Hz"}
+    >>> valves = {"small": {"rated_flow": "2 gpm", **sheet}, "large": {"rated_flow": "90 gpm", **sheet}}
+    >>> sweep = eft.sine_sweep(8900.0, 0.5, 3.0, 4.0, 4096.0)
+    >>> rig = eft.Rig.zhao2005().replace({"controller.force_loop": "robust", "compensation.adaptive": True})
+    >>> eft.compare_valves(rig, {"sweep": sweep}, valves).suitable
+    ('large',)
+    """
+    catalogue = valves if isinstance(valves, Mapping) else read_valves(valves)
+    rows = []
+    for name, sheet in catalogue.items():
+        fitted = with_valve(rig, sheet)
+        rows += [tried(name, title, fitted, command, largest) for title, command in commands.items()]
+    return ValveTable(tuple(rows))
+
+
+def with_valve(rig: Rig, sheet: Mapping[str, Any]) -> Rig:
+    """The rig with another valve, at its own pressure."""
+    fitted = rig.replace(servovalve(**({"supply_pressure": rig["supply.pressure"]} | dict(sheet))))
+    return fitted.replace({"compensation.response_delay": delay_budget(fitted).path})
+
+
+def tried(valve: str, title: str, rig: Rig, command: Command, largest: bool) -> ValveChoice:
+    """One test of a rig with a valve of this name."""
+    run = simulate(rig, command)
+    verdict = run.verdict
+    error = float(np.nanmax(run.metrics().nrmse)) if run.success else float("inf")
+    reasons, scale = verdict.reasons, None
+    if largest:
+        found = largest_scale(rig, command, tolerance=0.02)
+        scale = found.scale
+        reasons = reasons or found.limited_by
+    opening = float(np.abs(run.spool).max())
+    return ValveChoice(valve, title, verdict.grade, error, opening, reasons[0] if reasons else "", scale)
