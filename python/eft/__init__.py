@@ -11,6 +11,7 @@ from eft import data_sheets, firmware, identification, linear, opensees, records
 from eft._energy import EnergyBalance
 from eft._force_loop import ForceLoop, ForceLoopMargins, design_force_loop
 from eft._identification import identify_delay, identify_flow_curve
+from eft._iteration import DriveIteration, iterate
 from eft._laboratory import identify
 from eft._largest_scale import LargestScale, largest_scale
 from eft._native import (
@@ -47,6 +48,7 @@ __all__ = [
     "Command",
     "Compensator",
     "Controller",
+    "DriveIteration",
     "EnergyBalance",
     "Feasibility",
     "FftRatio",
@@ -83,6 +85,7 @@ __all__ = [
     "identify",
     "identify_delay",
     "identify_flow_curve",
+    "iterate",
     "largest_scale",
     "linear",
     "linearize",

@@ -225,6 +225,17 @@ def _record(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command
     return command, f"{record.name}, ground acceleration of {record.pga:.3g} m/s² scaled by {scale:g}"
 
 
+def _drive(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command, str]:
+    # Here, for most tests read no traces.
+    from eft.traces import read_traces
+
+    traces = read_traces(folder / section["file"])
+    # A clock that was rounded in the file is the rig's within a thousandth.
+    rate = _sample_rate(section, rig)
+    rate = rate if abs(rate / traces.sample_rate - 1.0) < 1e-3 else traces.sample_rate
+    return Command(traces["command"], rate), f"drive of {section['file']}"
+
+
 _KINDS = {
     "sweep": _Kind(
         dict.fromkeys(("amplitude", "f_start", "f_end", "duration"), float), {"sample_rate": float}, _sweep
@@ -234,4 +245,5 @@ _KINDS = {
         {"scale": float, "mass": float, "sample_rate": float, "dt": float, "unit": str, "channel": int},
         _record,
     ),
+    "drive": _Kind({"file": str}, {"sample_rate": float}, _drive),
 }

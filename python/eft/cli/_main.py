@@ -18,6 +18,7 @@ from eft.cli._design import design
 from eft.cli._export import export
 from eft.cli._identify import identify
 from eft.cli._init import init
+from eft.cli._iterate import iterate
 from eft.cli._map import stability_map
 from eft.cli._report import report
 from eft.cli._run import run
@@ -56,6 +57,7 @@ for command in (
     identify,
     stability_map,
     run,
+    iterate,
     study,
     report,
     compare,

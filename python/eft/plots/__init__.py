@@ -25,12 +25,13 @@ from eft.plots.paper import (
     figure_structure,
 )
 from eft.plots.planning import flow_curve, force_loop_gains, inverse_dynamics, response_delay, stability_map
-from eft.plots.spectra import force_ratio, force_spectrum
+from eft.plots.spectra import drive_response, force_ratio, force_spectrum
 
 __all__ = [
     "SPOOL_ADVICE",
     "Response",
     "displacement_history",
+    "drive_response",
     "figure_4",
     "figure_6",
     "figure_8",

@@ -11,7 +11,7 @@ from eft.plots._style import COMMAND, LIMIT, axes_or_new, finish, lines_for
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from eft import TestRun
+    from eft import DriveIteration, TestRun
 
 Band = tuple[float, float]
 
@@ -46,3 +46,23 @@ def force_ratio(
     ax.set_xlim(*band)
     ax.set_ylim(bottom=0)
     return finish(ax, xlabel="frequency (Hz)", ylabel="force / command")
+
+
+def drive_response(found: DriveIteration, *, band: Band | None = None, ax: Axes | None = None) -> Axes:
+    """Force over drive and their coherence, as an iteration found them; 1 is exact.
+
+    Without a band: up to the highest frequency that is corrected.
+    """
+    ax = axes_or_new(ax)
+    if band is None:
+        corrected = found.frequency[found.corrected]
+        band = (0.0, float(corrected.max()) if corrected.size else float(found.frequency[-1]))
+    inside = (found.frequency >= band[0]) & (found.frequency <= band[1])
+    frequency = found.frequency[inside]
+    response, coherence = lines_for(("response", "coherence"))
+    ax.axhline(1.0, label="exact", **LIMIT.keywords())
+    ax.plot(frequency, abs(found.response[inside]), label="force / drive", **response.keywords())
+    ax.plot(frequency, found.coherence[inside], label="coherence", **coherence.keywords())
+    ax.set_xlim(*band)
+    ax.set_ylim(bottom=0)
+    return finish(ax, xlabel="frequency (Hz)", ylabel="ratio (1)")
