@@ -150,7 +150,7 @@ class _Step:
         """Frequency, force over drive, coherence."""
         count = self._length
         u, y = np.fft.rfft(drive, count), np.fft.rfft(force, count)
-        frequency: Array = np.arange(count // 2 + 1) * (self.wanted.sample_rate / count)
+        frequency = np.arange(count // 2 + 1, dtype=np.float64) * (self.wanted.sample_rate / count)
         half = max(round(float(_SMOOTHING / frequency[1])), 2)
         kernel = np.hanning(2 * half + 3)
         uu, yy, uy = (np.convolve(part, kernel, "same") for part in (abs(u) ** 2, abs(y) ** 2, u.conj() * y))

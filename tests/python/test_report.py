@@ -102,7 +102,8 @@ def test_report_of_a_run_that_left_its_stroke_says_so(tmp_path):
     rig = eft.Rig.zhao2005().replace({"compensation.level": 2.0})
     run = eft.simulate(rig, eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0))
     text = write_report(run, tmp_path / "a.html").read_text(encoding="utf-8")
-    assert '<div class="verdict unusable">The piston left its stroke' in text
+    assert '<div class="verdict unusable"><b>No</b><ul><li>The piston left its stroke' in text
+    assert "<code>compensation.adaptive = true</code>" in text
 
 
 def test_metrics_of_a_test_that_ended_are_those_up_to_there(runs, tmp_path):

@@ -5,20 +5,22 @@ from __future__ import annotations
 import base64
 import html
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._native import Command
 from eft._run import TestRun
 from eft._signals import commands, restoring_force
+from eft._simulate import ideal_response
 from eft._verdict import SPOOL_ADVICE
 
 Array = NDArray[np.float64]
 
-MOST = 65536
+MOST = 16384
 """Points of one curve: more make the page heavy and nothing plainer."""
 
 _WEAKEST = 0.05
@@ -65,12 +67,17 @@ class Page:
 
     def add(self, title: str, labels: tuple[str, str], series: list[dict[str, Any]], **spec: Any) -> None:
         """A figure with its legend."""
-        keys = "".join(
-            f'<span class="{"key dot" if s.get("points") else "key"}" '
-            f'style="--c:{s["color"]};--s:{s.get("dash") or "solid"}">'
-            f"{html.escape(s['label'])}</span>"
-            for s in series
-            if not s["label"].startswith("_")
+        named = [s for s in series if not s["label"].startswith("_")]
+        # One curve has its name in the title.
+        keys = (
+            ""
+            if len(named) < 2
+            else "".join(
+                f'<span class="{"key dot" if s.get("points") else "key"}" '
+                f'style="--c:{s["color"]};--s:{s.get("dash") or "solid"}">'
+                f"{html.escape(s['label'])}</span>"
+                for s in named
+            )
         )
         whole = {
             "xlabel": labels[0],
@@ -101,10 +108,17 @@ def draw(runs: Mapping[str, TestRun]) -> Page:
     wanted = [
         page.history(label, COMMAND_COLOR, run.command / 1e3, run, width=2.4) for label, run in commands(runs)
     ]
-    page.add("Force", ("time (s)", "force (kN)"), [*wanted, *over_time("force", 1e-3)], link="time")
+    floors = [run for run in runs.values() if run._building]
+    if len(floors) == len(runs) > 1:
+        _multiples(page, runs, colors)
+    else:
+        page.add("Force", ("time (s)", "force (kN)"), [*wanted, *over_time("force", 1e-3)], link="time")
     error = [page.history(k, colors[k], (r.force - r.command) / 1e3, r) for k, r in runs.items()]
     page.add("Force error: force less command", ("time (s)", "force error (kN)"), error, link="time")
-    page.add("Displacement", ("time (s)", "displacement (mm)"), over_time("displacement", 1e3), link="time")
+    moved = over_time("displacement", 1e3)
+    if not floors:
+        moved = [*ideals(page, commands(runs)), *moved]
+    page.add("Displacement", ("time (s)", "displacement (mm)"), moved, link="time")
     page.add("Velocity", ("time (s)", "velocity (m/s)"), over_time("velocity"), link="time")
     advice = [
         {"y": sign * SPOOL_ADVICE * 100, "label": f"{SPOOL_ADVICE:.0%} advised" if sign > 0 else ""}
@@ -117,9 +131,51 @@ def draw(runs: Mapping[str, TestRun]) -> Page:
     page.add(
         "Load pressure", ("time (s)", "load pressure (MPa)"), over_time("load_pressure", 1e-6), link="time"
     )
+    if any(np.ptp(run.supply_pressure) > 0.0 for run in runs.values()):
+        labels = ("time (s)", "supply pressure (MPa)")
+        set_to = sorted({run.rig["supply.pressure"] / 1e6 for run in runs.values()})
+        rules = [{"y": pressure, "label": "as configured"} for pressure in set_to]
+        page.add("Supply pressure", labels, over_time("supply_pressure", 1e-6), link="time", rules=rules)
     _ratio(page, runs, colors)
     _hysteresis(page, runs, colors)
     return page
+
+
+def ideals(page: Page, judged: Sequence[tuple[str, TestRun]]) -> list[dict[str, Any]]:
+    """What the structure would do under each command without error."""
+    curves = []
+    for label, run in judged:
+        ideal = ideal_response(run.rig, Command(run.command, run.sample_rate)).displacement
+        name = label.replace("commands", "ideal").replace("command", "ideal")
+        curves.append(page.history(name, COMMAND_COLOR, ideal * 1e3, run, width=2.4))
+    return curves
+
+
+def _multiples(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -> None:
+    """A small chart of the force for each actuator of a building."""
+    page.figures.append('<div class="multiples">')
+    for name, run in runs.items():
+        wanted = page.history("command", COMMAND_COLOR, run.command / 1e3, run, width=2.4)
+        force = page.history("force", colors[name], run.force / 1e3, run)
+        page.add(f"Force, {name}", ("time (s)", "force (kN)"), [wanted, force], link="time")
+    for (name, run), ideal in zip(runs.items(), _ideal_floors(runs), strict=True):
+        curve = page.history("ideal", COMMAND_COLOR, ideal * 1e3, run, width=2.4)
+        moved = page.history("test", colors[name], run.displacement * 1e3, run)
+        labels = ("time (s)", "displacement (mm)")
+        page.add(f"Displacement, {name}", labels, [curve, moved], link="time")
+    page.figures.append("</div>")
+
+
+def _ideal_floors(runs: Mapping[str, TestRun]) -> Iterator[Array]:
+    """Of each actuator of buildings the displacement that its floor would have without error."""
+    found: dict[int, Array] = {}
+    for run in runs.values():
+        if run._building is not None:
+            base, index = run._building
+            if id(base) not in found:
+                command = Command(base.command, base.sample_rate)
+                found[id(base)] = ideal_response(base.rig, command).displacement
+            yield found[id(base)][index]
 
 
 def _ratio(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -> None:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
-import json
 import math
 import platform
 from collections.abc import Mapping, Sequence
 from importlib import metadata, resources
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +23,8 @@ from eft._table import Metrics
 from eft._verdict import told_delay
 from eft.report._charts import Page, draw
 from eft.report._estimates import draw_estimates
+from eft.report._heading import about, verdicts, wholes
+from eft.report._planned import planned
 
 if TYPE_CHECKING:
     from eft._table import MetricName
@@ -51,17 +52,18 @@ def write_report(
 
     The actuators of a shear building are shown like tests of their own.
 
-    It holds the verdict, the metrics, time histories to zoom into, the ratio of force to command over the
-    frequency, the spool opening against the advised 60 %, the restoring force, of a rig that adapts what it
-    found (flow gain, valve gain, level, response delay, flow curve), the configuration and the versions, and
-    reaches for no network. Written beside and renamed.
+    It holds what was tested, the verdict with reasons and remedies, the metrics, time histories to zoom into
+    with the ideal response, the ratio of force to command over the frequency, the spool opening against the
+    advised 60 %, the supply pressure where it changes, and the restoring force. Of a rig that adapts it has
+    what was found: flow gain, valve gain, level, response delay, flow curve. Demands and margins,
+    configuration and versions follow. It reaches for no network. Written beside and renamed.
 
     Raises
     ------
     ValueError
         If there is no run.
     """
-    named = labelled(runs, alone="force")
+    named = labelled(runs, alone="test")
     if not named:
         raise ValueError("runs is empty: a report needs at least one run")
     target = Path(path)
@@ -89,15 +91,18 @@ def commands_differ(runs: TestRun | Mapping[str, TestRun]) -> bool:
 def _page(runs: Mapping[str, TestRun], title: str, notes: Sequence[str]) -> str:
     charts = draw(runs)
     draw_estimates(charts, runs)
+    tested = wholes(runs)
     parts = [
         *notes,
-        *(_verdict(name if len(runs) > 1 else "", run) for name, run in runs.items()),
+        html_table(["", *(tested if len(tested) > 1 else [""])], about(tested), "about"),
+        *verdicts(tested),
         "<h2>Metrics</h2>",
         html_table(["", *runs], _metrics(list(runs.values()))),
         "<h2>Signals</h2>",
         HINT,
         _thinned(charts),
         *charts.figures,
+        *_planned(runs),
         "<h2>Configuration</h2>",
         *_configuration(runs),
         "<h2>Versions</h2>",
@@ -132,25 +137,6 @@ def whole_page(title: str, parts: Sequence[str], charts: Page) -> str:
     )
 
 
-def _verdict(name: str, run: TestRun) -> str:
-    verdict = run.verdict
-    kind = {"go": "", "caution": " concern", "no": " unusable"}[verdict.grade]
-    helps = "".join(
-        f"<br>may help: <code>{html.escape(one.key)} = {html.escape(_value(one.value))}</code>"
-        for one in verdict.remedies
-    )
-    head = f"<b>{html.escape(name)}</b>: " if name else ""
-    return (
-        f'<div class="verdict{kind}">{head}{html.escape(verdict.text)}{helps}<br>'
-        f"<small>{html.escape(run.message)}</small></div>"
-    )
-
-
-def _value(value: Any) -> str:
-    """As TOML writes it."""
-    return json.dumps(value)
-
-
 def _metrics(runs: Sequence[TestRun]) -> list[list[str]]:
     judged = [run.to_its_end() for run in runs]
     found = [_told(run.metrics()) if run.command.any() else {} for run in judged]
@@ -171,6 +157,14 @@ def _metrics(runs: Sequence[TestRun]) -> list[list[str]]:
     return rows
 
 
+def _planned(runs: Mapping[str, TestRun]) -> list[str]:
+    parts = []
+    for title, header, rows in planned(runs):
+        parts += [f"<p>{html.escape(title)}:</p>"] if title else []
+        parts.append(html_table(header, rows))
+    return ["<h2>Feasibility and margins</h2>", *parts] if parts else []
+
+
 def _told(metrics: Metrics) -> dict[str, float]:
     return {str(name): value for name, value in metrics.items()} | {"delay": float(told_delay(metrics))}
 
@@ -179,11 +173,12 @@ def _number(value: float, unit: str) -> str:
     return "–" if math.isnan(value) else f"{value:.4g} {unit}".rstrip()
 
 
-def html_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table of plain text."""
+def html_table(header: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
+    """A table of plain text; `kind` is its class."""
     head = "".join(f"<th>{html.escape(cell)}</th>" for cell in header)
     body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    opening = f'<table class="{kind}">' if kind else "<table>"
+    return f"{opening}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _thinned(charts: Page) -> str:

@@ -18,6 +18,7 @@ from eft._study._summary import SHOWN, reasons, summary
 from eft._verdict import FORCE_ERROR, SPOOL_ADVICE
 from eft.report._charts import MOST, Page, cycle
 from eft.report._page import HINT, html_table, reporter, whole_page
+from eft.report._ranking import grades, ranking
 
 _WORST = 10
 """Tests in the table of the worst."""
@@ -59,6 +60,8 @@ def _page(study: Study, title: str) -> str:
         *_reasons(study),
         "<h2>Metrics of the completed tests</h2>",
         html_table(["", "median", "95 %", "largest", "in test"], _metrics(told)),
+        "<h2>What matters</h2>",
+        *_ranking(study),
         "<h2>What depends on what</h2>",
         HINT,
         *charts.figures,
@@ -78,9 +81,11 @@ def _verdict(study: Study) -> str:
     completed = study["status"] == "completed"
     whole = int(completed.sum())
     good = int(((study["nrmse"] <= FORCE_ERROR) & (study["max_spool"] <= SPOOL_ADVICE) & completed).sum())
+    judged = grades(study)
+    count = ", ".join(f"{int((judged == grade).sum())} {grade}" for grade in ("go", "caution", "no"))
     text = (
-        f"{len(study)} of {study.tests} tests; {whole} of them completed; {good} with a force error up to "
-        f"{FORCE_ERROR:.0%} (rms) and a spool opening up to {SPOOL_ADVICE:.0%}."
+        f"Verdict: {count}. {len(study)} of {study.tests} tests; {whole} of them completed; {good} with a "
+        f"force error up to {FORCE_ERROR:.0%} (rms) and a spool opening up to {SPOOL_ADVICE:.0%}."
     )
     kind = "" if good == len(study) else " concern" if whole == len(study) else " unusable"
     return f'<div class="verdict{kind}">{html.escape(text)}</div>'
@@ -104,12 +109,28 @@ def _metrics(told: dict[str, Any]) -> list[list[str]]:
     return rows
 
 
+def _ranking(study: Study) -> list[str]:
+    found = ranking(study)
+    if not found:
+        return ["<p>Too few completed tests for a ranking of the settings.</p>"]
+    words = {column.name for column in study.columns if column.type in ("str", "bool")}
+    rows = [
+        [name, f"{told:.2f}" if name in words else f"{told:+.2f}", str(tests)] for name, told, tests in found
+    ]
+    note = (
+        "Rank correlation of each setting with the force error of the completed tests, from -1 to 1. "
+        "Of words and switches it has no sign."
+    )
+    return [html_table(["setting", "rank correlation", "tests"], rows), f'<p class="note">{note}</p>']
+
+
 def _worst(study: Study) -> tuple[list[str], list[list[str]]]:
     ended = np.where(study["status"] == "completed", study["nrmse"], np.inf)
     order = np.argsort(-np.nan_to_num(ended, nan=np.inf), kind="stable")[:_WORST]
     several = len(study.description["commands"]) > 1
     names = ["index", *(["command"] if several else []), *study.parameters, "status", "nrmse", "max_spool"]
-    columns = {name: study[name] for name in names}
+    columns = {name: study[name] for name in names} | {"verdict": grades(study)}
+    names.insert(names.index("status"), "verdict")
     rows = [[_cell(name, columns[name][place]) for name in names] for place in order]
     shown = {"index": "test", "nrmse": "force error", "max_spool": "spool opening"}
     return [shown.get(name, name) for name in names], rows

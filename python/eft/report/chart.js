@@ -5,6 +5,12 @@
   const MARGIN = { left: 70, right: 14, top: 10, bottom: 42 };
   const charts = [];
 
+  // The page's color of that name, which a dark screen changes; paper is always white.
+  let printing = false;
+  function tint(name, color) {
+    return (!printing && getComputedStyle(document.documentElement).getPropertyValue(name).trim()) || color;
+  }
+
   function floats(id) {
     const text = atob(document.getElementById(id).textContent.trim());
     const bytes = Uint8Array.from(text, (character) => character.charCodeAt(0));
@@ -109,8 +115,8 @@
     axes(pen, px, py, width, height) {
       const { x0, x1, y0, y1, inner } = this.map;
       pen.font = "12px system-ui, sans-serif";
-      pen.fillStyle = "#333";
-      pen.strokeStyle = "#e4e4e4";
+      pen.fillStyle = tint("--ink", "#333");
+      pen.strokeStyle = tint("--grid", "#e4e4e4");
       const [xs, xDigits] = ticks(x0, x1, inner.w / 90);
       const [ys, yDigits] = ticks(y0, y1, inner.h / 40);
       pen.beginPath();
@@ -128,13 +134,13 @@
       pen.textAlign = "center";
       pen.fillText(this.spec.ylabel, 0, 0);
       pen.restore();
-      pen.strokeStyle = "#999";
+      pen.strokeStyle = tint("--axis", "#999");
       pen.strokeRect(MARGIN.left, MARGIN.top, inner.w, inner.h);
     }
 
     rule(pen, y, width) {
       pen.save();
-      pen.strokeStyle = "#b00020";
+      pen.strokeStyle = tint("--limit", "#b00020");
       pen.setLineDash([6, 4]);
       pen.beginPath();
       pen.moveTo(MARGIN.left, y);
@@ -147,8 +153,8 @@
       const place = [width - MARGIN.right - 6, y < MARGIN.top + 16 ? y + 14 : y - 4];
       pen.save();
       // A white rim against the curves behind it.
-      pen.strokeStyle = "#fff";
-      pen.fillStyle = "#b00020";
+      pen.strokeStyle = tint("--ground", "#fff");
+      pen.fillStyle = tint("--limit", "#b00020");
       pen.lineWidth = 4;
       pen.lineJoin = "round";
       pen.textAlign = "right";
@@ -274,8 +280,9 @@
   }
   const redraw = () => { for (const chart of charts) chart.draw(); };
   window.addEventListener("resize", redraw);
-  window.addEventListener("beforeprint", redraw);
-  window.addEventListener("afterprint", redraw);
+  window.addEventListener("beforeprint", () => { printing = true; redraw(); });
+  window.addEventListener("afterprint", () => { printing = false; redraw(); });
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   document.getElementById("reset").addEventListener("click", () => { for (const c of charts) c.show(null); });
   window.eftCharts = charts;
 })();

@@ -1,0 +1,72 @@
+"""What a test asks of its rig, and how stable the loop is: tables of a report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from eft._native import Command
+from eft._planning import Demand, StabilityMargins, check_feasibility, stability_margins
+from eft._run import TestRun
+from eft.report._heading import wholes
+
+_MOST = 4
+"""Tests with tables of their own; more would hide the charts."""
+
+_UNITS = {
+    "N": ("kN", 1e-3), "m": ("mm", 1e3), "m/s": ("m/s", 1.0), "m³/s": ("L/min", 6e4), "W": ("kW", 1e-3),
+    "": ("%", 100.0),
+}  # fmt: skip
+
+
+def planned(runs: Mapping[str, TestRun]) -> Iterator[tuple[str, list[str], list[list[str]]]]:
+    """Title, header and rows of each table; of a building, one for all of its actuators."""
+    whole = wholes(runs)
+    alone = len(whole) == 1
+    for name, run in list(whole.items())[:_MOST]:
+        title = "" if alone else name
+        if len(run) < 2 or not run.command.any():
+            continue
+        command = Command(run.command, run.sample_rate)
+        try:
+            demands = check_feasibility(run.rig, command).demands
+        except ValueError:
+            demands = ()  # a loop that no level makes stable; the margins say so
+        if demands:
+            yield (
+                title,
+                ["the command asks for", "", "advised", "there is"],
+                [_demand(one) for one in demands],
+            )
+        try:
+            margins = stability_margins(run.rig, sampled=True, sample_rate=run.sample_rate)
+        except ValueError:
+            yield title, ["margin", "from", "to"], [["the linear model is unstable at any level", "–", "–"]]
+        else:
+            yield title, ["each alone, in the linear model", "from", "to"], _margins(margins)
+
+
+def _demand(one: Demand) -> list[str]:
+    unit, scale = _UNITS[one.unit]
+    numbers = (one.required, one.advised, one.available)
+    return [one.name, *(f"{value * scale:.4g} {unit}" for value in numbers)]
+
+
+def _margins(found: StabilityMargins) -> list[list[str]]:
+    def span(words: str, low: float | None, high: float | None, scale: float, unit: str) -> list[str]:
+        def cell(value: float | None) -> str:
+            if value is None:
+                return "–"
+            return "any" if math.isinf(value) else f"{value * scale:.4g} {unit}".strip()
+
+        return [words, cell(low), cell(high)]
+
+    nothing: tuple[None, None] = (None, None)
+    delay, flow = found.response_delay or nothing, found.flow_gain or nothing
+    return [
+        span("compensation level", 0.0, found.level, 1.0, ""),
+        span("factor on the force loop", None, found.loop_gain, 1.0, ""),
+        span("true flow gain over the configured one", flow[0], flow[1], 1.0, ""),
+        span("response delay given to the controller", delay[0], delay[1], 1e3, "ms"),
+        span("dead time in addition", 0.0, found.dead_time, 1e3, "ms"),
+    ]
