@@ -1,0 +1,25 @@
+"""Identification from measured arrays: estimates with their uncertainty, one module for each subject."""
+
+from eft._identification._damping import DampingEstimate, identify_damping
+from eft._identification._delay import DelayEstimate, identify_delay
+from eft._identification._estimate import Estimate
+from eft._identification._fine_tuning import FineTuning, fine_tune
+from eft._identification._flow import identify_flow_curve, identify_flow_gain
+from eft._identification._virtual_tests import FlowTest, ValveTest, flow_test, free_vibration, valve_test
+
+__all__ = [
+    "DampingEstimate",
+    "DelayEstimate",
+    "Estimate",
+    "FineTuning",
+    "FlowTest",
+    "ValveTest",
+    "fine_tune",
+    "flow_test",
+    "free_vibration",
+    "identify_damping",
+    "identify_delay",
+    "identify_flow_curve",
+    "identify_flow_gain",
+    "valve_test",
+]

@@ -1,0 +1,65 @@
+"""The delay of a response behind its command."""
+
+from __future__ import annotations
+
+from numpy.typing import ArrayLike
+
+from eft import _native
+from eft._identification._estimate import Array, Estimate, make_estimate
+
+
+class DelayEstimate(Estimate):
+    """A delay in s, and the line fitted to the phase, whose slope it is."""
+
+    __slots__ = ("coherence", "frequency", "intercept", "lag")
+
+    intercept: float
+    """Intercept of the line, rad."""
+    coherence: float
+    """1 if all phases lie on the line."""
+    frequency: Array
+    """Frequency of every excited bin, Hz."""
+    lag: Array
+    """Phase lag at each frequency, rad."""
+
+
+def identify_delay(
+    command: ArrayLike, response: ArrayLike, sample_rate: float, band: tuple[float, float] = (0.25, 10.0)
+) -> DelayEstimate:
+    """Estimate the delay of a response from the slope of phase against frequency (Fig. 4a).
+
+    Samples that are NaN are gaps. Offset and linear drift are removed.
+
+    Parameters
+    ----------
+    command, response : array_like
+        Simultaneous samples, one dimension, of any unit.
+    sample_rate : float
+        In Hz.
+    band : tuple of float
+        Frequencies in Hz between which the line is fitted, with an intercept.
+
+    Returns
+    -------
+    DelayEstimate
+        The delay in s, positive when the response lags, with its ``uncertainty``; ``intercept`` (rad) and
+        ``coherence`` (1 where all phases lie on the line); ``frequency`` (Hz) and ``lag`` (rad) of every
+        excited bin.
+
+    Raises
+    ------
+    ValueError
+        If the data do not determine the delay; the message says why.
+
+    Examples
+    --------
+    >>> import eft
+    >>> test = eft.identification.valve_test(eft.Rig.zhao2005())
+    >>> delay = eft.identify_delay(test.valve_command, test.spool, 2048.0)
+    >>> f"{1e3 * delay:.1f} ms"
+    '5.4 ms'
+    """
+    found = _native.identify_delay(command, response, sample_rate, band)
+    answer = make_estimate(DelayEstimate, found.pop("value"), found)
+    assert isinstance(answer, DelayEstimate)
+    return answer

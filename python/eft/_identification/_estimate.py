@@ -1,0 +1,53 @@
+"""Estimates: numbers that carry their standard uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Estimate(float):
+    """A float with its standard uncertainty, in the same unit."""
+
+    __slots__ = ("uncertainty",)
+
+    uncertainty: float
+    """One standard deviation."""
+
+    def __new__(cls, value: float, uncertainty: float) -> Estimate:
+        """Make one from value and uncertainty."""
+        self = super().__new__(cls, value)
+        object.__setattr__(self, "uncertainty", uncertainty)
+        return self
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name}: an estimate cannot be changed")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return make_estimate, (type(self), float(self), {name: getattr(self, name) for name in self._found()})
+
+    @classmethod
+    def _found(cls) -> list[str]:
+        """Names of what was estimated together with the value."""
+        return [name for kind in reversed(cls.__mro__) for name in getattr(kind, "__slots__", ())]
+
+    @property
+    def details(self) -> Mapping[str, Any]:
+        """Further results of the identification, by name."""
+        return {name: getattr(self, name) for name in self._found() if name != "uncertainty"}
+
+    def __repr__(self) -> str:
+        return f"{float(self):.6g} ± {self.uncertainty:.2g}"
+
+
+def make_estimate(kind: type[Estimate], value: float, found: Mapping[str, Any]) -> Estimate:
+    """Make an estimate with its further results."""
+    self = float.__new__(kind, value)
+    for name, part in found.items():
+        object.__setattr__(self, name, part)
+    return self
