@@ -649,7 +649,10 @@ pub(crate) fn effective_force(
     Ok(Command { origin: Some(origin), ..command })
 }
 
-/// Read a ground motion: PEER AT2, CSMIP and COSMOS V2, or columns; the format is recognised by content.
+/// Read a ground motion: PEER AT2, CSMIP and COSMOS V2, K-NET, or columns; the content tells the format.
+///
+/// A unit is never guessed: columns whose header names none need `unit`. The counts of a K-NET file lose their
+/// mean, which is an offset of the instrument.
 ///
 /// Parameters
 /// ----------
@@ -658,7 +661,8 @@ pub(crate) fn effective_force(
 /// dt : float, optional
 ///     Step in s, for a file that states none.
 /// unit : str, optional
-///     Unit of the values (``"g"``, ``"m/s2"``, ``"cm/s2"``, ``"in/s2"``), for a column file that states none.
+///     Unit of the values, which a column file must have that states none: ``"g"``, ``"m/s2"``, ``"cm/s2"``,
+///     ``"mm/s2"``, ``"in/s2"`` or ``"ft/s2"``.
 /// channel : int, optional
 ///     Which channel of a V2 file, counted from 1; needed where there are several.
 ///
@@ -672,7 +676,8 @@ pub(crate) fn effective_force(
 /// FileNotFoundError
 ///     If there is no such file.
 /// ValueError
-///     If the file is not what its format promises, with the line where there is one.
+///     If the file names no unit and none is given, or is not what its format promises, with the line where
+///     there is one; if it is larger than 24 MiB.
 ///
 /// Examples
 /// --------
@@ -696,7 +701,7 @@ pub(crate) fn read_record(
             refuse(
                 "unit",
                 format!("{name:?}"),
-                "must be a unit of acceleration, such as \"g\", \"m/s2\" or \"cm/s2\"",
+                format!("must be a unit of acceleration: {}", records::Unit::NAMES.join(", ")),
             )
         })?),
     };

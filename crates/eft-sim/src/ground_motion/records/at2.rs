@@ -29,7 +29,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     }
     // The second line names event, station and component; the first is the database's own title.
     let name = header.get(1).map(|line| line.text.trim().to_owned()).filter(|name| !name.is_empty());
-    Ok(Draft { name, values, dt: Some(dt), unit: Some(unit) })
+    Ok(Draft { name, values, dt: Some(dt), unit: Some(unit), column: None })
 }
 
 fn count_line(lines: &[Line<'_>]) -> Option<usize> {

@@ -2,7 +2,7 @@
 
 use super::Draft;
 use super::column_header::{Columns, Declared};
-use super::numbers::{number, push_row};
+use super::numbers::{number, push_row, shown};
 use super::text::{Fault, Line};
 
 /// How far a time may lie off the regular grid, in steps: beyond print rounding, a sample is missing.
@@ -21,7 +21,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
             declared.note(line)?;
             header = Some(*line);
         } else {
-            rows.push(*line);
+            rows.push(line);
         }
     }
     let Some(first) = rows.first() else {
@@ -45,7 +45,14 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     declared.check_count(values.len())?;
     let dt = declared.reconcile_dt(step, values.len())?;
     let unit = declared.reconcile_unit(columns.unit)?;
-    Ok(Draft { name: None, values, dt, unit })
+    let column = match (&header, columns.acceleration) {
+        (_, None) => "the values".to_owned(),
+        (Some(line), Some(at)) if fields(line).len() == width => {
+            format!("column `{}`", shown(fields(line)[at]))
+        }
+        (_, Some(at)) => format!("column {}", at + 1),
+    };
+    Ok(Draft { name: None, values, dt, unit, column: Some(column) })
 }
 
 /// A row whose first field is no number, though it may start like one.
@@ -72,8 +79,8 @@ fn fields<'a>(line: &Line<'a>) -> Vec<&'a str> {
 }
 
 /// One column of rows that must all have as many fields as the first.
-fn column_of(rows: &[Line<'_>], column: usize, width: usize) -> Result<Vec<f64>, Fault> {
-    let value = |row: &Line<'_>| {
+fn column_of(rows: &[&Line<'_>], column: usize, width: usize) -> Result<Vec<f64>, Fault> {
+    let value = |row: &&Line<'_>| {
         let fields = fields(row);
         if fields.len() != width {
             let message = format!("{} columns, but the first row has {width}", fields.len());
@@ -88,7 +95,7 @@ fn column_of(rows: &[Line<'_>], column: usize, width: usize) -> Result<Vec<f64>,
 }
 
 /// Rows that all belong to one series, read like a page.
-fn series(rows: &[Line<'_>]) -> Result<Vec<f64>, Fault> {
+fn series(rows: &[&Line<'_>]) -> Result<Vec<f64>, Fault> {
     let mut values = Vec::new();
     for row in rows {
         push_row(row, None, &mut values)?;
@@ -97,7 +104,7 @@ fn series(rows: &[Line<'_>]) -> Result<Vec<f64>, Fault> {
 }
 
 /// The step of times that must rise evenly; nothing where there is only one.
-fn step_of(rows: &[Line<'_>], times: &[f64]) -> Result<Option<f64>, Fault> {
+fn step_of(rows: &[&Line<'_>], times: &[f64]) -> Result<Option<f64>, Fault> {
     let (Some(first), Some(last)) = (times.first(), times.last()) else { return Ok(None) };
     if times.len() < 2 {
         return Ok(None);

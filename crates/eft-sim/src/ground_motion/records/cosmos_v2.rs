@@ -33,7 +33,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Vec<Draft>, Fault> {
         let (values, consumed) = block::read(line, points, &lines[at + 1..], width)?;
         let name = name_of(&lines[header_start..at]);
         // A step belongs to its own channel: a channel without a real header must not inherit one.
-        channels.push(Draft { name, values, dt: step.take(), unit: Some(unit) });
+        channels.push(Draft { name, values, dt: step.take(), unit: Some(unit), column: None });
         header_start = at + 1 + consumed;
     }
     Ok(channels)

@@ -23,7 +23,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Vec<Draft>, Fault> {
         let width = field_width(tail);
         let (values, consumed) = block::read(line, points, &lines[at + 1..], width)?;
         let name = name_of(&lines[header_start..at]);
-        channels.push(Draft { name, values, dt: Some(dt), unit: Some(unit) });
+        channels.push(Draft { name, values, dt: Some(dt), unit: Some(unit), column: None });
         header_start = at + 1 + consumed;
     }
     Ok(channels)

@@ -1,7 +1,7 @@
 //! Ground motions: acceleration records and the files they come in.
 //!
-//! [`read_record`] looks at the content and recognises PEER's AT2, CSMIP's and COSMOS's V2, and columns of
-//! text (CSV). Each reader compares the number of points that a file declares with what it holds, and takes
+//! [`read_record`] looks at the content and recognises PEER's AT2, CSMIP's and COSMOS's V2, K-NET's ASCII,
+//! and columns of text (CSV). Each reader compares the number of points that a file declares with what it holds, and takes
 //! memory only for what it holds.
 
 mod at2;
@@ -10,12 +10,13 @@ mod column_header;
 mod columns;
 mod cosmos_v2;
 mod csmip_v2;
+mod knet;
 mod numbers;
 mod read;
 mod text;
 mod unit;
 
-pub use read::{MAX_FILE_SIZE, ReadOptions, parse, parse_with, read_record, read_record_with};
+pub use read::{MAX_FILE_SIZE, MAX_LINES, ReadOptions, parse, parse_with, read_record, read_record_with};
 pub use unit::Unit;
 
 use crate::checks;
@@ -69,6 +70,8 @@ struct Draft {
     values: Vec<f64>,
     dt: Option<f64>,
     unit: Option<Unit>,
+    /// What holds the values, where the file may leave their unit open.
+    column: Option<String>,
 }
 
 #[cfg(test)]

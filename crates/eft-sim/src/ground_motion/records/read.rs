@@ -1,13 +1,18 @@
 //! From a path or bytes to a record: recognising the format, and what the file leaves open.
 
 use super::text::{self, Fault, Line};
-use super::{Draft, Record, Unit, at2, block, columns, cosmos_v2, csmip_v2};
+use super::{Draft, Record, Unit, at2, block, columns, cosmos_v2, csmip_v2, knet};
 use crate::error::Error;
 use crate::files;
 use std::path::Path;
 
-/// The largest file that is read, in bytes: 256 MiB, some twenty million points.
-pub const MAX_FILE_SIZE: u64 = 256 << 20;
+/// The largest file that is read, in bytes: 24 MiB, some two million points.
+///
+/// With [`MAX_LINES`] it keeps what reading takes beyond the record below 64 MiB.
+pub const MAX_FILE_SIZE: u64 = 24 << 20;
+
+/// The most lines of a file that are read: an hour at 200 Hz, one point a line.
+pub const MAX_LINES: usize = 750_000;
 
 /// Relative difference beyond which a given step contradicts the file's own.
 const STEP_TOLERANCE: f64 = 1e-6;
@@ -31,8 +36,8 @@ pub struct ReadOptions {
 
 /// Reads a ground motion; acceleration in m/s², step in s.
 ///
-/// The format is recognised by content; the suffix decides only where that leaves a choice. Columns without
-/// a stated unit are in m/s², or in g where the file's suffix is `.at2`.
+/// The format is recognised by content; the suffix decides only where that leaves a choice. Columns that state
+/// no unit are refused unless the options do, or the file's suffix is `.at2`, whose unit is g.
 ///
 /// # Errors
 /// [`Error::Io`] when the file cannot be read; [`Error::File`], with the line where there is one, when it is
@@ -48,7 +53,8 @@ pub fn read_record(path: impl AsRef<Path>) -> Result<Record, Error> {
 /// As [`read_record`], and when an option contradicts the file.
 pub fn read_record_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Record, Error> {
     let path = path.as_ref();
-    let bytes = files::read(path, MAX_FILE_SIZE)?;
+    let mut bytes = files::read(path, MAX_FILE_SIZE)?;
+    text::make_utf8(&mut bytes);
     record(&bytes, path, options).map_err(|fault| fault.of(path))
 }
 
@@ -74,6 +80,10 @@ fn record(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<Record, Fa
         return Err(Fault::new(format!("is larger than {} MiB", MAX_FILE_SIZE >> 20)));
     }
     let text = text::decode(bytes)?;
+    let count = text::line_count(&text);
+    if count > MAX_LINES {
+        return Err(Fault::new(format!("has {count} lines, must have at most {MAX_LINES}")));
+    }
     let lines = text::lines(&text);
     if lines.iter().all(Line::is_blank) {
         return Err(Fault::new("is empty"));
@@ -85,7 +95,7 @@ fn record(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<Record, Fa
     }
     let draft = chosen_channel(channels, options.channel)?;
     let dt = agreed_dt(draft.dt, options.dt)?;
-    let factor = agreed_unit(draft.unit, options.unit, &suffix)?.in_metres_per_second_squared();
+    let factor = agreed_unit(&draft, options.unit, &suffix)?.in_metres_per_second_squared();
     let acceleration = draft.values.iter().map(|value| value * factor).collect();
     let stem = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let name = draft.name.unwrap_or_else(stem);
@@ -102,6 +112,8 @@ fn recognise(lines: &[Line<'_>], suffix: &str) -> Result<Vec<Draft>, Fault> {
         csmip_v2::parse(lines)
     } else if cosmos_v2::recognises(lines) {
         cosmos_v2::parse(lines)
+    } else if knet::recognises(lines) {
+        Ok(vec![knet::parse(lines)?])
     } else if at2::recognises(lines) || (suffix == "at2" && begins_with_text) {
         Ok(vec![at2::parse(lines)?])
     } else if matches!(suffix, "v2" | "v2c") && begins_with_text {
@@ -144,13 +156,18 @@ fn agreed_dt(found: Option<f64>, given: Option<f64>) -> Result<f64, Fault> {
     }
 }
 
-fn agreed_unit(found: Option<Unit>, given: Option<Unit>, suffix: &str) -> Result<Unit, Fault> {
-    match (found, given) {
+fn agreed_unit(draft: &Draft, given: Option<Unit>, suffix: &str) -> Result<Unit, Fault> {
+    match (draft.unit, given) {
         (Some(found), Some(given)) if found != given => {
-            Err(Fault::new(format!("is in {found:?}, but the unit given is {given:?}")))
+            Err(Fault::new(format!("is in {}, but the unit given is {}", found.name(), given.name())))
         }
         (Some(unit), _) | (None, Some(unit)) => Ok(unit),
         (None, None) if suffix == "at2" => Ok(Unit::Gravity),
-        (None, None) => Ok(Unit::MetrePerSecondSquared),
+        (None, None) => Err(Fault::new(format!(
+            "{} names no unit: give unit=\"g\" (`--unit g`), or write it behind the name, as in \
+             `acceleration (g)`; allowed are {}",
+            draft.column.as_deref().unwrap_or("the record"),
+            Unit::NAMES.join(", "),
+        ))),
     }
 }

@@ -180,10 +180,57 @@ fn the_caller_fills_in_what_the_file_leaves_open() {
     assert_eq!(record.acceleration[3], 0.4 * STANDARD_GRAVITY);
     let at2 = ReadOptions { dt: Some(0.02), ..ReadOptions::default() };
     assert_eq!(parse_with(b"0.5\n", "rows.at2", &at2).unwrap().pga(), 0.5 * STANDARD_GRAVITY);
-    assert_eq!(parse_with(b"0.5\n", "rows.txt", &at2).unwrap().pga(), 0.5);
+    let question = parse_with(b"0.5\n", "rows.txt", &at2).unwrap_err().to_string();
+    assert!(question.contains("unit=\"g\"") && question.contains("cm/s2"), "{question}");
     let (bytes, name) = sample!("nga.AT2");
     let text = parse_with(bytes, name, &at2).unwrap_err().to_string();
     assert!(text.contains("0.01 s") && text.contains("0.02 s"), "{text}");
+}
+
+#[test]
+fn a_unit_is_never_guessed() {
+    for (content, column) in [
+        ("0.00,0.1\n0.01,0.2\n", "column 2"),
+        ("time,acc\n0.00,0.1\n0.01,0.2\n", "`acc`"),
+        ("Time [s];Acceleration\n0,00;0,1\n0,01;0,2\n", "`Acceleration`"),
+        ("# dt = 0.01\n0.1\n0.2\n", "the values"),
+    ] {
+        let text = message(content, "x.csv");
+        assert!(text.starts_with("x.csv: ") && text.contains(column), "{text}");
+        assert!(text.contains("unit=\"g\"") && text.contains("--unit g"), "{text}");
+        let options = ReadOptions { unit: Some(Unit::Gravity), ..ReadOptions::default() };
+        let record = parse_with(content.as_bytes(), "x.csv", &options).unwrap();
+        assert_eq!(record.pga(), 0.2 * STANDARD_GRAVITY, "{content}");
+    }
+    for header in ["t,acc (g)", "t,Acceleration [g]", "t,a_g", "Time (s),Ground acceleration (g)"] {
+        let record = parse(format!("{header}\n0.00,0.1\n0.01,0.2\n").as_bytes(), "x.csv").unwrap();
+        assert_eq!(record.pga(), 0.2 * STANDARD_GRAVITY, "{header}");
+    }
+}
+
+#[test]
+fn a_knet_record_is_its_counts_times_the_factor_less_their_mean() {
+    let (bytes, name) = sample!("knet.NS");
+    let record = parse(bytes, name).unwrap();
+    assert_eq!((record.name.as_str(), record.dt, record.acceleration.len()), ("XXX001, N-S", 0.01, 100));
+    // The header's own peak, in gal.
+    assert!((record.pga() * 100.0 - 5.803).abs() < 5e-4, "{}", record.pga());
+    assert!(record.acceleration.iter().sum::<f64>().abs() < 1e-12);
+    for (from, to, says) in [
+        ("Duration Time(s)  1", "Duration Time(s)  9", "900 values, 100 follow"),
+        ("7845(gal)/8223790", "7845/8223790", "line 14: scale factor"),
+        ("100Hz", "-1Hz", "line 11: sampling freq = -1"),
+        ("Memo.", "Mem", "Memo."),
+    ] {
+        let text = message(text(sample!("knet.NS")).replace(from, to), name);
+        assert!(text.contains(says), "{text}");
+    }
+}
+
+#[test]
+fn a_file_of_many_lines_is_refused() {
+    let text = message("\n".repeat(MAX_LINES + 1) + "1\n", "x.csv");
+    assert!(text.contains("750003 lines") && text.contains("750000"), "{text}");
 }
 
 #[test]

@@ -50,9 +50,21 @@ pub(super) fn find_phrase(text: &str, phrase: &str) -> Option<usize> {
     text.windows(phrase.len().max(1)).position(|window| window.eq_ignore_ascii_case(phrase))
 }
 
+/// Puts a `?` for each byte beyond ASCII where the bytes are no UTF-8 (accents in old headers), in place: a
+/// file must not take its size twice.
+pub(super) fn make_utf8(bytes: &mut [u8]) {
+    if std::str::from_utf8(bytes).is_err() && !is_utf16(bytes) {
+        bytes.iter_mut().filter(|byte| !byte.is_ascii()).for_each(|byte| *byte = b'?');
+    }
+}
+
+fn is_utf16(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])
+}
+
 /// The text of a file; bytes that are not UTF-8 (accents in old headers) become replacement characters.
 pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, Fault> {
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+    if is_utf16(bytes) {
         return Err(Fault::new("is UTF-16 text: save it as UTF-8 or plain text"));
     }
     if bytes.contains(&0) {
@@ -64,12 +76,21 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, Fault> {
 
 /// The lines of a text, with the line ends of Unix, DOS or the old Mac.
 pub(super) fn lines(text: &str) -> Vec<Line<'_>> {
+    let mut lines = Vec::with_capacity(line_count(text));
     let number = |(i, text)| Line { number: i + 1, text };
     if text.contains('\n') {
-        text.lines().enumerate().map(number).collect()
+        lines.extend(text.lines().enumerate().map(number));
     } else {
-        text.split('\r').enumerate().map(number).collect()
+        lines.extend(text.split('\r').enumerate().map(number));
     }
+    lines
+}
+
+/// How many lines a text has, or one more.
+pub(super) fn line_count(text: &str) -> usize {
+    let ends = |end: u8| text.bytes().filter(|byte| *byte == end).count();
+    let feeds = ends(b'\n');
+    1 + if feeds > 0 { feeds } else { ends(b'\r') }
 }
 
 #[cfg(test)]

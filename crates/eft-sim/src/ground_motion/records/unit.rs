@@ -20,6 +20,22 @@ pub enum Unit {
 }
 
 impl Unit {
+    /// A name of each unit, for messages.
+    pub const NAMES: [&'static str; 6] = ["g", "m/s2", "cm/s2", "mm/s2", "in/s2", "ft/s2"];
+
+    /// The name in [`Self::NAMES`].
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Gravity => "g",
+            Self::MetrePerSecondSquared => "m/s2",
+            Self::CentimetrePerSecondSquared => "cm/s2",
+            Self::MillimetrePerSecondSquared => "mm/s2",
+            Self::InchPerSecondSquared => "in/s2",
+            Self::FootPerSecondSquared => "ft/s2",
+        }
+    }
+
     /// One of this unit, in m/s².
     #[must_use]
     pub const fn in_metres_per_second_squared(self) -> f64 {
@@ -70,6 +86,9 @@ mod tests {
             ("in/sec^2", 0.0254),
         ] {
             assert_eq!(Unit::from_name(name).unwrap().in_metres_per_second_squared(), factor, "{name}");
+        }
+        for name in Unit::NAMES {
+            assert_eq!(Unit::from_name(name).unwrap().name(), name);
         }
         for name in ["", "cm/s", "counts", "m", "cm", "gram"] {
             assert_eq!(Unit::from_name(name), None, "{name}");
