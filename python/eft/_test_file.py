@@ -30,9 +30,11 @@ f_start = 0.0
 f_end = 10.0
 # s
 duration = 32.0
-# or an earthquake: AT2, CSMIP or COSMOS V2, CSV; "elcentro" ships with the package
+# or an earthquake: AT2, CSMIP or COSMOS V2, K-NET, CSV; "elcentro" ships with the package
 # kind = "record"
 # file = "elcentro"
+# unit of a file that names none: g, m/s2, cm/s2, mm/s2, in/s2, ft/s2
+# unit = "g"
 # factor on the ground acceleration
 # scale = 1.0
 """

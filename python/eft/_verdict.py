@@ -40,6 +40,9 @@ LIMIT_CYCLE = 0.05
 OIL_COLUMN = (30.0, 150.0)
 """Band (Hz) of the oil column's mode on rigs of the paper's size."""
 
+SAME_MASS = 1e-3
+"""Relative difference up to which the masses of command and structure are the same."""
+
 SELF_CALIBRATION = (
     ("compensation.mode", "nonlinear"),
     ("compensation.adaptive", True),
@@ -122,12 +125,32 @@ def _findings(run: TestRun, part: TestRun, metrics: Metrics | None) -> Iterator[
         yield _Finding("no", "The piston left its stroke: no result of a real rig.", SELF_CALIBRATION)
     if run.flags & (Status.TRIPPED | Status.SHUT_DOWN):
         yield _Finding("no", f"The protection tripped ({_cause(run)}) and ended the test.")
+    yield from _mass(run)
     yield from _margin(run.rig, run.sample_rate)
     if metrics is not None:
         yield from _errors(part, metrics)
         yield from _supply(run.rig, metrics)
         yield from _oscillation(part)
     yield from _opening(part, metrics)
+
+
+def _mass(run: TestRun) -> Iterator[_Finding]:
+    """A command that was made for another mass than the structure's is another test."""
+    if run.mass is None:
+        return
+    building = run.rig["structure.kind"] == "shear_building"
+    own = np.asarray(run.rig["structure.stories.masses" if building else "structure.mass"])
+    if building and run._building is not None:
+        own = own[run._building[1]]
+    made_for = np.asarray(run.mass)
+    if made_for.shape == own.shape and np.allclose(made_for, own, rtol=SAME_MASS, atol=0.0):
+        return
+    masses = f"{_masses(made_for)}, and the rig's structure has {_masses(own)}"
+    yield _Finding("caution", f"The command is the effective force of {masses}.")
+
+
+def _masses(values: Any) -> str:
+    return " and ".join(f"{mass:.6g}" for mass in np.atleast_1d(values)) + " kg"
 
 
 def _margin(rig: Rig, rate: float) -> Iterator[_Finding]:

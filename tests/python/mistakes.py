@@ -89,6 +89,40 @@ WRONG = {
         ["a.at2", "1000000000", "3"],
     ),
     "record without numbers": ([*RECORD, "a.csv"], {"a.csv": ""}, ["a.csv"]),
+    "record without a unit": (
+        [*RECORD, "a.csv"],
+        {"a.csv": "time (s),acceleration\n0,1\n0.1,2\n"},
+        ["a.csv", "`acceleration`", "--unit g", "m/s2"],
+    ),
+    "record of two bare columns": ([*RECORD, "a.txt"], {"a.txt": "0 1\n0.1 2\n"}, ["column 2", "--unit g"]),
+    "record to check without a unit": (
+        ["check", *RECORD[1:], "a.csv"],
+        {"a.csv": "t,a\n0,1\n0.1,2\n"},
+        ["`a`", "--unit g"],
+    ),
+    "record for the demo without a unit": (
+        ["demo", "--record", "a.csv"],
+        {"a.csv": "t,a\n0,1\n0.1,2\n"},
+        ["`a`", "--unit g"],
+    ),
+    "record in a test file without a unit": (
+        ["run", "test.toml"],
+        as_test(paper(command='[command]\nkind = "record"\nfile = "a.csv"\n'))
+        | {"a.csv": "t,a\n0,1\n0.1,2\n"},
+        ["a.csv", "`a`", "unit"],
+    ),
+    "record of an unknown unit": (
+        [*RECORD, "a.csv", "--unit", "furlong"],
+        {"a.csv": "t,a\n0,1\n0.1,2\n"},
+        ["unit", "furlong", "cm/s2"],
+    ),
+    "record of another unit than the file's": (
+        [*RECORD, "a.csv", "--unit", "g"],
+        {"a.csv": "t,a (m/s2)\n0,1\n0.1,2\n"},
+        ["a.csv", "m/s2", "given is g"],
+    ),
+    "record without a step": ([*RECORD, "a.csv", "--unit", "g"], {"a.csv": "1\n2\n"}, ["a.csv", "dt"]),
+    "unit of a sweep": ([*SWEEP, "--unit", "g"], {}, ["command.unit"]),
     "scale that is none": ([*RECORD, "elcentro", "--scale", "inf"], {}, ["scale", "inf"]),
     "negative mass": ([*RECORD, "elcentro", "--mass", "-5"], {}, ["mass", "-5"]),
     "export without a target": (["export", "rig.toml"], {}, ["--target"]),
@@ -164,7 +198,7 @@ WRONG = {
     "no unit": (
         ["compare", "a.csv", "a.csv"],
         {"a.csv": CSV.replace(" (kN)", "")},
-        ["a.csv", "`force`", "no unit", "force (kN)"],
+        ["a.csv", "`force`", "--unit force=", "kip"],
     ),
     "unknown unit": (["compare", "a.csv", "a.csv"], {"a.csv": CSV.replace("kN", "tons")}, ["tons", "kip"]),
     "word among numbers": (
@@ -438,11 +472,56 @@ WRONG = {
         {"a.csv": "time (s),force (kN)\n0,1\n"},
         ["a.csv: 1 sample"],
     ),
-    "decimal commas": (
+    "two decimal marks": (
         ["compare", "a.csv", "a.csv"],
-        {"a.csv": "time (s);force (kN)\n0;1,5\n1;2,5\n2;3,5\n"},
-        ["line 2, column 2", "`1,5` is not a number"],
+        {"a.csv": "time (s);force (kN)\n0;1,5\n1;2,5\n2;1.003,5\n"},
+        ["a.csv, line 4", "decimal mark"],
     ),
+    "a text in UTF-16": (["compare", "a.csv", "a.csv"], {"a.csv": CSV.encode("utf-16")}, ["a.csv", "UTF-16"]),
+    "zero bytes in a text": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.1,2", "0.1,\0")},
+        ["a.csv, line 3", "zero bytes"],
+    ),
+    "a preamble without names": (
+        ["compare", "a.txt", "a.txt"],
+        {"a.txt": "MTS793|MPT|ENU|1|0|.|/|:|1|0|0|A\nStation: a\nno columns\n"},
+        ["a.txt", "column names"],
+    ),
+    "spool in volts without a rig": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s),spool (V)\n0,1\n0.1,2\n0.2,1\n"},
+        ["a.csv", "spool (V)", "--rig", "servovalve.spool_sensitivity"],
+    ),
+    "not a TDMS file": (["compare", "a.tdms", "a.tdms"], {"a.tdms": "words " * 40}, ["a.tdms", "TDMS"]),
+    "half a TDMS file": (
+        ["compare", "a.tdms", "a.tdms"],
+        {"a.tdms": b"TDSm\x0e\0\0\0"},
+        ["a.tdms", "channels"],
+    ),
+    "not a universal file": (["compare", "a.uff", "a.uff"], {"a.uff": "words " * 40}, ["a.uff", "58"]),
+    "half a universal file": (
+        ["compare", "a.unv", "a.unv"],
+        {"a.unv": "    -1\n    58\nforce\n    -1\n"},
+        ["a.unv", "universal file"],
+    ),
+    "K-NET record cut short": (
+        [*RECORD, "a.NS"],
+        {
+            "a.NS": "Sampling Freq(Hz) 100Hz\nDuration Time(s)  9\n"
+            "Scale Factor      7845(gal)/8223790\nMemo.             \n 1 2 3\n"
+        },
+        ["a.NS", "900", "3"],
+    ),
+    "K-NET record without a factor": (
+        [*RECORD, "a.NS"],
+        {
+            "a.NS": "Sampling Freq(Hz) 100Hz\nDuration Time(s)  9\n"
+            "Scale Factor      big\nMemo.             \n 1 2 3\n"
+        },
+        ["a.NS", "scale factor", "big"],
+    ),
+    "record of too many lines": ([*RECORD, "a.csv"], {"a.csv": "\n" * 750_001 + "1\n"}, ["a.csv", "750000"]),
     "one signal twice": (
         ["compare", "a.csv", "a.csv"],
         {"a.csv": "time (s),force (kN),force (N)\n0,1,1\n1,2,2\n2,3,3\n"},

@@ -1,8 +1,9 @@
-"""Signals of others: units, headers, MAT and HDF5 files, clocks."""
+"""Signals of others: units, headers, the formats that laboratories write, clocks."""
 
 import numpy as np
 import pytest
 
+import eft
 from eft.traces import read_traces
 from eft.traces._units import parse_header, to_si
 
@@ -28,6 +29,8 @@ TIME = np.arange(50) / 100.0
         ("flow", "L/min", 1e-3 / 60),
         ("time", "ms", 1e-3),
         ("spool", "%", 0.01),
+        ("time", "Sec", 1.0),
+        ("velocity", "in/sec", 0.0254),
     ],
 )
 def test_unit_is_that_of_the_tables(quantity, unit, factor):
@@ -52,6 +55,12 @@ def test_a_spelling_that_could_mean_another_unit_is_refused(unit):
         ('"Time (s)"', "time", "s"),
         ("Temperature (C)", None, "C"),
         ("force_command", "command", None),
+        ("Force, kN", "force", "kN"),
+        ("Ch 1 Force", "force", None),
+        ("Channel 2 Displacement (mm)", "displacement", "mm"),
+        ("Axial Force Command", "command", None),
+        ("Axial Displacement Feedback [mm]", "displacement", "mm"),
+        ("velocity_mps", "velocity", "mps"),
     ],
 )
 def test_header(header, quantity, unit):
@@ -76,7 +85,7 @@ def test_mat_file_with_units_in_names_and_by_option(tmp_path):
     traces = read_traces(path, units={"displacement": "in"})
     assert traces.columns["force"] == pytest.approx(TIME * 2 * 4448.2216152605)
     assert traces.columns["displacement"] == pytest.approx(TIME * 3 * 0.0254)
-    with pytest.raises(ValueError, match=r"column `x` has no unit"):
+    with pytest.raises(ValueError, match=r"column `x` names no unit: .*--unit displacement=m.*mm"):
         read_traces(path)
 
 
@@ -116,3 +125,110 @@ def test_a_lost_sample_of_a_coarse_clock_is_found_too(tmp_path):
     path.write_text("time (s),force (N)\n" + "\n".join(f"{t:.4f},1" for t in time) + "\n")
     with pytest.raises(ValueError, match=r"sample 3001 comes 0\.00[0-9]+ s"):
         read_traces(path)
+
+
+MTS = (
+    "MTS793|MPT|ENU|1|0|.|/|:|1|0|0|A\n\nData Header:\tTest 7\tTime:\t0.55\tSec\t12/3/2004 10:12:13 AM\n"
+    "Data Acquisition\nTime\tCh 1 Displacement\tCh 1 Force\tCh 1 Force Command\t\nSec\tmm\tkN\tkN\t\n"
+)
+
+
+def test_text_of_a_testing_machine_with_its_preamble(tmp_path):
+    path = tmp_path / "a.dat"
+    path.write_text(MTS + "".join(f"{t:.6f}\t{i}\t{2 * i}\t{3 * i}\t\n" for i, t in enumerate(TIME)))
+    traces = read_traces(path)
+    assert traces.sample_rate == pytest.approx(100.0)
+    assert traces["displacement"] == pytest.approx(np.arange(50) * 1e-3)
+    assert traces["force"] == pytest.approx(np.arange(50) * 2e3)
+    assert traces["command"] == pytest.approx(np.arange(50) * 3e3)
+
+
+@pytest.mark.parametrize(
+    ("header", "row"),
+    [
+        ("Time (s);Force (kN)", "{t};{f}"),
+        ("Time (s)\tForce (kN)", "{t}\t{f}"),
+        ("Time (s)  Force (kN)", "{t}   {f}"),
+        ('"Time (s)";"Force (kN)"', '"{t}";"{f}"'),
+    ],
+)
+def test_decimal_commas(header, row, tmp_path):
+    path = tmp_path / "a.txt"
+    rows = [row.format(t=f"{t:.2f}", f=f"{2.5 * i:.3f}").replace(".", ",") for i, t in enumerate(TIME)]
+    path.write_text("\n".join(["Versuch 3, 12.3.2004", "", header, *rows]))
+    assert read_traces(path)["force"] == pytest.approx(np.arange(50) * 2500.0)
+
+
+def test_a_unit_with_an_exponent_of_windows_and_a_column_of_words(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{t:.2f},{i},mark\n" for i, t in enumerate(TIME))
+    path.write_bytes("time (s),acceleration (m/s²),note\n".encode("cp1252") + rows.encode())
+    traces = read_traces(path)
+    assert traces["acceleration"] == pytest.approx(np.arange(50.0)) and traces.ignored == ("note",)
+
+
+def test_spool_in_volts_takes_the_sensor_of_the_rig(tmp_path):
+    path = tmp_path / "a.csv"
+    rig = eft.Rig.zhao2005()
+    full = rig["servovalve.spool_sensitivity"] * rig["servovalve.spool_stroke"]
+    path.write_text("time (s),spool (V)\n" + "".join(f"{t:.2f},{full * float(t)!r}\n" for t in TIME))
+    assert read_traces(path, rig=rig)["spool"] == pytest.approx(TIME)
+    with pytest.raises(ValueError, match=r"servovalve\.spool_sensitivity"):
+        read_traces(path)
+
+
+@pytest.mark.parametrize(
+    ("rate", "form"), [(1024.0, ".6g"), (4096.0, ".6g"), (1024.0, ".4f"), (4096.0, ".4f")]
+)
+def test_a_clock_rounded_to_its_digits_is_even(form, rate, tmp_path):
+    path = tmp_path / "a.csv"
+    time = 3.0 + np.arange(60_000) / rate
+    path.write_text("time (s),force (N)\n" + "".join(f"{t:{form}},1\n" for t in time))
+    traces = read_traces(path)
+    assert traces.sample_rate == rate and traces.start == pytest.approx(3.0, abs=1e-3)
+
+
+def test_a_lost_sample_of_a_clock_of_six_digits_is_found(tmp_path):
+    path = tmp_path / "a.csv"
+    time = np.delete(np.arange(60_000) / 1024.0, range(30_000, 30_003))
+    path.write_text("time (s),force (N)\n" + "".join(f"{t:.6g},1\n" for t in time))
+    with pytest.raises(ValueError, match="time is not evenly spaced"):
+        read_traces(path)
+
+
+def test_a_tdms_file_is_a_waveform_with_units(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "a.tdms"
+    about = {"wf_increment": 0.01, "wf_start_offset": 2.0}
+    channels = [
+        nptdms.ChannelObject("test", "Load", TIME * 2, properties={"unit_string": "kN", **about}),
+        nptdms.ChannelObject("test", "Mood", TIME.astype("f4"), properties=about),
+    ]
+    with nptdms.TdmsWriter(str(path)) as writer:
+        writer.write_segment(channels)
+    traces = read_traces(path)
+    assert (traces.sample_rate, traces.start) == (pytest.approx(100.0), 2.0)
+    assert traces["force"] == pytest.approx(TIME * 2000.0) and traces.ignored == ("Mood",)
+
+
+def test_a_universal_file_holds_signals_over_time(tmp_path):
+    pyuff = pytest.importorskip("pyuff")
+    path = tmp_path / "a.uff"
+    common = {
+        "type": 58, "func_type": 1, "rsp_node": 1, "rsp_dir": 1,
+        "ref_node": 1, "ref_dir": 1,
+        "abscissa_spacing": 1, "abscissa_min": 0.0, "abscissa_inc": 0.01, "num_pts": TIME.size,
+        "x": TIME,
+        "ord_data_type": 4, "abscissa_spec_data_type": 17, "orddenom_spec_data_type": 0,
+        "z_axis_spec_data_type": 0,
+        "id2": "", "id3": "", "id4": "", "id5": "",
+    }  # fmt: skip
+    sets = [
+        {"id1": "Force", "ordinate_axis_units_lab": "kN", "data": TIME * 2},
+        {"id1": "Disp", "ordinate_axis_units_lab": "mm", "data": TIME * 3},
+    ]
+    pyuff.UFF(str(path)).write_sets([common | one for one in sets], "overwrite")
+    traces = read_traces(path)
+    assert traces.sample_rate == pytest.approx(100.0)
+    assert traces["force"] == pytest.approx(TIME * 2000.0)
+    assert traces["displacement"] == pytest.approx(TIME * 3e-3)

@@ -52,6 +52,15 @@ def test_a_supply_that_sags_is_named():
     assert run.verdict.changes["compensation.supply_correction"] is True
 
 
+def test_a_command_made_for_another_mass_is_a_caution():
+    motion = eft.Record(np.sin(np.arange(400) / 20.0), dt=0.01)
+    for mass, warned in ((RIG["structure.mass"], False), (0.5 * RIG["structure.mass"], True)):
+        run = eft.simulate(RIG, eft.effective_force(motion, mass=mass, sample_rate=1024.0))
+        assert bool(said(run, f"{mass:.6g} kg")) == warned
+        assert run.verdict.grade != "go" or not warned
+    assert not said(eft.simulate(RIG, SWEEP), "kg")
+
+
 def test_limits_are_keys():
     strict = {"verdict.no.force_error": 0.01, "verdict.caution.force_error": 0.005}
     assert eft.simulate(RIG, SWEEP).verdict.ok

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import click
 
-from eft.cli._output import F
+from eft._native import Rig
+from eft._test_file import read_rig
+from eft.cli._output import FILE, F
 from eft.traces import Traces, read_traces
 
 _OPTIONS = (
@@ -21,6 +23,10 @@ _OPTIONS = (
 )
 
 
+rig_option = click.option("--rig", type=FILE, help="Rig file, for the sensor of a spool opening in V.")
+"""The option of a command that needs a rig for nothing else."""
+
+
 def data_options(function: F) -> F:
     """Put the options on a command; `read_data` takes what they gather."""
     for option in reversed(_OPTIONS):
@@ -29,13 +35,22 @@ def data_options(function: F) -> F:
 
 
 def read_data(
-    file: Path, *, columns: tuple[str, ...], units: tuple[str, ...], sample_rate: float | None
+    file: Path,
+    *,
+    columns: tuple[str, ...],
+    units: tuple[str, ...],
+    sample_rate: float | None,
+    rig: Path | Rig | None = None,
 ) -> Traces:
     """Read a file of measurements as the options say."""
     if sample_rate is not None and not (math.isfinite(sample_rate) and sample_rate > 0.0):
         raise click.UsageError(f"--sample-rate {sample_rate:g}: must be a finite number above zero, in Hz")
     return read_traces(
-        file, columns=_pairs("--column", columns), units=_pairs("--unit", units), sample_rate=sample_rate
+        file,
+        columns=_pairs("--column", columns),
+        units=_pairs("--unit", units),
+        sample_rate=sample_rate,
+        rig=read_rig(rig, {}) if isinstance(rig, Path) else rig,
     )
 
 

@@ -10,7 +10,7 @@ import click
 import eft
 from eft._files import write_text
 from eft._test_file import read_rig
-from eft.cli._data import data_options, read_data
+from eft.cli._data import data_options, read_data, rig_option
 from eft.cli._output import FILE, as_json, emit_json, epilog, table
 from eft.traces._write import check_folder
 
@@ -36,6 +36,7 @@ def identify() -> None:
 @click.option("--reference", default="command", show_default=True, help="What is followed.")
 @click.option("--response", default="force", show_default=True, help="What follows.")
 @click.option("--band", type=float, nargs=2, default=(0.25, 10.0), show_default=True, metavar="HZ HZ")
+@rig_option
 @data_options
 @as_json
 def delay(
@@ -84,7 +85,7 @@ def curve(
         raise click.UsageError("give --piston-area or --rig, exactly one of them")
     if output is not None:
         check_folder(output)
-    runs = [read_data(file, **data) for file in files]
+    runs = [read_data(file, rig=rig, **data) for file in files]
     rates = {round(run.sample_rate, 6) for run in runs}
     if len(rates) > 1:
         raise ValueError(
@@ -126,6 +127,7 @@ def curve(
 )
 @click.argument("file", type=FILE)
 @click.option("--start", type=float, metavar="S", help="Time of the release; default: the first sample.")
+@rig_option
 @data_options
 @as_json
 def damping(file: Path, start: float | None, as_json: bool, **data: Any) -> None:

@@ -103,7 +103,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _bringing(package: str, names: Sequence[str]) -> str:
     """What to install for a package: the extra that has it, the command's own first."""
-    of = re.compile(rf"{re.escape(package)}\b.*extra == ['\"](\w+)['\"]")
+    of = re.compile(rf"{re.escape(package)}\b.*extra == ['\"](\w+)['\"]", re.IGNORECASE)
     extras = [found[1] for line in metadata.requires(DISTRIBUTION) or () if (found := of.match(line))]
     extra = next((name for name in (*names, "files", "cluster", "control") if name in extras), None)
     return f"'{DISTRIBUTION}[{extra}]'" if extra else package

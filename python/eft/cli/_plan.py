@@ -26,6 +26,11 @@ _OPTIONS = (
     click.option("--record", metavar="FILE", help="Ground motion; `elcentro` ships with eft."),
     click.option("--scale", type=float, help="Factor on the ground acceleration."),
     click.option(
+        "--unit", metavar="UNIT", help="Unit of the record, if not in the file: g, m/s2, cm/s2, ..."
+    ),
+    click.option("--dt", type=float, metavar="S", help="Time step of the record, if not in the file."),
+    click.option("--channel", type=int, metavar="N", help="Channel of a V2 file, counted from 1."),
+    click.option(
         "--mass", type=float, metavar="KG", help="Mass of the effective force; default: the structure's."
     ),
     click.option(

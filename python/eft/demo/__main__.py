@@ -37,6 +37,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         epilog="example: python -m eft.demo --record northridge.at2 --scale 0.6 --output northridge",
     )
     parser.add_argument("--record", type=Path, metavar="FILE", help="ground motion instead of El Centro")
+    parser.add_argument("--unit", help="unit of the record, if not in the file: g, m/s2, cm/s2, ...")
     parser.add_argument("--scale", type=_scale, metavar="X", help="factor on the ground acceleration")
     parser.add_argument("--short", action="store_true", help="leave out the sweeps of Fig. 11")
     parser.add_argument(
@@ -57,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     start = time.perf_counter()
     console = Console(width=None if sys.stdout.isatty() else 150)
     # The files first: a wrong one must not cost the user the tests.
-    test = experiments.EarthquakeTest(options.record, options.scale)
+    test = experiments.EarthquakeTest(options.record, options.scale, options.unit)
     options.output.mkdir(parents=True, exist_ok=True)
     cases = [case for case in paper.load().cases if "8" in case.figures or not options.short]
 

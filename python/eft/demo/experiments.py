@@ -61,14 +61,14 @@ def sweep(case: paper.Case) -> SweepResult:
 class EarthquakeTest:
     """An earthquake test, prepared; `run` carries it out under one scheme."""
 
-    def __init__(self, path: Path | None, scale: float | None) -> None:
+    def __init__(self, path: Path | None, scale: float | None, unit: str | None = None) -> None:
         """Read the record; without a path El Centro, which ships with the package."""
         if path is None:
             with resources.as_file(resources.files("eft").joinpath("data", EL_CENTRO)) as shipped:
                 self.record = eft.read_record(shipped)
             self.scale = EL_CENTRO_SCALE if scale is None else scale
         else:
-            self.record = eft.read_record(path)
+            self.record = eft.read_record(path, unit=unit)
             self.scale = 1.0 if scale is None else scale
         self.rig = eft.Rig.zhao2005()
         self.command = eft.effective_force(

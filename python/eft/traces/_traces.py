@@ -9,15 +9,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from eft.traces._units import QUANTITIES, checked_quantity, parse_header, to_si
+from eft.traces._units import QUANTITIES, allowed_units, checked_quantity, parse_header, to_si
 
 if TYPE_CHECKING:
-    from eft import TestRun
+    from eft import Rig, TestRun
 
 Array = NDArray[np.float64]
 
 _UNEVEN = 0.01
 """How far a time step may be from the mean one, as a fraction of it: clocks are written with few digits."""
+
+_JITTER = 0.05
+"""How far a sample of a rounded clock may be from its time besides the rounding, as a fraction of a step."""
 
 _SLOWEST, _FASTEST = 1e-6, 1e9
 """Sample rates that a measurement can have, Hz."""
@@ -85,11 +88,12 @@ class Traces:
         units: Mapping[str, str],
         sample_rate: float | None = None,
         gaps: bool = False,
+        rig: Rig | None = None,
     ) -> Traces:
         """Bring columns as they stand in a file to SI and to one clock; only known quantities are read.
 
         `columns` says which header holds a quantity, `units` the unit of a quantity whose header has none;
-        with `gaps` samples other than the time's may be NaN.
+        with `gaps` samples other than the time's may be NaN; a spool opening in V takes the sensor of `rig`.
         """
         raw = list(raw)
         chosen = {header: checked_quantity(quantity) for quantity, header in columns.items()}
@@ -108,7 +112,7 @@ class Traces:
                 continue
             if quantity in found:
                 raise ValueError(f"{name}: two columns hold {quantity}; say which with {quantity}=HEADER")
-            factor = _factor(name, header, quantity, given.get(quantity, unit or written))
+            factor = _factor(name, header, quantity, given.get(quantity, unit or written), rig)
             found[quantity] = read()
             with np.errstate(over="ignore", invalid="ignore"):  # what is infinite is refused
                 found[quantity] *= factor
@@ -131,13 +135,24 @@ class Traces:
         return cls(name, sample_rate, found, start, tuple(ignored))
 
 
-def _factor(name: str, header: str, quantity: str, unit: str | None) -> float:
+def _factor(name: str, header: str, quantity: str, unit: str | None, rig: Rig | None) -> float:
     if unit is None or not unit.strip():
         if QUANTITIES[quantity].dimension == "ratio":
             return 1.0
+        allowed = allowed_units(quantity)
         raise ValueError(
-            f"{name}: column `{header}` has no unit; write it behind the name, as in `force (kN)`"
+            f'{name}: column `{header}` names no unit: give units={{"{quantity}": "{allowed[0]}"}} '
+            f"(`--unit {quantity}={allowed[0]}`), or write it behind the name, as in `force (kN)`; "
+            f"allowed are {', '.join(allowed)}"
         )
+    if quantity == "spool" and unit.strip() in ("V", "mV"):
+        if rig is None:
+            raise ValueError(
+                f"{name}: column `{header}` is in {unit.strip()}: give the rig (`--rig FILE`), whose "
+                "servovalve.spool_sensitivity and servovalve.spool_stroke make an opening of it"
+            )
+        full = rig["servovalve.spool_sensitivity"] * rig["servovalve.spool_stroke"]
+        return to_si("valve_command", unit) / float(full)
     try:
         return to_si(quantity, unit)
     except ValueError as error:
@@ -168,7 +183,9 @@ def _clock(name: str, time: Array) -> tuple[float, float]:
     allowed = _UNEVEN * step
     if np.mean(off > allowed) > _OUTLIERS:
         # No single jump, so that it may be the rounding of a clock written with few digits.
-        off, allowed = np.abs(steps - step), allowed + _last_digit(time)
+        if (rate := _rounded_clock(time, steps)) is not None:
+            return float(time[0]), rate
+        off = np.abs(steps - step)
     if off.max() > allowed:
         where = int(off.argmax())
         raise ValueError(
@@ -178,10 +195,32 @@ def _clock(name: str, time: Array) -> tuple[float, float]:
     return float(time[0]), float(1.0 / step)
 
 
-def _last_digit(time: Array) -> float:
-    """How much the rounding of a written clock can move a step, s: one unit of its last digit."""
-    for digits in range(13):
-        rounded = np.round(time, digits)
-        if np.array_equal(rounded, time):
-            return float(10.0**-digits)
-    return 0.0
+def _rounded_clock(time: Array, steps: Array) -> float | None:
+    """The rate of a clock that is even within the rounding of its digits; None where it is not."""
+    digit = _last_digit(time)
+    if digit is None or steps.min() < 0.0:
+        return None
+    count = np.arange(time.size)
+    rate = 1.0 / np.polyfit(count, time, 1)[0]
+    # The rate that was meant, where the rounding leaves it open.
+    for candidate in (float(round(rate)), float(rate)):
+        if candidate > 0.0:
+            off = time - count / candidate
+            off -= np.median(off)
+            if (np.abs(off) <= 0.6 * digit + _JITTER / candidate).all():
+                return candidate
+    return None
+
+
+def _last_digit(time: Array) -> Array | None:
+    """One unit of the last digit of each written time, s; None where all digits are written."""
+    fixed = (10.0**-places for places in range(10) if np.array_equal(np.round(time, places), time))
+    least = next(fixed, 0.0)
+    with np.errstate(divide="ignore"):
+        size = np.floor(np.log10(np.abs(time)))
+    size[~np.isfinite(size)] = -9.0
+    for digits in range(4, 11):
+        unit = 10.0 ** (size - digits + 1)
+        if np.allclose(np.round(time / unit) * unit, time, rtol=1e-13, atol=0.0):
+            return np.maximum(unit, least)
+    return np.full(time.shape, least) if least else None

@@ -29,6 +29,15 @@ _UNITS: dict[str, dict[str, float]] = {
 }  # fmt: skip
 
 
+_OTHER_NAMES = {
+    "velocity": {"mps": 1.0},
+    "acceleration": {"mps2": 1.0},
+    "flow": {"m3ps": 1.0},
+    "length": {"inches": _INCH},
+}
+"""Names that stand in for a unit where a name may have no slash."""
+
+
 @dataclass(frozen=True)
 class Quantity:
     """What a column can hold."""
@@ -61,6 +70,14 @@ QUANTITIES |= {
 }
 
 _NAMES = {alias: name for name, quantity in QUANTITIES.items() for alias in (name, *quantity.aliases)}
+_LONGEST_NAME = 200
+"""Characters of a name that can mean a quantity."""
+_BY_DIMENSION = {quantity.dimension: name for name, quantity in QUANTITIES.items()}.values()
+"""One quantity of each dimension."""
+_CHANNEL = re.compile(
+    r"^\s*(?:ch(?:annel)?\s?\d+\s)?\s*(?:axial\s)?\s*|\s+(?:feedback|fbk)\s*$", re.IGNORECASE
+)
+"""What testing machines write around the name of a quantity."""
 _BRACKETS = re.compile(r"(?P<name>[^(\[]*+)[(\[](?P<unit>[^)\]]*+)[)\]]")
 
 
@@ -69,11 +86,17 @@ def si_unit(quantity: str) -> str:
     return _SI[QUANTITIES[quantity].dimension]
 
 
+def allowed_units(quantity: str) -> tuple[str, ...]:
+    """The units in which a quantity may be given."""
+    return tuple(_UNITS[QUANTITIES[quantity].dimension])
+
+
 def to_si(quantity: str, unit: str) -> float:
     """Factor from `unit` to SI; a ValueError names what is allowed."""
     dimension = QUANTITIES[quantity].dimension
-    known = _UNITS[dimension]
+    known = _UNITS[dimension] | _OTHER_NAMES.get(dimension, {})
     plain = unit.strip().replace("²", "2").replace("³", "3").replace("^", "").replace(" ", "")
+    plain = plain.replace("sec", "s").replace("Sec", "s") if plain.lower() != "sec" else "s"
     for candidate in (plain, plain.removesuffix("s") if len(plain) > 2 else plain, plain.removesuffix("es")):
         if candidate in known:
             return known[candidate]
@@ -81,11 +104,18 @@ def to_si(quantity: str, unit: str) -> float:
         # mN and MN are a thousand million apart, so that only units without such a twin are spelled freely.
         if len(folded) == 1 and candidate.lower() not in ("mn", "mpa", "mv"):
             return known[folded[0]]
-    raise ValueError(f"unit `{unit}` of {quantity}: must be one of {', '.join(known)}")
+    raise ValueError(f"unit `{unit}` of {quantity}: must be one of {', '.join(_UNITS[dimension])}")
 
 
 def quantity_of(name: str) -> str | None:
-    """The quantity a column name means, or None."""
+    """The quantity a column name means, or None; a channel's number and axis may stand before it."""
+    name = name.strip()
+    if len(name) > _LONGEST_NAME:
+        return None
+    return _quantity_of(name) or _quantity_of(_CHANNEL.sub("", name))
+
+
+def _quantity_of(name: str) -> str | None:
     return _NAMES.get(re.sub(r"[\s_]+", " ", name).strip().lower()) or _NAMES.get(
         re.sub(r"[\s_]+", "_", name).strip("_ ").lower()
     )
@@ -98,10 +128,19 @@ def parse_header(header: str) -> tuple[str | None, str | None, str]:
         return quantity_of(match["name"]), match["unit"].strip(), match["name"].strip()
     if quantity := quantity_of(text):
         return quantity, None, text
+    if "," in text:
+        name, _, unit = text.rpartition(",")
+        if (quantity := quantity_of(name)) and _is_unit(quantity, unit):
+            return quantity, unit.strip(), name.strip()
     name, _, unit = re.sub(r"\s+", "_", text).rpartition("_")
     if name and (quantity := quantity_of(name)) and _is_unit(quantity, unit):
         return quantity, unit, name
     return None, None, text
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of some quantity."""
+    return any(_is_unit(quantity, text) for quantity in _BY_DIMENSION)
 
 
 def _is_unit(quantity: str, unit: str) -> bool:
