@@ -1,22 +1,24 @@
-"""What a test on the virtual rig leaves behind."""
+"""The result of a test on the virtual rig."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from functools import cached_property, reduce
+from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from eft import _native, _run_file
+from eft import _native, _run_file, _run_frames, _run_parts
+from eft._corrected_rig import corrected_rig
 from eft._energy import EnergyBalance
 from eft._native import Command, Rig, __version__
-from eft._status import CAUSE_BITS, ENDED, Cause, Status, cause_of, status_of
+from eft._run_spectra import Coherence, FftRatio, check_command, coherence, fft_ratio
+from eft._status import CAUSE_BITS, Cause, Status, cause_of, status_of
 from eft._table import TRACES, Channels, Metrics
 
 if TYPE_CHECKING:
@@ -28,24 +30,6 @@ __all__ = ["Coherence", "FftRatio", "Metrics", "TestRun"]
 
 Array = NDArray[np.float64]
 Dtype = Literal["f32", "f64"]
-
-
-class FftRatio(NamedTuple):
-    """Frequency response over a band."""
-
-    frequency: Array
-    """In Hz."""
-    ratio: Array
-    """abs(FFT(force)) / abs(FFT(command)), dimensionless."""
-
-
-class Coherence(NamedTuple):
-    """How much of the force is linear in the command, over frequency."""
-
-    frequency: Array
-    """In Hz."""
-    coherence: Array
-    """Magnitude squared, from 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -83,11 +67,11 @@ class TestRun(Channels):
     _energy: EnergyBalance | None = None
     _whole: bool = True
     _building: tuple[TestRun, int] | None = None
-    """Of one actuator of a building the run of all, and its place among them."""
+    """The run of all actuators of a building and the place of this one among them."""
 
     @classmethod
     def _of(cls, rig: Rig, command: Command, dtype: Dtype, outcome: Mapping[str, Any]) -> TestRun:
-        """Make a run of what Rust says of it."""
+        """Make a run from the outcome that Rust returns."""
         energy = outcome["energy"]
         return cls(
             rig=rig,
@@ -126,7 +110,7 @@ class TestRun(Channels):
 
     @property
     def cause(self) -> Cause:
-        """What tripped the protection first; of several actuators, that of the one that tripped first."""
+        """What tripped the protection first; with several actuators, the cause of the first trip."""
         causes = (self.status & np.uint32(CAUSE_BITS)).reshape(-1, self.status.shape[-1])
         tripped = causes.any(axis=0)
         if not tripped.any():
@@ -135,17 +119,17 @@ class TestRun(Channels):
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Whether the test counts, why not, and what helps; limits are the rig's ``verdict`` section."""
+        """The verdict on the test, with reasons and remedies; limits are the rig's ``verdict`` section."""
         from eft._verdict import judge
 
         return judge(self)
 
     @property
     def message(self) -> str:
-        """How the test went, in words.
+        """The course of the test in words.
 
-        Whether it was completed or how it ended, as a study's status says it; then every flag that was
-        raised, since when and how often.
+        It begins with the status of the test, as in a study. Every flag that was raised follows, with the
+        time of its first sample and its share of the samples.
         """
         word, early = status_of(self.flags)
         end = self.time[-1] if not self.success else self.to_its_end().duration
@@ -169,21 +153,10 @@ class TestRun(Channels):
     def to_its_end(self) -> TestRun:
         """Return the test up to the sample at which it tripped or a piston left its stroke.
 
-        That is all of it where neither happened. What follows is the simulation's, not a test's: `metrics` of
-        all samples judges a force that was taken away.
+        If neither happened, this is the whole test. Later samples show the simulated rig after the protection
+        has removed the force.
         """
-        ended = ((self.status & ENDED) != 0).reshape(-1, len(self)).any(axis=0)
-        if not ended.any():
-            return self
-        kept = max(int(ended.argmax()), 1)
-        return self._first(kept)
-
-    def _first(self, samples: int) -> TestRun:
-        part = self._part((..., slice(samples)), self.found_flows)
-        if self._building is None:
-            return part
-        building, index = self._building
-        return replace(part, _building=(building._first(samples), index))
+        return _run_parts.to_its_end(self)
 
     def actuator(self, index: int) -> TestRun:
         """Return the traces of one actuator, counted from 0 at the ground, as a run of their own.
@@ -193,19 +166,12 @@ class TestRun(Channels):
         IndexError
             If there is no such actuator.
         """
-        actuators = self.command.shape[0] if self.command.ndim > 1 else 1
-        if not 0 <= index < actuators:
-            raise IndexError(f"actuator = {index}: must be from 0 to {actuators - 1}")
-        if self.command.ndim == 1:
-            return self
-        mass = self.mass if self.mass is None or np.ndim(self.mass) == 0 else np.asarray(self.mass)[index]
-        found = None if self.found_flows is None else self.found_flows[index]
-        return replace(self._part(index, found), mass=mass, _building=(self, index))
+        return _run_parts.actuator(self, index)
 
     def corrected_rig(self) -> Rig:
-        """Return the rig with the flow curve that the controller found as its table, to be kept.
+        """Return the rig with the flow curve that the controller found as its flow table.
 
-        The valve stays what it was: its own curve stands as ``servovalve.true_flow_table``.
+        The plant is unchanged: the curve of its valve is kept as ``servovalve.true_flow_table``.
 
         Raises
         ------
@@ -215,56 +181,14 @@ class TestRun(Channels):
             nothing of the table; if a processor in the loop has learned, with which it stayed; or if the
             flows do not increase, which single precision can leave behind.
         """
-        if self.found_flows is None:
-            raise ValueError(
-                "found_flows = None: must have been found here: those of a processor in the loop stay with it"
-            )
-        if self.found_flows.ndim > 1:
-            actuators = self.found_flows.shape[0]
-            raise ValueError(
-                f"a run of {actuators} actuators has as many flow curves: take run.actuator(0)'s"
-            )
-        adapts = any(self.rig[f"compensation.{part}"] for part in ("adaptive", "guard", "supply_correction"))
-        if adapts and self.rig["compensation.mode"] == "linear":
-            raise ValueError(
-                'compensation.mode = "linear": must be "nonlinear" for a flow table to be found: '
-                "the linear scheme looks at none"
-            )
-        valve = self.rig.plant["servovalve"]
-        return self.rig.replace(
-            {
-                "truth.servovalve.flow_table": None,
-                "servovalve.true_flow_table": valve.get("true_flow_table", valve["flow_table"]),
-                "servovalve.flow_table.flows": self.found_flows.tolist(),
-            }
-        )
-
-    def _part(self, index: Any, found_flows: Array | None) -> TestRun:
-        """Return some actuators or samples, whose energy nobody knows."""
-        values = {name: trace[index] for name, trace in self._values.items()}
-        # What is one array stays one.
-        same = {name: TRACES[name].otherwise for name in values if self._is_same(name)}
-        values |= {name: values[other] for name, other in same.items()}
-        return replace(
-            self,
-            _values=values,
-            status=self.status[index],
-            found_flows=found_flows,
-            _energy=None,
-            _whole=False,
-        )
-
-    def _is_same(self, name: str) -> bool:
-        """Whether a trace is the very array of another one."""
-        other = self._values.get(TRACES[name].otherwise)
-        return other is not None and self._values[name] is other
+        return corrected_rig(self)
 
     @property
     def energy(self) -> EnergyBalance | None:
-        """Where the energy of the whole test went, J; None of a part of a test.
+        """The energy balance of the whole test, J; None for a part of a test.
 
-        The books are kept along with a rig that has effects beyond the paper's model, and with a building. Of
-        any other the test is run once more for them, as `eft.energy_balance` does.
+        A rig with effects beyond the paper's model, and a building, keep the balance during the test. For
+        any other rig the test is run once more, as `eft.energy_balance` does.
         """
         if self._energy is None and self._whole and self.found_flows is not None:
             command = Command(self.command, self.sample_rate)
@@ -276,14 +200,6 @@ class TestRun(Channels):
     def _traces(self) -> tuple[str, ...]:
         """The traces that there are."""
         return (*(name for name in TRACES if name in self._values), "status")
-
-    @property
-    def _actuators(self) -> list[TestRun]:
-        return [self.actuator(index) for index in range(self.command.shape[0])]
-
-    def _check_command(self) -> None:
-        if not self.command.any():
-            raise ValueError("command is zero at every sample of every actuator: nothing to judge by")
 
     def metrics(self, *, fft: bool = True) -> Metrics:
         """Judge the true force against the command, and the motion against the ideal response.
@@ -322,7 +238,7 @@ class TestRun(Channels):
         True
         """
         if self.command.ndim > 1:
-            self._check_command()
+            check_command(self)
         if self._building is not None and self.command.any():
             # The motion of one floor takes those of the others to be judged.
             building, index = self._building
@@ -341,64 +257,27 @@ class TestRun(Channels):
         left out. For several actuators the ratio has a row for each, at the frequencies that all commands
         excite, NaN where one is zero.
         """
-        if self.command.ndim > 1:
-            self._check_command()
-            each = [run.fft_ratio(f_low, f_high) if run.command.any() else None for run in self._actuators]
-            shared = reduce(np.intersect1d, (one.frequency for one in each if one))
-            nothing = np.full(shared.size, np.nan)
-            rows = [one.ratio[np.isin(one.frequency, shared)] if one else nothing for one in each]
-            return FftRatio(shared, np.array(rows))
-        return FftRatio(*_native.fft_ratio(self.command, self.force, self.sample_rate, f_low, f_high))
+        return fft_ratio(self, f_low, f_high)
 
     def coherence(self, segment: float = 4.0) -> Coherence:
-        """Judge how much of the force is linear in the command, from half overlapping segments of so many s.
+        """Estimate the coherence of force and command from half overlapping segments of `segment` s.
 
-        Hann windows, as ``scipy.signal.coherence``; where either signal holds nothing there is no answer. For
-        several actuators the coherence has a row for each, at the frequencies that all have.
+        The windows are Hann windows, as in ``scipy.signal.coherence``. Frequencies at which a signal has no
+        energy are left out. For several actuators the coherence has a row for each, at the frequencies that
+        all have.
         """
-        if self.command.ndim > 1:
-            self._check_command()
-            each = [run.coherence(segment) if run.command.any() else None for run in self._actuators]
-            shared = reduce(np.intersect1d, (one.frequency for one in each if one))
-            nothing = np.full(shared.size, np.nan)
-            rows = [one.coherence[np.isin(one.frequency, shared)] if one else nothing for one in each]
-            return Coherence(shared, np.array(rows))
-        if not segment > 0.0:
-            raise ValueError(f"segment = {segment}: must be positive, in s")
-        samples = round(min(segment * self.sample_rate, 2.0**40))
-        return Coherence(*_native.coherence(self.command, self.force, self.sample_rate, samples))
+        return coherence(self, segment)
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the traces as a data frame indexed by time in s (needs pandas).
 
         For several actuators the columns have two levels, the signal and the actuator counted from 1.
         """
-        import pandas as pd
-
-        index = pd.Index(self.time, name="time")
-        if self.command.ndim > 1:
-            columns = {
-                (name, number): trace
-                for name in self._traces
-                for number, trace in enumerate(getattr(self, name), start=1)
-            }
-            return pd.DataFrame(columns, index=index, copy=False).rename_axis(columns=["signal", "actuator"])
-        return pd.DataFrame({name: getattr(self, name) for name in self._traces}, index=index, copy=False)
+        return _run_frames.to_pandas(self)
 
     def to_control(self) -> Any:
         """Return force (output) under command (input) as a python-control ``TimeResponseData``."""
-        import control
-
-        numbers = [""] if self.command.ndim == 1 else [f"_{n + 1}" for n in range(self.command.shape[0])]
-        return control.TimeResponseData(
-            self.time,
-            self.force,
-            inputs=self.command,
-            issiso=self.command.ndim == 1,
-            output_labels=[f"force{number}" for number in numbers],
-            input_labels=[f"command{number}" for number in numbers],
-            title="effective force test",
-        )
+        return _run_frames.to_control(self)
 
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the test to a compressed NumPy archive that `load` reads back bit for bit.

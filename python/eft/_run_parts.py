@@ -1,0 +1,60 @@
+"""Parts of a test: one actuator, or its first samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eft._status import ENDED
+from eft._table import TRACES
+
+if TYPE_CHECKING:
+    from eft._run import TestRun
+
+
+def to_its_end(run: TestRun) -> TestRun:
+    """Return the test up to its end; see `TestRun.to_its_end`."""
+    ended = ((run.status & ENDED) != 0).reshape(-1, len(run)).any(axis=0)
+    if not ended.any():
+        return run
+    return _first(run, max(int(ended.argmax()), 1))
+
+
+def _first(run: TestRun, samples: int) -> TestRun:
+    part = _part(run, (..., slice(samples)), run.found_flows)
+    if run._building is None:
+        return part
+    building, index = run._building
+    return replace(part, _building=(_first(building, samples), index))
+
+
+def actuator(run: TestRun, index: int) -> TestRun:
+    """Return one actuator; see `TestRun.actuator`."""
+    actuators = run.command.shape[0] if run.command.ndim > 1 else 1
+    if not 0 <= index < actuators:
+        raise IndexError(f"actuator = {index}: must be from 0 to {actuators - 1}")
+    if run.command.ndim == 1:
+        return run
+    mass = run.mass if run.mass is None or np.ndim(run.mass) == 0 else np.asarray(run.mass)[index]
+    found = None if run.found_flows is None else run.found_flows[index]
+    return replace(_part(run, index, found), mass=mass, _building=(run, index))
+
+
+def _part(run: TestRun, index: Any, found_flows: NDArray[np.float64] | None) -> TestRun:
+    """Return some actuators or samples; the energy of a part is unknown."""
+    values = {name: trace[index] for name, trace in run._values.items()}
+    # What is one array stays one.
+    same = {name: TRACES[name].otherwise for name in values if _is_same(run, name)}
+    values |= {name: values[other] for name, other in same.items()}
+    return replace(
+        run, _values=values, status=run.status[index], found_flows=found_flows, _energy=None, _whole=False
+    )
+
+
+def _is_same(run: TestRun, name: str) -> bool:
+    """Whether a trace is the same array as another trace."""
+    other = run._values.get(TRACES[name].otherwise)
+    return other is not None and run._values[name] is other
