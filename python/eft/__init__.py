@@ -8,6 +8,7 @@ the rest is in `eft.data_sheets`, `eft.records`, `eft.linear`, `eft.identificati
 from typing import TYPE_CHECKING, Any
 
 from eft import data_sheets, firmware, identification, linear, opensees, records, rths, studies
+from eft._display import use_units
 from eft._energy import EnergyBalance
 from eft._force_loop import ForceLoop, ForceLoopMargins, design_force_loop
 from eft._identification import identify_delay, identify_flow_curve
@@ -41,11 +42,13 @@ from eft._tuning import ForceLoopTuning, tune_force_loop
 from eft._valve_choice import ValveChoice, ValveTable, compare_valves, read_valves
 from eft._verdict import Remedy, Verdict
 from eft.data_sheets import actuator, servovalve
+from eft.traces._compare import Comparison, compare
 
 __all__ = [
     "Cause",
     "Coherence",
     "Command",
+    "Comparison",
     "Compensator",
     "Controller",
     "DriveIteration",
@@ -74,6 +77,7 @@ __all__ = [
     "__version__",
     "actuator",
     "check_feasibility",
+    "compare",
     "compare_valves",
     "data_sheets",
     "design_force_loop",
@@ -103,6 +107,7 @@ __all__ = [
     "studies",
     "study",
     "tune_force_loop",
+    "use_units",
 ]
 
 if not TYPE_CHECKING:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eft import _native
+from eft._display import shown
 from eft._native import Command, Rig
 from eft._results import Result
 
@@ -290,4 +291,19 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     """
     found = _native.check_feasibility(rig, command)
     demands = tuple(Demand(**demand) for demand in found.pop("demands"))
-    return Feasibility(demands=demands, reasons=tuple(found.pop("reasons")), **found)
+    reasons = found.pop("reasons")
+    # In the units of the tables: those of the core are SI.
+    exceeded = [told for demand in demands if (told := _exceeded(demand))]
+    return Feasibility(demands=demands, reasons=(*exceeded, *reasons[len(exceeded) :]), **found)
+
+
+def _exceeded(demand: Demand) -> str:
+    """What is said of a demand that is too large."""
+    unit = shown(demand.unit or "ratio")
+    if demand.required > demand.available:
+        limit, words = demand.available, "exceeds what the rig has"
+    elif demand.required > demand.advised:
+        limit, words = demand.advised, "exceeds what is advised"
+    else:
+        return ""
+    return f"{demand.name} {words}: {unit(demand.required)} of {unit(limit)}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
+from eft._display import shown
 from eft._native import Rig
 from eft._planning import stability_margins
 from eft._status import Status
@@ -150,7 +151,8 @@ def _mass(run: TestRun) -> Iterator[_Finding]:
 
 
 def _masses(values: Any) -> str:
-    return " and ".join(f"{mass:.6g}" for mass in np.atleast_1d(values)) + " kg"
+    unit = shown("mass")
+    return " and ".join(f"{mass * unit.factor:.6g}" for mass in np.atleast_1d(values)) + f" {unit.unit}"
 
 
 def _margin(rig: Rig, rate: float) -> Iterator[_Finding]:
@@ -249,12 +251,13 @@ def _cause(run: TestRun) -> str:
 
 def _astray(run: TestRun, error: float) -> str:
     """What a force does that is no answer to its command."""
-    force, command = (float(np.abs(trace).max()) / 1e3 for trace in (run.force, run.command))
+    unit = shown("force")
+    force, command = (unit(float(np.abs(trace).max())) for trace in (run.force, run.command))
     stopped = float(((run.status & Status.SPOOL_STOP) != 0).mean())
     stops = f", with the spool at its stop in {stopped:.0%} of the samples" if stopped else ""
     return (
         f"the force misses it by {error:.0%} (rms), more than no force at all would, and reaches "
-        f"{force:.4g} kN against {command:.4g} kN{stops}"
+        f"{force} against {command}{stops}"
     )
 
 

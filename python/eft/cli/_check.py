@@ -11,10 +11,11 @@ from typing import Any
 import click
 
 import eft
+from eft._display import shown
 from eft._test_file import TestPlan
 from eft._verdict import Grade, Verdict, worst
 from eft.cli._check_many import check_many
-from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
+from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table, units_option
 from eft.cli._plan import command_options, memory_of, plan_of, plans_of
 from eft.cli._run import metrics_of, remedies_of
 
@@ -36,6 +37,7 @@ from eft.cli._run import metrics_of, remedies_of
 @click.option("--valves", type=FILE, help="Catalogue of valves (TOML): try each of them, print one table.")
 @click.option("--try-remedies", is_flag=True, help="Run the test once more with all remedies, and compare.")
 @click.option("--largest", is_flag=True, help="Find the largest factor on the command that the rig can do.")
+@units_option
 @as_json
 def check(
     tests: tuple[Path, ...],
@@ -167,16 +169,10 @@ def _helped(plan: TestPlan, outcome: Verdict) -> Verdict:
         return eft.simulate(plan.rig.replace(outcome.changes), plan.command, progress=update).verdict
 
 
-_SHOWN = {
-    "N": ("kN", 1e-3), "m": ("mm", 1e3), "m/s": ("m/s", 1.0), "m³/s": ("L/min", 6e4), "W": ("kW", 1e-3),
-    "": ("%", 100.0),
-}  # fmt: skip
-
-
 def _demands(found: dict[str, Any]) -> list[tuple[str, ...]]:
     rows = []
     for demand in found["demands"]:
-        unit, scale = _SHOWN[demand["unit"]]
+        unit, scale = shown(demand["unit"] or "ratio")
         numbers = (f"{demand[name] * scale:.4g}" for name in ("required", "advised", "available"))
         rows.append((f"{demand['name']}, {unit}", *numbers))
     return rows

@@ -8,10 +8,11 @@ from typing import Any
 import click
 
 import eft
+from eft._display import shown
 from eft._files import write_text
 from eft._test_file import read_rig
 from eft.cli._data import data_options, read_data, rig_option
-from eft.cli._output import FILE, as_json, emit_json, epilog, table
+from eft.cli._output import FILE, as_json, emit_json, epilog, table, units_option
 from eft.traces._write import check_folder
 
 
@@ -65,6 +66,7 @@ def delay(
 @click.option("--rig", type=FILE, help="Rig file, for the piston area.")
 @click.option("--knots", type=int, default=21, show_default=True, help="Control points from -1 to 1, odd.")
 @click.option("-o", "--output", type=FILE, help="TOML file for the curve, ready for a rig file.")
+@units_option
 @data_options
 @as_json
 def curve(
@@ -112,11 +114,12 @@ def curve(
             }
         )
         return
+    unit = shown("flow")
     rows = [
-        (f"{x:+.3f}", f"{q * 6e4:.2f}", f"{u * 6e4:.2f}", "yes" if seen else "extrapolated")
+        (f"{x:+.3f}", f"{q * unit.factor:.2f}", f"{u * unit.factor:.2f}", "yes" if seen else "extrapolated")
         for x, q, u, seen in zip(openings, flows, uncertainty, measured, strict=True)
     ]
-    click.echo(table(rows, ("opening", "flow, L/min", "±", "measured")))
+    click.echo(table(rows, ("opening", f"flow, {unit.unit}", "±", "measured")))
     if output is not None:
         click.echo(f"{output} written")
 

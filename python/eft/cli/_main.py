@@ -10,6 +10,7 @@ from importlib import metadata
 
 import click
 
+from eft._display import current_units, use_units
 from eft._native import __version__
 from eft.cli._check import check
 from eft.cli._compare import compare
@@ -75,7 +76,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Of the group alone; a command behind it is named by its context.
     where = f"eft {names[0]}" if names and names[0] in cli.commands else "eft"
     try:
-        return int(cli.main(args=names, prog_name="eft", standalone_mode=False) or 0)
+        with use_units(current_units()):  # what --units chooses ends with the command
+            return int(cli.main(args=names, prog_name="eft", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
         return BAD_INPUT

@@ -14,12 +14,30 @@ import click
 import numpy as np
 from tqdm import tqdm
 
+from eft._display import UnitSystem, use_units
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 FILE = click.Path(path_type=Path)
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object, for scripts.")
 """The option of every command whose answer a script may want."""
+
+
+def _use_units(_ctx: click.Context, _param: click.Parameter, system: UnitSystem | None) -> None:
+    if system is not None:
+        use_units(system)
+
+
+units_option = click.option(
+    "--units",
+    "shown_units",
+    type=click.Choice(["si", "us"]),
+    expose_value=False,
+    callback=_use_units,
+    help="Units of what is shown: kN, mm, MPa, L/min or kip, in, psi, gpm.",
+)
+"""The option of every command that shows quantities; files and --json stay in SI units."""
 
 
 def epilog(*examples: str) -> str:

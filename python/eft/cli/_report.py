@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 import eft
-from eft.cli._output import FILE, epilog
+from eft.cli._output import FILE, epilog, units_option
 from eft.report import write_report, write_study_report
 from eft.report._page import DIFFERENT, commands_differ
 from eft.traces._write import check_folder
@@ -24,6 +24,7 @@ from eft.traces._write import check_folder
 @click.argument("runs", type=FILE, nargs=-1, required=True)
 @click.option("-o", "--output", type=FILE, help="Default: the first run's name with .html")
 @click.option("--title", help="Heading of the page.")
+@units_option
 def report(runs: tuple[Path, ...], output: Path | None, title: str | None) -> None:
     """Write a report of the RUNS that `eft run` saved, or of a study's folder: one HTML file, no network.
 

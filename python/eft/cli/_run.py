@@ -17,7 +17,7 @@ import eft
 from eft._table import Metrics
 from eft._test_file import TestPlan
 from eft._verdict import Verdict, told_delay
-from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
+from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table, units_option
 from eft.cli._plan import plan_of, test_options
 from eft.cli._save_rig import check_save_rig, save_rig
 from eft.traces import write_run
@@ -37,7 +37,9 @@ from eft.traces._write import check_output
 @click.option(
     "--dtype", type=click.Choice(["f64", "f32"]), default="f64", help="Precision of the controller."
 )
-@click.option("-o", "--output", type=FILE, help=".eft (all of it), .csv, .h5, .parquet; default: TEST.eft")
+@click.option(
+    "-o", "--output", type=FILE, help=".eft (all of it), .csv, .h5, .parquet, .mat, .tdms; default: TEST.eft"
+)
 @click.option(
     "--save-rig",
     "corrected",
@@ -45,6 +47,7 @@ from eft.traces._write import check_output
     metavar="FILE",
     help="Rig with the flow curve that compensation.curve_correction found.",
 )
+@units_option
 @as_json
 def run(
     test: Path | None,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eft._display import shown
 from eft._signals import Array, Response, commands, inside, labelled
 from eft.plots._style import COMMAND, IDEAL, LIMIT, axes_or_new, finish, lines_for
 
@@ -24,17 +25,17 @@ Window = tuple[float, float]
 def force_history(
     runs: TestRun | Mapping[str, TestRun], *, window: Window | None = None, ax: Axes | None = None
 ) -> Axes:
-    """Force command against force, in kN, as in Figs. 8 and 9; `window` in s."""
+    """Force command against force, as in Figs. 8 and 9; `window` in s. Units are those of `eft.use_units`."""
     ax = axes_or_new(ax)
-    runs = labelled(runs)
+    runs, unit = labelled(runs), shown("force")
     for label, run in commands(runs):
         part = inside(run.time, window)
-        ax.plot(run.time[part], run.command[part] / 1e3, label=label, **COMMAND.keywords())
+        ax.plot(run.time[part], run.command[part] * unit.factor, label=label, **COMMAND.keywords())
     for (label, each), line in zip(runs.items(), lines_for(runs), strict=True):
         part = inside(each.time, window)
-        ax.plot(each.time[part], each.force[part] / 1e3, label=label, **line.keywords())
+        ax.plot(each.time[part], each.force[part] * unit.factor, label=label, **line.keywords())
     ax.margins(x=0)
-    return finish(ax, xlabel="time (s)", ylabel="force (kN)")
+    return finish(ax, xlabel="time (s)", ylabel=f"force ({unit.unit})")
 
 
 def displacement_history(
@@ -44,9 +45,10 @@ def displacement_history(
     window: Window | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Displacement in mm, with that under the exact command (`ideal`), as in Fig. 10."""
-    ax = _responses(lambda each: each.displacement * 1e3, runs, ideal, window, ax)
-    return finish(ax, xlabel="time (s)", ylabel="displacement (mm)")
+    """Displacement, with that under the exact command (`ideal`), as in Fig. 10."""
+    unit = shown("length")
+    ax = _responses(lambda each: each.displacement * unit.factor, runs, ideal, window, ax)
+    return finish(ax, xlabel="time (s)", ylabel=f"displacement ({unit.unit})")
 
 
 def velocity_history(
@@ -56,9 +58,10 @@ def velocity_history(
     window: Window | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Velocity in m/s, with that under the exact command (`ideal`), as in Fig. 10."""
-    ax = _responses(lambda each: each.velocity, runs, ideal, window, ax)
-    return finish(ax, xlabel="time (s)", ylabel="velocity (m/s)")
+    """Velocity, with that under the exact command (`ideal`), as in Fig. 10."""
+    unit = shown("velocity")
+    ax = _responses(lambda each: each.velocity * unit.factor, runs, ideal, window, ax)
+    return finish(ax, xlabel="time (s)", ylabel=f"velocity ({unit.unit})")
 
 
 def spool_history(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from eft._display import shown
 from eft._signals import inside, restoring_force
 from eft.plots._style import BLUE, axes_or_new, finish
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def hysteresis(run: TestRun, *, window: tuple[float, float] | None = None, ax: Axes | None = None) -> Axes:
-    """Restoring force `r(x) = F − m·ẍ − c·ẋ` in kN against displacement in mm; `window` in s.
+    """Restoring force `r(x) = F − m·ẍ − c·ẋ` against displacement; `window` in s.
 
     Mass and damping are the true ones of the rig that was tested.
     """
@@ -26,7 +27,9 @@ def hysteresis(run: TestRun, *, window: tuple[float, float] | None = None, ax: A
     part = inside(run.time, window)
     structure = run.rig.plant["structure"]
     force = restoring_force(run, structure["mass"], structure["damping"])
-    ax.plot(run.displacement[part] * 1e3, force[part] / 1e3, color=BLUE, linewidth=0.9)
+    across, up = shown("length"), shown("force")
+    ax.plot(run.displacement[part] * across.factor, force[part] * up.factor, color=BLUE, linewidth=0.9)
     ax.axhline(0, color="0.7", linewidth=0.6)
     ax.axvline(0, color="0.7", linewidth=0.6)
-    return finish(ax, xlabel="displacement (mm)", ylabel="restoring force (kN)", legend=False)
+    labels = (f"displacement ({across.unit})", f"restoring force ({up.unit})")
+    return finish(ax, xlabel=labels[0], ylabel=labels[1], legend=False)

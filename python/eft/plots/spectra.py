@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from eft._display import shown
 from eft._signals import amplitude_spectrum, commands, labelled, sample_step
 from eft.plots._style import COMMAND, LIMIT, axes_or_new, finish, lines_for
 
@@ -19,18 +20,18 @@ Band = tuple[float, float]
 def force_spectrum(
     runs: TestRun | Mapping[str, TestRun], *, band: Band = (0.0, 10.0), ax: Axes | None = None
 ) -> Axes:
-    """Modulus of the Fourier transform of force and command, in kN·s, over a band in Hz, as in Fig. 8."""
+    """Modulus of the Fourier transform of force and command over a band in Hz, as in Fig. 8."""
     ax = axes_or_new(ax)
-    runs = labelled(runs)
+    runs, unit = labelled(runs), shown("force")
     for label, run in commands(runs):
-        frequency, command = amplitude_spectrum(run.command / 1e3, sample_step(run), band)
+        frequency, command = amplitude_spectrum(run.command * unit.factor, sample_step(run), band)
         ax.plot(frequency, command, label=label, **COMMAND.keywords())
     for (label, each), line in zip(runs.items(), lines_for(runs), strict=True):
-        frequency, force = amplitude_spectrum(each.force / 1e3, sample_step(each), band)
+        frequency, force = amplitude_spectrum(each.force * unit.factor, sample_step(each), band)
         ax.plot(frequency, force, label=label, **line.keywords())
     ax.set_xlim(*band)
     ax.set_ylim(bottom=0)
-    return finish(ax, xlabel="frequency (Hz)", ylabel="|FFT| of force (kN s)")
+    return finish(ax, xlabel="frequency (Hz)", ylabel=f"|FFT| of force ({unit.unit} s)")
 
 
 def force_ratio(

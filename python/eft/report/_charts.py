@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._display import shown
 from eft._native import Command
 from eft._run import TestRun
 from eft._signals import commands, restoring_force
@@ -102,40 +103,42 @@ def draw(runs: Mapping[str, TestRun]) -> Page:
     page = Page()
     colors = dict(zip(runs, cycle(len(runs)), strict=True))
 
+    force, length, velocity, pressure = (shown(name) for name in ("force", "length", "velocity", "pressure"))
+
     def over_time(name: str, scale: float = 1.0) -> list[dict[str, Any]]:
         return [page.history(k, colors[k], getattr(r, name) * scale, r) for k, r in runs.items()]
 
+    def add(title: str, words: str, unit: str, series: list[dict[str, Any]], **spec: Any) -> None:
+        page.add(title, ("time (s)", f"{words} ({unit})"), series, link="time", **spec)
+
     wanted = [
-        page.history(label, COMMAND_COLOR, run.command / 1e3, run, width=2.4) for label, run in commands(runs)
+        page.history(label, COMMAND_COLOR, run.command * force.factor, run, width=2.4)
+        for label, run in commands(runs)
     ]
     floors = [run for run in runs.values() if run._building]
     if len(floors) == len(runs) > 1:
         _multiples(page, runs, colors)
     else:
-        page.add("Force", ("time (s)", "force (kN)"), [*wanted, *over_time("force", 1e-3)], link="time")
-    error = [page.history(k, colors[k], (r.force - r.command) / 1e3, r) for k, r in runs.items()]
-    page.add("Force error: force less command", ("time (s)", "force error (kN)"), error, link="time")
-    moved = over_time("displacement", 1e3)
+        add("Force", "force", force.unit, [*wanted, *over_time("force", force.factor)])
+    error = [page.history(k, colors[k], (r.force - r.command) * force.factor, r) for k, r in runs.items()]
+    add("Force error: force less command", "force error", force.unit, error)
+    moved = over_time("displacement", length.factor)
     if not floors:
         moved = [*ideals(page, commands(runs)), *moved]
-    page.add("Displacement", ("time (s)", "displacement (mm)"), moved, link="time")
-    page.add("Velocity", ("time (s)", "velocity (m/s)"), over_time("velocity"), link="time")
+    add("Displacement", "displacement", length.unit, moved)
+    add("Velocity", "velocity", velocity.unit, over_time("velocity", velocity.factor))
     advice = [
         {"y": sign * SPOOL_ADVICE * 100, "label": f"{SPOOL_ADVICE:.0%} advised" if sign > 0 else ""}
         for sign in (1, -1)
     ]
-    page.add(
-        "Spool opening", ("time (s)", "spool opening (%)"), over_time("spool", 100), link="time", rules=advice
-    )
-    page.add("Valve command", ("time (s)", "valve command (V)"), over_time("valve_command"), link="time")
-    page.add(
-        "Load pressure", ("time (s)", "load pressure (MPa)"), over_time("load_pressure", 1e-6), link="time"
-    )
+    add("Spool opening", "spool opening", "%", over_time("spool", 100), rules=advice)
+    add("Valve command", "valve command", "V", over_time("valve_command"))
+    add("Load pressure", "load pressure", pressure.unit, over_time("load_pressure", pressure.factor))
     if any(np.ptp(run.supply_pressure) > 0.0 for run in runs.values()):
-        labels = ("time (s)", "supply pressure (MPa)")
-        set_to = sorted({run.rig["supply.pressure"] / 1e6 for run in runs.values()})
-        rules = [{"y": pressure, "label": "as configured"} for pressure in set_to]
-        page.add("Supply pressure", labels, over_time("supply_pressure", 1e-6), link="time", rules=rules)
+        set_to = sorted({run.rig["supply.pressure"] * pressure.factor for run in runs.values()})
+        rules = [{"y": level, "label": "as configured"} for level in set_to]
+        supplied = over_time("supply_pressure", pressure.factor)
+        add("Supply pressure", "supply pressure", pressure.unit, supplied, rules=rules)
     _ratio(page, runs, colors)
     _hysteresis(page, runs, colors)
     return page
@@ -147,21 +150,22 @@ def ideals(page: Page, judged: Sequence[tuple[str, TestRun]]) -> list[dict[str, 
     for label, run in judged:
         ideal = ideal_response(run.rig, Command(run.command, run.sample_rate)).displacement
         name = label.replace("commands", "ideal").replace("command", "ideal")
-        curves.append(page.history(name, COMMAND_COLOR, ideal * 1e3, run, width=2.4))
+        curves.append(page.history(name, COMMAND_COLOR, ideal * shown("length").factor, run, width=2.4))
     return curves
 
 
 def _multiples(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -> None:
     """A small chart of the force for each actuator of a building."""
+    force, length = shown("force"), shown("length")
     page.figures.append('<div class="multiples">')
     for name, run in runs.items():
-        wanted = page.history("command", COMMAND_COLOR, run.command / 1e3, run, width=2.4)
-        force = page.history("force", colors[name], run.force / 1e3, run)
-        page.add(f"Force, {name}", ("time (s)", "force (kN)"), [wanted, force], link="time")
+        wanted = page.history("command", COMMAND_COLOR, run.command * force.factor, run, width=2.4)
+        given = page.history("force", colors[name], run.force * force.factor, run)
+        page.add(f"Force, {name}", ("time (s)", f"force ({force.unit})"), [wanted, given], link="time")
     for (name, run), ideal in zip(runs.items(), _ideal_floors(runs), strict=True):
-        curve = page.history("ideal", COMMAND_COLOR, ideal * 1e3, run, width=2.4)
-        moved = page.history("test", colors[name], run.displacement * 1e3, run)
-        labels = ("time (s)", "displacement (mm)")
+        curve = page.history("ideal", COMMAND_COLOR, ideal * length.factor, run, width=2.4)
+        moved = page.history("test", colors[name], run.displacement * length.factor, run)
+        labels = ("time (s)", f"displacement ({length.unit})")
         page.add(f"Displacement, {name}", labels, [curve, moved], link="time")
     page.figures.append("</div>")
 
@@ -206,6 +210,7 @@ def _band(amplitude: Array, run: TestRun) -> tuple[float, float]:
 
 
 def _hysteresis(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -> None:
+    across, up = shown("length"), shown("force")
     series = []
     for name, run in runs.items():
         if len(run) < 3 or run.rig["structure.kind"] == "shear_building":
@@ -213,9 +218,10 @@ def _hysteresis(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, st
         structure = run.rig.plant["structure"]
         force = restoring_force(run, structure["mass"], structure["damping"])
         every = -(-len(run) // (MOST // 2))
-        series.append(page.curve(name, colors[name], run.displacement[::every] * 1e3, force[::every] / 1e3))
+        x, y = run.displacement[::every] * across.factor, force[::every] * up.factor
+        series.append(page.curve(name, colors[name], x, y))
     if series:
-        labels = ("displacement (mm)", "restoring force (kN)")
+        labels = (f"displacement ({across.unit})", f"restoring force ({up.unit})")
         page.add("Restoring force of the structure", labels, series, box=True, square=True)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from eft._display import shown
 from eft._run import TestRun
 from eft.report._charts import COMMAND_COLOR, Page, cycle
 
@@ -15,7 +16,6 @@ _ESTIMATES = (
     ("valve_gain_estimate", "valve gain", "dashed"),
     ("level", "level", "dotted"),
 )
-_LITERS_PER_MINUTE = 6e4
 
 
 def draw_estimates(page: Page, runs: Mapping[str, TestRun]) -> None:
@@ -57,6 +57,7 @@ def _found(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -
     """The flow curves that were found, against the configured ones."""
     curves: list[dict[str, Any]] = []
     ratios: list[dict[str, Any]] = []
+    flow = shown("flow")
     known: list[dict[str, Any]] = []
     for name, run in runs.items():
         linear = run.rig["compensation.mode"] == "linear"
@@ -67,7 +68,7 @@ def _found(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -
             known.append(table)
         openings, flows = np.asarray(table["openings"]) * 100, np.asarray(table["flows"])
         label = _label(name, colors)
-        curves.append(page.curve(label, colors[name], openings, run.found_flows * _LITERS_PER_MINUTE))
+        curves.append(page.curve(label, colors[name], openings, run.found_flows * flow.factor))
         moved = flows != 0.0
         ratio = run.found_flows[moved] / flows[moved]
         ratios.append(page.points(label, colors[name], openings[moved], ratio))
@@ -78,12 +79,12 @@ def _found(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -
             "as configured",
             COMMAND_COLOR,
             np.asarray(table["openings"]) * 100,
-            np.asarray(table["flows"]) * _LITERS_PER_MINUTE,
+            np.asarray(table["flows"]) * flow.factor,
         )
         | {"width": 2.4}
         for table in known
     ]
-    labels = ("spool opening (%)", "no-load flow (L/min)")
+    labels = ("spool opening (%)", f"no-load flow ({flow.unit})")
     page.add("Flow curve as found by the end", labels, [*given, *curves])
     labels = ("spool opening (%)", "flow over the configured (1)")
     rules = [{"y": 1.0, "label": "as configured"}]

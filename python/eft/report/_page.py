@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eft._display import Shown, shown
 from eft._files import write_text
 from eft._native import __version__
 from eft._run import TestRun
@@ -38,10 +39,10 @@ _METRICS: dict[MetricName, tuple[str, float, str]] = {
     "fei_amplitude": ("evaluation index: amplitude", 1.0, ""),
     "fei_delay": ("evaluation index: delay", 1e3, "ms"),
     "fei_frequency": ("evaluation index: frequency", 1.0, "Hz"),
-    "tracking_indicator": ("tracking indicator, negative when the force lags", 1e-6, "kN²"),
+    "tracking_indicator": ("tracking indicator, negative when the force lags", 1.0, "N²"),
     "displacement_error": ("displacement error against the ideal response, rms", 100.0, "%"),
     "max_spool": ("largest spool opening", 100.0, "%"),
-    "min_supply_pressure": ("smallest supply pressure", 1e-6, "MPa"),
+    "min_supply_pressure": ("smallest supply pressure", 1.0, "Pa"),
 }
 
 
@@ -143,16 +144,19 @@ def _metrics(runs: Sequence[TestRun]) -> list[list[str]]:
     rows = []
     if any(len(part) < len(run) for part, run in zip(judged, runs, strict=True)):
         rows.append(["the test ended after; up to there:", *(_number(part.duration, "s") for part in judged)])
-    for key, (words, scale, unit) in _METRICS.items():
+    force, length, pressure = shown("force"), shown("length"), shown("pressure")
+    squared = Shown(f"{force.unit}²", force.factor**2)
+    in_units = {"N²": squared, "Pa": pressure}
+    for key, (words, own, si) in _METRICS.items():
+        unit, scale = in_units.get(si, Shown(si, own))
         if any(key in metrics for metrics in found):
             cells = [_number(metrics.get(key, math.nan) * scale, unit) for metrics in found]
             rows.append([words, *cells])
-    rows.append(
-        ["largest displacement", *(_number(float(abs(r.displacement).max()) * 1e3, "mm") for r in judged)]
-    )
+    moved = (float(abs(run.displacement).max()) * length.factor for run in judged)
+    rows.append(["largest displacement", *(_number(value, length.unit) for value in moved)])
     for signal in ("force", "command"):
-        largest = (float(abs(getattr(r, signal)).max()) / 1e3 for r in judged)
-        rows.append([f"largest {signal}", *(_number(value, "kN") for value in largest)])
+        largest = (float(abs(getattr(r, signal)).max()) * force.factor for r in judged)
+        rows.append([f"largest {signal}", *(_number(value, force.unit) for value in largest)])
     rows.append(["duration of the command", *(_number(r.duration, "s") for r in runs)])
     return rows
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from eft._display import shown
 from eft._native import Command
 from eft._planning import Demand, StabilityMargins, check_feasibility, stability_margins
 from eft._run import TestRun
@@ -12,11 +13,6 @@ from eft.report._heading import wholes
 
 _MOST = 4
 """Tests with tables of their own; more would hide the charts."""
-
-_UNITS = {
-    "N": ("kN", 1e-3), "m": ("mm", 1e3), "m/s": ("m/s", 1.0), "m³/s": ("L/min", 6e4), "W": ("kW", 1e-3),
-    "": ("%", 100.0),
-}  # fmt: skip
 
 
 def planned(runs: Mapping[str, TestRun]) -> Iterator[tuple[str, list[str], list[list[str]]]]:
@@ -47,9 +43,8 @@ def planned(runs: Mapping[str, TestRun]) -> Iterator[tuple[str, list[str], list[
 
 
 def _demand(one: Demand) -> list[str]:
-    unit, scale = _UNITS[one.unit]
-    numbers = (one.required, one.advised, one.available)
-    return [one.name, *(f"{value * scale:.4g} {unit}" for value in numbers)]
+    unit = shown(one.unit or "ratio")
+    return [one.name, *(unit(value) for value in (one.required, one.advised, one.available))]
 
 
 def _margins(found: StabilityMargins) -> list[list[str]]:

@@ -1,24 +1,43 @@
-"""Two tests side by side, signal by signal."""
+"""Two tests, signal by signal: a measured one over a virtual one."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import html
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from os import PathLike
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eft import _native
+from eft._display import UnitSystem, shown
+from eft._run import TestRun
+from eft.traces._read import read_traces
 from eft.traces._traces import Traces
 from eft.traces._units import si_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+Source = Traces | TestRun | str | PathLike[str]
+"""A test: a run, traces, or a file of either."""
+
+BAND = (0.25, 10.0)
+"""Frequencies between which the band ratio is taken, Hz: those of the paper's sweeps."""
 
 _COMPARED = ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command")
 
 
 @dataclass(frozen=True)
-class Comparison:
+class SignalComparison:
     """How far a signal of one test is from the same signal of a reference."""
 
     quantity: str
     unit: str
+    """SI unit of the peaks."""
     reference_peak: float
     """Largest absolute value in the reference."""
     peak: float
@@ -29,22 +48,180 @@ class Comparison:
     """Largest difference over the largest value of the reference."""
     delay: float
     """By cross-correlation, s; positive when the other test lags; NaN where there is no answer."""
+    band_ratio: float
+    """Rms within the band over that of the reference; NaN where the reference has nothing there."""
 
 
-def compare(reference: Traces, other: Traces) -> list[Comparison]:
-    """Compare every signal that both have, over the time that both cover, at the reference's sample rate.
+@dataclass(frozen=True, eq=False)
+class Comparison(Mapping[str, SignalComparison]):
+    """Two tests compared: a mapping from each signal that both have to its `SignalComparison`."""
+
+    reference: Traces
+    """The reference, often a measured test, over the common time."""
+    other: Traces
+    """The other test on the reference's clock."""
+    signals: Mapping[str, SignalComparison]
+    shift: float
+    """By how much the other test was moved to an earlier time, s; 0 unless aligned."""
+    aligned_by: str | None
+    """The signal that gave the shift."""
+    band: tuple[float, float]
+    """Of the band ratios, Hz."""
+
+    def __getitem__(self, quantity: str) -> SignalComparison:
+        return self.signals[quantity]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.signals)
+
+    def __len__(self) -> int:
+        return len(self.signals)
+
+    def plot(self, *quantities: str, units: UnitSystem | None = None) -> Figure:
+        """Draw both tests and their difference, a pair of panels for each signal.
+
+        Parameters
+        ----------
+        *quantities : str
+            Which signals; without any, command or valve command are left out where there are others.
+        units : {"si", "us"}, optional
+            Those of `eft.use_units` unless given.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        ValueError
+            If a signal was not compared.
+        """
+        from eft.plots.comparison import comparison
+
+        return comparison(self, *quantities, units=units)
+
+    def table(self, units: UnitSystem | None = None) -> list[tuple[str, ...]]:
+        """Return the comparison as rows of text, the first of them a header."""
+        header = ("signal", "reference peak", "peak", "rms error", "peak error", "delay, ms", "band ratio")
+        return [header, *(_row(one, units) for one in self.signals.values())]
+
+    def _repr_html_(self) -> str:
+        head, *rows = self.table()
+        cells = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
+        body = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
+        )
+        caption = html.escape(f"{self.other.name} against {self.reference.name}")
+        return (
+            f"<table><caption>{caption}</caption><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
+        )
+
+
+def _row(one: SignalComparison, units: UnitSystem | None) -> tuple[str, ...]:
+    unit = shown(one.unit, units)
+    texts = (f"{one.nrmse:.2%}", f"{one.peak_error:.2%}", f"{one.delay * 1e3:z.2f}", f"{one.band_ratio:.4f}")
+    name = one.quantity.replace("_", " ")
+    peaks = (f"{peak * unit.factor:.4g}" for peak in (one.reference_peak, one.peak))
+    return (f"{name} ({unit.unit})", *peaks, *("-" if text.startswith("nan") else text for text in texts))
+
+
+def compare(
+    measured: Source,
+    run: Source,
+    *,
+    align: bool = False,
+    band: tuple[float, float] = BAND,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    sample_rate: float | None = None,
+) -> Comparison:
+    """Compare every signal that two tests share, over the time that both cover, at the first one's rate.
+
+    Parameters
+    ----------
+    measured : Traces, TestRun or path-like
+        The reference: a measured test, or another run.
+    run : Traces, TestRun or path-like
+        What is compared with it.
+    align : bool
+        Whether to move `run` in time by the delay between the commands, or between the forces where one of
+        the tests has no command.
+    band : tuple of float
+        Frequencies in Hz between which the band ratio is taken.
+    columns, units, sample_rate
+        As of `eft.traces.read_traces`, for files. A spool opening in V takes the rig of the other test.
+
+    Returns
+    -------
+    Comparison
+        A mapping by signal; each value has ``nrmse``, ``peak_error``, ``delay`` (s) and ``band_ratio``.
 
     Raises
     ------
+    OSError
+        If a file cannot be read.
     ValueError
-        If the two have no signal or no time in common.
+        If a file is not what it should be, or the two have no signal or no time in common.
+
+    Examples
+    --------
+    >>> import eft
+    >>> rig = eft.Rig.zhao2005()
+    >>> sweep = eft.sine_sweep(2000.0, 0.0, 5.0, duration=4.0, sample_rate=1024.0)
+    >>> one = eft.simulate(rig, sweep)
+    >>> other = eft.simulate(rig.replace({"compensation.mode": "linear"}), sweep)
+    >>> eft.compare(one, other)["force"].nrmse < 0.1
+    True
     """
+    low, high = band
+    if not 0.0 <= low < high:
+        raise ValueError(f"band = ({low:g}, {high:g}) Hz: must begin at or above zero and below its end")
+    rigs = [source.rig for source in (run, measured) if isinstance(source, TestRun)]
+
+    def read(source: Source) -> Traces:
+        if isinstance(source, Traces):
+            return source
+        if isinstance(source, TestRun):
+            return Traces.from_run(source)
+        rig = rigs[0] if rigs else None
+        return read_traces(source, columns=columns, units=units, sample_rate=sample_rate, rig=rig)
+
+    reference, other = read(measured), read(run)
     shared = [name for name in _COMPARED if name in reference.columns and name in other.columns]
     if not shared:
         raise ValueError(
             f"no signal in common: {reference.name} has {', '.join(reference.columns)}, "
             f"{other.name} has {', '.join(other.columns)}"
         )
+    shift, by = 0.0, None
+    if align:
+        by = next((name for name in shared if name in ("command", "force")), shared[0])
+        shift = _lag(reference, other, by)
+        other = replace(other, start=other.start - shift)
+    reference, other = _over_common_time(reference, other, shared)
+    signals = {name: _compare(name, reference, other, band) for name in shared}
+    return Comparison(reference, other, signals, shift, by, band)
+
+
+def _lag(reference: Traces, other: Traces, name: str) -> float:
+    """How much later a signal comes in the other test, s."""
+    rate = reference.sample_rate
+    length = max(reference.time[-1] - reference.start, other.time[-1] - other.start)
+    # Twice as long as either, since lags within half of a record count.
+    clock = np.arange(2 * int(np.ceil(length * rate)) + 2) / rate
+    one, two = (
+        np.interp(clock, traces.time - traces.start, traces.columns[name], right=0.0)
+        for traces in (reference, other)
+    )
+    lag = _native.metrics(one, two, rate)["delay"] if one.any() and two.any() else np.nan
+    if np.isnan(lag):
+        raise ValueError(
+            f"align: the {name} of {other.name} does not correlate with that of {reference.name}"
+        )
+    return float(lag) + other.start - reference.start
+
+
+def _over_common_time(reference: Traces, other: Traces, shared: list[str]) -> tuple[Traces, Traces]:
     time, other_time = reference.time, other.time
     # A millionth of a step: two clocks that mean the same time may differ by rounding.
     margin = 1e-6 / reference.sample_rate
@@ -54,19 +231,24 @@ def compare(reference: Traces, other: Traces) -> list[Comparison]:
             f"no time in common: {reference.name} covers {time[0]:g} to {time[-1]:g} s, "
             f"{other.name} {other_time[0]:g} to {other_time[-1]:g} s"
         )
-    answer = []
-    for name in shared:
-        wanted = np.ascontiguousarray(reference.columns[name][inside])
-        values = np.interp(time[inside], other_time, other.columns[name])
-        answer.append(_compare(name, wanted, values, reference.sample_rate))
-    return answer
+    time = time[inside]
+    kept = {name: np.ascontiguousarray(reference.columns[name][inside]) for name in shared}
+    moved = {name: np.interp(time, other_time, other.columns[name]) for name in shared}
+    rate, start = reference.sample_rate, float(time[0])
+    return Traces(reference.name, rate, kept, start), Traces(other.name, rate, moved, start)
 
 
-def _compare(name: str, wanted: np.ndarray, values: np.ndarray, sample_rate: float) -> Comparison:
+def _compare(name: str, reference: Traces, other: Traces, band: tuple[float, float]) -> SignalComparison:
+    wanted, values, rate = reference.columns[name], other.columns[name], reference.sample_rate
     peaks = float(np.abs(wanted).max()), float(np.abs(values).max())
+    unit = si_unit(name)
     if peaks[0] == 0.0:
         # A reference of zero has no relative difference, except to another zero.
         error = 0.0 if peaks[1] == 0.0 else float("nan")
-        return Comparison(name, si_unit(name), *peaks, error, error, error)
-    judged = _native.metrics(wanted, values, sample_rate)
-    return Comparison(name, si_unit(name), *peaks, judged["nrmse"], judged["peak_error"], judged["delay"])
+        return SignalComparison(name, unit, *peaks, error, error, error, float("nan"))
+    judged = _native.metrics(wanted, values, rate)
+    frequency = np.fft.rfftfreq(wanted.size, 1.0 / rate)
+    within = (frequency >= band[0]) & (frequency <= band[1])
+    energy = [float((np.abs(np.fft.rfft(signal)[within]) ** 2).sum()) for signal in (wanted, values)]
+    ratio = float(np.sqrt(energy[1] / energy[0])) if energy[0] > 0.0 else float("nan")
+    return SignalComparison(name, unit, *peaks, judged["nrmse"], judged["peak_error"], judged["delay"], ratio)

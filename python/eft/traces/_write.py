@@ -1,4 +1,4 @@
-"""Writes the signals of a test for other programs: CSV, HDF5, Parquet."""
+"""Writes the signals of a test for other programs: CSV, HDF5, Parquet, MAT, TDMS."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from eft._files import beside, check_replaceable
 from eft._run import TestRun
+from eft.traces._tdms import write_tdms
 from eft.traces._traces import Traces
 from eft.traces._units import si_unit
 
@@ -17,9 +18,9 @@ from eft.traces._units import si_unit
 def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
     """Write a run in the format that the suffix names.
 
-    ``.csv``, ``.h5`` or ``.hdf5`` (needs h5py), ``.parquet`` (needs pandas and pyarrow); ``.eft`` and
-    ``.npz`` as `TestRun.save`, which alone keep the whole run. The file is written under another name
-    and then renamed.
+    ``.csv``, ``.h5`` or ``.hdf5`` (needs h5py), ``.parquet`` (needs pandas and pyarrow), ``.mat`` (needs
+    SciPy; names such as ``force_N`` and ``velocity_mps``), ``.tdms`` (needs npTDMS); ``.eft`` and ``.npz`` as
+    `TestRun.save`, which alone keep the whole run. The file is written under another name and then renamed.
     """
     target = Path(path)
     check_output(target)
@@ -84,6 +85,24 @@ def _hdf5(run: TestRun, path: Path) -> None:
         )
 
 
+def _mat(run: TestRun, path: Path) -> None:
+    from scipy.io import savemat
+
+    columns = {f"{name}{_SUFFIXES[si_unit(name)]}": values for name, values in _columns(run).items()}
+    savemat(path, columns, do_compression=True, oned_as="column")
+
+
+_SUFFIXES = {"1": "", "m/s": "_mps", "m/s2": "_mps2", "m3/s": "_m3ps"} | {
+    unit: f"_{unit}" for unit in ("s", "N", "m", "Pa", "V")
+}
+"""How the name of a variable ends by its unit: a name may have no slash."""
+
+
+def _tdms(run: TestRun, path: Path) -> None:
+    columns = {name: (si_unit(name), values) for name, values in Traces.from_run(run).columns.items()}
+    write_tdms(columns, run.sample_rate, path)
+
+
 _WRITERS: dict[str, Callable[[TestRun, Path], None] | None] = {
     ".eft": None,
     ".npz": None,
@@ -91,4 +110,6 @@ _WRITERS: dict[str, Callable[[TestRun, Path], None] | None] = {
     ".h5": _hdf5,
     ".hdf5": _hdf5,
     ".parquet": _parquet,
+    ".mat": _mat,
+    ".tdms": _tdms,
 }

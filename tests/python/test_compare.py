@@ -1,0 +1,124 @@
+"""Measured over virtual: alignment, numbers, pictures, units."""
+
+import dataclasses
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+import eft
+from eft import _display
+from eft.cli import main
+from eft.traces import Traces, read_traces, write_run
+
+RATE = 512.0
+RIG = eft.Rig.zhao2005()
+RUN = eft.simulate(RIG, eft.sine_sweep(4000.0, 0.2, 8.0, 8.0, RATE))
+
+
+def measured(late=0.0, gain=1.0, start=0.0):
+    """The run as a laboratory would have measured it: other clock, gain and rate."""
+    time = np.arange(0.0, RUN.time[-1] + late, 1 / 400.0)
+    columns = {
+        name: gain * np.interp(time - late, RUN.time, getattr(RUN, name), left=0.0)
+        for name in ("command", "force", "displacement")
+    }
+    return Traces("measured", 400.0, columns, start)
+
+
+@pytest.mark.parametrize(("late", "start"), [(0.0, 0.0), (1.3, 0.0), (-0.25, 0.0), (0.7, 100.0), (3.2, -4.0)])
+def test_alignment_finds_the_shift_that_was_there(late, start):
+    found = eft.compare(measured(late=late, start=start), RUN, align=True)
+    assert found.aligned_by == "command"
+    assert found.shift == pytest.approx(-(late + start), abs=2e-4)
+    assert found["force"].nrmse < 0.01 and abs(found["force"].delay) < 2e-4
+    assert set(found) == {"command", "force", "displacement"}
+
+
+def test_what_is_different_stays_after_alignment():
+    found = eft.compare(measured(late=0.5, gain=0.8), RUN, align=True)["force"]
+    assert found.band_ratio == pytest.approx(1.25, rel=1e-3)
+    assert found.peak / found.reference_peak == pytest.approx(1.25, rel=5e-3)
+    assert found.nrmse == pytest.approx(0.25, abs=0.01)
+
+
+def test_a_late_force_is_not_hidden_by_the_alignment():
+    late = measured()
+    force = np.interp(late.time - 0.02, late.time, late["force"])
+    other = dataclasses.replace(late, name="other", columns=late.columns | {"force": force})
+    found = eft.compare(late, other, align=True)
+    assert found.shift == pytest.approx(0.0, abs=1e-6)
+    assert found["force"].delay == pytest.approx(0.02, abs=2e-4)
+
+
+def test_without_a_command_the_force_aligns():
+    lone = measured(late=0.4)
+    lone = dataclasses.replace(lone, columns={"force": lone["force"]})
+    assert eft.compare(lone, RUN, align=True).aligned_by == "force"
+    silent = dataclasses.replace(lone, columns={"force": np.zeros(len(lone))})
+    with pytest.raises(ValueError, match="align: the force"):
+        eft.compare(silent, RUN, align=True)
+    with pytest.raises(ValueError, match="no signal in common"):
+        eft.compare(dataclasses.replace(lone, columns={"flow": lone["force"]}), RUN)
+    with pytest.raises(ValueError, match=r"^band = \(5, 1\)"):
+        eft.compare(lone, RUN, band=(5.0, 1.0))
+
+
+def test_a_comparison_never_changes_and_can_be_kept():
+    found = eft.compare(measured(), RUN)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.shift = 1.0
+    with pytest.raises(TypeError):
+        found["force"] = found["command"]
+    assert pickle.loads(pickle.dumps(found))["force"] == found["force"]
+    assert "<table>" in found._repr_html_()
+
+
+@pytest.mark.parametrize("system", ["si", "us"])
+def test_the_picture_has_a_panel_and_its_difference_for_each_signal(system):
+    found = eft.compare(measured(late=0.1), RUN, align=True)
+    figure = found.plot("force", "displacement", units=system)
+    assert len(figure.axes) == 4
+    factor = {"si": 1e-3, "us": 1e-3 / 4.4482216152605}[system]
+    line = figure.axes[0].lines[1]
+    np.testing.assert_allclose(line.get_ydata(), found.other["force"] * factor)
+    assert {"si": "kN", "us": "kip"}[system] in figure.axes[0].get_ylabel()
+    assert len(found.plot().axes) == 4
+    with pytest.raises(ValueError, match="mood was not compared"):
+        found.plot("mood")
+
+
+def test_units_are_chosen_for_all_or_for_a_block():
+    assert _display.shown("force").unit == "kN"
+    with eft.use_units("us"):
+        assert _display.shown("force").unit == "kip" and _display.shown("m").unit == "in"
+    assert _display.shown("force").unit == "kN"
+    with pytest.raises(ValueError, match=r"^system = .imperial."):
+        eft.use_units("imperial")
+
+
+def test_the_command_draws_and_shows_the_units_asked_for(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    RUN.save("run.eft")
+    late = measured(late=0.5)
+    rows = np.column_stack([late.time, late["command"] / 4448.2216152605, late["force"] / 1e3])
+    np.savetxt("measured.csv", rows, "%.9g", ";", header="Time (s);Command (kip);Force (kN)", comments="")
+    command = ["compare", "measured.csv", "run.eft", "--align", "--plot", "out.png", "--units", "us"]
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert "force (kip)" in said and (tmp_path / "out.png").read_bytes().startswith(b"\x89PNG")
+    assert _display.current_units() == "si"
+    assert main([*command, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["shift"] == pytest.approx(-0.5, abs=1e-3)
+    assert {signal["unit"] for signal in answer["signals"]} == {"N"}
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".h5", ".parquet", ".mat", ".tdms"])
+def test_what_is_written_for_others_is_read_with_its_units(suffix, tmp_path):
+    path = write_run(RUN, tmp_path / f"run{suffix}")
+    traces = read_traces(path)
+    assert traces.sample_rate == pytest.approx(RATE)
+    for name in ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command"):
+        np.testing.assert_allclose(traces[name], getattr(RUN, name), rtol=1e-8, atol=1e-9, err_msg=name)
