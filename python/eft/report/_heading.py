@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from eft._display import shown
 from eft._run import TestRun
 
 _GRADES = {"go": ("", "Go"), "caution": (" concern", "Caution"), "no": (" unusable", "No")}
@@ -39,7 +40,10 @@ def about(runs: Mapping[str, TestRun]) -> list[list[str]]:
 
 
 def _mass(mass: Any) -> str:
-    return "" if mass is None else ", ".join(f"{one:g}" for one in np.atleast_1d(mass)) + " kg"
+    unit = shown("mass")
+    if mass is None:
+        return ""
+    return ", ".join(f"{one * unit.factor:g}" for one in np.atleast_1d(mass)) + f" {unit.unit}"
 
 
 def verdicts(runs: Mapping[str, TestRun]) -> list[str]:
