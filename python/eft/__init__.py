@@ -32,6 +32,7 @@ from eft._native import (
     sine_sweep,
     stability_margin,
 )
+from eft._notebook import teach_native
 from eft._planning import Feasibility, check_feasibility
 from eft._replay import Replay, replay
 from eft._run import Coherence, FftRatio, Metrics, TestRun
@@ -109,6 +110,8 @@ __all__ = [
     "tune_force_loop",
     "use_units",
 ]
+
+teach_native()
 
 if not TYPE_CHECKING:
     # A type checker says of a name that moved that it is not here.

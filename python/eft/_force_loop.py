@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,18 @@ class ForceLoop:
     def poles(self) -> NDArray[np.complex128]:
         """Return the poles of the closed loop in the z-plane, by magnitude."""
         return self.closed_loop.poles()
+
+    def plot(self, **options: Any) -> Any:
+        """Draw the Nyquist diagram with its margin: `eft.plots.force_loop`."""
+        from eft import plots
+
+        return plots.force_loop(self, **options)
+
+    def _repr_html_(self) -> str:
+        from eft import _notebook, plots
+
+        rows = [*self.coefficients.items(), *_notebook.fields_rows(asdict(self.margins))]
+        return _notebook.shown("Force loop", rows, _notebook.on_axes(plots.force_loop, self), 3.4)
 
     def to_control(self) -> control.StateSpace:
         """Return the open loop as a python-control ``StateSpace`` (needs the package control)."""

@@ -52,6 +52,13 @@ class ValveEstimate:
     fit: NDArray[np.complex128]
     """The fit at the same frequencies."""
 
+    def _repr_html_(self) -> str:
+        from eft import _notebook
+
+        names = ("natural_frequency", "damping_ratio", "response_delay")
+        rows: list[tuple[str, Any]] = [(name.replace("_", " "), repr(getattr(self, name))) for name in names]
+        return _notebook.shown("Valve", [*rows, ("misfit", f"{self.misfit:.1%}")])
+
     def keys(self, rated_signal: float = 10.0) -> dict[str, Any]:
         """Keys for `Rig.replace`; `rated_signal` (V) opens the spool fully."""
         omega = 2.0 * math.pi * float(self.natural_frequency)

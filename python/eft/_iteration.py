@@ -54,6 +54,13 @@ class DriveIteration:
     runs: tuple[TestRun, ...] = field(default=(), repr=False)
     """The repeats on the virtual rig; empty of measured data."""
 
+    def _repr_html_(self) -> str:
+        from eft import _notebook, plots
+
+        rows = [(f"error of repeat {number}", f"{error:.2%}") for number, error in enumerate(self.errors)]
+        draw = _notebook.on_axes(plots.drive_response, self)
+        return _notebook.shown("Drive", [*rows, ("stopped", self.stopped)], draw)
+
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Draw force over drive and the coherence, with what is not corrected shaded."""
         from eft import plots

@@ -44,6 +44,25 @@ class Identification:
     tuning: FineTuning | None = None
     """From a test of the whole rig."""
 
+    def plot(self, **options: Any) -> Any:
+        """Draw the phase of the valve and the flow curve: `eft.plots.identification`."""
+        from eft import plots
+
+        return plots.identification(self, **options)
+
+    def _repr_html_(self) -> str:
+        from eft import _notebook, plots
+
+        estimates = ("response_delay", "flow_gain", "damping")
+        rows = [(name.replace("_", " "), repr(found)) for name in estimates if (found := getattr(self, name))]
+        draw = (lambda figure: plots.identification(self, figure=figure)) if self._drawn else None
+        return _notebook.shown("Identification", rows, draw, 2.6 * max(self._drawn, 1))
+
+    @property
+    def _drawn(self) -> int:
+        """Panels that its picture has."""
+        return (self.response_delay is not None) + (self.flow_curve is not None)
+
 
 def identify(
     rig: Rig,

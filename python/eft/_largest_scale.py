@@ -27,6 +27,12 @@ class LargestScale:
     limited_by: tuple[str, ...]
     """Reasons against the next larger factor that was tried, worst first."""
 
+    def _repr_html_(self) -> str:
+        from eft import _notebook
+
+        rows = [("scale", self.scale), *(("limited by", reason) for reason in self.limited_by)]
+        return _notebook.shown("Largest scale", rows)
+
 
 def largest_scale(
     rig: Rig,

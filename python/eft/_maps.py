@@ -51,6 +51,18 @@ class StabilityMap:
         """Where the loop is stable; in a map of levels, where any level is."""
         return np.asarray(self.values < 0 if self.quantity == "growth_rate" else ~np.isnan(self.values))
 
+    def plot(self, **options: Any) -> Any:
+        """Draw the map: `eft.plots.stability_map`."""
+        from eft import plots
+
+        return plots.stability_map(self, **options)
+
+    def _repr_html_(self) -> str:
+        from eft import _notebook, plots
+
+        rows = [("points", self.values.size), ("stable", f"{self.stable.mean():.0%}")]
+        return _notebook.shown("Stability map", rows, _notebook.on_axes(plots.stability_map, self), 3.0)
+
     def to_pandas(self) -> pd.DataFrame:
         """Return the map as a data frame, `horizontal` along its columns (needs pandas)."""
         import pandas as pd

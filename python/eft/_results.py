@@ -11,6 +11,12 @@ from typing import TYPE_CHECKING, Any
 class Result:
     """A frozen result with named fields."""
 
+    def _repr_html_(self) -> str:
+        from eft import _notebook
+
+        rows = [(field.name.replace("_", " "), _shown(getattr(self, field.name))) for field in fields(self)]  # type: ignore[arg-type]
+        return _notebook.shown(type(self).__name__, rows)
+
     if not TYPE_CHECKING:
         # For one release: these results were dictionaries.
 
@@ -30,6 +36,15 @@ class Result:
         def keys(self) -> list[str]:
             """Names of the fields that have a value."""
             return [field.name for field in fields(self) if getattr(self, field.name) is not None]
+
+
+def _shown(value: Any) -> str:
+    """A field in few words; of a list of results one after another."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, tuple):
+        return "; ".join(_shown(one) for one in value) or "nothing"
+    return str(value)
 
 
 def _warn(what: str, name: object) -> None:

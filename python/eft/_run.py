@@ -312,6 +312,19 @@ class TestRun(Channels):
     def __len__(self) -> int:
         return int(self.command.shape[-1])
 
+    def plot(self, **options: Any) -> Any:
+        """Draw force, its error, displacement, spool and frequency response: `eft.plots.run_page`."""
+        from eft import plots
+
+        return plots.run_page(self, **options)
+
+    def _repr_html_(self) -> str:
+        from eft import _notebook, plots
+
+        name = self.rig["name"] or "Test"
+        rows = _notebook.verdict_rows(self.verdict)
+        return _notebook.shown(name, rows, lambda figure: plots.run_page(self, figure=figure), 8.0)
+
     def __repr__(self) -> str:
         name = self.rig["name"] or "rig without a name"
         return f"<eft.TestRun of {name}: {len(self)} samples at {self.sample_rate:g} Hz, {self.message}>"

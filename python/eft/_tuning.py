@@ -65,6 +65,13 @@ class ForceLoopTuning:
             found: NDArray[np.float64] = 1.0 / (gain * share)
         return found
 
+    def _repr_html_(self) -> str:
+        from eft import _notebook, plots
+
+        rows = [*self.coefficients.items(), ("margin", self.margin), ("advised margin", self.advised_margin)]
+        draw = _notebook.on_axes(plots.force_loop_gains, self)
+        return _notebook.shown("Gains of the force loop", rows, draw, 3.4)
+
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Draw the margin over the gains, with the rig's own and the advised ones."""
         from eft import plots

@@ -65,6 +65,18 @@ class ValveTable:
             name for name in names if all(row.grade != "no" for row in self.rows if row.valve == name)
         )
 
+    def _repr_html_(self) -> str:
+        from eft import _notebook
+
+        rows = [
+            (
+                f"{row.valve}, {row.command}",
+                f"{row.grade}, force error {row.force_error:.1%}, spool {row.max_spool:.0%}",
+            )
+            for row in self.rows
+        ]
+        return _notebook.shown("Valves", [*rows, ("suitable", ", ".join(self.suitable) or "no valve")])
+
     def to_pandas(self) -> pd.DataFrame:
         """Return the table as a data frame (needs pandas)."""
         import pandas as pd

@@ -86,6 +86,11 @@ class Verdict:
         """All remedies at once, for `Rig.replace`."""
         return {remedy.key: remedy.value for remedy in self.remedies}
 
+    def _repr_html_(self) -> str:
+        from eft import _notebook
+
+        return _notebook.shown("Verdict", _notebook.verdict_rows(self))
+
     @property
     def text(self) -> str:
         """Every reason, then the summary."""

@@ -157,6 +157,21 @@ class Study:
         words, numbers = np.unique(self["status"].astype(str), return_counts=True)
         return {str(word): int(number) for word, number in zip(words, numbers, strict=True)}
 
+    def plot(self, **options: Any) -> Any:
+        """Draw a metric over each setting: `eft.plots.study`."""
+        from eft import plots
+
+        return plots.study(self, **options)
+
+    def _repr_html_(self) -> str:
+        from eft import _notebook, plots
+
+        if not len(self):
+            return _notebook.shown("Study", [("tests", self.tests), ("rows", 0)])
+        height = 2.0 * max(len(self.parameters), 1)
+        rows = [("tests", self.tests), *self.count().items()]
+        return _notebook.shown("Study", rows, lambda figure: plots.study(self, figure=figure), height)
+
     def __repr__(self) -> str:
         told = ", ".join(f"{number} {word}" for word, number in self.count().items())
         rest = "" if self.complete else f", {self.tests - len(self)} to come"

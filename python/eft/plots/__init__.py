@@ -13,6 +13,7 @@ from eft.plots.histories import (
     velocity_history,
 )
 from eft.plots.loops import hysteresis
+from eft.plots.overview import command, force_loop, identification, linear_model, record, run_page, study
 from eft.plots.paper import (
     figure_4,
     figure_6,
@@ -30,6 +31,7 @@ from eft.plots.spectra import drive_response, force_ratio, force_spectrum
 __all__ = [
     "SPOOL_ADVICE",
     "Response",
+    "command",
     "displacement_history",
     "drive_response",
     "figure_4",
@@ -43,13 +45,19 @@ __all__ = [
     "figure_structure",
     "flow_curve",
     "force_history",
+    "force_loop",
     "force_loop_gains",
     "force_ratio",
     "force_spectrum",
     "hysteresis",
+    "identification",
     "inverse_dynamics",
+    "linear_model",
+    "record",
     "response_delay",
+    "run_page",
     "spool_history",
     "stability_map",
+    "study",
     "velocity_history",
 ]

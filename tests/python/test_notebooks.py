@@ -1,0 +1,181 @@
+"""Every result draws itself and shows itself in a notebook as valid HTML; every option is called once."""
+
+import base64
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import eft
+from buildings import building
+from eft import plots
+from eft.identification import identify_valve
+from eft.traces import Traces
+
+RIG = eft.Rig.zhao2005()
+SWEEP = eft.sine_sweep(4000.0, 0.5, 5.0, 4.0, 1024.0)
+VOID = {"img", "br"}
+
+
+class Valid(HTMLParser):
+    """Every tag that opens closes, in its order; only tags that a notebook's cell may have."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.seen = [], []
+
+    def handle_starttag(self, tag, attrs):
+        assert tag in {"div", "b", "table", "tbody", "tr", "td", "img"}, tag
+        assert all(value is not None for _, value in attrs)
+        self.seen.append(tag)
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open.pop() == tag, tag
+
+
+@pytest.fixture(scope="module")
+def results():
+    run = eft.simulate(RIG, SWEEP)
+    tone = SWEEP.values
+    times = np.arange(400) / 100.0
+    record = eft.Record(np.sin(9 * times), 0.01, "<b>quake & co")
+    test = eft.identification.flow_test(RIG, amplitude=0.1)
+    flow = Traces("flow", 2048.0, {"spool": test.spool, "displacement": test.displacement})
+    valve = eft.identification.valve_test(RIG)
+    sweep = Traces("valve", 2048.0, {"valve_command": valve.valve_command, "spool": valve.spool})
+    f = np.geomspace(2, 100, 20)
+    h = 1 / (1 + 1.8j * f / 60 - (f / 60) ** 2)
+    sheet = {"rated_flow": "90 gpm", "rated_drop": "1000 psi", "phase_90_frequency": "60 Hz"}
+    settings = {"structure.mass": [6e3, 7e3], "compensation.mode": ["linear", "off"]}
+    return {
+        "rig": RIG,
+        "run": run,
+        "bad run": eft.simulate(RIG.replace({"compensation.level": 2.0}), SWEEP),
+        "building": eft.simulate(building(2), eft.Command([tone, tone], 1024.0)),
+        "record": record,
+        "command": SWEEP,
+        "quake": eft.effective_force(record, 7e3, 1024.0),
+        "commands": eft.Command([tone, tone], 1024.0),
+        "study": eft.study(RIG, SWEEP, settings),
+        "map": eft.linear.stability_map(
+            RIG, ("compensation.level", [0.9, 1.2]), ("structure.damping", [2e3, 4e3])
+        ),
+        "levels": eft.linear.stability_map(RIG, "rate-realization"),
+        "identification": eft.identify(RIG, flow=[flow], valve=sweep),
+        "nothing identified": eft.identify(RIG),
+        "linear model": eft.linearize(RIG),
+        "sampled model": eft.linearize(RIG, sampled=True),
+        "force loop": eft.design_force_loop(RIG),
+        "gains": eft.tune_force_loop(RIG),
+        "drive": eft.iterate(RIG, SWEEP, repeats=1),
+        "valves": eft.compare_valves(RIG, {"a": SWEEP}, {"<one>": sheet}),
+        "valve": identify_valve(f, abs(h), np.angle(h)),
+        "verdict": run.verdict,
+        "scale": eft.largest_scale(RIG, SWEEP, tolerance=0.5),
+        "feasibility": eft.check_feasibility(RIG, SWEEP),
+        "margins": eft.linear.stability_margins(RIG),
+        "budget": eft.linear.delay_budget(RIG),
+        "curve": eft.FlowTable([-1.0, 0.0, 1.0], [-1e-3, 0.0, 1e-3]),
+    }
+
+
+NAMES = [
+    "rig", "run", "bad run", "building", "record", "command", "quake", "commands", "study", "map", "levels",
+    "identification", "nothing identified", "linear model", "sampled model", "force loop", "gains", "drive",
+    "valves", "valve", "verdict", "scale", "feasibility", "margins", "budget", "curve",
+]  # fmt: skip
+PICTURES = [
+    "run", "bad run", "building", "record", "command", "quake", "commands", "study", "map", "levels",
+    "identification", "linear model", "sampled model", "force loop", "gains", "drive", "curve",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_result_shows_itself_as_valid_html(results, name):
+    text = results[name]._repr_html_()
+    parser = Valid()
+    parser.feed(text)
+    parser.close()
+    assert parser.open == [] and parser.seen[0] == "div"
+    assert ("img" in parser.seen) == (name in PICTURES)
+    for picture in re.findall(r'base64,([^"]*)"', text):
+        assert base64.b64decode(picture).startswith(b"\x89PNG") and len(picture) < 300_000
+
+
+def test_the_list_of_results_is_whole(results):
+    assert set(NAMES) == set(results)
+
+
+def test_names_are_escaped(results):
+    assert "&lt;b&gt;quake &amp; co" in results["record"]._repr_html_()
+    assert "&lt;one&gt;" in results["valves"]._repr_html_()
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_result_draws_itself(results, name):
+    result = results[name]
+    figure = Figure(layout="constrained")
+    whole = name in ("run", "bad run", "building", "study", "identification", "linear model", "sampled model")
+    drawn = result.plot(figure=figure) if whole else result.plot(ax=figure.subplots())
+    assert drawn is not None
+    axes = [ax for ax in figure.axes if ax.lines or ax.collections]
+    assert axes
+    figure.canvas.draw()
+    for ax in axes:
+        _, labels = ax.get_legend_handles_labels()
+        assert len(labels) == len(set(labels)), "one name a curve"
+
+
+def test_a_run_has_letters_the_error_and_the_natural_frequency(results):
+    figure = plots.run_page(results["run"], figure=Figure(layout="constrained"))
+    assert [ax.get_title(loc="left") for ax in figure.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)"]
+    run = results["run"]
+    np.testing.assert_allclose(figure.axes[1].get_lines()[0].get_ydata(), (run.force - run.command) / 1e3)
+    natural = np.sqrt(693.8e3 / 7040.0) / (2 * np.pi)
+    assert any(line.get_xdata()[0] == pytest.approx(natural) for line in figure.axes[4].get_lines())
+
+
+def test_the_nyquist_diagram_has_the_margin(results):
+    loop = results["force loop"]
+    ax = loop.plot(ax=Figure().subplots())
+    curve = ax.get_lines()[0]
+    x, y = np.array(curve.get_data())
+    # Where the curve crosses the negative real axis first from -1: the gain margin.
+    crossings = np.flatnonzero((y[1:] * y[:-1] < 0) & (x[1:] < 0))
+    reach = max(-x[index + 1] for index in crossings)
+    assert 1.0 / reach == pytest.approx(loop.margins.gain, rel=0.02)
+
+
+OPTIONS = [
+    ("study", plots.study, {"metric": "max_spool"}),
+    ("linear model", plots.linear_model, {"band": (1.0, 50.0)}),
+    ("linear model", plots.linear_model, {"output": "displacement"}),
+    ("linear model", plots.linear_model, {"source": "command"}),
+    ("drive", plots.drive_response, {"band": (1.0, 3.0)}),
+]
+
+
+@pytest.mark.parametrize(("name", "draw", "options"), OPTIONS, ids=range(len(OPTIONS)))
+def test_every_option_draws(results, name, draw, options):
+    figure = Figure(layout="constrained")
+    place = {"ax": figure.subplots()} if draw is plots.drive_response else {"figure": figure}
+    assert draw(results[name], **options, **place) is not None
+    figure.canvas.draw()
+
+
+def test_without_a_figure_a_new_one_is_made(results):
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    for name in ("run", "record", "force loop"):
+        assert results[name].plot() is not None
+    pyplot.close("all")
