@@ -38,6 +38,7 @@ from eft._replay import Replay, replay
 from eft._run import Coherence, FftRatio, Metrics, TestRun
 from eft._simulate import IdealResponse, energy_balance, ideal_response, simulate
 from eft._status import Cause, Status
+from eft._structure import StructureError
 from eft._study import Study, study
 from eft._tuning import ForceLoopTuning, tune_force_loop
 from eft._valve_choice import ValveChoice, ValveTable, compare_valves, read_valves
@@ -70,6 +71,7 @@ __all__ = [
     "Replay",
     "Rig",
     "Status",
+    "StructureError",
     "Study",
     "TestRun",
     "ValveChoice",

@@ -9,6 +9,7 @@ from os import PathLike
 from eft import _native
 from eft._native import Command, Rig
 from eft._run import TestRun
+from eft._simulate import Structure
 
 __all__ = ["ProcessorInTheLoop"]
 
@@ -37,6 +38,7 @@ class ProcessorInTheLoop:
         rig: Rig,
         command: Command,
         *,
+        structure: Structure | None = None,
         progress: Callable[[int, int], object] | None = None,
     ) -> TestRun:
         """Run a test with the firmware as the controller.
@@ -51,6 +53,8 @@ class ProcessorInTheLoop:
             The rig; its `controller.realization` must be "digital".
         command : Command
             The force to be applied, sampled at the firmware's rate.
+        structure : callable, optional
+            Replaces the rig's structure, as in `eft.simulate`.
         progress : callable, optional
             Called a few times a second with the samples done and their total; an exception from it ends the
             run.
@@ -63,5 +67,6 @@ class ProcessorInTheLoop:
         OSError
             If the image or QEMU is not there.
         """
-        outcome = _native.processor_in_the_loop(rig, command, self.image, self.machine, progress)
-        return TestRun._of(rig, command, "f32", outcome)
+        outside = {} if structure is None else {"structure": structure}
+        outcome = _native.processor_in_the_loop(rig, command, self.image, self.machine, progress, **outside)
+        return TestRun._of(rig, command, "f32", outcome, structure is not None)

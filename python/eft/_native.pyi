@@ -376,6 +376,7 @@ def simulate(
     *,
     method: _Method = "exponential",
     largest_step: float | None = None,
+    structure: Callable[[Any, float], tuple[Any, Any]] | None = None,
 ) -> dict[str, Any]: ...
 def replay(rig: Rig, signals: dict[str, Any], sample_rate: float, dtype: _Dtype) -> dict[str, Any]: ...
 def export(rig: Rig, target: Literal["rust", "c"], name: str | None = None) -> str: ...
@@ -385,6 +386,7 @@ def processor_in_the_loop(
     image: str | PathLike[str],
     machine: str,
     progress: Callable[[int, int], object] | None = None,
+    structure: Callable[[Any, float], tuple[Any, Any]] | None = None,
 ) -> dict[str, Any]: ...
 
 @final

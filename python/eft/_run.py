@@ -64,13 +64,19 @@ class TestRun(Channels):
     """Factor on the ground motion's acceleration."""
     mass: float | Array | None = None
     """Mass by which the ground motion became a force, kg."""
+    stopped: str = ""
+    """Why a structure from outside ended the test, in a sentence; empty where it did not."""
+    _outside: bool = False
+    """Whether a structure from outside took the place of the rig's own."""
     _energy: EnergyBalance | None = None
     _whole: bool = True
     _building: tuple[TestRun, int] | None = None
     """The run of all actuators of a building and the place of this one among them."""
 
     @classmethod
-    def _of(cls, rig: Rig, command: Command, dtype: Dtype, outcome: Mapping[str, Any]) -> TestRun:
+    def _of(
+        cls, rig: Rig, command: Command, dtype: Dtype, outcome: Mapping[str, Any], outside: bool = False
+    ) -> TestRun:
         """Make a run from the outcome that Rust returns."""
         energy = outcome["energy"]
         return cls(
@@ -85,6 +91,8 @@ class TestRun(Channels):
             record=command.record.name if command.record else "",
             scale=command.scale,
             mass=command.mass,
+            stopped=outcome.get("stopped", ""),
+            _outside=outside,
             _energy=EnergyBalance(**energy) if energy else None,
         )
 
@@ -135,7 +143,7 @@ class TestRun(Channels):
         end = self.time[-1] if not self.success else self.to_its_end().duration
         parts = [word if early is None else f"{word} after {end:.6g} s"]
         if self.cause is not Cause.NONE:
-            parts.append(f"cause: {self.cause.name.lower()}")
+            parts.append(f"cause: {self.stopped or self.cause.name.lower()}")
         for flag in self.flags & ~Status.DIVERGED:
             raised = (self.status & flag) != 0
             ticks = raised.reshape(-1, raised.shape[-1]).any(axis=0)
@@ -222,7 +230,8 @@ class TestRun(Channels):
             ``tracking_indicator`` (N²): negative when the force lags; ``displacement_error``: rms error of
             the displacement against `eft.ideal_response`, over its rms; ``max_spool``: largest opening;
             ``drift`` (m): largest drift of the story; ``min_supply_pressure`` (Pa). NaN where there is no
-            answer, such as the delay of a force that stays zero.
+            answer, such as the delay of a force that stays zero, or the displacement error of a structure
+            from outside.
 
         Raises
         ------
@@ -246,6 +255,8 @@ class TestRun(Channels):
             return Metrics({str(name): float(values[index]) for name, values in found.items()})
         signals = (self.command, self.force, self.displacement, self.spool, self.supply_pressure)
         judged = _native.judge_test(self.rig, self.sample_rate, *signals, fft)
+        if self._outside and "displacement_error" in judged:
+            judged["displacement_error"] = [np.nan] * len(judged["displacement_error"])
         if self.command.ndim > 1:
             return Metrics({name: np.array(values) for name, values in judged.items()})
         return Metrics({name: value for name, [value] in judged.items()})

@@ -9,7 +9,8 @@ Format 2. Each member is a NumPy array in its own format (``.npy``), deflated; `
 - ``dtype``: precision of the controller, ``f64`` or ``f32``;
 - ``sample_rate``: Hz;
 - ``about``: JSON with ``date`` (ISO 8601), ``record`` (its name), ``scale``, ``mass`` (kg), ``energy`` (J by
-  name, or null), ``whole`` (whether it is all of a test) and ``units`` (of each trace);
+  name, or null), ``whole`` (whether it is all of a test), ``stopped`` (why a structure from
+  outside ended it), ``outside`` (whether there was one) and ``units`` (of each trace);
 - ``found_flows``: m³/s, empty where they are not known;
 - ``status``: bits of `eft.Status`, one word a sample;
 - each trace: one value a sample, (actuators, samples) for several actuators; a single number where it is the
@@ -57,6 +58,8 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
         "mass": None if run.mass is None else np.asarray(run.mass).tolist(),
         "energy": None if run._energy is None else asdict(run._energy),
         "whole": run._whole,
+        "stopped": run.stopped,
+        "outside": run._outside,
         "units": {name: TRACES[name].unit for name in values},
     }
     arrays: dict[str, Any] = {
@@ -160,8 +163,9 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
     """What a run says of where it comes from."""
     about = json.loads(text)
     energy, mass, scale = about["energy"], about["mass"], about["scale"]
-    for name in ("date", "record"):
-        if not isinstance(about[name], str):
+    # Older files have no "stopped".
+    for name in ("date", "record", "stopped"):
+        if not isinstance(about.setdefault(name, ""), str):
             raise ValueError(f"{name} is {about[name]!r}")
     if mass is not None:
         mass = np.asarray(mass, dtype=np.float64)
@@ -176,6 +180,8 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         if energy is None
         else EnergyBalance(**{name: float(x) for name, x in energy.items()}),
         "_whole": about["whole"] is True,
+        "stopped": about["stopped"],
+        "_outside": about.get("outside") is True,
     }
 
 

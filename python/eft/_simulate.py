@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from eft import _native
 from eft._energy import EnergyBalance
@@ -11,6 +11,9 @@ from eft._native import Command, Rig
 from eft._run import Array, Dtype, TestRun
 
 __all__ = ["IdealResponse", "energy_balance", "ideal_response", "simulate"]
+
+Structure = Callable[[Any, float], tuple[Any, Any]]
+"""A structure from outside."""
 
 Method = Literal["exponential", "runge-kutta"]
 
@@ -37,6 +40,7 @@ def simulate(
     method: Method | None = None,
     largest_step: float | None = None,
     converged: bool = False,
+    structure: Structure | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> TestRun:
     """Run a test on the virtual rig; the digital side runs at the command's sample rate.
@@ -65,13 +69,20 @@ def simulate(
     converged : bool
         Whether to run with Runge–Kutta steps of 1/65536 s, against which the other choices are judged: about
         twenty times as long. It takes the place of the two above.
+    structure : callable, optional
+        Replaces the rig's structure: called once a sample as ``structure(force, dt)`` with the mean force
+        over the sample in N and its length in s, it gives displacement (m) and velocity (m/s) at its end;
+        arrays for a shear building. See `eft.opensees.Structure`. The plant takes Runge–Kutta steps then. A
+        structure that raises `StructureError`, or moves by what is not finite, ends the test: see
+        `TestRun.stopped`.
     progress : callable, optional
         Called a few times a second with the samples done and their total; an exception from it ends the run.
 
     Returns
     -------
     TestRun
-        With as many samples as the command, or fewer, and finite, if it diverged (see `success`).
+        With as many samples as the command, or fewer, and finite, if it diverged (see `success`) or the
+        structure ended it.
 
     Raises
     ------
@@ -94,9 +105,15 @@ def simulate(
                 )
         method, largest_step = "runge-kutta", _CONVERGED_STEP
     outcome = _native.simulate(
-        rig, command, dtype, progress, method=method or "exponential", largest_step=largest_step
+        rig,
+        command,
+        dtype,
+        progress,
+        method=method or "exponential",
+        largest_step=largest_step,
+        **({} if structure is None else {"structure": structure}),
     )
-    return TestRun._of(rig, command, dtype, outcome)
+    return TestRun._of(rig, command, dtype, outcome, structure is not None)
 
 
 def ideal_response(rig: Rig, command: Command) -> IdealResponse:

@@ -129,7 +129,9 @@ def judge(run: TestRun) -> Verdict:
 def _findings(run: TestRun, part: TestRun, metrics: Metrics | None) -> Iterator[_Finding]:
     if run.flags & Status.STROKE_EXCEEDED:
         yield _Finding("no", "The piston left its stroke: no result of a real rig.", SELF_CALIBRATION)
-    if run.flags & (Status.TRIPPED | Status.SHUT_DOWN):
+    if run.stopped:
+        yield _Finding("no", f"The structure ended the test: {run.stopped.rstrip('.')}.")
+    elif run.flags & (Status.TRIPPED | Status.SHUT_DOWN):
         yield _Finding("no", f"The protection tripped ({_cause(run)}) and ended the test.")
     yield from _mass(run)
     yield from _margin(run.rig, run.sample_rate)
@@ -189,7 +191,8 @@ def _errors(part: TestRun, metrics: Metrics) -> Iterator[_Finding]:
         allowed = rig[f"verdict.{grade}.force_error"]
         sentence = f"The force misses the command by {error:.1%} (rms), more than {allowed:.0%}."
         yield _Finding(grade, sentence, SELF_CALIBRATION)
-    motion = float(np.nanmax(metrics.displacement_error))
+    # Of a structure from outside the ideal motion is not known.
+    motion = 0.0 if part._outside else float(np.nanmax(metrics.displacement_error))
     if error < NO_FORCE and (grade := _beyond(rig, "displacement_error", motion)):
         allowed = rig[f"verdict.{grade}.displacement_error"]
         sentence = f"The displacement misses the ideal one by {motion:.1%} (rms), more than {allowed:.0%}."

@@ -10,6 +10,7 @@ use crate::errors::to_python;
 use crate::excitation::Command;
 use crate::rig::Rig;
 use crate::run::{Watch, traces};
+use crate::specimen::PythonSpecimen;
 
 /// Return the source text of a rig's controller, a constant in Rust or C, for firmware.
 ///
@@ -49,7 +50,8 @@ pub(crate) fn export(rig: &Rig, target: &str, name: Option<&str>) -> PyResult<St
 
 /// Run `command` with a firmware image on an emulated processor as the controller; the traces by name.
 #[pyfunction]
-#[pyo3(signature = (rig, command, image, machine, progress=None))]
+#[pyo3(signature = (rig, command, image, machine, progress=None, structure=None))]
+#[allow(clippy::too_many_arguments, reason = "one for each of Python's")]
 pub(crate) fn processor_in_the_loop<'py>(
     py: Python<'py>,
     rig: &Rig,
@@ -57,10 +59,19 @@ pub(crate) fn processor_in_the_loop<'py>(
     image: PathBuf,
     machine: &str,
     progress: Option<Py<PyAny>>,
+    structure: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (rig, command, options) = (&rig.config, command.single()?, SimulateOptions::default());
     let mut watch = Watch::new(progress);
     let go_on = |done, total| watch.go_on(done, total);
-    let run = py.detach(|| in_the_loop::run_in_qemu(rig, command, &options, &image, machine, go_on));
-    traces(py, vec![watch.end(run)?], false)
+    let (specimen, raised) =
+        structure.map(|structure| PythonSpecimen::new(structure, false).into_specimen()).unzip();
+    let run =
+        py.detach(|| in_the_loop::run_in_qemu(rig, command, &options, &image, machine, specimen, go_on));
+    let run = watch.end(run);
+    let run = match raised {
+        Some(raised) => raised.or(run)?,
+        None => run?,
+    };
+    traces(py, vec![run], false)
 }

@@ -20,6 +20,7 @@ mod plant;
 mod replay;
 mod rig;
 mod run;
+mod specimen;
 mod values;
 
 #[pymodule]

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use eft_core::{Cause, status};
 use eft_sim::closed_loop::{
     self, DEFAULT_STEP, Method, Otherwise, TRACES, Values, ideal_responses, simulate_actuators,
+    simulate_specimen,
 };
 use eft_sim::metrics::{self as judge, Actuator, METRICS, Metrics, TimeMetrics};
 use eft_sim::plant::EnergyBalance;
@@ -17,6 +18,7 @@ use crate::arrays;
 use crate::errors::{refuse, to_python};
 use crate::excitation::Command;
 use crate::rig::{Rig, is_building};
+use crate::specimen::PythonSpecimen;
 
 /// Between two looks at Ctrl-C and two calls of `progress`: often enough for a person, seldom enough not to
 /// take the interpreter from other threads.
@@ -97,9 +99,11 @@ impl Watch {
 
 /// Run `command` on `rig`; the traces by name, each an array with one value per sample.
 ///
-/// `progress`, if given, is called now and then with the samples done and their total.
+/// `progress`, if given, is called now and then with the samples done and their total. `structure`, if given, takes the
+/// place of the rig's own.
 #[pyfunction]
-#[pyo3(signature = (rig, command, dtype, progress=None, *, method="exponential", largest_step=None))]
+#[pyo3(signature = (rig, command, dtype, progress=None, *, method="exponential", largest_step=None, structure=None))]
+#[allow(clippy::too_many_arguments, reason = "one for each of Python's")]
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     rig: &Rig,
@@ -108,6 +112,7 @@ pub(crate) fn simulate<'py>(
     progress: Option<Py<PyAny>>,
     method: &str,
     largest_step: Option<f64>,
+    structure: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let dtype = Dtype::parse(dtype)?;
     let mut watch = Watch::new(progress);
@@ -115,15 +120,23 @@ pub(crate) fn simulate<'py>(
     let options = options(method, largest_step)?;
     let rig = &rig.config;
     let commands = command.of(rig)?;
+    let Some(structure) = structure else {
+        let runs = py.detach(|| match dtype {
+            Dtype::F32 => simulate_actuators::<f32>(rig, commands, &options, go_on),
+            Dtype::F64 => simulate_actuators::<f64>(rig, commands, &options, go_on),
+        });
+        return traces(py, watch.end(runs)?, is_building(rig));
+    };
+    let (specimen, raised) = PythonSpecimen::new(structure, is_building(rig)).into_specimen();
     let runs = py.detach(|| match dtype {
-        Dtype::F32 => simulate_actuators::<f32>(rig, commands, &options, go_on),
-        Dtype::F64 => simulate_actuators::<f64>(rig, commands, &options, go_on),
+        Dtype::F32 => simulate_specimen::<f32>(rig, commands, specimen, &options, go_on),
+        Dtype::F64 => simulate_specimen::<f64>(rig, commands, specimen, &options, go_on),
     });
-    traces(py, watch.end(runs)?, is_building(rig))
+    traces(py, raised.or(watch.end(runs))?, is_building(rig))
 }
 
 /// The traces of one run an actuator by the names of the table, with a leading axis where there can be several; beside
-/// them `status`, `found_flows` and `energy`.
+/// them `status`, `found_flows`, `energy` and `stopped`.
 pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> PyResult<Bound<'_, PyDict>> {
     let traces = PyDict::new(py);
     let (numpy, actuators) = (py.import("numpy")?, runs.len());
@@ -148,6 +161,7 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
         }
     }
     let energy = runs.first().and_then(|run| run.energy);
+    traces.set_item("stopped", runs.first().and_then(|run| run.stopped.clone()).unwrap_or_default())?;
     traces.set_item("energy", energy.map(|balance| energies(py, &balance)).transpose()?)?;
     let found: Vec<_> = runs.iter_mut().map(|run| std::mem::take(&mut run.found_flows)).collect();
     let known = !found.iter().all(Vec::is_empty);

@@ -61,7 +61,8 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     for (name, rig, command) in tests(rig, what == Some("short"))? {
         let host = simulate::<f32>(&rig, &command, &options, |_, _| true)?;
         let image = Path::new(image);
-        let run = processor_in_the_loop::run_in_qemu(&rig, &command, &options, image, machine, |_, _| true)?;
+        let run =
+            processor_in_the_loop::run_in_qemu(&rig, &command, &options, image, machine, None, |_, _| true)?;
         if let Some((trace, tick)) = host.first_difference(&run) {
             println!("{machine}, {name}: {trace} differs from tick {tick} on");
             return Ok(ExitCode::FAILURE);

@@ -24,7 +24,10 @@ def run_batch(batch: Batch, threads: int | None = None) -> list[Outcome]:
     """Run some tests, here or on a worker; each failure stays with its own test."""
     if batch.version != __version__:
         raise WrongVersionError(f"eft {__version__} on the worker: must be {batch.version}, as here")
-    return _buildings(batch, threads) if batch.of_buildings else _single_actuators(batch, threads)
+    if batch.structure is not None:
+        # One after another: a process has one model of OpenSees.
+        return _alone(batch, 1)
+    return _alone(batch, threads) if batch.of_buildings else _single_actuators(batch, threads)
 
 
 def _changes(test: Test) -> Changes:
@@ -66,8 +69,8 @@ class _Stopped(Exception):  # noqa: N818 - no error: somebody pressed Ctrl-C
     pass
 
 
-def _buildings(batch: Batch, threads: int | None) -> list[Outcome]:
-    """Tests with an actuator on every floor, one a thread: the core runs without the interpreter's lock."""
+def _alone(batch: Batch, threads: int | None) -> list[Outcome]:
+    """Tests that the core's batches do not take, one a thread: it runs without the interpreter's lock."""
     stop = threading.Event()
 
     def watch(_done: int, _total: int) -> None:
@@ -76,23 +79,25 @@ def _buildings(batch: Batch, threads: int | None) -> list[Outcome]:
 
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         try:
-            return list(pool.map(partial(_building, batch, watch), batch.tests))
+            return list(pool.map(partial(_single, batch, watch), batch.tests))
         except BaseException:
             stop.set()
             pool.shutdown(cancel_futures=True)
             raise
 
 
-def _building(batch: Batch, watch: Any, test: Test) -> Outcome:
-    """One test with an actuator on every floor; each metric is that of the floor where it is largest."""
+def _single(batch: Batch, watch: Any, test: Test) -> Outcome:
+    """One test; of an actuator on every floor each metric is that of the floor where it is largest."""
     try:
         command = scaled(batch.commands[test.command], test.changes)
-        run = simulate(batch.rig.replace(_changes(test)), command, batch.dtype, progress=watch)
+        rig = batch.rig.replace(_changes(test))
+        structure = batch.structure(rig) if batch.structure else None
+        run = simulate(rig, command, batch.dtype, structure=structure, progress=watch)
         metrics = _metrics(run, batch.fft)
     except ValueError as error:
         return Outcome(failed_row(test, "refused", error), None)
     status, reason = status_of(run.flags)
-    row = row_of(test, metrics | _estimates(run), status, int(run.flags), len(run), reason)
+    row = row_of(test, metrics | _estimates(run), status, int(run.flags), len(run), run.stopped or reason)
     return Outcome(row, run if batch.traces else None)
 
 

@@ -16,7 +16,7 @@ from eft._native import Command, Rig
 from eft._run import Dtype
 from eft._study._batch import run_batch
 from eft._study._combinations import combinations_of
-from eft._study._plan import Batch, Plan
+from eft._study._plan import Batch, Plan, StructureMaker
 from eft._study._result import Study
 from eft._study._rows import Outcome, WrongVersionError, columns, failed_row
 from eft._study._samplers import Sampler
@@ -41,6 +41,7 @@ def study(
     traces: bool = False,
     fft: bool = True,
     chunk: int | None = None,
+    structure: StructureMaker | None = None,
     progress: bool | Callable[[int, int], object] | None = None,
 ) -> Study:
     """Run a test for every combination of settings and judge each: one row a test.
@@ -70,6 +71,9 @@ def study(
         test. Without them their columns stay empty.
     chunk : int, optional
         Tests that are sent, and written, together.
+    structure : callable, optional
+        Makes the structure from outside that `simulate` takes: called once a test with its rig. Such tests
+        run one after another here, or in the processes of an executor, for which it must be picklable.
     progress : bool or callable, optional
         A bar with the time left: None shows it on a terminal only. Or called with the tests done and their
         total.
@@ -103,7 +107,7 @@ def study(
         raise ValueError(f"chunk = {chunk!r}: must be a whole number of at least 1")
     if dtype not in ("f32", "f64"):
         raise ValueError(f'dtype = {dtype!r}: must be "f32" or "f64"')
-    plan = Plan(rig, commands, combinations, dtype, traces, fft, chunk)
+    plan = Plan(rig, commands, combinations, dtype, traces, fft, chunk, structure)
     table = columns(combinations.keys, rig)
     with ExitStack() as stack:
         store: Folder | Memory = Memory(table)
@@ -112,7 +116,7 @@ def study(
             store = Folder(Path(output))
             stack.enter_context(store.locked())
             chunk = store.begin(plan.describe(), table, chunk)
-            plan = Plan(rig, commands, combinations, dtype, traces, fft, chunk)
+            plan = Plan(rig, commands, combinations, dtype, traces, fft, chunk, structure)
             done = store.complete()
         update = stack.enter_context(_Progress(progress, sum(map(plan.size, done)), len(plan)))
         todo = sorted(set(range(plan.chunks)) - set(done))

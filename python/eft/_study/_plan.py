@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from eft._native import Command, Rig, __version__
 from eft._run import Dtype
+from eft._simulate import Structure
 from eft._study._combinations import MOST, Combinations
 from eft._study._values import SCALE, Changes, digest
+
+StructureMaker = Callable[[Rig], Structure]
+"""Makes the structure from outside of a test's rig."""
 
 FORMAT = 1
 """Of the folder that a study writes."""
@@ -38,6 +42,7 @@ class Batch:
     dtype: Dtype
     traces: bool
     fft: bool
+    structure: StructureMaker | None
 
     @property
     def of_buildings(self) -> bool:
@@ -61,6 +66,7 @@ class Plan:
     traces: bool
     fft: bool
     chunk: int
+    structure: StructureMaker | None = None
 
     def __post_init__(self) -> None:
         if len(self) > MOST:
@@ -83,7 +89,7 @@ class Plan:
         start = number * self.chunk
         tests = tuple(self._test(index) for index in range(start, start + self.size(number)))
         needed = {test.command: self.commands[test.command] for test in tests}
-        return Batch(__version__, self.rig, needed, tests, self.dtype, self.traces, self.fft)
+        return Batch(__version__, self.rig, needed, tests, self.dtype, self.traces, self.fft, self.structure)
 
     def _test(self, index: int) -> Test:
         which, place = divmod(index, len(self.combinations))
@@ -100,7 +106,11 @@ class Plan:
             "traces": self.traces,
             "fft": self.fft,
             "tests": len(self),
-        }
+        } | ({"structure": _named(self.structure)} if self.structure else {})
+
+
+def _named(maker: StructureMaker) -> str:
+    return f"{getattr(maker, '__module__', '')}.{getattr(maker, '__qualname__', type(maker).__qualname__)}"
 
 
 def _about(command: Command) -> dict[str, Any]:

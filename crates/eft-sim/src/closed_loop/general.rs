@@ -6,6 +6,7 @@ use crate::closed_loop::chunk::Recorder;
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
 use crate::closed_loop::fast::Tick;
+use crate::closed_loop::specimen::{Follower, Specimen};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::lanes::{Work, dispatch};
@@ -18,6 +19,8 @@ pub(crate) struct GeneralLoop<P: Precision> {
     digital: Vec<DigitalSide<f64, P>>,
     states: Vec<ControllerState<P>>,
     drivers: Vec<Driver<f64>>,
+    /// A structure outside, where the rig's own does not follow.
+    follower: Option<Follower>,
     grid: TimeGrid,
     tripped: bool,
 }
@@ -46,6 +49,7 @@ impl<P: Precision> GeneralLoop<P> {
             states: vec![ControllerState::default(); actuators.len()],
             drivers: Vec::with_capacity(actuators.len()),
             plant,
+            follower: None,
             grid,
             tripped: false,
         })
@@ -62,16 +66,26 @@ impl<P: Precision> GeneralLoop<P> {
         dispatch::<f64, _>(Ticks { test: self, commands, ticks, recorder })
     }
 
+    /// Lets a structure outside follow instead of the rig's own.
+    pub(crate) fn followed_by(&mut self, specimen: Specimen) {
+        self.follower = Some(Follower::new(specimen, self.plant.actuators()));
+    }
+
+    /// Why a structure outside could not go on.
+    pub(crate) fn failure(&self) -> Option<&str> {
+        self.follower.as_ref().and_then(Follower::failure)
+    }
+
     /// Whether the plant's state is one to go on from.
     #[inline(always)]
     fn is_bounded(&self) -> bool {
-        (0..self.digital.len()).all(|i| self.plant.actuator(i).is_bounded())
+        self.failure().is_none() && (0..self.digital.len()).all(|i| self.plant.actuator(i).is_bounded())
     }
 
     /// Tick `i` of these commands.
     #[inline(always)]
     fn tick(&mut self, i: usize, commands: &[&[f64]], recorder: &mut [impl Recorder<f64>]) {
-        let Self { plant, digital, states, drivers, grid, tripped } = self;
+        let Self { plant, digital, states, drivers, follower, grid, tripped } = self;
         if *tripped {
             // One floor let down alone would twist the others off it.
             digital.iter_mut().for_each(DigitalSide::trip);
@@ -79,7 +93,10 @@ impl<P: Precision> GeneralLoop<P> {
         drivers.clear();
         let actuators = digital.iter_mut().zip(states).zip(commands.iter().zip(recorder)).enumerate();
         for (number, ((digital, state), (commands, recorder))) in actuators {
-            let (now, truth) = (commands[i], plant.signals(number));
+            let (now, mut truth) = (commands[i], plant.signals(number));
+            if let Some(acceleration) = follower.as_ref().and_then(|outside| outside.acceleration(number)) {
+                truth.acceleration = acceleration;
+            }
             let next = commands.get(i + 1).copied().unwrap_or(now);
             let decision =
                 digital.sample::<false>(state, now, next, truth, &ActuatorFeedback { plant, number });
@@ -88,7 +105,10 @@ impl<P: Precision> GeneralLoop<P> {
             let (actuator, limits) = (plant.actuator(number), plant.at_limits(number));
             recorder.record(i, &Tick::new(now, actuator, plant.force(number), &truth, limits, decision));
         }
-        plant.advance(drivers, *grid);
+        match follower {
+            None => plant.advance(drivers, *grid),
+            Some(follower) => follower.advance(plant, drivers, *grid),
+        }
     }
 
     /// Sensors and controllers.

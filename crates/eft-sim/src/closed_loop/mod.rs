@@ -11,6 +11,7 @@ mod outside;
 mod replay;
 mod signals;
 mod simulate;
+mod specimen;
 mod stepper;
 mod test_run;
 mod traces;
@@ -23,8 +24,10 @@ pub use outside::Answer;
 pub use replay::{Replay, replay};
 pub use simulate::{
     CONVERGED_STEP, DEFAULT_STEP, Method, SimulateOptions, energy_balance, simulate, simulate_actuators,
+    simulate_specimen,
 };
 pub(crate) use simulate::{one_actuator, simulate_controlled, soft_end_ticks};
+pub use specimen::{Motions, Specimen};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;
 pub use traces::{Otherwise, TRACES, Trace, Traces, Values};

@@ -1,6 +1,6 @@
 //! A whole test, from the first sample of the command to the last.
 
-use eft_core::status;
+use eft_core::{Cause, status};
 
 use crate::closed_loop::chunk;
 use crate::closed_loop::controller::{Precision, Width};
@@ -8,6 +8,7 @@ use crate::closed_loop::digital_side::DigitalSide;
 use crate::closed_loop::fast::{FastLoop, LoopState};
 use crate::closed_loop::general::GeneralLoop;
 use crate::closed_loop::outside::Outside;
+use crate::closed_loop::specimen::Specimen;
 use crate::closed_loop::test_run::TestRun;
 use crate::closed_loop::traces::Rows;
 use crate::config::{RigConfig, StructureKind};
@@ -119,23 +120,50 @@ pub fn simulate_actuators<P: Precision>(
     options: &SimulateOptions,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
+    in_width::<P>(rig, commands, options, None, &mut go_on)
+}
+
+/// As [`simulate_actuators`] with a structure outside in the place of the rig's own. Where it cannot go on, the test
+/// ends there, tripped, and [`TestRun::stopped`] says why.
+///
+/// # Errors
+/// As [`simulate_actuators`].
+pub fn simulate_specimen<P: Precision>(
+    rig: &RigConfig,
+    commands: &[Command],
+    specimen: Specimen,
+    options: &SimulateOptions,
+    mut go_on: impl FnMut(usize, usize) -> bool,
+) -> Result<Vec<TestRun>> {
+    in_width::<P>(rig, commands, options, Some(specimen), &mut go_on)
+}
+
+fn in_width<P: Precision>(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+    specimen: Option<Specimen>,
+    go_on: &mut dyn FnMut(usize, usize) -> bool,
+) -> Result<Vec<TestRun>> {
     match P::WIDTH {
-        Width::Single => in_single(rig, commands, options, None, &mut go_on),
-        Width::Double => in_double(rig, commands, options, &mut go_on),
+        Width::Single => in_single(rig, commands, options, (None, specimen), go_on),
+        Width::Double => in_double(rig, commands, options, specimen, go_on),
     }
 }
 
-/// As [`simulate`] in single precision; a controller from outside takes the place of the rig's own.
+/// As [`simulate`] in single precision; a controller from outside takes the place of the rig's own, and so may a
+/// structure.
 pub(crate) fn simulate_controlled(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
     outside: Outside,
+    specimen: Option<Specimen>,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     one_actuator(rig)?;
     let commands = std::slice::from_ref(command);
-    Ok(in_single(rig, commands, options, Some(outside), &mut go_on)?.swap_remove(0))
+    Ok(in_single(rig, commands, options, (Some(outside), specimen), &mut go_on)?.swap_remove(0))
 }
 
 // Not generic, so that the test in either precision is compiled here once.
@@ -143,7 +171,7 @@ fn in_single(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    outside: Option<Outside>,
+    outside: (Option<Outside>, Option<Specimen>),
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
     through::<f32>(rig, commands, options, outside, go_on)
@@ -153,9 +181,10 @@ fn in_double(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
+    specimen: Option<Specimen>,
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    through::<f64>(rig, commands, options, None, go_on)
+    through::<f64>(rig, commands, options, (None, specimen), go_on)
 }
 
 /// Where the energy of such a test went, all actuators together.
@@ -229,13 +258,13 @@ fn through<P: Precision>(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    outside: Option<Outside>,
+    (outside, specimen): (Option<Outside>, Option<Specimen>),
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
     let (sample_rate, _) = check_commands(rig, commands)?;
     let grid = options.grid(rig, sample_rate)?;
     let detailed = needs_detail(rig) || commands.len() > 1;
-    if options.method == Method::Exponential && !detailed {
+    if options.method == Method::Exponential && !detailed && specimen.is_none() {
         let mut test = FastTest::<P>::new(rig, grid)?;
         if let Some(outside) = outside {
             test.test.digital().controlled_by(outside);
@@ -246,8 +275,13 @@ fn through<P: Precision>(
     if let Some(outside) = outside {
         test.digital(0).controlled_by(outside);
     }
+    // What a structure outside takes up is in no book of ours.
+    let booked = detailed && specimen.is_none();
+    if let Some(specimen) = specimen {
+        test.followed_by(specimen);
+    }
     let mut runs = run_through(&mut test, rig, commands, go_on)?;
-    if detailed {
+    if booked {
         let balance = test.balance();
         runs.iter_mut().for_each(|run| run.energy = Some(balance));
     }
@@ -263,6 +297,10 @@ trait Loop {
     fn end(&mut self);
     /// As [`DigitalSide::found_flows`](crate::closed_loop::digital_side::DigitalSide::found_flows), of an actuator.
     fn found_flows(&mut self, actuator: usize, openings: &[f64]) -> Option<Vec<f64>>;
+    /// Why a structure outside could not go on.
+    fn failure(&self) -> Option<&str> {
+        None
+    }
 }
 
 /// The fast path for one rig.
@@ -303,6 +341,9 @@ impl<P: Precision> Loop for GeneralLoop<P> {
     fn found_flows(&mut self, actuator: usize, openings: &[f64]) -> Option<Vec<f64>> {
         self.digital(actuator).found_flows(openings, 0)
     }
+    fn failure(&self) -> Option<&str> {
+        self.failure()
+    }
 }
 
 /// Takes a loop through a test under commands that were checked.
@@ -330,21 +371,40 @@ fn run_through(
         let rows = runs.iter_mut().map(|run| run.extend(ticks)).collect();
         let done = test.run(&values, ticks, rows);
         if done < ticks {
+            let ending = match test.failure() {
+                Some(_) => 0,
+                None => status::DIVERGED,
+            };
             for run in &mut runs {
                 run.truncate(start + done);
                 if let Some(last) = run.status.last_mut() {
-                    *last |= status::DIVERGED;
+                    *last |= ending;
                 }
             }
             break;
         }
         start += ticks;
     }
+    if let Some(reason) = test.failure() {
+        for run in &mut runs {
+            run.stopped = Some(reason.to_owned());
+            if let Some(last) = run.status.last_mut() {
+                trip(last);
+            }
+        }
+    }
     for (actuator, run) in runs.iter_mut().enumerate() {
         run.learn(|openings| test.found_flows(actuator, openings));
     }
     go_on(total, total);
     Ok(runs)
+}
+
+/// Marks a status as tripped by request, where nothing else tripped before.
+fn trip(status: &mut u32) {
+    if *status & status::CAUSE == 0 {
+        *status |= status::TRIPPED | ((Cause::Request as u32) << status::CAUSE_SHIFT);
+    }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use eft_core::status;
 
 use crate::closed_loop::simulate::{SimulateOptions, one_each};
+use crate::closed_loop::specimen::Exchange;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::instruments::Signals;
@@ -73,9 +74,7 @@ pub struct PlantStepper {
     plant: Plant<f64>,
     grid: TimeGrid,
     ticks: u64,
-    last_velocities: Vec<f64>,
-    /// What a structure from outside last answered with (m/s²), one an actuator; none where the rig's own follows.
-    imposed: Option<Vec<f64>>,
+    exchange: Exchange,
 }
 
 impl PlantStepper {
@@ -86,16 +85,15 @@ impl PlantStepper {
     pub fn new(rig: &RigConfig, sample_rate: f64, options: &SimulateOptions) -> Result<Self> {
         crate::checks::sample_rate("sample_rate", sample_rate)?;
         let (plant, grid) = (Plant::pack(|_| rig)?, options.grid(rig, sample_rate)?);
-        let last_velocities = vec![0.0; plant.actuators()];
-        Ok(Self { plant, grid, ticks: 0, last_velocities, imposed: None })
+        let exchange = Exchange::new(plant.actuators());
+        Ok(Self { plant, grid, ticks: 0, exchange })
     }
 
     /// Back to rest.
     pub fn reset(&mut self) {
         self.plant.reset();
         self.ticks = 0;
-        self.last_velocities.fill(0.0);
-        self.imposed = None;
+        self.exchange.reset();
     }
 
     /// What is true now, one reading an actuator.
@@ -103,8 +101,7 @@ impl PlantStepper {
         let time = self.ticks as f64 / self.grid.sample_rate;
         let reading = |i| {
             let Signals { supply_pressure, acceleration, .. } = self.plant.signals(i);
-            let imposed = self.imposed.as_ref().and_then(|imposed| imposed.get(i).copied());
-            let further = [supply_pressure, imposed.unwrap_or(acceleration)];
+            let further = [supply_pressure, self.exchange.acceleration(i).unwrap_or(acceleration)];
             let limits = self.plant.at_limits(i);
             PlantReading::new(time, &self.plant.actuator(i), self.plant.force(i), further, limits)
         };
@@ -118,7 +115,7 @@ impl PlantStepper {
     pub fn step(&mut self, valve_commands: &[f64]) -> Result<Vec<PlantReading>> {
         let drivers = self.held(valve_commands)?;
         self.plant.advance(&drivers, self.grid);
-        self.imposed = None;
+        self.exchange.passed();
         self.ticks += 1;
         Ok(self.readings())
     }
@@ -130,21 +127,8 @@ impl PlantStepper {
     /// As [`step`](Self::step).
     pub fn push(&mut self, valve_commands: &[f64]) -> Result<Vec<f64>> {
         let drivers = self.held(valve_commands)?;
-        let actuators = 0..self.plant.actuators();
-        let velocities: Vec<f64> = actuators.clone().map(|i| self.plant.actuator(i).velocity).collect();
-        let accelerations = self.accelerations(&velocities);
-        self.last_velocities = velocities;
-        let mut sums = vec![0.0; actuators.len()];
-        for _ in 0..self.grid.steps {
-            let before: Vec<f64> = actuators.clone().map(|i| self.plant.force(i)).collect();
-            self.plant.step(&drivers, 0.0, self.grid.step(), Some(&accelerations));
-            self.plant.settle();
-            for (i, (sum, before)) in sums.iter_mut().zip(before).enumerate() {
-                *sum += 0.5 * (before + self.plant.force(i));
-            }
-        }
         self.ticks += 1;
-        Ok(sums.into_iter().map(|sum| sum / f64::from(self.grid.steps)).collect())
+        Ok(self.exchange.push(&mut self.plant, &drivers, self.grid))
     }
 
     /// The motions (m, m/s) that the structure outside has reached at the end of the sample, one an actuator.
@@ -154,15 +138,8 @@ impl PlantStepper {
     pub fn follow(&mut self, displacements: &[f64], velocities: &[f64]) -> Result<()> {
         self.check("displacement", "m", displacements)?;
         self.check("velocity", "m/s", velocities)?;
-        self.plant.set_motion(displacements, velocities);
-        self.imposed = Some(self.accelerations(velocities));
+        self.exchange.follow(&mut self.plant, displacements, velocities, self.grid);
         Ok(())
-    }
-
-    /// Mean accelerations (m/s²) from the velocities (m/s) of the last answer to these.
-    fn accelerations(&self, velocities: &[f64]) -> Vec<f64> {
-        let changes = velocities.iter().zip(&self.last_velocities);
-        changes.map(|(now, last)| (now - last) * self.grid.sample_rate).collect()
     }
 
     fn held(&self, valve_commands: &[f64]) -> Result<Vec<Driver<f64>>> {

@@ -26,6 +26,8 @@ pub struct TestRun {
     pub found_flows: Vec<f64>,
     /// Where the energy went, with a rig that has effects beyond the paper's model; of a building, all floors together.
     pub energy: Option<EnergyBalance>,
+    /// Why a structure outside ended the test, in one sentence; the test ends with the sample before.
+    pub stopped: Option<String>,
 }
 
 impl Deref for TestRun {
@@ -60,6 +62,7 @@ impl TestRun {
             traces: Traces::with_capacity(rig, ticks),
             found_flows: rig.servovalve.flow_table.flows.clone(),
             energy: None,
+            stopped: None,
         }
     }
 

@@ -10,7 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 pub use crate::closed_loop::Answer;
-use crate::closed_loop::{SimulateOptions, TestRun, simulate_controlled};
+use crate::closed_loop::{SimulateOptions, Specimen, TestRun, simulate_controlled};
 use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
 use crate::firmware::export::exportable;
@@ -23,7 +23,8 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// sensors report of velocity (m/s), force (N), spool opening (1), displacement (m), supply pressure (Pa) and
 /// acceleration (m/s²), and the next tick's command (N), each rounded to `f32`. Velocity estimate, adaptation and protection are the controller's. All else is what
 /// [`simulate`](crate::simulate) does, so that a controller with the answers of the rig's own in `f32` gives the traces
-/// of `simulate::<f32>` bit for bit; only the flows that were found stay with it.
+/// of `simulate::<f32>` bit for bit; only the flows that were found stay with it. A structure outside may take the place
+/// of the rig's own.
 ///
 /// # Errors
 /// An invalid command; an analog controller, a computation delay, a soft end; what `tick` reports, which
@@ -33,6 +34,7 @@ pub fn run_with(
     command: &Command,
     options: &SimulateOptions,
     mut tick: impl FnMut([f32; 8]) -> Result<Answer> + Send + 'static,
+    specimen: Option<Specimen>,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     check(rig)?;
@@ -51,8 +53,9 @@ pub fn run_with(
         last
     });
     let failed = || failure.lock().unwrap_or_else(PoisonError::into_inner).is_some();
-    let run =
-        simulate_controlled(rig, command, options, outside, |done, total| !failed() && go_on(done, total));
+    let run = simulate_controlled(rig, command, options, outside, specimen, |done, total| {
+        !failed() && go_on(done, total)
+    });
     match failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
         Some(error) => Err(error),
         None => run,
@@ -85,6 +88,7 @@ pub fn run_in_qemu(
     options: &SimulateOptions,
     image: &Path,
     machine: &str,
+    specimen: Option<Specimen>,
     go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     check(rig)?;
@@ -155,7 +159,7 @@ pub fn run_in_qemu(
         })
     };
     // The pipe to the firmware closes with the run: that ends the firmware.
-    let run = run_with(rig, command, options, tick, go_on);
+    let run = run_with(rig, command, options, tick, specimen, go_on);
     let ended = watch.join().map_err(|_| Error::value("machine", machine, "its watch ended early"))?;
     let run = run?;
     match ended.map_err(&failed)?.code() {
@@ -256,7 +260,7 @@ mod tests {
         let (faulty, ahead) = (rig.replace::<&str>(&stuck).unwrap(), rig.replace::<&str>(&ahead).unwrap());
         for (rig, trips) in [(rig, false), (ahead, false), (faulty, true)] {
             let simulated = simulate::<f32>(&rig, &command, &options, |_, _| true).unwrap();
-            let outside = run_with(&rig, &command, &options, firmware(&rig), |_, _| true).unwrap();
+            let outside = run_with(&rig, &command, &options, firmware(&rig), None, |_, _| true).unwrap();
             assert_eq!(simulated.first_difference(&outside), None);
             let seen = simulated.status.iter().fold(0, |seen, bits| seen | bits);
             assert_eq!(seen & status::TRIPPED != 0, trips, "{seen:#x}");
@@ -282,11 +286,11 @@ mod tests {
         for rig in [digital(), digital().replace(&noisy).unwrap(), digital().replace(&wrong).unwrap()] {
             let options = SimulateOptions::default();
             let simulated = simulate::<f32>(&rig, &command, &options, |_, _| true).unwrap();
-            let outside = run_with(&rig, &command, &options, firmware(&rig), |_, _| true).unwrap();
+            let outside = run_with(&rig, &command, &options, firmware(&rig), None, |_, _| true).unwrap();
             assert_eq!(simulated.first_difference(&outside), None);
             // Another controller than the rig's makes another run.
             let other = rig.replace(&[("compensation.level", 1.000_001.into())]).unwrap();
-            let outside = run_with(&rig, &command, &options, firmware(&other), |_, _| true).unwrap();
+            let outside = run_with(&rig, &command, &options, firmware(&other), None, |_, _| true).unwrap();
             assert!(simulated.first_difference(&outside).is_some());
         }
     }
@@ -303,8 +307,8 @@ mod tests {
                 Err(Error::value("tick", ticks, "must be below 10"))
             }
         };
-        let error =
-            run_with(&digital(), &command, &SimulateOptions::default(), fails, |_, _| true).unwrap_err();
+        let error = run_with(&digital(), &command, &SimulateOptions::default(), fails, None, |_, _| true)
+            .unwrap_err();
         assert_eq!(error.to_string(), "tick = 10: must be below 10");
     }
 
@@ -319,7 +323,8 @@ mod tests {
             let on = ("protection.enabled", true.into());
             let rig = digital().replace(&[on, change.clone()]).unwrap();
             let idle = |_| Ok(Answer::default());
-            let error = run_with(&rig, &command, &SimulateOptions::default(), idle, |_, _| true).unwrap_err();
+            let error =
+                run_with(&rig, &command, &SimulateOptions::default(), idle, None, |_, _| true).unwrap_err();
             assert!(error.to_string().starts_with(change.0), "{error}");
         }
     }

@@ -36,7 +36,8 @@ pub fn sine_sweep(
     let value = |i: usize| {
         let t = i as f64 / sample_rate;
         let cycles = (f_start + 0.5 * rate_of_change * t) * t;
-        amplitude * (TAU * cycles).sin()
+        // Not the platform's, whose last bit differs from one to the next.
+        amplitude * libm::sin(TAU * cycles)
     };
     Ok(Command { values: (0..samples).map(value).collect(), sample_rate })
 }

@@ -1,0 +1,71 @@
+//! A structure written in Python, in the place of a rig's own.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use eft_sim::closed_loop::{Motions, Specimen};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use crate::arrays;
+
+/// A structure from Python, asked ``structure(force, dt)`` once a sample for ``(displacement, velocity)``.
+pub(crate) struct PythonSpecimen {
+    structure: Py<PyAny>,
+    /// Whether numbers are arrays, one value an actuator.
+    stacked: bool,
+}
+
+/// An exception of a structure that is not its failure but somebody's mistake, or Ctrl-C.
+#[derive(Clone, Default)]
+pub(crate) struct Raised(Arc<Mutex<Option<PyErr>>>);
+
+impl Raised {
+    /// The outcome, or the exception that was raised instead.
+    pub(crate) fn or<T>(self, outcome: PyResult<T>) -> PyResult<T> {
+        match self.0.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            Some(error) => Err(error),
+            None => outcome,
+        }
+    }
+}
+
+impl PythonSpecimen {
+    pub(crate) fn new(structure: Py<PyAny>, stacked: bool) -> Self {
+        Self { structure, stacked }
+    }
+
+    /// As the simulator takes it. A `StructureError` ends the test with its message; any other exception ends the call.
+    pub(crate) fn into_specimen(self) -> (Specimen, Raised) {
+        let raised = Raised::default();
+        let kept = raised.clone();
+        let ask = move |forces: &[f64], dt: f64| {
+            Python::attach(|py| {
+                self.ask(py, forces, dt).map_err(|error| {
+                    let message = error.value(py).to_string();
+                    if !is_failure(py, &error) {
+                        *kept.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                    }
+                    message
+                })
+            })
+        };
+        (Box::new(ask), raised)
+    }
+
+    fn ask(&self, py: Python<'_>, forces: &[f64], dt: f64) -> PyResult<Motions> {
+        let answer = match (forces, self.stacked) {
+            ([one], false) => self.structure.call1(py, (*one, dt))?,
+            _ => self.structure.call1(py, (PyArray1::from_slice(py, forces), dt))?,
+        };
+        let (displacement, velocity) = answer.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>(py)?;
+        let vector = |name: &str, value: &Bound<'_, PyAny>| {
+            if self.stacked { arrays::vector(name, value) } else { Ok(vec![value.extract()?]) }
+        };
+        Ok((vector("displacement", &displacement)?, vector("velocity", &velocity)?))
+    }
+}
+
+fn is_failure(py: Python<'_>, error: &PyErr) -> bool {
+    let class = py.import("eft._structure").and_then(|module| module.getattr("StructureError"));
+    class.is_ok_and(|class| error.is_instance(py, &class))
+}

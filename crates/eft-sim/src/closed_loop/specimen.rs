@@ -1,0 +1,138 @@
+//! A structure that is computed outside of this program, in the place of a rig's own.
+
+use crate::plant::{Driver, Plant, TimeGrid};
+
+/// Displacements (m) and velocities (m/s), one of each an actuator.
+pub type Motions = (Vec<f64>, Vec<f64>);
+
+/// A structure outside of this program. From the mean forces (N) on it over a sample, one an actuator, and the sample's
+/// length (s) it makes the motions at its end, or says in a sentence why it cannot go on.
+pub type Specimen = Box<dyn FnMut(&[f64], f64) -> Result<Motions, String> + Send>;
+
+/// Leads the pistons of a plant after a structure outside. Over a sample they move with the velocity extrapolated from
+/// its last two answers, so the exchange is of second order in the sample period.
+#[derive(Debug, Clone)]
+pub(crate) struct Exchange {
+    /// Those of the answer before the last one (m/s), one an actuator.
+    last_velocities: Vec<f64>,
+    /// Mean accelerations (m/s²) of the sample that ends now, one an actuator.
+    accelerations: Option<Vec<f64>>,
+}
+
+impl Exchange {
+    /// At rest.
+    pub(crate) fn new(actuators: usize) -> Self {
+        Self { last_velocities: vec![0.0; actuators], accelerations: None }
+    }
+
+    /// Back to rest.
+    pub(crate) fn reset(&mut self) {
+        self.last_velocities.fill(0.0);
+        self.accelerations = None;
+    }
+
+    /// The rig's own structure has followed instead.
+    pub(crate) fn passed(&mut self) {
+        self.accelerations = None;
+    }
+
+    /// Mean acceleration (m/s²) of an actuator over the sample that ends now; none where the rig's own structure
+    /// follows.
+    pub(crate) fn acceleration(&self, actuator: usize) -> Option<f64> {
+        self.accelerations.as_ref().and_then(|all| all.get(actuator).copied())
+    }
+
+    /// Takes the hydraulics through one sample; the mean forces (N) on the structure over it.
+    pub(crate) fn push(
+        &mut self,
+        plant: &mut Plant<f64>,
+        drivers: &[Driver<f64>],
+        grid: TimeGrid,
+    ) -> Vec<f64> {
+        let actuators = 0..plant.actuators();
+        let velocities: Vec<f64> = actuators.clone().map(|i| plant.actuator(i).velocity).collect();
+        let accelerations = self.changes(&velocities, grid);
+        self.last_velocities = velocities;
+        let mut sums = vec![0.0; actuators.len()];
+        for n in 0..grid.steps {
+            let before: Vec<f64> = actuators.clone().map(|i| plant.force(i)).collect();
+            plant.step(drivers, f64::from(n) * grid.step(), grid.step(), Some(&accelerations));
+            plant.settle();
+            for (i, (sum, before)) in sums.iter_mut().zip(before).enumerate() {
+                *sum += 0.5 * (before + plant.force(i));
+            }
+        }
+        sums.into_iter().map(|sum| sum / f64::from(grid.steps)).collect()
+    }
+
+    /// Takes over the motions (m, m/s) that the structure has reached, one an actuator.
+    pub(crate) fn follow(
+        &mut self,
+        plant: &mut Plant<f64>,
+        displacements: &[f64],
+        velocities: &[f64],
+        grid: TimeGrid,
+    ) {
+        plant.set_motion(displacements, velocities);
+        self.accelerations = Some(self.changes(velocities, grid));
+    }
+
+    /// Mean accelerations (m/s²) from the velocities (m/s) of the last answer to these.
+    fn changes(&self, velocities: &[f64], grid: TimeGrid) -> Vec<f64> {
+        let changes = velocities.iter().zip(&self.last_velocities);
+        changes.map(|(now, last)| (now - last) * grid.sample_rate).collect()
+    }
+}
+
+/// A structure outside that follows a plant until it cannot go on.
+pub(crate) struct Follower {
+    specimen: Specimen,
+    exchange: Exchange,
+    failure: Option<String>,
+}
+
+impl Follower {
+    /// At rest, for so many actuators.
+    pub(crate) fn new(specimen: Specimen, actuators: usize) -> Self {
+        Self { specimen, exchange: Exchange::new(actuators), failure: None }
+    }
+
+    /// Takes the plant through a sample; after a failure nobody is asked again, and the plant stays.
+    pub(crate) fn advance(&mut self, plant: &mut Plant<f64>, drivers: &[Driver<f64>], grid: TimeGrid) {
+        if self.failure.is_some() {
+            return;
+        }
+        let forces = self.exchange.push(plant, drivers, grid);
+        match (self.specimen)(&forces, 1.0 / grid.sample_rate)
+            .and_then(|motions| sound(motions, forces.len()))
+        {
+            Ok((displacements, velocities)) => {
+                self.exchange.follow(plant, &displacements, &velocities, grid);
+            }
+            Err(reason) => self.failure = Some(reason),
+        }
+    }
+
+    /// As [`Exchange::acceleration`].
+    pub(crate) fn acceleration(&self, actuator: usize) -> Option<f64> {
+        self.exchange.acceleration(actuator)
+    }
+
+    /// Why the structure could not go on.
+    pub(crate) fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+}
+
+/// The motions, where there is a finite one an actuator.
+fn sound(motions: Motions, actuators: usize) -> Result<Motions, String> {
+    for (name, unit, values) in [("displacement", "m", &motions.0), ("velocity", "m/s", &motions.1)] {
+        if values.len() != actuators {
+            return Err(format!("{name} = {} values: must be {actuators}, one an actuator", values.len()));
+        }
+        if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+            return Err(format!("{name} = {value} {unit}: must be finite"));
+        }
+    }
+    Ok(motions)
+}
