@@ -5,12 +5,14 @@ import time
 import zlib
 
 import h5py
+import nptdms
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
 from scipy.io import savemat
 
+import eft
 from eft.traces import read_traces
 
 TIME = np.arange(4000) / 1000.0
@@ -25,12 +27,18 @@ def save(path, arrays, packed=True):
         with h5py.File(path, "w") as file:
             for name, array in arrays.items():
                 file.create_dataset(name, data=array, compression="gzip" if packed else None)
+    elif path.suffix == ".tdms":
+        with nptdms.TdmsWriter(str(path)) as writer:
+            writer.write_segment([nptdms.ChannelObject("test", *item) for item in arrays.items()])
+    elif path.suffix == ".csv":
+        rows = np.column_stack(list(arrays.values()))
+        np.savetxt(path, rows, "%.7g", ",", header=",".join(arrays), comments="")
     else:
         pyarrow.parquet.write_table(pa.table(arrays), path, compression="zstd" if packed else None)
     return path
 
 
-@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet"])
+@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet", ".tdms", ".csv"])
 def test_numbers_of_another_length_or_kind_than_float_are_read(suffix, tmp_path):
     counts = np.arange(4000, dtype=np.int16)
     path = save(tmp_path / f"a{suffix}", {"time_s": TIME, "force_kN": counts, "mood": counts})
@@ -52,7 +60,7 @@ def test_a_small_file_of_many_numbers_is_refused_before_they_take_memory(suffix,
         read_traces(path)
 
 
-@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet"])
+@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet", ".tdms"])
 def test_columns_that_are_not_known_take_no_memory(suffix, tmp_path, peak_memory):
     more = np.arange(1_500_000) / 1000.0
     unknown = {f"mood{i}": more for i in range(8)}
@@ -60,6 +68,50 @@ def test_columns_that_are_not_known_take_no_memory(suffix, tmp_path, peak_memory
     of_one = more.nbytes / 1024**2
     with peak_memory(2 * of_one + 64):
         assert len(read_traces(path)) == more.size
+
+
+def test_text_takes_the_memory_of_its_columns(tmp_path, peak_memory):
+    path = tmp_path / "a.csv"
+    rows = 400_000
+    with path.open("w") as file:
+        file.write("time (s),force (N)" + "".join(f",mood{i}" for i in range(20)) + "\n")
+        file.writelines(f"{i / 1000:.3f},1.5" + ",1.23456789" * 20 + "\n" for i in range(rows))
+    read_traces(path)
+    # Time and force are kept; all columns would be 70 MB.
+    with peak_memory(2 * 8 * rows / 1024**2 + 32):
+        assert len(read_traces(path)) == rows
+
+
+def test_a_record_takes_no_more_than_64_mib_besides_its_points(tmp_path, peak_memory):
+    path = tmp_path / "a.csv"
+    rows = 740_000
+    with path.open("w") as file:
+        file.write("time (s),acceleration (g)\n")
+        file.writelines(f"{i / 200:.3f},0.123456789012345678\n" for i in range(rows))
+    with peak_memory(8 * rows / 1024**2 + 64):
+        assert len(eft.read_record(path)) == rows
+    with path.open("a") as file:
+        file.write("# " + "x" * 10_000_000)
+    with peak_memory(64), pytest.raises(ValueError, match="24 MiB"):
+        eft.read_record(path)
+
+
+def test_a_universal_file_of_short_lines_or_of_many_is_refused(tmp_path, peak_memory):
+    path = tmp_path / "a.uff"
+    for text, says in (("\n" * 7_000_000, "7000002 lines"), ("x" * 80 * 110_000, "8 MiB")):
+        path.write_text("    -1\n    58\n" + text)
+        with peak_memory(64), pytest.raises(ValueError, match=says):
+            read_traces(path)
+
+
+def test_a_tdms_file_that_declares_more_than_it_has(tmp_path, peak_memory):
+    path = save(tmp_path / "a.tdms", {"time_s": TIME, "force_N": TIME})
+    whole = path.read_bytes()
+    count = TIME.size.to_bytes(8, "little")
+    for declared in (10**15, 2**63 - 1):
+        path.write_bytes(whole.replace(count, declared.to_bytes(8, "little")))
+        with peak_memory(64), pytest.raises(ValueError, match=r"a\.tdms"):
+            read_traces(path)
 
 
 def test_a_column_that_is_not_known_cannot_hide_a_large_page(tmp_path, peak_memory):
@@ -142,7 +194,7 @@ def complaint(read, path):
     return ""
 
 
-@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet"])
+@pytest.mark.parametrize("suffix", [".mat", ".h5", ".parquet", ".tdms", ".csv"])
 def test_damaged_files_are_one_sentence(suffix, tmp_path, peak_memory):
     chance = random.Random(7)
     saved = save(tmp_path / f"whole{suffix}", {"time_s": TIME, "force_N": np.sin(TIME)}).read_bytes()
@@ -160,7 +212,8 @@ def test_damaged_files_are_one_sentence(suffix, tmp_path, peak_memory):
             if said := complaint(read_traces, path):
                 refused += 1
                 assert said.startswith(f"{path}") and "\n" not in said
-    assert refused > 20
+    # Text and raw numbers may change without harm.
+    assert refused > (10 if suffix in (".tdms", ".csv") else 20)
 
 
 def test_a_long_header_takes_no_time(tmp_path):

@@ -9,24 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from eft.traces._clock import FASTEST, SLOWEST, clock
 from eft.traces._units import QUANTITIES, allowed_units, checked_quantity, parse_header, to_si
 
 if TYPE_CHECKING:
     from eft import Rig, TestRun
 
 Array = NDArray[np.float64]
-
-_UNEVEN = 0.01
-"""How far a time step may be from the mean one, as a fraction of it: clocks are written with few digits."""
-
-_JITTER = 0.05
-"""How far a sample of a rounded clock may be from its time besides the rounding, as a fraction of a step."""
-
-_SLOWEST, _FASTEST = 1e-6, 1e9
-"""Sample rates that a measurement can have, Hz."""
-
-_OUTLIERS = 0.1
-"""Share of steps that may be odd before they are taken for the rounding of the clock."""
 
 
 class Column(NamedTuple):
@@ -122,9 +111,9 @@ class Traces:
         if sample_rate is None:
             if "time" not in found:
                 raise ValueError(f"{name}: no column `time (s)` among {', '.join(headers)}, no sample rate")
-            start, sample_rate = _clock(name, found["time"])
-        elif not _SLOWEST <= sample_rate <= _FASTEST:
-            allowed = f"must lie within {_SLOWEST:g} and {_FASTEST:g} Hz"
+            start, sample_rate = clock(name, found["time"])
+        elif not SLOWEST <= sample_rate <= FASTEST:
+            allowed = f"must lie within {SLOWEST:g} and {FASTEST:g} Hz"
             raise ValueError(f"sample_rate = {sample_rate:g}: {allowed}")
         else:
             start = 0.0
@@ -164,63 +153,3 @@ def _all_finite(name: str, header: str, values: Array) -> None:
     if values.size and not (np.isfinite(values.min()) and np.isfinite(values.max())):
         bad = int(np.isfinite(values).argmin())
         raise ValueError(f"{name}: column `{header}`, sample {bad + 1} is not a finite number")
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def _clock(name: str, time: Array) -> tuple[float, float]:
-    """First time and sample rate of an evenly spaced clock."""
-    if time.size < 2:
-        raise ValueError(f"{name}: {time.size} sample, must be at least 2")
-    step = (time[-1] - time[0]) / (time.size - 1)
-    if step <= 0.0:
-        raise ValueError(f"{name}: time must increase, and goes from {time[0]:g} s to {time[-1]:g} s")
-    if not _SLOWEST <= 1.0 / step <= _FASTEST:
-        raise ValueError(
-            f"{name}: a step of {step:g} s: must lie within {1 / _FASTEST:g} and {1 / _SLOWEST:g} s"
-        )
-    steps = np.diff(time)
-    off = np.abs(steps - np.median(steps))
-    allowed = _UNEVEN * step
-    if np.mean(off > allowed) > _OUTLIERS:
-        # No single jump, so that it may be the rounding of a clock written with few digits.
-        if (rate := _rounded_clock(time, steps)) is not None:
-            return float(time[0]), rate
-        off = np.abs(steps - step)
-    if off.max() > allowed:
-        where = int(off.argmax())
-        raise ValueError(
-            f"{name}: time is not evenly spaced: sample {where + 2} comes {steps[where]:.6g} s after the one "
-            f"before, the mean step is {step:.6g} s; mend it or give the sample rate"
-        )
-    return float(time[0]), float(1.0 / step)
-
-
-def _rounded_clock(time: Array, steps: Array) -> float | None:
-    """The rate of a clock that is even within the rounding of its digits; None where it is not."""
-    digit = _last_digit(time)
-    if digit is None or steps.min() < 0.0:
-        return None
-    count = np.arange(time.size)
-    rate = 1.0 / np.polyfit(count, time, 1)[0]
-    # The rate that was meant, where the rounding leaves it open.
-    for candidate in (float(round(rate)), float(rate)):
-        if candidate > 0.0:
-            off = time - count / candidate
-            off -= np.median(off)
-            if (np.abs(off) <= 0.6 * digit + _JITTER / candidate).all():
-                return candidate
-    return None
-
-
-def _last_digit(time: Array) -> Array | None:
-    """One unit of the last digit of each written time, s; None where all digits are written."""
-    fixed = (10.0**-places for places in range(10) if np.array_equal(np.round(time, places), time))
-    least = next(fixed, 0.0)
-    with np.errstate(divide="ignore"):
-        size = np.floor(np.log10(np.abs(time)))
-    size[~np.isfinite(size)] = -9.0
-    for digits in range(4, 11):
-        unit = 10.0 ** (size - digits + 1)
-        if np.allclose(np.round(time / unit) * unit, time, rtol=1e-13, atol=0.0):
-            return np.maximum(unit, least)
-    return np.full(time.shape, least) if least else None
