@@ -3,6 +3,8 @@
 import dataclasses
 import json
 import pickle
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -122,3 +124,26 @@ def test_what_is_written_for_others_is_read_with_its_units(suffix, tmp_path):
     assert traces.sample_rate == pytest.approx(RATE)
     for name in ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command"):
         np.testing.assert_allclose(traces[name], getattr(RUN, name), rtol=1e-8, atol=1e-9, err_msg=name)
+
+
+def test_a_report_has_the_measured_test_over_the_virtual_one(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    RUN.save("run.eft")
+    late = measured(late=0.5, gain=0.9)
+    rows = np.column_stack([late.time, late["command"] / 1e3, late["force"]])
+    np.savetxt("a.csv", rows, "%.9g", ",", header="time (s),command (kN),load", comments="")
+    assert main(["report", "run.eft", "a.csv", "-o", "a.html"]) == 2
+    assert "`load`" in capsys.readouterr().err
+    before = len(re.findall("<figure", written(main(["report", "run.eft"]), "run.html")))
+    page = written(main(["report", "run.eft", "a.csv", "--unit", "force=N", "-o", "a.html"]), "a.html")
+    assert len(re.findall("<figure", page)) == before + 2
+    assert "run against a.csv" in page and "(kN)" in page
+    us = written(main(["report", "run.eft", "a.csv", "--unit", "force=N", "--units", "us"]), "run.html")
+    assert "kip" in us and "kN" not in us.partition("<pre>")[0]
+    assert main(["report", "a.csv", "--unit", "force=N"]) == 2
+    assert "run.eft" in capsys.readouterr().err
+
+
+def written(code, name):
+    assert code == 0
+    return Path(name).read_text(encoding="utf-8")

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 import eft
+from eft.cli._data import data_options, read_data
 from eft.cli._output import FILE, epilog, units_option
 from eft.report import write_report, write_study_report
 from eft.report._page import DIFFERENT, commands_differ
+from eft.traces._read import MEASURED
 from eft.traces._write import check_folder
 
 
@@ -17,6 +20,7 @@ from eft.traces._write import check_folder
     short_help="One HTML file about a test, several, or a study.",
     epilog=epilog(
         "eft report run.eft",
+        "eft report run.eft measured.csv",
         "eft report robustness.study",
         "eft report nonlinear.eft linear.eft -o schemes.html --title 'El Centro'",
     ),
@@ -25,13 +29,15 @@ from eft.traces._write import check_folder
 @click.option("-o", "--output", type=FILE, help="Default: the first run's name with .html")
 @click.option("--title", help="Heading of the page.")
 @units_option
-def report(runs: tuple[Path, ...], output: Path | None, title: str | None) -> None:
+@data_options
+def report(runs: tuple[Path, ...], output: Path | None, title: str | None, **data: Any) -> None:
     """Write a report of the RUNS that `eft run` saved, or of a study's folder: one HTML file, no network.
 
     A report of runs has the verdict, metrics, time histories with zoom, force over command by frequency,
     spool opening against the advised 60 %, restoring force, configuration and versions. Several runs share
-    the charts. A report of a study says how the tests ended, and has each metric over each setting and the
-    worst tests.
+    the charts. A file of measurements, such as CSV or TDMS, is compared with the first run, aligned in time;
+    --column, --unit and --sample-rate hold for it. A report of a study says how the tests ended, and has
+    each metric over each setting and the worst tests.
     """
     target = output or runs[0].with_suffix(".html")
     if target.suffix.lower() not in (".html", ".htm"):
@@ -47,10 +53,16 @@ def report(runs: tuple[Path, ...], output: Path | None, title: str | None) -> No
         click.echo(f"{target} written")
         return
     named: dict[str, eft.TestRun] = {}
+    files = [path for path in runs if path.suffix.lower() in MEASURED]
+    if len(files) == len(runs):
+        raise click.UsageError(f"{runs[0]} is a measured test: give a run as well, as in `run.eft {runs[0]}`")
     for path in runs:
-        name = path.stem if path.stem not in named else str(path)
-        named[name] = eft.TestRun.load(path)
-    write_report(named, target, **heading)
+        if path not in files:
+            name = path.stem if path.stem not in named else str(path)
+            named[name] = eft.TestRun.load(path)
+    rig = next(iter(named.values())).rig
+    measured = {path.name: read_data(path, rig=rig, **data) for path in files}
+    write_report(named, target, measured=measured, **heading)
     if commands_differ(named):
         click.echo(DIFFERENT, err=True)
     click.echo(f"{target} written")

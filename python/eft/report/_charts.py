@@ -18,6 +18,7 @@ from eft._run import TestRun
 from eft._signals import commands, restoring_force
 from eft._simulate import ideal_response
 from eft._verdict import SPOOL_ADVICE
+from eft.traces import Traces
 
 Array = NDArray[np.float64]
 
@@ -49,7 +50,7 @@ class Page:
         return name
 
     def history(
-        self, label: str, color: str, values: Array, run: TestRun, width: float = 1.2
+        self, label: str, color: str, values: Array, run: TestRun | Traces, width: float = 1.2
     ) -> dict[str, Any]:
         """A curve over time."""
         thin, step = _thin(values)

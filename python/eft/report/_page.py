@@ -25,7 +25,9 @@ from eft._verdict import told_delay
 from eft.report._charts import Page, draw
 from eft.report._estimates import draw_estimates
 from eft.report._heading import about, verdicts, wholes
+from eft.report._measured import compared, draw_measured
 from eft.report._planned import planned
+from eft.traces import Comparison, Traces
 
 if TYPE_CHECKING:
     from eft._table import MetricName
@@ -47,7 +49,11 @@ _METRICS: dict[MetricName, tuple[str, float, str]] = {
 
 
 def write_report(
-    runs: TestRun | Mapping[str, TestRun], path: str | PathLike[str], title: str = "Effective force test"
+    runs: TestRun | Mapping[str, TestRun],
+    path: str | PathLike[str],
+    title: str = "Effective force test",
+    *,
+    measured: Mapping[str, Traces] | None = None,
 ) -> Path:
     """Write the report of one test, or of several, as one HTML file that says whether their commands differ.
 
@@ -57,19 +63,20 @@ def write_report(
     with the ideal response, the ratio of force to command over the frequency, the spool opening against the
     advised 60 %, the supply pressure where it changes, and the restoring force. Of a rig that adapts it has
     what was found: flow gain, valve gain, level, response delay, flow curve. Demands and margins,
-    configuration and versions follow. It reaches for no network. Written beside and renamed.
+    configuration and versions follow. Each test of `measured`, by its name, is compared with the first run,
+    aligned in time, in a table and charts. It reaches for no network. Written beside and renamed.
 
     Raises
     ------
     ValueError
-        If there is no run.
+        If there is no run; if a measured test has no signal in common with the run.
     """
     named = labelled(runs, alone="test")
     if not named:
         raise ValueError("runs is empty: a report needs at least one run")
     target = Path(path)
     notes = [f'<p class="note">{DIFFERENT}</p>'] if commands_differ(runs) else []
-    write_text(target, _page(named, title, notes))
+    write_text(target, _page(named, title, notes, compared(named, measured or {})))
     return target
 
 
@@ -89,9 +96,12 @@ def commands_differ(runs: TestRun | Mapping[str, TestRun]) -> bool:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a file may hold any number
-def _page(runs: Mapping[str, TestRun], title: str, notes: Sequence[str]) -> str:
+def _page(
+    runs: Mapping[str, TestRun], title: str, notes: Sequence[str], over: Mapping[str, Comparison]
+) -> str:
     charts = draw(runs)
     draw_estimates(charts, runs)
+    draw_measured(charts, over)
     tested = wholes(runs)
     parts = [
         *notes,
@@ -99,6 +109,7 @@ def _page(runs: Mapping[str, TestRun], title: str, notes: Sequence[str]) -> str:
         *verdicts(tested),
         "<h2>Metrics</h2>",
         html_table(["", *runs], _metrics(list(runs.values()))),
+        *(_measured(title, one) for title, one in over.items()),
         "<h2>Signals</h2>",
         HINT,
         _thinned(charts),
@@ -110,6 +121,12 @@ def _page(runs: Mapping[str, TestRun], title: str, notes: Sequence[str]) -> str:
         f"<p>{html.escape(_versions(list(runs.values())))}</p>",
     ]
     return whole_page(title, parts, charts)
+
+
+def _measured(title: str, one: Comparison) -> str:
+    header, *rows = one.table()
+    moved = f"Moved by {-one.shift:.6g} s, by the {one.aligned_by}."
+    return f"<h2>{html.escape(title)}</h2>{html_table(header, rows)}<p>{html.escape(moved)}</p>"
 
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"

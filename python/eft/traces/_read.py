@@ -91,3 +91,5 @@ _READERS: dict[str, Callable[..., AbstractContextManager[list[Column]]]] = {
     ".tdms": _tdms.tdms,
     **dict.fromkeys((".uff", ".unv", ".uf"), _uff.uff),
 }
+MEASURED = frozenset(_READERS)
+"""Suffixes of files of measurements."""
