@@ -38,7 +38,7 @@ def comparison(compared: Comparison, *quantities: str, units: UnitSystem | None 
         words = name.replace("_", " ")
         last = place == len(names) - 1
         finish(over, xlabel="", ylabel=f"{words} ({unit.unit})", legend=place == 0)
-        finish(below, xlabel="time (s)" if last else "", ylabel=f"difference ({unit.unit})", legend=False)
+        finish(below, xlabel="time (s)" if last else "", ylabel=f"difference\n({unit.unit})", legend=False)
         over.margins(x=0)
     figure.align_ylabels()
     return figure
