@@ -43,6 +43,7 @@ from eft._study import Study, study
 from eft._tuning import ForceLoopTuning, tune_force_loop
 from eft._valve_choice import ValveChoice, ValveTable, compare_valves, read_valves
 from eft._verdict import Remedy, Verdict
+from eft._watch import Watched, watch
 from eft.data_sheets import actuator, servovalve
 from eft.traces._compare import Comparison, compare
 
@@ -77,6 +78,7 @@ __all__ = [
     "ValveChoice",
     "ValveTable",
     "Verdict",
+    "Watched",
     "__version__",
     "actuator",
     "check_feasibility",
@@ -111,6 +113,7 @@ __all__ = [
     "study",
     "tune_force_loop",
     "use_units",
+    "watch",
 ]
 
 teach_native()

@@ -9,6 +9,7 @@ from eft import _native
 from eft._energy import EnergyBalance
 from eft._native import Command, Rig
 from eft._run import Array, Dtype, TestRun
+from eft._watch import show
 
 __all__ = ["IdealResponse", "energy_balance", "ideal_response", "simulate"]
 
@@ -42,6 +43,7 @@ def simulate(
     converged: bool = False,
     structure: Structure | None = None,
     progress: Callable[[int, int], object] | None = None,
+    watch: bool = False,
 ) -> TestRun:
     """Run a test on the virtual rig; the digital side runs at the command's sample rate.
 
@@ -77,6 +79,9 @@ def simulate(
         `TestRun.stopped`.
     progress : callable, optional
         Called a few times a second with the samples done and their total; an exception from it ends the run.
+    watch : bool
+        Whether to step the test through `eft.watch` first and print force, error, spool and estimates as it
+        runs. It needs what `eft.watch` needs; the run returned is the same with and without it.
 
     Returns
     -------
@@ -104,6 +109,8 @@ def simulate(
                     f"{name} = {value!r}: must be left out of a converged run, which has its own"
                 )
         method, largest_step = "runge-kutta", _CONVERGED_STEP
+    if watch:
+        show(rig, command, dtype)
     outcome = _native.simulate(
         rig,
         command,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +18,7 @@ import eft
 from eft._table import Metrics
 from eft._test_file import TestPlan
 from eft._verdict import Verdict, told_delay
+from eft._watch import show
 from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table, units_option
 from eft.cli._plan import plan_of, test_options
 from eft.cli._save_rig import check_save_rig, save_rig
@@ -31,6 +33,7 @@ from eft.traces._write import check_output
         "eft run --record elcentro --scale 1.3 --set compensation.mode=linear -o linear.eft",
         "eft run --rig rig.toml --sweep 8900 0 10 32 -o sweep.csv",
         "eft run test.toml --save-rig corrected.toml",
+        "eft run test.toml --set controller.force_loop=robust --watch",
     ),
 )
 @test_options
@@ -47,6 +50,7 @@ from eft.traces._write import check_output
     metavar="FILE",
     help="Rig with the flow curve that compensation.curve_correction found.",
 )
+@click.option("--watch", is_flag=True, help="Show force, error, spool and estimates as the test runs.")
 @units_option
 @as_json
 def run(
@@ -56,6 +60,7 @@ def run(
     dtype: Any,
     output: Path | None,
     corrected: Path | None,
+    watch: bool,
     as_json: bool,
     **command: Any,
 ) -> None:
@@ -68,6 +73,8 @@ def run(
     check_output(target)
     if corrected is not None:
         check_save_rig(corrected, plan, (test, target))
+    if watch:
+        show(plan.rig, plan.command, dtype, stream=sys.stderr)
     result, interrupted = _simulate(plan, dtype)
     with _held_back():
         write_run(result, target)
