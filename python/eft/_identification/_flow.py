@@ -52,7 +52,9 @@ def identify_flow_curve(
     Returns
     -------
     FlowTable
-        With the ``uncertainty`` of each flow, and whether its point was ``measured``.
+        With the ``uncertainty`` of each flow, and whether its point was ``measured``. The uncertainty has
+        the scatter of the data and the error of straight pieces for a bent curve; of extrapolated points also
+        what the bend at the edge would do if it went on.
 
     Raises
     ------
@@ -70,7 +72,32 @@ def identify_flow_curve(
     (21, True)
     """
     runs = (_runs(spool), _runs(displacement))
-    return _native.identify_flow_curve(*runs, sample_rate, piston_area, knots, method)
+    return _with_shape(_native.identify_flow_curve(*runs, sample_rate, piston_area, knots, method))
+
+
+_AT_A_KNOT, _AT_THE_EDGE = 1.0 / 12.0, 1.0 / 6.0
+"""Share of the second difference by which a straight piece between knots misses a parabola at the knot."""
+
+
+def _with_shape(found: FlowTable) -> FlowTable:
+    """The curve with the error of its shape in the uncertainty: straight pieces stand for a bend."""
+    if found.measured is None or found.uncertainty is None or np.count_nonzero(found.measured) < 3:
+        return found
+    inside = np.flatnonzero(found.measured)
+    first, last = int(inside[0]), int(inside[-1])
+    shape = np.zeros(len(found))
+    bends = np.abs(np.diff(found.flows[first : last + 1], 2))
+    shape[first + 1 : last] = _AT_A_KNOT * bends
+    for edge, bend, beyond in (
+        (first, bends[0], range(first)),
+        (last, bends[-1], range(last + 1, len(found))),
+    ):
+        shape[edge] = _AT_THE_EDGE * bend
+        for knot in beyond:
+            # Past the data the curve may go on to bend as it did at the edge.
+            steps = abs(knot - edge)
+            shape[knot] = bend * (0.5 * steps * (steps + 1) + _AT_THE_EDGE * (1 + 2 * steps))
+    return FlowTable(found.openings, found.flows, np.hypot(found.uncertainty, shape), found.measured.tolist())
 
 
 def identify_flow_gain(
