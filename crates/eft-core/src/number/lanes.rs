@@ -200,16 +200,17 @@ impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
     ) -> Row<Self> {
         let found: [Row<T>; L] = array::from_fn(|i| {
             let x = self.lane(i);
-            let row = |row: &Row<Self>| Row {
-                start: row.start.lane(i),
-                value: row.value.lane(i),
-                slope: row.slope.lane(i),
-            };
             let entry = cell.get(i).and_then(|&cell| cells.get(cell as usize)?.get(i));
             let first = usize::from(entry.copied().unwrap_or(CROWDED));
             match rows.get(first..first + 2) {
-                Some([here, next]) => row(if x < next.start.lane(i) { here } else { next }),
-                _ => search::<_, N>(|n| rows.get(n).map(row), x),
+                Some([here, next]) => {
+                    if x < next.start.lane(i) {
+                        here.lane(i)
+                    } else {
+                        next.lane(i)
+                    }
+                }
+                _ => search(rows, |row| row.start.lane(i), x).map_or_else(Row::default, |row| row.lane(i)),
             }
         });
         Row {

@@ -230,7 +230,7 @@ macro_rules! real {
                 let first = usize::from(cells.get(cell as usize).copied().unwrap_or(CROWDED));
                 match rows.get(first..first + 2) {
                     Some([row, next]) => *(if self < next.start { row } else { next }),
-                    _ => search::<_, N>(|n| rows.get(n).copied(), self),
+                    _ => search(rows, |row| row.start, self).copied().unwrap_or_default(),
                 }
             }
         }
