@@ -11,7 +11,7 @@ mod tests;
 pub use signals::{Input, Output};
 pub use state::ChannelState;
 
-use crate::controller::{Controller, ControllerInput};
+use crate::controller::{Controller, ControllerInput, Supply};
 use crate::error::{ConfigError, LARGEST, check, within};
 use crate::learning::{LOWEST_RATE, Moment, window_ticks};
 use crate::number::Real;
@@ -35,6 +35,48 @@ pub struct Channel<T: Real, const N: usize> {
     realization: Realization,
     /// Whether the feedforward is given the next tick's command.
     looks_ahead: bool,
+    /// Whether it has none of the [`Parts`].
+    plain: bool,
+}
+
+/// What a channel may have besides controller and learner.
+#[derive(Clone, Copy)]
+struct Parts<'a, T: Real, const N: usize> {
+    velocity: &'a Velocity<T>,
+    protection: Option<&'a Protection<T>>,
+    plausibility: Option<&'a Plausibility<T, N>>,
+    stuck: Option<&'a StuckWatch>,
+    realization: Realization,
+    measures_supply: bool,
+    looks_ahead: bool,
+}
+
+impl<T: Real, const N: usize> Parts<'_, T, N> {
+    /// A measured velocity, a force loop of its own, and nothing else.
+    const NONE: Self = Self {
+        velocity: &Velocity::Sensor,
+        protection: None,
+        plausibility: None,
+        stuck: None,
+        realization: Realization::Digital,
+        measures_supply: false,
+        looks_ahead: false,
+    };
+
+    const fn is_none(&self) -> bool {
+        matches!(
+            self,
+            Self {
+                velocity: Velocity::Sensor,
+                protection: None,
+                plausibility: None,
+                stuck: None,
+                realization: Realization::Digital,
+                measures_supply: false,
+                looks_ahead: false,
+            }
+        )
+    }
 }
 
 impl<T: Real, const N: usize> Channel<T, N> {
@@ -60,20 +102,36 @@ impl<T: Real, const N: usize> Channel<T, N> {
         input: &Input<T>,
         path: impl FnOnce(T) -> T,
     ) -> Output<T> {
+        // One question at the top: a plain channel has a copy of the tick in which nothing asks for parts.
+        if self.plain {
+            self.tick(Parts::NONE, state, input, path)
+        } else {
+            self.tick(self.parts(), state, input, path)
+        }
+    }
+
+    #[inline(always)]
+    fn tick(
+        &self,
+        parts: Parts<'_, T, N>,
+        state: &mut ChannelState<T>,
+        input: &Input<T>,
+        path: impl FnOnce(T) -> T,
+    ) -> Output<T> {
         let learns = self.window_ticks > 0;
         if learns && state.ticks == self.window_ticks {
             state.begin_window();
         }
         let gated;
-        let input = match &self.plausibility {
+        let input = match parts.plausibility {
             Some(watch) => {
                 gated = watch.gate(&mut state.plausibility, input);
                 &gated
             }
             None => input,
         };
-        let velocity = self.velocity.step(&mut state.velocity, input);
-        let stuck = match &self.stuck {
+        let velocity = parts.velocity.step(&mut state.velocity, input);
+        let stuck = match parts.stuck {
             Some(watch) => watch.step(&mut state.stuck, velocity, input.force, input.spool),
             None => 0,
         };
@@ -84,16 +142,16 @@ impl<T: Real, const N: usize> Channel<T, N> {
             spool: input.spool,
             status: 0,
         };
-        if let Some(watch) = &self.plausibility {
+        if let Some(watch) = parts.plausibility {
             believed = self.believe(watch, state, input, believed);
         }
         let (mut command, mut authority, mut protection) = (input.command, T::splat(1.0), believed.status);
-        if let Some(p) = &self.protection {
+        if let Some(p) = parts.protection {
             let Believed { force, displacement, velocity, spool, .. } = believed;
             let protected = p.step(&mut state.protection, command, force, displacement, velocity, spool);
             (command, authority, protection) =
                 (protected.command, protected.authority, protection | protected.status);
-            if self.plausibility.is_some() {
+            if parts.plausibility.is_some() {
                 believed.velocity = believed.velocity * protected.level;
                 if protected.open {
                     // Without an error the loop is open; the oil's spring is left to leakage.
@@ -104,26 +162,26 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
         let asked = ControllerInput {
             command,
-            next_command: if self.looks_ahead { self.preview(state, input.next_command) } else { command },
+            next_command: if parts.looks_ahead { self.preview(state, input.next_command) } else { command },
             velocity: believed.velocity,
             force: believed.force,
             spool: believed.spool,
             supply_pressure: input.supply_pressure,
         };
         let stood = state.controller.valve_command();
-        let supply = self.controller.supply(&asked);
+        let supply = if parts.measures_supply { self.controller.supply(&asked) } else { Supply::nominal() };
         let out = if self.controller.accepts(&asked) & supply.valid {
             let calibration = pick(&state.calibrations, state.second);
             let out = self.controller.follow(&mut state.controller, &asked, supply, true, calibration, path);
-            if learns && self.plausibility.is_some() && state.protection.is_tripped() {
+            if learns && parts.plausibility.is_some() && state.protection.is_tripped() {
                 state.window.lose();
             } else if learns {
                 // Behind the output: what the learner lives from.
                 state.window.add(velocity, asked.spool, Moment { force: asked.force, command });
-                if self.controller.measures_supply {
+                if parts.measures_supply {
                     state.window.supply = supply.ratio;
                 }
-                match self.realization {
+                match parts.realization {
                     Realization::Digital => state.window.add_command(stood),
                     Realization::Analog => state.window.add_sampled_command(input.valve_command, asked.spool),
                 }
@@ -137,9 +195,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         };
         let status = out.status | state.flags | stuck;
         let mut voltage = out.valve_command;
-        if let Some(p) = &self.protection {
+        if let Some(p) = parts.protection {
             p.watch(&mut state.protection, status);
-            if self.realization == Realization::Digital {
+            if parts.realization == Realization::Digital {
                 voltage = voltage * authority;
             }
         }
@@ -158,6 +216,18 @@ impl<T: Real, const N: usize> Channel<T, N> {
             authority,
             status: status | protection,
             window,
+        }
+    }
+
+    const fn parts(&self) -> Parts<'_, T, N> {
+        Parts {
+            velocity: &self.velocity,
+            protection: self.protection.as_ref(),
+            plausibility: self.plausibility.as_ref(),
+            stuck: self.stuck.as_ref(),
+            realization: self.realization,
+            measures_supply: self.controller.measures_supply,
+            looks_ahead: self.looks_ahead,
         }
     }
 
@@ -188,7 +258,7 @@ macro_rules! constructor {
                 if p.learning.is_on() {
                     check!(within("sample_rate", p.sample_rate, LOWEST_RATE, LARGEST));
                 }
-                Ok(Self {
+                let mut channel = Self {
                     controller: check!(Controller::<$t, N>::new(p)),
                     velocity: check!(Velocity::<$t>::new(p)),
                     protection: match &p.protection {
@@ -208,7 +278,10 @@ macro_rules! constructor {
                     window_ticks: if p.learning.is_on() { window_ticks(p.sample_rate) } else { 0 },
                     realization: p.realization,
                     looks_ahead: p.feedforward && p.look_ahead,
-                })
+                    plain: false,
+                };
+                channel.plain = channel.parts().is_none();
+                Ok(channel)
             }
         }
     };

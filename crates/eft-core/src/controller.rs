@@ -55,6 +55,14 @@ pub(crate) struct Supply<S: Scalar> {
     pub(crate) valid: S::Mask,
 }
 
+impl<S: Scalar> Supply<S> {
+    /// Where it is not measured.
+    #[inline(always)]
+    pub(crate) fn nominal() -> Self {
+        Self { ratio: S::splat(1.0), valid: S::Mask::splat(true) }
+    }
+}
+
 /// What the controller remembers. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
@@ -221,11 +229,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     // Value and validity behind one branch: a rig that does not measure it pays for neither.
     #[inline(always)]
     pub(crate) fn supply(&self, i: &ControllerInput<S>) -> Supply<S> {
-        let one = S::splat(1.0);
         if !self.measures_supply.any() {
-            return Supply { ratio: one, valid: S::Mask::splat(true) };
+            return Supply::nominal();
         }
-        let ratio = S::select(self.measures_supply, i.supply_pressure * self.per_supply_pressure, one);
+        let relative = i.supply_pressure * self.per_supply_pressure;
+        let ratio = S::select(self.measures_supply, relative, S::splat(1.0));
         Supply { ratio, valid: (ratio - S::splat(2.025)).abs().le(S::splat(1.975)) }
     }
 
