@@ -15,7 +15,7 @@ use crate::controller::{Controller, ControllerInput, Supply};
 use crate::error::{ConfigError, LARGEST, check, within};
 use crate::learning::{LOWEST_RATE, Moment, window_ticks};
 use crate::number::Real;
-use crate::parameters::{Parameters, Realization};
+use crate::parameters::{Parameters, Realization, VelocitySource};
 use crate::protection::{Plausibility, Protection, ProtectionParameters, StuckWatch};
 use crate::status;
 use crate::velocity::Velocity;
@@ -62,21 +62,21 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
         measures_supply: false,
         looks_ahead: false,
     };
+}
 
-    const fn is_none(&self) -> bool {
-        matches!(
-            self,
-            Self {
-                velocity: Velocity::Sensor,
-                protection: None,
-                plausibility: None,
-                stuck: None,
-                realization: Realization::Digital,
-                measures_supply: false,
-                looks_ahead: false,
-            }
-        )
-    }
+/// Whether a channel has none of the [`Parts`].
+const fn is_plain(p: &Parameters) -> bool {
+    matches!(
+        p,
+        Parameters {
+            realization: Realization::Digital,
+            velocity_source: VelocitySource::Sensor,
+            protection: None,
+            stuck_samples: 0,
+            supply_correction: false,
+            ..
+        }
+    ) && !(p.feedforward && p.look_ahead)
 }
 
 impl<T: Real, const N: usize> Channel<T, N> {
@@ -258,7 +258,7 @@ macro_rules! constructor {
                 if p.learning.is_on() {
                     check!(within("sample_rate", p.sample_rate, LOWEST_RATE, LARGEST));
                 }
-                let mut channel = Self {
+                Ok(Self {
                     controller: check!(Controller::<$t, N>::new(p)),
                     velocity: check!(Velocity::<$t>::new(p)),
                     protection: match &p.protection {
@@ -278,10 +278,8 @@ macro_rules! constructor {
                     window_ticks: if p.learning.is_on() { window_ticks(p.sample_rate) } else { 0 },
                     realization: p.realization,
                     looks_ahead: p.feedforward && p.look_ahead,
-                    plain: false,
-                };
-                channel.plain = channel.parts().is_none();
-                Ok(channel)
+                    plain: is_plain(p),
+                })
             }
         }
     };

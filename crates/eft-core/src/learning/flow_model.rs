@@ -43,24 +43,25 @@ macro_rules! constructor {
         impl<const N: usize> FlowModel<$t, N> {
             /// Of the rig's parameters.
             pub(crate) const fn new(p: &Parameters) -> Result<Self, ConfigError> {
-                Ok(match p.mode {
-                    Mode::Linear => Self {
-                        load_pressure: LoadPressure::<$t>::NONE,
-                        curve: check!(PiecewiseLinear::<$t, N>::new(
-                            "flow_gain",
-                            &[-1.0, 1.0],
-                            "flow_gain",
-                            &[-p.flow_gain, p.flow_gain],
-                        )),
-                    },
-                    Mode::Off | Mode::Nonlinear => Self {
-                        load_pressure: check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure)),
-                        curve: check!(PiecewiseLinear::<$t, N>::new(
-                            "openings", p.openings, "flows", p.flows
-                        )),
-                    },
-                })
+                if !matches!(p.mode, Mode::Linear) {
+                    return Self::of_table(p);
+                }
+                let mut model = Self::EMPTY;
+                let (openings, flows) = ([-1.0, 1.0], [-p.flow_gain, p.flow_gain]);
+                check!(model.curve.fill("flow_gain", &openings, "flow_gain", &flows));
+                Ok(model)
             }
+
+            /// By the flow table, whatever the scheme.
+            pub(crate) const fn of_table(p: &Parameters) -> Result<Self, ConfigError> {
+                let mut model = Self::EMPTY;
+                check!(model.curve.fill("openings", p.openings, "flows", p.flows));
+                model.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
+                Ok(model)
+            }
+
+            const EMPTY: Self =
+                Self { load_pressure: LoadPressure::<$t>::NONE, curve: PiecewiseLinear::<$t, N>::EMPTY };
         }
     };
 }

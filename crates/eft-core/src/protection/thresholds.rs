@@ -1,6 +1,5 @@
 //! What a plausibility watch takes for noise and for a wrong calibration, and so what it counts.
 
-use crate::compensation::Mode;
 use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, within};
 use crate::learning::FlowModel;
 use crate::parameters::{Parameters, VelocitySource};
@@ -104,9 +103,8 @@ macro_rules! constructor {
                 let repeats = 3.0e-3 * rate;
                 let repeats = if repeats > 8.0 { repeats } else { 8.0 } + delays;
                 let lag = 0.5 * delay * rate + 0.5 * (1.0 + delays);
-                let curve = Parameters { mode: Mode::Nonlinear, ..*p };
                 Ok(Self {
-                    model: check!(FlowModel::<$t, N>::new(&curve)),
+                    model: check!(FlowModel::<$t, N>::of_table(p)),
                     gate: SensorGate {
                         jump: [
                             (noise * force_noise + swing * force + FRICTION * capacity) as $t,
