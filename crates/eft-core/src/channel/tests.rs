@@ -78,3 +78,36 @@ fn window_numbers_wrap() {
     assert_eq!(run(0), run(u32::MAX - 50));
     assert!((run(0).2 - 1.0).abs() > 1e-3, "nothing was learned");
 }
+
+#[test]
+fn a_plain_channel_has_the_bits_of_one_that_is_asked_for_parts() {
+    let plain = Parameters { protection: None, ..RIG };
+    let limited = Parameters { valve_command: 1.0, valve_command_rate: 1e3, force_range: 2.9e3, ..plain };
+    let learning = Parameters { feedforward: true, learning: Learning::ADAPTIVE, ..limited };
+    for parameters in [plain, limited, learning] {
+        let channel = Channel::<f64, 21>::new(&parameters).unwrap();
+        assert!(channel.plain);
+        let asked = Channel { plain: false, ..channel };
+        let (mut state, mut expected) = (channel.at_rest(), asked.at_rest());
+        for tick in 0..3000 {
+            let mut input = swing(tick);
+            if tick % 97 == 0 {
+                input.spool = f64::NAN;
+            }
+            let (out, like) = (channel.step(&mut state, &input), asked.step(&mut expected, &input));
+            assert_eq!((out, state), (like, expected), "tick {tick}");
+        }
+    }
+    let look_ahead = Parameters { feedforward: true, look_ahead: true, ..plain };
+    let gains = [0.07, 10.0, 736.0];
+    for parameters in [
+        RIG,
+        look_ahead,
+        Parameters { stuck_samples: 5, ..plain },
+        Parameters { supply_correction: true, ..plain },
+        Parameters { realization: Realization::Analog, ..plain },
+        Parameters { velocity_source: VelocitySource::Accelerometer { gains }, ..plain },
+    ] {
+        assert!(!Channel::<f64, 21>::new(&parameters).unwrap().plain, "{parameters:?}");
+    }
+}
