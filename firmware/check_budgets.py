@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -134,8 +135,16 @@ def loop_table(rows: dict[str, Cost], budgets: dict[str, dict[str, int]]) -> str
     parts = [name for name in rows if name not in task + learner + once + ticks]
     stacks = {end: max(rows[name].stack for name in task if name.endswith(end)) for end in ("f32", "f64")}
     text = (HERE / "loop-budget.md.in").read_text()
+    plain = [kind for kind in TICKS if kind != "guarded"]
+
+    def further(name: str, than: Callable[[str], str]) -> list[str]:
+        more = [rows[f"{name}, {kind}"].instructions - rows[than(kind)].instructions for kind in plain]
+        return [f"{min(more)} to {max(more)}"]
+
     tables = {
         "WAYS": ways(rows, budgets),
+        "BY_REFERENCE": further("channel_step", lambda kind: TICKS[kind]),
+        "FROM_C": further("eft_step_f32", lambda kind: f"channel_step, {kind}"),
         "TICKS": costs(rows, ticks),
         "TICK_INSTRUCTIONS": [str(tick.instructions)],
         "SHARES": shares(

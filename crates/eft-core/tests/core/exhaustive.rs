@@ -13,9 +13,9 @@ fn ordered(k: u32) -> f32 {
     f32::from_bits(if k < 0x8000_0000 { !k } else { k ^ 0x8000_0000 })
 }
 
-/// Calls `check` with every `stride`-th input in rising order and the one before it (the same at the start of a part),
-/// on all cores; NaNs come with themselves.
-fn each(stride: u32, check: impl Fn(f32, f32) + Sync) {
+/// Gives `check` every `stride`-th input in rising order with its result and the one before it with its own (the same at
+/// the start of a part), on all cores; NaNs come with themselves.
+fn each<R: Copy>(stride: u32, of: impl Fn(f32) -> R + Sync, check: impl Fn((f32, R), (f32, R)) + Sync) {
     let parts = thread::available_parallelism().map_or(1, |n| n.get() as u32) * 16;
     let next = std::sync::atomic::AtomicU32::new(0);
     let work = || {
@@ -25,13 +25,17 @@ fn each(stride: u32, check: impl Fn(f32, f32) + Sync) {
                 break;
             }
             let edge = |part: u32| (u64::from(part) << 32).div_euclid(u64::from(parts));
+            let taken = |k: u64| {
+                let x = ordered(k as u32);
+                (x, of(x))
+            };
             // From the last input of the part before, so that no step between two parts is missed.
             let mut k = edge(part).saturating_sub(u64::from(stride));
-            let mut before = ordered(k as u32);
+            let mut before = taken(k);
             while k < edge(part + 1) {
-                let x = ordered(k as u32);
-                check(x, if before.is_nan() || x.is_nan() { x } else { before });
-                before = x;
+                let now = taken(k);
+                check(if before.0.is_nan() || now.0.is_nan() { now } else { before }, now);
+                before = now;
                 k += u64::from(stride);
             }
         }
@@ -55,10 +59,10 @@ fn table_inverse(stride: u32) {
     ];
     assert!(!tables[0].inverse().is_crowded() && tables[1].inverse().is_crowded());
     for table in &tables {
-        each(stride, |flow, before| {
-            let opening = table.opening(flow);
+        let opening = |flow| table.opening(flow);
+        each(stride, opening, |(before, lower), (flow, opening)| {
             assert!((-1.0..=1.0).contains(&opening), "{flow:e} gives {opening:e}");
-            assert!(table.opening(before) <= opening, "falls from {before:e} to {flow:e}");
+            assert!(lower <= opening, "falls from {before:e} to {flow:e}");
         });
     }
 }
@@ -67,17 +71,17 @@ fn load_pressure_factor(stride: u32) {
     let correction = LoadPressure::<f32>::new(8.212e-3, 1.9e7).unwrap();
     // 1/√0.05, rounded upwards.
     let range: RangeInclusive<f32> = 0.0..=4.472_136_5;
-    each(stride, |force, before| {
-        let [(opening, _), (closing, _), (none, floored)] =
-            [1.0, -1.0, 0.0].map(|direction| correction.factor(force, direction));
+    let factors = |force| [1.0, -1.0, 0.0].map(|direction| correction.factor(force, direction));
+    each(stride, factors, |(before, factors_before), (force, factors)| {
+        let [(opening, _), (closing, _), (none, floored)] = factors;
         assert!(range.contains(&opening) && range.contains(&closing), "{force:e}: {opening:e}, {closing:e}");
         assert!(none.to_bits() == 1.0_f32.to_bits() && !floored, "{force:e} without a direction: {none:e}");
-        assert!(correction.factor(before, 1.0).0 <= opening, "falls from {before:e} to {force:e}");
-        assert!(correction.factor(before, -1.0).0 >= closing, "rises from {before:e} to {force:e}");
+        assert!(factors_before[0].0 <= opening, "falls from {before:e} to {force:e}");
+        assert!(factors_before[1].0 >= closing, "rises from {before:e} to {force:e}");
     });
     let of = |direction: f32| correction.factor(5.0e4, direction).0.to_bits();
     let [opening, closing, none] = [1.0, -1.0, 0.0].map(of);
-    each(stride, |direction, _| {
+    each(stride, of, |_, (direction, bits)| {
         let expected = if direction > 0.0 {
             opening
         } else if direction < 0.0 {
@@ -85,17 +89,21 @@ fn load_pressure_factor(stride: u32) {
         } else {
             none
         };
-        assert_eq!(of(direction), expected, "{direction:e}");
+        assert_eq!(bits, expected, "{direction:e}");
     });
 }
 
 #[test]
 fn inputs_come_in_order_without_a_gap() {
     let count = std::sync::atomic::AtomicU64::new(0);
-    each(1 << 12, |x, before| {
-        count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-        assert!(x.is_nan() || before <= x);
-    });
+    each(
+        1 << 12,
+        |x| x,
+        |(before, _), (x, result)| {
+            count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            assert!(x.is_nan() || (before <= x && result.to_bits() == x.to_bits()));
+        },
+    );
     // Each part begins with the end of the part before.
     assert!(count.into_inner() >= 1 << 20);
     assert_eq!(
