@@ -22,6 +22,9 @@ use crate::velocity::Velocity;
 use belief::Believed;
 use state::pick;
 
+/// Time (s) without a sample behind which the tick goes on as if everything had gone straight meanwhile.
+const GAP: f64 = 0.01;
+
 /// A channel's immutable configuration; one drives any number of actuators.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Channel<T: Real, const N: usize> {
@@ -30,6 +33,8 @@ pub struct Channel<T: Real, const N: usize> {
     protection: Option<Protection<T>>,
     plausibility: Option<Plausibility<T, N>>,
     stuck: Option<StuckWatch>,
+    /// Lost ticks behind which the changes since the last sample are no longer taken for those of one tick.
+    gap_ticks: u32,
     /// Ticks of a window; 0 where nothing is learned.
     window_ticks: u32,
     realization: Realization,
@@ -62,6 +67,11 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
         measures_supply: false,
         looks_ahead: false,
     };
+}
+
+/// Ticks from the last good one, behind a gap.
+fn ticks<T: Real>(gap: u32) -> T {
+    T::from_u32(gap) + T::splat(1.0)
 }
 
 /// Whether a channel has none of the [`Parts`].
@@ -130,6 +140,11 @@ impl<T: Real, const N: usize> Channel<T, N> {
             }
             None => input,
         };
+        let estimates = !matches!(parts.velocity, Velocity::Sensor);
+        if estimates && state.velocity_gap >= self.gap_ticks && input.displacement.is_finite() {
+            parts.velocity.resume(&mut state.velocity, input, ticks(state.velocity_gap));
+            state.velocity_gap = 0;
+        }
         let velocity = parts.velocity.step(&mut state.velocity, input);
         let stuck = match parts.stuck {
             Some(watch) => watch.step(&mut state.stuck, velocity, input.force, input.spool),
@@ -170,7 +185,25 @@ impl<T: Real, const N: usize> Channel<T, N> {
         };
         let stood = state.controller.valve_command();
         let supply = if parts.measures_supply { self.controller.supply(&asked) } else { Supply::nominal() };
-        let out = if self.controller.accepts(&asked) & supply.valid {
+        let out = if !(self.controller.accepts(&asked) & supply.valid) {
+            if learns {
+                state.window.lose();
+            }
+            let before = if state.gap > 0 { state.velocity_gap } else { 0 };
+            state.velocity_gap = if velocity.is_finite() { 0 } else { before.saturating_add(1) };
+            state.gap = state.gap.saturating_add(1);
+            self.controller.refuse(&mut state.controller, &asked, supply, path)
+        } else if state.gap >= self.gap_ticks {
+            if learns {
+                state.window.lose();
+            }
+            state.gap = 0;
+            // Of a copy: what is looked at here does not burden the other ticks.
+            let calibration = pick(&state.calibrations, state.second);
+            let limits = self.controller.resume(&mut state.controller, &{ asked }, calibration);
+            self.controller.last(&state.controller, limits, path)
+        } else {
+            state.gap = 0;
             let calibration = pick(&state.calibrations, state.second);
             let out = self.controller.follow(&mut state.controller, &asked, supply, true, calibration, path);
             if learns && parts.plausibility.is_some() && state.protection.is_tripped() {
@@ -187,11 +220,6 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 }
             }
             out
-        } else {
-            if learns {
-                state.window.lose();
-            }
-            self.controller.refuse(&mut state.controller, &asked, supply, path)
         };
         let status = out.status | state.flags | stuck;
         let mut voltage = out.valve_command;
@@ -275,6 +303,7 @@ macro_rules! constructor {
                         0 => None,
                         samples => Some(check!(StuckWatch::new(samples))),
                     },
+                    gap_ticks: 1 + (GAP * p.sample_rate) as u32,
                     window_ticks: if p.learning.is_on() { window_ticks(p.sample_rate) } else { 0 },
                     realization: p.realization,
                     looks_ahead: p.feedforward && p.look_ahead,

@@ -163,20 +163,25 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
         self.further_flow(&mut state.feedforward, input);
-        ControllerOutput {
-            valve_command: state.valve_command,
-            compensation: path(state.compensation.output()),
-            status: self.faults(input.command, input.velocity, input.force, input.spool, supply.valid),
-        }
+        let ControllerInput { command, velocity, force, spool, .. } = *input;
+        self.last(state, self.faults(command, velocity, force, spool, supply.valid), path)
+    }
+
+    /// The last output with these flags.
+    #[inline(always)]
+    pub(crate) fn last(
+        &self,
+        state: &ControllerState<S>,
+        status: S::Flags,
+        path: impl FnOnce(S) -> S,
+    ) -> ControllerOutput<S> {
+        let compensation = path(state.compensation.output());
+        ControllerOutput { valve_command: state.valve_command, compensation, status }
     }
 
     /// Repeats the last valve command and raises [`status::HELD`]; the state stays.
     pub fn hold(&self, state: &ControllerState<S>) -> ControllerOutput<S> {
-        ControllerOutput {
-            valve_command: state.valve_command,
-            compensation: state.compensation.output(),
-            status: S::flag(S::Mask::splat(true), status::HELD),
-        }
+        self.last(state, S::flag(S::Mask::splat(true), status::HELD), |compensation| compensation)
     }
 
     /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
@@ -184,7 +189,32 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     pub fn prime(&self, input: &ControllerInput<S>, calibration: &Calibration<S>) -> ControllerState<S> {
         // Long at one command, the next one is the same.
         let input = &ControllerInput { next_command: input.command, ..*input };
-        let feedforward = self.feedforward.at_rest(input.command);
+        let good = self.accepts(input) & self.supply(input).valid;
+        ControllerState::select(good, self.settled(input, calibration), ControllerState::default())
+    }
+
+    /// Goes on behind samples that were lost for so long that the changes since are not those of one tick: from the state
+    /// of a rig that has long been here, the valve command within its rate. The input is valid.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn resume(
+        &self,
+        state: &mut ControllerState<S>,
+        input: &ControllerInput<S>,
+        calibration: &Calibration<S>,
+    ) -> S::Flags {
+        let last = self.limiter.within(state.valve_command);
+        *state = self.settled(input, calibration);
+        let mut limits = S::Flags::default();
+        if self.realization == Realization::Digital {
+            (state.valve_command, limits) = self.limiter.apply(state.valve_command, last);
+        }
+        limits
+    }
+
+    /// The state after long at a valid input.
+    fn settled(&self, input: &ControllerInput<S>, calibration: &Calibration<S>) -> ControllerState<S> {
+        let feedforward = self.feedforward.at_rest(self.known_command(input));
         let supply = self.supply(input);
         let further_flow = self.further_flow(&mut { feedforward }, input);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
@@ -196,9 +226,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             Realization::Digital => self.limiter.settled(raw),
             Realization::Analog => compensation.output(),
         };
-        let good = self.accepts(input) & supply.valid;
-        let primed = ControllerState { compensation, feedforward, servovalve, valve_command };
-        ControllerState::select(good, primed, ControllerState::default())
+        ControllerState { compensation, feedforward, servovalve, valve_command }
     }
 
     /// The calibration by the configuration: the paper's scheme.
@@ -266,8 +294,13 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         if !self.feeds_forward {
             return S::splat(0.0);
         }
-        let command = S::select(self.looks_ahead, i.next_command, i.command);
-        self.feedforward.step(feedforward, command)
+        self.feedforward.step(feedforward, self.known_command(i))
+    }
+
+    /// The command (N) that the feedforward is given.
+    #[inline(always)]
+    fn known_command(&self, i: &ControllerInput<S>) -> S {
+        S::select(self.looks_ahead, i.next_command, i.command)
     }
 }
 

@@ -40,6 +40,17 @@ impl<T: Real> FilteredDerivative<T> {
         state.second
     }
 
+    /// Behind `ticks` samples of which all but this one are lost: as if the displacement (m) had gone straight to this one.
+    pub(crate) fn resume(&self, state: &mut FilteredDerivativeState<T>, displacement: T, ticks: T) {
+        let change = (displacement - state.displacement) / ticks;
+        let velocity = change * self.sample_rate;
+        *state = FilteredDerivativeState {
+            displacement: displacement - change,
+            first: velocity,
+            second: velocity,
+        };
+    }
+
     /// The state after long at this displacement (m): no kick in the next step.
     pub fn at_rest(&self, displacement: T) -> FilteredDerivativeState<T> {
         let zero = T::splat(0.0);

@@ -10,7 +10,7 @@ pub use derivative::{FilteredDerivative, FilteredDerivativeState};
 pub use observer::{VelocityObserver, VelocityObserverState};
 
 use crate::channel::Input;
-use crate::error::{ConfigError, check, positive};
+use crate::error::{ConfigError, LARGEST, check, positive};
 use crate::number::Real;
 use crate::parameters::{Parameters, VelocitySource};
 
@@ -33,6 +33,23 @@ pub(crate) struct VelocityState<T> {
 }
 
 impl<T: Real> Velocity<T> {
+    /// Before the sample behind `ticks` of which nothing could be estimated: goes on from the mean velocity meanwhile.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn resume(&self, state: &mut VelocityState<T>, input: &Input<T>, ticks: T) {
+        let x = input.displacement;
+        if !(x.abs() <= T::splat(LARGEST)) {
+            return;
+        }
+        match self {
+            Self::Sensor => {}
+            Self::Derivative(derivative) => derivative.resume(&mut state.derivative, x, ticks),
+            Self::Observer(observer, _) | Self::Accelerometer(observer) => {
+                observer.resume(&mut state.observer, x, ticks);
+            }
+        }
+    }
+
     /// One sample: the velocity (m/s).
     #[inline(always)]
     pub(crate) fn step(&self, state: &mut VelocityState<T>, input: &Input<T>) -> T {

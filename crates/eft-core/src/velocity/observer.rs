@@ -53,6 +53,13 @@ impl<T: Real> VelocityObserver<T> {
         state.velocity
     }
 
+    /// Behind `ticks` samples of which all but this one are lost: as if the displacement (m) had gone straight to this one.
+    pub(crate) fn resume(&self, state: &mut VelocityObserverState<T>, displacement: T, ticks: T) {
+        let change = (displacement - state.displacement) / ticks;
+        state.displacement = displacement - change;
+        state.velocity = change / self.period;
+    }
+
     /// The state after long at this displacement (m) and input (m/s²), at rest: the drift holds the input's balance.
     pub fn at_rest(&self, displacement: T, acceleration: T) -> VelocityObserverState<T> {
         if !accepts(displacement, acceleration) {

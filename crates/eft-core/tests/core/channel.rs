@@ -2,7 +2,7 @@
 //! where everything else is off.
 
 use eft_core::{
-    Channel, Controller, ControllerInput, ControllerState, Learner, Learning, Levels, Parameters,
+    Channel, Controller, ControllerInput, ControllerState, Input, Learner, Learning, Levels, Parameters,
     ProtectionParameters, Realization, VelocitySource, status,
 };
 use proptest::prelude::*;
@@ -221,4 +221,52 @@ fn a_long_soft_start_ends_on_its_sample() {
         state.is_down()
     });
     assert_eq!(down, Some(6_000_000));
+}
+
+/// The largest change of the valve command (V) from tick to tick behind a gap of so many ticks, over that of a run without.
+fn jump_behind(gap: u32, p: &Parameters) -> f64 {
+    let channel = Channel::<f64, 21>::new(p).unwrap();
+    let run = |lost: core::ops::Range<u32>| {
+        let mut state = channel.at_rest();
+        let (mut last, mut largest) = (0.0_f64, 0.0_f64);
+        for tick in 0..4096 {
+            let (sine, cosine) = (std::f64::consts::TAU * 1.6 * f64::from(tick) / 4096.0).sin_cos();
+            let mut input = Input {
+                command: 3e3 * sine,
+                velocity: 0.5 * sine,
+                force: 2.9e3 * sine,
+                spool: 0.3 * sine,
+                displacement: -0.05 * cosine,
+                acceleration: 5.0 * cosine,
+                ..Input::default()
+            };
+            if lost.contains(&tick) {
+                (input.velocity, input.displacement, input.command) = (f64::NAN, f64::NAN, f64::NAN);
+            }
+            let voltage = channel.step(&mut state, &input).voltage;
+            if tick > lost.start {
+                largest = largest.max((voltage - last).abs());
+            }
+            last = voltage;
+        }
+        largest
+    };
+    run(2000..2000 + gap) - run(2000..2000)
+}
+
+#[test]
+fn behind_lost_samples_the_valve_command_does_not_jump_further_than_the_motion() {
+    let gains = [0.07, 10.0, 736.0];
+    let feedforward = Parameters { feedforward: true, ..rig::PARAMETERS };
+    for p in [
+        rig::PARAMETERS,
+        feedforward,
+        Parameters { velocity_source: VelocitySource::Derivative { corner: 80.0 }, ..feedforward },
+        Parameters { velocity_source: VelocitySource::Observer { gains, mass: 7040.0 }, ..feedforward },
+        Parameters { velocity_source: VelocitySource::Accelerometer { gains }, ..feedforward },
+    ] {
+        // In 55 ms the motion itself changes the command by about a volt.
+        let jump = jump_behind(225, &p);
+        assert!((0.1..1.5).contains(&jump), "{:?}: {jump} V", p.velocity_source);
+    }
 }
