@@ -22,7 +22,7 @@ use crate::velocity::Velocity;
 use belief::Believed;
 use state::pick;
 
-/// Time (s) without a sample behind which the tick goes on as if everything had gone straight meanwhile.
+/// Time (s) without a sample behind which the tick starts from rest at the new operating point.
 const GAP: f64 = 0.01;
 
 /// A channel's immutable configuration; one drives any number of actuators.
@@ -93,8 +93,10 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// One tick.
     ///
     /// # NaN
-    /// With an invalid measurement or command (not finite, or beyond its range) the last output is held, the state stays
-    /// and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first good tick recovers.
+    /// With an invalid measurement or command (not finite, or beyond its range) the last output is held, the controller's
+    /// state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first good tick
+    /// recovers. Behind more than 10 ms of such ticks it starts from rest at the new operating point, so that the changes
+    /// since the last good one do not count as those of one tick.
     ///
     /// # Cost
     /// Independent of history; the budgets stand in the documentation of the loop's budget.
@@ -190,7 +192,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 state.window.lose();
             }
             let before = if state.gap > 0 { state.velocity_gap } else { 0 };
-            state.velocity_gap = if velocity.is_finite() { 0 } else { before.saturating_add(1) };
+            let lost = estimates && !velocity.is_finite();
+            state.velocity_gap = if lost { before.saturating_add(1) } else { 0 };
             state.gap = state.gap.saturating_add(1);
             self.controller.refuse(&mut state.controller, &asked, supply, path)
         } else if state.gap >= self.gap_ticks {
