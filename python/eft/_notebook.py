@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from eft import _display
 from eft._native import Command, FlowTable, LinearModel, Record, Rig
 
 if TYPE_CHECKING:
@@ -79,7 +80,8 @@ def fields_rows(mapping: Mapping[str, Any]) -> Rows:
 def _record(self: Record) -> str:
     from eft import plots
 
-    rows = [("duration, s", len(self) * self.dt), ("peak, m/s²", self.pga), ("step, s", self.dt)]
+    peak = _display.shown("acceleration")(self.pga)
+    rows = [("duration, s", len(self) * self.dt), ("peak", peak), ("step, s", self.dt)]
     return shown(self.name or "Record", rows, on_axes(plots.record, self))
 
 
@@ -87,7 +89,7 @@ def _command(self: Command) -> str:
     from eft import plots
 
     rows: list[tuple[str, Any]] = [("duration, s", self.duration), ("sample rate, Hz", self.sample_rate)]
-    rows.append(("peak, kN", float(abs(self.values).max()) / 1e3))
+    rows.append(("peak", _display.shown("force")(float(abs(self.values).max()))))
     if self.record is not None:
         rows += [("ground motion", self.record.name), ("factor", self.scale), ("mass, kg", self.mass)]
     return shown("Force command", rows, on_axes(plots.command, self))
@@ -96,7 +98,8 @@ def _command(self: Command) -> str:
 def _flow_table(self: FlowTable) -> str:
     from eft import plots
 
-    rows = [("points", len(self)), ("largest flow, L/min", float(abs(self.flows).max()) * 6e4)]
+    largest = _display.shown("flow")(float(abs(self.flows).max()))
+    rows = [("points", len(self)), ("largest flow", largest)]
     return shown("Flow curve", rows, on_axes(plots.flow_curve, self))
 
 

@@ -493,6 +493,43 @@ WRONG = {
         {"a.csv": "time (s),spool (V)\n0,1\n0.1,2\n0.2,1\n"},
         ["a.csv", "spool (V)", "--rig", "servovalve.spool_sensitivity"],
     ),
+    "aligned without a correlation": (
+        ["compare", "a.csv", "b.csv", "--align"],
+        {"a.csv": CSV, "b.csv": "time (s),force (kN)\n0,0\n0.1,0\n0.2,0\n"},
+        ["align", "force", "b.csv"],
+    ),
+    "picture of a comparison as a film": (
+        ["compare", "a.csv", "a.csv", "--plot", "a.mp4"],
+        {"a.csv": CSV},
+        ["a.mp4", ".png"],
+    ),
+    "picture in no folder": (
+        ["compare", "a.csv", "a.csv", "--plot", "no/a.png"],
+        {"a.csv": CSV},
+        ["no", "folder"],
+    ),
+    "band of a comparison upside down": (
+        ["compare", "a.csv", "a.csv", "--band", "5", "1"],
+        {"a.csv": CSV},
+        ["band", "(5, 1)"],
+    ),
+    "units of no system": (["compare", "a.csv", "a.csv", "--units", "cgs"], {"a.csv": CSV}, ["cgs", "us"]),
+    "report of measurements alone": (["report", "a.csv"], {"a.csv": CSV}, ["a.csv", "run.eft"]),
+    "rig of a sensor that is not there": (
+        ["compare", "a.csv", "a.csv", "--rig", "nowhere.toml"],
+        {"a.csv": CSV},
+        ["nowhere.toml", "No such file"],
+    ),
+    "unit line that names no unit": (
+        ["compare", "a.txt", "a.txt"],
+        {"a.txt": "Time\tForce\ns\tstones\n0\t1\n0.1\t2\n"},
+        ["a.txt", "Force", "stones", "kip"],
+    ),
+    "clock that stands still": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s),force (N)\n1,1\n1,2\n1,3\n"},
+        ["a.csv", "time must increase"],
+    ),
     "not a TDMS file": (["compare", "a.tdms", "a.tdms"], {"a.tdms": "words " * 40}, ["a.tdms", "TDMS"]),
     "half a TDMS file": (
         ["compare", "a.tdms", "a.tdms"],

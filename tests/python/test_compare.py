@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import eft
-from eft import _display
+from eft import _display, plots
 from eft.cli import main
 from eft.traces import Traces, read_traces, write_run
 
@@ -147,3 +148,30 @@ def test_a_report_has_the_measured_test_over_the_virtual_one(tmp_path, monkeypat
 def written(code, name):
     assert code == 0
     return Path(name).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("system", ["si", "us"])
+def test_a_quantity_has_one_unit_in_every_picture(system):
+    table = RIG["servovalve.flow_table"]
+    curve = eft.FlowTable(table["openings"], table["flows"])
+    unit = {
+        "si": {"force": "kN", "length": "mm", "velocity": "m/s", "flow": "L/min", "acceleration": "m/s²"},
+        "us": {"force": "kip", "length": "in", "velocity": "in/s", "flow": "gpm", "acceleration": "g"},
+    }[system]
+    motion = eft.Record(np.sin(np.arange(400) / 9.0), 0.02, "a quake")
+    with eft.use_units(system):
+        for draw, what, quantity in (
+            (plots.force_history, RUN, "force"),
+            (plots.displacement_history, RUN, "length"),
+            (plots.velocity_history, RUN, "velocity"),
+            (plots.flow_curve, curve, "flow"),
+            (plots.record, motion, "acceleration"),
+        ):
+            ax = draw(what, ax=Figure().subplots())
+            assert f"({unit[quantity]})" in ax.get_ylabel(), draw.__name__
+        high = eft.check_feasibility(RIG, eft.sine_sweep(40e3, 0.0, 10.0, 8.0, RATE))
+    moved = next(reason for reason in high.reasons if reason.startswith("displacement"))
+    assert f" {unit['length']} of " in moved
+    demand = next(one for one in high.demands if one.name == "displacement")
+    shown = _display.shown("length", system)(demand.required)
+    assert shown in moved and demand.unit == "m"

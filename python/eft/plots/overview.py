@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import eft
+from eft import _display
 from eft.plots._style import (
     BLACK,
     BLUE,
@@ -64,11 +65,11 @@ def run_page(run: TestRun, *, figure: Figure | SubFigure | None = None) -> Figur
     figure = figure_or_new(figure, 8.5)
     axes = list(figure.subplots(5, 1, gridspec_kw={"height_ratios": [1.4, 0.8, 1.2, 1.0, 1.2]}))
     force_history(run, ax=axes[0])
-    several = np.atleast_2d(run.force - run.command)
+    several, unit = np.atleast_2d(run.force - run.command), _display.shown("force")
     for row, line in zip(several, lines_for(map(str, range(len(several)))), strict=True):
-        axes[1].plot(run.time, row / 1e3, **line.keywords())
+        axes[1].plot(run.time, row * unit.factor, **line.keywords())
     axes[1].margins(x=0)
-    finish(axes[1], xlabel="time (s)", ylabel="force error (kN)", legend=False)
+    finish(axes[1], xlabel="time (s)", ylabel=f"force error ({unit.unit})", legend=False)
     ideal = eft.ideal_response(run.rig, eft.Command(run.command, run.sample_rate)) if len(run) > 1 else None
     displacement_history(run, ideal=ideal, ax=axes[2])
     spool_history(run, ax=axes[3])
@@ -91,25 +92,25 @@ def _highest(command: Any, sample_rate: float) -> float:
 
 
 def record(motion: Record, *, ax: Axes | None = None) -> Axes:
-    """Ground acceleration in g against time, with the peak."""
+    """Ground acceleration against time, with the peak."""
     ax = axes_or_new(ax)
-    every = -(-len(motion) // _WIDEST)
-    ax.plot(motion.time[::every], motion.acceleration[::every] / 9.80665, color=BLUE, linewidth=0.8)
+    every, unit = -(-len(motion) // _WIDEST), _display.shown("acceleration")
+    ax.plot(motion.time[::every], motion.acceleration[::every] * unit.factor, color=BLUE, linewidth=0.8)
     ax.margins(x=0)
-    ax.set_title(f"{motion.name}, {motion.pga / 9.80665:.3g} g".lstrip(", "), loc="left")
-    return finish(ax, xlabel="time (s)", ylabel="acceleration (g)", legend=False)
+    ax.set_title(f"{motion.name}, {unit(motion.pga, '.3g')}".lstrip(", "), loc="left")
+    return finish(ax, xlabel="time (s)", ylabel=f"acceleration ({unit.unit})", legend=False)
 
 
 def command(force: Command, *, ax: Axes | None = None) -> Axes:
-    """Force command in kN against time, one curve for each actuator."""
+    """Force command against time, one curve for each actuator."""
     ax = axes_or_new(ax)
-    rows = np.atleast_2d(force.values)
+    rows, unit = np.atleast_2d(force.values), _display.shown("force")
     every = -(-rows.shape[1] // _WIDEST)
     labels = [f"actuator {number + 1}" for number in range(len(rows))]
     for row, label, line in zip(rows, labels, lines_for(labels), strict=True):
-        ax.plot(force.time[::every], row[::every] / 1e3, label=label, **line.keywords())
+        ax.plot(force.time[::every], row[::every] * unit.factor, label=label, **line.keywords())
     ax.margins(x=0)
-    return finish(ax, xlabel="time (s)", ylabel="force command (kN)", legend=len(rows) > 1)
+    return finish(ax, xlabel="time (s)", ylabel=f"force command ({unit.unit})", legend=len(rows) > 1)
 
 
 def study(

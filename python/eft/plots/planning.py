@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import eft
+from eft import _display
 from eft.plots._style import BLACK, BLUE, GREEN, VERMILION, axes_or_new, finish, lines_for
 
 if TYPE_CHECKING:
@@ -38,17 +39,17 @@ def flow_curve(
     piston_area: float | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Flow in l/s against spool opening, as in Fig. 4b.
+    """Flow against spool opening, as in Fig. 4b.
 
     With one run's spool, displacement (m), sample rate (Hz) and piston area (m²), its flow by central
     differences lies beneath.
     """
-    ax = axes_or_new(ax)
+    ax, unit = axes_or_new(ax), _display.shown("flow")
     if spool is not None and displacement is not None and sample_rate and piston_area:
-        flow = piston_area * np.gradient(np.asarray(displacement), 1 / sample_rate) * 1e3
+        flow = piston_area * np.gradient(np.asarray(displacement), 1 / sample_rate) * unit.factor
         ax.plot(np.asarray(spool), flow, ".", color="0.6", markersize=5, label="measured")
-    ax.plot(table.openings, table.flows * 1e3, "o-", color=BLUE, markersize=3, label="control points")
-    return finish(ax, xlabel="spool opening (1)", ylabel="flow (l/s)")
+    ax.plot(table.openings, table.flows * unit.factor, "o-", color=BLUE, markersize=3, label="control points")
+    return finish(ax, xlabel="spool opening (1)", ylabel=f"flow ({unit.unit})")
 
 
 def inverse_dynamics(
