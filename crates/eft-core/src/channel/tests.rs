@@ -111,3 +111,39 @@ fn a_plain_channel_has_the_bits_of_one_that_is_asked_for_parts() {
         assert!(!Channel::<f64, 21>::new(&parameters).unwrap().plain, "{parameters:?}");
     }
 }
+
+#[test]
+fn lost_samples_are_waited_for_after_the_windows_have_wrapped() {
+    let learning = Parameters { learning: Learning::ADAPTIVE, ..RIG };
+    let channel = Channel::<f64, 21>::new(&learning).unwrap();
+    let waited = |first: u32| {
+        let mut state = channel.at_rest();
+        state.window.number = first;
+        let good = |tick| Input { displacement: 0.0, ..swing(tick) };
+        let lost = Input { force: f64::NAN, ..good(0) };
+        for tick in 0..500 {
+            let out = channel.step(&mut state, &good(tick));
+            assert_eq!(out.status & status::TRIPPED, 0, "tick {tick}");
+            // Gaps shorter than the protection waits for.
+            for _ in 0..ProtectionParameters::DEFAULT.lost_samples {
+                let out = channel.step(&mut state, &lost);
+                assert_eq!(out.status & status::TRIPPED, 0, "tick {tick}: {:?}", state.cause());
+            }
+        }
+        (0..100).find(|_| channel.step(&mut state, &lost).status & status::TRIPPED != 0)
+    };
+    assert_eq!(waited(u32::MAX - 50), waited(0));
+    // The last gap counts as well.
+    assert_eq!(waited(0), Some(0));
+}
+
+#[test]
+fn a_count_of_lost_samples_that_is_full_still_counts_as_a_gap() {
+    let channel = Channel::<f64, 21>::new(&RIG).unwrap();
+    let mut state = channel.at_rest();
+    state.gap = u32::MAX;
+    channel.step(&mut state, &Input { force: f64::NAN, ..swing(0) });
+    assert_eq!(state.gap, u32::MAX);
+    channel.step(&mut state, &swing(1));
+    assert_eq!(state.gap, 0);
+}
