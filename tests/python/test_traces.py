@@ -188,10 +188,13 @@ def test_a_clock_rounded_to_its_digits_is_even(form, rate, tmp_path):
     assert traces.sample_rate == rate and traces.start == pytest.approx(3.0, abs=1e-3)
 
 
-def test_a_lost_sample_of_a_clock_of_six_digits_is_found(tmp_path):
+@pytest.mark.parametrize(
+    ("rate", "form", "lost"), [(1024.0, ".6g", 1), (1024.0, ".6g", 3), (4096.0, ".4f", 1)]
+)
+def test_a_lost_sample_of_a_rounded_clock_is_found(rate, form, lost, tmp_path):
     path = tmp_path / "a.csv"
-    time = np.delete(np.arange(60_000) / 1024.0, range(30_000, 30_003))
-    path.write_text("time (s),force (N)\n" + "".join(f"{t:.6g},1\n" for t in time))
+    time = np.delete(np.arange(60_000) / rate, range(30_000, 30_000 + lost))
+    path.write_text("time (s),force (N)\n" + "".join(f"{t:{form}},1\n" for t in time))
     with pytest.raises(ValueError, match="time is not evenly spaced"):
         read_traces(path)
 
