@@ -68,7 +68,7 @@ pub(crate) fn delay_budget<'py>(
 #[pyo3(signature = (rig, sample_rate=None))]
 pub(crate) fn observer_gains(rig: &Rig, sample_rate: Option<f64>) -> PyResult<(f64, f64, f64)> {
     let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
-    let [displacement, velocity, drift] = linear::observer_gains(&rig.config, rate).map_err(to_python)?;
+    let [displacement, velocity, drift] = rig.config.observer_gains(rate).map_err(to_python)?;
     Ok((displacement, velocity, drift))
 }
 

@@ -3,8 +3,9 @@
 use eft_core::{Flags, Mask, status};
 
 use crate::batch::{BatchOptions, Outcome, Test};
-use crate::closed_loop::chunk::{self, Recorder};
-use crate::closed_loop::fast::{FastLoop, Tick};
+use crate::closed_loop::chunk;
+use crate::closed_loop::fast::FastLoop;
+use crate::closed_loop::tick::{Recorder, Tick};
 use crate::error::{Error, Result};
 use crate::lanes::Num;
 use crate::lanes::{WideWork, Work, dispatch, dispatch_wide};

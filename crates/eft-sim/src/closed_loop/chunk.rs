@@ -3,15 +3,10 @@
 use eft_core::{Mask, Scalar};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::fast::{FastLoop, LoopState, Tick};
+use crate::closed_loop::fast::{FastLoop, LoopState};
+use crate::closed_loop::tick::Recorder;
 use crate::lanes::Num;
 use crate::lanes::{Work, dispatch};
-
-/// What stays of a tick.
-pub(crate) trait Recorder<S: Num> {
-    /// Takes the `i`-th tick of the chunk.
-    fn record(&mut self, i: usize, tick: &Tick<S>);
-}
 
 /// Runs up to `ticks` ticks of a test, and gives how many began with states to go on from only. `commands` may go on beyond
 /// them; where it ends with them, the last one is held.

@@ -7,7 +7,6 @@ use eft_core::{
     ProtectionParameters, Real, Realization, SignFrom, VelocitySource,
 };
 
-use crate::analysis::linear::{observer_gains, velocity_delay};
 use crate::config::{self, RigConfig};
 use crate::error::Result;
 use crate::plant::TABLE_CAPACITY;
@@ -95,7 +94,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         response_delay: c.response_delay,
         lead_alpha: c.lead_alpha,
         velocity_source: velocity_source(rig, sample_rate)?,
-        velocity_delay: velocity_delay(rig, sample_rate)?,
+        velocity_delay: rig.velocity_delay(sample_rate)?,
         computation_delay: c.computation_delay + converter,
         feedforward: c.feedforward,
         look_ahead: c.look_ahead,
@@ -129,11 +128,11 @@ fn velocity_source(rig: &RigConfig, sample_rate: f64) -> Result<VelocitySource> 
         config::VelocitySource::Sensor => VelocitySource::Sensor,
         config::VelocitySource::Derivative => VelocitySource::Derivative { corner: c.velocity_corner },
         config::VelocitySource::Observer => VelocitySource::Observer {
-            gains: observer_gains(rig, sample_rate)?,
+            gains: rig.observer_gains(sample_rate)?,
             mass: c.observer_mass.unwrap_or(rig.structure.mass),
         },
         config::VelocitySource::Accelerometer => {
-            VelocitySource::Accelerometer { gains: observer_gains(rig, sample_rate)? }
+            VelocitySource::Accelerometer { gains: rig.observer_gains(sample_rate)? }
         }
     })
 }

@@ -4,9 +4,10 @@ use eft_core::{ControllerInput, ControllerState, Flags, Mask, Output, Real, Scal
 
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
+use crate::closed_loop::estimates::Estimates;
 use crate::closed_loop::outside::{Answer, Outside};
 use crate::closed_loop::signals::convert;
-use crate::closed_loop::traces::Estimates;
+use crate::closed_loop::tick::Decision;
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::instruments::Dac;
@@ -20,19 +21,6 @@ use crate::plant::{Analog, Driver};
 pub(crate) trait Feedback<S: Num> {
     /// The valve command (V) that a drive makes of the plant's state now.
     fn command(&self, driver: &Driver<S>) -> S;
-}
-
-/// What the digital side made of one tick.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Decision<S: Num> {
-    /// What the sensors reported; the truth where they are ideal.
-    pub(crate) measured: Signals<S>,
-    pub(crate) valve_command: S,
-    pub(crate) compensation: S,
-    pub(crate) estimates: Estimates<S>,
-    pub(crate) status: S::Flags,
-    /// What drives the valve until the next tick.
-    pub(crate) driver: Driver<S>,
 }
 
 /// The load cell as an analog controller sees it: `gain·force + offset` (N).

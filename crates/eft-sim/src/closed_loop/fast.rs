@@ -1,50 +1,14 @@
 //! Plant and digital side tied together on the fast path, the paper's rig: one tick at a time.
 
-use eft_core::{ControllerState, Scalar, status};
+use eft_core::{ControllerState, Scalar};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{Decision, DigitalSide, Feedback};
+use crate::closed_loop::digital_side::{DigitalSide, Feedback};
+use crate::closed_loop::tick::Tick;
 use crate::config::RigConfig;
 use crate::error::Result;
-use crate::instruments::Signals;
 use crate::lanes::Num;
-use crate::plant::{ActuatorState, Driver, DriverKind, Exponential, FastState, Prediction, TimeGrid};
-
-/// What is true, and what the digital side made of it, at one tick, before the tick's output acts.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Tick<S: Num> {
-    pub(crate) command: S,
-    pub(crate) plant: ActuatorState<S>,
-    pub(crate) force: S,
-    pub(crate) supply_pressure: S,
-    pub(crate) acceleration: S,
-    pub(crate) decision: Decision<S>,
-    pub(crate) status: S::Flags,
-}
-
-impl<S: Num> Tick<S> {
-    /// Of a command (N) and a force (N) on the structure, a spool that may be at a stop and a piston that may be beyond its stroke.
-    #[inline(always)]
-    pub(crate) fn new(
-        command: S,
-        plant: ActuatorState<S>,
-        force: S,
-        truth: &Signals<S>,
-        (at_stop, beyond_stroke): (<S as Scalar>::Mask, <S as Scalar>::Mask),
-        decision: Decision<S>,
-    ) -> Self {
-        let limits = S::flag(at_stop, status::SPOOL_STOP) | S::flag(beyond_stroke, status::STROKE_EXCEEDED);
-        Self {
-            command,
-            plant,
-            force,
-            supply_pressure: truth.supply_pressure,
-            acceleration: truth.acceleration,
-            status: decision.status | limits,
-            decision,
-        }
-    }
-}
+use crate::plant::{Driver, DriverKind, Exponential, FastState, Prediction, TimeGrid};
 
 /// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
 pub(crate) struct FastLoop<S: Num, C: Scalar>

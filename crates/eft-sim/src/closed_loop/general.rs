@@ -2,11 +2,10 @@
 
 use eft_core::{ControllerState, status};
 
-use crate::closed_loop::chunk::Recorder;
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
-use crate::closed_loop::fast::Tick;
 use crate::closed_loop::specimen::{Follower, Specimen};
+use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::lanes::{Work, dispatch};

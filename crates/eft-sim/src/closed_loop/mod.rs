@@ -4,6 +4,7 @@ mod channel;
 pub(crate) mod chunk;
 mod controller;
 mod digital_side;
+mod estimates;
 pub(crate) mod fast;
 mod general;
 mod ideal;
@@ -14,6 +15,7 @@ mod simulate;
 mod specimen;
 mod stepper;
 mod test_run;
+pub(crate) mod tick;
 mod traces;
 
 pub use channel::RigChannel;

@@ -1,11 +1,11 @@
 //! The traces of a test as one table: what each is called, its unit, and how it is got. A line here is all that a new
 //! trace needs, in Rust and in Python.
 
-use eft_core::{Calibration, Flags};
+use eft_core::Flags;
 
-use crate::closed_loop::chunk::Recorder;
-use crate::closed_loop::controller::{Precision, adapts};
-use crate::closed_loop::fast::Tick;
+use crate::closed_loop::controller::adapts;
+use crate::closed_loop::estimates::estimates;
+use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::{RigConfig, StructureKind, VelocitySource};
 use crate::instruments::{are_ideal, has_accelerometer};
 use crate::lanes::Num;
@@ -64,8 +64,8 @@ impl Groups {
     }
 }
 
-/// `name: unit, description, value of a tick => otherwise`, by the groups that a test records together; of the learner,
-/// `name: unit, description, value of a calibration => value of a rig that does not learn`.
+/// `name: unit, description, value of a tick => otherwise`, by the groups that a test records together; behind the
+/// learner's [`estimates`].
 macro_rules! traces {
     (
         learner |$calibration:ident| {
@@ -85,35 +85,6 @@ macro_rules! traces {
                 otherwise: Nominal($nominal),
             },)*
         ];
-
-        /// What the learner found out, as the controller uses it.
-        #[derive(Debug, Clone, Copy)]
-        pub(crate) struct Estimates<S> {
-            $(pub(crate) $learned: S,)*
-        }
-
-        impl<S: Num> Estimates<S> {
-            /// Of rigs that do not learn, one a lane.
-            pub(crate) fn nominal<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
-                let of = |nominal: fn(&RigConfig) -> f64| S::from_lanes(|lane| nominal(rig(lane)));
-                Self { $($learned: of($nominal),)* }
-            }
-
-            /// Of the calibrations in use; these where a lane has none.
-            pub(crate) fn or<'a, P: Precision>(self, of: impl Fn(usize) -> Option<&'a Calibration<P>>) -> Self {
-                Self {
-                    $($learned: S::from_lanes(|lane| match of(lane) {
-                        Some($calibration) => $found.to_f64(),
-                        None => self.$learned.lane(lane),
-                    }),)*
-                }
-            }
-
-            /// Of a controller elsewhere, which does not tell.
-            pub(crate) fn unknown() -> Self {
-                Self { $($learned: S::splat(f64::NAN),)* }
-            }
-        }
 
         /// The samples of a test, by the [table](TRACES); a trace that the test does not record is empty.
         #[derive(Debug, Clone, PartialEq)]
@@ -210,25 +181,7 @@ macro_rules! traces {
     };
 }
 
-traces! {
-    learner |calibration| {
-        flow_gain_estimate: "", "Flow gain the controller believes in; 1 is as its table says",
-            calibration.flow_gain => |_| 1.0;
-        response_delay_estimate: "s", "Delay that the controller makes up for",
-            calibration.response_delay => |rig| rig.compensation.response_delay;
-        valve_gain_estimate: "", "Spool's gain over the configured one that the controller believes in",
-            calibration.valve_gain => |_| 1.0;
-        level: "", "Overcompensation guard's factor on the compensation level; 1 where it does not act",
-            calibration.level => |_| 1.0;
-        flow_gain_deviation: "", "Standard deviation of the flow gain by noise; infinite where nothing was learned",
-            calibration.deviations.flow_gain => |_| f64::INFINITY;
-        response_delay_deviation: "s", "Standard deviation of the delay by noise; infinite where nothing was learned",
-            calibration.deviations.response_delay => |_| f64::INFINITY;
-        valve_gain_deviation: "", "Standard deviation of the spool's gain by noise; infinite where nothing was learned",
-            calibration.deviations.valve_gain => |_| f64::INFINITY;
-        test_ratio: "", "Gate's test ratio of the last window; above 1 nothing is learned from it",
-            calibration.test_ratio => |_| 0.0;
-    }
+estimates!(traces! {
     plant |tick| {
         command: "N", "Force command", tick.command => Recorded;
         force: "N", "Force on the structure", tick.force => Recorded;
@@ -259,7 +212,7 @@ traces! {
         measured_acceleration: "m/s²", "Acceleration as the accelerometer reported it",
             tick.decision.measured.acceleration => Absent;
     }
-}
+});
 
 fn more<T: Copy>(trace: &mut Vec<T>, ticks: usize, value: T) -> &mut [T] {
     let from = trace.len();

@@ -13,6 +13,7 @@ mod schema;
 mod sections;
 mod text;
 mod tree;
+mod velocity;
 mod zhao2005;
 
 pub use idle::IdleKey;

@@ -1,9 +1,13 @@
 //! Controllers designed from a rig.
 //!
-//! The rooms below take plain numbers, so that the configuration can ask them for a controller.
+//! Everything here takes plain numbers, so that the configuration can ask them for a controller.
 
 mod force_loop;
 mod held_piston;
+mod phase_delay;
+mod velocity_estimate;
 
 pub use force_loop::{ForceLoop, ForceLoopMargins, design};
 pub use held_piston::HeldPiston;
+pub use phase_delay::phase_delay;
+pub(crate) use velocity_estimate::{ObserverNoises, VelocityEstimate, observer_gains};

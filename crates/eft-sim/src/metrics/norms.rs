@@ -1,7 +1,6 @@
 //! The metrics that need no Fourier transform, taken sample by sample: of one test, or of several side by side.
 
 use super::pair::in_range;
-use super::summary::TimeMetrics;
 use crate::error::Result;
 use crate::lanes::Num;
 
@@ -9,7 +8,7 @@ use crate::lanes::Num;
 pub(crate) const BLOCK: usize = 1024;
 
 /// What is summed up on the way; memory does not grow with the length of the test.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Norms<S> {
     samples: f64,
     squared_error: S,
@@ -23,7 +22,7 @@ pub(crate) struct Norms<S> {
 }
 
 /// Mean, and sum of the squares about it.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Spread<S> {
     mean: S,
     squares: S,
@@ -153,14 +152,8 @@ impl Norms<f64> {
         in_range("peak_error", self.largest_error / self.largest_command)
     }
 
-    /// All of them; `varies` tells whether the command did.
-    pub(crate) fn metrics(&self, varies: bool) -> Result<TimeMetrics> {
-        Ok(TimeMetrics {
-            nrmse: self.nrmse()?,
-            nrmse_bias_free: varies.then(|| self.nrmse_bias_free()).transpose()?,
-            peak_error: self.peak_error()?,
-            tracking_indicator: in_range("tracking_indicator", self.area)?,
-        })
+    pub(crate) fn tracking_indicator(&self) -> Result<f64> {
+        in_range("tracking_indicator", self.area)
     }
 }
 
@@ -207,8 +200,7 @@ mod tests {
             wide.add(&pack(|test| &test.0), &pack(|test| &test.1));
         }
         for (i, (command, measured)) in tests.iter().enumerate() {
-            let alone = Norms::of(command, measured).metrics(true).unwrap();
-            assert_eq!(wide.lane(i).metrics(true).unwrap(), alone);
+            assert_eq!(wide.lane(i), Norms::of(command, measured));
         }
     }
 }

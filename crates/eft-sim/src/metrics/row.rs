@@ -137,7 +137,7 @@ impl Row {
         whole: Option<Whole<'_>>,
     ) -> Result<Self> {
         not_silent(command)?;
-        let time: TimeMetrics = sums.norms.metrics(command.iter().any(|c| *c != command[0]))?;
+        let time = TimeMetrics::of(&sums.norms, command)?;
         let mut row = Self::without_force(sums, whole.is_some());
         let mut take = |metrics: &[(&'static str, Option<f64>)]| {
             for (name, value) in metrics {

@@ -52,8 +52,21 @@ impl TimeMetrics {
     /// When the signals are empty, unequal in length or not finite, or the command is zero throughout.
     pub fn new(command: &[f64], measured: &[f64]) -> Result<Self> {
         check(command, measured)?;
+        Self::of(&Norms::of(command, measured), command)
+    }
+
+    /// Those of a command that were summed up.
+    ///
+    /// # Errors
+    /// Signals whose squares leave the range of `f64`.
+    pub(crate) fn of(norms: &Norms<f64>, command: &[f64]) -> Result<Self> {
         let varies = command.iter().any(|c| *c != command[0]);
-        Norms::of(command, measured).metrics(varies)
+        Ok(Self {
+            nrmse: norms.nrmse()?,
+            nrmse_bias_free: varies.then(|| norms.nrmse_bias_free()).transpose()?,
+            peak_error: norms.peak_error()?,
+            tracking_indicator: norms.tracking_indicator()?,
+        })
     }
 
     /// Name and value of every metric, the same names for every test.

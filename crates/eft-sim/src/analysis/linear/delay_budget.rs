@@ -1,10 +1,10 @@
 //! Where the delay comes from that the lead network has to give back.
 
 use super::inverse_dynamics::valve_response;
-use super::phase_delay::phase_delay;
 use super::velocity::sensed_velocity_delay;
 use crate::checks;
 use crate::config::RigConfig;
+use crate::design::phase_delay;
 use crate::error::Result;
 
 /// The parts of the delay between a velocity and the spool opening that answers it, in s.

@@ -10,7 +10,6 @@ mod gains;
 mod inverse_dynamics;
 mod map;
 mod margin;
-mod phase_delay;
 mod plant;
 mod sampled;
 mod velocity;
@@ -20,9 +19,8 @@ pub use gains::FlowGain;
 pub use inverse_dynamics::{lead_response, valve_response};
 pub use map::{MapAxis, MapQuantity, stability_map};
 pub use margin::{Margins, stability_margin, stability_margins};
-pub use phase_delay::phase_delay;
-pub use velocity::{observer_gains, velocity_delay};
 
+pub use crate::design::phase_delay;
 pub use crate::state_space::{Mode, StateSpace};
 pub use nalgebra::DMatrix;
 

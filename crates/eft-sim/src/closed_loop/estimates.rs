@@ -1,0 +1,72 @@
+//! What the learner found out, as traces: the learner's lines of the table of traces.
+
+use eft_core::Calibration;
+
+use crate::closed_loop::controller::Precision;
+use crate::config::RigConfig;
+use crate::lanes::Num;
+
+/// Hands its lines, `name: unit, description, value of a calibration => value of a rig that does not learn`, to a macro, in
+/// front of what else that one takes.
+macro_rules! estimates {
+    ($then:ident! { $($more:tt)* }) => {
+        $then! {
+            learner |calibration| {
+                flow_gain_estimate: "", "Flow gain the controller believes in; 1 is as its table says",
+                    calibration.flow_gain => |_| 1.0;
+                response_delay_estimate: "s", "Delay that the controller makes up for",
+                    calibration.response_delay => |rig| rig.compensation.response_delay;
+                valve_gain_estimate: "", "Spool's gain over the configured one that the controller believes in",
+                    calibration.valve_gain => |_| 1.0;
+                level: "", "Overcompensation guard's factor on the compensation level; 1 where it does not act",
+                    calibration.level => |_| 1.0;
+                flow_gain_deviation: "", "Standard deviation of the flow gain by noise; infinite where nothing was learned",
+                    calibration.deviations.flow_gain => |_| f64::INFINITY;
+                response_delay_deviation: "s", "Standard deviation of the delay by noise; infinite where nothing was learned",
+                    calibration.deviations.response_delay => |_| f64::INFINITY;
+                valve_gain_deviation: "", "Standard deviation of the spool's gain by noise; infinite where nothing was learned",
+                    calibration.deviations.valve_gain => |_| f64::INFINITY;
+                test_ratio: "", "Gate's test ratio of the last window; above 1 nothing is learned from it",
+                    calibration.test_ratio => |_| 0.0;
+            }
+            $($more)*
+        }
+    };
+}
+pub(crate) use estimates;
+
+macro_rules! define {
+    (learner |$calibration:ident| {
+        $($learned:ident: $learned_unit:literal, $learned_doc:literal, $found:expr => $nominal:expr;)*
+    }) => {
+        /// What the learner found out, as the controller uses it.
+        #[derive(Debug, Clone, Copy)]
+        pub(crate) struct Estimates<S> {
+            $(pub(crate) $learned: S,)*
+        }
+
+        impl<S: Num> Estimates<S> {
+            /// Of rigs that do not learn, one a lane.
+            pub(crate) fn nominal<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+                let of = |nominal: fn(&RigConfig) -> f64| S::from_lanes(|lane| nominal(rig(lane)));
+                Self { $($learned: of($nominal),)* }
+            }
+
+            /// Of the calibrations in use; these where a lane has none.
+            pub(crate) fn or<'a, P: Precision>(self, of: impl Fn(usize) -> Option<&'a Calibration<P>>) -> Self {
+                Self {
+                    $($learned: S::from_lanes(|lane| match of(lane) {
+                        Some($calibration) => $found.to_f64(),
+                        None => self.$learned.lane(lane),
+                    }),)*
+                }
+            }
+
+            /// Of a controller elsewhere, which does not tell.
+            pub(crate) fn unknown() -> Self {
+                Self { $($learned: S::splat(f64::NAN),)* }
+            }
+        }
+    };
+}
+estimates!(define! {});
