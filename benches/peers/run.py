@@ -16,13 +16,15 @@ import time
 from pathlib import Path
 
 import numpy as np
-from subjects import DURATION, RATE, Subjects, seconds
+from subjects import DURATION, RATE, Subjects, building, seconds
 
 import eft
 from eft import _native
 
 ROUNDS, PATIENCE = 25, 60.0
 BATCH = 128
+WIDE, KEPT = 32, 8
+"""Tests of the other batches, and of that with traces."""
 SCIPY_TICKS = 1024
 JAX_RIGS, JAX_TICKS = 64, 8192
 TESTS = 10_000
@@ -64,7 +66,11 @@ def compare(s, converged):
             "numba": s.numba_one,
             "batch": lambda: s.eft_batch(BATCH, 1),
             "batch on two cores": lambda: s.eft_batch(BATCH, 2),
-            "batch with traces": lambda: s.eft_batch_with_traces(8, 1),
+            "batch with traces": lambda: s.eft_batch_with_traces(KEPT, 1),
+            "adaptive": s.eft_adaptive,
+            "adaptive batch": lambda: s.eft_batch(WIDE, 1, s.adaptive),
+            "noisy batch": lambda: s.eft_batch(WIDE, 1, s.noisy),
+            "batch of buildings": lambda: s.eft_batch_of_buildings(WIDE, 1),
         }
     )
     scipy = min(seconds(lambda: s.scipy(SCIPY_TICKS)) for _ in range(3)) * DURATION * RATE / SCIPY_TICKS
@@ -77,6 +83,11 @@ def compare(s, converged):
         "c over numba": ratio(times, "c", "numba"),
         "solve_ivp over one": 1e3 * scipy / median_ms(times, "eft"),
         "batch throughput over c": ratio(times, "c", "batch") * BATCH,
+        "adaptive over c": ratio(times, "adaptive", "c"),
+        "adaptive throughput over c": ratio(times, "c", "adaptive batch") * WIDE,
+        "noisy throughput over c": ratio(times, "c", "noisy batch") * WIDE,
+        "traces throughput over c": ratio(times, "c", "batch with traces") * KEPT,
+        "stories throughput over c": ratio(times, "c", "batch of buildings") * WIDE,
         "two cores over one": ratio(times, "batch", "batch on two cores"),
         "milliseconds": {
             "eft, one test": median_ms(times, "eft"),
@@ -84,7 +95,11 @@ def compare(s, converged):
             "numba, one step a tick": median_ms(times, "numba"),
             "eft, batch on one core": median_ms(times, "batch", BATCH),
             "eft, batch on two cores": median_ms(times, "batch on two cores", BATCH),
-            "eft, batch on one core, traces kept": median_ms(times, "batch with traces", 8),
+            "eft, batch on one core, traces kept": median_ms(times, "batch with traces", KEPT),
+            "eft, one adaptive test": median_ms(times, "adaptive"),
+            "eft, batch on one core, adaptive": median_ms(times, "adaptive batch", WIDE),
+            "eft, batch on one core, adaptive, noise on every sensor": median_ms(times, "noisy batch", WIDE),
+            "eft, batch on one core, three stories": median_ms(times, "batch of buildings", WIDE),
             "SciPy solve_ivp": 1e3 * scipy,
             f"JAX, vmap over {JAX_RIGS} rigs": 1e3 * jax,
         },
@@ -117,7 +132,8 @@ def ten_thousand(s, tests):
 def side_by_side(s):
     """Largest relative difference of any metric of a lane against the same rig alone; whether flags agree."""
     rigs = [
-        s.rig.replace({"compensation.mode": mode, "compensation.level": level, "structure.damping": damping})
+        rig.replace({"compensation.mode": mode, "compensation.level": level, "structure.damping": damping})
+        for rig in (s.rig, s.noisy)
         for mode in ("off", "linear", "nonlinear")
         for level in (0.98, 1.02)
         for damping in (3e3, 4330.0, 9e3)
@@ -164,15 +180,9 @@ def growth(s):
         rigs[many] = timed(lambda work=work: _native.simulate_batch(work, short, threads=1, fft=False))
     stories = {}
     for floors in (1, 2, 4, 8):
-        lists = {"masses": [7040.0] * floors, "dampings": [4330.0] * floors}
-        building = s.rig.replace(
-            {
-                "structure.kind": "shear_building",
-                "structure.stories": lists | {"stiffnesses": [693.8e3] * floors},
-            }
-        )
+        rig = building(s.rig, floors)
         force = eft.Command(np.tile(short.values / 4, (floors, 1)), RATE)
-        stories[floors] = timed(lambda building=building, force=force: eft.simulate(building, force))
+        stories[floors] = timed(lambda rig=rig, force=force: eft.simulate(rig, force))
     return {"duration": duration, "rigs": rigs, "stories": stories}
 
 

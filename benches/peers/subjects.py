@@ -18,6 +18,9 @@ HERE = Path(__file__).parent
 RATE = 4096.0
 DURATION = 32.0
 TRACES = 8
+STORIES = 3
+NOISE = {"force": 20.0, "velocity": 1e-3, "displacement": 1e-5, "spool": 1e-3}
+"""Standard deviation of each sensor, in its unit."""
 
 
 def load_c(folder):
@@ -48,18 +51,32 @@ def seconds(work):
     return time.perf_counter() - start
 
 
+def building(rig, floors):
+    """A rig with so many stories of its structure above each other."""
+    stories = {"masses": 7040.0, "dampings": 4330.0, "stiffnesses": 693.8e3}
+    lists = {name: [value] * floors for name, value in stories.items()}
+    return rig.replace({"structure.kind": "shear_building", "structure.stories": lists})
+
+
 class Subjects:
     """The same test by everybody. A test leaves its traces in memory of its own."""
 
     def __init__(self, folder):
         self.c = load_c(folder)
         self.rig = eft.Rig.zhao2005()
+        self.adaptive = self.rig.replace({"compensation.adaptive": True})
+        self.noisy = self.adaptive.replace({f"sensors.{name}.noise": noise for name, noise in NOISE.items()})
+        self.building = building(self.rig, STORIES)
         self.command = eft.sine_sweep(8900.0, 0.0, 10.0, DURATION, RATE)
+        self.commands = eft.Command(np.tile(self.command.values / STORIES, (STORIES, 1)), RATE)
         self.values = plant.sweep()
         self.numbers = peer_numba.numbers()
 
     def eft_one(self, **choice):
         return eft.simulate(self.rig, self.command, **choice).force
+
+    def eft_adaptive(self):
+        return eft.simulate(self.adaptive, self.command).force
 
     def c_one(self, steps=1, **changes):
         traces = np.empty((TRACES, self.values.size))
@@ -74,8 +91,12 @@ class Subjects:
         peer_numba.run(self.numbers, self.values, RATE, steps, traces)
         return traces[0]
 
-    def eft_batch(self, tests, threads):
-        return _native.simulate_batch([self.rig] * tests, self.command, threads=threads, fft=False)
+    def eft_batch(self, tests, threads, rig=None):
+        rigs = [self.rig if rig is None else rig] * tests
+        return _native.simulate_batch(rigs, self.command, threads=threads, fft=False)
+
+    def eft_batch_of_buildings(self, tests, threads):
+        return _native.simulate_batch([self.building] * tests, self.commands, threads=threads, fft=False)
 
     def eft_batch_with_traces(self, tests, threads):
         return _native.simulate_batch(

@@ -79,7 +79,8 @@ fn every_trace_is_finite_up_to_the_stop() {
 fn side_by_side_the_stop_is_where_it_is_alone() {
     let command = sine_sweep(1e3, 0.0, 10.0, 0.25, 1024.0).unwrap();
     let rigs = rigs();
-    let tests: Vec<_> = rigs.iter().map(|rig| Test { rig, command: &command }).collect();
+    let tests: Vec<_> =
+        rigs.iter().map(|rig| Test { rig, commands: std::slice::from_ref(&command) }).collect();
     let options = BatchOptions::default();
     let outcomes = simulate_batch::<f64>(&tests, &options, |_, _| true).unwrap();
     for (rig, outcome) in rigs.iter().zip(outcomes) {

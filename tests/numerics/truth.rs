@@ -112,7 +112,8 @@ fn side_by_side_too() {
     let (command, options) = (command(), BatchOptions::default());
     let of = |change: fn(&[Change]) -> Vec<Change>| {
         let rigs: Vec<_> = plants().iter().map(|changes| rig(&change(changes))).collect();
-        let tests: Vec<_> = rigs.iter().map(|rig| Test { rig, command: &command }).collect();
+        let tests: Vec<_> =
+            rigs.iter().map(|rig| Test { rig, commands: std::slice::from_ref(&command) }).collect();
         let outcomes = simulate_batch::<f64>(&tests, &options, |_, _| true).unwrap();
         outcomes.into_iter().map(Result::unwrap).collect::<Vec<_>>()
     };

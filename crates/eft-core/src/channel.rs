@@ -3,11 +3,13 @@
 
 mod belief;
 mod between;
+mod side_by_side;
 mod signals;
 mod state;
 #[cfg(test)]
 mod tests;
 
+pub use side_by_side::{ChannelLanes, ChannelLanesState};
 pub use signals::{Input, Output};
 pub use state::ChannelState;
 

@@ -235,6 +235,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         self.compensation.nominal()
     }
 
+    /// How the force loop is closed.
+    pub(crate) fn realization(&self) -> Realization {
+        self.realization
+    }
+
     /// Controllers of single rigs side by side, all of one realization.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a Controller<S::Element, N>) -> Self
     where

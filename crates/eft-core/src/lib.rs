@@ -14,7 +14,7 @@ pub mod status;
 mod table;
 mod velocity;
 
-pub use channel::{Channel, ChannelState, Input, Output};
+pub use channel::{Channel, ChannelLanes, ChannelLanesState, ChannelState, Input, Output};
 pub use compensation::{
     Calibration, Compensation, CompensationInput, CompensationOutput, CompensationState, CurvePiece,
     Deviations, Feedforward, FeedforwardState, InverseFlow, LeadNetwork, LeadState, LoadPressure, Mode,

@@ -1,6 +1,5 @@
 //! Many tests in one call.
 
-use eft_sim::RigConfig;
 use eft_sim::batch::{self, BatchOptions, Outcome, Test};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -23,14 +22,14 @@ pub(crate) struct BatchResult {
 
 #[pymethods]
 impl BatchResult {
-    /// The metrics by name, as `TestRun.metrics` gives them; without those that take longer than a test if `fft` was
+    /// The metrics by name, as `TestRun.metrics` gives them, of a building each of the floor where it is largest; without those that take longer than a test if `fft` was
     /// false. Those of the force are NaN where that of a test that diverged is too large to be judged.
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> Bound<'py, PyDict> {
         self.metrics.bind(py).clone()
     }
-    /// What the controller believed at the end, by the names of `TestRun`'s traces; `None` of a rig that neither adapts
-    /// nor guards.
+    /// What the controller believed at the end, by the names of `TestRun`'s traces, of a building each of the floor where
+    /// it moved farthest; `None` of a rig that neither adapts nor guards.
     #[getter]
     fn estimates<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyDict>> {
         self.estimates.as_ref().map(|estimates| estimates.bind(py).clone())
@@ -58,7 +57,7 @@ impl BatchResult {
 }
 
 impl BatchResult {
-    fn new(py: Python<'_>, outcome: Outcome) -> PyResult<Self> {
+    fn new(py: Python<'_>, outcome: Outcome, stacked: bool) -> PyResult<Self> {
         let named = |values: &mut dyn Iterator<Item = (&str, f64)>| {
             let dict = PyDict::new(py);
             for (name, value) in values {
@@ -73,7 +72,10 @@ impl BatchResult {
             status: outcome.status,
             samples: outcome.samples,
             finished,
-            traces: outcome.run.map(|run| traces(py, vec![run], false).map(Bound::unbind)).transpose()?,
+            traces: match outcome.runs {
+                runs if runs.is_empty() => None,
+                runs => Some(traces(py, runs, stacked)?.unbind()),
+            },
         })
     }
 }
@@ -108,11 +110,18 @@ pub(crate) fn simulate_batch<'py>(
         let allowed = format!("must be one, or one for each of the {} rigs", rigs.len());
         return Err(refuse("commands", format!("{} commands", commands.len()), allowed));
     }
-    let pairs: Vec<(&RigConfig, &eft_sim::excitation::Command)> = rigs
-        .iter()
-        .zip(&commands)
-        .map(|(rig, command)| Ok((&rig.get().config, command.get().single()?)))
-        .collect::<PyResult<_>>()?;
+    let mut tests = Vec::with_capacity(rigs.len());
+    let mut refused = Vec::new();
+    for (rig, command) in rigs.iter().zip(&commands) {
+        let rig = &rig.get().config;
+        match command.get().of(rig) {
+            Ok(commands) => {
+                tests.push(Test { rig, commands });
+                refused.push(None);
+            }
+            Err(error) => refused.push(Some(error.value(py).to_string())),
+        }
+    }
     let mut stopped = None;
     let go_on = |_, _| match Python::attach(|py| py.check_signals()) {
         Ok(()) => true,
@@ -121,21 +130,24 @@ pub(crate) fn simulate_batch<'py>(
             false
         }
     };
-    let outcomes = py.detach(|| {
-        let tests: Vec<_> = pairs.into_iter().map(|(rig, command)| Test { rig, command }).collect();
-        match dtype {
-            Dtype::F32 => batch::simulate_batch::<f32>(&tests, &options, go_on),
-            Dtype::F64 => batch::simulate_batch::<f64>(&tests, &options, go_on),
-        }
+    let outcomes = py.detach(|| match dtype {
+        Dtype::F32 => batch::simulate_batch::<f32>(&tests, &options, go_on),
+        Dtype::F64 => batch::simulate_batch::<f64>(&tests, &options, go_on),
     });
     if let Some(error) = stopped {
         return Err(error);
     }
     let entries = PyList::empty(py);
-    for outcome in outcomes.map_err(to_python)? {
-        match outcome {
-            Ok(outcome) => entries.append(BatchResult::new(py, outcome)?)?,
-            Err(error) => entries.append(error.to_string())?,
+    let mut outcomes = outcomes.map_err(to_python)?.into_iter();
+    for (refused, command) in refused.into_iter().zip(&commands) {
+        if let Some(reason) = refused {
+            entries.append(reason)?;
+            continue;
+        }
+        match outcomes.next() {
+            Some(Ok(outcome)) => entries.append(BatchResult::new(py, outcome, command.get().stacked)?)?,
+            Some(Err(error)) => entries.append(error.to_string())?,
+            None => {}
         }
     }
     Ok(entries)

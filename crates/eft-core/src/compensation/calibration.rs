@@ -1,8 +1,10 @@
 //! What the learner has found out about the rig, as the tick uses it.
 
+use core::array;
+
 use crate::compensation::{CurvePiece, LeadNetwork, PIECES, table_itself};
 use crate::error::{ConfigError, check, positive};
-use crate::number::Scalar;
+use crate::number::{Flags, Scalar};
 use crate::parameters::Parameters;
 
 /// The only thing that flows from the learner to the tick: plain data, made once a window.
@@ -74,6 +76,34 @@ impl<S: Scalar> Calibration<S> {
             deviations: Deviations::unknown(),
             test_ratio: S::splat(0.0),
             curve: table_itself(),
+        }
+    }
+
+    /// Calibrations of single rigs side by side, each of the same window.
+    pub fn pack<'a>(lane: impl Fn(usize) -> &'a Calibration<S::Element>) -> Self
+    where
+        S::Element: 'a,
+    {
+        let of = |value: fn(&Calibration<S::Element>) -> S::Element| S::from_lanes(|i| value(lane(i)));
+        Self {
+            window: lane(0).window,
+            status: S::Flags::from_lanes(|i| lane(i).status),
+            flow_gain: of(|c| c.flow_gain),
+            per_flow_gain: of(|c| c.per_flow_gain),
+            lead: LeadNetwork::pack(|i| &lane(i).lead),
+            response_delay: of(|c| c.response_delay),
+            valve_gain: of(|c| c.valve_gain),
+            level: of(|c| c.level),
+            deviations: Deviations {
+                flow_gain: of(|c| c.deviations.flow_gain),
+                valve_gain: of(|c| c.deviations.valve_gain),
+                response_delay: of(|c| c.deviations.response_delay),
+            },
+            test_ratio: of(|c| c.test_ratio),
+            curve: array::from_fn(|n| CurvePiece {
+                offset: S::from_lanes(|i| lane(i).curve.get(n).map_or(S::Element::default(), |p| p.offset)),
+                slope: S::from_lanes(|i| lane(i).curve.get(n).map_or(S::Element::default(), |p| p.slope)),
+            }),
         }
     }
 }

@@ -24,7 +24,7 @@ pub trait Mask:
 }
 
 /// Status bits, one word a lane.
-pub trait Flags: Copy + core::fmt::Debug + Default + PartialEq + BitOr<Output = Self> {
+pub trait Flags: Copy + core::fmt::Debug + Default + PartialEq + BitOr<Output = Self> + 'static {
     /// The word of one lane; lanes that do not exist read zero.
     fn lane(self, lane: usize) -> u32;
     /// One word a lane.

@@ -3,12 +3,13 @@
 //! Tests of one kind run side by side, a processor's width of them at a time, through the same plant and the same
 //! controller as one alone. A test's outcome does not depend on the tests beside it, on their order or on the number of threads.
 
+mod floor;
 mod outcome;
 mod pieces;
 mod pool;
 mod wide;
 
-use crate::closed_loop::{Precision, SimulateOptions, simulate};
+use crate::closed_loop::{Precision, SimulateOptions, simulate_actuators};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
@@ -22,8 +23,8 @@ pub use outcome::Outcome;
 pub struct Test<'a> {
     /// The rig to be tested.
     pub rig: &'a RigConfig,
-    /// The force (N) to be applied.
-    pub command: &'a Command,
+    /// The force (N) to be applied, one an actuator, the ground floor's first.
+    pub commands: &'a [Command],
 }
 
 /// How a batch is run.
@@ -58,17 +59,17 @@ pub fn simulate_batch<P: Precision>(
         return Err(Error::value("threads", 0, "must be at least 1"));
     }
     let alone = |place: usize, stopped: &dyn Fn() -> bool| {
-        let Test { rig, command } = tests[place];
-        let run = simulate::<P>(rig, command, &options.simulate, |_, _| !stopped());
-        (place, run.and_then(|run| Outcome::new(run, options)))
+        let Test { rig, commands } = tests[place];
+        let runs = simulate_actuators::<P>(rig, commands, &options.simulate, |_, _| !stopped());
+        (place, runs.and_then(|runs| Outcome::new(rig, runs, options)))
     };
-    let pieces = pieces::<P>(tests, options);
+    let pieces = pieces(tests, options);
     let work = |n: usize, stopped: &dyn Fn() -> bool| {
         let piece = &pieces[n];
-        if let Some(grid) = piece.side_by_side {
+        if let Some(kind) = piece.side_by_side {
             let side_by_side: Vec<_> = piece.places.iter().map(|&place| tests[place]).collect();
-            let wide = SideBySide { tests: &side_by_side, grid, options, stopped };
-            match wide.run_widest() {
+            let wide = SideBySide { tests: &side_by_side, kind, options, stopped };
+            match wide.run_widest(P::WIDTH) {
                 Ok(outcomes) => return piece.places.iter().copied().zip(outcomes).collect(),
                 // One of them is refused; each alone says which.
                 Err(_) if !stopped() => {}

@@ -1,44 +1,77 @@
 //! Which tests of a batch can run side by side.
 
-use std::any::TypeId;
 use std::collections::HashMap;
 use std::ptr;
 
 use crate::batch::{BatchOptions, Test};
-use crate::closed_loop::one_actuator;
-use crate::closed_loop::{Method, Precision, adapts};
+use crate::closed_loop::channels::ChannelKind;
+use crate::closed_loop::{check_commands, soft_end};
 use crate::config::Realization;
+use crate::instruments::are_ideal;
 use crate::lanes::width;
 use crate::plant::{TimeGrid, needs_detail};
 
 /// Tests that one thread takes at once, by their places in the batch.
 pub(super) struct Piece {
     pub(super) places: Vec<usize>,
-    /// How time is cut, where they run side by side.
-    pub(super) side_by_side: Option<TimeGrid>,
+    /// What they have in common, where they run side by side.
+    pub(super) side_by_side: Option<Kind>,
 }
 
 /// What tests side by side share; any other parameter may differ.
-#[derive(PartialEq, Eq, Hash, Clone, Copy)]
-struct Kind {
-    digital: bool,
+#[derive(Debug, PartialEq, Eq, Hash, Clone, Copy)]
+pub(super) struct Kind {
     sample_rate: u64,
-    samples: usize,
     steps: u32,
+    pub(super) samples: usize,
+    pub(super) actuators: usize,
+    /// Whether the plant has effects beyond the paper's.
+    pub(super) detailed: bool,
+    digital: bool,
+    channel: ChannelKind,
+    ideal_sensors: bool,
+    /// The tick at which the protections are asked for the soft end.
+    pub(super) soft_end: Option<usize>,
+}
+
+impl Kind {
+    /// Of a test of sound commands; none of one that is refused.
+    fn of(test: &Test<'_>, options: &BatchOptions) -> Option<Self> {
+        let Test { rig, commands } = test;
+        let first = commands.first()?;
+        let (sample_rate, samples) = (first.sample_rate, first.values.len());
+        Some(Self {
+            sample_rate: sample_rate.to_bits(),
+            steps: options.simulate.grid(rig, sample_rate).ok()?.steps,
+            samples,
+            actuators: commands.len(),
+            detailed: needs_detail(rig),
+            digital: rig.controller.realization == Realization::Digital,
+            channel: ChannelKind::of(rig),
+            ideal_sensors: are_ideal(rig),
+            soft_end: soft_end(rig, sample_rate, samples),
+        })
+    }
+
+    /// How time is cut.
+    pub(super) fn grid(&self) -> TimeGrid {
+        TimeGrid::new(f64::from_bits(self.sample_rate), self.steps)
+    }
 }
 
 /// Cuts a batch into pieces, the larger ones first.
-pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -> Vec<Piece> {
+pub(super) fn pieces(tests: &[Test<'_>], options: &BatchOptions) -> Vec<Piece> {
     let mut pieces = Vec::new();
     let mut alone = Vec::new();
     let mut kinds: Vec<(Kind, Vec<usize>)> = Vec::new();
     let mut known = HashMap::new();
-    // A command that all tests share is looked through once.
+    // Commands that tests of as many stories share are looked through once.
     let mut sound = HashMap::new();
     for (place, test) in tests.iter().enumerate() {
+        let looked_through = (ptr::from_ref(test.commands), test.rig.structure.floors());
         let is_sound =
-            *sound.entry(ptr::from_ref(test.command)).or_insert_with(|| test.command.validate().is_ok());
-        let Some(kind) = kind::<P>(test, options).filter(|_| is_sound) else {
+            *sound.entry(looked_through).or_insert_with(|| check_commands(test.rig, test.commands).is_ok());
+        let Some(kind) = Kind::of(test, options).filter(|_| is_sound) else {
             alone.push(place);
             continue;
         };
@@ -64,8 +97,7 @@ pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -
         for places in places.chunks(width) {
             // A row of lanes costs about as much as two tests, however few of its lanes are filled.
             if places.len() > 2 {
-                let grid = TimeGrid::new(f64::from_bits(kind.sample_rate), kind.steps);
-                pieces.push(Piece { places: places.to_vec(), side_by_side: Some(grid) });
+                pieces.push(Piece { places: places.to_vec(), side_by_side: Some(kind) });
             } else {
                 alone.extend(places);
             }
@@ -73,23 +105,4 @@ pub(super) fn pieces<P: Precision>(tests: &[Test<'_>], options: &BatchOptions) -
     }
     pieces.extend(alone.into_iter().map(|place| Piece { places: vec![place], side_by_side: None }));
     pieces
-}
-
-/// The kind of a test, of a sound command, that can run beside others; none for one that must run alone, or fails.
-fn kind<P: Precision>(test: &Test<'_>, options: &BatchOptions) -> Option<Kind> {
-    let Test { rig, command } = test;
-    let double = TypeId::of::<P>() == TypeId::of::<f64>();
-    let plain = !needs_detail(rig) && !adapts(rig) && !rig.protection.enabled;
-    let exponential = options.simulate.method == Method::Exponential;
-    if options.traces || !double || !plain || !exponential {
-        return None;
-    }
-    one_actuator(rig).ok()?;
-    let grid = options.simulate.grid(rig, command.sample_rate).ok()?;
-    Some(Kind {
-        digital: rig.controller.realization == Realization::Digital,
-        sample_rate: command.sample_rate.to_bits(),
-        samples: command.values.len(),
-        steps: grid.steps,
-    })
 }

@@ -1,30 +1,44 @@
 //! Several tests side by side, judged as they run.
 
-use eft_core::{Flags, Mask, status};
+use eft_core::{Mask, status};
 
+use crate::batch::floor::{Ended, Floor};
+use crate::batch::pieces::Kind;
 use crate::batch::{BatchOptions, Outcome, Test};
-use crate::closed_loop::chunk;
-use crate::closed_loop::fast::FastLoop;
-use crate::closed_loop::tick::{Recorder, Tick};
+use crate::closed_loop::general::GeneralLoop;
+use crate::closed_loop::loops::{ClosedLoop, PlainTest};
+use crate::closed_loop::{Precision, Width};
 use crate::error::{Error, Result};
-use crate::lanes::Num;
-use crate::lanes::{WideWork, Work, dispatch, dispatch_wide};
-use crate::metrics::{BLOCK, Norms, Sums};
-use crate::plant::TimeGrid;
+use crate::lanes::{Num, WideWork, Work, dispatch, dispatch_wide};
+use crate::metrics::BLOCK;
 
 /// Tests of one kind, as many as fit side by side or fewer.
+#[derive(Clone, Copy)]
 pub(super) struct SideBySide<'a> {
     pub(super) tests: &'a [Test<'a>],
-    pub(super) grid: TimeGrid,
+    pub(super) kind: Kind,
     pub(super) options: &'a BatchOptions,
     pub(super) stopped: &'a dyn Fn() -> bool,
 }
 
-impl WideWork for SideBySide<'_> {
+/// The same with controllers in one precision.
+struct InPrecision<'a, P>(SideBySide<'a>, std::marker::PhantomData<P>);
+
+impl<P: Precision> WideWork for InPrecision<'_, P> {
     type Output = Result<Vec<Result<Outcome>>>;
 
     fn run<S: Num>(self) -> Self::Output {
-        self.run_on::<S>()
+        let Self(work, _) = self;
+        // Lanes that are left over run the last test once more.
+        let rig = |lane: usize| work.tests[lane.min(work.tests.len() - 1)].rig;
+        let grid = work.kind.grid();
+        if work.kind.detailed {
+            let test = GeneralLoop::<S, P::Lanes<S>>::new(rig, grid)?;
+            work.run_on::<S>(&mut if work.options.traces { test } else { test.without_account() })
+        } else {
+            let method = work.options.simulate.method;
+            work.run_on::<S>(&mut PlainTest::<S, P::Lanes<S>>::new(rig, grid, method)?)
+        }
     }
 }
 
@@ -32,167 +46,82 @@ impl SideBySide<'_> {
     /// The outcome of each, in order.
     ///
     /// # Errors
-    /// As [`run_on`](Self::run_on).
+    /// A controller that the core refuses, or an interruption.
     // Not generic, so that it is compiled here once.
-    pub(super) fn run_widest(self) -> Result<Vec<Result<Outcome>>> {
-        dispatch_wide(self)
+    pub(super) fn run_widest(self, width: Width) -> Result<Vec<Result<Outcome>>> {
+        match width {
+            Width::Single => dispatch_wide(InPrecision::<f32>(self, std::marker::PhantomData)),
+            Width::Double => dispatch_wide(InPrecision::<f64>(self, std::marker::PhantomData)),
+        }
     }
 
-    /// # Errors
-    /// A controller that the core refuses, or an interruption.
-    fn run_on<S: Num>(&self) -> Result<Vec<Result<Outcome>>> {
-        // Lanes that are left over run the last test once more.
-        let test_of = |lane: usize| &self.tests[lane.min(self.tests.len() - 1)];
-        let mut test = FastLoop::<S, S>::new(|lane| test_of(lane).rig, self.grid)?;
-        let mut state = test.at_rest();
-        let total = self.tests[0].command.values.len();
-        let mut lanes: Vec<Option<Ended>> = (0..S::LANES).map(|_| None).collect();
-        let mut totals = Totals::new(if self.options.fft { self.tests.len() } else { 0 });
+    fn run_on<S: Num>(&self, test: &mut impl ClosedLoop<S>) -> Result<Vec<Result<Outcome>>> {
+        let Kind { samples, actuators, soft_end, .. } = self.kind;
+        let mut floors: Vec<_> =
+            (0..actuators).map(|_| Floor::<S>::new(self.tests, samples, self.options)).collect();
+        let mut commands = vec![vec![S::splat(0.0); BLOCK + 1]; actuators];
+        let mut lanes: Vec<Option<Vec<Ended>>> = (0..S::LANES).map(|_| None).collect();
         let mut start = 0;
-        while start < total && lanes.iter().any(Option::is_none) {
+        while start < samples && lanes.iter().any(Option::is_none) {
             if (self.stopped)() {
                 return Err(Error::Interrupted);
             }
-            let ticks = BLOCK.min(total - start);
-            dispatch::<S, _>(Gather {
-                // A test that ended stays at rest.
-                values: |lane: usize| lanes[lane].is_none().then(|| test_of(lane).command.values.as_slice()),
-                start,
-                commands: &mut totals.commands,
-            });
+            let ticks = BLOCK.min(samples - start);
+            for (actuator, commands) in commands.iter_mut().enumerate() {
+                let values = |lane: usize| {
+                    let test = &self.tests[lane.min(self.tests.len() - 1)];
+                    // A test that ended stays at rest.
+                    lanes[lane].is_none().then(|| test.commands[actuator].values.as_slice())
+                };
+                dispatch::<S, _>(Gather { values, start, commands });
+            }
             let mut done = 0;
             while done < ticks {
-                let recorder = Judged {
-                    forces: &mut totals.forces[done..],
-                    displacements: &mut totals.displacements[done..],
-                    drift: &mut totals.drift,
-                    spool: &mut totals.spool,
-                    status: &mut totals.status,
-                };
-                done += chunk::run(&mut test, &mut state, &totals.commands[done..], ticks - done, recorder);
-                if done < ticks {
-                    let lost = !test.is_bounded(&state);
+                if soft_end == Some(start + done) {
+                    test.end();
+                }
+                let end = soft_end.filter(|end| (start + done + 1..start + ticks).contains(end));
+                let segment = end.map_or(ticks, |end| end - start) - done;
+                let rest: Vec<_> = commands.iter().map(|commands| &commands[done..]).collect();
+                let mut recorders: Vec<_> =
+                    floors.iter_mut().map(|floor| floor.recorder(done, segment)).collect();
+                let ran = test.run(&rest, segment, &mut recorders);
+                drop(recorders);
+                done += ran;
+                if ran < segment {
+                    floors.iter_mut().for_each(|floor| floor.take_back(segment - ran));
+                    let lost = !test.is_bounded();
                     for (lane, ended) in lanes.iter_mut().enumerate().filter(|(lane, _)| lost.lane(*lane)) {
                         if ended.is_none() {
-                            *ended = Some(totals.end(lane, done, start + done, status::DIVERGED));
+                            let all = Ended::of(&mut floors, lane, &commands, done, test);
+                            *ended = Some(with_flag(all, status::DIVERGED));
                         }
                     }
-                    test.restart(&mut state, lost);
+                    test.restart(lost);
                 }
             }
-            totals.add(ticks);
+            Floor::add(&mut floors, &commands, ticks);
             start += ticks;
         }
-        let ended = lanes
-            .into_iter()
-            .enumerate()
-            .map(|(lane, ended)| ended.unwrap_or_else(|| totals.end(lane, 0, total, 0)));
-        let ended: Vec<_> = ended.collect();
-        let whole = totals.traces.into_iter().map(Some).chain(std::iter::repeat_with(|| None));
-        let judged = self.tests.iter().zip(ended).zip(whole);
-        Ok(judged.map(|((test, ended), whole)| ended.outcome(test, whole.as_ref())).collect())
+        let mut outcomes = Vec::with_capacity(self.tests.len());
+        for (lane, test_of_lane) in self.tests.iter().enumerate() {
+            let ended = lanes[lane].take();
+            let ended = ended.unwrap_or_else(|| Ended::of(&mut floors, lane, &commands, 0, test));
+            outcomes.push(Ended::outcome(ended, test_of_lane, self.options.fft));
+        }
+        Ok(outcomes)
     }
 }
 
-/// One lane's test at its end.
-struct Ended {
-    norms: Norms<f64>,
-    spool: f64,
-    drift: f64,
-    status: u32,
-    samples: usize,
-}
-
-impl Ended {
-    fn outcome(self, test: &Test<'_>, whole: Option<&[Vec<f64>; 2]>) -> Result<Outcome> {
-        let command = &test.command.values[..self.samples];
-        let whole = whole.map(|signals| signals.each_ref().map(|signal| &signal[..self.samples]));
-        let sums = Sums {
-            norms: self.norms,
-            max_spool: self.spool,
-            drift: self.drift,
-            min_supply_pressure: test.rig.plant().supply.pressure,
-        };
-        Outcome::judged(test.rig, command, test.command.sample_rate, &sums, whole, self.status)
-    }
-}
-
-/// What stays of the ticks.
-struct Totals<S: Num> {
-    norms: Norms<S>,
-    spool: S,
-    drift: S,
-    status: S::Flags,
-    /// Of one block, and the command behind it.
-    commands: Vec<S>,
-    forces: Vec<S>,
-    displacements: Vec<S>,
-    /// Whole forces (N) and displacements (m), a test each, where the costly metrics will need them.
-    traces: Vec<[Vec<f64>; 2]>,
-}
-
-impl<S: Num> Totals<S> {
-    fn new(traces: usize) -> Self {
-        Self {
-            norms: Norms::new(),
-            spool: S::splat(0.0),
-            drift: S::splat(0.0),
-            status: S::Flags::default(),
-            commands: vec![S::splat(0.0); BLOCK + 1],
-            forces: vec![S::splat(0.0); BLOCK],
-            displacements: vec![S::splat(0.0); BLOCK],
-            traces: vec![[Vec::new(), Vec::new()]; traces],
+/// Flags the last tick of a test that ended.
+fn with_flag(mut floors: Vec<Ended>, flag: u32) -> Vec<Ended> {
+    for floor in &mut floors {
+        floor.status |= flag;
+        if let Some(last) = floor.run.as_mut().and_then(|run| run.status.last_mut()) {
+            *last |= flag;
         }
     }
-
-    /// Takes a finished block of `ticks` in.
-    fn add(&mut self, ticks: usize) {
-        dispatch::<S, _>(Add {
-            norms: &mut self.norms,
-            commands: &self.commands[..ticks],
-            forces: &self.forces[..ticks],
-        });
-        for (lane, [force, displacement]) in self.traces.iter_mut().enumerate() {
-            force.extend(self.forces[..ticks].iter().map(|value| value.lane(lane)));
-            displacement.extend(self.displacements[..ticks].iter().map(|value| value.lane(lane)));
-        }
-    }
-
-    /// A lane's test, `ticks` into the block and `samples` from its beginning.
-    fn end(&self, lane: usize, ticks: usize, samples: usize, flag: u32) -> Ended {
-        let mut norms = self.norms.lane(lane);
-        if ticks > 0 {
-            let of = |values: &[S]| values[..ticks].iter().map(|value| value.lane(lane)).collect::<Vec<_>>();
-            norms.add(&of(&self.commands), &of(&self.forces));
-        }
-        Ended {
-            norms,
-            spool: self.spool.lane(lane),
-            drift: self.drift.lane(lane),
-            status: self.status.lane(lane) | flag,
-            samples,
-        }
-    }
-}
-
-struct Judged<'a, S: Num> {
-    forces: &'a mut [S],
-    displacements: &'a mut [S],
-    spool: &'a mut S,
-    drift: &'a mut S,
-    status: &'a mut S::Flags,
-}
-
-impl<S: Num> Recorder<S> for Judged<'_, S> {
-    #[inline(always)]
-    fn record(&mut self, i: usize, tick: &Tick<S>) {
-        let larger = |a: S, b: S| S::select(b.gt(a), b, a);
-        self.forces[i] = tick.force;
-        self.displacements[i] = tick.plant.displacement;
-        *self.spool = larger(*self.spool, tick.plant.spool.abs());
-        *self.drift = larger(*self.drift, tick.plant.displacement.abs());
-        *self.status = *self.status | tick.status;
-    }
+    floors
 }
 
 /// Puts the commands of a block side by side, and the one behind it.
@@ -208,7 +137,7 @@ impl<'v, S: Num, F: Fn(usize) -> Option<&'v [f64]>> Work for Gather<'_, S, F> {
     #[inline(always)]
     fn run(self) {
         let none: &[f64] = &[];
-        let mut lanes = [none; 16];
+        let mut lanes = [none; crate::lanes::WIDEST];
         for (lane, values) in lanes.iter_mut().enumerate().take(S::LANES) {
             *values = (self.values)(lane).unwrap_or(none);
         }
@@ -223,20 +152,5 @@ impl<'v, S: Num, F: Fn(usize) -> Option<&'v [f64]>> Work for Gather<'_, S, F> {
         for (i, command) in self.commands.iter_mut().enumerate() {
             *command = S::from_lanes(|lane| at(lanes[lane], i));
         }
-    }
-}
-
-struct Add<'a, S> {
-    norms: &'a mut Norms<S>,
-    commands: &'a [S],
-    forces: &'a [S],
-}
-
-impl<S: Num> Work for Add<'_, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.norms.add(self.commands, self.forces);
     }
 }

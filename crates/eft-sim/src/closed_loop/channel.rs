@@ -16,12 +16,30 @@ pub struct RigChannel<P: Precision> {
     learning: Option<Box<Learning<P>>>,
 }
 
+/// A learner and what it remembers.
 #[derive(Debug, Clone)]
-struct Learning<P: Precision> {
-    learner: Learner<P, TABLE_CAPACITY>,
-    state: LearnerState<P>,
+pub(super) struct Learning<P: Precision> {
+    pub(super) learner: Learner<P, TABLE_CAPACITY>,
+    pub(super) state: LearnerState<P>,
     /// What the last window taught, to be published before the next tick: until then the calibration in use stays.
     learned: Option<Calibration<P>>,
+}
+
+impl<P: Precision> Learning<P> {
+    /// Nothing learned yet.
+    ///
+    /// # Errors
+    /// What `eft-core` refuses.
+    pub(super) fn new(parameters: &Parameters) -> Result<Self> {
+        let learner = P::learner(parameters)?;
+        Ok(Self { state: learner.at_rest(), learner, learned: None })
+    }
+
+    /// No-load flows (m³/s) that a calibration's valve passes at these openings.
+    pub(super) fn found_flows(&self, calibration: &Calibration<P>, openings: &[f64]) -> Vec<f64> {
+        let flow = |opening: &f64| self.learner.found_flow(calibration, P::from_f64(*opening)).to_f64();
+        openings.iter().map(flow).collect()
+    }
 }
 
 impl<P: Precision> RigChannel<P> {
@@ -31,12 +49,8 @@ impl<P: Precision> RigChannel<P> {
     /// What `eft-core` refuses.
     pub fn new(parameters: &Parameters) -> Result<Self> {
         let channel = Box::new(P::channel(parameters)?);
-        let learning = if parameters.learning.is_on() {
-            let learner = P::learner(parameters)?;
-            Some(Box::new(Learning { state: learner.at_rest(), learner, learned: None }))
-        } else {
-            None
-        };
+        let learning =
+            if parameters.learning.is_on() { Some(Box::new(Learning::new(parameters)?)) } else { None };
         Ok(Self { state: Box::new(channel.at_rest()), channel, learning })
     }
 
@@ -104,10 +118,7 @@ impl<P: Precision> RigChannel<P> {
 
     /// No-load flows (m³/s) that the valve was found to pass at these openings, where something is learned.
     pub fn found_flows(&self, openings: &[f64]) -> Option<Vec<f64>> {
-        let learning = self.learning.as_ref()?;
-        let calibration = self.state.calibration();
-        let flow = |opening: &f64| learning.learner.found_flow(calibration, P::from_f64(*opening)).to_f64();
-        Some(openings.iter().map(flow).collect())
+        Some(self.learning.as_ref()?.found_flows(self.state.calibration(), openings))
     }
 }
 

@@ -4,30 +4,37 @@ use eft_core::{Mask, Scalar};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::fast::{FastLoop, LoopState};
+use crate::closed_loop::method::Method;
 use crate::closed_loop::tick::Recorder;
 use crate::lanes::Num;
 use crate::lanes::{Work, dispatch};
 
 /// Runs up to `ticks` ticks of a test, and gives how many began with states to go on from only. `commands` may go on beyond
 /// them; where it ends with them, the last one is held.
-pub(crate) fn run<S: Num, C: Scalar<Flags = S::Flags>>(
+pub(crate) fn run<S: Num, C: Scalar>(
     test: &mut FastLoop<S, C>,
     state: &mut LoopState<S, C>,
     commands: &[S],
     ticks: usize,
-    recorder: impl Recorder<S>,
+    recorder: &mut impl Recorder<S>,
 ) -> usize
 where
     C::Element: Precision,
 {
-    if test.is_plain() {
-        dispatch::<S, _>(Chunk::<S, C, _, true> { test, state, commands, ticks, recorder })
-    } else {
-        dispatch::<S, _>(Chunk::<S, C, _, false> { test, state, commands, ticks, recorder })
+    match (test.method(), test.is_plain()) {
+        (Method::RungeKutta, _) => {
+            dispatch::<S, _>(Chunk::<S, C, _, false, false> { test, state, commands, ticks, recorder })
+        }
+        (Method::Exponential, true) => {
+            dispatch::<S, _>(Chunk::<S, C, _, true, true> { test, state, commands, ticks, recorder })
+        }
+        (Method::Exponential, false) => {
+            dispatch::<S, _>(Chunk::<S, C, _, false, true> { test, state, commands, ticks, recorder })
+        }
     }
 }
 
-struct Chunk<'a, S: Num, C: Scalar, K, const PLAIN: bool>
+struct Chunk<'a, S: Num, C: Scalar, K, const PLAIN: bool, const EXPONENTIAL: bool>
 where
     C::Element: Precision,
 {
@@ -35,33 +42,37 @@ where
     state: &'a mut LoopState<S, C>,
     commands: &'a [S],
     ticks: usize,
-    recorder: K,
+    recorder: &'a mut K,
 }
 
-impl<S: Num, C: Scalar<Flags = S::Flags>, K: Recorder<S>, const PLAIN: bool> Work
-    for Chunk<'_, S, C, K, PLAIN>
+impl<S: Num, C: Scalar, K: Recorder<S>, const PLAIN: bool, const EXPONENTIAL: bool> Work
+    for Chunk<'_, S, C, K, PLAIN, EXPONENTIAL>
 where
     C::Element: Precision,
 {
     type Output = usize;
 
     #[inline(always)]
-    fn run(mut self) -> usize {
+    fn run(self) -> usize {
         let mut state = *self.state;
         let mut done = 0;
-        while done < self.ticks && self.test.is_bounded(&state).all() {
+        while done < self.ticks && FastLoop::<S, C>::is_bounded(&state).all() {
             let command = self.commands[done];
             let next = self.commands.get(done + 1).copied().unwrap_or(command);
-            if S::LANES == 1 {
+            if !EXPONENTIAL {
+                let tick = self.test.sample::<PLAIN>(&mut state, command, next);
+                self.recorder.record(done, &tick, self.test.estimates());
+                self.test.advance_by_runge_kutta(&mut state, &tick.decision.driver);
+            } else if S::LANES == 1 {
                 // What waits for the controller's root and division stays short, and the rest fills the time.
                 let ahead = self.test.look_ahead(&state);
                 let tick = self.test.sample::<PLAIN>(&mut state, command, next);
                 self.test.advance(&mut state, ahead, &tick.decision.driver);
-                self.recorder.record(done, &tick);
+                self.recorder.record(done, &tick, self.test.estimates());
             } else {
                 // Several side by side fill it alone, and then fewer numbers have to be kept at a time.
                 let tick = self.test.sample::<PLAIN>(&mut state, command, next);
-                self.recorder.record(done, &tick);
+                self.recorder.record(done, &tick, self.test.estimates());
                 let ahead = self.test.look_ahead(&state);
                 self.test.advance(&mut state, ahead, &tick.decision.driver);
             }

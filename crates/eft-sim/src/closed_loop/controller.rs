@@ -4,11 +4,12 @@
 
 use eft_core::{
     Channel, Controller, Learner, Learning, Levels, Mode, Parameters, PlausibilityParameters,
-    ProtectionParameters, Real, Realization, SignFrom, VelocitySource,
+    ProtectionParameters, Real, Realization, Scalar, SignFrom, VelocitySource,
 };
 
 use crate::config::{self, RigConfig};
 use crate::error::Result;
+use crate::lanes::Num;
 use crate::plant::TABLE_CAPACITY;
 
 /// The controller of a simulated rig; its tables have the simulator's capacity.
@@ -18,6 +19,9 @@ pub type RigController<S> = Controller<S, TABLE_CAPACITY>;
 pub trait Precision: Real + 'static {
     /// Which it is.
     const WIDTH: Width;
+    /// The numbers of controllers beside a plant of several lanes: as many, or one where each lane has a channel of its
+    /// own.
+    type Lanes<S: Num>: Scalar<Element = Self> + 'static;
 
     /// The controller alone.
     ///
@@ -174,9 +178,10 @@ fn plausibility(rig: &RigConfig) -> PlausibilityParameters {
 }
 
 macro_rules! precision {
-    ($t:ty, $width:ident) => {
+    ($t:ty, $width:ident, $lanes:ident, $type:ty) => {
         impl Precision for $t {
             const WIDTH: Width = Width::$width;
+            type Lanes<$lanes: Num> = $type;
 
             fn controller(parameters: &Parameters) -> Result<RigController<Self>> {
                 Ok(RigController::<$t>::new(parameters)?)
@@ -192,5 +197,5 @@ macro_rules! precision {
         }
     };
 }
-precision!(f32, Single);
-precision!(f64, Double);
+precision!(f32, Single, S, f32);
+precision!(f64, Double, S, S);

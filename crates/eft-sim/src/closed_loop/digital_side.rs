@@ -1,19 +1,21 @@
 //! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
 
-use eft_core::{ControllerInput, ControllerState, Flags, Mask, Output, Real, Scalar, status};
+use eft_core::{Calibration, ControllerInput, ControllerState, Flags, Mask, Real, Scalar, status};
 
 use crate::closed_loop::channel::RigChannel;
+use crate::closed_loop::channels::{Answers, ChannelKind, step_channels};
 use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
 use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::learning::LearningLanes;
 use crate::closed_loop::outside::{Answer, Outside};
-use crate::closed_loop::signals::convert;
+use crate::closed_loop::signals::{convert, convert_flags};
 use crate::closed_loop::tick::Decision;
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::instruments::Dac;
 use crate::instruments::DelayLines;
 use crate::instruments::{AnalogOutput, Sensors, Signals};
-use crate::lanes::Num;
+use crate::lanes::{Num, WIDEST, Work, dispatch};
 use crate::plant::{Analog, Driver};
 
 /// A plant as it stands now.
@@ -51,22 +53,30 @@ struct Voltages<S: Num> {
 }
 
 /// What decides on the valve command.
-enum Decides<P: Precision> {
+enum Decides<S: Num, C: Scalar>
+where
+    C::Element: Precision,
+{
     /// Controllers side by side with ideal instruments: nothing but the paper's compensation in front of its analog
     /// controller.
     Plain,
     /// Controllers side by side, of rigs of which nothing is learned, protected or estimated.
     SideBySide,
+    /// Channels side by side that learn.
+    Learning(Box<LearningLanes<S, C>>),
     /// A channel a lane.
-    Channels(Vec<RigChannel<P>>),
+    Channels(Vec<RigChannel<C::Element>>, Box<Answers>),
     /// A controller that runs elsewhere, for one rig.
     Outside(Outside),
 }
 
-impl<P: Precision> Decides<P> {
+impl<S: Num, C: Scalar> Decides<S, C>
+where
+    C::Element: Precision,
+{
     /// The channels, where they decide.
-    fn channels(&mut self) -> &mut [RigChannel<P>] {
-        if let Self::Channels(channels) = self { channels } else { &mut [] }
+    fn channels(&mut self) -> &mut [RigChannel<C::Element>] {
+        if let Self::Channels(channels, _) = self { channels } else { &mut [] }
     }
 }
 
@@ -76,33 +86,31 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar>
 where
     C::Element: Precision,
 {
-    decides: Decides<C::Element>,
+    kind: ChannelKind,
+    decides: Decides<S, C>,
     /// The controllers side by side.
     controller: RigController<C>,
-    nominal: Estimates<S>,
-    /// What drove the valves since the last tick, and the command (N) that it arrives at.
-    before: Option<(Driver<S>, S)>,
+    /// What their configuration gives them.
+    calibration: Box<Calibration<C>>,
+    estimates: Estimates<S>,
+    /// Command (N) that the analog controllers arrive at, its rate (N/s) and their compensation (V) since the last tick.
+    before: Option<[S; 3]>,
     estimates_velocity: bool,
     adapts: bool,
     computation: DelayLines,
     realization: Realization,
     analog: Analog<S>,
-    /// One lane each; empty where every lane's are ideal.
-    sensors: Vec<Option<Sensors>>,
+    /// None where every lane's are ideal.
+    sensors: Option<Sensors<S>>,
     dac: Dac<S>,
     sample_rate: f64,
 }
 
-/// Whether the controller alone is a rig's whole channel.
-fn is_controller(rig: &RigConfig) -> bool {
-    !adapts(rig) && !rig.protection.enabled && rig.controller.velocity_source == VelocitySource::Sensor
-}
-
-impl<S: Num, C: Scalar<Flags = S::Flags>> DigitalSide<S, C>
+impl<S: Num, C: Scalar> DigitalSide<S, C>
 where
     C::Element: Precision,
 {
-    /// Those of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization. `actuator` numbers the actuator
+    /// Those of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization and [`ChannelKind`]. `actuator` numbers the actuator
     /// in its rig, whose noise is its own.
     pub(crate) fn new<'a>(
         rig: impl Fn(usize) -> &'a RigConfig,
@@ -113,28 +121,31 @@ where
         let parameters: Vec<_> =
             lanes.clone().map(|i| parameters(rig(i), sample_rate)).collect::<Result<_>>()?;
         let controllers: Vec<_> = parameters.iter().map(C::Element::controller).collect::<Result<_>>()?;
-        let mut sensors: Vec<_> =
-            lanes.clone().map(|i| Sensors::new(rig(i), sample_rate, actuator)).collect();
-        if sensors.iter().all(Option::is_none) {
-            sensors.clear();
-        }
+        let sensors = Sensors::new(&rig, sample_rate, actuator);
         let computation = DelayLines::new(S::LANES, |i| rig(i).compensation.computation_delay as usize);
         let dac = Dac::new(|i| &rig(i).plant().dac);
         let is_plain = |i: usize| {
             rig(i).controller.realization == Realization::Analog && !rig(i).compensation.feedforward
         };
-        let has_ideal_instruments = sensors.is_empty() && computation.is_none() && dac.is_ideal();
-        let decides = if !lanes.clone().all(|i| is_controller(rig(i))) {
-            Decides::Channels(parameters.iter().map(RigChannel::new).collect::<Result<_>>()?)
+        let has_ideal_instruments = sensors.is_none() && computation.is_none() && dac.is_ideal();
+        let controller = RigController::<C>::pack(|i| &controllers[i]);
+        let kind = ChannelKind::of(rig(0));
+        let decides = if S::LANES == C::LANES && S::LANES > 1 && kind == ChannelKind::Learning {
+            Decides::Learning(Box::new(LearningLanes::new(&parameters, &controllers)?))
+        } else if S::LANES != C::LANES || kind != ChannelKind::Controller {
+            let channels = parameters.iter().map(RigChannel::new).collect::<Result<_>>()?;
+            Decides::Channels(channels, Box::default())
         } else if has_ideal_instruments && lanes.clone().all(is_plain) {
             Decides::Plain
         } else {
             Decides::SideBySide
         };
         Ok(Self {
+            kind,
             decides,
-            controller: RigController::pack(|i| &controllers[i]),
-            nominal: Estimates::nominal(&rig),
+            calibration: Box::new(controller.nominal()),
+            controller,
+            estimates: Estimates::nominal(&rig),
             before: None,
             estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
             adapts: lanes.into_iter().any(|i| adapts(rig(i))),
@@ -167,12 +178,38 @@ where
         if PLAIN {
             return self.control::<true>(state, commands, truth, CellReading::ideal(), plant);
         }
+        self.sample_with_all(state, commands, truth, plant)
+    }
+
+    /// The same with every instrument and channel.
+    // Apart, for it is much code, and would be compiled into every loop.
+    #[inline(never)]
+    fn sample_with_all(
+        &mut self,
+        state: &mut ControllerState<C>,
+        commands: [S; 2],
+        truth: Signals<S>,
+        plant: &impl Feedback<S>,
+    ) -> Decision<S> {
+        dispatch::<S, _>(Sample { side: self, state, commands, truth, plant })
+    }
+
+    #[inline(always)]
+    fn sample_here(
+        &mut self,
+        state: &mut ControllerState<C>,
+        commands: [S; 2],
+        truth: Signals<S>,
+        plant: &impl Feedback<S>,
+    ) -> Decision<S> {
         let (measured, cell) = self.measure(truth);
         match self.decides {
             Decides::Plain | Decides::SideBySide => {
                 self.control::<false>(state, commands, measured, cell, plant)
             }
-            Decides::Channels(_) => self.run_channels(commands, measured, cell, plant),
+            Decides::Learning(_) | Decides::Channels(..) => {
+                self.run_channels(commands, measured, cell, plant)
+            }
             Decides::Outside(_) => self.ask(commands, measured),
         }
     }
@@ -195,21 +232,20 @@ where
             spool: convert(measured.spool),
             supply_pressure: convert(measured.supply_pressure),
         };
-        let calibration = self.controller.nominal();
         let computation = &mut self.computation;
         let path = |compensation: C| if PLAIN { compensation } else { computation.pass(compensation) };
-        let out = self.controller.step(state, &input, &calibration, path);
+        let out = self.controller.step(state, &input, &self.calibration, path);
         let out = Voltages {
             output: convert(out.valve_command),
             compensation: convert(out.compensation),
             authority: S::splat(1.0),
-            status: out.status,
+            status: convert_flags(out.status),
         };
         self.drive::<PLAIN>([command, next_command], measured, cell, plant, out)
     }
 
-    /// Lets a channel a lane decide.
-    #[inline(never)]
+    /// Lets channels decide.
+    #[inline(always)]
     fn run_channels(
         &mut self,
         [command, next_command]: [S; 2],
@@ -217,46 +253,68 @@ where
         cell: CellReading<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
-        let valve_command = match self.realization {
+        let mut stood = S::splat(0.0);
+        if self.realization == Realization::Analog {
             // What the analog controller made of it until now.
-            Realization::Analog => {
-                let (before, arrived) = match self.before {
-                    Some((driver, arrived)) => (driver.cell.analog(), arrived),
-                    None => {
-                        let channels = self.decides.channels();
-                        (self.analog, S::from_lanes(|i| channels[i].preview(command.lane(i))))
-                    }
-                };
-                let before = before.arrived(arrived).through((cell.gain, cell.offset));
-                plant.command(&Driver::analog(before, cell.ideal))
-            }
-            Realization::Digital => S::splat(0.0),
-        };
-        let (computation, channels) = (&mut self.computation, self.decides.channels());
-        let mut step = |(i, channel): (usize, &mut RigChannel<C::Element>)| {
-            let [now, next] = [command.lane(i), next_command.lane(i)];
-            let input = measured.lane(i).input(now, next, valve_command.lane(i));
-            let out =
-                channel.step_via(&input, |v| C::Element::from_f64(computation.pass_lane(i, v.to_f64())));
-            (out, channel.preview(next))
-        };
-        let outputs: Vec<_> = channels.iter_mut().enumerate().map(&mut step).collect();
-        let of = |value: fn(&Output<f64>) -> f64| S::from_lanes(|i| value(&outputs[i].0));
-        measured.velocity = of(|out| out.velocity);
-        let out = Voltages {
-            output: of(|out| out.voltage),
-            compensation: of(|out| out.compensation),
-            authority: of(|out| out.authority),
-            status: S::Flags::from_lanes(|i| outputs[i].0.status),
-        };
-        let commands = [of(|out| out.permitted_command), S::from_lanes(|i| outputs[i].1)];
-        let mut decision = self.drive::<false>(commands, measured, cell, plant, out);
-        self.before = Some((decision.driver, commands[1]));
-        if self.adapts {
-            let channels = &*self.decides.channels();
-            decision.estimates = self.nominal.or(|i| channels[i].calibration());
+            let before = match self.before {
+                Some([command, rate, compensation]) => self.analog.at(command, rate, compensation),
+                None => {
+                    let (channels, zero) = (self.decides.channels(), S::splat(0.0));
+                    let preview = |i: usize| {
+                        channels.get(i).map_or(command.lane(i), |one| one.preview(command.lane(i)))
+                    };
+                    self.analog.at(S::from_lanes(preview), zero, zero)
+                }
+            };
+            stood = plant.command(&Driver::analog(before.through((cell.gain, cell.offset)), cell.ideal));
         }
-        decision
+        let (commands, out);
+        match &mut self.decides {
+            Decides::Learning(learning) => {
+                let rounded = |value: S| convert::<S, C>(value);
+                let input = ControllerInput {
+                    command: rounded(command),
+                    next_command: rounded(next_command),
+                    velocity: rounded(measured.velocity),
+                    force: rounded(measured.force),
+                    spool: rounded(measured.spool),
+                    supply_pressure: rounded(measured.supply_pressure),
+                };
+                let computation = &mut self.computation;
+                let answer = learning.step(&input, rounded(stood), |voltage| computation.pass(voltage));
+                measured.velocity = convert(input.velocity);
+                commands = [convert(input.command), convert(input.next_command)];
+                out = Voltages {
+                    output: convert(answer.valve_command),
+                    compensation: convert(answer.compensation),
+                    authority: S::splat(1.0),
+                    status: convert_flags(answer.status),
+                };
+            }
+            Decides::Channels(channels, answers) => {
+                let inputs = [command, next_command, stood];
+                step_channels(channels, answers, &measured, inputs, &mut self.computation);
+                let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
+                // A controller alone passes on what it was given, in double precision.
+                commands = if self.kind == ChannelKind::Controller {
+                    [command, next_command]
+                } else {
+                    measured.velocity = of(&answers.velocity);
+                    [of(&answers.permitted[0]), of(&answers.permitted[1])]
+                };
+                out = Voltages {
+                    output: of(&answers.voltage),
+                    compensation: of(&answers.compensation),
+                    authority: of(&answers.authority),
+                    status: S::Flags::from_lanes(|i| answers.status[i]),
+                };
+            }
+            _ => return self.ask([command, next_command], measured),
+        }
+        if let (Decides::Channels(channels, _), true) = (&self.decides, self.adapts) {
+            self.estimates = self.estimates.or(|i| channels[i].calibration());
+        }
+        self.drive::<false>(commands, measured, cell, plant, out)
     }
 
     /// The converter, and what drives the valve until the next tick under the permitted commands (N).
@@ -272,28 +330,34 @@ where
         let (output, clipped) =
             if PLAIN { (out.output, S::Flags::default()) } else { self.dac.convert(out.output) };
         let (driver, valve_command, compensation) = if PLAIN || self.realization == Realization::Analog {
-            let rate = (next_command - command) * S::splat(self.sample_rate);
-            let open = S::Flags::from_lanes(|i| out.status.lane(i) & status::FORCE_LOOP_OPEN);
-            let behind = if PLAIN || open == S::Flags::default() {
+            let mut rate = (next_command - command) * S::splat(self.sample_rate);
+            // Only a protection opens the loop.
+            let watched = !PLAIN && matches!(self.decides, Decides::Channels(..));
+            let is_open = |i: usize| watched && out.status.lane(i) & status::FORCE_LOOP_OPEN != 0;
+            let open = watched && (0..S::LANES).any(is_open);
+            let behind = if !open {
                 self.analog.at(command, rate, output).through((cell.gain, cell.offset))
             } else {
                 // Its force error is switched off.
-                let closed = |i: usize| open.lane(i) == 0;
-                let of = |value: S| S::from_lanes(|i| if closed(i) { value.lane(i) } else { 0.0 });
-                self.analog.at(of(command), of(rate), output).through((of(cell.gain), of(cell.offset)))
+                let of = |value: S| S::from_lanes(|i| if is_open(i) { 0.0 } else { value.lane(i) });
+                rate = of(rate);
+                self.analog.at(of(command), rate, output).through((of(cell.gain), of(cell.offset)))
             };
+            if watched || !PLAIN && matches!(self.decides, Decides::Learning(_)) {
+                self.before = Some([next_command, rate, output]);
+            }
             let driver = if PLAIN {
                 Driver::analog(behind, true)
             } else {
                 let whole = cell.ideal && out.authority.ge(S::splat(1.0)).all();
-                Driver::analog(behind.limited_to(out.authority), whole && open == S::Flags::default())
+                Driver::analog(behind.limited_to(out.authority), whole && !open)
             };
             (driver, plant.command(&driver), output)
         } else {
             (Driver::held(output), output, out.compensation)
         };
         let status = out.status | clipped;
-        Decision { measured, valve_command, compensation, estimates: self.nominal, status, driver }
+        Decision { measured, valve_command, compensation, status, driver }
     }
 
     /// Lets the controller from outside decide.
@@ -309,25 +373,31 @@ where
         if self.estimates_velocity {
             measured.velocity = convert(answer.velocity);
         }
-        let estimates = if self.adapts {
-            Estimates {
+        if self.adapts {
+            self.estimates = Estimates {
                 flow_gain_estimate: convert(answer.flow_gain),
                 response_delay_estimate: convert(answer.response_delay),
                 valve_gain_estimate: convert(answer.valve_gain),
                 level: convert(answer.level),
                 ..Estimates::unknown()
-            }
-        } else {
-            self.nominal
-        };
+            };
+        }
         let (valve_command, clipped) = self.dac.convert(convert(answer.valve_command));
         Decision {
             measured,
             valve_command,
             compensation: convert(answer.compensation),
-            estimates,
             status: S::flag(S::Mask::splat(true), answer.status) | clipped,
             driver: Driver::held(valve_command),
+        }
+    }
+
+    /// What the learners have found by the last sample, as the controllers use it.
+    #[inline(always)]
+    pub(crate) fn estimates(&self) -> &Estimates<S> {
+        match &self.decides {
+            Decides::Learning(learning) => &learning.estimates,
+            _ => &self.estimates,
         }
     }
 
@@ -341,7 +411,8 @@ where
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
         match &self.decides {
             Decides::Plain | Decides::SideBySide => None,
-            Decides::Channels(channels) => channels.get(lane)?.found_flows(openings),
+            Decides::Learning(learning) => learning.found_flows(openings, lane),
+            Decides::Channels(channels, _) => channels.get(lane)?.found_flows(openings),
             Decides::Outside(_) => self.adapts.then(Vec::new),
         }
     }
@@ -351,30 +422,46 @@ where
         self.decides.channels().iter_mut().for_each(RigChannel::end);
     }
 
-    /// Trips the protections, where there are any, from outside.
-    pub(crate) fn trip(&mut self) {
-        self.decides.channels().iter_mut().for_each(RigChannel::trip);
+    /// Trips the protections of some lanes, where there are any, from outside.
+    pub(crate) fn trip(&mut self, at: S::Mask) {
+        let channels = self.decides.channels().iter_mut().enumerate();
+        channels.filter(|(lane, _)| at.lane(*lane)).for_each(|(_, channel)| channel.trip());
     }
 
     /// What the sensors make of the truth, and the load cell (gain and offset in N) as an analog controller sees it,
     /// where it is not ideal.
     #[inline(always)]
     fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, CellReading<S>) {
-        if self.sensors.is_empty() { (truth, CellReading::ideal()) } else { self.read_sensors(truth) }
+        match &mut self.sensors {
+            None => (truth, CellReading::ideal()),
+            Some(sensors) => {
+                let (readings, AnalogOutput { gain, offset }) = sensors.read(&truth);
+                (readings, CellReading { gain, offset, ideal: false })
+            }
+        }
     }
+}
 
-    #[inline(never)]
-    fn read_sensors(&mut self, truth: Signals<S>) -> (Signals<S>, CellReading<S>) {
-        let read = |(i, sensors): (usize, &mut Option<Sensors>)| {
-            let ideal = AnalogOutput { gain: 1.0, offset: 0.0 };
-            sensors.as_mut().map_or((truth.lane(i), ideal), |sensors| sensors.read(&truth.lane(i)))
-        };
-        let readings: Vec<_> = self.sensors.iter_mut().enumerate().map(read).collect();
-        let wire = CellReading {
-            gain: S::from_lanes(|i| readings[i].1.gain),
-            offset: S::from_lanes(|i| readings[i].1.offset),
-            ideal: false,
-        };
-        (Signals::from_lanes(|i| readings[i].0), wire)
+/// One tick of a digital side.
+struct Sample<'a, S: Num, C: Scalar, F>
+where
+    C::Element: Precision,
+{
+    side: &'a mut DigitalSide<S, C>,
+    state: &'a mut ControllerState<C>,
+    commands: [S; 2],
+    truth: Signals<S>,
+    plant: &'a F,
+}
+
+impl<S: Num, C: Scalar, F: Feedback<S>> Work for Sample<'_, S, C, F>
+where
+    C::Element: Precision,
+{
+    type Output = Decision<S>;
+
+    #[inline(always)]
+    fn run(self) -> Decision<S> {
+        self.side.sample_here(self.state, self.commands, self.truth, self.plant)
     }
 }

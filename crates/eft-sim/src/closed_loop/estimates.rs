@@ -53,6 +53,7 @@ macro_rules! define {
             }
 
             /// Of the calibrations in use; these where a lane has none.
+            #[inline(always)]
             pub(crate) fn or<'a, P: Precision>(self, of: impl Fn(usize) -> Option<&'a Calibration<P>>) -> Self {
                 Self {
                     $($learned: S::from_lanes(|lane| match of(lane) {
@@ -62,9 +63,34 @@ macro_rules! define {
                 }
             }
 
+            /// One lane's.
+            pub(crate) fn lane(&self, lane: usize) -> Estimates<f64> {
+                Estimates { $($learned: self.$learned.lane(lane),)* }
+            }
+
             /// Of a controller elsewhere, which does not tell.
             pub(crate) fn unknown() -> Self {
                 Self { $($learned: S::splat(f64::NAN),)* }
+            }
+        }
+
+        impl Estimates<f64> {
+            /// Name and value of each.
+            pub(crate) fn named(&self) -> Vec<(&'static str, f64)> {
+                vec![$((stringify!($learned), self.$learned),)*]
+            }
+
+            /// Of several floors each where it is farthest from these.
+            pub(crate) fn farthest(self, floors: &[Self]) -> Self {
+                Self {
+                    $($learned: floors.iter().map(|floor| floor.$learned).fold(self.$learned, |most, value| {
+                        let away = |value: f64| {
+                            let start = if self.$learned.is_finite() { self.$learned } else { 0.0 };
+                            (value - start).abs()
+                        };
+                        if away(value) > away(most) || !most.is_finite() { value } else { most }
+                    }),)*
+                }
             }
         }
     };

@@ -4,6 +4,8 @@ use eft_core::{ControllerState, Scalar};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
+use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::method::Method;
 use crate::closed_loop::tick::Tick;
 use crate::config::RigConfig;
 use crate::error::Result;
@@ -18,6 +20,7 @@ where
     plant: Exponential<S>,
     digital: DigitalSide<S, C>,
     grid: TimeGrid,
+    method: Method,
 }
 
 /// The force and pressure of a plant in a state, as its drive gets them.
@@ -44,14 +47,18 @@ pub(crate) struct LoopState<S, C: Scalar> {
     digital: ControllerState<C>,
 }
 
-impl<S: Num, C: Scalar<Flags = S::Flags>> FastLoop<S, C>
+impl<S: Num, C: Scalar> FastLoop<S, C>
 where
     C::Element: Precision,
 {
     /// The loops of `rig(0)`, `rig(1)`, … one a lane; all of one realization.
-    pub(crate) fn new<'a>(rig: impl Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
+    pub(crate) fn new<'a>(
+        rig: impl Fn(usize) -> &'a RigConfig,
+        grid: TimeGrid,
+        method: Method,
+    ) -> Result<Self> {
         let plant = Exponential::pack(&rig, grid)?;
-        Ok(Self { plant, digital: DigitalSide::new(&rig, grid.sample_rate, 0)?, grid })
+        Ok(Self { plant, digital: DigitalSide::new(&rig, grid.sample_rate, 0)?, grid, method })
     }
 
     /// The state at rest.
@@ -64,9 +71,25 @@ where
         self.digital.is_plain()
     }
 
+    /// How the plant is carried from tick to tick.
+    pub(crate) fn method(&self) -> Method {
+        self.method
+    }
+
     /// Sensors and controller.
     pub(crate) fn digital(&mut self) -> &mut DigitalSide<S, C> {
         &mut self.digital
+    }
+
+    /// The same, to look at.
+    pub(crate) fn digital_side(&self) -> &DigitalSide<S, C> {
+        &self.digital
+    }
+
+    /// What the learners have found by the last sample.
+    #[inline(always)]
+    pub(crate) fn estimates(&self) -> &Estimates<S> {
+        self.digital.estimates()
     }
 
     /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
@@ -90,12 +113,12 @@ where
 
     /// Where the plant's state is one to go on from.
     #[inline(always)]
-    pub(crate) fn is_bounded(&self, state: &LoopState<S, C>) -> S::Mask {
+    pub(crate) fn is_bounded(state: &LoopState<S, C>) -> S::Mask {
         state.plant.plant().is_bounded()
     }
 
     /// Puts the plants back to rest where the mask is true.
-    pub(crate) fn restart(&self, state: &mut LoopState<S, C>, at: S::Mask) {
+    pub(crate) fn restart(state: &mut LoopState<S, C>, at: S::Mask) {
         state.plant = FastState::select(at, FastState::default(), state.plant);
     }
 
@@ -113,6 +136,17 @@ where
             DriverKind::Held => plant.advance(now, ahead, &driver.held, grid),
             DriverKind::Analog => plant.advance(now, ahead, &driver.cell.analog(), grid),
             DriverKind::ThroughCell => plant.advance(now, ahead, &driver.cell, grid),
+        };
+    }
+
+    /// The same by Runge–Kutta.
+    #[inline(always)]
+    pub(crate) fn advance_by_runge_kutta(&self, state: &mut LoopState<S, C>, driver: &Driver<S>) {
+        let (plant, now, grid) = (&self.plant, &state.plant, self.grid);
+        state.plant = match driver.kind {
+            DriverKind::Held => plant.advance_by_runge_kutta(now, &driver.held, grid),
+            DriverKind::Analog => plant.advance_by_runge_kutta(now, &driver.cell.analog(), grid),
+            DriverKind::ThroughCell => plant.advance_by_runge_kutta(now, &driver.cell, grid),
         };
     }
 }

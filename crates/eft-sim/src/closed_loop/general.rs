@@ -1,48 +1,56 @@
-//! Plant and digital sides tied together for a rig with any effect and any number of actuators.
+//! Plant and digital sides tied together for rigs with any effect and any number of actuators.
 
-use eft_core::{ControllerState, status};
+use eft_core::{ControllerState, Flags, Mask, Scalar, status};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
-use crate::closed_loop::specimen::{Follower, Specimen};
+use crate::closed_loop::specimen::{Follower, Follows, Specimen};
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::RigConfig;
 use crate::error::Result;
-use crate::lanes::{Work, dispatch};
+use crate::lanes::{Num, Work, dispatch};
 use crate::plant::{Driver, EnergyBalance, Plant, TimeGrid};
 
-/// The sampled closed loop of one rig.
-pub(crate) struct GeneralLoop<P: Precision> {
-    plant: Plant<f64>,
+/// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
+pub(crate) struct GeneralLoop<S: Num, C: Scalar>
+where
+    C::Element: Precision,
+{
+    plant: Plant<S>,
     /// One an actuator.
-    digital: Vec<DigitalSide<f64, P>>,
-    states: Vec<ControllerState<P>>,
-    drivers: Vec<Driver<f64>>,
+    digital: Vec<DigitalSide<S, C>>,
+    states: Vec<ControllerState<C>>,
+    drivers: Vec<Driver<S>>,
     /// A structure outside, where the rig's own does not follow.
-    follower: Option<Follower>,
+    follower: Option<Box<dyn Follows<S>>>,
     grid: TimeGrid,
-    tripped: bool,
+    /// Whether any lane has a protection, and lanes of which one has tripped.
+    protected: bool,
+    tripped: S::Mask,
 }
 
 /// The force and pressure of one actuator, as its driver gets them.
-struct ActuatorFeedback<'a> {
-    plant: &'a Plant<f64>,
+struct ActuatorFeedback<'a, S: Num> {
+    plant: &'a Plant<S>,
     number: usize,
 }
 
-impl Feedback<f64> for ActuatorFeedback<'_> {
+impl<S: Num> Feedback<S> for ActuatorFeedback<'_, S> {
     #[inline(always)]
-    fn command(&self, driver: &Driver<f64>) -> f64 {
+    fn command(&self, driver: &Driver<S>) -> S {
         self.plant.valve_command(self.number, driver)
     }
 }
 
-impl<P: Precision> GeneralLoop<P> {
-    /// At rest.
-    pub(crate) fn new(rig: &RigConfig, grid: TimeGrid) -> Result<Self> {
-        let plant = Plant::pack(|_| rig)?;
+impl<S: Num, C: Scalar> GeneralLoop<S, C>
+where
+    C::Element: Precision,
+{
+    /// The loops of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization and of as many stories.
+    pub(crate) fn new<'a>(rig: impl Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
+        let plant = Plant::pack(&rig)?;
         let actuators = 0..plant.actuators();
-        let side = |actuator| DigitalSide::new(|_| rig, grid.sample_rate, actuator as u64);
+        let side = |actuator| DigitalSide::new(&rig, grid.sample_rate, actuator as u64);
         Ok(Self {
             digital: actuators.clone().map(side).collect::<Result<_>>()?,
             states: vec![ControllerState::default(); actuators.len()],
@@ -50,44 +58,48 @@ impl<P: Precision> GeneralLoop<P> {
             plant,
             follower: None,
             grid,
-            tripped: false,
+            protected: (0..S::LANES).any(|i| rig(i).protection.enabled),
+            tripped: S::Mask::splat(false),
         })
     }
 
-    /// Runs up to `ticks` ticks, and gives how many began with states to go on from. The commands (N), one slice an
-    /// actuator, may go on beyond them; where one ends with them, its last value is held.
+    /// The same without an account of the plant's energy.
+    pub(crate) fn without_account(self) -> Self {
+        Self { plant: self.plant.without_account(), ..self }
+    }
+
+    /// As [`ClosedLoop::run`](crate::closed_loop::loops::ClosedLoop::run).
     pub(crate) fn run(
         &mut self,
-        commands: &[&[f64]],
+        commands: &[&[S]],
         ticks: usize,
-        recorder: &mut [impl Recorder<f64>],
+        recorder: &mut [impl Recorder<S>],
     ) -> usize {
-        dispatch::<f64, _>(Ticks { test: self, commands, ticks, recorder })
+        dispatch::<S, _>(Ticks { test: self, commands, ticks, recorder })
     }
 
-    /// Lets a structure outside follow instead of the rig's own.
-    pub(crate) fn followed_by(&mut self, specimen: Specimen) {
-        self.follower = Some(Follower::new(specimen, self.plant.actuators()));
-    }
-
-    /// Why a structure outside could not go on.
-    pub(crate) fn failure(&self) -> Option<&str> {
-        self.follower.as_ref().and_then(Follower::failure)
-    }
-
-    /// Whether the plant's state is one to go on from.
+    /// Where the plant's state is one to go on from.
     #[inline(always)]
-    fn is_bounded(&self) -> bool {
-        self.failure().is_none() && (0..self.digital.len()).all(|i| self.plant.actuator(i).is_bounded())
+    pub(crate) fn is_bounded(&self) -> S::Mask {
+        let mut bounded = S::Mask::splat(self.failure().is_none());
+        for i in 0..self.digital.len() {
+            bounded = bounded & self.plant.actuator(i).is_bounded();
+        }
+        bounded
+    }
+
+    /// Puts the plants back to rest where the mask is true.
+    pub(crate) fn restart(&mut self, at: S::Mask) {
+        self.plant.restart(at);
     }
 
     /// Tick `i` of these commands.
     #[inline(always)]
-    fn tick(&mut self, i: usize, commands: &[&[f64]], recorder: &mut [impl Recorder<f64>]) {
-        let Self { plant, digital, states, drivers, follower, grid, tripped } = self;
-        if *tripped {
+    fn tick(&mut self, i: usize, commands: &[&[S]], recorder: &mut [impl Recorder<S>]) {
+        let Self { plant, digital, states, drivers, follower, grid, protected, tripped } = self;
+        if *protected && tripped.any() {
             // One floor let down alone would twist the others off it.
-            digital.iter_mut().for_each(DigitalSide::trip);
+            digital.iter_mut().for_each(|side| side.trip(*tripped));
         }
         drivers.clear();
         let actuators = digital.iter_mut().zip(states).zip(commands.iter().zip(recorder)).enumerate();
@@ -99,10 +111,14 @@ impl<P: Precision> GeneralLoop<P> {
             let next = commands.get(i + 1).copied().unwrap_or(now);
             let decision =
                 digital.sample::<false>(state, now, next, truth, &ActuatorFeedback { plant, number });
-            *tripped |= decision.status & status::TRIPPED != 0;
+            if *protected {
+                let trips = |lane| decision.status.lane(lane) & status::TRIPPED != 0;
+                *tripped = *tripped | S::Mask::from_lanes(trips);
+            }
             drivers.push(decision.driver);
             let (actuator, limits) = (plant.actuator(number), plant.at_limits(number));
-            recorder.record(i, &Tick::new(now, actuator, plant.force(number), &truth, limits, decision));
+            let tick = Tick::new(now, actuator, plant.force(number), &truth, limits, decision);
+            recorder.record(i, &tick, digital.estimates());
         }
         match follower {
             None => plant.advance(drivers, *grid),
@@ -111,36 +127,57 @@ impl<P: Precision> GeneralLoop<P> {
     }
 
     /// Sensors and controllers.
-    pub(crate) fn sides(&mut self) -> impl Iterator<Item = &mut DigitalSide<f64, P>> {
+    pub(crate) fn sides(&mut self) -> impl Iterator<Item = &mut DigitalSide<S, C>> {
         self.digital.iter_mut()
     }
 
     /// Those of an actuator.
-    pub(crate) fn digital(&mut self, actuator: usize) -> &mut DigitalSide<f64, P> {
-        &mut self.digital[actuator]
+    pub(crate) fn side(&self, actuator: usize) -> &DigitalSide<S, C> {
+        &self.digital[actuator]
     }
 
-    /// Where the energy went so far.
-    pub(crate) fn balance(&self) -> EnergyBalance {
-        self.plant.balance(0)
+    /// Why a structure outside could not go on.
+    pub(crate) fn failure(&self) -> Option<&str> {
+        self.follower.as_ref().and_then(|follower| follower.failure())
+    }
+
+    /// Where the energy of a lane went so far; what a structure outside takes up is in no book of ours.
+    pub(crate) fn balance(&self, lane: usize) -> Option<EnergyBalance> {
+        self.follower.is_none().then(|| self.plant.balance(lane))
+    }
+}
+
+impl<C: Scalar> GeneralLoop<f64, C>
+where
+    C::Element: Precision,
+{
+    /// Lets a structure outside follow instead of the rig's own.
+    pub(crate) fn followed_by(&mut self, specimen: Specimen) {
+        self.follower = Some(Box::new(Follower::new(specimen, self.plant.actuators())));
     }
 }
 
 /// Some ticks of a test.
-struct Ticks<'a, P: Precision, K> {
-    test: &'a mut GeneralLoop<P>,
-    commands: &'a [&'a [f64]],
+struct Ticks<'a, S: Num, C: Scalar, K>
+where
+    C::Element: Precision,
+{
+    test: &'a mut GeneralLoop<S, C>,
+    commands: &'a [&'a [S]],
     ticks: usize,
     recorder: &'a mut [K],
 }
 
-impl<P: Precision, K: Recorder<f64>> Work for Ticks<'_, P, K> {
+impl<S: Num, C: Scalar, K: Recorder<S>> Work for Ticks<'_, S, C, K>
+where
+    C::Element: Precision,
+{
     type Output = usize;
 
     #[inline(always)]
     fn run(self) -> usize {
         for i in 0..self.ticks {
-            if !self.test.is_bounded() {
+            if !self.test.is_bounded().all() {
                 return i;
             }
             self.test.tick(i, self.commands, self.recorder);

@@ -1,6 +1,8 @@
 //! Signals on their way into the controller: in its precision, and one rig's apart from those beside it.
 
-use eft_core::{Input, Real, Scalar};
+use std::any::Any;
+
+use eft_core::{Flags, Input, Real, Scalar};
 
 use crate::instruments::Signals;
 use crate::lanes::Num;
@@ -15,18 +17,6 @@ impl<S: Num> Signals<S> {
             spool: self.spool.lane(lane),
             supply_pressure: self.supply_pressure.lane(lane),
             acceleration: self.acceleration.lane(lane),
-        }
-    }
-
-    /// Lanes put side by side.
-    pub(super) fn from_lanes(f: impl Fn(usize) -> Signals<f64>) -> Self {
-        Self {
-            displacement: S::from_lanes(|i| f(i).displacement),
-            velocity: S::from_lanes(|i| f(i).velocity),
-            force: S::from_lanes(|i| f(i).force),
-            spool: S::from_lanes(|i| f(i).spool),
-            supply_pressure: S::from_lanes(|i| f(i).supply_pressure),
-            acceleration: S::from_lanes(|i| f(i).acceleration),
         }
     }
 }
@@ -45,6 +35,15 @@ impl Signals<f64> {
             acceleration: self.acceleration,
             supply_pressure: self.supply_pressure,
         }
+    }
+}
+
+/// The same flags beside other numbers.
+#[inline(always)]
+pub(crate) fn convert_flags<A: Flags, B: Flags>(from: A) -> B {
+    match (&from as &dyn Any).downcast_ref() {
+        Some(same) => *same,
+        None => B::from_lanes(|i| from.lane(i)),
     }
 }
 

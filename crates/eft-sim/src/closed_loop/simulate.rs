@@ -2,15 +2,13 @@
 
 use eft_core::{Cause, status};
 
-use crate::closed_loop::chunk;
 use crate::closed_loop::controller::{Precision, Width};
-use crate::closed_loop::digital_side::DigitalSide;
-use crate::closed_loop::fast::{FastLoop, LoopState};
 use crate::closed_loop::general::GeneralLoop;
+use crate::closed_loop::loops::{ClosedLoop, PlainTest};
+use crate::closed_loop::method::Method;
 use crate::closed_loop::outside::Outside;
 use crate::closed_loop::specimen::Specimen;
 use crate::closed_loop::test_run::TestRun;
-use crate::closed_loop::traces::Rows;
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
@@ -25,16 +23,6 @@ pub const CONVERGED_STEP: f64 = 1.0 / 65_536.0;
 
 /// Ticks between two looks at whether to go on.
 const CHUNK: usize = 1024;
-
-/// How the plant is carried from tick to tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
-    /// The linear part exactly, the load flow once a step: two to three times the error of a Runge–Kutta step of
-    /// the same length, from a quarter of its flow evaluations.
-    Exponential,
-    /// Classical Runge–Kutta of fourth order.
-    RungeKutta,
-}
 
 /// How a test is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -197,9 +185,9 @@ pub fn energy_balance(
     options: &SimulateOptions,
 ) -> Result<EnergyBalance> {
     let (sample_rate, _) = check_commands(rig, commands)?;
-    let mut test = GeneralLoop::<f64>::new(rig, options.grid(rig, sample_rate)?)?;
+    let mut test = GeneralLoop::<f64, f64>::new(|_| rig, options.grid(rig, sample_rate)?)?;
     run_through(&mut test, rig, commands, &mut |_, _| true)?;
-    Ok(test.balance())
+    Ok(test.balance(0).unwrap_or_default())
 }
 
 /// Refuses a building, which takes one command a story.
@@ -248,7 +236,7 @@ pub(crate) fn soft_end_ticks(rig: &RigConfig, sample_rate: f64) -> usize {
 }
 
 /// The tick at which the soft end begins.
-fn soft_end(rig: &RigConfig, sample_rate: f64, total: usize) -> Option<usize> {
+pub(crate) fn soft_end(rig: &RigConfig, sample_rate: f64, total: usize) -> Option<usize> {
     let protection = &rig.protection;
     (protection.enabled && protection.soft_end)
         .then(|| total.saturating_sub(soft_end_ticks(rig, sample_rate)))
@@ -264,91 +252,26 @@ fn through<P: Precision>(
     let (sample_rate, _) = check_commands(rig, commands)?;
     let grid = options.grid(rig, sample_rate)?;
     let detailed = needs_detail(rig) || commands.len() > 1;
-    if options.method == Method::Exponential && !detailed && specimen.is_none() {
-        let mut test = FastTest::<P>::new(rig, grid)?;
+    if !detailed && specimen.is_none() {
+        let mut test = PlainTest::<f64, P::Lanes<f64>>::new(|_| rig, grid, options.method)?;
         if let Some(outside) = outside {
             test.test.digital().controlled_by(outside);
         }
         return run_through(&mut test, rig, commands, go_on);
     }
-    let mut test = GeneralLoop::<P>::new(rig, grid)?;
-    if let Some(outside) = outside {
-        test.digital(0).controlled_by(outside);
+    let mut test = GeneralLoop::<f64, P::Lanes<f64>>::new(|_| rig, grid)?;
+    if let (Some(outside), Some(side)) = (outside, test.sides().next()) {
+        side.controlled_by(outside);
     }
-    // What a structure outside takes up is in no book of ours.
-    let booked = detailed && specimen.is_none();
     if let Some(specimen) = specimen {
         test.followed_by(specimen);
     }
-    let mut runs = run_through(&mut test, rig, commands, go_on)?;
-    if booked {
-        let balance = test.balance();
-        runs.iter_mut().for_each(|run| run.energy = Some(balance));
-    }
-    Ok(runs)
-}
-
-/// A closed loop that can be taken through a test.
-trait Loop {
-    /// Runs up to `ticks` ticks, and gives how many began with states to go on from. The commands, one slice an
-    /// actuator, may go on beyond them; where one ends with them, its last value is held.
-    fn run(&mut self, commands: &[&[f64]], ticks: usize, rows: Vec<Rows<'_>>) -> usize;
-    /// Asks the protections, where there are any, for the soft end.
-    fn end(&mut self);
-    /// As [`DigitalSide::found_flows`](crate::closed_loop::digital_side::DigitalSide::found_flows), of an actuator.
-    fn found_flows(&mut self, actuator: usize, openings: &[f64]) -> Option<Vec<f64>>;
-    /// Why a structure outside could not go on.
-    fn failure(&self) -> Option<&str> {
-        None
-    }
-}
-
-/// The fast path for one rig.
-struct FastTest<P: Precision> {
-    test: FastLoop<f64, P>,
-    state: LoopState<f64, P>,
-}
-
-impl<P: Precision> FastTest<P> {
-    fn new(rig: &RigConfig, grid: TimeGrid) -> Result<Self> {
-        let test = FastLoop::new(|_| rig, grid)?;
-        Ok(Self { state: test.at_rest(), test })
-    }
-}
-
-impl<P: Precision> Loop for FastTest<P> {
-    fn run(&mut self, commands: &[&[f64]], ticks: usize, rows: Vec<Rows<'_>>) -> usize {
-        let rows = rows.into_iter().zip(commands);
-        let done =
-            rows.map(|(rows, commands)| chunk::run(&mut self.test, &mut self.state, commands, ticks, rows));
-        done.sum()
-    }
-    fn end(&mut self) {
-        self.test.digital().end();
-    }
-    fn found_flows(&mut self, _: usize, openings: &[f64]) -> Option<Vec<f64>> {
-        self.test.digital().found_flows(openings, 0)
-    }
-}
-
-impl<P: Precision> Loop for GeneralLoop<P> {
-    fn run(&mut self, commands: &[&[f64]], ticks: usize, mut rows: Vec<Rows<'_>>) -> usize {
-        self.run(commands, ticks, &mut rows)
-    }
-    fn end(&mut self) {
-        self.sides().for_each(DigitalSide::end);
-    }
-    fn found_flows(&mut self, actuator: usize, openings: &[f64]) -> Option<Vec<f64>> {
-        self.digital(actuator).found_flows(openings, 0)
-    }
-    fn failure(&self) -> Option<&str> {
-        self.failure()
-    }
+    run_through(&mut test, rig, commands, go_on)
 }
 
 /// Takes a loop through a test under commands that were checked.
 fn run_through(
-    test: &mut dyn Loop,
+    test: &mut impl ClosedLoop<f64>,
     rig: &RigConfig,
     commands: &[Command],
     go_on: &mut dyn FnMut(usize, usize) -> bool,
@@ -368,8 +291,8 @@ fn run_through(
         let end = soft_end.filter(|&end| end > start).unwrap_or(total);
         let ticks = CHUNK.min(end - start);
         let values: Vec<_> = commands.iter().map(|command| &command.values[start..]).collect();
-        let rows = runs.iter_mut().map(|run| run.extend(ticks)).collect();
-        let done = test.run(&values, ticks, rows);
+        let mut rows: Vec<_> = runs.iter_mut().map(|run| run.extend(ticks)).collect();
+        let done = test.run(&values, ticks, &mut rows);
         if done < ticks {
             let ending = match test.failure() {
                 Some(_) => 0,
@@ -394,7 +317,8 @@ fn run_through(
         }
     }
     for (actuator, run) in runs.iter_mut().enumerate() {
-        run.learn(|openings| test.found_flows(actuator, openings));
+        run.learn(|openings| test.found_flows(actuator, openings, 0));
+        run.energy = test.balance(0);
     }
     go_on(total, total);
     Ok(runs)

@@ -1,5 +1,6 @@
 //! A structure that is computed outside of this program, in the place of a rig's own.
 
+use crate::lanes::Num;
 use crate::plant::{Driver, Plant, TimeGrid};
 
 /// Displacements (m) and velocities (m/s), one of each an actuator.
@@ -84,6 +85,16 @@ impl Exchange {
     }
 }
 
+/// What moves the pistons in the place of a rig's own structure.
+pub(crate) trait Follows<S: Num> {
+    /// Takes the plant through a sample.
+    fn advance(&mut self, plant: &mut Plant<S>, drivers: &[Driver<S>], grid: TimeGrid);
+    /// Mean acceleration (m/s²) of an actuator over the sample that ends now.
+    fn acceleration(&self, actuator: usize) -> Option<S>;
+    /// Why it could not go on.
+    fn failure(&self) -> Option<&str>;
+}
+
 /// A structure outside that follows a plant until it cannot go on.
 pub(crate) struct Follower {
     specimen: Specimen,
@@ -96,9 +107,11 @@ impl Follower {
     pub(crate) fn new(specimen: Specimen, actuators: usize) -> Self {
         Self { specimen, exchange: Exchange::new(actuators), failure: None }
     }
+}
 
-    /// Takes the plant through a sample; after a failure nobody is asked again, and the plant stays.
-    pub(crate) fn advance(&mut self, plant: &mut Plant<f64>, drivers: &[Driver<f64>], grid: TimeGrid) {
+impl Follows<f64> for Follower {
+    // After a failure nobody is asked again, and the plant stays.
+    fn advance(&mut self, plant: &mut Plant<f64>, drivers: &[Driver<f64>], grid: TimeGrid) {
         if self.failure.is_some() {
             return;
         }
@@ -113,13 +126,11 @@ impl Follower {
         }
     }
 
-    /// As [`Exchange::acceleration`].
-    pub(crate) fn acceleration(&self, actuator: usize) -> Option<f64> {
+    fn acceleration(&self, actuator: usize) -> Option<f64> {
         self.exchange.acceleration(actuator)
     }
 
-    /// Why the structure could not go on.
-    pub(crate) fn failure(&self) -> Option<&str> {
+    fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
 }

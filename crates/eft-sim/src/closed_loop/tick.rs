@@ -14,7 +14,6 @@ pub(crate) struct Decision<S: Num> {
     pub(crate) measured: Signals<S>,
     pub(crate) valve_command: S,
     pub(crate) compensation: S,
-    pub(crate) estimates: Estimates<S>,
     pub(crate) status: S::Flags,
     /// What drives the valve until the next tick.
     pub(crate) driver: Driver<S>,
@@ -58,6 +57,6 @@ impl<S: Num> Tick<S> {
 
 /// What stays of a tick.
 pub(crate) trait Recorder<S: Num> {
-    /// Takes the `i`-th tick of a chunk.
-    fn record(&mut self, i: usize, tick: &Tick<S>);
+    /// Takes the `i`-th tick of a chunk, and what the learner has found by then.
+    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>);
 }

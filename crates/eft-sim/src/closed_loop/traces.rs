@@ -4,7 +4,7 @@
 use eft_core::Flags;
 
 use crate::closed_loop::controller::adapts;
-use crate::closed_loop::estimates::estimates;
+use crate::closed_loop::estimates::{Estimates, estimates};
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::{RigConfig, StructureKind, VelocitySource};
 use crate::instruments::{are_ideal, has_accelerometer};
@@ -132,10 +132,15 @@ macro_rules! traces {
                 }
             )*)*
 
-            /// Name and last value of what the learner found; none where nothing is learned.
-            pub fn estimates(&self) -> Option<Vec<(&'static str, f64)>> {
+            /// Last value of what the learner found; none where nothing is learned.
+            pub(crate) fn last_estimates(&self) -> Option<Estimates<f64>> {
                 let last = |trace: &Vec<f64>| trace.last().copied().unwrap_or(f64::NAN);
-                self.groups.learner.then(|| vec![$((stringify!($learned), last(&self.$learned)),)*])
+                self.groups.learner.then(|| Estimates { $($learned: last(&self.$learned),)* })
+            }
+
+            /// Their names and values.
+            pub fn estimates(&self) -> Option<Vec<(&'static str, f64)>> {
+                self.last_estimates().map(|estimates| estimates.named())
             }
 
             /// Room for so many more samples, to be filled in.
@@ -168,12 +173,12 @@ macro_rules! traces {
         impl Rows<'_> {
             /// Writes one lane of a tick as sample `i`.
             #[inline(always)]
-            pub(crate) fn set<S: Num>(&mut self, i: usize, tick: &Tick<S>, lane: usize) {
+            pub(crate) fn set<S: Num>(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>, lane: usize) {
                 $(if self.groups.$group {
                     $(self.$name[i] = { let $tick = tick; $value }.lane(lane);)*
                 })*
                 if self.groups.learner {
-                    $(self.$learned[i] = tick.decision.estimates.$learned.lane(lane);)*
+                    $(self.$learned[i] = estimates.$learned.lane(lane);)*
                 }
                 self.status[i] = tick.status.lane(lane);
             }
@@ -284,8 +289,8 @@ impl Traces {
 
 impl<S: Num> Recorder<S> for Rows<'_> {
     #[inline(always)]
-    fn record(&mut self, i: usize, tick: &Tick<S>) {
-        self.set(i, tick, 0);
+    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>) {
+        self.set(i, tick, estimates, 0);
     }
 }
 

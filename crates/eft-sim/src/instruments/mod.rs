@@ -1,20 +1,20 @@
 //! What the controller gets to see: the sensors between the plant and the digital side.
 
-mod channel;
 mod dac;
 mod delay_line;
 mod low_pass;
 mod noise;
 mod quantizer;
+mod sensor;
 
-pub(crate) use channel::AnalogOutput;
 pub(crate) use dac::Dac;
 pub(crate) use delay_line::DelayLines;
 pub(crate) use noise::Noise;
+pub(crate) use sensor::AnalogOutput;
 
-use channel::{Channel, Fault};
-
-use crate::config::{self, FaultSignal, RigConfig, Sensor, SensorFault, VelocitySource};
+use crate::config::{self, FaultSignal, RigConfig, SensorFault, VelocitySource};
+use crate::lanes::Num;
+use sensor::{Fault, Sensor};
 
 /// One value of each signal that has a sensor, true or measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,48 +33,63 @@ pub(crate) struct Signals<S> {
     pub(crate) acceleration: S,
 }
 
-/// The sensors of one actuator.
+/// The sensors of one actuator, of one rig or of several side by side.
 #[derive(Debug, Clone)]
-pub(crate) struct Sensors {
-    displacement: Channel,
-    velocity: Channel,
-    force: Channel,
-    spool: Channel,
-    supply_pressure: Channel,
-    acceleration: Channel,
+pub(crate) struct Sensors<S: Num> {
+    displacement: Sensor<S>,
+    velocity: Sensor<S>,
+    force: Sensor<S>,
+    spool: Sensor<S>,
+    supply_pressure: Sensor<S>,
+    acceleration: Sensor<S>,
     tick: u64,
 }
 
 /// Streams of noise that an actuator's sensors may draw from.
 const STREAMS: u64 = 16;
 
-impl Sensors {
-    /// The true sensors of a rig's actuator number `actuator`, or none where each of them is ideal.
-    pub(crate) fn new(rig: &RigConfig, sample_rate: f64, actuator: u64) -> Option<Self> {
-        if are_ideal(rig) {
+impl<S: Num> Sensors<S> {
+    /// The true sensors of actuator number `actuator` of `rig(0)`, `rig(1)`, … one a lane, or none where each of them is
+    /// ideal.
+    pub(crate) fn new<'a>(
+        rig: impl Fn(usize) -> &'a RigConfig,
+        sample_rate: f64,
+        actuator: u64,
+    ) -> Option<Self> {
+        if (0..S::LANES).all(|i| are_ideal(rig(i))) {
             return None;
         }
-        let sensors = &rig.plant().sensors;
-        let channel = |sensor: &Sensor, signal, stream| {
-            let fault = sensors.fault.as_ref().filter(|fault| fault.signal == signal);
-            let fault = fault.map(|fault| in_ticks(fault, sample_rate));
-            Channel::new(sensor, fault, sample_rate, sensors.seed, STREAMS * actuator + stream)
+        // The load cell's bandwidth acts in continuous time, before an analog controller sees the force: the plant has
+        // it.
+        let cells: Vec<_> = (0..S::LANES)
+            .map(|i| config::Sensor { bandwidth: None, ..rig(i).plant().sensors.force.clone() })
+            .collect();
+        let fault = |i: usize, signal| {
+            let fault = rig(i).plant().sensors.fault.as_ref().filter(|fault| fault.signal == signal);
+            fault.map(|fault| in_ticks(fault, sample_rate))
         };
+        let lanes = |of: fn(&config::Sensors) -> &config::Sensor, signal, stream| {
+            let described = |i: usize| {
+                let sensors = &rig(i).plant().sensors;
+                (of(sensors), fault(i, signal), sensors.seed)
+            };
+            Sensor::new(described, sample_rate, STREAMS * actuator + stream)
+        };
+        let cell = |i: usize| (&cells[i], fault(i, FaultSignal::Force), rig(i).plant().sensors.seed);
         Some(Self {
-            displacement: channel(&sensors.displacement, FaultSignal::Displacement, 0),
-            velocity: channel(&sensors.velocity, FaultSignal::Velocity, 2),
-            // The load cell's bandwidth acts in continuous time, before an analog controller sees the force: the
-            // plant has it.
-            force: channel(&Sensor { bandwidth: None, ..sensors.force.clone() }, FaultSignal::Force, 4),
-            spool: channel(&sensors.spool, FaultSignal::Spool, 6),
-            supply_pressure: channel(&sensors.supply_pressure, FaultSignal::SupplyPressure, 8),
-            acceleration: channel(&sensors.acceleration, FaultSignal::Acceleration, 10),
+            displacement: lanes(|sensors| &sensors.displacement, FaultSignal::Displacement, 0),
+            velocity: lanes(|sensors| &sensors.velocity, FaultSignal::Velocity, 2),
+            force: Sensor::new(cell, sample_rate, STREAMS * actuator + 4),
+            spool: lanes(|sensors| &sensors.spool, FaultSignal::Spool, 6),
+            supply_pressure: lanes(|sensors| &sensors.supply_pressure, FaultSignal::SupplyPressure, 8),
+            acceleration: lanes(|sensors| &sensors.acceleration, FaultSignal::Acceleration, 10),
             tick: 0,
         })
     }
 
     /// The readings at the next tick, and the wire from the load cell to an analog controller until the one after.
-    pub(crate) fn read(&mut self, truth: &Signals<f64>) -> (Signals<f64>, AnalogOutput) {
+    #[inline(always)]
+    pub(crate) fn read(&mut self, truth: &Signals<S>) -> (Signals<S>, AnalogOutput<S>) {
         let tick = self.tick;
         self.tick += 1;
         let (force, wire) = self.force.read(tick, truth.force);
@@ -115,8 +130,8 @@ pub(crate) fn has_accelerometer(rig: &RigConfig) -> bool {
         || sensors.fault.as_ref().is_some_and(|fault| fault.signal == FaultSignal::Acceleration)
 }
 
-fn is_ideal(sensor: &Sensor) -> bool {
-    let Sensor { gain, noise, bandwidth, bits, range, delay, bias, dropout } = sensor;
+fn is_ideal(sensor: &config::Sensor) -> bool {
+    let config::Sensor { gain, noise, bandwidth, bits, range, delay, bias, dropout } = sensor;
     let exact = *gain == 1.0 && *noise == 0.0 && *bias == 0.0 && *dropout == 0.0;
     exact && *delay == 0 && bandwidth.is_none() && bits.is_none() && range.is_none()
 }

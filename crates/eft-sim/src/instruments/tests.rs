@@ -17,6 +17,11 @@ fn rig(changes: &[(&str, toml::Value)]) -> RigConfig {
     RigConfig::zhao2005().replace(changes).unwrap()
 }
 
+fn sensors(changes: &[(&str, toml::Value)], actuator: u64) -> Option<Sensors<f64>> {
+    let rig = rig(changes);
+    Sensors::new(|_| &rig, RATE, actuator)
+}
+
 fn run(changes: &[(&str, toml::Value)]) -> TestRun {
     let command = sine_sweep(8900.0, 0.0, 10.0, 4.0, RATE).unwrap();
     simulate::<f64>(&rig(changes), &command, &SimulateOptions::default(), |_, _| true).unwrap()
@@ -24,14 +29,14 @@ fn run(changes: &[(&str, toml::Value)]) -> TestRun {
 
 /// Readings of a force that rises by 1 N a tick.
 fn ramp(changes: &[(&str, toml::Value)], ticks: usize) -> Vec<f64> {
-    let mut sensors = Sensors::new(&rig(changes), RATE, 0).unwrap();
+    let mut sensors = sensors(changes, 0).unwrap();
     let truth = |tick: usize| Signals { force: tick as f64, supply_pressure: 1.9e7, ..STILL };
     (0..ticks).map(|tick| sensors.read(&truth(tick)).0.force).collect()
 }
 
 #[test]
 fn ideal_sensors_are_none() {
-    assert!(Sensors::new(&RigConfig::zhao2005(), RATE, 0).is_none());
+    assert!(sensors(&[], 0).is_none());
     let run = run(&[]);
     assert_eq!(run.measured_force(), run.force);
     assert_eq!(run.measured_velocity(), run.velocity);
@@ -64,7 +69,7 @@ fn gain_bias_range_and_resolution() {
 
 #[test]
 fn bandwidth_lags_a_ramp_by_its_time_constant() {
-    let mut sensors = Sensors::new(&rig(&[("sensors.velocity.bandwidth", 100.0.into())]), RATE, 0).unwrap();
+    let mut sensors = sensors(&[("sensors.velocity.bandwidth", 100.0.into())], 0).unwrap();
     let read = |tick: u32| sensors.read(&Signals { velocity: f64::from(tick), ..STILL }).0.velocity;
     let last = (0..4096).map(read).last().unwrap();
     let lag = RATE / (std::f64::consts::TAU * 100.0);
@@ -123,9 +128,9 @@ fn same_seed_same_bits_other_seed_other_noise() {
     let again = std::thread::spawn(move || with(1)).join().unwrap();
     assert_eq!(first, again);
     assert_ne!(first.force, with(2).force);
-    let other = Sensors::new(&rig(&[("sensors.force.noise", 20.0.into())]), RATE, 1).unwrap();
-    let mine = Sensors::new(&rig(&[("sensors.force.noise", 20.0.into())]), RATE, 0).unwrap();
-    let read = |mut sensors: Sensors| sensors.read(&STILL).0.force;
+    let other = sensors(&[("sensors.force.noise", 20.0.into())], 1).unwrap();
+    let mine = sensors(&[("sensors.force.noise", 20.0.into())], 0).unwrap();
+    let read = |mut sensors: Sensors<f64>| sensors.read(&STILL).0.force;
     assert_ne!(read(other), read(mine), "two actuators share a stream");
 }
 

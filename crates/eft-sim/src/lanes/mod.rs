@@ -8,6 +8,9 @@ use eft_core::{Lanes, Scalar};
 
 pub(crate) use dispatch::{WideWork, Work, dispatch, dispatch_wide, width};
 
+/// Most rigs side by side.
+pub(crate) const WIDEST: usize = 8;
+
 /// The plant's numbers: double precision, one or several side by side.
 pub trait Num: Scalar<Element = f64> + 'static {
     /// `self + factor·other`, rounded once.

@@ -114,6 +114,11 @@ impl<S: Num> Norms<S> {
         };
     }
 
+    /// How many were taken in.
+    pub(crate) fn samples(&self) -> usize {
+        self.samples as usize
+    }
+
     /// One lane's.
     pub(crate) fn lane(&self, lane: usize) -> Norms<f64> {
         Norms {

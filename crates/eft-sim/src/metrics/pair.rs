@@ -15,7 +15,7 @@ pub(super) fn check(command: &[f64], measured: &[f64]) -> Result<()> {
 }
 
 /// Rejects a command that no error can be related to.
-pub(crate) fn not_silent(command: &[f64]) -> Result<()> {
+pub(super) fn not_silent(command: &[f64]) -> Result<()> {
     if command.iter().all(|c| *c == 0.0) {
         return Err(Error::value("command", "zero at every sample", "must differ from zero somewhere"));
     }

@@ -62,6 +62,7 @@ pub struct Actuator<'a> {
 }
 
 /// What is summed up on the way through a test.
+#[derive(Clone, Copy)]
 pub(crate) struct Sums {
     pub(crate) norms: Norms<f64>,
     /// Largest spool opening (1).
@@ -72,15 +73,12 @@ pub(crate) struct Sums {
     pub(crate) min_supply_pressure: f64,
 }
 
-/// Whole signals, for the metrics that need them.
-#[derive(Clone, Copy)]
-pub(crate) struct Whole<'a> {
-    /// Force (N).
-    pub(crate) force: &'a [f64],
-    /// Displacement (m).
-    pub(crate) displacement: &'a [f64],
-    /// Displacement (m) under exactly the command; empty where it has no end.
-    pub(crate) ideal: &'a [f64],
+/// What is judged of one actuator's test: its command (N), what was summed up, and whole force (N) and displacement (m),
+/// at which only the costly metrics look.
+pub(crate) struct Summed<'a> {
+    pub(crate) command: &'a [f64],
+    pub(crate) sums: Sums,
+    pub(crate) whole: [&'a [f64]; 2],
 }
 
 /// The metrics of one actuator's test. Rows are equal where all their bits are, no answer to no answer.
@@ -118,7 +116,7 @@ impl Row {
     }
 
     /// Of a test whose force has no answer to its command: none was given, or the numbers left their range.
-    pub(crate) fn without_force(sums: &Sums, costly: bool) -> Self {
+    fn without_force(sums: &Sums, costly: bool) -> Self {
         let mut row = Self { values: [f64::NAN; METRICS.len()], costly };
         row.set("max_spool", sums.max_spool);
         row.set("drift", sums.drift);
@@ -126,32 +124,41 @@ impl Row {
         row
     }
 
-    /// Judges what was summed up under a command (N), and whole signals where the costly metrics are wanted.
+    /// Judges what was summed up; the costly metrics, where they are wanted, against the ideal displacement (m).
     ///
     /// # Errors
     /// A command that is zero throughout; signals whose squares leave the range of `f64`.
-    pub(crate) fn new(
-        command: &[f64],
-        sample_rate: f64,
-        sums: &Sums,
-        whole: Option<Whole<'_>>,
-    ) -> Result<Self> {
+    fn new(of: &Summed<'_>, sample_rate: f64, ideal: Option<&[f64]>) -> Result<Self> {
+        let Summed { command, sums, whole: [force, displacement] } = of;
         not_silent(command)?;
         let time = TimeMetrics::of(&sums.norms, command)?;
-        let mut row = Self::without_force(sums, whole.is_some());
+        let mut row = Self::without_force(sums, ideal.is_some());
         let mut take = |metrics: &[(&'static str, Option<f64>)]| {
             for (name, value) in metrics {
                 row.set(name, value.unwrap_or(f64::NAN));
             }
         };
-        match whole {
+        match ideal {
             None => take(&time.all()),
-            Some(Whole { force, displacement, ideal }) => {
+            Some(ideal) => {
                 take(&Metrics::with_transforms(time, command, force, sample_rate)?.all());
                 row.set("displacement_error", displacement_error(displacement, ideal));
             }
         }
         Ok(row)
+    }
+
+    /// Of several floors each metric where it is largest, by its amount.
+    pub(crate) fn worst(rows: &[Self]) -> Self {
+        let mut worst = Self { values: [f64::NAN; METRICS.len()], costly: rows.iter().any(|row| row.costly) };
+        for row in rows {
+            for (most, value) in worst.values.iter_mut().zip(row.values) {
+                if most.is_nan() || value.abs() > most.abs() {
+                    *most = value;
+                }
+            }
+        }
+        worst
     }
 }
 
@@ -167,7 +174,7 @@ fn displacement_error(displacement: &[f64], ideal: &[f64]) -> f64 {
 
 /// Displacements (m) that a rig's structure has under exactly these commands (N), one an actuator; empty where they
 /// have no end, as of a structure that is too stiff for the step.
-pub(crate) fn ideal_displacements(rig: &RigConfig, sample_rate: f64, commands: &[&[f64]]) -> Vec<Vec<f64>> {
+fn ideal_displacements(rig: &RigConfig, sample_rate: f64, commands: &[&[f64]]) -> Vec<Vec<f64>> {
     let options = SimulateOptions::default();
     let commands: Vec<_> =
         commands.iter().map(|values| Command { values: values.to_vec(), sample_rate }).collect();
@@ -200,16 +207,15 @@ pub fn rows(rig: &RigConfig, sample_rate: f64, actuators: &[Actuator<'_>], costl
             }
         }
     }
-    let ideal = if costly {
-        ideal_displacements(rig, sample_rate, &commands)
-    } else {
-        vec![Vec::new(); actuators.len()]
-    };
+    judge(rig, sample_rate, &summed(rig, actuators), costly, false)
+}
+
+/// What is judged of actuators, the ground floor's first.
+pub(crate) fn summed<'a>(rig: &RigConfig, actuators: &[Actuator<'a>]) -> Vec<Summed<'a>> {
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |most: f64, x| most.max(x.abs()));
     let all = actuators.len() == rig.structure.floors();
     let mut below: Option<&[f64]> = None;
-    let mut rows = Vec::with_capacity(actuators.len());
-    for (actuator, ideal) in actuators.iter().zip(&ideal) {
+    let of = |actuator: &Actuator<'a>| {
         let &Actuator { command, force, displacement, spool, min_supply_pressure } = actuator;
         let drift = match below {
             _ if !all => f64::NAN,
@@ -217,19 +223,40 @@ pub fn rows(rig: &RigConfig, sample_rate: f64, actuators: &[Actuator<'_>], costl
             Some(below) => largest(&mut displacement.iter().zip(below).map(|(x, below)| x - below)),
         };
         below = Some(displacement);
-        let sums = Sums {
-            norms: Norms::of(command, force),
-            max_spool: largest(&mut spool.iter().copied()),
-            drift,
-            min_supply_pressure,
-        };
-        let whole = costly.then_some(Whole { force, displacement, ideal });
-        rows.push(match not_silent(command) {
-            Ok(()) => Row::new(command, sample_rate, &sums, whole)?,
-            Err(_) => Row::without_force(&sums, costly),
-        });
+        let max_spool = largest(&mut spool.iter().copied());
+        let sums = Sums { norms: Norms::of(command, force), max_spool, drift, min_supply_pressure };
+        Summed { command, sums, whole: [force, displacement] }
+    };
+    actuators.iter().map(of).collect()
+}
+
+/// Judges what was summed up, one row an actuator; of a test that diverged, numbers that are too large to square have no
+/// answer.
+///
+/// # Errors
+/// Commands that are all zero throughout; signals whose squares leave the range of `f64`.
+pub(crate) fn judge(
+    rig: &RigConfig,
+    sample_rate: f64,
+    actuators: &[Summed<'_>],
+    costly: bool,
+    diverged: bool,
+) -> Result<Vec<Row>> {
+    if actuators.iter().all(|one| not_silent(one.command).is_err()) {
+        not_silent(&[])?;
     }
-    Ok(rows)
+    let commands: Vec<_> = actuators.iter().map(|one| one.command).collect();
+    let ideal = costly.then(|| ideal_displacements(rig, sample_rate, &commands));
+    let row = |(i, one): (usize, &Summed<'_>)| {
+        if not_silent(one.command).is_err() {
+            return Ok(Row::without_force(&one.sums, costly));
+        }
+        match Row::new(one, sample_rate, ideal.as_ref().map(|ideal| ideal[i].as_slice())) {
+            Err(_) if diverged => Ok(Row::without_force(&one.sums, costly)),
+            judged => judged,
+        }
+    };
+    actuators.iter().enumerate().map(row).collect()
 }
 
 #[cfg(test)]
@@ -296,6 +323,8 @@ mod tests {
         let rows = rows(&rig, 100.0, &floors, true).unwrap();
         assert_eq!((value(&rows[0], "drift"), value(&rows[1], "drift")), (0.01, 0.015));
         assert!(value(&rows[1], "nrmse").is_nan() && value(&rows[0], "nrmse") == 0.0);
+        let worst = Row::worst(&rows);
+        assert_eq!((value(&worst, "drift"), value(&worst, "nrmse")), (0.015, 0.0));
         let alone = super::rows(&rig, 100.0, &floors[..1], true).unwrap();
         assert!(value(&alone[0], "drift").is_nan() && value(&alone[0], "displacement_error").is_nan());
         let silent = [floor(&zero, &motions[0]), floor(&zero, &motions[1])];

@@ -141,13 +141,6 @@ impl<S: Num> Analog<S> {
 }
 
 impl<S: Num> Analog<S> {
-    /// The same controller at the end of its interval, where the command (N) has arrived at this.
-    #[inline(always)]
-    pub(crate) fn arrived(mut self, command: S) -> Self {
-        self.command = command;
-        self
-    }
-
     /// What the demand (V) a time (s) after the sample is above a level (V) where the cell shows an offset (N) only.
     // The compensation comes last and costs one operation: a test waits for it. One formula for every cell, so that an
     // ideal one changes no bit.

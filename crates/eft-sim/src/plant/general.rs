@@ -37,6 +37,8 @@ struct Parts<S: Num> {
     servo_actuator: ServoActuator<S>,
     supply: Supply<S>,
     structure: Structure<S>,
+    /// Whether the plant keeps account of its energy; without it the integrals stay zero, and nothing else changes.
+    keeps_account: bool,
 }
 
 /// Numbers of an actuator: those of [`ActuatorState`], what its load cell shows (N), the hysteresis of its story.
@@ -121,7 +123,7 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
     #[inline(always)]
     fn rate(&mut self, state: &[S], time: S, rate: &mut [S]) {
         let view = View::new(state);
-        let Parts { servo_actuator, supply, structure } = self.parts;
+        let Parts { servo_actuator, supply, structure, .. } = self.parts;
         self.parts.accelerate(&view, self.forces, self.accelerations);
         if let Some(imposed) = self.imposed {
             self.accelerations.copy_from_slice(imposed);
@@ -138,7 +140,9 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
             let (forces, acceleration) = ([*force, numbers[STATES]], *acceleration);
             let hydraulics = servo_actuator.hydraulics(&actuator, pressure);
             drawn = drawn + hydraulics.drawn();
-            servo_actuator.add_powers(&mut powers, &actuator, &hydraulics, pressure);
+            if self.parts.keeps_account {
+                servo_actuator.add_powers(&mut powers, &actuator, &hydraulics, pressure);
+            }
             let valve_command =
                 servo_actuator.valve_command(&actuator, forces, &hydraulics, acceleration, driver, time);
             let [pilot_flow, spool, load_pressure, displacement, velocity] =
@@ -147,10 +151,12 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
             let hysteresis = structure.hysteresis_rate(i, |i| view.motion(i));
             *rate = [pilot_flow, spool, load_pressure, displacement, velocity, cell, hysteresis];
         }
-        structure.add_powers(&mut powers, |i| view.motion(i));
         let pump_flow = supply.pump_flow(setting, pressure, drawn);
-        powers.supplied = setting * pump_flow;
-        powers.droop = (setting - pressure) * pump_flow;
+        if self.parts.keeps_account {
+            structure.add_powers(&mut powers, |i| view.motion(i));
+            powers.supplied = setting * pump_flow;
+            powers.droop = (setting - pressure) * pump_flow;
+        }
         shared[0] = supply.rate(pump_flow, drawn);
         shared[1] = S::splat(1.0);
         shared[2..].copy_from_slice(&powers.to_array());
@@ -168,9 +174,16 @@ impl<S: Num> Plant<S> {
             servo_actuator: ServoActuator::pack(rig)?,
             supply: Supply::pack(rig),
             structure: Structure::pack(rig),
+            keeps_account: true,
         };
         let (state, none) = (parts.at_rest(), vec![S::splat(0.0); parts.structure.len()]);
         Ok(Self { stages: Stages::new(&state), state, forces: none.clone(), accelerations: none, parts })
+    }
+
+    /// The same without an account of its energy.
+    pub(crate) fn without_account(mut self) -> Self {
+        self.parts.keeps_account = false;
+        self
     }
 
     /// Number of actuators.
@@ -181,6 +194,14 @@ impl<S: Num> Plant<S> {
     /// Back to rest.
     pub(crate) fn reset(&mut self) {
         self.state = self.parts.at_rest();
+        self.settle();
+    }
+
+    /// Puts the plants of some lanes back to rest.
+    pub(crate) fn restart(&mut self, at: S::Mask) {
+        for (number, rest) in self.state.iter_mut().zip(self.parts.at_rest()) {
+            *number = S::select(at, rest, *number);
+        }
         self.settle();
     }
 

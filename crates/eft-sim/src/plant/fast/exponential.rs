@@ -119,6 +119,19 @@ impl<S: Num> Exponential<S> {
         self.more_steps(&copies, grid)
     }
 
+    /// The state one tick later by Runge–Kutta.
+    #[inline(always)]
+    pub(crate) fn advance_by_runge_kutta(
+        &self,
+        state: &FastState<S>,
+        drive: &impl Drive<S>,
+        grid: TimeGrid,
+    ) -> FastState<S> {
+        let plant = self.plant.advance(state.plant, drive, 0.0, 1.0 / grid.sample_rate, grid.steps);
+        let memory = Memory { flow: [self.plant.flow_and_gain(&plant).0; 2], ..state.memory };
+        FastState { plant, memory }
+    }
+
     /// The steps of a tick but for the first.
     // Apart, for a loop would keep the numbers of the first from staying in registers.
     #[inline(never)]

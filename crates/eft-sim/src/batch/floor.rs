@@ -1,0 +1,239 @@
+//! What stays of the tests side by side at one actuator.
+
+use eft_core::Flags;
+
+use crate::batch::{BatchOptions, Outcome, Test};
+use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::loops::ClosedLoop;
+use crate::closed_loop::tick::{Recorder, Tick};
+use crate::closed_loop::traces::Rows;
+use crate::closed_loop::{TestRun, adapts};
+use crate::error::Result;
+use crate::lanes::{Num, Work, dispatch};
+use crate::metrics::{BLOCK, Norms, Summed, Sums};
+
+/// One actuator, or one floor of buildings, of every lane.
+pub(super) struct Floor<S: Num> {
+    norms: Norms<S>,
+    extremes: Extremes<S>,
+    drift: S,
+    /// Whether any test learns something.
+    learns: bool,
+    estimates: Estimates<S>,
+    status: S::Flags,
+    /// Of one block.
+    forces: Vec<S>,
+    displacements: Vec<S>,
+    /// A test each, where the traces are kept.
+    runs: Vec<TestRun>,
+    /// Whole forces (N) and displacements (m), a test each, where only the costly metrics need them.
+    whole: Vec<[Vec<f64>; 2]>,
+}
+
+/// The largest spool opening (1) and the smallest supply pressure (Pa).
+#[derive(Debug, Clone, Copy)]
+struct Extremes<S> {
+    spool: S,
+    supply_pressure: S,
+}
+
+impl<S: Num> Floor<S> {
+    pub(super) fn new(tests: &[Test<'_>], samples: usize, options: &BatchOptions) -> Self {
+        let zero = S::splat(0.0);
+        let whole = if options.fft && !options.traces { tests.len() } else { 0 };
+        let kept = if options.traces { tests } else { &[] };
+        let run = |test: &Test<'_>| TestRun::with_capacity(test.rig, test.commands[0].sample_rate, samples);
+        Self {
+            norms: Norms::new(),
+            extremes: Extremes { spool: zero, supply_pressure: S::splat(f64::INFINITY) },
+            drift: zero,
+            learns: tests.iter().any(|test| adapts(test.rig)),
+            estimates: Estimates::unknown(),
+            status: S::Flags::default(),
+            forces: vec![zero; BLOCK],
+            displacements: vec![zero; BLOCK],
+            runs: kept.iter().map(run).collect(),
+            whole: vec![[Vec::with_capacity(samples), Vec::with_capacity(samples)]; whole],
+        }
+    }
+
+    /// For the next ticks of a block, from so many on.
+    pub(super) fn recorder(&mut self, done: usize, ticks: usize) -> FloorRecorder<'_, S> {
+        FloorRecorder {
+            forces: &mut self.forces[done..],
+            displacements: &mut self.displacements[done..],
+            extremes: &mut self.extremes,
+            learns: self.learns,
+            estimates: &mut self.estimates,
+            status: &mut self.status,
+            rows: self.runs.iter_mut().map(|run| run.extend(ticks)).collect(),
+        }
+    }
+
+    /// Takes the room back for ticks that were not run.
+    pub(super) fn take_back(&mut self, ticks: usize) {
+        for run in &mut self.runs {
+            let kept = run.status.len() - ticks;
+            run.truncate(kept);
+        }
+    }
+
+    /// Takes a finished block of `ticks` into every floor.
+    pub(super) fn add(floors: &mut [Self], commands: &[Vec<S>], ticks: usize) {
+        let mut below: Option<&[S]> = None;
+        for (floor, commands) in floors.iter_mut().zip(commands) {
+            let (forces, displacements) = (&floor.forces[..ticks], &floor.displacements[..ticks]);
+            let (norms, drift) = (&mut floor.norms, &mut floor.drift);
+            dispatch::<S, _>(Add {
+                norms,
+                drift,
+                commands: &commands[..ticks],
+                forces,
+                displacements,
+                below,
+            });
+            for (lane, [force, displacement]) in floor.whole.iter_mut().enumerate() {
+                force.extend(forces.iter().map(|value| value.lane(lane)));
+                displacement.extend(displacements.iter().map(|value| value.lane(lane)));
+            }
+            below = Some(&floor.displacements);
+        }
+    }
+}
+
+/// Takes in the ticks of every lane.
+pub(super) struct FloorRecorder<'a, S: Num> {
+    forces: &'a mut [S],
+    displacements: &'a mut [S],
+    extremes: &'a mut Extremes<S>,
+    learns: bool,
+    estimates: &'a mut Estimates<S>,
+    status: &'a mut S::Flags,
+    rows: Vec<Rows<'a>>,
+}
+
+impl<S: Num> Recorder<S> for FloorRecorder<'_, S> {
+    #[inline(always)]
+    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>) {
+        self.forces[i] = tick.force;
+        self.displacements[i] = tick.plant.displacement;
+        let (spool, pressure) = (tick.plant.spool.abs(), tick.supply_pressure);
+        let Extremes { spool: most, supply_pressure: least } = *self.extremes;
+        *self.extremes = Extremes {
+            spool: S::select(spool.gt(most), spool, most),
+            supply_pressure: S::select(pressure.lt(least), pressure, least),
+        };
+        if self.learns {
+            *self.estimates = *estimates;
+        }
+        *self.status = *self.status | tick.status;
+        for (lane, rows) in self.rows.iter_mut().enumerate() {
+            rows.set(i, tick, estimates, lane);
+        }
+    }
+}
+
+struct Add<'a, S> {
+    norms: &'a mut Norms<S>,
+    drift: &'a mut S,
+    commands: &'a [S],
+    forces: &'a [S],
+    displacements: &'a [S],
+    below: Option<&'a [S]>,
+}
+
+impl<S: Num> Work for Add<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.norms.add(self.commands, self.forces);
+        let mut most = *self.drift;
+        for (i, &displacement) in self.displacements.iter().enumerate() {
+            let drift = self.below.map_or(displacement, |below| displacement - below[i]).abs();
+            most = S::select(drift.gt(most), drift, most);
+        }
+        *self.drift = most;
+    }
+}
+
+/// One lane's test at one actuator, at its end.
+pub(super) struct Ended {
+    sums: Sums,
+    estimates: Estimates<f64>,
+    pub(super) status: u32,
+    samples: usize,
+    pub(super) run: Option<TestRun>,
+    whole: Option<[Vec<f64>; 2]>,
+}
+
+impl Ended {
+    /// Of a lane at every actuator, `ticks` into a block that was not taken in.
+    pub(super) fn of<S: Num>(
+        floors: &mut [Floor<S>],
+        lane: usize,
+        commands: &[Vec<S>],
+        ticks: usize,
+        test: &impl ClosedLoop<S>,
+    ) -> Vec<Self> {
+        let of = |values: &[S]| values[..ticks].iter().map(|value| value.lane(lane)).collect::<Vec<_>>();
+        let mut below: Option<Vec<f64>> = None;
+        let floors = floors.iter_mut().zip(commands).enumerate();
+        let end = |(actuator, (floor, commands)): (usize, (&mut Floor<S>, &Vec<S>))| {
+            let (command, force) = (of(commands), of(&floor.forces));
+            let displacement = of(&floor.displacements);
+            let (mut norms, mut drift) = (floor.norms.lane(lane), floor.drift.lane(lane));
+            if ticks > 0 {
+                let (commands, forces, displacements) = (&command[..], &force[..], &displacement[..]);
+                let below = below.as_deref();
+                Add { norms: &mut norms, drift: &mut drift, commands, forces, displacements, below }.run();
+            }
+            let run = floor.runs.get_mut(lane).map(|run| {
+                let mut ended = TestRun::with_capacity(&run.rig, run.sample_rate, 0);
+                std::mem::swap(run, &mut ended);
+                ended.learn(|openings| test.found_flows(actuator, openings, lane));
+                ended.energy = test.balance(lane);
+                ended
+            });
+            let whole = floor.whole.get(lane).map(|[forces, displacements]| {
+                [[forces.as_slice(), &force].concat(), [displacements.as_slice(), &displacement].concat()]
+            });
+            below = Some(displacement);
+            Self {
+                samples: norms.samples(),
+                sums: Sums {
+                    norms,
+                    max_spool: floor.extremes.spool.lane(lane),
+                    drift,
+                    min_supply_pressure: floor.extremes.supply_pressure.lane(lane),
+                },
+                estimates: floor.estimates.lane(lane),
+                status: floor.status.lane(lane),
+                run,
+                whole,
+            }
+        };
+        floors.map(end).collect()
+    }
+
+    /// The outcome of a test, from all its actuators.
+    pub(super) fn outcome(mut floors: Vec<Self>, test: &Test<'_>, fft: bool) -> Result<Outcome> {
+        let runs: Vec<_> = floors.iter_mut().filter_map(|floor| floor.run.take()).collect();
+        let samples = floors.first().map_or(0, |floor| floor.samples);
+        let mut summed = Vec::with_capacity(floors.len());
+        for (i, floor) in floors.iter().enumerate() {
+            let whole: [&[f64]; 2] = match (&floor.whole, runs.get(i)) {
+                (Some([force, displacement]), _) => [force, displacement],
+                (None, Some(run)) => [&run.force, &run.displacement],
+                (None, None) => [&[], &[]],
+            };
+            let command = &test.commands[i].values[..samples];
+            summed.push(Summed { command, sums: floor.sums, whole });
+        }
+        let estimates: Vec<_> = floors.iter().map(|floor| floor.estimates).collect();
+        let status = floors.iter().fold(0, |all, floor| all | floor.status);
+        let judged =
+            Outcome::judged(test.rig, test.commands[0].sample_rate, &summed, fft, status, &estimates)?;
+        Ok(Outcome { runs, ..judged })
+    }
+}

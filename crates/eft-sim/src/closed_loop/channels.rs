@@ -1,0 +1,67 @@
+//! Channels of several rigs, one after the other.
+
+use crate::closed_loop::channel::RigChannel;
+use crate::closed_loop::controller::{Precision, adapts};
+use crate::config::{RigConfig, VelocitySource};
+use crate::instruments::{DelayLines, Signals};
+use crate::lanes::{Num, WIDEST};
+
+/// What a rig's channel is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum ChannelKind {
+    /// The controller alone.
+    Controller,
+    /// The controller, and a learner.
+    Learning,
+    /// With a protection, or an estimate of the velocity.
+    Whole,
+}
+
+impl ChannelKind {
+    /// Of a rig.
+    pub(crate) fn of(rig: &RigConfig) -> Self {
+        if rig.protection.enabled || rig.controller.velocity_source != VelocitySource::Sensor {
+            Self::Whole
+        } else if adapts(rig) {
+            Self::Learning
+        } else {
+            Self::Controller
+        }
+    }
+}
+
+/// What channels answer to one tick, one number a lane.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Answers {
+    pub(crate) voltage: [f64; WIDEST],
+    pub(crate) compensation: [f64; WIDEST],
+    pub(crate) velocity: [f64; WIDEST],
+    /// Commands (N) that the protections permit now and, if nothing new happens, at the next tick.
+    pub(crate) permitted: [[f64; WIDEST]; 2],
+    pub(crate) authority: [f64; WIDEST],
+    pub(crate) status: [u32; WIDEST],
+}
+
+/// One tick of a channel a lane, at commands (N) now and at the next tick and the valve command (V) that stands.
+// Not inlined: the code of a whole channel is compiled once, whatever is side by side.
+#[inline(never)]
+pub(crate) fn step_channels<S: Num, P: Precision>(
+    channels: &mut [RigChannel<P>],
+    answers: &mut Answers,
+    measured: &Signals<S>,
+    [command, next_command, stood]: [S; 3],
+    computation: &mut DelayLines,
+) {
+    for (i, channel) in channels.iter_mut().enumerate().take(WIDEST) {
+        let next = next_command.lane(i);
+        let input = measured.lane(i).input(command.lane(i), next, stood.lane(i));
+        let out = channel.step_via(&input, |v| P::from_f64(computation.pass_lane(i, v.to_f64())));
+        answers.voltage[i] = out.voltage;
+        answers.compensation[i] = out.compensation;
+        answers.velocity[i] = out.velocity;
+        answers.permitted[0][i] = out.permitted_command;
+        answers.permitted[1][i] = channel.preview(next);
+        answers.authority[i] = out.authority;
+        answers.status[i] = out.status;
+    }
+}

@@ -1,0 +1,105 @@
+//! Channels side by side that learn: the tick in lanes, a learner a lane once a window.
+
+use eft_core::{
+    Calibration, ChannelLanes, ChannelLanesState, ControllerInput, ControllerOutput, Parameters, Scalar,
+};
+
+use crate::closed_loop::channel::Learning;
+use crate::closed_loop::controller::{Precision, RigController};
+use crate::closed_loop::estimates::Estimates;
+use crate::error::Result;
+use crate::lanes::{Num, Work, dispatch};
+use crate::plant::TABLE_CAPACITY;
+
+/// Channels of rigs that learn, without a protection and with a sensor of the velocity, one a lane.
+pub(crate) struct LearningLanes<S: Num, C: Scalar>
+where
+    C::Element: Precision,
+{
+    channels: Box<ChannelLanes<C, TABLE_CAPACITY>>,
+    state: Box<ChannelLanesState<C>>,
+    learners: Vec<Learning<C::Element>>,
+    /// In use, and at the next window's start, a lane each.
+    calibrations: Vec<[Calibration<C::Element>; 2]>,
+    /// Of the calibrations in use.
+    pub(crate) estimates: Estimates<S>,
+    /// Whether the last tick closed a window.
+    closed: bool,
+}
+
+impl<S: Num, C: Scalar> LearningLanes<S, C>
+where
+    C::Element: Precision,
+{
+    /// At rest.
+    ///
+    /// # Errors
+    /// What `eft-core` refuses.
+    pub(crate) fn new(parameters: &[Parameters], controllers: &[RigController<C::Element>]) -> Result<Self> {
+        let window_ticks = C::Element::channel(&parameters[0])?.window_ticks();
+        let channels = Box::new(ChannelLanes::new(RigController::pack(|i| &controllers[i]), window_ticks));
+        let learners = parameters.iter().map(Learning::new).collect::<Result<_>>()?;
+        let calibrations: Vec<_> = controllers.iter().map(|one| [one.nominal(); 2]).collect();
+        let estimates = Estimates::unknown().or(|i| Some(&calibrations[i][0]));
+        Ok(Self {
+            state: Box::new(channels.at_rest()),
+            channels,
+            learners,
+            calibrations,
+            estimates,
+            closed: false,
+        })
+    }
+
+    /// One tick; the compensation signal goes through `path` on its way to the force loop.
+    #[inline(always)]
+    pub(crate) fn step(
+        &mut self,
+        input: &ControllerInput<C>,
+        valve_command: C,
+        path: impl FnOnce(C) -> C,
+    ) -> ControllerOutput<C> {
+        if self.closed {
+            self.learn();
+        }
+        let out;
+        (out, self.closed) = self.channels.step(&mut self.state, input, valve_command, path);
+        out
+    }
+
+    /// What the window that has closed teaches, to be used a window later.
+    #[inline(never)]
+    fn learn(&mut self) {
+        for (lane, (learning, [in_use, next])) in
+            self.learners.iter_mut().zip(&mut self.calibrations).enumerate()
+        {
+            *in_use = *next;
+            *next = learning.learner.update(&mut learning.state, &self.state.window(lane));
+        }
+        dispatch::<S, _>(Publish(self));
+    }
+
+    /// As [`RigChannel::found_flows`](crate::closed_loop::channel::RigChannel::found_flows), of a lane.
+    pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
+        let [in_use, _] = self.calibrations.get(lane)?;
+        Some(self.learners.get(lane)?.found_flows(in_use, openings))
+    }
+}
+
+struct Publish<'a, S: Num, C: Scalar>(&'a mut LearningLanes<S, C>)
+where
+    C::Element: Precision;
+
+impl<S: Num, C: Scalar> Work for Publish<'_, S, C>
+where
+    C::Element: Precision,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let LearningLanes { channels, state, calibrations, estimates, .. } = self.0;
+        channels.publish(state, |lane| &calibrations[lane][1]);
+        *estimates = Estimates::unknown().or(|lane| Some(&calibrations[lane][0]));
+    }
+}

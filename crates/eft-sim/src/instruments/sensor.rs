@@ -1,0 +1,182 @@
+//! The sensors of one signal, of one rig or of several side by side: from the truth to what the controllers read.
+//!
+//! In this order: bandwidth, gain, bias and noise, range and resolution, fault, delay, lost samples. What only some rigs
+//! have is done lane by lane, the rest in lanes.
+
+use std::collections::VecDeque;
+
+use eft_core::Mask;
+
+use crate::config::{self, FaultKind};
+use crate::instruments::low_pass::LowPass;
+use crate::instruments::noise::{Noise, NoiseLanes};
+use crate::instruments::quantizer::Quantizer;
+use crate::lanes::{Num, WIDEST};
+
+/// A failure from one tick to another.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fault {
+    pub(crate) kind: FaultKind,
+    pub(crate) first: u64,
+    pub(crate) end: u64,
+}
+
+/// What stands between a signal and the analog electronics that it is wired to: `gain·signal + offset`.
+///
+/// Converter, delay and lost samples belong to the digital side and do not reach it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct AnalogOutput<S> {
+    pub(crate) gain: S,
+    pub(crate) offset: S,
+}
+
+/// One sensor a lane.
+#[derive(Debug, Clone)]
+pub(crate) struct Sensor<S: Num> {
+    /// Lanes that report the truth.
+    exact: S::Mask,
+    /// Empty where no lane has a bandwidth.
+    filters: Vec<Filter>,
+    gain: S,
+    bias: S,
+    deviation: S,
+    /// None where every lane is silent.
+    noise: Option<NoiseLanes<S>>,
+    /// Empty where every lane's analog output is what is read.
+    ends: Vec<End>,
+}
+
+/// A bandwidth, and its filter from the first tick on.
+#[derive(Debug, Clone)]
+struct Filter {
+    bandwidth: Option<f64>,
+    low_pass: Option<LowPass>,
+    sample_rate: f64,
+}
+
+impl Filter {
+    fn pass(&mut self, signal: f64) -> f64 {
+        let Some(bandwidth) = self.bandwidth else { return signal };
+        let rate = self.sample_rate;
+        self.low_pass.get_or_insert_with(|| LowPass::new(bandwidth, rate, signal)).pass(signal)
+    }
+}
+
+/// What comes behind one sensor's analog output.
+#[derive(Debug, Clone)]
+struct End {
+    converter: Option<Quantizer>,
+    fault: Option<Fault>,
+    stuck_at: f64,
+    delay: usize,
+    pending: VecDeque<f64>,
+    dropout: f64,
+    lost: Noise,
+}
+
+/// What one sensor is: its configuration, its fault and the seed of its noise.
+pub(crate) type Described<'a> = (&'a config::Sensor, Option<Fault>, u64);
+
+impl<S: Num> Sensor<S> {
+    /// The sensors `of(0)`, `of(1)`, … one a lane, whose noise is drawn from the streams `stream` and `stream + 1`.
+    pub(crate) fn new<'a>(of: impl Fn(usize) -> Described<'a>, sample_rate: f64, stream: u64) -> Self {
+        let lanes: Vec<_> = (0..S::LANES).map(of).collect();
+        let number = |value: fn(&config::Sensor) -> f64| S::from_lanes(|i| value(lanes[i].0));
+        let filter =
+            |lane: &Described<'_>| Filter { bandwidth: lane.0.bandwidth, low_pass: None, sample_rate };
+        let mut filters: Vec<_> = lanes.iter().map(filter).collect();
+        if filters.iter().all(|filter| filter.bandwidth.is_none()) {
+            filters.clear();
+        }
+        let mut ends: Vec<_> = lanes.iter().map(|lane| End::new(lane, stream + 1)).collect();
+        if ends.iter().all(End::is_none) {
+            ends.clear();
+        }
+        let noisy = lanes.iter().any(|lane| lane.0.noise > 0.0);
+        Self {
+            exact: S::Mask::from_lanes(|i| super::is_ideal(lanes[i].0) && lanes[i].1.is_none()),
+            filters,
+            gain: number(|sensor| sensor.gain),
+            bias: number(|sensor| sensor.bias),
+            deviation: number(|sensor| sensor.noise),
+            noise: noisy.then(|| NoiseLanes::new(|i| Noise::new(lanes[i].2, stream))),
+            ends,
+        }
+    }
+
+    /// The readings at tick `tick` of a signal, and the wire to the analog side until the next; the ticks come in turn,
+    /// from 0. A lost sample reads NaN. Before the first tick the signal counts as having stood still.
+    #[inline(always)]
+    pub(crate) fn read(&mut self, tick: u64, signal: S) -> (S, AnalogOutput<S>) {
+        if self.exact.all() {
+            return (signal, AnalogOutput { gain: S::splat(1.0), offset: S::splat(0.0) });
+        }
+        let mut passed = signal;
+        if !self.filters.is_empty() {
+            passed = S::from_lanes(|i| self.filters[i].pass(signal.lane(i)));
+        }
+        let mut error = self.bias;
+        if let Some(noise) = &mut self.noise {
+            error = error + self.deviation * noise.at(tick);
+        }
+        let (mut reading, mut wire) =
+            (self.gain * passed + error, AnalogOutput { gain: self.gain, offset: error });
+        if !self.ends.is_empty() {
+            let mut answers = [(0.0, AnalogOutput { gain: 0.0, offset: 0.0 }); WIDEST];
+            for (i, (end, answer)) in self.ends.iter_mut().zip(&mut answers).enumerate() {
+                let wire = AnalogOutput { gain: wire.gain.lane(i), offset: wire.offset.lane(i) };
+                *answer = end.read(tick, reading.lane(i), wire);
+            }
+            reading = S::from_lanes(|i| answers[i].0);
+            wire.gain = S::from_lanes(|i| answers[i].1.gain);
+            wire.offset = S::from_lanes(|i| answers[i].1.offset);
+        }
+        (S::select(self.exact, signal, reading), wire)
+    }
+}
+
+impl End {
+    fn new((sensor, fault, seed): &Described<'_>, stream: u64) -> Self {
+        Self {
+            converter: sensor.range.map(|range| Quantizer::new(range, sensor.bits)),
+            fault: *fault,
+            stuck_at: 0.0,
+            delay: sensor.delay as usize,
+            pending: VecDeque::new(),
+            dropout: sensor.dropout,
+            lost: Noise::new(*seed, stream),
+        }
+    }
+
+    fn is_none(&self) -> bool {
+        self.converter.is_none() && self.fault.is_none() && self.delay == 0 && self.dropout == 0.0
+    }
+
+    fn read(&mut self, tick: u64, seen: f64, sound: AnalogOutput<f64>) -> (f64, AnalogOutput<f64>) {
+        let converted = self.converter.map_or(seen, |converter| converter.convert(seen));
+        let (reported, wire) = match self.fault {
+            Some(fault) if (fault.first..fault.end).contains(&tick) => match fault.kind {
+                FaultKind::Lost => (f64::NAN, AnalogOutput { gain: 0.0, offset: 0.0 }),
+                FaultKind::Zero => (0.0, AnalogOutput { gain: 0.0, offset: 0.0 }),
+                FaultKind::Stuck => (self.stuck_at, AnalogOutput { gain: 0.0, offset: self.stuck_at }),
+                FaultKind::Sign => (-converted, AnalogOutput { gain: -sound.gain, offset: -sound.offset }),
+            },
+            _ => (converted, sound),
+        };
+        self.stuck_at = reported;
+        let delivered = self.delayed(reported);
+        let dropped = self.dropout > 0.0 && self.lost.uniform(tick) < self.dropout;
+        (if dropped { f64::NAN } else { delivered }, wire)
+    }
+
+    fn delayed(&mut self, reading: f64) -> f64 {
+        if self.delay == 0 {
+            return reading;
+        }
+        self.pending.push_back(reading);
+        if self.pending.len() > self.delay + 1 {
+            self.pending.pop_front();
+        }
+        self.pending.front().copied().unwrap_or(reading)
+    }
+}
