@@ -28,7 +28,7 @@ RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -
 MSRV = $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 .NOTPARALLEL:
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs dist dist-check release-check build msrv clean
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs explore dist dist-check release-check build msrv clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -73,12 +73,17 @@ bench: $(VENV)/.built $(VENV)/.extra-bench ## Measure: criterion, and the packag
 	$(PY) benches/peers/run.py benches/results.json
 	$(PY) benches/peers/page.py benches/results.json docs/evidence
 
-docs: $(VENV)/.built $(VENV)/.extra-docs ## Build the documentation, warnings are errors
+docs: $(VENV)/.built $(VENV)/.extra-docs ## Build the documentation, warnings are errors; with the page of `make explore` where it was made
 	$(PY) docs/reference/generate.py
 	$(PY) docs/evidence/generate.py
 	$(PY) docs/pictures.py
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
+
+explore: $(VENV)/.made ## Make the virtual rig as one page for a browser, docs/_explore/eft.html
+	$(CARGO) build --locked --release --target wasm32-unknown-unknown --lib \
+	  --manifest-path crates/eft-web/Cargo.toml --target-dir target/web
+	$(PY) crates/eft-web/page/build.py target/web/wasm32-unknown-unknown/release/eft_web.wasm docs/_explore/eft.html
 
 dist: $(VENV)/.made ## Build the wheel and the source distribution
 	rm -rf dist

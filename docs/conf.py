@@ -1,6 +1,7 @@
 """Sphinx configuration; `make docs` builds with warnings as errors."""
 
 from importlib import metadata
+from pathlib import Path
 
 from sphinx.application import Sphinx
 from sphinx.util import logging
@@ -18,7 +19,7 @@ extensions = [
 ]
 myst_enable_extensions = ["amsmath", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "*/_generated"]
+exclude_patterns = ["_build", "_explore", "*/_generated"]
 
 # Names in single backquotes link to what they name, if it is documented.
 default_role = "py:obj"
@@ -32,6 +33,8 @@ napoleon_use_ivar = True
 html_theme = "furo"
 html_title = f"eft {release}"
 html_static_path = ["static"]
+# The page of `make explore`, where it was made.
+html_extra_path = ["_explore"] if (Path(__file__).parent / "_explore").is_dir() else []
 html_css_files = ["eft.css"]
 
 

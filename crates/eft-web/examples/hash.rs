@@ -1,0 +1,12 @@
+//! Prints the hash of the force for settings on standard input: what the page must have in the browser.
+
+use std::io::{Read, stdin};
+
+use eft_web::Session;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut settings = String::new();
+    stdin().read_to_string(&mut settings)?;
+    println!("{}", Session::new(&settings)?.tell()?.hash);
+    Ok(())
+}

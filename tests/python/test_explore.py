@@ -1,0 +1,136 @@
+"""The page of the virtual rig: in a headless Chromium it computes the bits of the library."""
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eft
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "_explore" / "eft.html"
+TEMPLATE = ROOT / "crates" / "eft-web" / "page" / "explore.html"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+made = pytest.mark.skipif(
+    not PAGE.exists() or CHROMIUM is None, reason="no page, or no Chromium: `make explore`"
+)
+
+PROBE = """
+<script>
+addEventListener("load", () => { const wait = setInterval(() => {
+  const { state, hash, milliseconds } = document.documentElement.dataset;
+  if (!state) return;
+  clearInterval(wait);
+  const painted = (id) => {
+    const { data } = byId(id).getContext("2d").getImageData(0, 0, byId(id).width, byId(id).height);
+    let count = 0;
+    for (let i = 3; i < data.length; i += 4) count += data[i] > 0;
+    return count;
+  };
+  const sliders = [...document.querySelectorAll("input[type=range]")];
+  const before = hash;
+  sliders[0].focus();
+  sliders[0].stepUp(5);
+  sliders[0].dispatchEvent(new Event("input", { bubbles: true }));
+  renew();
+  const answer = {
+    state, hash, milliseconds: Number(milliseconds), wrong: byId("wrong").textContent,
+    summary: byId("summary").textContent, toml: byId("toml").value, link: link(),
+    painted: ["force", "error", "spool", "ratio"].map(painted),
+    moved: document.documentElement.dataset.hash !== before,
+    named: [...document.querySelectorAll("input")].every((one) => one.labels[0]?.textContent.trim()),
+    told: ["force", "error", "spool", "ratio"].map((id) => byId(`d-${id}`).textContent),
+  };
+  document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
+}, 20); });
+</script>
+"""
+
+
+def opened(folder, link=""):
+    text = PAGE.read_text(encoding="utf-8")
+    page = folder / "page.html"
+    page.write_text(text.replace("</body>", PROBE + "</body>"), encoding="utf-8")
+    done = subprocess.run(
+        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile",
+         "--window-size=1200,1600", "--virtual-time-budget=200000000", "--dump-dom", page.as_uri() + link],
+        capture_output=True, text=True, timeout=240, check=False,
+    )  # fmt: skip
+    found = re.search(r'<pre id="probe">([A-Za-z0-9+/=]+)</pre>', done.stdout)
+    assert found, done.stderr[-2000:]
+    return json.loads(base64.b64decode(found[1]))
+
+
+def fnv(values):
+    value = 0xCBF29CE484222325
+    for byte in np.ascontiguousarray(values, dtype="<f8").tobytes():
+        value = ((value ^ byte) * 0x100000001B3) & 0xFFFFFFFFFFFFFFFF
+    return f"{value:016x}"
+
+
+LINKS = {
+    "": {},
+    "#s=linear&d=8": {"compensation.mode": "linear"},
+    "#s=off&d=8&a=2.2": {"compensation.mode": "off"},
+    "#s=adaptive&d=8&g=80": {
+        "compensation.adaptive": True, "compensation.feedforward": True, "compensation.look_ahead": True,
+        "truth.servovalve.flow_gain_scale": 0.8,
+    },
+    "#s=nonlinear&r=1&d=8&m=10": {
+        "controller.realization": "digital", "controller.force_loop": "robust", "structure.mass": 10_000.0,
+    },
+}  # fmt: skip
+
+
+@made
+@pytest.mark.parametrize("link", LINKS)
+def test_the_force_has_the_bits_of_the_library(link, tmp_path):
+    answer = opened(tmp_path, link)
+    assert answer["state"] == "ready" and not answer["wrong"]
+    amplitude = 2200.0 if "a=2.2" in link else 8900.0
+    command = eft.sine_sweep(amplitude, 0.0, 10.0, 8.0 if "d=8" in link else 32.0, 4096.0)
+    rig = eft.Rig.zhao2005().replace(LINKS[link])
+    assert answer["hash"] == fnv(eft.simulate(rig, command).force)
+    assert answer["moved"] and min(answer["painted"]) > 300
+    assert answer["named"] and all(answer["told"])
+    values = tomllib.loads(answer["toml"])
+    assert values.pop("command")["kind"] == "sweep"
+    assert eft.Rig.from_dict(values) == rig
+
+
+@made
+@pytest.mark.parametrize(
+    "link", ["#d=1e9&a=nonsense&m=-4&s=wat&__proto__=1&constructor=2", "#%", "#" + "d=9&" * 20_000]
+)
+def test_a_wrong_link_gives_a_test_within_the_limits(link, tmp_path):
+    answer = opened(tmp_path, link)
+    assert answer["state"] == "ready" and not answer["wrong"] and len(answer["link"]) < 200
+
+
+@made
+def test_a_browser_without_the_module_says_so(tmp_path):
+    assert opened_state(tmp_path, "AAAA") == "wrong"
+
+
+def opened_state(folder, module):
+    text = re.sub(r'(const MODULE = ")[^"]*', rf"\g<1>{module}", PAGE.read_text(encoding="utf-8"), count=1)
+    page = folder / "page.html"
+    page.write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile",
+         "--virtual-time-budget=2000000", "--dump-dom", page.as_uri()],
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    return re.search(r'<html[^>]*data-state="(\w+)"', done.stdout)[1]
+
+
+def test_the_page_asks_nobody():
+    text = TEMPLATE.read_text(encoding="utf-8")
+    assert not re.search(r"https?://|<link|@import|fetch\(|XMLHttpRequest|<script src", text)
+    assert "default-src 'none'" in text
