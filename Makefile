@@ -9,6 +9,7 @@ MAKEFLAGS += --no-builtin-rules
 PYTHON ?= python3
 CARGO ?= cargo
 DEMO_ARGS ?=
+PROVE_ARGS ?=
 PYTEST_ARGS ?= --numprocesses auto --dist worksteal
 
 VENV := .venv
@@ -28,7 +29,7 @@ RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -
 MSRV = $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 .NOTPARALLEL:
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware bench docs explore dist dist-check release-check build msrv clean
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware prove mutants bench docs explore dist dist-check release-check build msrv clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -67,6 +68,9 @@ msrv: ## Check eft-core alone with the oldest Rust that its manifest promises
 
 firmware: $(VENV)/.built ## Build the Cortex-M images, run them under QEMU, budgets against measurements
 	firmware/run
+
+prove: $(VENV)/.extra-prove ## Prove the core's lemmas for all inputs, and refute their broken twins (PROVE_ARGS="--fast", ...)
+	$(PY) proofs/prove.py $(PROVE_ARGS)
 
 bench: $(VENV)/.built $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/evidence/performance.md
 	$(CARGO) bench --locked --package eft-benches

@@ -1,0 +1,534 @@
+"""Runs a function of the IR on symbols: every path at once, merged where they meet.
+
+A pointer is a struct and a place in it (bytes). A load or store must meet a scalar of its own size there: an obligation
+of every lemma, besides what the lemma says.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass, field
+
+from ir import Function, Leaf, Module, Refused
+from terms import Bool, Float, Word, any_of, applied
+
+SIZES = {"float": 4, "double": 8, "i8": 1, "i16": 2, "i32": 4, "i64": 8, "ptr": 4}
+_EXACT = {
+    "fadd": Float.__add__, "fsub": Float.__sub__, "fmul": Float.__mul__, "fdiv": Float.__truediv__, "sqrt": Float.root,
+}  # fmt: skip
+_FAST = re.compile(r"\b(?:fast|nnan|ninf|nsz|arcp|contract|afn|reassoc)\b")
+_FLAGS = re.compile(r"\b(?:nuw|nsw|exact|disjoint|nneg|inbounds|samesign)\b ?")
+_VALUE = r'(%(?:"[^"]*"|[-\w.$]+)|@(?:"[^"]*"|[-\w.$]+)|ptrtoint \(ptr @\S+ to i32\)|true|false|poison|undef|-?\d+(?:\.\d+e[+-]\d+)?|0x[0-9A-F]+)'
+
+
+@dataclass
+class Struct:
+    """A struct in memory: a value for each scalar in it. On the stack a byte for each byte that was stored."""
+
+    name: str
+    leaves: dict[int, Leaf]
+    cells: dict[int, Float | Word]
+    on_stack: bool = False
+
+    def copy(self) -> dict[int, Float | Word]:
+        return dict(self.cells)
+
+
+@dataclass
+class Pointer:
+    struct: Struct
+    #: A number where it is known.
+    offset: int | Word = 0
+
+    def word(self) -> Word:
+        return Word.of(self.offset, 4) if isinstance(self.offset, int) else self.offset
+
+    def moved(self, count: int | Word, size: int) -> Pointer:
+        if isinstance(count, int) and isinstance(self.offset, int):
+            return Pointer(self.struct, self.offset + count * size)
+        steps = Word.of(count * size, 4) if isinstance(count, int) else count.resized(4) * size
+        return Pointer(self.struct, self.word() + steps)
+
+    def chosen(self, condition: Bool, no: Pointer | Either) -> Pointer | Either:
+        if isinstance(no, Either) or self.struct is not no.struct:
+            return Either(condition, self, no)
+        if isinstance(self.offset, int) and self.offset == no.offset:
+            return self
+        return Pointer(self.struct, condition.pick(self.word(), no.word()))
+
+
+@dataclass
+class Either:
+    """A pointer to one of two structs."""
+
+    condition: Bool
+    yes: Pointer | Either
+    no: Pointer | Either
+
+    def chosen(self, condition: Bool, no: Pointer | Either) -> Either:
+        return Either(condition, self, no)
+
+    def moved(self, count: int | Word, size: int) -> Either:
+        return Either(self.condition, self.yes.moved(count, size), self.no.moved(count, size))
+
+
+@dataclass
+class Run:
+    """What is known while a function runs, and behind it."""
+
+    module: Module
+    #: Operations of which only the `rules` are known; with a constant they are exact.
+    havoc: frozenset[str] = frozenset()
+    rules: tuple = ()
+    assumptions: list[Bool] = field(default_factory=list)
+    obligations: list[Bool] = field(default_factory=list)
+    #: Every operation on floats: its name, operands and result.
+    done: list[tuple] = field(default_factory=list)
+
+    def compute(self, op: str, *operands: Float) -> Float:
+        """A result, or what stands for it."""
+        if op in self.havoc and not any(operand.term.is_value() for operand in operands):
+            result = applied(op, *operands)
+            for rule in self.rules:
+                for said in rule(op, operands, result, self.done):
+                    self.assume(said)
+        else:
+            result = _EXACT[op](*operands)
+        self.done.append((op, operands, result))
+        return result
+
+    def assume(self, formula: Bool) -> None:
+        self.assumptions.append(formula)
+
+    def call(self, function: Function, arguments: list, reached: Bool, structs: list[Struct]):
+        """The result; the structs hold what was stored."""
+        values = {name: value for (name, _), value in zip(function.arguments, arguments)}
+        incoming: dict[str, list[tuple[str, Bool, list[dict]]]] = {label: [] for label in function.blocks}
+        entry = next(iter(function.blocks))
+        incoming[entry].append(("", reached, [s.copy() for s in structs]))
+        returned: list[tuple[Bool, object, list[dict]]] = []
+        for label in _in_order(function):
+            edges = incoming[label]
+            if not edges:
+                continue
+            here = any_of(condition for _, condition, _ in edges) if len(edges) > 1 else edges[0][1]
+            _remember(structs, [(condition, memory) for _, condition, memory in edges])
+            frame = _Frame(self, function, values, here, structs, edges)
+            for instruction in function.blocks[label]:
+                if instruction.op in ("br", "switch"):
+                    for target, condition in frame.branches(instruction.rest):
+                        incoming[target].append((label, here & condition, [s.copy() for s in structs]))
+                elif instruction.op == "ret":
+                    value = None if instruction.rest == "void" else frame.typed(instruction.rest)
+                    returned.append((here, value, [s.copy() for s in structs]))
+                elif instruction.op == "unreachable":
+                    self.obligations.append(~here)
+                else:
+                    frame.execute(instruction)
+        _remember(structs, [(condition, memory) for condition, _, memory in returned])
+        result = returned[0][1]
+        for condition, value, _ in returned[1:]:
+            result = value.chosen(condition, result) if value is not None else None
+        return result
+
+
+def _laid_out(module: Module, kind: str) -> tuple[int, int]:
+    """Size and alignment of a type (bytes)."""
+    if kind in SIZES:
+        return SIZES[kind], SIZES[kind]
+    if array := re.fullmatch(r"\[(\d+) x (.*)\]", kind):
+        size, alignment = _laid_out(module, array[2])
+        return int(array[1]) * size, alignment
+    match = re.fullmatch(r"\{ (.*) \}", module.structs.get(kind, ""))
+    if not match:
+        raise Refused(f"a type of unknown size: {kind}")
+    end, most = 0, 1
+    for part in re.findall(r'\[\d+ x (?:%"[^"]*"|\w+)\]|%"[^"]*"|\w+', match[1]):
+        size, alignment = _laid_out(module, part)
+        end, most = -(-end // alignment) * alignment + size, max(most, alignment)
+    return -(-end // most) * most, most
+
+
+def _in_order(function: Function) -> list[str]:
+    """Its blocks, each behind those that lead to it; a loop is refused."""
+    order: list[str] = []
+    state: dict[str, int] = {}
+
+    def visit(label: str) -> None:
+        if state.get(label) == 1:
+            raise Refused(f"{function.name}: a loop that was not unrolled, at {label}")
+        if label in state:
+            return
+        state[label] = 1
+        for instruction in function.blocks[label]:
+            if instruction.op in ("br", "switch"):
+                for target in re.findall(r'label %("[^"]*"|[-\w.$]+)', instruction.rest):
+                    visit(target.strip('"'))
+        state[label] = 2
+        order.append(label)
+
+    visit(next(iter(function.blocks)))
+    return order[::-1]
+
+
+def _remember(structs: list[Struct], parts: list[tuple[Bool, list[dict]]]) -> None:
+    """The memory where paths meet."""
+    for n, struct in enumerate(structs):
+        memories = [(condition, memory[n]) for condition, memory in parts if n < len(memory)]
+        if not memories:
+            continue
+        cells = dict(memories[0][1])
+        for condition, memory in memories[1:]:
+            for offset, value in memory.items():
+                old = cells.get(offset, value)
+                if isinstance(old, Float) != isinstance(value, Float):
+                    old, value = (x.float() if isinstance(x, Word) else x for x in (old, value))
+                cells[offset] = value if old is value else value.chosen(condition, old)
+        struct.cells = cells
+
+
+class _Frame:
+    """One block of one call."""
+
+    def __init__(self, run: Run, function: Function, values, here: Bool, structs, edges):
+        self.run, self.function, self.values = run, function, values
+        self.here, self.structs, self.edges = here, structs, edges
+
+    def refuse(self, what: str):
+        raise Refused(f"{self.function.name}: {what}")
+
+    # Operands.
+
+    def value(self, kind: str, text: str):
+        text = text.strip()
+        if text.startswith("%"):
+            value = self.values[text]
+            if kind in ("float", "double") and isinstance(value, Word):
+                return value.float()
+            return value
+        if kind == "ptr" or text.startswith("ptrtoint"):
+            # The address of a constant, of which nothing is read.
+            return Word.any("address", 4)
+        if text in ("poison", "undef"):
+            # Anything: what nothing may depend on.
+            if kind == "i1":
+                return Word.any(text, 1).bit()
+            return Float.any(text, SIZES[kind]) if kind in ("float", "double") else Word.any(text, SIZES[kind])
+        if kind == "i1":
+            return Bool(text in ("true", "1"))
+        if kind in ("float", "double"):
+            number = struct.unpack(">d", int(text, 16).to_bytes(8))[0] if text.startswith("0x") else float(text)
+            return Float.of(number, SIZES[kind])
+        return Word.of(int(text), SIZES[kind])
+
+    def typed(self, text: str):
+        kind, operand = text.split(None, 1)
+        return self.value(kind, operand)
+
+    def branches(self, rest: str):
+        if match := re.fullmatch(r'label %("[^"]*"|[-\w.$]+)', rest):
+            return [(match[1].strip('"'), Bool(True))]
+        if match := re.fullmatch(r'(\w+) (\S+), label %("[^"]*"|[-\w.$]+) \[ ?(.*?) ?\]', rest):
+            value, left, targets = self.value(match[1], match[2]), Bool(True), []
+            for number, label in re.findall(r'\w+ (-?\d+), label %("[^"]*"|[-\w.$]+)', match[4]):
+                here = value.same(Word.of(int(number), value.size))
+                targets.append((label.strip('"'), here))
+                left = left & ~here
+            return [*targets, (match[3].strip('"'), left)]
+        match = re.fullmatch(rf'i1 {_VALUE}, label %("[^"]*"|[-\w.$]+), label %("[^"]*"|[-\w.$]+)', rest)
+        condition = self.value("i1", match[1])
+        return [(match[2].strip('"'), condition), (match[3].strip('"'), ~condition)]
+
+    # Instructions.
+
+    def execute(self, instruction) -> None:
+        method = getattr(self, f"op_{instruction.op}", None)
+        if method is None:
+            self.refuse(f"an instruction that is not understood: {instruction.op} {instruction.rest}")
+        result = method(instruction.rest)
+        if instruction.dest:
+            self.values[instruction.dest] = result
+
+    def _pair(self, rest: str):
+        if _FAST.search(rest.split("%")[0]):
+            self.refuse(f"arithmetic that is not IEEE 754: {rest}")
+        match = re.fullmatch(rf"(\w+) {_VALUE}, {_VALUE}", _FLAGS.sub("", rest))
+        if not match:
+            self.refuse(f"operands that are not understood: {rest}")
+        return match[1], self.value(match[1], match[2]), self.value(match[1], match[3])
+
+    def _arithmetic(self, op: str, rest: str):
+        _, a, b = self._pair(rest)
+        return self.run.compute(op, a, b)
+
+    def op_fadd(self, rest):
+        return self._arithmetic("fadd", rest)
+
+    def op_fsub(self, rest):
+        return self._arithmetic("fsub", rest)
+
+    def op_fmul(self, rest):
+        return self._arithmetic("fmul", rest)
+
+    def op_fdiv(self, rest):
+        return self._arithmetic("fdiv", rest)
+
+    def op_fneg(self, rest):
+        return -self.typed(rest)
+
+    def op_add(self, rest):
+        _, a, b = self._pair(rest)
+        return a + b
+
+    def op_sub(self, rest):
+        _, a, b = self._pair(rest)
+        return a - b
+
+    def op_mul(self, rest):
+        _, a, b = self._pair(rest)
+        return a * b
+
+    def op_and(self, rest):
+        _, a, b = self._pair(rest)
+        return a & b
+
+    def op_or(self, rest):
+        _, a, b = self._pair(rest)
+        return a | b
+
+    def op_xor(self, rest):
+        _, a, b = self._pair(rest)
+        return a ^ b
+
+    def op_shl(self, rest):
+        _, a, b = self._pair(rest)
+        return a << b
+
+    def op_lshr(self, rest):
+        _, a, b = self._pair(rest)
+        return a >> b
+
+    def op_fcmp(self, rest):
+        predicate, operands = rest.split(None, 1)
+        _, a, b = self._pair(operands)
+        unordered = a.is_nan() | b.is_nan()
+        plain = {
+            "eq": lambda: a.equals(b), "gt": lambda: a > b, "ge": lambda: a >= b,
+            "lt": lambda: a < b, "le": lambda: a <= b, "ne": lambda: ~a.equals(b) & ~unordered,
+        }  # fmt: skip
+        if predicate in ("ord", "uno"):
+            return unordered if predicate == "uno" else ~unordered
+        result = plain[predicate[1:]]()
+        return result | unordered if predicate[0] == "u" else result
+
+    def op_icmp(self, rest):
+        predicate, operands = _FLAGS.sub("", rest).split(None, 1)
+        kind, a, b = self._pair(operands)
+        if kind == "i1":
+            return a.same(b) if predicate == "eq" else a ^ b
+        if kind == "ptr":
+            self.refuse("a comparison of pointers")
+        table = {
+            "eq": lambda: a.same(b), "ne": lambda: ~a.same(b), "ult": lambda: a < b, "ule": lambda: a <= b,
+            "ugt": lambda: a > b, "uge": lambda: a >= b, "slt": lambda: a.signed_less(b),
+            "sgt": lambda: b.signed_less(a), "sge": lambda: ~a.signed_less(b), "sle": lambda: ~b.signed_less(a),
+        }  # fmt: skip
+        return table[predicate]()
+
+    def op_select(self, rest):
+        match = re.fullmatch(rf"i1 {_VALUE}, (\w+) {_VALUE}, (\w+) {_VALUE}", rest)
+        condition = self.value("i1", match[1])
+        return condition.pick(self.value(match[2], match[3]), self.value(match[4], match[5]))
+
+    def op_phi(self, rest):
+        kind, sources = rest.split(None, 1)
+        found = dict()
+        for value, label in re.findall(rf'\[ {_VALUE}, %("[^"]*"|[-\w.$]+) \]', sources):
+            found[label.strip('"')] = value
+        result = None
+        for label, condition, _ in self.edges:
+            value = self.value(kind, found[label])
+            result = value if result is None else value.chosen(condition, result)
+        return result
+
+    def op_zext(self, rest):
+        match = re.fullmatch(rf"(\w+) {_VALUE} to (\w+)", _FLAGS.sub("", rest))
+        value, size = self.value(match[1], match[2]), SIZES[match[3]]
+        return value.pick(Word.of(1, size), Word.of(0, size)) if match[1] == "i1" else value.resized(size)
+
+    def op_trunc(self, rest):
+        match = re.fullmatch(rf"(\w+) {_VALUE} to (\w+)", _FLAGS.sub("", rest))
+        value = self.value(match[1], match[2])
+        return value.bit() if match[3] == "i1" else value.resized(SIZES[match[3]])
+
+    def op_uitofp(self, rest):
+        match = re.fullmatch(rf"(\w+) {_VALUE} to (\w+)", _FLAGS.sub("", rest))
+        return self.value(match[1], match[2]).as_number(SIZES[match[3]])
+
+    def op_fptrunc(self, rest):
+        match = re.fullmatch(rf"(\w+) {_VALUE} to (\w+)", rest)
+        return self.value(match[1], match[2]).resized(SIZES[match[3]])
+
+    op_fpext = op_fptrunc
+
+    def op_bitcast(self, rest):
+        match = re.fullmatch(rf"(\w+) {_VALUE} to (\w+)", rest)
+        value = self.value(match[1], match[2])
+        return value.bits(self.run.assume) if match[1] in ("float", "double") else value.float()
+
+    # Memory.
+
+    def op_getelementptr(self, rest):
+        match = re.fullmatch(rf'(%"[^"]*"|\w+), ptr {_VALUE}, (i\d+) {_VALUE}', _FLAGS.sub("", rest))
+        if not match:
+            self.refuse(f"an address that is not understood: {rest}")
+        count = self.value(match[3], match[4]) if match[4].startswith("%") else int(match[4])
+        return self.values[match[2]].moved(count, self._size(match[1]))
+
+    def _size(self, kind: str) -> int:
+        return _laid_out(self.run.module, kind)[0]
+
+    def _places(self, pointer: Pointer, size: int) -> list[tuple[int, Bool]]:
+        """Where it may point, a scalar of this size each: an obligation."""
+        at = pointer.offset
+        if isinstance(at, int):
+            if at not in pointer.struct.leaves or pointer.struct.leaves[at].size != size:
+                self.refuse(f"{pointer.struct.name} holds no scalar of {size} bytes at {at}")
+            return [(at, Bool(True))]
+        leaves = (leaf for leaf in pointer.struct.leaves.values() if leaf.size == size)
+        places = [(leaf.offset, at.same(leaf.offset)) for leaf in leaves]
+        self.run.obligations.append(self.here.implies(any_of(condition for _, condition in places)))
+        return places
+
+    def op_load(self, rest):
+        match = re.match(rf"(\w+), ptr {_VALUE}", rest)
+        return self._load(self.values[match[2]], match[1])
+
+    def _load(self, pointer: Pointer | Either, kind: str):
+        if isinstance(pointer, Either):
+            return pointer.condition.pick(self._load(pointer.yes, kind), self._load(pointer.no, kind))
+        if pointer.struct.on_stack:
+            word = Word.joined([self._byte(pointer, n) for n in range(SIZES[kind])])
+            return word.float() if kind in ("float", "double") else word
+        if parts := self._several(pointer, SIZES[kind]):
+            words = [self._load(part, f"i{8 * size}") for part, size in parts]
+            return Word.joined(words).float() if kind in ("float", "double") else Word.joined(words)
+        result = None
+        for at, condition in self._places(pointer, SIZES[kind]):
+            value = pointer.struct.cells[at]
+            if kind not in ("float", "double"):
+                value = value.bits(self.run.assume) if isinstance(value, Float) else value
+            elif isinstance(value, Word):
+                value = value.float()
+            result = value if result is None else value.chosen(condition, result)
+        return result
+
+    def _several(self, pointer: Pointer, size: int) -> list[tuple[Pointer, int]]:
+        """The smaller scalars that one access covers, if it does and leaves no gap."""
+        start, parts = pointer.offset, []
+        if not isinstance(start, int) or start not in pointer.struct.leaves or pointer.struct.leaves[start].size >= size:
+            return []
+        while start < pointer.offset + size:
+            leaf = pointer.struct.leaves.get(start)
+            if leaf is None or start + leaf.size > pointer.offset + size:
+                return []
+            parts.append((Pointer(pointer.struct, start), leaf.size))
+            start += leaf.size
+        return parts
+
+    def _byte(self, pointer: Pointer, n: int) -> Word:
+        if not isinstance(pointer.offset, int):
+            self.refuse("a place on the stack that is not known")
+        return pointer.struct.cells.setdefault(pointer.offset + n, Word.any("unset", 1))
+
+    def op_store(self, rest):
+        match = re.match(rf"(\w+) {_VALUE}, ptr {_VALUE}", rest)
+        self._store(self.value(match[1], match[2]), self.values[match[3]], SIZES[match[1]])
+
+    def _store(self, value: Float | Word, pointer: Pointer | Either, size: int) -> None:
+        if isinstance(pointer, Either):
+            self.refuse("a store to one of two structs")
+        word = value.bits(self.run.assume) if isinstance(value, Float) and pointer.struct.on_stack else value
+        if pointer.struct.on_stack:
+            for n in range(size):
+                self._byte(pointer, n)
+                pointer.struct.cells[pointer.offset + n] = word.bytes(n, 1)
+            return
+        if parts := self._several(pointer, size):
+            word = value.bits(self.run.assume) if isinstance(value, Float) else value
+            for part, length in parts:
+                self._store(word.bytes(part.offset - pointer.offset, length), part, length)
+            return
+        for at, condition in self._places(pointer, size):
+            old, new = pointer.struct.cells[at], value
+            # A place holds floats or words for good.
+            if isinstance(old, Float) != isinstance(value, Float):
+                new = value.float() if isinstance(value, Word) else value.bits(self.run.assume)
+            pointer.struct.cells[at] = new if isinstance(pointer.offset, int) else new.chosen(condition, old)
+
+    def op_alloca(self, rest):
+        struct = Struct(f"stack{len(self.structs)}", {}, {}, on_stack=True)
+        self.structs.append(struct)
+        return Pointer(struct)
+
+    def _copy(self, to: Pointer, source: Pointer, size: int) -> None:
+        """Scalar by scalar, after the side that knows them."""
+        known = source if to.struct.on_stack else to
+        leaves = [Leaf("", n, 1, "int") for n in range(size)] if known.struct.on_stack else known.struct.leaves.values()
+        start = 0 if known.struct.on_stack else known.offset
+        for leaf in leaves:
+            if start <= leaf.offset < start + size:
+                step = leaf.offset - start
+                kind = {1: "i8", 2: "i16", 4: "i32", 8: "i64"}[leaf.size]
+                self._store(self._load(source.moved(step, 1), kind), to.moved(step, 1), leaf.size)
+
+    def _clear(self, to: Pointer, size: int) -> None:
+        if to.struct.on_stack:
+            for n in range(size):
+                self._store(Word.of(0, 1), to.moved(n, 1), 1)
+            return
+        for leaf in to.struct.leaves.values():
+            if to.offset <= leaf.offset < to.offset + size:
+                self._store(Word.of(0, leaf.size), Pointer(to.struct, leaf.offset), leaf.size)
+
+    # Calls.
+
+    def op_call(self, rest):
+        match = re.match(r'(\S+) @("[^"]*"|[\w.$]+)\((.*)\)', rest)
+        if not match or _FAST.search(rest.split("@")[0]):
+            self.refuse(f"a call that is not understood: {rest}")
+        result, name, text = match[1], match[2].strip('"'), match[3]
+        if name.startswith("llvm.lifetime."):
+            return None
+        if name.startswith("llvm.memset.") and ", i8 0," not in text:
+            self.refuse(f"memory that is not set to zero: {rest}")
+        arguments = [self.typed(re.sub(r"\w+\([^()]*\) ?", "", part)) for part in _split(text)]
+        if name.startswith(("llvm.fabs.", "llvm.sqrt.")) or re.match(r"_ZN4libm4math4sqrt4sqrt17h", name):
+            return abs(arguments[0]) if "fabs" in name else self.run.compute("sqrt", arguments[0])
+        if name.startswith(("llvm.memcpy.", "llvm.memset.")):
+            size = int(_split(text)[2].split()[-1])
+            return self._copy(*arguments[:2], size) if "memcpy" in name else self._clear(arguments[0], size)
+        if name.startswith("llvm.fptosi.sat.i32."):
+            # Or whatever number: where only the loads are looked at.
+            return Word.any("cell", 4) if "fptosi" in self.run.havoc else arguments[0].saturated()
+        if name.startswith(("llvm.uadd.sat.", "llvm.usub.sat.", "llvm.umin.", "llvm.umax.")):
+            a, b = arguments
+            full = Word.of(-1, a.size)
+            return {
+                "uadd": lambda: (a + b < a).pick(full, a + b), "usub": lambda: (a < b).pick(Word.of(0, a.size), a - b),
+                "umin": lambda: (a < b).pick(a, b), "umax": lambda: (a > b).pick(a, b),
+            }[name[5:9]]()  # fmt: skip
+        return self.run.call(self.run.module.function(name), arguments, self.here, self.structs)
+
+
+def _split(text: str) -> list[str]:
+    """Arguments, by the commas between them."""
+    parts, depth = [""], 0
+    for letter in text:
+        depth += (letter == "(") - (letter == ")")
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [part.strip() for part in parts if part.strip()]

@@ -1,0 +1,206 @@
+"""A lemma: a function of the core, what is given, what it shows; and its broken twin, which must be refuted."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from bitwuzla import Bitwuzla, Option, Options, Result
+from execute import SIZES, Pointer, Run, Struct
+from ir import Leaf, Module, Refused
+from terms import Bool, Float, Word, all_of, tm
+
+Formulas = dict[str, Bool]
+
+
+@dataclass(frozen=True)
+class Twin:
+    """What is broken: one thing that is given goes, or the first match of a pattern in the instructions changes."""
+
+    without: str | None = None
+    swap: tuple[str, str] | None = None
+
+
+@dataclass(frozen=True)
+class Lemma:
+    name: str
+    #: Its name in the IR, without the precision.
+    function: str
+    given: Callable[[Case], Formulas]
+    shows: Callable[[Case], Formulas]
+    twin: Twin
+    precisions: tuple[str, ...] = ("f32", "f64")
+    #: Operations of which only the rules are known.
+    havoc: frozenset[str] = frozenset()
+    rules: tuple = ()
+    #: Shown again in a fast run.
+    fast: bool = True
+
+
+class View:
+    """The scalars of a struct by the names of its fields: `view.lead.pole`, `view.rows[3].start`."""
+
+    def __init__(self, leaves: dict[int, Leaf], cells: dict, path: str = ""):
+        self._places = {leaf.path: offset for offset, leaf in leaves.items()}
+        self._leaves, self._cells, self._path = leaves, cells, path
+
+    def _at(self, path: str):
+        if path in self._places:
+            return self._cells[self._places[path]]
+        if not any(known.startswith(path + ".") for known in self._places):
+            raise AttributeError(f"no field {path}: there are {', '.join(self._places)}")
+        return View(self._leaves, self._cells, path)
+
+    def __getattr__(self, name: str):
+        return self._at(f"{self._path}.{name}" if self._path else name)
+
+    def __getitem__(self, index: int):
+        return self._at(f"{self._path}.{index}")
+
+    def all(self) -> dict[str, Float | Word]:
+        return {leaf.path: self._cells[at] for at, leaf in self._leaves.items() if leaf.path.startswith(self._path)}
+
+
+@dataclass
+class Case:
+    """What a lemma speaks of: the arguments before and, as `after`, behind the call, and the result."""
+
+    size: int
+    arguments: dict
+    run: Run
+    after: dict = field(default_factory=dict)
+    result: object = None
+
+    def __getattr__(self, name: str):
+        try:
+            return self.arguments[name]
+        except KeyError:
+            raise AttributeError(f"no argument {name}: there are {', '.join(self.arguments)}") from None
+
+
+@dataclass
+class Outcome:
+    verdict: str  # "proven", "refuted", "out of time" or "refused"
+    seconds: float
+    text: str = ""
+
+
+def _struct(name: str, layout: list[Leaf]) -> Struct:
+    leaves = {leaf.offset: leaf for leaf in layout}
+    cells: dict[int, Float | Word] = {}
+    for leaf in layout:
+        word = Word.any(f"{name}.{leaf.path}", leaf.size)
+        cells[leaf.offset] = word.float() if leaf.kind == "float" else word
+    return Struct(name, leaves, cells)
+
+
+def _broken(module: Module, lemma: Lemma, name: str, swap: tuple[str, str], seen: set[str]) -> bool:
+    """Changes the first instruction of the function, or of those that it calls, that the pattern fits."""
+    seen.add(name)
+    called = []
+    for block in module.function(name).blocks.values():
+        for n, instruction in enumerate(block):
+            text = f"{instruction.op} {instruction.rest}"
+            changed = re.sub(swap[0], swap[1], text, count=1)
+            if changed != text:
+                op, _, rest = changed.partition(" ")
+                block[n] = replace(instruction, op=op, rest=rest)
+                return True
+            called += re.findall(r'@"?(_ZN[^"(]*)"?\(', text) if instruction.op == "call" else []
+    known = [other for other in called if other in module.names() and other not in seen]
+    return any(_broken(module, lemma, other, swap, seen) for other in known)
+
+
+def _formulas(module: Module, lemma: Lemma, precision: str, twin: Twin | None):
+    """What is given and assumed, and what is to be shown."""
+    name = f"{lemma.function}_{precision}"
+    if twin and twin.swap:
+        if not _broken(module, lemma, name, twin.swap, set()):
+            raise Refused(f"{lemma.name}: no instruction fits {twin.swap[0]}")
+    function = module.function(name)
+    run = Run(module, lemma.havoc, lemma.rules)
+    structs, values, before = [], [], {}
+    for (argument, kind), layout in zip(function.arguments, module.layouts(function)):
+        argument = argument.strip("%")
+        if layout is not None:
+            struct = _struct(argument, layout)
+            structs.append(struct)
+            values.append(Pointer(struct))
+            before[argument] = View(struct.leaves, struct.copy())
+            for leaf in layout:
+                if leaf.kind == "bool":
+                    run.assume(struct.cells[leaf.offset] <= 1)
+            if layout and layout[0].path == "":
+                before[argument] = struct.cells[layout[0].offset]
+        else:
+            value = Word.any(argument, SIZES[kind]) if kind != "i1" else Word.any(argument, 1).bit()
+            values.append(value.float() if kind in ("float", "double") else value)
+            before[argument] = values[-1]
+    result = run.call(function, values, Bool(True), structs)
+    case = Case(4 if precision == "f32" else 8, before, run)
+    given = lemma.given(case)
+    if twin and twin.without:
+        del given[twin.without]
+    case.after = {s.name: View(s.leaves, s.cells) if s.leaves[min(s.leaves)].path else s.cells[0] for s in structs if not s.on_stack}
+    case.result = result
+    claims = lemma.shows(case)
+    claims["every load and store meets a scalar of its size"] = all_of(run.obligations)
+    return [*given.values(), *run.assumptions], claims, case
+
+
+def check(texts: list[str], lemma: Lemma, precision: str, broken: bool, seconds: int) -> Outcome:
+    """Proves a lemma or refutes it."""
+    start = time.monotonic()
+    try:
+        module = Module(*texts)
+        premises, claims, case = _formulas(module, lemma, precision, lemma.twin if broken else None)
+    except Refused as refusal:
+        return Outcome("refused", time.monotonic() - start, str(refusal))
+    outcome = solved([premise.term for premise in premises], claims, seconds, case)
+    return replace(outcome, seconds=time.monotonic() - start)
+
+
+def solved(premises: list, claims: Formulas, seconds: int, case: Case | None = None) -> Outcome:
+    """Each claim on its own; the first that fails refutes."""
+    start, slow = time.monotonic(), []
+    for name, claim in claims.items():
+        options = Options()
+        options.set(Option.PRODUCE_MODELS, True)
+        options.set(Option.TIME_LIMIT_PER, seconds * 1000)
+        solver = Bitwuzla(tm, options)
+        for premise in premises:
+            solver.assert_formula(premise)
+        solver.assert_formula((~claim).term)
+        result = solver.check_sat()
+        if result == Result.SAT:
+            at = f" at {_model(solver, case)}" if case else ""
+            return Outcome("refuted", time.monotonic() - start, f"{name}: not{at}")
+        if result == Result.UNKNOWN:
+            slow.append(name)
+    return Outcome("out of time" if slow else "proven", time.monotonic() - start, "; ".join(slow))
+
+
+def _model(solver: Bitwuzla, case: Case) -> str:
+    shown = []
+    for name, value in case.arguments.items():
+        scalars = value.all() if isinstance(value, View) else {"": value}
+        for path, scalar in list(scalars.items())[:400]:
+            label = f"{name}.{path}" if path else name
+            shown.append(f"{label} = {_number(solver, scalar)}")
+    return ", ".join(shown)
+
+
+def _number(solver: Bitwuzla, scalar) -> str:
+    if isinstance(scalar, Float):
+        import struct
+
+        word = scalar._bits
+        if word is None:
+            return "?"
+        bits = int(str(solver.get_value(word.term)).removeprefix("#b"), 2)
+        code, whole = ("<f", "<I") if scalar.size == 4 else ("<d", "<Q")
+        return repr(struct.unpack(code, struct.pack(whole, bits))[0])
+    text = str(solver.get_value(scalar.term))
+    return str(int(text[2:], 2)) if text.startswith("#b") else text

@@ -1,0 +1,113 @@
+"""Proves the lemmas of `lemmas/` about what the release build compiles, and refutes a broken twin of each.
+
+    python proofs/prove.py [--fast] [--only WORDS] [--seconds N]
+
+Needs Rust with the target thumbv7em-none-eabihf and `pip install bitwuzla`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import time
+from multiprocessing import get_context
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+TARGET = "thumbv7em-none-eabihf"
+BUILT = HERE.parent / "target" / "proofs"
+
+
+def lowered() -> list[Path]:
+    """The LLVM IR of the steps and of the core, as the release build makes it."""
+    for package in ([], ["-p", "eft-core", "--lib"]):
+        command = ["cargo", "rustc", "--quiet", "--locked", "--release", "--target", TARGET, *package]
+        subprocess.run(
+            [*command, "--", "--emit=llvm-ir"],
+            cwd=HERE / "lowered",
+            env={**os.environ, "CARGO_TARGET_DIR": str(BUILT)},
+            check=True,
+        )
+    folder = BUILT / TARGET / "release" / "deps"
+    # An older build leaves its files: the newest counts.
+    return [max(folder.glob(f"{crate}-*.ll"), key=lambda p: p.stat().st_mtime) for crate in ("eft_lowered", "eft_core")]
+
+
+def _lemma(task):
+    from lemma import check
+    from lemmas import LEMMAS
+
+    number, precision, broken, seconds, files = task
+    texts = [Path(file).read_text() for file in files]
+    return task[:3], check(texts, LEMMAS[number], precision, broken, seconds)
+
+
+def _rule(task):
+    import rules
+    from lemma import solved
+
+    number, op, size, broken, seconds, _ = task
+    return task[:4], solved([], {"rule": rules.shown(rules.CHECKS[number][0], op, size, broken)}, seconds)
+
+
+def _run(task):
+    return _rule(task) if len(task) == 6 else _lemma(task)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--fast", action="store_true", help="single precision, without what takes long and the rules")
+    parser.add_argument("--only", default="", help="lemmas whose name holds these words")
+    parser.add_argument("--seconds", type=int, default=240, help="for one claim (default: %(default)s)")
+    arguments = parser.parse_args()
+    try:
+        import bitwuzla  # noqa: F401
+    except ImportError:
+        print("make prove needs bitwuzla: pip install 'bitwuzla>=0.9,<0.10'", file=sys.stderr)
+        return 1
+    import rules
+    from lemmas import LEMMAS
+
+    start = time.monotonic()
+    files = [str(path) for path in lowered()]
+    tasks: list[tuple] = []
+    labels: dict[tuple, str] = {}
+    for number, lemma in enumerate(LEMMAS):
+        for precision in lemma.precisions:
+            if arguments.only in lemma.name and not (arguments.fast and (precision == "f64" or not lemma.fast)):
+                for broken in (False, True):
+                    tasks.append((number, precision, broken, arguments.seconds, files))
+                    labels[number, precision, broken] = f"{lemma.name}, {precision}"
+    for number, (_, name, operations, sizes) in enumerate(rules.CHECKS):
+        for op in operations:
+            for size in sizes:
+                if not arguments.fast and arguments.only in f"rule: {name}":
+                    for broken in (False, True):
+                        tasks.append((number, op, size, broken, arguments.seconds, files))
+                        labels[number, op, size, broken] = f"rule: {name}, {op}, {8 * size} bits"
+    # What takes long first.
+    tasks.sort(key=lambda task: len(task) == 6 or LEMMAS[task[0]].fast)
+    # A process each: a solver's memory goes with it.
+    results = {}
+    with get_context("spawn").Pool(min(2, os.cpu_count() or 1), maxtasksperchild=1) as pool:
+        for key, outcome in pool.imap_unordered(_run, tasks):
+            results[key] = outcome
+            if outcome.verdict != ("refuted" if key[-1] else "proven"):
+                twin = "the broken twin of " if key[-1] else ""
+                print(f"{twin}{labels[key]}: {outcome.verdict} {outcome.text}", file=sys.stderr, flush=True)
+    width = max(map(len, labels.values()))
+    good = bad = 0
+    for key in sorted((k for k in results if not k[-1]), key=lambda k: (len(k), *k)):
+        lemma, twin = results[key], results[(*key[:-1], True)]
+        right = lemma.verdict == "proven" and twin.verdict == "refuted"
+        good, bad = good + right, bad + (not right)
+        print(f"{labels[key]:{width}}  {lemma.verdict:12} {lemma.seconds:6.1f} s   broken: {twin.verdict}")
+    print(f"{good} lemmas proven and their broken twins refuted, {bad} not, in {time.monotonic() - start:.0f} s")
+    return 1 if bad or not good else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
