@@ -10,6 +10,7 @@ PYTHON ?= python3
 CARGO ?= cargo
 DEMO_ARGS ?=
 PROVE_ARGS ?=
+MUTANTS_ARGS ?=
 PYTEST_ARGS ?= --numprocesses auto --dist worksteal
 
 VENV := .venv
@@ -71,6 +72,9 @@ firmware: $(VENV)/.built ## Build the Cortex-M images, run them under QEMU, budg
 
 prove: $(VENV)/.extra-prove ## Prove the core's lemmas for all inputs, and refute their broken twins (PROVE_ARGS="--fast", ...)
 	$(PY) proofs/prove.py $(PROVE_ARGS)
+
+mutants: ## Change the core in small wrong ways that its tests must notice (MUTANTS_ARGS="--sample 40", ...)
+	nice $(PYTHON) crates/eft-core/mutants.py $(MUTANTS_ARGS)
 
 bench: $(VENV)/.built $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/evidence/performance.md
 	$(CARGO) bench --locked --package eft-benches

@@ -174,7 +174,7 @@ def _in_order(function: Function) -> list[str]:
 
 def _remember(structs: list[Struct], parts: list[tuple[Bool, list[dict]]]) -> None:
     """The memory where paths meet."""
-    for n, struct in enumerate(structs):
+    for n, place in enumerate(structs):
         memories = [(condition, memory[n]) for condition, memory in parts if n < len(memory)]
         if not memories:
             continue
@@ -185,7 +185,7 @@ def _remember(structs: list[Struct], parts: list[tuple[Bool, list[dict]]]) -> No
                 if isinstance(old, Float) != isinstance(value, Float):
                     old, value = (x.float() if isinstance(x, Word) else x for x in (old, value))
                 cells[offset] = value if old is value else value.chosen(condition, old)
-        struct.cells = cells
+        place.cells = cells
 
 
 class _Frame:
@@ -214,11 +214,15 @@ class _Frame:
             # Anything: what nothing may depend on.
             if kind == "i1":
                 return Word.any(text, 1).bit()
-            return Float.any(text, SIZES[kind]) if kind in ("float", "double") else Word.any(text, SIZES[kind])
+            return (
+                Float.any(text, SIZES[kind]) if kind in ("float", "double") else Word.any(text, SIZES[kind])
+            )
         if kind == "i1":
             return Bool(text in ("true", "1"))
         if kind in ("float", "double"):
-            number = struct.unpack(">d", int(text, 16).to_bytes(8))[0] if text.startswith("0x") else float(text)
+            number = (
+                struct.unpack(">d", int(text, 16).to_bytes(8))[0] if text.startswith("0x") else float(text)
+            )
             return Float.of(number, SIZES[kind])
         return Word.of(int(text), SIZES[kind])
 
@@ -343,7 +347,7 @@ class _Frame:
 
     def op_phi(self, rest):
         kind, sources = rest.split(None, 1)
-        found = dict()
+        found = {}
         for value, label in re.findall(rf'\[ {_VALUE}, %("[^"]*"|[-\w.$]+) \]', sources):
             found[label.strip('"')] = value
         result = None
@@ -427,7 +431,11 @@ class _Frame:
     def _several(self, pointer: Pointer, size: int) -> list[tuple[Pointer, int]]:
         """The smaller scalars that one access covers, if it does and leaves no gap."""
         start, parts = pointer.offset, []
-        if not isinstance(start, int) or start not in pointer.struct.leaves or pointer.struct.leaves[start].size >= size:
+        if (
+            not isinstance(start, int)
+            or start not in pointer.struct.leaves
+            or pointer.struct.leaves[start].size >= size
+        ):
             return []
         while start < pointer.offset + size:
             leaf = pointer.struct.leaves.get(start)
@@ -475,7 +483,11 @@ class _Frame:
     def _copy(self, to: Pointer, source: Pointer, size: int) -> None:
         """Scalar by scalar, after the side that knows them."""
         known = source if to.struct.on_stack else to
-        leaves = [Leaf("", n, 1, "int") for n in range(size)] if known.struct.on_stack else known.struct.leaves.values()
+        leaves = (
+            [Leaf("", n, 1, "int") for n in range(size)]
+            if known.struct.on_stack
+            else known.struct.leaves.values()
+        )
         start = 0 if known.struct.on_stack else known.offset
         for leaf in leaves:
             if start <= leaf.offset < start + size:
@@ -498,7 +510,7 @@ class _Frame:
         match = re.match(r'(\S+) @("[^"]*"|[\w.$]+)\((.*)\)', rest)
         if not match or _FAST.search(rest.split("@")[0]):
             self.refuse(f"a call that is not understood: {rest}")
-        result, name, text = match[1], match[2].strip('"'), match[3]
+        _result, name, text = match[1], match[2].strip('"'), match[3]
         if name.startswith("llvm.lifetime."):
             return None
         if name.startswith("llvm.memset.") and ", i8 0," not in text:

@@ -138,7 +138,9 @@ class Module:
             raise Refused(f"{function.name}: its arguments are not those of the source")
         layouts: list[list[Leaf] | None] = []
         for kind, (_, llvm) in zip(kinds, function.arguments):
-            layouts.append(list(self._leaves(self._field(kind, "baseType"), "", 0)) if llvm == "ptr" else None)
+            layouts.append(
+                list(self._leaves(self._field(kind, "baseType"), "", 0)) if llvm == "ptr" else None
+            )
         return layouts
 
     def _leaves(self, node: str, path: str, offset: int):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import time
 from collections.abc import Callable
@@ -42,16 +43,17 @@ class Lemma:
 class View:
     """The scalars of a struct by the names of its fields: `view.lead.pole`, `view.rows[3].start`."""
 
-    def __init__(self, leaves: dict[int, Leaf], cells: dict, path: str = ""):
-        self._places = {leaf.path: offset for offset, leaf in leaves.items()}
-        self._leaves, self._cells, self._path = leaves, cells, path
+    def __init__(self, layout: list[Leaf], cells: dict, path: str = ""):
+        self._layout, self._cells, self._path = layout, cells, path
+        self._places = {leaf.path: leaf.offset for leaf in layout}
 
     def _at(self, path: str):
         if path in self._places:
             return self._cells[self._places[path]]
         if not any(known.startswith(path + ".") for known in self._places):
-            raise AttributeError(f"no field {path}: there are {', '.join(self._places)}")
-        return View(self._leaves, self._cells, path)
+            near = [known for known in self._places if known.startswith(path.rpartition(".")[0])]
+            raise Refused(f"no field {path}: there are {', '.join(near[:20])}")
+        return View(self._layout, self._cells, path)
 
     def __getattr__(self, name: str):
         return self._at(f"{self._path}.{name}" if self._path else name)
@@ -60,7 +62,7 @@ class View:
         return self._at(f"{self._path}.{index}")
 
     def all(self) -> dict[str, Float | Word]:
-        return {leaf.path: self._cells[at] for at, leaf in self._leaves.items() if leaf.path.startswith(self._path)}
+        return {p: self._cells[at] for p, at in self._places.items() if p.startswith(self._path)}
 
 
 @dataclass
@@ -88,9 +90,16 @@ class Outcome:
 
 
 def _struct(name: str, layout: list[Leaf]) -> Struct:
-    leaves = {leaf.offset: leaf for leaf in layout}
-    cells: dict[int, Float | Word] = {}
+    # Variants lie one over the other; the tag counts, not what it takes its place from.
+    leaves: dict[int, Leaf] = {}
     for leaf in layout:
+        if leaves.setdefault(leaf.offset, leaf).size != leaf.size:
+            raise Refused(f"{name}: two scalars of different sizes at {leaf.offset}")
+    places = sorted(leaves.values(), key=lambda leaf: leaf.offset)
+    if any(a.offset + a.size > b.offset for a, b in itertools.pairwise(places)):
+        raise Refused(f"{name}: scalars that overlap")
+    cells: dict[int, Float | Word] = {}
+    for leaf in places:
         word = Word.any(f"{name}.{leaf.path}", leaf.size)
         cells[leaf.offset] = word.float() if leaf.kind == "float" else word
     return Struct(name, leaves, cells)
@@ -116,20 +125,20 @@ def _broken(module: Module, lemma: Lemma, name: str, swap: tuple[str, str], seen
 def _formulas(module: Module, lemma: Lemma, precision: str, twin: Twin | None):
     """What is given and assumed, and what is to be shown."""
     name = f"{lemma.function}_{precision}"
-    if twin and twin.swap:
-        if not _broken(module, lemma, name, twin.swap, set()):
-            raise Refused(f"{lemma.name}: no instruction fits {twin.swap[0]}")
+    if twin and twin.swap and not _broken(module, lemma, name, twin.swap, set()):
+        raise Refused(f"{lemma.name}: no instruction fits {twin.swap[0]}")
     function = module.function(name)
     run = Run(module, lemma.havoc, lemma.rules)
-    structs, values, before = [], [], {}
+    structs, values, before, layouts = [], [], {}, {}
     for (argument, kind), layout in zip(function.arguments, module.layouts(function)):
         argument = argument.strip("%")
         if layout is not None:
             struct = _struct(argument, layout)
             structs.append(struct)
             values.append(Pointer(struct))
-            before[argument] = View(struct.leaves, struct.copy())
-            for leaf in layout:
+            before[argument] = View(layout, struct.copy())
+            layouts[argument] = layout
+            for leaf in struct.leaves.values():
                 if leaf.kind == "bool":
                     run.assume(struct.cells[leaf.offset] <= 1)
             if layout and layout[0].path == "":
@@ -143,7 +152,11 @@ def _formulas(module: Module, lemma: Lemma, precision: str, twin: Twin | None):
     given = lemma.given(case)
     if twin and twin.without:
         del given[twin.without]
-    case.after = {s.name: View(s.leaves, s.cells) if s.leaves[min(s.leaves)].path else s.cells[0] for s in structs if not s.on_stack}
+    case.after = {
+        s.name: View(layouts[s.name], s.cells) if layouts[s.name][0].path else s.cells[0]
+        for s in structs
+        if not s.on_stack
+    }
     case.result = result
     claims = lemma.shows(case)
     claims["every load and store meets a scalar of its size"] = all_of(run.obligations)

@@ -33,7 +33,10 @@ def lowered() -> list[Path]:
         )
     folder = BUILT / TARGET / "release" / "deps"
     # An older build leaves its files: the newest counts.
-    return [max(folder.glob(f"{crate}-*.ll"), key=lambda p: p.stat().st_mtime) for crate in ("eft_lowered", "eft_core")]
+    return [
+        max(folder.glob(f"{crate}-*.ll"), key=lambda p: p.stat().st_mtime)
+        for crate in ("eft_lowered", "eft_core")
+    ]
 
 
 def _lemma(task):
@@ -59,7 +62,9 @@ def _run(task):
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--fast", action="store_true", help="single precision, without what takes long and the rules")
+    parser.add_argument(
+        "--fast", action="store_true", help="single precision, without what takes long, and no rules"
+    )
     parser.add_argument("--only", default="", help="lemmas whose name holds these words")
     parser.add_argument("--seconds", type=int, default=240, help="for one claim (default: %(default)s)")
     arguments = parser.parse_args()
@@ -77,7 +82,9 @@ def main() -> int:
     labels: dict[tuple, str] = {}
     for number, lemma in enumerate(LEMMAS):
         for precision in lemma.precisions:
-            if arguments.only in lemma.name and not (arguments.fast and (precision == "f64" or not lemma.fast)):
+            if arguments.only in lemma.name and not (
+                arguments.fast and (precision == "f64" or not lemma.fast)
+            ):
                 for broken in (False, True):
                     tasks.append((number, precision, broken, arguments.seconds, files))
                     labels[number, precision, broken] = f"{lemma.name}, {precision}"
@@ -105,7 +112,9 @@ def main() -> int:
         right = lemma.verdict == "proven" and twin.verdict == "refuted"
         good, bad = good + right, bad + (not right)
         print(f"{labels[key]:{width}}  {lemma.verdict:12} {lemma.seconds:6.1f} s   broken: {twin.verdict}")
-    print(f"{good} lemmas proven and their broken twins refuted, {bad} not, in {time.monotonic() - start:.0f} s")
+    print(
+        f"{good} lemmas proven and their broken twins refuted, {bad} not, in {time.monotonic() - start:.0f} s"
+    )
     return 1 if bad or not good else 0
 
 

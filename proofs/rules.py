@@ -87,7 +87,10 @@ def monotone(op: str, operands, result: Float, before) -> list[Bool]:
             common = k.same(m) & k.is_finite() & ~x.is_nan() & ~y.is_nan()
             if op == "fmul":
                 common = common & (k > 0.0)
-            said += [(common & (x <= y)).implies(result <= known), (common & (y <= x)).implies(known <= result)]
+            said += [
+                (common & (x <= y)).implies(result <= known),
+                (common & (y <= x)).implies(known <= result),
+            ]
     return said
 
 

@@ -261,7 +261,9 @@ class Float:
         """As LLVM's `fptosi.sat.i32`: towards zero, the ends beyond them, 0 for NaN."""
         toward_zero = tm.mk_rm_value(RoundingMode.RTZ)
         inside = Word(tm.mk_term(K.FP_TO_SBV, [toward_zero, self.term], [32]), 4)
-        limited = (self >= 2.0**31).pick(Word.of(2**31 - 1, 4), (self <= -(2.0**31)).pick(Word.of(2**31, 4), inside))
+        limited = (self >= 2.0**31).pick(
+            Word.of(2**31 - 1, 4), (self <= -(2.0**31)).pick(Word.of(2**31, 4), inside)
+        )
         return self.is_nan().pick(Word.of(0, 4), limited)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import rules
 from lemma import Case, Formulas, Lemma, Twin
+
 from lemmas.bounds import EVERYTHING, LARGEST, lead_bounds, nothing, raised, untouched, washout_bound
 from lemmas.tables import evaluation
 
@@ -37,7 +38,11 @@ def root_shows(v: Case) -> Formulas:
 
 
 def pressure_new_shows(v: Case) -> Formulas:
-    return {"per_newton": v.result.implies((v.after["out"].per_newton >= 0.0) & v.after["out"].per_newton.is_finite())}
+    return {
+        "per_newton": v.result.implies(
+            (v.after["out"].per_newton >= 0.0) & v.after["out"].per_newton.is_finite()
+        )
+    }
 
 
 def table_value(v: Case, table) -> Formulas:
@@ -75,7 +80,11 @@ def feedforward_shows(v: Case) -> Formulas:
 
 
 def accepted(config, v) -> Formulas:
-    return (abs(v.velocity) <= config.velocity_range) & (abs(v.force) <= config.force_range) & (abs(v.spool) <= config.spool_range)
+    return (
+        (abs(v.velocity) <= config.velocity_range)
+        & (abs(v.force) <= config.force_range)
+        & (abs(v.spool) <= config.spool_range)
+    )
 
 
 def refused_shows(v: Case) -> Formulas:
@@ -108,11 +117,14 @@ def compensation_shows(v: Case) -> Formulas:
     }
 
 
-_MAGNITUDES = (rules.never_grows, rules.product(1001.0, 2.0), rules.total(1.0)) + tuple(
-    rule
-    for big in (2.0**36, 2.0**65)
-    for rule in (rules.total(big), rules.total(2.0 * big))
-) + (rules.product(1e12, 2.0**68), rules.product(1e12, 2.0**39))
+_MAGNITUDES = (
+    rules.never_grows,
+    rules.product(1001.0, 2.0),
+    rules.total(1.0),
+    *tuple(rule for big in (2.0**36, 2.0**65) for rule in (rules.total(big), rules.total(2.0 * big))),
+    rules.product(1000000000000.0, 2.0**68),
+    rules.product(1000000000000.0, 2.0**39),
+)
 
 LEMMAS = [
     Lemma("lead network, one step", "lead", lead_given, lead_shows, Twin(without="pole")),

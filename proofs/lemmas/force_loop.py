@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import rules
 from lemma import Case, Formulas, Lemma, Twin
+
 from lemmas.bounds import LARGEST, limiter_bounds, nothing, raised
 
 COMMAND_LIMITED = 8
@@ -15,7 +16,9 @@ def limiter_shows(v: Case) -> Formulas:
     return {
         "every command and last command, NaN too: within the amplitude": abs(v.result) <= limiter.amplitude,
         "NaN is flagged": v.command.is_nan().implies(raised(flags, COMMAND_LIMITED)),
-        "what lies beyond is flagged": (abs(v.command) > limiter.amplitude).implies(raised(flags, COMMAND_LIMITED)),
+        "what lies beyond is flagged": (abs(v.command) > limiter.amplitude).implies(
+            raised(flags, COMMAND_LIMITED)
+        ),
     }
 
 
@@ -44,7 +47,10 @@ def force_loop_given(v: Case) -> Formulas:
 
 
 def force_loop_shows(v: Case) -> Formulas:
-    return {"output finite": v.result.is_finite(), "the error stays bounded": abs(v.after["state"].error) <= 2.1e24}
+    return {
+        "output finite": v.result.is_finite(),
+        "the error stays bounded": abs(v.after["state"].error) <= 2.1e24,
+    }
 
 
 LEMMAS = [

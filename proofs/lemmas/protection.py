@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import rules
 from lemma import Case, Formulas, Lemma, Twin
-from lemmas.bounds import FULL, LARGEST, MOST, is_set, protection_bounds, protection_state, raised, untouched
+
+from lemmas.bounds import LARGEST, MOST, is_set, protection_bounds, protection_state, untouched
 
 REFUSED = 32 | 64
 
@@ -28,13 +29,21 @@ def _shows(v: Case) -> Formulas:
         "and no further command is followed": tripped.implies(after.command.same(s.command)),
         "a shutdown gives nothing back": is_set(s.shut_down).implies(after.shut.__0 >= s.shut.__0),
         "the first cause stays": tripped.implies(after.cause.same(s.cause)),
-        "a force beyond its trip level trips": ((abs(v.force) > force.trip) & (abs(v.force) <= MOST)).implies(is_set(after.tripped)),
-        "and far beyond it shuts down": ((abs(v.force) > force.shutdown) & (abs(v.force) > force.trip) & (abs(v.force) <= MOST)).implies(
+        "a force beyond its trip level trips": ((abs(v.force) > force.trip) & (abs(v.force) <= MOST)).implies(
+            is_set(after.tripped)
+        ),
+        "and far beyond it shuts down": (
+            (abs(v.force) > force.shutdown) & (abs(v.force) > force.trip) & (abs(v.force) <= MOST)
+        ).implies(is_set(after.shut_down)),
+        "lost measurements shut down": (v.force.is_nan() & (s.lost >= v.config.lost_samples)).implies(
             is_set(after.shut_down)
         ),
-        "lost measurements shut down": (v.force.is_nan() & (s.lost >= v.config.lost_samples)).implies(is_set(after.shut_down)),
-        "a lost command trips": ((~(abs(v.command) <= LARGEST)) & (s.unasked >= v.config.lost_samples)).implies(is_set(after.tripped)),
-        "a flipped bit of a latch shuts down": (~s.tripped.set.same(s.tripped.unset ^ 0xFFFFFFFF)).implies(is_set(after.shut_down)),
+        "a lost command trips": (
+            (~(abs(v.command) <= LARGEST)) & (s.unasked >= v.config.lost_samples)
+        ).implies(is_set(after.tripped)),
+        "a flipped bit of a latch shuts down": (~s.tripped.set.same(s.tripped.unset ^ 0xFFFFFFFF)).implies(
+            is_set(after.shut_down)
+        ),
     }
 
 
@@ -56,7 +65,9 @@ def watch_shows(v: Case) -> Formulas:
 def preview_shows(v: Case) -> Formulas:
     return {
         "finite": abs(v.result) <= LARGEST,
-        "after a trip no further command is followed": is_set(v.state.tripped).implies(abs(v.result) <= abs(v.state.command)),
+        "after a trip no further command is followed": is_set(v.state.tripped).implies(
+            abs(v.result) <= abs(v.state.command)
+        ),
     }
 
 

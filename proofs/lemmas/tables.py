@@ -6,6 +6,7 @@ holds the constructor to it.
 
 from __future__ import annotations
 
+import itertools
 from functools import reduce
 
 import rules
@@ -34,9 +35,15 @@ def _abscissa(v: Case, table) -> Float:
 def evaluation(v: Case, table) -> Float:
     """What a row gives: `value + (x - start)·slope`."""
     x = _abscissa(v, table)
-    distances = [r for op, (a, *b), r in v.run.done if op == "fsub" and a is x and b[0].term != table.origin.term]
-    products = [r for op, operands, r in v.run.done if op == "fmul" and any(o is distances[0] for o in operands)]
-    return next(r for op, operands, r in v.run.done if op == "fadd" and any(o is products[0] for o in operands))
+    distances = [
+        r for op, (a, *b), r in v.run.done if op == "fsub" and a is x and b[0].term != table.origin.term
+    ]
+    products = [
+        r for op, operands, r in v.run.done if op == "fmul" and any(o is distances[0] for o in operands)
+    ]
+    return next(
+        r for op, operands, r in v.run.done if op == "fadd" and any(o is products[0] for o in operands)
+    )
 
 
 def table_bounds(v: Case, table) -> Formulas:
@@ -47,15 +54,21 @@ def table_bounds(v: Case, table) -> Formulas:
 
     def cell(at: Float) -> Word:
         """Counted from 1, as the evaluation finds it."""
-        return v.run.compute("fmul", v.run.compute("fsub", at, table.origin), table.cells_per_unit).saturated()
+        return v.run.compute(
+            "fmul", v.run.compute("fsub", at, table.origin), table.cells_per_unit
+        ).saturated()
 
     here = cell(x)
-    increasing = all_of((a < b) | (b.equals(infinite) & (a <= infinite)) for a, b in zip(starts, starts[1:]))
+    increasing = all_of(
+        (a < b) | (b.equals(infinite) & (a <= infinite)) for a, b in itertools.pairwise(starts)
+    )
     # The row that x lies on: of those that start at or below it the last.
     row = reduce(Word.__add__, [(start <= x).pick(Word.of(1, 4), Word.of(0, 4)) for start in starts[1:]])
     start, value, slope = (_at(row, column) for column in (starts, values, slopes))
     next_start, next_value = _at(row + 1, [*starts, infinite]), _at(row + 1, [*values, values[-1]])
-    reach = v.run.compute("fadd", value, v.run.compute("fmul", slope, v.run.compute("fsub", next_start, start)))
+    reach = v.run.compute(
+        "fadd", value, v.run.compute("fmul", slope, v.run.compute("fsub", next_start, start))
+    )
     # The entry of the index for the cell of x.
     entry = _at(here - 1, [table.cells[n] for n in range(CELLS)])
     first = entry.resized(4)
@@ -63,12 +76,17 @@ def table_bounds(v: Case, table) -> Formulas:
     below_first = Float.any("the largest float below the first knot", v.size)
     return {
         "knots increase": increasing & starts[0].is_finite() & starts[1].is_finite(),
-        "scale": (table.cells_per_unit > 0.0) & table.cells_per_unit.is_finite() & (abs(table.origin) <= 1e13),
-        "knots are bounded": all_of((abs(s) <= 1e12) | s.equals(infinite) for s in starts) & all_of(abs(value) <= 1e12 for value in values),
+        "scale": (table.cells_per_unit > 0.0)
+        & table.cells_per_unit.is_finite()
+        & (abs(table.origin) <= 1e13),
+        "knots are bounded": all_of((abs(s) <= 1e12) | s.equals(infinite) for s in starts)
+        & all_of(abs(value) <= 1e12 for value in values),
         "ends": (table.below <= table.above) & table.below.is_finite() & table.above.is_finite(),
         "values lie between the ends": value.within(table.below, table.above) & (next_value <= table.above),
         "slopes": (slope >= 0.0) & slope.is_finite() & next_start.equals(infinite).implies(slope.equals(0.0)),
-        "a segment ends below the next knot": (~next_start.equals(infinite)).implies((reach <= next_value) & (next_start > start)),
+        "a segment ends below the next knot": (~next_start.equals(infinite)).implies(
+            (reach <= next_value) & (next_start > start)
+        ),
         "nothing below the table is inside": (below_first < starts[0])
         & (x < starts[0]).implies(x <= below_first)
         & cell(below_first).signed_less(Word.of(1, 4)),
@@ -83,13 +101,17 @@ def table_bounds(v: Case, table) -> Formulas:
 
 
 def table_shows(v: Case) -> Formulas:
-    return {"every abscissa, NaN too: between the table's ends": v.result.within(v.config.below, v.config.above)}
+    return {
+        "every abscissa, NaN too: between the table's ends": v.result.within(v.config.below, v.config.above)
+    }
 
 
 def search_given(v: Case) -> Formulas:
     starts = [v.rows[n].start for n in range(KNOTS)]
     infinite = Float.of(float("inf"), v.size)
-    increasing = all_of((a < b) | (b.equals(infinite) & (a <= infinite)) for a, b in zip(starts, starts[1:]))
+    increasing = all_of(
+        (a < b) | (b.equals(infinite) & (a <= infinite)) for a, b in itertools.pairwise(starts)
+    )
     return {"knots increase": increasing & starts[0].is_finite(), "x": (v.x >= starts[0]) & v.x.is_finite()}
 
 
@@ -97,12 +119,14 @@ def search_shows(v: Case) -> Formulas:
     start = v.after["out"].start
     return {
         "the row starts at or below x": start <= v.x,
-        "no later row does": all_of((v.rows[n].start <= v.x).implies(v.rows[n].start <= start) for n in range(KNOTS)),
+        "no later row does": all_of(
+            (v.rows[n].start <= v.x).implies(v.rows[n].start <= start) for n in range(KNOTS)
+        ),
     }
 
 
 LEMMAS = [
     Lemma("table, any of up to 21 knots", "table", lambda v: table_bounds(v, v.config), table_shows, Twin(without="index"),
           havoc=frozenset({"fmul", "fadd", "fsub"}), rules=TABLE_RULES, fast=False),
-    Lemma("table, search by halving", "search", search_given, search_shows, Twin(without="knots increase")),
+    Lemma("table, search by halving", "search", search_given, search_shows, Twin(without="knots increase"), fast=False),
 ]  # fmt: skip

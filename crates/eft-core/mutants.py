@@ -1,0 +1,161 @@
+"""Mutants of the core: small wrong changes, one at a time, that its own tests must notice.
+
+    python crates/eft-core/mutants.py [FOLDER...] [--sample N] [--seconds N]
+
+A change is textual: a comparison, an operator, a sign, a constant or a truth value. The tests run
+on a copy of the repository below `target/mutants`; the sources stay as they are. A change that does
+not compile is no mutant.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+COPY = ROOT / "target" / "mutants"
+FOLDERS = ("compensation", "force_loop", "table", "protection")
+SHARE = 0.95
+
+#: What is replaced by what, where it stands in code.
+CHANGES = [
+    (r"(?<= )<(?= )", ">="),
+    (r"(?<= )<=(?= )", "<"),
+    (r"(?<= )>(?= )", "<="),
+    (r"(?<= )>=(?= )", ">"),
+    (r"(?<= )==(?= )", "!="),
+    (r"(?<= )!=(?= )", "=="),
+    (r"(?<=[\w)] )\+(?= )", "-"),
+    (r"(?<=[\w)] )-(?= )", "+"),
+    (r"(?<=[\w)] )\*(?= )", "/"),
+    (r"(?<= )/(?= )", "*"),
+    (r"&&", "||"),
+    (r"\|\|(?! \w+ in)", "&&"),
+    (r"\.lt\(", ".gt("),
+    (r"\.gt\(", ".lt("),
+    (r"\.le\(", ".gt("),
+    (r"\btrue\b", "false"),
+    (r"\bfalse\b", "true"),
+    (r"saturating_add\(1\)", "saturating_add(2)"),
+    (r"(?<=splat\()\d+\.\d+(?=\))", "0.75"),
+]
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A piece of a line, and what takes its place."""
+
+    file: Path
+    line: int
+    start: int
+    end: int
+    text: str
+
+    def __str__(self) -> str:
+        before = (ROOT / self.file).read_text().splitlines()[self.line]
+        change = f"{before[self.start : self.end]} -> {self.text}"
+        return f"{self.file}:{self.line + 1}: {change}   in: {before.strip()}"
+
+
+def mutants(folders: list[str]) -> list[Mutant]:
+    """All of them, but for tests, documentation and generic bounds."""
+    found = []
+    for folder in folders:
+        for file in sorted((ROOT / "crates/eft-core/src" / folder).rglob("*.rs")):
+            if file.stem in ("tests", "established", "mod"):
+                continue
+            for number, line in enumerate(file.read_text().splitlines()):
+                if line.strip() == "#[cfg(test)]":
+                    break
+                code = line.split("//")[0]
+                if not code.strip() or code.strip().startswith(
+                    ("#", "use ", "impl", "fn ", "pub fn", "where")
+                ):
+                    continue
+                for pattern, text in CHANGES:
+                    for match in re.finditer(pattern, code):
+                        found.append(Mutant(file.relative_to(ROOT), number, match.start(), match.end(), text))
+    return found
+
+
+def copied() -> None:
+    """The files that git knows, without what was built."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True, text=True
+    ).stdout
+    shutil.rmtree(COPY / "src", ignore_errors=True)
+    for name in filter(None, listed.split("\0")):
+        if name.startswith(("crates/", "src/", "benches/", "firmware/golden", "Cargo")):
+            to = COPY / "src" / name
+            to.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, to)
+
+
+def tested(seconds: int) -> str:
+    """What the core's tests say: "passes", "noticed" or "does not compile"."""
+    cargo = ["cargo", "test", "--quiet", "--offline", "--locked", "-p", "eft-core", "--lib", "--test", "core"]
+    common = {
+        "cwd": COPY / "src",
+        "capture_output": True,
+        "env": {**os.environ, "CARGO_TARGET_DIR": str(COPY / "build")},
+    }
+    if subprocess.run([*cargo, "--no-run"], check=False, **common).returncode:
+        return "does not compile"
+    try:
+        return (
+            "noticed"
+            if subprocess.run(cargo, check=False, timeout=seconds, **common).returncode
+            else "passes"
+        )
+    except subprocess.TimeoutExpired:
+        return "noticed"
+
+
+def main() -> int:
+    """Tries them and prints those that survive."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folders", nargs="*", default=FOLDERS)
+    parser.add_argument("--sample", type=int, help="so many of them, by chance (the same each time)")
+    parser.add_argument(
+        "--seconds", type=int, default=120, help="for the tests of one (default: %(default)s)"
+    )
+    arguments = parser.parse_args()
+    found = mutants(arguments.folders)
+    print(f"{len(found)} mutants of {', '.join(arguments.folders)}")
+    if arguments.sample:
+        found = sorted(random.Random(1).sample(found, min(arguments.sample, len(found))), key=str)
+    copied()
+    if (before := tested(10 * arguments.seconds)) != "passes":
+        print(f"without a mutant: {before}", file=sys.stderr)
+        return 1
+    noticed, survivors = 0, []
+    start = time.monotonic()
+    for mutant in found:
+        file = COPY / "src" / mutant.file
+        original = file.read_text()
+        lines = original.splitlines(keepends=True)
+        line = lines[mutant.line]
+        lines[mutant.line] = line[: mutant.start] + mutant.text + line[mutant.end :]
+        file.write_text("".join(lines))
+        result = tested(arguments.seconds)
+        file.write_text(original)
+        noticed += result == "noticed"
+        if result == "passes":
+            survivors.append(mutant)
+            print(f"survives  {mutant}", flush=True)
+    tried = noticed + len(survivors)
+    share = noticed / tried if tried else 0.0
+    print(f"{noticed} of {tried} noticed, {100 * share:.1f} %, in {time.monotonic() - start:.0f} s")
+    return 0 if share >= SHARE else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
