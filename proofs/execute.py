@@ -88,7 +88,7 @@ class Run:
 
     def compute(self, op: str, *operands: Float) -> Float:
         """A result, or what stands for it."""
-        if op in self.havoc and not any(operand.term.is_value() for operand in operands):
+        if op in self.havoc and not any(operand.is_known() for operand in operands):
             result = applied(op, *operands)
             for rule in self.rules:
                 for said in rule(op, operands, result, self.done):

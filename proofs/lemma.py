@@ -38,6 +38,8 @@ class Lemma:
     rules: tuple = ()
     #: Shown again in a fast run.
     fast: bool = True
+    #: Whether the solver may run out of time: counted as open, not as proven.
+    hard: bool = False
 
 
 class View:

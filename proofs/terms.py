@@ -179,6 +179,10 @@ class Float:
     def any(cls, name: str, size: int) -> Float:
         return Float(tm.mk_const(_sort(size), f"{name}!{next(_names)}"), size)
 
+    def is_known(self) -> bool:
+        """Whether it is a constant."""
+        return self._bits is not None and self._bits.term.is_value()
+
     def bits(self, assume) -> Word:
         """Its bits. Which NaN arithmetic makes is not said by IEEE 754: any."""
         if self._bits is None:

@@ -90,5 +90,6 @@ LEMMAS = [
     Lemma("controller, invalid samples", "controller", controller_given, controller_shows, Twin(swap=("and i1", "or i1")),
           havoc=EVERYTHING),
     Lemma("whole tick", "channel", channel_given, channel_shows, Twin(without="last command"), havoc=EVERYTHING,
-          fast=False),
+          fast=False,
+          hard=True),
 ]  # fmt: skip
