@@ -49,7 +49,9 @@ macro_rules! holds {
             assert!(row.slope >= 0.0 && row.slope.is_finite());
             if n + 1 < len {
                 let next = &rows[n + 1];
-                assert!(row.start < next.start && row.value + row.slope * (next.start - row.start) <= next.value);
+                assert!(
+                    row.start < next.start && row.value + row.slope * (next.start - row.start) <= next.value
+                );
             } else {
                 assert!(row.slope == 0.0);
             }
