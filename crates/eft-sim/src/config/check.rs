@@ -37,6 +37,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("sensors.fault.kind", "sensors.fault.start"),
     ("sensors.fault.start", "sensors.fault.signal"),
     ("sensors.fault.duration", "sensors.fault.signal"),
+    ("sensors.fault.gain", "sensors.fault.signal"),
     ("dac.bits", "dac.range"),
     ("structure.softening.displacement", "structure.softening.stiffness"),
     ("structure.softening.stiffness", "structure.softening.displacement"),

@@ -167,9 +167,10 @@ pub static KEYS: &[Key] = &[
     key("sensors.acceleration.bias", "m/s²", Float(-1e6, 1e6), float(0.0), "accelerometer: constant offset"),
     key("sensors.acceleration.dropout", "", Float(0.0, 1.0), float(0.0), "accelerometer: share of samples that get lost"),
     key("sensors.fault.signal", "", Choice(&["force", "velocity", "displacement", "spool", "supply_pressure", "acceleration"]), Optional, "sensor that fails during the test"),
-    key("sensors.fault.kind", "", Choice(&["lost", "zero", "stuck", "sign"]), Optional, "how it fails: no valid reading, reads zero, repeats the last reading, wrong sign"),
+    key("sensors.fault.kind", "", Choice(&["lost", "zero", "stuck", "sign", "gain"]), Optional, "how it fails: no valid reading, reads zero, repeats the last reading, wrong sign, wrong gain"),
     key("sensors.fault.start", "s", Float(0.0, 1e6), Optional, "when it fails"),
     key("sensors.fault.duration", "s", Float(0.0, 1e6), Optional, "how long it fails; to the end of the test where absent"),
+    key("sensors.fault.gain", "", Float(1e-2, 1e2), When("sensors.fault.kind", "gain"), "what it then reads over what it should, where `sensors.fault.kind` is \"gain\""),
 
     key("dac.range", "V", Float(1e-6, 1e6), Optional, "converter of the controller's output: range to either side"),
     key("dac.bits", "bits", Int(1, 32), Optional, "converter of the controller's output: resolution over the range"),

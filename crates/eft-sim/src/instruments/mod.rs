@@ -140,7 +140,7 @@ fn in_ticks(fault: &SensorFault, sample_rate: f64) -> Fault {
     // Saturating: later than any run is never.
     let tick = |time: f64| (time * sample_rate - 1e-9).ceil().max(0.0) as u64;
     let end = fault.duration.map_or(u64::MAX, |duration| tick(fault.start + duration));
-    Fault { kind: fault.kind, first: tick(fault.start), end }
+    Fault { kind: fault.kind, first: tick(fault.start), end, gain: fault.gain.unwrap_or(1.0) }
 }
 
 #[cfg(test)]

@@ -19,6 +19,8 @@ pub(crate) struct Fault {
     pub(crate) kind: FaultKind,
     pub(crate) first: u64,
     pub(crate) end: u64,
+    /// What a wrong gain reads over what it should.
+    pub(crate) gain: f64,
 }
 
 /// What stands between a signal and the analog electronics that it is wired to: `gain·signal + offset`.
@@ -160,6 +162,10 @@ impl End {
                 FaultKind::Zero => (0.0, AnalogOutput { gain: 0.0, offset: 0.0 }),
                 FaultKind::Stuck => (self.stuck_at, AnalogOutput { gain: 0.0, offset: self.stuck_at }),
                 FaultKind::Sign => (-converted, AnalogOutput { gain: -sound.gain, offset: -sound.offset }),
+                FaultKind::Gain => {
+                    let off = fault.gain;
+                    (off * converted, AnalogOutput { gain: off * self.gain, offset: off * error })
+                }
             },
             _ => (converted, sound),
         };

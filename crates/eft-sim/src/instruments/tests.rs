@@ -105,12 +105,14 @@ fn faults_start_and_end_on_their_tick() {
             ("sensors.fault.kind", kind.into()),
             ("sensors.fault.start", at(2.0)),
             ("sensors.fault.duration", at(2.0)),
+            ("sensors.fault.gain", 1.5.into()),
         ];
-        ramp(&changes, 6)
+        ramp(if kind == "gain" { &changes } else { &changes[..4] }, 6)
     };
     assert_eq!(fault("zero"), [0.0, 1.0, 0.0, 0.0, 4.0, 5.0]);
     assert_eq!(fault("sign"), [0.0, 1.0, -2.0, -3.0, 4.0, 5.0]);
     assert_eq!(fault("stuck"), [0.0, 1.0, 1.0, 1.0, 4.0, 5.0]);
+    assert_eq!(fault("gain"), [0.0, 1.0, 3.0, 4.5, 4.0, 5.0]);
     assert!(fault("lost")[2..4].iter().all(|r| r.is_nan()));
 }
 

@@ -60,6 +60,8 @@ pub struct SensorFault {
     pub start: f64,
     /// How long, s; to the end of the test where absent.
     pub duration: Option<f64>,
+    /// What it then reads over what it should, dimensionless; of [`FaultKind::Gain`].
+    pub gain: Option<f64>,
 }
 
 /// The sensor that fails.
@@ -92,4 +94,6 @@ pub enum FaultKind {
     Stuck,
     /// Reads with the wrong sign.
     Sign,
+    /// Reads the truth times [`SensorFault::gain`].
+    Gain,
 }
