@@ -104,3 +104,40 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the valve passes at another supply and under load is its no-load flow times the root, in either direction.
+    #[test]
+    fn supply_and_load_scale_the_flow_in_both_directions() {
+        let p = Parameters { sign_from: SignFrom::Spool, ..Parameters::ZHAO2005 };
+        let inverse = InverseFlow::<f64, 21>::new(&p).unwrap();
+        let opening =
+            |flow, force, spool, supply| inverse.required_opening(flow, force, spool, supply, |flow| flow).0;
+        let capacity = p.piston_area * p.supply_pressure;
+        for supply in [0.64, 1.0, 1.21] {
+            for (flow, spool) in [(3e-3, 0.3), (-3e-3, -0.3)] {
+                for load in [-0.3, 0.0, 0.3] {
+                    let root = libm::sqrt(supply - f64::signum(spool) * load);
+                    let expected = opening(flow / root, 0.0, spool, 1.0);
+                    let found = opening(flow, load * capacity, spool, supply);
+                    assert!((found - expected).abs() < 1e-9, "{supply} {flow} {load}: {found} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_demand_beyond_the_table_is_flagged_in_both_directions() {
+        let p = Parameters::ZHAO2005;
+        let inverse = InverseFlow::<f64, 21>::new(&p).unwrap();
+        for (most, sign) in [(p.flows.last(), 1.0), (p.flows.first(), -1.0)] {
+            let most = most.copied().unwrap();
+            let flags = |share: f64| inverse.required_opening(share * most, 0.0, sign, 1.0, |flow| flow).1;
+            assert_eq!(flags(0.999) & status::DEMAND_SATURATED, 0);
+            assert_ne!(flags(1.001) & status::DEMAND_SATURATED, 0);
+        }
+    }
+}

@@ -83,3 +83,25 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_its_corner_half_of_the_velocity_passes() {
+        for (corner, rate) in [(80.0, 4096.0), (20.0, 4096.0), (80.0, 20e3)] {
+            let derivative = FilteredDerivative::<f64>::new(corner, rate).unwrap();
+            let mut state = derivative.at_rest(0.0);
+            let angle = core::f64::consts::TAU * corner / rate;
+            let samples = (20.0 * rate / corner) as u32;
+            let largest = (0..samples).fold(0.0, |most: f64, n| {
+                let velocity = derivative.step(&mut state, libm::sin(angle * f64::from(n)));
+                if n > samples / 2 && velocity > most { velocity } else { most }
+            });
+            // Two low-passes of 1/√2 each.
+            let passed = largest / (core::f64::consts::TAU * corner);
+            assert!((passed - 0.5).abs() < 0.03, "{corner} Hz at {rate} Hz: {passed}");
+        }
+    }
+}

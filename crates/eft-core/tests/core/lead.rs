@@ -156,3 +156,18 @@ macro_rules! properties {
 }
 properties!(single, f32);
 properties!(double, f64);
+
+#[test]
+fn a_pole_that_rounds_to_one_is_refused_and_no_pole_rings() {
+    // A lag of 1,998 s: the pole is 1e-9 below 1.
+    assert!(LeadNetwork::<f32>::new(1.0, 1.0, 0.999, 1e6).is_err());
+    assert!(LeadNetwork::<f64>::new(1.0, 1.0, 0.999, 1e6).is_ok());
+    for delay in [0.0, 1e-9, 1e-8] {
+        let lead = LeadNetwork::<f64>::new(1.0, delay, 0.1, 4096.0).unwrap();
+        let mut state = LeadState::default();
+        lead.step(&mut state, 1.0);
+        for _ in 0..4 {
+            assert!((lead.step(&mut state, 1.0) - 1.0).abs() < 1e-9, "{delay}");
+        }
+    }
+}
