@@ -38,6 +38,8 @@ pub static KEYS: &[Key] = &[
     key("actuator.dead_length", "m", Float(1e-4, 1e3), Optional, "what is left of a chamber at the end of the stroke, volume over area; constant volumes where absent"),
     key("actuator.friction", "N", Float(0.0, 1e9), float(0.0), "Coulomb friction of the seals"),
     key("actuator.friction_velocity", "m/s", Float(1e-6, 1.0), float(1e-3), "velocity below which the friction falls to zero"),
+    key("actuator.bypass_flow", "m³/s", Float(0.0, 1.0), float(0.0), "bypass valve across the piston, which opens after a trip: flow of the open valve at a load pressure of 1 MPa; 0 for none"),
+    key("actuator.bypass_time", "s", Float(1e-4, 1e2), float(0.05), "time from a trip to the open bypass valve"),
     key("actuator.stop_stiffness", "N/m", Float(1.0, 1e15), Optional, "stiffness of the stops at the ends of the stroke; no stops where absent"),
     key("actuator.stop_damping", "s/m", Float(0.0, 1e3), float(0.0), "damping of the stops relative to their elastic force"),
 
@@ -186,7 +188,7 @@ pub static KEYS: &[Key] = &[
     key("protection.spool_warning", "", Float(0.0, 10.0), Optional, "spool opening that raises a warning of the protection"),
     key("protection.spool_trip", "", Float(0.0, 10.0), Optional, "spool opening that trips the test"),
     key("protection.start_time", "s", Float(0.0, 1e4), float(0.0), "time of the soft start"),
-    key("protection.ramp_time", "s", Float(0.0, 1e4), float(0.5), "time of the ramp to zero force after a trip and at the soft end"),
+    key("protection.ramp_time", "s", Float(0.0, 1e4), float(0.5), "time of the ramp to zero force after a trip and at the soft end; a fifth of it after a trip by a sensor that lies or is lost, under the plausibility"),
     key("protection.soft_end", "", Bool, OFF, "whether the command fades along the ramp at its end"),
     key("protection.shutdown_time", "s", Float(0.0, 1e4), float(0.1), "time in which a shutdown takes the valve command to zero"),
     key("protection.lost_samples", "samples", Int(0, 100000), int(10), "lost or refused samples in a row that are waited for before the shutdown, lost commands before the trip"),

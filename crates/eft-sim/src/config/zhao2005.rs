@@ -38,6 +38,8 @@ impl RigConfig {
                 dead_length: None,
                 friction: 0.0,
                 friction_velocity: 1e-3,
+                bypass_flow: 0.0,
+                bypass_time: 0.05,
                 stop_stiffness: None,
                 stop_damping: 0.0,
             },

@@ -194,6 +194,7 @@ impl<S: Num> Plant<S> {
     /// Back to rest.
     pub(crate) fn reset(&mut self) {
         self.state = self.parts.at_rest();
+        self.parts.servo_actuator.bypass_valve().close();
         self.settle();
     }
 
@@ -262,6 +263,11 @@ impl<S: Num> Plant<S> {
         servo_actuator.valve_command(&actuator, forces, &hydraulics, self.accelerations[i], driver, now)
     }
 
+    /// Lets the bypass valves go on opening for a tick, as a trip does.
+    pub(crate) fn open_bypass(&mut self, grid: TimeGrid) {
+        self.parts.servo_actuator.bypass_valve().open(1.0 / grid.sample_rate);
+    }
+
     /// Takes the plant through a tick, under a driver an actuator.
     #[inline(always)]
     pub(crate) fn advance(&mut self, drivers: &[Driver<S>], grid: TimeGrid) {
@@ -318,6 +324,7 @@ pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
         && leakage.constant == 0.0;
     let plain_actuator =
         actuator.friction == 0.0 && actuator.stop_stiffness.is_none() && actuator.dead_length.is_none();
+    let plain_actuator = plain_actuator && actuator.bypass_flow == 0.0;
     let plain_supply = supply.schedule.is_none() && supply.accumulator.is_none();
     let plain_cell = rig.sensors.force.bandwidth.is_none();
     !(plain_valve && plain_actuator && plain_supply && plain_cell && is_plain(rig))

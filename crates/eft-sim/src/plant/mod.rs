@@ -5,6 +5,7 @@
 
 mod actuator;
 mod bouc_wen;
+mod bypass_valve;
 mod drive;
 mod end_stop;
 mod energy;

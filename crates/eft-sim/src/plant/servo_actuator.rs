@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::lanes::Num;
 use crate::plant::ActuatorState;
 use crate::plant::actuator::Actuator;
+use crate::plant::bypass_valve::BypassValve;
 use crate::plant::drive::Driver;
 use crate::plant::end_stop::EndStop;
 use crate::plant::energy::EnergyBalance;
@@ -25,6 +26,7 @@ pub(crate) struct ServoActuator<S: Num> {
     load_flow: LoadFlow<S>,
     valve_leakage: ValveLeakage<S>,
     actuator: Actuator<S>,
+    bypass_valve: BypassValve<S>,
     friction: Friction<S>,
     end_stop: EndStop<S>,
     load_cell: LoadCell<S>,
@@ -36,6 +38,7 @@ pub(crate) struct Hydraulics<S> {
     load_flow: S,
     leak: Leak<S>,
     drawn: S,
+    bypassed: S,
     pressure_rate: S,
 }
 
@@ -58,6 +61,7 @@ impl<S: Num> ServoActuator<S> {
             load_flow: LoadFlow::pack(&rig)?,
             valve_leakage: ValveLeakage::pack(&rig),
             actuator: Actuator::pack(&rig),
+            bypass_valve: BypassValve::pack(&rig),
             friction: Friction::pack(&rig),
             end_stop: EndStop::pack(&rig),
             load_cell: LoadCell::pack(&rig),
@@ -72,19 +76,25 @@ impl<S: Num> ServoActuator<S> {
             - self.end_stop.force(state.displacement, state.velocity)
     }
 
+    /// The bypass valve across the piston.
+    pub(crate) fn bypass_valve(&mut self) -> &mut BypassValve<S> {
+        &mut self.bypass_valve
+    }
+
     /// What the oil does at a supply pressure (Pa).
     #[inline(always)]
     pub(crate) fn hydraulics(&self, state: &ActuatorState<S>, supply_pressure: S) -> Hydraulics<S> {
         let opening = Spool::stop(state.spool);
         let (load_flow, drawn) = self.load_flow.flow_at(opening, state.load_pressure, supply_pressure);
         let leak = self.valve_leakage.leak(opening, state.load_pressure, supply_pressure);
+        let bypassed = self.bypass_valve.flow(state.load_pressure);
         let pressure_rate = self.actuator.rate_at(
-            load_flow - leak.lost,
+            load_flow - leak.lost - bypassed,
             state.load_pressure,
             state.displacement,
             state.velocity,
         );
-        Hydraulics { load_flow, leak, drawn, pressure_rate }
+        Hydraulics { load_flow, leak, drawn, bypassed, pressure_rate }
     }
 
     /// The valve command (V) that `driver` gives a time (s) into its interval, at the force and the load cell's state (N).
@@ -158,8 +168,8 @@ impl<S: Num> ServoActuator<S> {
         supply_pressure: S,
     ) {
         let ActuatorState { load_pressure, displacement, velocity, .. } = *state;
-        let Hydraulics { leak, load_flow, drawn, .. } = *hydraulics;
-        let across = self.actuator.leakage_loss(load_pressure);
+        let Hydraulics { leak, load_flow, drawn, bypassed, .. } = *hydraulics;
+        let across = self.actuator.leakage_loss(load_pressure) + load_pressure * bypassed;
         let leakage = supply_pressure * leak.drawn + load_pressure * leak.lost + across;
         powers.swept = powers.swept + self.actuator.swept_power(load_pressure, displacement, velocity);
         powers.valve = powers.valve + (supply_pressure * drawn - load_pressure * load_flow);

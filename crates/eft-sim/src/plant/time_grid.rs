@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::config::RigConfig;
-use crate::plant::structure;
+use crate::plant::{bypass_valve, structure};
 
 /// The ticks of a test and the integration steps between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,8 @@ pub(crate) fn longest_step(rig: &RigConfig) -> f64 {
     let stop = actuator.stop_stiffness.map_or(0.0, |k| (k / mass).sqrt());
     let accumulator = supply.droop.zip(supply.accumulator).map_or(0.0, |(r, c)| 1.0 / (r * c));
     let cell = rig.sensors.force.bandwidth.map_or(0.0, |f| TAU * f);
-    let fastest = [friction, stop, accumulator, cell, structure::fastest_rate(rig)];
+    let bypass = bypass_valve::fastest_rate(rig);
+    let fastest = [friction, stop, accumulator, cell, bypass, structure::fastest_rate(rig)];
     // A fifth of the fastest time constant: well inside the stability limit of 2.8, and accurate to 1e-5 a step.
     0.2 / fastest.into_iter().fold(0.0, f64::max)
 }

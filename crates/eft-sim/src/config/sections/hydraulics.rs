@@ -23,6 +23,10 @@ pub struct Actuator {
     pub friction: f64,
     /// Velocity below which the friction falls to zero, m/s.
     pub friction_velocity: f64,
+    /// Flow of the open bypass valve across the piston at a load pressure of 1 MPa, m³/s; 0 for none.
+    pub bypass_flow: f64,
+    /// Time from a trip to the open bypass valve, s.
+    pub bypass_time: f64,
     /// Stiffness of the stops at the ends of the stroke, N/m; no stops where absent.
     pub stop_stiffness: Option<f64>,
     /// Damping of the stops relative to their elastic force, s/m.

@@ -5,12 +5,13 @@ use crate::config::{KEYS, Key, Kind};
 use super::*;
 
 /// Keys, or what they begin with, of the plant alone: no export may depend on them.
-const OF_THE_PLANT: [&str; 17] = [
+const OF_THE_PLANT: [&str; 18] = [
     // What judges a test is as far from the controller.
     "verdict.",
     "actuator.stroke",
     "actuator.dead_length",
     "actuator.friction",
+    "actuator.bypass_",
     "actuator.stop_",
     "supply.droop",
     "supply.accumulator",
