@@ -22,7 +22,7 @@ use crate::protection::{Plausibility, Protection, ProtectionParameters, StuckWat
 use crate::status;
 use crate::velocity::Velocity;
 use belief::Believed;
-use state::pick;
+use state::{in_use, pick};
 
 /// Time (s) without a sample behind which the tick starts from rest at the new operating point.
 const GAP: f64 = 0.01;
@@ -171,6 +171,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
             (command, authority, protection) =
                 (protected.command, protected.authority, protection | protected.status);
             if parts.plausibility.is_some() {
+                if protected.open && self.doubts_velocity(state) {
+                    believed.velocity = state.plausibility.velocity();
+                }
                 believed.velocity = believed.velocity * protected.level;
                 if protected.open {
                     // Without an error the loop is open; the oil's spring is left to leakage.
@@ -204,12 +207,20 @@ impl<T: Real, const N: usize> Channel<T, N> {
             }
             state.gap = 0;
             // Of a copy: what is looked at here does not burden the other ticks.
-            let calibration = pick(&state.calibrations, state.second);
+            let calibration = if parts.plausibility.is_some() {
+                in_use(&state.calibrations, state.second, &state.sound)
+            } else {
+                pick(&state.calibrations, state.second)
+            };
             let limits = self.controller.resume(&mut state.controller, &{ asked }, calibration);
             self.controller.last(&state.controller, limits, path)
         } else {
             state.gap = 0;
-            let calibration = pick(&state.calibrations, state.second);
+            let calibration = if parts.plausibility.is_some() {
+                in_use(&state.calibrations, state.second, &state.sound)
+            } else {
+                pick(&state.calibrations, state.second)
+            };
             let out = self.controller.follow(&mut state.controller, &asked, supply, true, calibration, path);
             if learns && parts.plausibility.is_some() && state.protection.is_tripped() {
                 state.window.lose();

@@ -266,7 +266,7 @@ typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
 typedef struct eft_calibration_f32 { uint64_t words[24]; } eft_calibration_f32;
 
 // What a channel remembers: one for each actuator.
-typedef struct eft_state_f32 { uint64_t words[128]; } eft_state_f32;
+typedef struct eft_state_f32 { uint64_t words[192]; } eft_state_f32;
 
 // One tick's command and measurements. What is never given stays NaN, by eft_input_init: nothing looks at it, or the
 // tick is flagged.
@@ -437,7 +437,7 @@ typedef struct eft_window_f64 { uint64_t words[16]; } eft_window_f64;
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; eft_turn turn; } eft_windows_f64;
 typedef struct eft_calibration_f64 { uint64_t words[56]; } eft_calibration_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; eft_turn turn; } eft_calibrations_f64;
-typedef struct eft_state_f64 { uint64_t words[240]; } eft_state_f64;
+typedef struct eft_state_f64 { uint64_t words[384]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; } eft_input_f64;
 typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;

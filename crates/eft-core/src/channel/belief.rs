@@ -56,6 +56,10 @@ impl<T: Real, const N: usize> Channel<T, N> {
         for (signal, flag) in flags {
             believed.status |= if doubted(signal) { flag } else { 0 };
         }
+        if state.protection.cause().is_of_sensors() {
+            // Not what the sensor has taught while it lied.
+            state.sound.go_back();
+        }
         let zero = T::splat(0.0);
         if doubted(FORCE) {
             believed.force = zero;
@@ -79,5 +83,13 @@ impl<T: Real, const N: usize> Channel<T, N> {
             believed.status |= status::FORCE_LOOP_OPEN;
         }
         believed
+    }
+
+    /// Whether the velocity may be what lies though the force is blamed: the displacement is followed then.
+    #[inline(always)]
+    pub(super) fn doubts_velocity(&self, state: &ChannelState<T>) -> bool {
+        let [_, displacement, ..] = state.plausibility.distrusted();
+        let balance = state.plausibility.is_by_balance() || state.protection.cause() == Cause::ForceLevel;
+        balance && !displacement && matches!(self.velocity, Velocity::Sensor)
     }
 }

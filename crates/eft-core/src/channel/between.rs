@@ -2,6 +2,7 @@
 
 use core::borrow::Borrow;
 
+use crate::channel::state::Sound;
 use crate::channel::{Channel, ChannelState, Input, Output};
 use crate::compensation::Calibration;
 use crate::controller::{ControllerInput, ControllerState};
@@ -29,6 +30,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             flags: 0,
             next_flags: 0,
             calibrations: [self.controller.nominal(); 2],
+            sound: Sound::new(self.controller.nominal()),
             stuck: StuckWatchState::default(),
         }
     }
@@ -38,7 +40,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// the learner has caught up every tick raises [`status::CALIBRATION_LATE`].
     ///
     /// # Cost
-    /// A copy of the calibration.
+    /// A copy of the calibration; under a plausibility watch a second one each half second.
     #[inline(always)]
     pub fn publish(&self, state: &mut ChannelState<T>, calibration: impl Borrow<Calibration<T>>) {
         let calibration: &Calibration<T> = calibration.borrow();
@@ -49,6 +51,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let [first, second] = &mut state.calibrations;
         *(if state.second { first } else { second }) = *calibration;
         state.second_is_latest = !state.second;
+        if self.plausibility.is_some() {
+            state.sound.keep(calibration);
+        }
         let late = state.window.number.wrapping_sub(calibration.window) > 1;
         state.next_flags = calibration.status | if late { status::CALIBRATION_LATE } else { 0 };
     }

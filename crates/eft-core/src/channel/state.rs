@@ -30,13 +30,15 @@ pub struct ChannelState<T: Real> {
     pub(super) flags: u32,
     pub(super) next_flags: u32,
     pub(super) calibrations: [Calibration<T>; 2],
+    /// Earlier ones, to go back to where a sensor turns out to lie.
+    pub(super) sound: Sound<T>,
     pub(super) stuck: StuckWatchState<T>,
 }
 
 impl<T: Real> ChannelState<T> {
     /// The calibration in use.
     pub fn calibration(&self) -> &Calibration<T> {
-        pick(&self.calibrations, self.second)
+        in_use(&self.calibrations, self.second, &self.sound)
     }
 
     /// Trips the protection from outside, at the last command: an emergency stop, or another actuator of the same
@@ -70,6 +72,52 @@ impl<T: Real> ChannelState<T> {
         // For the window after this one, if none comes until then.
         self.next_flags |= status::CALIBRATION_LATE;
     }
+}
+
+/// Calibrations of half a second to a second ago: longer than any fault of a sensor stays unnoticed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub(super) struct Sound<T: Real> {
+    kept: [Calibration<T>; 2],
+    /// Whether the second of them is the older one.
+    older_is_second: bool,
+    /// Once the older one is in use, for good.
+    in_use: bool,
+}
+
+/// Windows between two calibrations that are kept.
+const KEPT_EVERY: u32 = 128;
+
+impl<T: Real> Sound<T> {
+    pub(super) fn new(nominal: Calibration<T>) -> Self {
+        Self { kept: [nominal; 2], older_is_second: false, in_use: false }
+    }
+
+    /// Keeps a calibration whose turn it is, in the older one's place.
+    #[inline(always)]
+    pub(super) fn keep(&mut self, calibration: &Calibration<T>) {
+        if calibration.window.is_multiple_of(KEPT_EVERY) && !self.in_use {
+            let [first, second] = &mut self.kept;
+            *(if self.older_is_second { second } else { first }) = *calibration;
+            self.older_is_second = !self.older_is_second;
+        }
+    }
+
+    /// Goes back to the older one.
+    #[inline(always)]
+    pub(super) fn go_back(&mut self) {
+        self.in_use = true;
+    }
+}
+
+/// The calibration in use.
+#[inline(always)]
+pub(super) fn in_use<'a, T: Real>(
+    calibrations: &'a [Calibration<T>; 2],
+    second: bool,
+    sound: &'a Sound<T>,
+) -> &'a Calibration<T> {
+    if sound.in_use { pick(&sound.kept, sound.older_is_second) } else { pick(calibrations, second) }
 }
 
 #[inline(always)]

@@ -4,7 +4,7 @@ use super::*;
 use crate::compensation::Calibration;
 use crate::learning::Learner;
 use crate::parameters::Learning;
-use crate::protection::ProtectionParameters;
+use crate::protection::{Cause, ProtectionParameters};
 
 const RIG: Parameters =
     Parameters { protection: Some(ProtectionParameters::DEFAULT), ..Parameters::ZHAO2005 };
@@ -146,4 +146,51 @@ fn a_count_of_lost_samples_that_is_full_still_counts_as_a_gap() {
     assert_eq!(state.gap, u32::MAX);
     channel.step(&mut state, &swing(1));
     assert_eq!(state.gap, 0);
+}
+
+/// The flow gain that a window of this number teaches.
+fn gain(window: u32) -> f64 {
+    1.0 + 1e-4 * f64::from(window)
+}
+
+/// A tick, its window learned from; whether the protection has tripped.
+fn taught(
+    channel: &Channel<f64, 21>,
+    nominal: &Calibration<f64>,
+    state: &mut ChannelState<f64>,
+    input: &Input<f64>,
+) -> bool {
+    let out = channel.step(state, input);
+    if let Some(window) = out.window {
+        let mut found = *nominal;
+        (found.flow_gain, found.window) = (gain(window.number), window.number);
+        channel.publish(state, found);
+    }
+    out.status & status::TRIPPED != 0
+}
+
+// SR-10
+#[test]
+fn what_a_lying_sensor_taught_is_taken_back() {
+    let watched = ProtectionParameters {
+        plausibility: Some(crate::protection::PlausibilityParameters::DEFAULT),
+        ..ProtectionParameters::DEFAULT
+    };
+    let learning = Parameters { learning: Learning::ADAPTIVE, protection: Some(watched), ..RIG };
+    let channel = Channel::<f64, 21>::new(&learning).unwrap();
+    let mut state = channel.at_rest();
+    let rest =
+        Input { command: 0.0, velocity: 0.0, force: 0.0, spool: 0.0, displacement: 0.0, ..Input::default() };
+    let nominal = *state.calibration();
+    for _ in 0..1000 * channel.window_ticks() {
+        assert!(!taught(&channel, &nominal, &mut state, &rest));
+    }
+    let before = state.calibration().flow_gain;
+    assert!((before - gain(998)).abs() < 3e-4, "{before}");
+    let lost = Input { velocity: f64::NAN, ..rest };
+    for _ in 0..2000 {
+        taught(&channel, &nominal, &mut state, &lost);
+    }
+    // Of the two that were kept last, the 768th and the 896th, the older one: no fault is that old.
+    assert_eq!((state.cause(), state.calibration().flow_gain), (Cause::VelocityLost, gain(768)));
 }

@@ -75,6 +75,13 @@ impl Cause {
         (Self::StateCorrupt, "state_corrupt"),
     ];
 
+    /// Whether measurements are lost or contradict each other: nobody knows then what the specimen sees.
+    #[inline(always)]
+    pub(crate) fn is_of_sensors(self) -> bool {
+        let number = self as u32;
+        number >= Self::ForceLost as u32 && number <= Self::ValveImplausible as u32
+    }
+
     /// Its name.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(cause, _)| *cause == self).map_or("", |(_, name)| name)

@@ -13,6 +13,15 @@ pub(crate) const SPOOL: usize = 3;
 pub(crate) struct SensorGate<T> {
     /// In the signals' units.
     pub(crate) jump: [T; 4],
+    /// What friction (N) may add to the force's jump near a reversal, and the velocity (m/s) below which one is near.
+    pub(crate) friction: T,
+    pub(crate) reversing: T,
+    /// Changes from sample to sample that are no noise, and that noise exceeds.
+    pub(crate) still: [T; 4],
+    /// Share of the way that a liveliness goes in a sample.
+    pub(crate) forgetting: T,
+    /// Chance below which a run of still readings is no chance.
+    pub(crate) chance: T,
     /// Share of the way that the slopes go in a sample.
     pub(crate) share: T,
 }
@@ -28,6 +37,12 @@ pub(crate) struct Signal<T> {
     pub(crate) lost: u32,
     /// Times in a row that the reading repeated itself to the last bit.
     pub(crate) repeats: u32,
+    /// Share of the readings that lay off the line of the two before, as noise does.
+    liveliness: T,
+    /// How likely chance made the still readings in a row; 0 has seen nothing.
+    likelihood: T,
+    /// The last change from reading to reading.
+    step: T,
     /// Whether the last reading that was not accepted was a number.
     pub(crate) jumped: bool,
     seen: bool,
@@ -36,7 +51,7 @@ pub(crate) struct Signal<T> {
 impl<T: Real> SensorGate<T> {
     /// One reading of a signal: itself, or NaN where it is not accepted.
     #[inline(always)]
-    pub(crate) fn pass(&self, signal: &mut Signal<T>, jump: T, reading: T) -> T {
+    pub(crate) fn pass(&self, signal: &mut Signal<T>, jump: T, still: T, reading: T) -> T {
         let number = reading.abs() <= T::splat(f32::MAX as f64);
         let foreseen = signal.last + signal.slope * T::from_u32(signal.lost + 1);
         if !(number && (!signal.seen || (reading - foreseen).abs() <= jump)) {
@@ -45,14 +60,56 @@ impl<T: Real> SensorGate<T> {
             return T::splat(f64::NAN);
         }
         if signal.lost == 0 && signal.seen {
-            signal.slope = signal.slope + self.share * ((reading - signal.last) - signal.slope);
+            let step = reading - signal.last;
+            signal.slope = signal.slope + self.share * (step - signal.slope);
+            self.listen(signal, still, step);
         }
         let repeats = if signal.repeats < MOST { signal.repeats + 1 } else { MOST };
         signal.repeats = if signal.seen && reading == signal.last { repeats } else { 0 };
         (signal.last, signal.lost, signal.seen) = (reading, 0, true);
         reading
     }
+
+    /// How likely it is that a sound sensor was as still as this one in its latest readings.
+    ///
+    /// White noise moves a reading by less than a tenth of its deviation with a chance below 8 %, whatever the signal
+    /// and the readings before. That the noise is there is seen in the share of readings that lie off a line.
+    #[inline(always)]
+    fn listen(&self, signal: &mut Signal<T>, still: T, step: T) {
+        let (zero, one) = (T::splat(0.0), T::splat(1.0));
+        let off = (step - signal.step).abs() > T::splat(OFF_A_LINE) * still;
+        signal.step = step;
+        signal.liveliness =
+            signal.liveliness + self.forgetting * (if off { one } else { zero } - signal.liveliness);
+        let each = T::splat(MARGIN) * (one - signal.liveliness);
+        let each = if each > T::splat(LEAST) { each } else { T::splat(LEAST) };
+        let still = step.abs() <= still && signal.liveliness > T::splat(ALIVE);
+        let least = T::splat(0.5) * self.chance;
+        let likelihood = each * if signal.likelihood > least { signal.likelihood } else { least };
+        signal.likelihood = if still { likelihood } else { one };
+    }
+
+    /// Whether a signal has been still for longer than its noise allows.
+    #[inline(always)]
+    pub(crate) fn is_still(&self, signal: &Signal<T>) -> bool {
+        signal.likelihood > T::splat(0.0) && signal.likelihood < self.chance
+    }
+
+    /// How far the force may jump: friction changes its sign where the velocity does.
+    #[inline(always)]
+    pub(crate) fn jump_of_force(&self, jump: T, velocity: &Signal<T>) -> T {
+        if velocity.last.abs() < self.reversing { jump + self.friction } else { jump }
+    }
 }
+
+/// Distance of a reading from the line of the two before, in the changes that count as still: the second difference
+/// of white noise is √3 times as large as the first.
+const OFF_A_LINE: f64 = 1.7320508;
+/// Share of readings off a line above which a sensor is alive.
+const ALIVE: f64 = 0.75;
+/// Chance of a still reading: at the least this, and by this factor more than of one on a line.
+const LEAST: f64 = 0.13;
+const MARGIN: f64 = 1.6;
 
 /// Counts go no further.
 const MOST: u32 = 1 << 20;
@@ -61,11 +118,23 @@ const MOST: u32 = 1 << 20;
 mod tests {
     use super::*;
 
+    fn gate() -> SensorGate<f64> {
+        SensorGate {
+            jump: [1.0; 4],
+            friction: 0.0,
+            reversing: 0.0,
+            still: [0.1; 4],
+            forgetting: 1e-2,
+            chance: 1e-10,
+            share: 0.1,
+        }
+    }
+
     #[test]
     fn a_spike_is_lost_and_a_step_stays_lost() {
-        let gate = SensorGate { jump: [1.0; 4], share: 0.1 };
+        let gate = gate();
         let mut signal = Signal::default();
-        let mut pass = |reading: f64| gate.pass(&mut signal, 1.0, reading);
+        let mut pass = |reading: f64| gate.pass(&mut signal, 1.0, 0.0, reading);
         // The first reading may be anything.
         assert!((pass(50.0) - 50.0).abs() < 1e-12);
         for n in 1..200 {
@@ -79,5 +148,53 @@ mod tests {
             assert!(pass(-150.0).is_nan());
         }
         assert_eq!((signal.lost, signal.jumped), (20, true));
+    }
+
+    /// Readings with noise of one, by the sum of twelve uniform numbers.
+    fn noisy(seed: &mut u64) -> f64 {
+        let mut uniform = || {
+            *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (*seed >> 40) as f64 / f64::from(1_u32 << 24)
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    // SR-04
+    #[test]
+    fn noise_that_stops_is_noticed_in_twenty_readings() {
+        let gate = SensorGate { jump: [1e3; 4], ..gate() };
+        let (mut signal, mut seed) = (Signal::default(), 1);
+        let mut still = |reading: f64| {
+            gate.pass(&mut signal, 1e3, 0.1, reading);
+            gate.is_still(&signal)
+        };
+        for n in 0..200_000 {
+            assert!(!still(50.0 * libm::sin(2e-3 * f64::from(n)) + noisy(&mut seed)), "{n}");
+        }
+        // A dead input has a little noise of its own.
+        let readings = (1..).find(|n| still(0.02 * f64::from(n % 2)));
+        assert!(readings.is_some_and(|n| (8..20).contains(&n)), "{readings:?}");
+    }
+
+    #[test]
+    fn a_reading_that_rests_without_noise_or_on_a_coarse_converter_is_sound() {
+        for step in [0.0, 1.0, 4.0] {
+            let gate = SensorGate { jump: [1e3; 4], ..gate() };
+            let (mut signal, mut seed) = (Signal::default(), 1);
+            for n in 0..100_000 {
+                let swing = 100.0 * libm::sin(3e-3 * f64::from(n));
+                let reading =
+                    if step > 0.0 { step * libm::round((swing + noisy(&mut seed)) / step) } else { swing };
+                gate.pass(&mut signal, 1e3, 0.1, if n < 50_000 || step > 0.0 { reading } else { 7.0 });
+                assert!(!gate.is_still(&signal), "{step} {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn friction_changes_the_force_where_the_velocity_turns() {
+        let gate = SensorGate { friction: 5.0, reversing: 0.1, ..gate() };
+        let at = |velocity: f64| gate.jump_of_force(1.0, &Signal { last: velocity, ..Signal::default() });
+        assert!((at(0.05) - 6.0).abs() < 1e-12 && (at(-0.2) - 1.0).abs() < 1e-12);
     }
 }

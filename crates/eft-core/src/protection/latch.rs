@@ -43,6 +43,7 @@ impl Latch {
 mod tests {
     use super::*;
 
+    // SR-09
     #[test]
     fn no_flipped_bit_forgets_it_and_each_is_noticed() {
         for bit in 0..32 {

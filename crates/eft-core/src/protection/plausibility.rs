@@ -13,6 +13,8 @@ use crate::velocity::{FilteredDerivative, FilteredDerivativeState};
 
 /// Share of the flow that a wrong calibration may leave: the self-calibration's bounds, and what the curve adds.
 const FLOW: f64 = 0.5;
+/// The same above the motion's frequencies, where a wrong curve or gain leaves less in a few milliseconds.
+const FAST_FLOW: f64 = 0.2;
 /// Share of the oil's flow that a stiffness from 0.6 to 1.5 times the configured one leaves.
 const OIL: f64 = 0.6;
 /// Share by which velocity and displacement may differ.
@@ -113,6 +115,8 @@ pub(crate) struct PlausibilityState<T> {
     sums: [Sum<T>; 4],
     /// By how much the velocity's flow fits worse than the displacement's (m³/s), averaged.
     worse: T,
+    /// Once the force is blamed for a flow balance, in which the velocity counts as well.
+    by_balance: bool,
 }
 
 /// What else a watch has to know of a tick.
@@ -153,9 +157,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     pub(crate) fn gate(&self, state: &mut PlausibilityState<T>, input: &Input<T>) -> Input<T> {
         let mut out = *input;
         let readings = [&mut out.force, &mut out.displacement, &mut out.velocity, &mut out.spool];
-        let each = state.signals.iter_mut().zip(self.gate.jump).zip(readings);
-        for ((signal, jump), reading) in each {
-            *reading = self.gate.pass(signal, jump, *reading);
+        let [of_force, far @ ..] = self.gate.jump;
+        let [_, _, velocity, _] = &state.signals;
+        let of_force = self.gate.jump_of_force(of_force, velocity);
+        let [first, second, third] = far;
+        let jumps = [of_force, first, second, third];
+        let each = state.signals.iter_mut().zip(jumps).zip(self.gate.still).zip(readings);
+        for (((signal, jump), still), reading) in each {
+            *reading = self.gate.pass(signal, jump, still, *reading);
         }
         out
     }
@@ -183,13 +192,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             return Cause::None;
         }
         self.sum_up(state, input, velocity, known);
-        match self.stuck(state, input, velocity, known.command) {
-            Cause::None if (known.command - input.force).abs() > self.astray => {
-                self.contradiction(state, ASTRAY)
-            }
-            Cause::None => self.contradiction(state, 1.0),
-            stuck => stuck,
+        let stuck = self.stuck(state, input, velocity, known.command);
+        if stuck != Cause::None {
+            return stuck;
         }
+        let astray = (known.command - input.force).abs() > self.astray;
+        let cause = self.contradiction(state, if astray { ASTRAY } else { 1.0 });
+        state.by_balance |= cause == Cause::ForceImplausible;
+        cause
     }
 
     /// The opening that the valve command should have led to.
@@ -265,7 +275,11 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         // Near null an overlap that is not in the table hides what passes.
         let near = if input.spool.abs() < T::splat(NULL_REGION) { T::splat(1.0) } else { T::splat(0.0) };
         let hidden = envelope(&mut state.near_null, T::splat(1.0) - self.high, near) * self.null_drift;
-        let tolerance = share * flow_above + T::splat(OIL) * oil_above + fast_drift + hidden;
+        // No more than what a single high-pass leaves of the flow through it.
+        let [before, _] = &of_flow;
+        let through = (passed - *before).abs();
+        let hidden = if through < hidden { through } else { hidden };
+        let tolerance = T::splat(FAST_FLOW) * flow_above + T::splat(OIL) * oil_above + fast_drift + hidden;
         if self.senses_velocity {
             fast.add(self.period * residual_above, self.period * tolerance, fast_limit);
             let seen = envelope(of_motion, self.decay, larger(moved.abs(), travelled.abs()));
@@ -285,7 +299,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// A signal that repeats itself while it should have moved.
+    /// A signal whose noise has stopped, or that repeats itself while it should have moved.
     #[inline(always)]
     fn stuck(&self, state: &mut PlausibilityState<T>, input: &Input<T>, velocity: T, command: T) -> Cause {
         let [force, _, speed, _] = &state.signals;
@@ -299,7 +313,17 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
         let travelled = input.displacement - *displacement_then;
         let foreseen = T::from_u32(speed.repeats) * self.period * velocity;
-        if force.repeats >= self.repeats && (command - *command_then).abs() > force_evidence {
+        let [of_force, of_displacement, of_velocity, of_spool] =
+            state.signals.each_ref().map(|signal| self.gate.is_still(signal));
+        if of_force {
+            Cause::ForceImplausible
+        } else if of_velocity & self.senses_velocity {
+            Cause::VelocityImplausible
+        } else if of_spool {
+            Cause::SpoolImplausible
+        } else if of_displacement {
+            Cause::DisplacementImplausible
+        } else if force.repeats >= self.repeats && (command - *command_then).abs() > force_evidence {
             Cause::ForceImplausible
         } else if self.senses_velocity
             && speed.repeats >= self.repeats
@@ -368,6 +392,12 @@ impl<T: Real> PlausibilityState<T> {
     pub(crate) fn force_jumped(&self) -> bool {
         let [force, ..] = &self.signals;
         force.lost > 0 && force.jumped
+    }
+
+    /// Whether the force is blamed for a flow balance, in which the velocity counts as well.
+    #[inline(always)]
+    pub(crate) fn is_by_balance(&self) -> bool {
+        self.by_balance
     }
 
     /// Sensors that are no longer believed, in the order of [`FORCE`] and its siblings.

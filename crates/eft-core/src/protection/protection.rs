@@ -23,6 +23,8 @@ pub struct Protection<T> {
     spool: Limit<T>,
     rise: Ramp,
     fall: Ramp,
+    /// Where a sensor is no longer believed.
+    quick_fall: Ramp,
     shut: Ramp,
     /// Where a shutdown may follow the specimen first.
     settle: Option<Ramp>,
@@ -34,6 +36,8 @@ pub struct Protection<T> {
 const TRIPPED_LEVEL: f64 = 0.95;
 /// The same in a shutdown, the force loop open.
 const SETTLING_LEVEL: f64 = 0.93;
+/// Share of the ramp's time after a trip by a sensor: a yielding specimen goes on as long as a force holds.
+const QUICK: f64 = 0.2;
 /// Share of the force's trip level by which a force that follows its command may differ from it.
 const FOLLOWED: f64 = 0.25;
 
@@ -231,7 +235,7 @@ impl<T: Real> Protection<T> {
     #[inline(always)]
     fn next_scale(&self, state: &ProtectionState<T>) -> Position {
         if state.tripped.is_set() | state.ending {
-            state.scale.down(self.fall)
+            state.scale.down(if state.cause.is_of_sensors() { self.quick_fall } else { self.fall })
         } else {
             state.scale.up(self.rise)
         }
@@ -315,6 +319,7 @@ macro_rules! constructor {
                     spool: check!(Limit::<$t>::new("spool_warning", "spool_trip", p.spool)),
                     rise: check!(Ramp::new("start_time", p.start_time, rate)),
                     fall: check!(Ramp::new("ramp_time", p.ramp_time, rate)),
+                    quick_fall: check!(Ramp::new("ramp_time", QUICK * p.ramp_time, rate)),
                     shut: check!(Ramp::new("shutdown_time", p.shutdown_time, rate)),
                     settle: match &p.plausibility {
                         Some(watch) => Some(check!(Ramp::new("settle_time", watch.settle_time, rate))),

@@ -42,6 +42,28 @@ fn a_trip_takes_the_frozen_command_to_zero_and_stays() {
     }
 }
 
+// SR-05
+#[test]
+fn a_sensor_that_lies_ramps_the_force_in_a_fifth_of_the_time() {
+    for (cause, samples) in [
+        (Cause::ForceLost, 2),
+        (Cause::VelocityImplausible, 2),
+        (Cause::ValveImplausible, 2),
+        (Cause::MeasurementLost, 10),
+        (Cause::Request, 10),
+        (Cause::StateCorrupt, 10),
+    ] {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        p.step(&mut state, 60.0, 60.0, 0.0, 0.0, 0.0);
+        state.trip_by(cause);
+        for n in 1..=samples {
+            let expected = 60.0 * (1.0 - f64::from(n) / f64::from(samples));
+            let out = p.step(&mut state, 60.0, 0.0, 0.0, 0.0, 0.0);
+            assert!((out.command - expected).abs() < 1e-6, "{cause:?} {n}: {}", out.command);
+        }
+    }
+}
+
 #[test]
 fn far_beyond_the_trip_the_valve_is_shut() {
     let (p, mut state) = (protection(), ProtectionState::default());
@@ -84,6 +106,7 @@ fn a_fault_that_persists_trips_and_the_ramp_follows() {
     }
 }
 
+// SR-01
 #[test]
 fn lost_samples_are_waited_for_then_shut_down() {
     let (p, mut state) = (protection(), ProtectionState::default());
@@ -114,6 +137,17 @@ fn start_and_end_are_soft_and_foreseen() {
     state.end();
     assert_eq!([0; 5].map(|_| step(&mut state)), [6.0, 4.0, 2.0, 0.0, 0.0]);
     assert!(state.is_down());
+}
+
+#[test]
+fn after_a_trip_the_frozen_command_is_foreseen() {
+    let (p, mut state) = (protection(), ProtectionState::default());
+    p.step(&mut state, 60.0, 60.0, 0.0, 0.0, 0.0);
+    state.trip();
+    for _ in 0..12 {
+        let foreseen = p.preview(&state, -500.0);
+        assert_eq!(p.step(&mut state, -500.0, 0.0, 0.0, 0.0, 0.0).command, foreseen);
+    }
 }
 
 #[test]

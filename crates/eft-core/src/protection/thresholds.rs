@@ -40,6 +40,33 @@ const fn root(square: f64) -> f64 {
     root
 }
 
+/// Share of its trip level below which the velocity is near its reversal.
+const REVERSING: f64 = 0.05;
+/// Share of such a gate for the force: one reading beyond it is only held, and `lost_samples` in a row trip.
+const HELD: f64 = 0.56;
+/// Share of its noise's deviation by which a reading changes at the most where a sensor is still.
+const STILL: f64 = 0.1;
+
+/// e to the power of a negative number, in a constant.
+const fn exponential(power: f64) -> f64 {
+    let (mut value, mut halvings) = (power, 0);
+    while value < -0.5 {
+        value *= 0.5;
+        halvings += 1;
+    }
+    // Taylor's series by Horner's scheme.
+    let (mut result, mut n) = (1.0, 8.0);
+    while n > 0.5 {
+        result = 1.0 + result * value / n;
+        n -= 1.0;
+    }
+    while halvings > 0 {
+        result *= result;
+        halvings -= 1;
+    }
+    result
+}
+
 /// Share of the way that a first-order low-pass goes in a sample; at the most all of it.
 const fn share(corner: f64, rate: f64) -> f64 {
     let angle = core::f64::consts::TAU * corner / rate;
@@ -107,11 +134,21 @@ macro_rules! constructor {
                     model: check!(FlowModel::<$t, N>::of_table(p)),
                     gate: SensorGate {
                         jump: [
-                            (noise * force_noise + swing * force + FRICTION * capacity) as $t,
+                            (HELD * (noise * force_noise + swing * force)) as $t,
                             far as $t,
                             (noise * velocity_noise + swing * velocity) as $t,
                             (noise * spool_noise + swing * spool) as $t,
                         ],
+                        friction: (FRICTION * capacity) as $t,
+                        reversing: (REVERSING * velocity) as $t,
+                        still: [
+                            (STILL * force_noise) as $t,
+                            (STILL * displacement_noise) as $t,
+                            (STILL * velocity_noise) as $t,
+                            (STILL * spool_noise) as $t,
+                        ],
+                        forgetting: share(1.0, rate) as $t,
+                        chance: exponential(-readings) as $t,
                         share: share(60.0, rate) as $t,
                     },
                     derivative: check!(FilteredDerivative::<$t>::new(CORNER, rate)),
@@ -138,7 +175,7 @@ macro_rules! constructor {
                     ],
                     limit: [
                         (1.5 * area * travel + wandering) as $t,
-                        (2.0 * FRICTION * capacity * compressibility / area + wandering) as $t,
+                        (FRICTION * capacity * compressibility / area + wandering) as $t,
                         travel as $t,
                         2.0e-3,
                     ],

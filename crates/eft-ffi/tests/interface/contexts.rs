@@ -213,6 +213,7 @@ fn a_learner_in_a_task_gives_the_bits_of_one_behind_the_step() {
     assert!(expected.iter().all(|(_, status)| status & EFT_CALIBRATION_LATE == 0));
 }
 
+// SR-13
 #[test]
 fn a_trip_that_is_asked_for_while_the_steps_run_is_never_lost() {
     let rounds = if cfg!(miri) { 3 } else { 500 };
