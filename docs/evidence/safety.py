@@ -1,13 +1,16 @@
 """Sensor faults against the protection, and sound tests that it must leave alone.
 
 ``python docs/evidence/safety.py [MOMENTS] [RIGS]`` runs each fault of each sensor at random moments of
-three tests, with either scheme, and sound tests of random rigs. It writes ``data/safety_*.csv``,
-and `report` makes the page's tables of them. The same seed makes the same tests on every machine.
+three tests, with either scheme; transient faults on a yielding specimen; ways to respond to a load cell that
+fails; and sound tests of random rigs. It writes ``data/safety_*.csv``, and `report` makes the page's tables
+of them. The same seed makes the same tests on every machine.
 """
 
 import csv
+import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +22,13 @@ from eft.demo.experiments import EL_CENTRO
 
 DATA = Path(__file__).parent / "data"
 FAULTS, SOUND = DATA / "safety_faults.csv", DATA / "safety_sound.csv"
-SEED, MOMENTS, RIGS = 1509, 200, 200
+YIELDING, RESPONSES = DATA / "safety_yielding.csv", DATA / "safety_responses.csv"
+SEED, MOMENTS, RIGS = 1509, 200, 250
 RATE = 4096.0
 SIGNALS = ("force", "displacement", "velocity", "spool")
 KINDS = ("lost", "zero", "stuck", "sign")
+# A wrong gain lasts a second and reads 10 % too much.
+CASES = (*((signal, kind) for signal in SIGNALS for kind in KINDS), ("velocity", "gain"))
 FORCE_TRIP, DISPLACEMENT_TRIP = 20e3, 0.115
 LEVELS = {
     "protection.enabled": True,
@@ -73,51 +79,158 @@ def tests() -> list[tuple[np.ndarray, float, float]]:
     ]
 
 
+def fault(signal: str, kind: str, start: float, duration: float | None = None) -> dict[str, object]:
+    """Changes that make a sensor fail."""
+    changes: dict[str, object] = {"signal": signal, "kind": kind, "start": start}
+    if kind == "gain":
+        changes |= {"gain": 1.1, "duration": 1.0}
+    if duration is not None:
+        changes |= {"duration": duration}
+    return {f"sensors.fault.{name}": value for name, value in changes.items()}
+
+
+def runs(rig_of: Callable[[int], tuple[eft.Rig, eft.Command]], count: int) -> list[eft.TestRun]:
+    """Tests on all cores."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(lambda number: eft.simulate(*rig_of(number)), range(count)))
+
+
+def largest(values: np.ndarray) -> float:
+    """To either side."""
+    return float(np.abs(values).max())
+
+
 def faults(moments: int) -> Iterator[dict[str, object]]:
     """A row a fault and scheme: how often it was noticed, when, and the worst that the specimen saw."""
     commands = tests()
     base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1))
     for scheme, changes in random_rigs.SCHEMES.items():
-        for signal in SIGNALS:
-            for kind in KINDS:
-                random = np.random.default_rng([SEED, SIGNALS.index(signal), KINDS.index(kind)])
-                noticed, blamed = [], 0
-                force, displacement, beyond = 0.0, 0.0, 0
-                for moment in range(moments):
-                    values, first, last = commands[moment % len(commands)]
-                    start = random.uniform(first, last)
-                    rig = base.replace(
-                        changes
-                        | {
-                            "controller.realization": ("digital", "analog")[moment // 3 % 2],
-                            "sensors.fault.signal": signal,
-                            "sensors.fault.kind": kind,
-                            "sensors.fault.start": start,
-                        }
-                    )
-                    begin = int(np.ceil(start * RATE))
-                    run = eft.simulate(rig, eft.Command(values[: begin + int(2.0 * RATE)], RATE))
-                    tripped = (run.status & eft.Status.TRIPPED) != 0
-                    noticed.append((tripped.argmax() - begin) / RATE if tripped.any() else np.inf)
-                    blamed += run.cause.name.lower().startswith(signal)
-                    worst = float(np.abs(run.force[begin:]).max())
-                    force = max(force, worst)
-                    displacement = max(displacement, float(np.abs(run.displacement[begin:]).max()))
-                    beyond += worst > 1.75 * FORCE_TRIP
-                times = np.array(noticed)
-                yield {
-                    "scheme": scheme,
-                    "signal": signal,
-                    "kind": kind,
-                    "moments": moments,
-                    "unnoticed": int((times > 0.6).sum()),
-                    "median": float(np.median(times)),
-                    "worst": float(times.max()),
-                    "blamed": blamed / moments,
-                    "force": force,
-                    "beyond": beyond / moments,
-                    "displacement": displacement,
-                }
+        changed = base.replace(changes)
+        for signal, kind in CASES:
+            random = np.random.default_rng([SEED, *f"{signal} {kind}".encode()])
+            chosen = [commands[moment % len(commands)] for moment in range(moments)]
+            starts = [random.uniform(first, last) for _, first, last in chosen]
+            begins = [int(np.ceil(start * RATE)) for start in starts]
+
+            def rig_of(
+                moment: int,
+                rig: eft.Rig = changed,
+                case: tuple[str, str] = (signal, kind),
+                starts: Sequence[float] = starts,
+                begins: Sequence[int] = begins,
+            ) -> tuple[eft.Rig, eft.Command]:
+                realization = ("digital", "analog")[moment // 3 % 2]
+                values, _, _ = commands[moment % len(commands)]
+                rig = rig.replace(fault(*case, starts[moment]) | {"controller.realization": realization})
+                return rig, eft.Command(values[: begins[moment] + int(2.0 * RATE)], RATE)
+
+            noticed, forces, displacements, blamed = [], [], [], 0
+            for begin, run in zip(begins, runs(rig_of, moments), strict=True):
+                tripped = (run.status & eft.Status.TRIPPED) != 0
+                noticed.append((tripped.argmax() - begin) / RATE if tripped.any() else np.inf)
+                blamed += run.cause.name.lower().startswith(signal)
+                forces.append(largest(run.force[begin:]))
+                displacements.append(largest(run.displacement[begin:]))
+            times = np.array(noticed)
+            yield {
+                "scheme": scheme,
+                "signal": signal,
+                "kind": kind,
+                "moments": moments,
+                "unnoticed": int((times > 0.6).sum()),
+                "median": float(np.median(times)),
+                "worst": float(times.max()),
+                "blamed": blamed / moments,
+                "force": max(forces),
+                "beyond": float((np.array(forces) > 1.75 * FORCE_TRIP).mean()),
+                "displacement": max(displacements),
+            }
+
+
+YIELDS: dict[str, object] = {
+    "structure.kind": "bouc_wen",
+    "structure.bouc_wen.yield_displacement": 0.015,
+    "structure.bouc_wen.post_yield_ratio": 0.1,
+    "structure.bouc_wen.exponent": 2.0,
+    "structure.bouc_wen.shape": 0.5,
+}
+
+
+def yielding(moments: int) -> Iterator[dict[str, object]]:
+    """A row a transient fault and ramp: the worst displacement of a yielding specimen over the ideal one."""
+    command = quake(7040.0)
+    values = np.asarray(command.values)
+    base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | YIELDS)
+    ideal = largest(eft.ideal_response(base, command).displacement)
+    starts = 1.5 + 8.0 * np.arange(moments) / moments
+    for ramp in (2.5, 0.5, 0.25):
+        for signal, kind in CASES:
+
+            def rig_of(
+                moment: int, ramp: float = ramp, case: tuple[str, str] = (signal, kind)
+            ) -> tuple[eft.Rig, eft.Command]:
+                start = float(starts[moment])
+                changes = fault(*case, start, None if case[1] == "gain" else (0.3, 0.5)[moment % 2])
+                changes |= {"protection.ramp_time": ramp}
+                changes |= {"controller.realization": ("digital", "analog")[moment // 2 % 2]}
+                rig = base.replace(changes | random_rigs.SCHEMES[("fixed", "adaptive")[moment // 4 % 2]])
+                return rig, eft.Command(values[: int((start + 3.0) * RATE)], RATE)
+
+            ratios = np.array(
+                [
+                    largest(run.displacement[int(start * RATE) :]) / ideal
+                    for start, run in zip(starts, runs(rig_of, moments), strict=True)
+                ]
+            )
+            yield {
+                "ramp": ramp,
+                "signal": signal,
+                "kind": kind,
+                "moments": moments,
+                "worst": float(ratios.max()),
+                "beyond": float((ratios > 1.2).mean()),
+            }
+
+
+Changes = dict[str, object]
+BYPASS: Changes = {"actuator.bypass_flow": 4e-3}
+CLOSES: Changes = {"protection.plausibility": False}
+WAYS: tuple[tuple[str, dict[str, object]], ...] = (
+    ("valve command to zero in 0.05 s", CLOSES | {"protection.shutdown_time": 0.05}),
+    ("in 0.1 s", CLOSES | {"protection.shutdown_time": 0.1}),
+    ("in 0.2 s", CLOSES | {"protection.shutdown_time": 0.2}),
+    ("in 0.3 s", CLOSES | {"protection.shutdown_time": 0.3}),
+    (
+        "in 0.1 s, bypass valve open after 50 ms",
+        CLOSES | {"protection.shutdown_time": 0.1} | BYPASS | {"actuator.bypass_time": 0.05},
+    ),
+    (
+        "in 0.1 s, bypass valve open after 20 ms",
+        CLOSES | {"protection.shutdown_time": 0.1} | BYPASS | {"actuator.bypass_time": 0.02},
+    ),
+    ("following the specimen for 0.5 s", {"protection.settle_time": 0.5}),
+    ("for 1.5 s (the default)", {}),
+    ("for 4 s", {"protection.settle_time": 4.0}),
+    ("for 1.5 s, bypass valve open after 50 ms", BYPASS | {"actuator.bypass_time": 0.05}),
+)
+
+
+def responses() -> Iterator[dict[str, object]]:
+    """A row a way to respond to a load cell that is lost at full speed."""
+    values, _, _ = tests()[0]
+    stops = {"actuator.stop_stiffness": 1e8, "controller.realization": "digital"}
+    base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | stops)
+    starts = 3.0 + np.arange(8) / 12.0
+    for way, changes in WAYS:
+        changed = base.replace(changes)
+
+        def rig_of(moment: int, rig: eft.Rig = changed) -> tuple[eft.Rig, eft.Command]:
+            return rig.replace(fault("force", "lost", float(starts[moment]))), eft.Command(values, RATE)
+
+        found = runs(rig_of, len(starts))
+        after = [run.force[int(start * RATE) :] for start, run in zip(starts, found, strict=True)]
+        moved = [run.displacement[int(start * RATE) :] for start, run in zip(starts, found, strict=True)]
+        yield {"way": way, "force": max(map(largest, after)), "displacement": max(map(largest, moved))}
 
 
 def sound(rigs: int) -> Iterator[dict[str, object]]:
@@ -128,28 +241,39 @@ def sound(rigs: int) -> Iterator[dict[str, object]]:
         "protection.velocity_trip": 1.5,
         "protection.spool_trip": 0.98,
     }
-    for number, truth in enumerate(random_rigs.draw(rigs)):
-        rig = random_rigs.true_rig(truth, number + 1)
-        rig = rig.replace(levels | EFFECTS[number % len(EFFECTS)])
-        sweep = eft.sine_sweep(truth["amplitude"], 0.0, 10.0, 16.0, RATE)
-        for scheme, changes in random_rigs.SCHEMES.items():
-            realization = ("digital", "analog")[number // 14 % 2]
-            variant = rig.replace(changes | {"controller.realization": realization})
-            for test, command in (("sweep", sweep), ("quake", quake(rig["structure.mass"]))):
-                run = eft.simulate(variant, command)
-                ranges = random_rigs.RANGES
-                ended = any(
-                    bool((np.abs(getattr(run, name)) > limit).any()) for name, limit in ranges.items()
-                )
-                yield {
-                    "rig": number,
-                    "effect": number % len(EFFECTS),
-                    "scheme": scheme,
-                    "realization": realization,
-                    "test": test,
-                    "cause": run.cause.name.lower(),
-                    "out_of_range": int(ended),
-                }
+    plan = [
+        (number, truth, scheme, test)
+        for number, truth in enumerate(random_rigs.draw(rigs))
+        for scheme in random_rigs.SCHEMES
+        for test in ("sweep", "quake")
+    ]
+
+    def rig_of(place: int) -> tuple[eft.Rig, eft.Command]:
+        number, truth, scheme, test = plan[place]
+        # The designed loop: with the paper's the oil column of some of these rigs is unstable.
+        designed = {"controller.force_loop": "robust", "controller.realization": "digital"}
+        rig = random_rigs.true_rig(truth, number + 1).replace(
+            levels | EFFECTS[number % len(EFFECTS)] | random_rigs.SCHEMES[scheme] | designed
+        )
+        if test == "quake":
+            return rig, quake(rig["structure.mass"])
+        return rig, eft.sine_sweep(truth["amplitude"], 0.0, 10.0, 16.0, RATE)
+
+    def judged(place: int) -> dict[str, object]:
+        number, _, scheme, test = plan[place]
+        run = eft.simulate(*rig_of(place))
+        ended = any(largest(getattr(run, name)) > limit for name, limit in random_rigs.RANGES.items())
+        return {
+            "rig": number,
+            "effect": number % len(EFFECTS),
+            "scheme": scheme,
+            "test": test,
+            "cause": run.cause.name.lower(),
+            "out_of_range": int(ended),
+        }
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        yield from pool.map(judged, range(len(plan)))
 
 
 def write(path: Path, rows: Iterator[dict[str, object]]) -> None:
@@ -181,6 +305,19 @@ def report(folder: Path) -> None:
             f"| {100 * float(row['blamed']):.0f} % | {float(row['force']) / 1e3:.0f} kN "
             f"| {100 * float(row['beyond']):.1f} % | {1e3 * float(row['displacement']):.0f} mm |"
         )
+    text += ["", "| transient fault of 0.3 to 0.5 s | ramp of 0.5 s | 0.1 s (the default) | 0.05 s |"]
+    text += ["| --- " * 4 + "|"]
+    of_ramp = {(row["signal"], row["kind"], float(row["ramp"])): row for row in read(YIELDING)}
+    for signal, kind in CASES:
+        cells = (of_ramp[signal, kind, ramp]["worst"] for ramp in (2.5, 0.5, 0.25))
+        text.append(f"| {signal} {kind} | " + " | ".join(f"{float(cell):.2f}" for cell in cells) + " |")
+    write_text(folder / "safety_faults.md", "\n".join([*text, ""]))
+    text = ["| after the load cell is lost | force | displacement |", "| --- " * 3 + "|"]
+    for row in read(RESPONSES):
+        force, displacement = float(row["force"]) / 1e3, 1e3 * float(row["displacement"])
+        text.append(f"| {row['way']} | {force:.0f} kN | {displacement:.0f} mm |")
+    write_text(folder / "safety_responses.md", "\n".join([*text, ""]))
+    text = []
     rows = read(SOUND)
     by_level = sum(row["cause"].endswith("_level") for row in rows)
     alarms = [row for row in rows if row["cause"] != "none" and not row["cause"].endswith("_level")]
@@ -192,12 +329,14 @@ def report(folder: Path) -> None:
         f"is beyond the range of its sensor, which therefore does lie. False alarms: {len(alarms) - ranged}.",
         "",
     ]
-    write_text(folder / "safety.md", "\n".join(text))
+    write_text(folder / "safety_sound.md", "\n".join(text))
 
 
 def main(moments: int, rigs: int) -> None:
     """Run everything."""
     write(FAULTS, faults(moments))
+    write(YIELDING, yielding(moments // 6))
+    write(RESPONSES, responses())
     write(SOUND, sound(rigs))
 
 

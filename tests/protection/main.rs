@@ -58,6 +58,7 @@ fn first(run: &TestRun, flag: u32) -> Option<f64> {
     run.status.iter().position(|s| s & flag != 0).map(|i| i as f64 / run.sample_rate)
 }
 
+// SR-07
 #[test]
 fn a_sound_test_is_left_alone() {
     for realization in ["analog", "digital"] {
@@ -226,6 +227,7 @@ fn samples_that_the_controller_refuses_shut_down_as_lost_ones_do() {
     }
 }
 
+// SR-11
 #[test]
 fn a_command_that_is_lost_is_let_down_from_the_last_valid_one() {
     for realization in ["analog", "digital"] {

@@ -3,7 +3,7 @@
 use eft::core::Cause;
 use eft::core::status::{TRIPPED, cause};
 use eft::sim::excitation::{Command, sine_sweep};
-use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
+use eft::sim::{RigConfig, SimulateOptions, TestRun, ideal_response, simulate};
 use toml::Value;
 
 use crate::results::keep;
@@ -54,11 +54,16 @@ pub(crate) fn run(rig: &RigConfig, command: &Command) -> TestRun {
 }
 
 pub(crate) fn fault(signal: &str, kind: &str, start: f64) -> Vec<(&'static str, Value)> {
-    vec![
+    let mut changes: Vec<(&str, Value)> = vec![
         ("sensors.fault.signal", signal.into()),
         ("sensors.fault.kind", kind.into()),
         ("sensors.fault.start", start.into()),
-    ]
+    ];
+    if kind == "gain" {
+        // A tenth too much for a second.
+        changes.extend([("sensors.fault.gain", Value::from(1.1)), ("sensors.fault.duration", 1.0.into())]);
+    }
+    changes
 }
 
 pub(crate) struct Seen {
@@ -88,6 +93,7 @@ fn sine() -> Command {
 
 const MOMENTS: [f64; 3] = [3.0, 3.08, 3.17];
 
+// SR-02, SR-03, SR-04, SR-07
 #[test]
 fn no_single_fault_of_a_sensor_hurts_the_specimen() {
     for (realization, noisy) in [("digital", false), ("digital", true), ("analog", true)] {
@@ -110,8 +116,9 @@ fn no_single_fault_of_a_sensor_hurts_the_specimen() {
                             s.displacement
                         );
                         assert_eq!(s.cause, blamed(signal, kind, s.cause), "{what} at {start}");
-                        // Where there is a force to be of the wrong sign.
-                        if signal == "force" && (kind == "zero" || kind == "sign") && start > 3.0 {
+                        // A wrong sign shows where there is a force; noise that stops shows everywhere.
+                        let sign = signal == "force" && kind == "sign" && start > 3.0;
+                        if sign || (noisy && (kind == "zero" || kind == "stuck")) {
                             assert!(noticed < 0.02, "{what} at {start}: noticed after {noticed}");
                         }
                         for (most, value) in worst.iter_mut().zip([noticed, s.force, s.displacement]) {
@@ -145,4 +152,83 @@ fn blamed(signal: &str, kind: &str, named: Cause) -> Cause {
         "spool" => Cause::SpoolImplausible,
         _ => named,
     }
+}
+
+/// Largest force (N) and displacement (m) from the fault on.
+fn worst(run: &TestRun, start: f64) -> [f64; 2] {
+    let s = seen(run, start);
+    [s.force, s.displacement]
+}
+
+// SR-08
+#[test]
+fn a_velocity_that_reads_a_tenth_too_much_is_survived() {
+    for (realization, adaptive) in [("digital", false), ("digital", true), ("analog", true)] {
+        let mut most = [0.0_f64; 2];
+        for n in 0..8 {
+            let start = 3.0 + f64::from(n) / 12.0;
+            let changes = fault("velocity", "gain", start);
+            let found = worst(&run(&rig(realization, adaptive, true, &changes), &sine()), start);
+            for (most, value) in most.iter_mut().zip(found) {
+                *most = most.max(value);
+            }
+        }
+        let what = format!("velocity reads 10 % more, {realization}, adaptive {adaptive}");
+        keep(&what, &[("force", most[0]), ("displacement", most[1])]);
+        assert!(most[0] < 2.0 * FORCE_TRIP && most[1] < DISPLACEMENT_TRIP, "{what}: {most:?}");
+    }
+}
+
+// SR-06
+#[test]
+fn a_yielding_specimen_is_not_pushed_on() {
+    let yields: [(&str, Value); 5] = [
+        ("structure.kind", "bouc_wen".into()),
+        ("structure.bouc_wen.yield_displacement", 0.015.into()),
+        ("structure.bouc_wen.post_yield_ratio", 0.1.into()),
+        ("structure.bouc_wen.exponent", 2.0.into()),
+        ("structure.bouc_wen.shape", 0.5.into()),
+    ];
+    // 1.5 times what makes it yield, near its resonance.
+    let command = sine_sweep(15e3, 1.0, 1.0, 3.5, RATE).unwrap();
+    let sound = rig("digital", false, true, &yields);
+    let ideal = ideal_response(&sound, &command, &SimulateOptions::default()).unwrap();
+    let ideal = ideal.displacement.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    for signal in SIGNALS {
+        for kind in KINDS {
+            let mut most = 0.0_f64;
+            for n in 0..6 {
+                let start = 1.5 + f64::from(n) / 12.0;
+                let mut changes = fault(signal, kind, start);
+                changes.push(("sensors.fault.duration", 0.5.into()));
+                changes.extend(yields.iter().cloned());
+                let [_, displacement] = worst(&run(&rig("digital", false, true, &changes), &command), start);
+                most = most.max(displacement / ideal);
+            }
+            keep(
+                format_args!("yielding specimen, {signal} {kind}"),
+                &[("displacement over the ideal one", most)],
+            );
+            assert!(most < 1.2, "{signal} {kind}: {most}");
+        }
+    }
+}
+
+// SR-12
+#[test]
+fn a_bypass_valve_takes_the_force_off_a_closed_valve() {
+    let force = |further: &[(&'static str, Value)]| {
+        let closes = [("protection.plausibility", false.into()), ("protection.shutdown_time", 0.1.into())];
+        (0..6).fold(0.0_f64, |most, n| {
+            let start = 3.0 + f64::from(n) / 12.0;
+            let changes = [&fault("force", "lost", start), &closes[..], further].concat();
+            most.max(seen(&run(&rig("digital", false, true, &changes), &sine()), start).force)
+        })
+    };
+    let bypass = ("actuator.bypass_flow", Value::from(4e-3));
+    let closed = force(&[]);
+    let [late, early] =
+        [0.05, 0.02].map(|time: f64| force(&[bypass.clone(), ("actuator.bypass_time", time.into())]));
+    keep("valve closed in 0.1 s", &[("force", closed), ("bypass in 50 ms", late), ("in 20 ms", early)]);
+    assert!(late < 0.5 * closed && early < 0.5 * closed, "{closed} {late} {early}");
 }
