@@ -100,7 +100,7 @@ where
         if *protected && tripped.any() {
             // One floor let down alone would twist the others off it.
             digital.iter_mut().for_each(|side| side.trip(*tripped));
-            plant.open_bypass(*grid);
+            plant.open_bypass(*grid, *tripped);
         }
         drivers.clear();
         let actuators = digital.iter_mut().zip(states).zip(commands.iter().zip(recorder)).enumerate();

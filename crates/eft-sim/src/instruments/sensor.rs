@@ -164,7 +164,7 @@ impl End {
                 FaultKind::Sign => (-converted, AnalogOutput { gain: -sound.gain, offset: -sound.offset }),
                 FaultKind::Gain => {
                     let off = fault.gain;
-                    (off * converted, AnalogOutput { gain: off * self.gain, offset: off * error })
+                    (off * converted, AnalogOutput { gain: off * sound.gain, offset: off * sound.offset })
                 }
             },
             _ => (converted, sound),

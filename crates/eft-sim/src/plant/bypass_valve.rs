@@ -34,14 +34,15 @@ impl<S: Num> BypassValve<S> {
         }
     }
 
-    /// Goes on opening for a time (s).
-    pub(crate) fn open(&mut self, time: f64) {
-        self.opening = (self.opening + self.rate * S::splat(time)).limit(S::splat(0.0), S::splat(1.0));
+    /// Goes on opening for a time (s) where `at`.
+    pub(crate) fn open(&mut self, time: f64, at: S::Mask) {
+        let further = (self.opening + self.rate * S::splat(time)).limit(S::splat(0.0), S::splat(1.0));
+        self.opening = S::select(at, further, self.opening);
     }
 
-    /// Shuts at once, for a new test.
-    pub(crate) fn close(&mut self) {
-        self.opening = S::splat(0.0);
+    /// Shuts at once where `at`, for a new test.
+    pub(crate) fn close(&mut self, at: S::Mask) {
+        self.opening = S::select(at, S::splat(0.0), self.opening);
     }
 
     /// Flow (m³/s) from the chamber of the higher pressure to the other at a load pressure (Pa).
@@ -70,15 +71,16 @@ mod tests {
         let rig = changed(&[("actuator.bypass_flow", 4e-3.into()), ("actuator.bypass_time", 0.02.into())]);
         let mut valve = BypassValve::<f64>::pack(|_| &rig);
         assert!(valve.flow(1e6).abs() < 1e-15);
-        valve.open(0.01);
+        valve.open(0.01, true);
         let half = valve.flow(4e6);
-        valve.open(0.02);
+        valve.open(0.02, true);
+        valve.close(false);
         assert!((valve.flow(4e6) / half - 2.0).abs() < 1e-12);
         // Four times the pressure, twice the flow.
         assert!((valve.flow(1.6e7) / valve.flow(4e6) - 2.0).abs() < 1e-2);
         assert!((valve.flow(4e6) / 4e-6 / 2e3 - 1.0).abs() < 1e-2);
         assert!((valve.flow(-4e6) + valve.flow(4e6)).abs() < 1e-18);
-        valve.close();
+        valve.close(true);
         assert!(valve.flow(4e6).abs() < 1e-15);
     }
 }

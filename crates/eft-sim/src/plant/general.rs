@@ -2,7 +2,7 @@
 //!
 //! Effects that are off change no bit. A single rig is a building of one story.
 
-use eft_core::Scalar;
+use eft_core::{Mask, Scalar};
 
 use crate::config::RigConfig;
 use crate::error::Result;
@@ -194,12 +194,13 @@ impl<S: Num> Plant<S> {
     /// Back to rest.
     pub(crate) fn reset(&mut self) {
         self.state = self.parts.at_rest();
-        self.parts.servo_actuator.bypass_valve().close();
+        self.parts.servo_actuator.bypass_valve().close(S::Mask::splat(true));
         self.settle();
     }
 
     /// Puts the plants of some lanes back to rest.
     pub(crate) fn restart(&mut self, at: S::Mask) {
+        self.parts.servo_actuator.bypass_valve().close(at);
         for (number, rest) in self.state.iter_mut().zip(self.parts.at_rest()) {
             *number = S::select(at, rest, *number);
         }
@@ -264,8 +265,8 @@ impl<S: Num> Plant<S> {
     }
 
     /// Lets the bypass valves go on opening for a tick, as a trip does.
-    pub(crate) fn open_bypass(&mut self, grid: TimeGrid) {
-        self.parts.servo_actuator.bypass_valve().open(1.0 / grid.sample_rate);
+    pub(crate) fn open_bypass(&mut self, grid: TimeGrid, at: S::Mask) {
+        self.parts.servo_actuator.bypass_valve().open(1.0 / grid.sample_rate, at);
     }
 
     /// Takes the plant through a tick, under a driver an actuator.
