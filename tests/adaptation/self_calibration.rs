@@ -198,3 +198,44 @@ fn a_late_converter_is_made_up_for_where_it_is_known_or_seen() {
         "{least} {most} {estimate}"
     );
 }
+
+// A late velocity transducer: the fixed scheme leads by what it is told, the learning one finds the valve besides.
+#[test]
+fn a_late_velocity_is_made_up_for_where_it_is_told() {
+    for (samples, told) in [(4, 4.0 / RATE), (8, 8.0 / RATE)] {
+        let late = vec![set("sensors.velocity.delay", samples)];
+        let telling = [late.clone(), vec![set("compensation.velocity_delay", told)]].concat();
+        let fixed = vec![set("compensation.adaptive", false)];
+        for amplitude in [2200.0, 8900.0] {
+            for (scheme, changes) in [("fixed", fixed.clone()), ("adaptive", vec![])] {
+                let judged = |sensors: &[Change]| {
+                    let rig = adaptive(sensors).replace(&changes).unwrap();
+                    ratio(&run(&rig, &sweep(amplitude)), 0.5, 9.5)
+                };
+                let what = format!("velocity {samples} samples late, {amplitude} N, {scheme}");
+                let ((least, largest), (untold_least, untold_largest)) = (judged(&telling), judged(&late));
+                keep(
+                    &what,
+                    &[
+                        ("least", least),
+                        ("largest", largest),
+                        ("untold least", untold_least),
+                        ("untold largest", untold_largest),
+                    ],
+                );
+                // The fixed scheme has the errors of its own tuning besides.
+                let (low, high) = if scheme == "fixed" { (0.9, 1.15) } else { (0.94, 1.06) };
+                assert_within(&what, (least, largest), low, high);
+                assert!(untold_least < least && untold_largest > largest, "{what}: telling is no help");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_told_latency_is_no_valve_delay() {
+    let told = [set("sensors.velocity.delay", 8), set("compensation.velocity_delay", 8.0 / RATE)];
+    let (sound, late) = (run(&adaptive(&[]), &sweep(2200.0)), run(&adaptive(&told), &sweep(2200.0)));
+    let end = |run: &eft::sim::TestRun| *run.response_delay_estimate.last().unwrap();
+    assert!((end(&sound) - end(&late)).abs() < 1e-4, "{} {}", end(&sound), end(&late));
+}

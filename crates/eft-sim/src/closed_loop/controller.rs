@@ -95,10 +95,11 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         flows: &rig.servovalve.flow_table.flows,
         flow_gain: c.flow_gain,
         valve_gain: c.valve_gain,
-        response_delay: c.response_delay,
+        // What learns keeps the two apart, to find the valve's.
+        response_delay: if c.adaptive { c.response_delay } else { c.lead_delay() },
         lead_alpha: c.lead_alpha,
         velocity_source: velocity_source(rig, sample_rate)?,
-        velocity_delay: rig.velocity_delay(sample_rate)?,
+        velocity_delay: rig.velocity_delay(sample_rate)? + c.velocity_delay,
         computation_delay: c.computation_delay + converter,
         feedforward: c.feedforward,
         look_ahead: c.look_ahead,

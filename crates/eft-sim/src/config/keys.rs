@@ -85,6 +85,7 @@ pub static KEYS: &[Key] = &[
     key("compensation.flow_gain", "m³/s", Float(1e-12, 1e3), Required, "no-load flow gain at the origin K_v, of the linear scheme"),
     key("compensation.valve_gain", "1/V", Float(1e-6, 1e6), Required, "valve gain K_s, Eq. (8)"),
     key("compensation.response_delay", "s", Float(0.0, 1.0), Required, "response delay of the valve T_d, Eq. (8)"),
+    key("compensation.velocity_delay", "s", Float(0.0, 0.1), float(0.0), "latency of the velocity that is known, which the lead network makes up for as well"),
     key("compensation.lead_alpha", "", Float(1e-3, 0.99), Required, "ratio of the lead network's time constants α, Eq. (8)"),
     key("compensation.computation_delay", "samples", Int(0, 1000), int(0), "delay of the compensation by computation"),
     key("compensation.sign_from", "", Choice(&["spool", "demand"]), Need::Default(Preset::Text("spool")), "signal that gives the sign of the load-pressure term"),

@@ -87,6 +87,7 @@ impl RigConfig {
                 flow_gain: 1.64e-2,
                 valve_gain: 0.1,
                 response_delay: 5.0e-3,
+                velocity_delay: 0.0,
                 lead_alpha: 0.1,
                 computation_delay: 0,
                 sign_from: SignFrom::Spool,

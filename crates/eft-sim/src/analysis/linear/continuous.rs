@@ -35,7 +35,7 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     };
     let controllers: Vec<_> = (0..plant.actuators)
         .map(|i| {
-            let lead = add(compensation.response_delay > 0.0, "lead", i);
+            let lead = add(compensation.lead_delay() > 0.0, "lead", i);
             (lead, add(velocity_lag.is_some(), "velocity_sensor", i))
         })
         .collect();
@@ -67,7 +67,7 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
         let mut compensated = RowDVector::zeros(states);
         let mut direct = dc_gain;
         if let Some(state) = lead_state {
-            let rate = washout / compensation.response_delay;
+            let rate = washout / compensation.lead_delay();
             direct *= 1.0 + washout;
             compensated[state] = -dc_gain * washout;
             a.set_row(state, &(&opening * rate));

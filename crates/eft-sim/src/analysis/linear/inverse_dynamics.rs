@@ -25,7 +25,7 @@ pub fn valve_response(rig: &RigConfig, frequency: f64) -> Complex<f64> {
 pub fn lead_response(rig: &RigConfig, frequency: f64) -> Complex<f64> {
     let compensation = &rig.compensation;
     let s = Complex::new(0.0, TAU * frequency);
-    let lead_time = compensation.response_delay / (1.0 - compensation.lead_alpha);
+    let lead_time = compensation.lead_delay() / (1.0 - compensation.lead_alpha);
     (s * lead_time + 1.0) / (s * (compensation.lead_alpha * lead_time) + 1.0) / compensation.valve_gain
 }
 

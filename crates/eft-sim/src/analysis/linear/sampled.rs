@@ -212,11 +212,11 @@ impl<'a> Ticker<'a> {
         }
         let opening = self.gains.opening_per_flow * flow;
         // The lead network by Tustin's rule, as a gain and a washout.
-        let lag =
-            2.0 * compensation.lead_alpha * compensation.response_delay / (1.0 - compensation.lead_alpha);
+        let delay = compensation.lead_delay();
+        let lag = 2.0 * compensation.lead_alpha * delay / (1.0 - compensation.lead_alpha);
         let period = 1.0 / self.sample_rate;
-        let pole = if compensation.response_delay > 0.0 { (lag - period) / (lag + period) } else { 0.0 };
-        let rise = 2.0 * compensation.response_delay / (lag + period);
+        let pole = if delay > 0.0 { (lag - period) / (lag + period) } else { 0.0 };
+        let rise = 2.0 * delay / (lag + period);
         let (input, washout) = (at + LEAD_INPUT, at + WASHOUT);
         next[input] = opening;
         next[washout] = pole * state[washout] + rise * (opening - state[input]);

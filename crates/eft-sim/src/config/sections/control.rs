@@ -82,6 +82,8 @@ pub struct Compensation {
     pub valve_gain: f64,
     /// Response delay of the valve T_d, s.
     pub response_delay: f64,
+    /// Latency of the velocity that is known, s.
+    pub velocity_delay: f64,
     /// Ratio of the lead network's time constants α, dimensionless.
     pub lead_alpha: f64,
     /// Delay of the compensation by computation, samples.
@@ -102,6 +104,14 @@ pub struct Compensation {
     pub guard: bool,
     /// What may be learned.
     pub learning: Learning,
+}
+
+impl Compensation {
+    /// Delay that a lead network which learns nothing makes up for, s: the valve's and the velocity's.
+    #[must_use]
+    pub fn lead_delay(&self) -> f64 {
+        self.response_delay + self.velocity_delay
+    }
 }
 
 /// `[compensation.learning]`: from what on something is learned, and within which bounds.
