@@ -15,7 +15,6 @@ GOALS = {
     "learner_update": 2300,
     "learner_update, curve": 2300,
     "observer_step": 52,
-    "protection_step": 281,
 }
 
 

@@ -35,8 +35,9 @@ pub struct Channel<T: Real, const N: usize> {
     protection: Option<Protection<T>>,
     plausibility: Option<Plausibility<T, N>>,
     stuck: Option<StuckWatch>,
-    /// Lost ticks behind which the changes since the last sample are no longer taken for those of one tick.
-    gap_ticks: u32,
+    /// Lost ticks behind which the changes since the last sample are no longer taken for those of one tick; only where a
+    /// protection or an estimate of the velocity needs a tick of its own anyway.
+    gap_ticks: Option<u32>,
     /// Ticks of a window; 0 where nothing is learned.
     window_ticks: u32,
     realization: Realization,
@@ -56,6 +57,7 @@ struct Parts<'a, T: Real, const N: usize> {
     realization: Realization,
     measures_supply: bool,
     looks_ahead: bool,
+    gap_ticks: Option<u32>,
 }
 
 impl<T: Real, const N: usize> Parts<'_, T, N> {
@@ -68,6 +70,7 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
         realization: Realization::Digital,
         measures_supply: false,
         looks_ahead: false,
+        gap_ticks: None,
     };
 }
 
@@ -97,8 +100,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// # NaN
     /// With an invalid measurement or command (not finite, or beyond its range) the last output is held, the controller's
     /// state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first good tick
-    /// recovers. Behind more than 10 ms of such ticks it starts from rest at the new operating point, so that the changes
-    /// since the last good one do not count as those of one tick.
+    /// recovers. With a protection or an estimated velocity, it starts from rest at the new operating point behind more than
+    /// 10 ms of such ticks, so that the changes since the last good one do not count as those of one tick.
     ///
     /// # Cost
     /// Independent of history; the budgets stand in the documentation of the loop's budget.
@@ -145,7 +148,10 @@ impl<T: Real, const N: usize> Channel<T, N> {
             None => input,
         };
         let estimates = !matches!(parts.velocity, Velocity::Sensor);
-        if estimates && state.velocity_gap >= self.gap_ticks && input.displacement.is_finite() {
+        if estimates
+            && parts.gap_ticks.is_some_and(|limit| state.velocity_gap >= limit)
+            && input.displacement.is_finite()
+        {
             parts.velocity.resume(&mut state.velocity, input, ticks(state.velocity_gap));
             state.velocity_gap = 0;
         }
@@ -196,12 +202,14 @@ impl<T: Real, const N: usize> Channel<T, N> {
             if learns {
                 state.window.lose();
             }
-            let before = if state.gap > 0 { state.velocity_gap } else { 0 };
-            let lost = estimates && !velocity.is_finite();
-            state.velocity_gap = if lost { before.saturating_add(1) } else { 0 };
-            state.gap = state.gap.saturating_add(1);
+            if parts.gap_ticks.is_some() {
+                let before = if state.gap > 0 { state.velocity_gap } else { 0 };
+                let lost = estimates && !velocity.is_finite();
+                state.velocity_gap = if lost { before.saturating_add(1) } else { 0 };
+                state.gap = state.gap.saturating_add(1);
+            }
             self.controller.refuse(&mut state.controller, &asked, supply, path)
-        } else if state.gap >= self.gap_ticks {
+        } else if parts.gap_ticks.is_some_and(|limit| state.gap >= limit) {
             if learns {
                 state.window.lose();
             }
@@ -215,7 +223,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
             let limits = self.controller.resume(&mut state.controller, &{ asked }, calibration);
             self.controller.last(&state.controller, limits, path)
         } else {
-            state.gap = 0;
+            if parts.gap_ticks.is_some() {
+                state.gap = 0;
+            }
             let calibration = if parts.plausibility.is_some() {
                 in_use(&state.calibrations, state.second, &state.sound)
             } else {
@@ -272,6 +282,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             realization: self.realization,
             measures_supply: self.controller.measures_supply,
             looks_ahead: self.looks_ahead,
+            gap_ticks: self.gap_ticks,
         }
     }
 
@@ -319,7 +330,10 @@ macro_rules! constructor {
                         0 => None,
                         samples => Some(check!(StuckWatch::new(samples))),
                     },
-                    gap_ticks: 1 + (GAP * p.sample_rate) as u32,
+                    gap_ticks: match (&p.protection, &p.velocity_source) {
+                        (None, VelocitySource::Sensor) => None,
+                        _ => Some(1 + (GAP * p.sample_rate) as u32),
+                    },
                     window_ticks: if p.learning.is_on() { window_ticks(p.sample_rate) } else { 0 },
                     realization: p.realization,
                     looks_ahead: p.feedforward && p.look_ahead,

@@ -234,10 +234,12 @@ impl<T: Real> Protection<T> {
 
     #[inline(always)]
     fn next_scale(&self, state: &ProtectionState<T>) -> Position {
-        if state.tripped.is_set() | state.ending {
-            state.scale.down(if state.cause.is_of_sensors() { self.quick_fall } else { self.fall })
-        } else {
+        if !(state.tripped.is_set() | state.ending) {
             state.scale.up(self.rise)
+        } else if state.cause.is_of_sensors() {
+            state.scale.down(self.quick_fall)
+        } else {
+            state.scale.down(self.fall)
         }
     }
 }
