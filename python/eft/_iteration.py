@@ -48,7 +48,7 @@ class DriveIteration:
     coherence: Array
     """Of force and drive, of the last repeat, from 0 to 1."""
     corrected: NDArray[np.bool_]
-    """Where the next drive is corrected: within the band, the coherence high enough."""
+    """Where the next drive is corrected, within the band and with a coherence that is high enough."""
     stopped: str
     """Why there is no further repeat."""
     runs: tuple[TestRun, ...] = field(default=(), repr=False)

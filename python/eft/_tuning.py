@@ -35,7 +35,7 @@ class ForceLoopTuning:
     derivative_gain: float
     """G_d of the rig as it is, s."""
     realization: str
-    """``"analog"`` or ``"digital"``: of the loop whose margin this is."""
+    """``"analog"`` or ``"digital"``, of the loop whose margin this is."""
     ratios: NDArray[np.float64]
     """G_d over G_p for which the limit was computed, s."""
     largest_gains: NDArray[np.float64]

@@ -33,7 +33,7 @@ class ValveChoice:
     command: str
     """Name of the command."""
     grade: str
-    """Of the verdict: ``"go"``, ``"caution"`` or ``"no"``."""
+    """``"go"``, ``"caution"`` or ``"no"``, the grade of the verdict."""
     force_error: float
     """Rms over rms."""
     max_spool: float
