@@ -39,7 +39,7 @@ class ValveChoice:
     max_spool: float
     """Largest opening."""
     limited_by: str
-    """The first reason against it, or against the next larger factor; empty where there is none."""
+    """The first reason against it, or against the next larger factor, or an empty string."""
     largest_scale: float | None = None
     """The largest factor on the command that counts, where it was asked for."""
 
