@@ -54,6 +54,7 @@ lint: lint-rust lint-python ## Formatting, clippy, rustdoc, licences, ruff, mypy
 lint-rust: $(VENV)/.made
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --locked --package eft-core --all-targets --features defmt,serde -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps --quiet
 	.ci/licences
 
@@ -63,9 +64,10 @@ lint-python: $(VENV)/.importable $(VENV)/.extra-lint $(VENV)/.extra-test
 	$(BIN)/mypy
 	$(PY) -m mypy.stubtest eft._native
 
-msrv: ## Check eft-core alone with the oldest Rust that its manifest promises
+msrv: ## Check eft-core alone with the oldest Rust that its manifest promises, and test its optional features
 	rustup run "$(MSRV)" cargo check --locked --package eft-core --target-dir target/msrv
 	rustup run "$(MSRV)" cargo check --locked --package eft-core --features std --target-dir target/msrv
+	rustup run "$(MSRV)" cargo test --locked --package eft-core --features defmt,serde --test wire --target-dir target/msrv
 
 firmware: $(VENV)/.built ## Build the Cortex-M images, run them under QEMU, budgets against measurements
 	firmware/run

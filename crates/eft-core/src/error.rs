@@ -9,6 +9,7 @@ pub const SMALLEST: f64 = 1.0e-18;
 
 /// A refused configuration. Constructors return it; no step ever does.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
     /// NaN or infinite.

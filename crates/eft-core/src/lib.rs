@@ -7,6 +7,8 @@ mod controller;
 mod error;
 mod force_loop;
 mod learning;
+#[cfg(feature = "serde")]
+mod message;
 mod number;
 mod parameters;
 mod protection;
@@ -24,6 +26,8 @@ pub use controller::{Controller, ControllerInput, ControllerOutput, ControllerSt
 pub use error::{ConfigError, LARGEST, SMALLEST, Short};
 pub use force_loop::{Limiter, ServovalveController, ServovalveControllerState};
 pub use learning::{Learner, LearnerState, Moment, Sums, Window};
+#[cfg(feature = "serde")]
+pub use message::StoredParameters;
 pub use number::{Flags, LaneFlags, LaneMask, Lanes, Mask, Real, Scalar};
 pub use parameters::{Learning, Parameters, Realization, VelocitySource};
 pub use protection::{

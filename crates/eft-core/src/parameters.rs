@@ -7,6 +7,11 @@ use crate::protection::ProtectionParameters;
 ///
 /// [`Parameters::ZHAO2005`] is the paper's rig. `f64::MAX` in a limit or range means none.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(remote = "Self", deny_unknown_fields)
+)]
 pub struct Parameters<'a> {
     /// Ticks per second (Hz).
     pub sample_rate: f64,
@@ -29,8 +34,10 @@ pub struct Parameters<'a> {
     /// Cross-piston leakage `C_l` (m³/(s·Pa)).
     pub leakage: f64,
     /// Spool openings (1) of the flow table, strictly increasing.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub openings: &'a [f64],
     /// Flows (m³/s) of the flow table, strictly increasing.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub flows: &'a [f64],
     /// Flow gain `K_v` (m³/s per unit opening) of the linear scheme.
     pub flow_gain: f64,
@@ -78,6 +85,7 @@ pub struct Parameters<'a> {
 
 /// Where the force loop is closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 #[repr(u8)]
 pub enum Realization {
     /// In the channel: its output is the valve command.
@@ -88,6 +96,11 @@ pub enum Realization {
 
 /// Where the velocity comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "snake_case", deny_unknown_fields)
+)]
 pub enum VelocitySource {
     /// A sensor.
     Sensor,
@@ -112,6 +125,7 @@ pub enum VelocitySource {
 
 /// What is learned during the test, and within which bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Learning {
     /// Whether flow gain and valve are estimated.
     pub adaptive: bool,

@@ -1,5 +1,7 @@
 //! What a step has to report: one bit a fact, the same bits in Rust, C, Python and files.
 
+use core::fmt;
+
 use crate::protection::Cause;
 
 /// Measured or required spool opening beyond the warning level (the paper advises 60 %).
@@ -64,6 +66,33 @@ pub fn cause(status: u32) -> Cause {
     Cause::NAMES.iter().find(|(cause, _)| *cause as u32 == number).map_or(Cause::None, |(cause, _)| *cause)
 }
 
+/// The flags of a status in words, and the cause of a trip: `command_limited tripped(force_level)`. For messages, not
+/// for a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Words(pub u32);
+
+impl Words {
+    fn parts(self) -> impl Iterator<Item = &'static str> {
+        let flags = NAMES.iter().filter(move |(bit, _)| self.0 & bit != 0);
+        let flags = flags.enumerate().flat_map(|(n, (_, name))| [if n == 0 { "" } else { " " }, name]);
+        let tripped = self.0 & CAUSE != 0;
+        flags.chain(if tripped { ["(", cause(self.0).name(), ")"] } else { [""; 3] })
+    }
+}
+
+impl fmt::Display for Words {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.parts().try_for_each(|part| f.write_str(part))
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for Words {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        self.parts().for_each(|part| defmt::write!(f, "{=str}", part));
+    }
+}
+
 /// Every flag of this module with its name, lowest bit first.
 pub const NAMES: [(u32, &str); 25] = [
     (SPOOL_WARNING, "spool_warning"),
@@ -92,3 +121,19 @@ pub const NAMES: [(u32, &str); 25] = [
     (VELOCITY_DISTRUSTED, "velocity_distrusted"),
     (SPOOL_DISTRUSTED, "spool_distrusted"),
 ];
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn words_name_flags_and_cause() {
+        assert_eq!(Words(0).to_string(), "");
+        assert_eq!(Words(COMMAND_LIMITED).to_string(), "command_limited");
+        let tripped = SPOOL_WARNING | TRIPPED | (Cause::ForceLevel as u32) << CAUSE_SHIFT;
+        assert_eq!(Words(tripped).to_string(), "spool_warning tripped(force_level)");
+    }
+}

@@ -42,6 +42,7 @@ pub struct Calibration<S: Scalar> {
 /// not in them. That of the flow gain is far below its scatter. Gain and delay are those of a valve of first order: of
 /// the paper's, which has three stages, they are off by up to 0.005 and 0.08 ms in its sweeps: several deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Deviations<S> {
     /// Of the flow gain (1).
@@ -105,6 +106,27 @@ impl<S: Scalar> Calibration<S> {
                 slope: S::from_lanes(|i| lane(i).curve.get(n).map_or(S::Element::default(), |p| p.slope)),
             }),
         }
+    }
+}
+
+/// What was learned, with its standard deviations; not the coefficients that the tick makes use of.
+#[cfg(feature = "defmt")]
+impl<T: crate::number::Real + defmt::Format> defmt::Format for Calibration<T> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(
+            f,
+            "window {=u32}: flow gain {} ± {}, valve gain {} ± {}, response delay {} ± {} s, level {}, test ratio {} {}",
+            self.window,
+            self.flow_gain,
+            self.deviations.flow_gain,
+            self.valve_gain,
+            self.deviations.valve_gain,
+            self.response_delay,
+            self.deviations.response_delay,
+            self.level,
+            self.test_ratio,
+            crate::status::Words(self.status),
+        );
     }
 }
 

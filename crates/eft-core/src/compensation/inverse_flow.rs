@@ -9,6 +9,7 @@ use crate::table::PiecewiseLinear;
 
 /// Where the sign of the spool opening in the load-pressure correction comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 #[repr(u8)]
 pub enum SignFrom {
     /// The measured spool, as in the paper; it chatters near null.

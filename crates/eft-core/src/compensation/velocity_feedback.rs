@@ -8,6 +8,7 @@ use crate::status;
 
 /// The compensation scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 #[repr(u8)]
 pub enum Mode {
     /// The piston's motion is not compensated.

@@ -2,6 +2,7 @@
 
 /// What tripped a protection first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Cause {
     /// Nothing tripped.

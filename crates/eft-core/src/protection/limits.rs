@@ -7,6 +7,7 @@ const SHUTDOWN_AT: f64 = 1.25;
 
 /// Warning and trip level of one signal, in its unit; `f64::MAX` is no limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Levels {
     /// Above it [`PROTECTION_WARNING`](crate::status::PROTECTION_WARNING) is raised.
     pub warning: f64,
@@ -21,6 +22,7 @@ impl Levels {
 
 /// What a plausibility watch takes for granted.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct PlausibilityParameters {
     /// Noise of the force (N): its standard deviation per sample.
     pub force_noise: f64,
@@ -50,6 +52,7 @@ impl PlausibilityParameters {
 
 /// What a protection is made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct ProtectionParameters {
     /// Levels of the force (N).
     pub force: Levels,
