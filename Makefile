@@ -69,7 +69,7 @@ msrv: ## Check eft-core alone with the oldest Rust that its manifest promises, a
 	rustup run "$(MSRV)" cargo check --locked --package eft-core --features std --target-dir target/msrv
 	rustup run "$(MSRV)" cargo test --locked --package eft-core --features defmt,serde --test wire --target-dir target/msrv
 
-firmware: $(VENV)/.built ## Build the Cortex-M images, run them under QEMU, budgets against measurements
+firmware: $(VENV)/.importable $(VENV)/.extra-test ## Build the Cortex-M images, run them under QEMU, budgets against measurements
 	firmware/run
 
 prove: $(VENV)/.extra-prove ## Prove the core's lemmas for all inputs, and refute their broken twins (PROVE_ARGS="--fast", ...)
