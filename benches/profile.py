@@ -24,7 +24,7 @@ PARTS = [
     ("compensation: correction, inverse curve, lead network", r", 64>|advance_calibrated|required_opening"),
     ("propagating the state", "step<"),
     ("what the controller sees and drives", "sample|signals|Analog"),
-    ("traces, or metrics", r"keep|set<|\nadd<"),
+    ("traces, or metrics", r"record|append|\nadd<"),
 ]
 SWEEP = Path(__file__).parents[1] / "target" / "release" / "examples" / "sweep"
 

@@ -130,7 +130,7 @@ def text(results):
         "quarter of a second, "
         "JAX over the first two seconds, and both are scaled to the whole test. One test keeps its "
         "traces; a batch "
-        "keeps metrics, and traces on request, which must then be cleared, written and handed over. "
+        "keeps metrics, and traces on request, which must then be written and handed over. "
         f"The {many['tests']:,} different tests took {many['seconds']:.0f} s; C's time for them is scaled "
         "from 20.",
         "## Accuracy",

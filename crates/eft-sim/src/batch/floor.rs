@@ -6,7 +6,7 @@ use crate::batch::{BatchOptions, Outcome, Test};
 use crate::closed_loop::estimates::Estimates;
 use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::tick::{Recorder, Tick};
-use crate::closed_loop::traces::Rows;
+use crate::closed_loop::traces::Block;
 use crate::closed_loop::{TestRun, adapts};
 use crate::error::Result;
 use crate::lanes::{Num, Work, dispatch};
@@ -24,8 +24,10 @@ pub(super) struct Floor<S: Num> {
     /// Of one block.
     forces: Vec<S>,
     displacements: Vec<S>,
-    /// A test each, where the traces are kept.
-    runs: Vec<TestRun>,
+    /// A test each, where the traces are kept, until it ends.
+    runs: Vec<Option<TestRun>>,
+    /// The ticks that were not handed over to them yet.
+    block: Option<Box<Block<S>>>,
     /// Whole forces (N) and displacements (m), a test each, where only the costly metrics need them.
     whole: Vec<[Vec<f64>; 2]>,
 }
@@ -42,7 +44,8 @@ impl<S: Num> Floor<S> {
         let zero = S::splat(0.0);
         let whole = if options.fft && !options.traces { tests.len() } else { 0 };
         let kept = if options.traces { tests } else { &[] };
-        let run = |test: &Test<'_>| TestRun::with_capacity(test.rig, test.commands[0].sample_rate, samples);
+        let run =
+            |test: &Test<'_>| Some(TestRun::with_capacity(test.rig, test.commands[0].sample_rate, samples));
         Self {
             norms: Norms::new(),
             extremes: Extremes { spool: zero, supply_pressure: S::splat(f64::INFINITY) },
@@ -53,12 +56,13 @@ impl<S: Num> Floor<S> {
             forces: vec![zero; BLOCK],
             displacements: vec![zero; BLOCK],
             runs: kept.iter().map(run).collect(),
+            block: options.traces.then(|| Block::new(kept.iter().map(|test| test.rig))),
             whole: vec![[Vec::with_capacity(samples), Vec::with_capacity(samples)]; whole],
         }
     }
 
     /// For the next ticks of a block, from so many on.
-    pub(super) fn recorder(&mut self, done: usize, ticks: usize) -> FloorRecorder<'_, S> {
+    pub(super) fn recorder(&mut self, done: usize) -> FloorRecorder<'_, S> {
         FloorRecorder {
             forces: &mut self.forces[done..],
             displacements: &mut self.displacements[done..],
@@ -66,15 +70,15 @@ impl<S: Num> Floor<S> {
             learns: self.learns,
             estimates: &mut self.estimates,
             status: &mut self.status,
-            rows: self.runs.iter_mut().map(|run| run.extend(ticks)).collect(),
+            block: self.block.as_deref_mut(),
         }
     }
 
-    /// Takes the room back for ticks that were not run.
-    pub(super) fn take_back(&mut self, ticks: usize) {
-        for run in &mut self.runs {
-            let kept = run.status.len() - ticks;
-            run.truncate(kept);
+    /// Takes the first ticks of what the recorder kept into the tests' traces.
+    pub(super) fn keep(&mut self, ticks: usize) {
+        if let Some(block) = &self.block {
+            let runs = self.runs.iter_mut().enumerate();
+            block.hand_over(ticks, runs.filter_map(|(lane, run)| Some((lane, &mut run.as_mut()?.traces))));
         }
     }
 
@@ -109,7 +113,7 @@ pub(super) struct FloorRecorder<'a, S: Num> {
     learns: bool,
     estimates: &'a mut Estimates<S>,
     status: &'a mut S::Flags,
-    rows: Vec<Rows<'a>>,
+    block: Option<&'a mut Block<S>>,
 }
 
 impl<S: Num> Recorder<S> for FloorRecorder<'_, S> {
@@ -127,8 +131,8 @@ impl<S: Num> Recorder<S> for FloorRecorder<'_, S> {
             *self.estimates = *estimates;
         }
         *self.status = *self.status | tick.status;
-        for (lane, rows) in self.rows.iter_mut().enumerate() {
-            rows.set(i, tick, estimates, lane);
+        if let Some(block) = &mut self.block {
+            block.record(i, tick, estimates);
         }
     }
 }
@@ -188,12 +192,10 @@ impl Ended {
                 let below = below.as_deref();
                 Add { norms: &mut norms, drift: &mut drift, commands, forces, displacements, below }.run();
             }
-            let run = floor.runs.get_mut(lane).map(|run| {
-                let mut ended = TestRun::with_capacity(&run.rig, run.sample_rate, 0);
-                std::mem::swap(run, &mut ended);
-                ended.learn(|openings| test.found_flows(actuator, openings, lane));
-                ended.energy = test.balance(lane);
-                ended
+            let run = floor.runs.get_mut(lane).and_then(Option::take).map(|mut run| {
+                run.learn(|openings| test.found_flows(actuator, openings, lane));
+                run.energy = test.balance(lane);
+                run
             });
             let whole = floor.whole.get(lane).map(|[forces, displacements]| {
                 [[forces.as_slice(), &force].concat(), [displacements.as_slice(), &displacement].concat()]

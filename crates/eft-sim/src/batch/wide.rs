@@ -7,6 +7,7 @@ use crate::batch::pieces::Kind;
 use crate::batch::{BatchOptions, Outcome, Test};
 use crate::closed_loop::general::GeneralLoop;
 use crate::closed_loop::loops::{ClosedLoop, PlainTest};
+use crate::closed_loop::traces::BLOCK_TICKS;
 use crate::closed_loop::{Precision, Width};
 use crate::error::{Error, Result};
 use crate::lanes::{Num, WideWork, Work, dispatch, dispatch_wide};
@@ -61,6 +62,7 @@ impl SideBySide<'_> {
             (0..actuators).map(|_| Floor::<S>::new(self.tests, samples, self.options)).collect();
         let mut commands = vec![vec![S::splat(0.0); BLOCK + 1]; actuators];
         let mut lanes: Vec<Option<Vec<Ended>>> = (0..S::LANES).map(|_| None).collect();
+        let longest = if self.options.traces { BLOCK_TICKS } else { BLOCK };
         let mut start = 0;
         while start < samples && lanes.iter().any(Option::is_none) {
             if (self.stopped)() {
@@ -81,15 +83,14 @@ impl SideBySide<'_> {
                     test.end();
                 }
                 let end = soft_end.filter(|end| (start + done + 1..start + ticks).contains(end));
-                let segment = end.map_or(ticks, |end| end - start) - done;
+                let segment = (end.map_or(ticks, |end| end - start) - done).min(longest);
                 let rest: Vec<_> = commands.iter().map(|commands| &commands[done..]).collect();
-                let mut recorders: Vec<_> =
-                    floors.iter_mut().map(|floor| floor.recorder(done, segment)).collect();
+                let mut recorders: Vec<_> = floors.iter_mut().map(|floor| floor.recorder(done)).collect();
                 let ran = test.run(&rest, segment, &mut recorders);
                 drop(recorders);
                 done += ran;
+                floors.iter_mut().for_each(|floor| floor.keep(ran));
                 if ran < segment {
-                    floors.iter_mut().for_each(|floor| floor.take_back(segment - ran));
                     let lost = !test.is_bounded();
                     for (lane, ended) in lanes.iter_mut().enumerate().filter(|(lane, _)| lost.lane(*lane)) {
                         if ended.is_none() {

@@ -1,5 +1,7 @@
 //! A whole test, from the first sample of the command to the last.
 
+use std::iter;
+
 use eft_core::{Cause, status};
 
 use crate::closed_loop::controller::{Precision, Width};
@@ -9,6 +11,7 @@ use crate::closed_loop::method::Method;
 use crate::closed_loop::outside::Outside;
 use crate::closed_loop::specimen::Specimen;
 use crate::closed_loop::test_run::TestRun;
+use crate::closed_loop::traces::{BLOCK_TICKS, Block};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
@@ -20,9 +23,6 @@ pub const DEFAULT_STEP: f64 = 1.0 / 4096.0;
 
 /// The largest integration step (s) of a converged run.
 pub const CONVERGED_STEP: f64 = 1.0 / 65_536.0;
-
-/// Ticks between two looks at whether to go on.
-const CHUNK: usize = 1024;
 
 /// How a test is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +77,7 @@ impl SimulateOptions {
 
 /// Runs `command` on `rig`, the controller in the precision `P`; the digital side runs at the command's sample rate.
 ///
-/// `go_on(done, total)` is asked every few thousand ticks; when it says no, the run ends with
+/// `go_on(done, total)` is asked every thousand ticks or so; when it says no, the run ends with
 /// [`Error::Interrupted`].
 ///
 /// A run whose state grows beyond 1e100, or stops being a number, ends there, its last tick flagged
@@ -280,6 +280,7 @@ fn run_through(
     let (sample_rate, total) = (*sample_rate, values.len());
     let soft_end = soft_end(rig, sample_rate, total);
     let mut runs: Vec<_> = commands.iter().map(|_| TestRun::with_capacity(rig, sample_rate, total)).collect();
+    let mut blocks: Vec<_> = commands.iter().map(|_| Block::<f64>::new(iter::once(rig))).collect();
     let mut start = 0;
     while start < total {
         if !go_on(start, total) {
@@ -289,17 +290,18 @@ fn run_through(
             test.end();
         }
         let end = soft_end.filter(|&end| end > start).unwrap_or(total);
-        let ticks = CHUNK.min(end - start);
+        let ticks = BLOCK_TICKS.min(end - start);
         let values: Vec<_> = commands.iter().map(|command| &command.values[start..]).collect();
-        let mut rows: Vec<_> = runs.iter_mut().map(|run| run.extend(ticks)).collect();
-        let done = test.run(&values, ticks, &mut rows);
+        let done = test.run(&values, ticks, &mut blocks);
+        for (block, run) in blocks.iter().zip(&mut runs) {
+            block.hand_over(done, iter::once((0, &mut run.traces)));
+        }
         if done < ticks {
             let ending = match test.failure() {
                 Some(_) => 0,
                 None => status::DIVERGED,
             };
             for run in &mut runs {
-                run.truncate(start + done);
                 if let Some(last) = run.status.last_mut() {
                     *last |= ending;
                 }

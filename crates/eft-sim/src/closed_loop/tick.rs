@@ -60,3 +60,10 @@ pub(crate) trait Recorder<S: Num> {
     /// Takes the `i`-th tick of a chunk, and what the learner has found by then.
     fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>);
 }
+
+impl<S: Num, K: Recorder<S>> Recorder<S> for Box<K> {
+    #[inline(always)]
+    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>) {
+        (**self).record(i, tick, estimates);
+    }
+}

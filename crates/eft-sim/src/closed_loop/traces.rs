@@ -1,14 +1,12 @@
 //! The traces of a test as one table: what each is called, its unit, and how it is got. A line here is all that a new
 //! trace needs, in Rust and in Python.
 
-use eft_core::Flags;
-
 use crate::closed_loop::controller::adapts;
 use crate::closed_loop::estimates::{Estimates, estimates};
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::{RigConfig, StructureKind, VelocitySource};
 use crate::instruments::{are_ideal, has_accelerometer};
-use crate::lanes::Num;
+use crate::lanes::{Num, Work, dispatch};
 use crate::plant::needs_detail;
 
 /// One line of the [table](TRACES).
@@ -42,7 +40,7 @@ pub enum Otherwise {
 use Otherwise::{Absent, Constant, Nominal, Recorded, Same};
 
 /// Which groups of traces a test records: a value that cannot change costs no memory and no time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Groups {
     plant: bool,
     supply: bool,
@@ -60,6 +58,16 @@ impl Groups {
             sensors,
             accelerometer: sensors && has_accelerometer(rig),
             learner: adapts(rig),
+        }
+    }
+
+    fn or(self, other: Self) -> Self {
+        Self {
+            plant: self.plant | other.plant,
+            supply: self.supply | other.supply,
+            sensors: self.sensors | other.sensors,
+            accelerometer: self.accelerometer | other.accelerometer,
+            learner: self.learner | other.learner,
         }
     }
 }
@@ -142,45 +150,52 @@ macro_rules! traces {
             pub fn estimates(&self) -> Option<Vec<(&'static str, f64)>> {
                 self.last_estimates().map(|estimates| estimates.named())
             }
-
-            /// Room for so many more samples, to be filled in.
-            pub(crate) fn extend(&mut self, ticks: usize) -> Rows<'_> {
-                let groups = self.groups;
-                Rows {
-                    groups,
-                    $($($name: more(&mut self.$name, if groups.$group { ticks } else { 0 }, 0.0),)*)*
-                    $($learned: more(&mut self.$learned, if groups.learner { ticks } else { 0 }, 0.0),)*
-                    status: more(&mut self.status, ticks, 0),
-                }
-            }
-
-            /// Keeps the first `ticks` samples.
-            pub(crate) fn truncate(&mut self, ticks: usize) {
-                $($(self.$name.truncate(ticks);)*)*
-                $(self.$learned.truncate(ticks);)*
-                self.status.truncate(ticks);
-            }
         }
 
-        /// Some samples of every trace, to be written.
-        pub(crate) struct Rows<'a> {
+        /// Some ticks of every trace, of one rig or of several side by side: short enough to stay close to the processor
+        /// until they are handed over.
+        pub(crate) struct Block<S: Num> {
             groups: Groups,
-            $($($name: &'a mut [f64],)*)*
-            $($learned: &'a mut [f64],)*
-            status: &'a mut [u32],
+            $($($name: [S; BLOCK_TICKS],)*)*
+            $($learned: [S; BLOCK_TICKS],)*
+            status: [S::Flags; BLOCK_TICKS],
         }
 
-        impl Rows<'_> {
-            /// Writes one lane of a tick as sample `i`.
+        impl<S: Num> Block<S> {
+            /// For what any of these rigs records.
+            pub(crate) fn new<'a>(rigs: impl Iterator<Item = &'a RigConfig>) -> Box<Self> {
+                let none = [S::splat(0.0); BLOCK_TICKS];
+                Box::new(Self {
+                    groups: rigs.map(Groups::of).fold(Groups::default(), Groups::or),
+                    $($($name: none,)*)*
+                    $($learned: none,)*
+                    status: [S::Flags::default(); BLOCK_TICKS],
+                })
+            }
+
+            /// Hands the first ticks over to a lane's traces.
             #[inline(always)]
-            pub(crate) fn set<S: Num>(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>, lane: usize) {
+            fn append(&self, ticks: usize, lane: usize, to: &mut Traces) {
+                $(if to.groups.$group {
+                    $(S::append(&mut to.$name, &self.$name[..ticks], lane);)*
+                })*
+                if to.groups.learner {
+                    $(S::append(&mut to.$learned, &self.$learned[..ticks], lane);)*
+                }
+                S::append_flags(&mut to.status, &self.status[..ticks], lane);
+            }
+        }
+
+        impl<S: Num> Recorder<S> for Block<S> {
+            #[inline(always)]
+            fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>) {
                 $(if self.groups.$group {
-                    $(self.$name[i] = { let $tick = tick; $value }.lane(lane);)*
+                    $(self.$name[i] = { let $tick = tick; $value };)*
                 })*
                 if self.groups.learner {
-                    $(self.$learned[i] = estimates.$learned.lane(lane);)*
+                    $(self.$learned[i] = estimates.$learned;)*
                 }
-                self.status[i] = tick.status.lane(lane);
+                self.status[i] = tick.status;
             }
         }
     };
@@ -219,10 +234,33 @@ estimates!(traces! {
     }
 });
 
-fn more<T: Copy>(trace: &mut Vec<T>, ticks: usize, value: T) -> &mut [T] {
-    let from = trace.len();
-    trace.resize(from + ticks, value);
-    &mut trace[from..]
+/// Ticks of a [`Block`].
+pub(crate) const BLOCK_TICKS: usize = 128;
+
+/// Hands the first ticks of a block over.
+struct HandOver<'a, S: Num, T> {
+    block: &'a Block<S>,
+    ticks: usize,
+    /// A lane, and its traces.
+    to: T,
+}
+
+impl<'t, S: Num, T: Iterator<Item = (usize, &'t mut Traces)>> Work for HandOver<'_, S, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (lane, traces) in self.to {
+            self.block.append(self.ticks, lane, traces);
+        }
+    }
+}
+
+impl<S: Num> Block<S> {
+    /// Hands the first ticks over to the traces of these lanes.
+    pub(crate) fn hand_over<'t>(&self, ticks: usize, to: impl Iterator<Item = (usize, &'t mut Traces)>) {
+        dispatch::<S, _>(HandOver { block: self, ticks, to });
+    }
 }
 
 /// What a trace is in one test.
@@ -284,13 +322,6 @@ impl Traces {
     /// Every flag that was raised at any time.
     pub fn status_union(&self) -> u32 {
         self.status.iter().fold(0, |all, s| all | s)
-    }
-}
-
-impl<S: Num> Recorder<S> for Rows<'_> {
-    #[inline(always)]
-    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>) {
-        self.set(i, tick, estimates, 0);
     }
 }
 

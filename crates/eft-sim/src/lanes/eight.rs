@@ -89,6 +89,20 @@ impl Num for Eight {
     fn plus(self, factor: Self, other: Self) -> Self {
         Self(both!(|i| avx2!(_mm256_fmadd_pd(factor.0[i], other.0[i], self.0[i]))))
     }
+    #[inline(always)]
+    fn append(to: &mut Vec<f64>, from: &[Self], lane: usize) {
+        // SAFETY: a number is as large as eight doubles, aligned for more, and every bit pattern is one.
+        let doubles: &[[f64; 8]] = unsafe { core::slice::from_raw_parts(from.as_ptr().cast(), from.len()) };
+        assert!(lane < 8);
+        to.extend(doubles.iter().map(|lanes| lanes[lane]));
+    }
+    #[inline(always)]
+    fn append_flags(to: &mut Vec<u32>, from: &[EightFlags], lane: usize) {
+        // SAFETY: as above.
+        let words: &[[u64; 8]] = unsafe { core::slice::from_raw_parts(from.as_ptr().cast(), from.len()) };
+        assert!(lane < 8);
+        to.extend(words.iter().map(|lanes| lanes[lane] as u32));
+    }
 }
 
 impl Neg for Eight {

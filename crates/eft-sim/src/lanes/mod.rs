@@ -4,7 +4,7 @@ mod dispatch;
 #[cfg(target_arch = "x86_64")]
 mod eight;
 
-use eft_core::{Lanes, Scalar};
+use eft_core::{Flags, Lanes, Scalar};
 
 pub(crate) use dispatch::{WideWork, Work, dispatch, dispatch_wide, width};
 
@@ -18,12 +18,28 @@ pub trait Num: Scalar<Element = f64> + 'static {
     /// # Cost
     /// One instruction where the processor has it; without it, many times as long for the same bits.
     fn plus(self, factor: Self, other: Self) -> Self;
+
+    /// Appends one lane of some numbers.
+    #[inline(always)]
+    fn append(to: &mut Vec<f64>, from: &[Self], lane: usize) {
+        to.extend(from.iter().map(|numbers| numbers.lane(lane)));
+    }
+
+    /// The same of status words.
+    #[inline(always)]
+    fn append_flags(to: &mut Vec<u32>, from: &[Self::Flags], lane: usize) {
+        to.extend(from.iter().map(|words| words.lane(lane)));
+    }
 }
 
 impl Num for f64 {
     #[inline(always)]
     fn plus(self, factor: f64, other: f64) -> f64 {
         factor.mul_add(other, self)
+    }
+    #[inline(always)]
+    fn append(to: &mut Vec<f64>, from: &[f64], _: usize) {
+        to.extend_from_slice(from);
     }
 }
 
