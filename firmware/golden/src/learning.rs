@@ -1,6 +1,8 @@
 //! A run in which an adaptive controller learns, of a rig whose valve passes more than its table says; a sample is lost
 //! now and then, and towards the end the sensors lie, so that a protection trips.
 
+use eft_core::Input;
+
 use crate::{Hash, Xorshift};
 
 /// Ticks of it.
@@ -23,6 +25,14 @@ pub struct Sample {
     pub displacement: f32,
     /// Supply pressure (Pa).
     pub supply_pressure: f32,
+}
+
+impl Sample {
+    /// As a channel takes it.
+    pub fn input(&self) -> Input<f32> {
+        let Self { command, velocity, force, spool, displacement, supply_pressure } = *self;
+        Input { command, velocity, force, spool, displacement, supply_pressure, ..Input::default() }
+    }
 }
 
 /// A slow swing between −1 and 1.

@@ -61,16 +61,7 @@ pub fn compensation<const N: usize>(core: &Compensation<f32, N>) -> u64 {
 pub fn learner<const N: usize>(channel: &Channel<f32, N>, learner: &Learner<f32, N>) -> u64 {
     let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
     learning(|s| {
-        let input = Input {
-            command: s.command,
-            velocity: s.velocity,
-            force: s.force,
-            spool: s.spool,
-            displacement: s.displacement,
-            supply_pressure: s.supply_pressure,
-            ..Input::default()
-        };
-        let out = channel.step(&mut state, &input);
+        let out = channel.step(&mut state, &s.input());
         if let Some(window) = out.window {
             channel.publish(&mut state, learner.update(&mut learned, &window));
         }
