@@ -30,7 +30,7 @@ RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -
 MSRV = $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 .NOTPARALLEL:
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware prove mutants bench docs explore dist dist-check release-check build msrv clean
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware boards prove mutants bench docs explore dist dist-check release-check build msrv clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -71,6 +71,9 @@ msrv: ## Check eft-core alone with the oldest Rust that its manifest promises, a
 
 firmware: $(VENV)/.importable $(VENV)/.extra-test ## Build the Cortex-M images, run them under QEMU, budgets against measurements
 	firmware/run
+
+boards: ## Build the firmware examples for real boards; the image for measurements on a processor also runs under QEMU
+	firmware/boards/run
 
 prove: $(VENV)/.extra-prove ## Prove the core's lemmas for all inputs, and refute their broken twins (PROVE_ARGS="--fast", ...)
 	$(PY) proofs/prove.py $(PROVE_ARGS)
