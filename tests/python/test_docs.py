@@ -86,6 +86,8 @@ RUN_ELSEWHERE = (
 )
 TOML = {"reference/command-line.md"}  # test_cli_docs.py
 NOT_RUN = {
+    ("how-to/firmware-boards.md", "{code-block} sh"),  # there is no board
+    ("how-to/firmware-zephyr.md", "{code-block} sh"),  # there is no Zephyr
     ("how-to/cluster.md", "{code-block} python"),  # there is no SLURM, and the page says so
     ("how-to/opensees.md", "{code-block} python"),  # test_opensees.py, where OpenSees is installed
 }
