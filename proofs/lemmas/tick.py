@@ -44,11 +44,11 @@ def controller_given(v: Case) -> Formulas:
 def controller_shows(v: Case) -> Formulas:
     out, after, amplitude = v.after["out"], v.after["state"], v.config.limiter.amplitude
     valid = accepted(v.config.compensation, v.input) & (abs(v.input.command) <= LARGEST)
-    kept = untouched(v.state, after, ("feedforward",))
+    kept = untouched(v.state, after, ("feedforward", "lost"))
     return {
         "every input, NaN too: finite and within the amplitude": abs(out.valve_command) <= amplitude,
         "the command kept lies within it": abs(after.valve_command) <= amplitude,
-        "an invalid sample leaves the state's bits": (~valid).implies(kept),
+        "an invalid sample leaves the state's bits, but for its count": (~valid).implies(kept),
         "and holds the output": (~valid).implies(out.valve_command.same(v.state.valve_command)),
         "and is flagged": (~valid).implies(~(out.status & (32 | 64)).same(0)),
     }

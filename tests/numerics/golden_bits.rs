@@ -19,7 +19,7 @@ fn digital(rig: &RigConfig) -> Parameters<'_> {
 fn host_computes_the_committed_bits() {
     let mut bits = String::new();
     for (name, rig) in [("zhao2005", RigConfig::zhao2005()), ("uneven", read("uneven"))] {
-        let parameters = digital(&rig);
+        let parameters = eft_golden::without_gaps(digital(&rig));
         let channel = <f32 as Precision>::channel(&parameters).unwrap();
         let compensation = Compensation::<f32, 21>::new(&parameters).unwrap();
         bits += &format!("{name} controller {:016x}\n", eft_golden::controller(&channel));

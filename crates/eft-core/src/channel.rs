@@ -13,7 +13,7 @@ pub use side_by_side::{ChannelLanes, ChannelLanesState};
 pub use signals::{Input, Output};
 pub use state::ChannelState;
 
-use crate::controller::{Controller, ControllerInput, Supply};
+use crate::controller::{Controller, ControllerInput, Supply, gap};
 use crate::error::{ConfigError, LARGEST, check, within};
 use crate::learning::{LOWEST_RATE, Moment, window_ticks};
 use crate::number::Real;
@@ -24,9 +24,6 @@ use crate::velocity::Velocity;
 use belief::Believed;
 use state::{in_use, pick};
 
-/// Time (s) without a sample behind which the tick starts from rest at the new operating point.
-const GAP: f64 = 0.01;
-
 /// A channel's immutable configuration; one drives any number of actuators.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Channel<T: Real, const N: usize> {
@@ -35,9 +32,8 @@ pub struct Channel<T: Real, const N: usize> {
     protection: Option<Protection<T>>,
     plausibility: Option<Plausibility<T, N>>,
     stuck: Option<StuckWatch>,
-    /// Lost ticks behind which the changes since the last sample are no longer taken for those of one tick; only where a
-    /// protection or an estimate of the velocity needs a tick of its own anyway.
-    gap_ticks: Option<u32>,
+    /// Lost ticks behind which the changes since the last sample are no longer taken for those of one tick.
+    gap_ticks: u32,
     /// Ticks of a window; 0 where nothing is learned.
     window_ticks: u32,
     realization: Realization,
@@ -57,7 +53,6 @@ struct Parts<'a, T: Real, const N: usize> {
     realization: Realization,
     measures_supply: bool,
     looks_ahead: bool,
-    gap_ticks: Option<u32>,
 }
 
 impl<T: Real, const N: usize> Parts<'_, T, N> {
@@ -70,7 +65,6 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
         realization: Realization::Digital,
         measures_supply: false,
         looks_ahead: false,
-        gap_ticks: None,
     };
 }
 
@@ -100,8 +94,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// # NaN
     /// With an invalid measurement or command (not finite, or beyond its range) the last output is held, the controller's
     /// state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first good tick
-    /// recovers. With a protection or an estimated velocity, it starts from rest at the new operating point behind more than
-    /// 10 ms of such ticks, so that the changes since the last good one do not count as those of one tick.
+    /// recovers. Behind more than [`gap_time`](Parameters::gap_time) of such ticks it starts from rest at the new operating
+    /// point, so that the changes since the last good one do not count as those of one tick.
     ///
     /// # Cost
     /// Independent of history; the budgets stand in the documentation of the loop's budget.
@@ -148,10 +142,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             None => input,
         };
         let estimates = !matches!(parts.velocity, Velocity::Sensor);
-        if estimates
-            && parts.gap_ticks.is_some_and(|limit| state.velocity_gap >= limit)
-            && input.displacement.is_finite()
-        {
+        if estimates && state.velocity_gap >= self.gap_ticks && input.displacement.is_finite() {
             parts.velocity.resume(&mut state.velocity, input, ticks(state.velocity_gap));
             state.velocity_gap = 0;
         }
@@ -202,30 +193,12 @@ impl<T: Real, const N: usize> Channel<T, N> {
             if learns {
                 state.window.lose();
             }
-            if parts.gap_ticks.is_some() {
-                let before = if state.gap > 0 { state.velocity_gap } else { 0 };
-                let lost = estimates && !velocity.is_finite();
-                state.velocity_gap = if lost { before.saturating_add(1) } else { 0 };
-                state.gap = state.gap.saturating_add(1);
+            if estimates {
+                let before = if state.controller.lost() > 0 { state.velocity_gap } else { 0 };
+                state.velocity_gap = if velocity.is_finite() { 0 } else { before.saturating_add(1) };
             }
             self.controller.refuse(&mut state.controller, &asked, supply, path)
-        } else if parts.gap_ticks.is_some_and(|limit| state.gap >= limit) {
-            if learns {
-                state.window.lose();
-            }
-            state.gap = 0;
-            // Of a copy: what is looked at here does not burden the other ticks.
-            let calibration = if parts.plausibility.is_some() {
-                in_use(&state.calibrations, state.second, &state.sound)
-            } else {
-                pick(&state.calibrations, state.second)
-            };
-            let limits = self.controller.resume(&mut state.controller, &{ asked }, calibration);
-            self.controller.last(&state.controller, limits, path)
         } else {
-            if parts.gap_ticks.is_some() {
-                state.gap = 0;
-            }
             let calibration = if parts.plausibility.is_some() {
                 in_use(&state.calibrations, state.second, &state.sound)
             } else {
@@ -282,7 +255,6 @@ impl<T: Real, const N: usize> Channel<T, N> {
             realization: self.realization,
             measures_supply: self.controller.measures_supply,
             looks_ahead: self.looks_ahead,
-            gap_ticks: self.gap_ticks,
         }
     }
 
@@ -330,10 +302,7 @@ macro_rules! constructor {
                         0 => None,
                         samples => Some(check!(StuckWatch::new(samples))),
                     },
-                    gap_ticks: match (&p.protection, &p.velocity_source) {
-                        (None, VelocitySource::Sensor) => None,
-                        _ => Some(1 + (GAP * p.sample_rate) as u32),
-                    },
+                    gap_ticks: check!(gap(p)),
                     window_ticks: if p.learning.is_on() { window_ticks(p.sample_rate) } else { 0 },
                     realization: p.realization,
                     looks_ahead: p.feedforward && p.look_ahead,

@@ -5,8 +5,9 @@ use crate::compensation::{
 };
 use crate::error::{ConfigError, LARGEST, check};
 use crate::force_loop::{Limiter, ServovalveController, ServovalveControllerState};
-use crate::number::{Mask, Scalar};
+use crate::number::{Flags, Mask, Scalar};
 use crate::parameters::{Parameters, Realization};
+use crate::protection::samples;
 use crate::status;
 
 /// A controller's immutable configuration; one drives any number of channels.
@@ -24,9 +25,16 @@ pub struct Controller<S: Scalar, const N: usize> {
     pub(crate) measures_supply: S::Mask,
     /// Where the feedforward is given the next tick's command.
     looks_ahead: S::Mask,
+    /// Samples without a valid one behind which the tick starts from rest at the new operating point.
+    gap: S::Flags,
     /// Whether any lane has a feedforward.
     feeds_forward: bool,
     realization: Realization,
+}
+
+/// Samples without a valid one behind which the tick starts from rest: more than the time lasts.
+pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
+    Ok(check!(samples("gap_time", p.gap_time, p.sample_rate)).saturating_add(1))
 }
 
 /// One tick's command and measurements.
@@ -66,11 +74,13 @@ impl<S: Scalar> Supply<S> {
 /// What the controller remembers. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
-pub struct ControllerState<S> {
+pub struct ControllerState<S: Scalar> {
     compensation: CompensationState<S>,
     feedforward: FeedforwardState<S>,
     servovalve: ServovalveControllerState<S>,
     valve_command: S,
+    /// Samples in a row that were refused.
+    lost: S::Flags,
 }
 
 /// One tick's result.
@@ -89,6 +99,18 @@ impl<S: Scalar> ControllerState<S> {
     pub const fn valve_command(&self) -> S {
         self.valve_command
     }
+
+    /// Samples in a row that were refused.
+    pub(crate) const fn lost(&self) -> S::Flags {
+        self.lost
+    }
+
+    /// Counts a sample, that is `good` or refused.
+    #[inline(always)]
+    fn count(&mut self, good: S::Mask) {
+        let counted = |i| if good.lane(i) { 0 } else { self.lost.lane(i).saturating_add(1) };
+        self.lost = S::Flags::from_lanes(counted);
+    }
 }
 
 impl<S: Scalar, const N: usize> Controller<S, N> {
@@ -98,7 +120,9 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// # NaN
     /// With an invalid measurement or command (not finite, or beyond [`LARGEST`]) the last valve command is held, the
     /// state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the feedforward
-    /// goes on with a valid command, so that the next one's rate is that of one tick.
+    /// goes on with a valid command, so that the next one's rate is that of one tick. Behind more than
+    /// [`gap_time`](Parameters::gap_time) of such samples the next good one starts from rest at the new operating point,
+    /// the valve command within its rate.
     #[inline(always)]
     pub fn step(
         &self,
@@ -128,10 +152,21 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
         let last = self.limiter.within(state.valve_command);
+        let rests = good & S::at_least(state.lost, self.gap);
+        if self.feeds_forward && rests.any() {
+            let rested = self.feedforward.at_rest(self.known_command(input));
+            state.feedforward = FeedforwardState::select(rests, rested, state.feedforward);
+        }
         let further_flow = self.further_flow(&mut state.feedforward, input);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
         let sample = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
-        let (next, flags) = self.compensation.advance(&state.compensation, &sample, calibration);
+        let (opening, flags) = self.compensation.required_opening(&sample, calibration);
+        if rests.any() {
+            state.compensation = state.compensation.rested(rests, opening);
+            let rested = self.servovalve.at_rest(command, force);
+            state.servovalve = ServovalveControllerState::select(rests, rested, state.servovalve);
+        }
+        let next = state.compensation.advance(opening, calibration);
         let next = CompensationState::select(good, next, state.compensation);
         let compensation = path(next.output());
         let mut servovalve = state.servovalve;
@@ -146,7 +181,10 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         state.servovalve = ServovalveControllerState::select(good, servovalve, state.servovalve);
         state.valve_command = S::select(good, valve_command, state.valve_command);
         let mut status = flags | limits;
-        if !good.all() {
+        if good.all() {
+            state.lost = S::Flags::default();
+        } else {
+            state.count(good);
             status =
                 S::select_flags(good, status, self.faults(command, velocity, force, spool, supply.valid));
         }
@@ -163,6 +201,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
         self.further_flow(&mut state.feedforward, input);
+        state.count(S::Mask::splat(false));
         let ControllerInput { command, velocity, force, spool, .. } = *input;
         self.last(state, self.faults(command, velocity, force, spool, supply.valid), path)
     }
@@ -193,25 +232,6 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         ControllerState::select(good, self.settled(input, calibration), ControllerState::default())
     }
 
-    /// Goes on behind samples that were lost for so long that the changes since are not those of one tick: from the state
-    /// of a rig that has long been here, the valve command within its rate. The input is valid.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn resume(
-        &self,
-        state: &mut ControllerState<S>,
-        input: &ControllerInput<S>,
-        calibration: &Calibration<S>,
-    ) -> S::Flags {
-        let last = self.limiter.within(state.valve_command);
-        *state = self.settled(input, calibration);
-        let mut limits = S::Flags::default();
-        if self.realization == Realization::Digital {
-            (state.valve_command, limits) = self.limiter.apply(state.valve_command, last);
-        }
-        limits
-    }
-
     /// The state after long at a valid input.
     fn settled(&self, input: &ControllerInput<S>, calibration: &Calibration<S>) -> ControllerState<S> {
         let feedforward = self.feedforward.at_rest(self.known_command(input));
@@ -226,7 +246,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             Realization::Digital => self.limiter.settled(raw),
             Realization::Analog => compensation.output(),
         };
-        ControllerState { compensation, feedforward, servovalve, valve_command }
+        ControllerState { compensation, feedforward, servovalve, valve_command, ..ControllerState::default() }
     }
 
     /// The calibration by the configuration: the paper's scheme.
@@ -253,6 +273,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             per_supply_pressure: S::from_lanes(|i| lane(i).per_supply_pressure),
             measures_supply: S::Mask::from_lanes(|i| lane(i).measures_supply),
             looks_ahead: S::Mask::from_lanes(|i| lane(i).looks_ahead),
+            gap: S::Flags::from_lanes(|i| lane(i).gap),
             feeds_forward: (0..S::LANES).any(|i| lane(i).feeds_forward),
             realization: lane(0).realization,
         }
@@ -317,6 +338,7 @@ impl<S: Scalar> ControllerState<S> {
             feedforward: FeedforwardState::select(mask, yes.feedforward, no.feedforward),
             servovalve: ServovalveControllerState::select(mask, yes.servovalve, no.servovalve),
             valve_command: S::select(mask, yes.valve_command, no.valve_command),
+            lost: S::select_flags(mask, yes.lost, no.lost),
         }
     }
 }
@@ -341,6 +363,7 @@ macro_rules! constructor {
                     per_supply_pressure: (1.0 / p.supply_pressure) as $t,
                     measures_supply: p.supply_correction,
                     looks_ahead: p.feedforward && p.look_ahead,
+                    gap: check!(gap(p)),
                     feeds_forward: p.feedforward,
                     realization: p.realization,
                 })

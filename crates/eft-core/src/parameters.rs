@@ -75,6 +75,9 @@ pub struct Parameters<'a> {
     pub force_range: f64,
     /// Spool opening (1) beyond which a measurement is invalid.
     pub spool_range: f64,
+    /// Time (s) without a valid sample behind which the controller starts from rest at the new operating point: the changes
+    /// since the last one are not those of a tick. `f64::MAX` goes on from where it was.
+    pub gap_time: f64,
     /// What is learned during the test.
     pub learning: Learning,
     /// The protection of the specimen.
@@ -233,6 +236,7 @@ impl Parameters<'static> {
         velocity_range: f64::MAX,
         force_range: f64::MAX,
         spool_range: f64::MAX,
+        gap_time: 0.01,
         learning: Learning::OFF,
         protection: None,
         stuck_samples: 0,

@@ -240,6 +240,7 @@ typedef struct eft_parameters {
   double velocity_range;             // m/s; beyond it a measurement is invalid
   double force_range;                // N
   double spool_range;                // 1
+  double gap_time;                   // s; without a valid sample, behind which the controller starts from rest
   eft_learning learning;             // What is learned.
   eft_protection protection;         // The protection.
   uint32_t stuck_samples;            // samples; that a measurement may repeat to the last bit, 0 does not look
@@ -485,7 +486,7 @@ EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const e
 EFT_STATIC_ASSERT(sizeof(eft_learning) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 168);
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 824);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 832);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 1152);
 EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 1536);

@@ -115,6 +115,7 @@ data! {
         velocity_range: f64, "m/s; beyond it a measurement is invalid";
         force_range: f64, "N";
         spool_range: f64, "1";
+        gap_time: f64, "s; without a valid sample, behind which the controller starts from rest";
         learning: eft_learning, "What is learned.";
         protection: eft_protection, "The protection.";
         stuck_samples: u32, "samples; that a measurement may repeat to the last bit, 0 does not look";
@@ -206,6 +207,7 @@ impl eft_parameters {
             velocity_range: self.velocity_range,
             force_range: self.force_range,
             spool_range: self.spool_range,
+            gap_time: self.gap_time,
             learning: Learning {
                 adaptive: switch("adaptive", l.adaptive)?,
                 curve_correction: switch("curve_correction", l.curve_correction)?,

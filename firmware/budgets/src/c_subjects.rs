@@ -169,7 +169,7 @@ fn parameters(p: &Parameters) -> eft_parameters {
         (p.force_sensitivity, p.proportional_gain, p.derivative_gain);
     (c.valve_command, c.valve_command_rate) = (p.valve_command, p.valve_command_rate);
     (c.spool_warning, c.velocity_range) = (p.spool_warning, p.velocity_range);
-    (c.force_range, c.spool_range) = (p.force_range, p.spool_range);
+    (c.force_range, c.spool_range, c.gap_time) = (p.force_range, p.spool_range, p.gap_time);
     c.realization = match p.realization {
         Realization::Digital => EFT_REALIZATION_DIGITAL,
         Realization::Analog => EFT_REALIZATION_ANALOG,

@@ -36,11 +36,17 @@ fn triangle(tick: u32) -> f32 {
 /// asked, so that the learner works.
 pub fn rig(tick: u32, position: &mut f32, r: &mut Random) -> Input<f32> {
     let wild = tick & 0x1800 == 0;
+    // Now and then nothing comes for longer than the tick goes on from what was before.
+    let gone = tick & 0x1fc0 == 0x1f80;
     let opening = 0.3 * triangle(tick);
     let side = if opening > 0.0 { 1.05 } else { 1.0 };
     let mut sample = |scale: f32, sane: f32| {
         let value = r.sample(scale);
-        if wild { value } else { sane }
+        match (gone, wild) {
+            (true, _) => f32::NAN,
+            (_, true) => value,
+            _ => sane,
+        }
     };
     // Within 1 % of the rigs' tables over the piston area.
     let velocity = side * (2.184 - 1.504 * opening.abs()) * opening;

@@ -12,8 +12,11 @@ use eft_core::{Channel, Compensation, Learner, Parameters};
 use eft_rigs::{adaptive, guarded, uneven, zhao2005};
 use semihosting::{eprintln, println, process};
 
-fn golden<const N: usize>(rig: &str, channel: &Channel<f32, N>, parameters: &Parameters) {
-    println!("{rig} controller {:016x}", eft_golden::controller(channel));
+fn golden<const N: usize>(rig: &str, parameters: &Parameters) {
+    match Channel::<f32, N>::new(&eft_golden::without_gaps(*parameters)) {
+        Ok(channel) => println!("{rig} controller {:016x}", eft_golden::controller(&channel)),
+        Err(_) => fail("controller: refused"),
+    }
     match Compensation::<f32, N>::new(parameters) {
         Ok(core) => println!("{rig} compensation {:016x}", eft_golden::compensation(&core)),
         Err(_) => fail("compensation: refused"),
@@ -27,8 +30,8 @@ fn learning<const N: usize>(rig: &str, channel: &Channel<f32, N>, learner: &Lear
 
 #[entry]
 fn main() -> ! {
-    golden("zhao2005", &zhao2005::CHANNEL, &zhao2005::PARAMETERS);
-    golden("uneven", &uneven::CHANNEL, &uneven::PARAMETERS);
+    golden::<{ zhao2005::POINTS }>("zhao2005", &zhao2005::PARAMETERS);
+    golden::<{ uneven::POINTS }>("uneven", &uneven::PARAMETERS);
     learning("adaptive", &adaptive::CHANNEL, &adaptive::LEARNER);
     learning("guarded", &guarded::CHANNEL, &guarded::LEARNER);
     match faults::run() {

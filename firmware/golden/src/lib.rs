@@ -1,7 +1,8 @@
 //! The same inputs everywhere, and a hash of every bit that the controller answers: equal on the host, on the target,
 //! through C (`../c/golden.c`, `../c/learning.c`) and through Python (`tests/python/test_golden_bits.py`), which write the inputs again.
 //!
-//! `bits.txt` holds the hashes; a change of any of them is a change of what firmware computes.
+//! `bits.txt` holds the hashes; a change of any of them is a change of what firmware computes. The inputs of the controller
+//! have invalid samples for up to 80 ms in a row, and it goes on behind them from where it was: by [`without_gaps`].
 #![no_std]
 
 mod inputs;
@@ -10,7 +11,7 @@ mod learning;
 pub use inputs::{Inputs, SPECIAL, STEPS, Tick, Xorshift};
 pub use learning::{Sample, learning};
 
-use eft_core::{Channel, Compensation, CompensationInput, CompensationState, Input, Learner};
+use eft_core::{Channel, Compensation, CompensationInput, CompensationState, Input, Learner, Parameters};
 
 /// The committed hashes: rig, replay, hash.
 pub const BITS: &str = include_str!("../bits.txt");
@@ -33,7 +34,12 @@ impl Hash {
     }
 }
 
-/// Valve command and flags of every tick.
+/// As the paper's controller: whatever was lost, it goes on from where it was.
+pub const fn without_gaps(parameters: Parameters<'_>) -> Parameters<'_> {
+    Parameters { gap_time: f64::MAX, ..parameters }
+}
+
+/// Valve command and flags of every tick, of a rig [`without_gaps`].
 pub fn controller<const N: usize>(channel: &Channel<f32, N>) -> u64 {
     let (mut hash, mut state) = (Hash::EMPTY, channel.at_rest());
     for t in Inputs::new() {

@@ -1,15 +1,16 @@
 //! The golden bits as a WebAssembly module: one exported function for each line of `bits.txt`, without imports.
 
-use eft_core::Compensation;
+use eft_core::{Channel, Compensation};
 use eft_rigs::{adaptive, guarded, uneven, zhao2005};
 
 macro_rules! fixed {
     ($($rig:ident: $controller:ident $compensation:ident;)*) => {$(
+        /// 0 where the rig is refused, as below.
         #[unsafe(no_mangle)]
         pub extern "C" fn $controller() -> u64 {
-            eft_golden::controller(&$rig::CHANNEL)
+            let parameters = eft_golden::without_gaps($rig::PARAMETERS);
+            Channel::<f32, { $rig::POINTS }>::new(&parameters).as_ref().map_or(0, eft_golden::controller)
         }
-        /// 0 where the rig is refused.
         #[unsafe(no_mangle)]
         pub extern "C" fn $compensation() -> u64 {
             Compensation::<f32, { $rig::POINTS }>::new(&$rig::PARAMETERS).as_ref().map_or(0, eft_golden::compensation)

@@ -21,7 +21,6 @@ impl<T: Real, const N: usize> Channel<T, N> {
             velocity: VelocityState::default(),
             protection: ProtectionState::default(),
             plausibility: PlausibilityState::default(),
-            gap: 0,
             velocity_gap: 0,
             ticks: 0,
             window: Window::first(0),
@@ -94,7 +93,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         };
         state.controller = self.controller.prime(&asked, state.calibration());
         state.stuck = StuckWatchState::default();
-        state.gap = 0;
+        state.velocity_gap = 0;
         if self.window_ticks > 0 && state.ticks == self.window_ticks {
             state.begin_window();
         }

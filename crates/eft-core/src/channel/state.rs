@@ -16,9 +16,7 @@ pub struct ChannelState<T: Real> {
     pub(super) velocity: VelocityState<T>,
     pub(super) protection: ProtectionState<T>,
     pub(super) plausibility: PlausibilityState<T>,
-    /// Ticks in a row that the controller refused.
-    pub(super) gap: u32,
-    /// Those of them in a row of which no velocity could be estimated.
+    /// Ticks in a row that the controller refused and of which no velocity could be estimated.
     pub(super) velocity_gap: u32,
     /// Ticks of the window so far; behind the last one all of them, until the next begins.
     pub(super) ticks: u32,

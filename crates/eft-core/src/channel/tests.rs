@@ -137,17 +137,6 @@ fn lost_samples_are_waited_for_after_the_windows_have_wrapped() {
     assert_eq!(waited(0), Some(0));
 }
 
-#[test]
-fn a_count_of_lost_samples_that_is_full_still_counts_as_a_gap() {
-    let channel = Channel::<f64, 21>::new(&RIG).unwrap();
-    let mut state = channel.at_rest();
-    state.gap = u32::MAX;
-    channel.step(&mut state, &Input { force: f64::NAN, ..swing(0) });
-    assert_eq!(state.gap, u32::MAX);
-    channel.step(&mut state, &swing(1));
-    assert_eq!(state.gap, 0);
-}
-
 /// The flow gain that a window of this number teaches.
 fn gain(window: u32) -> f64 {
     1.0 + 1e-4 * f64::from(window)

@@ -67,6 +67,20 @@ impl<S: Copy> CompensationState<S> {
 }
 
 impl<S: Scalar> CompensationState<S> {
+    /// The state after a sample that requires this opening (1).
+    #[inline(always)]
+    pub(crate) fn advance(&self, opening: S, calibration: &Calibration<S>) -> Self {
+        let mut lead = self.lead;
+        let output = calibration.lead.step(&mut lead, opening);
+        Self { lead, output }
+    }
+
+    /// The state after long at this opening (1), where it `rests`.
+    #[inline(always)]
+    pub(crate) fn rested(&self, rests: S::Mask, opening: S) -> Self {
+        Self { lead: LeadState::select(rests, LeadNetwork::at_rest(opening), self.lead), ..*self }
+    }
+
     /// `yes` where the mask is true, `no` elsewhere.
     #[inline(always)]
     pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
@@ -107,7 +121,8 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         if !valid.any() {
             return self.repeat(state);
         }
-        let (next, flags) = self.advance(state, input, calibration);
+        let (opening, flags) = self.required_opening(input, calibration);
+        let next = state.advance(opening, calibration);
         *state = CompensationState::select(valid, next, *state);
         let invalid = S::flag(!valid, status::INVALID_MEASUREMENT);
         CompensationOutput { value: state.output, status: S::select_flags(valid, flags, invalid) }
@@ -117,20 +132,6 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     fn repeat(&self, state: &CompensationState<S>) -> CompensationOutput<S> {
         let status = S::flag(S::Mask::splat(true), status::INVALID_MEASUREMENT);
         CompensationOutput { value: state.output, status }
-    }
-
-    /// What [`step`](Self::step) makes of valid measurements.
-    #[inline(always)]
-    pub(crate) fn advance(
-        &self,
-        state: &CompensationState<S>,
-        input: &CompensationInput<S>,
-        calibration: &Calibration<S>,
-    ) -> (CompensationState<S>, S::Flags) {
-        let (opening, flags) = self.required_opening(input, calibration);
-        let mut lead = state.lead;
-        let output = calibration.lead.step(&mut lead, opening);
-        (CompensationState { lead, output }, flags)
     }
 
     /// The calibration by the configuration: the paper's scheme.
@@ -145,9 +146,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         let (opening, _) = self.required_opening(input, calibration);
         let valid = self.accepts(input.velocity, input.force, input.spool);
         let opening = S::select(valid, opening, S::splat(0.0));
-        let mut lead = LeadNetwork::at_rest(opening);
-        let output = calibration.lead.step(&mut lead, opening);
-        CompensationState { lead, output }
+        CompensationState::default().rested(S::Mask::splat(true), opening).advance(opening, calibration)
     }
 
     /// Compensations of single rigs side by side.
@@ -178,8 +177,13 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
             & spool.abs().le(self.spool_range)
     }
 
+    /// The required opening (1) for valid measurements.
     #[inline(always)]
-    fn required_opening(&self, i: &CompensationInput<S>, calibration: &Calibration<S>) -> (S, S::Flags) {
+    pub(crate) fn required_opening(
+        &self,
+        i: &CompensationInput<S>,
+        calibration: &Calibration<S>,
+    ) -> (S, S::Flags) {
         let flow = (self.velocity_to_flow * i.velocity + i.further_flow) * calibration.per_flow_gain;
         let corrected = |demand| {
             if !self.corrects.any() {

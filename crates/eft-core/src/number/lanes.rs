@@ -183,6 +183,10 @@ impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
         LaneFlags(array::from_fn(|i| if mask.lane(i) { yes.lane(i) } else { no.lane(i) }))
     }
     #[inline(always)]
+    fn at_least(words: LaneFlags<L>, least: LaneFlags<L>) -> LaneMask<L> {
+        LaneMask(array::from_fn(|i| words.lane(i) >= least.lane(i)))
+    }
+    #[inline(always)]
     fn cell_from_lanes(f: impl FnMut(usize) -> u8) -> [u8; L] {
         array::from_fn(f)
     }

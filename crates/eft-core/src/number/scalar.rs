@@ -23,7 +23,7 @@ pub trait Mask:
     fn from_lanes(f: impl FnMut(usize) -> bool) -> Self;
 }
 
-/// Status bits, one word a lane.
+/// Status bits or a count, one word a lane.
 pub trait Flags: Copy + core::fmt::Debug + Default + PartialEq + BitOr<Output = Self> + 'static {
     /// The word of one lane; lanes that do not exist read zero.
     fn lane(self, lane: usize) -> u32;
@@ -80,6 +80,8 @@ pub trait Scalar:
     fn flag(mask: Self::Mask, bit: u32) -> Self::Flags;
     /// `yes` where the mask is true, `no` elsewhere.
     fn select_flags(mask: Self::Mask, yes: Self::Flags, no: Self::Flags) -> Self::Flags;
+    /// Where one word is not less than the other.
+    fn at_least(words: Self::Flags, least: Self::Flags) -> Self::Mask;
 
     /// Cell bytes from one a lane.
     fn cell_from_lanes(f: impl FnMut(usize) -> u8) -> Self::Cell;
@@ -215,6 +217,10 @@ macro_rules! real {
             #[inline(always)]
             fn select_flags(mask: bool, yes: u32, no: u32) -> u32 {
                 if mask { yes } else { no }
+            }
+            #[inline(always)]
+            fn at_least(words: u32, least: u32) -> bool {
+                words >= least
             }
             #[inline(always)]
             fn cell_from_lanes(mut f: impl FnMut(usize) -> u8) -> u8 {

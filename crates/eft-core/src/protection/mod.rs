@@ -15,6 +15,7 @@ mod thresholds;
 
 pub use cause::Cause;
 pub(crate) use gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
+pub(crate) use limits::samples;
 pub use limits::{Levels, PlausibilityParameters, ProtectionParameters};
 pub(crate) use plausibility::{Known, Plausibility, PlausibilityState};
 pub use protection::{Protected, Protection, ProtectionState};

@@ -254,12 +254,16 @@ fn jump_behind(gap: u32, p: &Parameters) -> f64 {
     run(2000..2000 + gap) - run(2000..2000)
 }
 
+// SR-14
 #[test]
 fn behind_lost_samples_the_valve_command_does_not_jump_further_than_the_motion() {
     let gains = [0.07, 10.0, 736.0];
     let feedforward = Parameters { feedforward: true, ..rig::PARAMETERS };
     let protection = Some(ProtectionParameters::DEFAULT);
     for p in [
+        rig::PARAMETERS,
+        feedforward,
+        rig::LEARNING,
         Parameters { protection, ..rig::PARAMETERS },
         Parameters { protection, ..feedforward },
         Parameters { velocity_source: VelocitySource::Derivative { corner: 80.0 }, ..feedforward },

@@ -16,6 +16,7 @@ pub(crate) const LEARNING: Parameters = Parameters {
     velocity_range: 3.0,
     force_range: 2.0e5,
     spool_range: 1.2,
+    gap_time: 0.02,
     learning: Learning { curve_correction: true, ..Learning::ADAPTIVE },
     ..Parameters::ZHAO2005
 };
@@ -129,6 +130,7 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
         velocity_range: p.velocity_range,
         force_range: p.force_range,
         spool_range: p.spool_range,
+        gap_time: p.gap_time,
         learning: eft_learning {
             adaptive: l.adaptive.into(),
             curve_correction: l.curve_correction.into(),

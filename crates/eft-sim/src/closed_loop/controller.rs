@@ -112,6 +112,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         velocity_range: limits.velocity_range.unwrap_or(f64::MAX),
         force_range: limits.force_range.unwrap_or(f64::MAX),
         spool_range: limits.spool_range.unwrap_or(f64::MAX),
+        gap_time: limits.gap_time,
         learning: Learning {
             adaptive: c.adaptive,
             curve_correction: c.curve_correction,

@@ -161,6 +161,7 @@ impl RigConfig {
                 force_range: None,
                 velocity_range: None,
                 spool_range: None,
+                gap_time: 0.01,
             },
             verdict: Verdict {
                 caution: VerdictLimits {

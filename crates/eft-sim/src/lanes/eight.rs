@@ -281,6 +281,14 @@ impl Scalar for Eight {
         EightFlags(both!(|i| avx2!(_mm256_blendv_pd(no.0[i], yes.0[i], mask.0[i]))))
     }
     #[inline(always)]
+    fn at_least(words: EightFlags, least: EightFlags) -> EightMask {
+        // As whole numbers of 64 bits, in which words of 32 are never negative.
+        !EightMask(both!(|i| avx2!({
+            let (words, least) = (_mm256_castpd_si256(words.0[i]), _mm256_castpd_si256(least.0[i]));
+            _mm256_castsi256_pd(_mm256_cmpgt_epi64(least, words))
+        })))
+    }
+    #[inline(always)]
     fn cell_from_lanes(mut f: impl FnMut(usize) -> u8) -> [u16; 8] {
         array::from_fn(|lane| {
             let row = usize::from(f(lane));

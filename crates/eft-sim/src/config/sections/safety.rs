@@ -30,6 +30,8 @@ pub struct Limits {
     pub velocity_range: Option<f64>,
     /// Largest plausible measured spool opening to either side, dimensionless.
     pub spool_range: Option<f64>,
+    /// Time without a valid sample behind which the controller starts from rest, s.
+    pub gap_time: f64,
 }
 
 /// `[protection]` of the specimen; absent levels never trip.
