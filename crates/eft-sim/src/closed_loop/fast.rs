@@ -3,7 +3,7 @@
 use eft_core::{ControllerState, Scalar};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{DigitalSide, Feedback};
+use crate::closed_loop::digital_side::{DigitalSide, Feedback, Path};
 use crate::closed_loop::estimates::Estimates;
 use crate::closed_loop::method::Method;
 use crate::closed_loop::tick::Tick;
@@ -66,9 +66,9 @@ where
         LoopState { plant: FastState::default(), digital: ControllerState::default() }
     }
 
-    /// Whether all the rest is what [`DigitalSide::is_plain`] says.
-    pub(crate) fn is_plain(&self) -> bool {
-        self.digital.is_plain()
+    /// As [`DigitalSide::path`].
+    pub(crate) fn path(&self) -> Path {
+        self.digital.path()
     }
 
     /// How the plant is carried from tick to tick.
@@ -93,9 +93,9 @@ where
     }
 
     /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
-    /// `PLAIN` is what [`is_plain`](Self::is_plain) says.
+    /// `IDEAL` and `LEARNS` are of the [`path`](Self::path).
     #[inline(always)]
-    pub(crate) fn sample<const PLAIN: bool>(
+    pub(crate) fn sample<const IDEAL: bool, const LEARNS: bool>(
         &mut self,
         state: &mut LoopState<S, C>,
         command: S,
@@ -105,8 +105,8 @@ where
         let blocks = self.plant.plant();
         let truth = blocks.signals(now.plant());
         let feedback = FastFeedback { plant: &self.plant, state: now };
-        let decision =
-            self.digital.sample::<PLAIN>(&mut state.digital, command, next_command, truth, &feedback);
+        let (digital, at) = (&mut self.digital, &mut state.digital);
+        let decision = digital.sample::<IDEAL, LEARNS>(at, command, next_command, truth, &feedback);
         let force = blocks.force(now.plant());
         Tick::new(command, *now.plant(), force, &truth, blocks.at_limits(now.plant()), decision)
     }

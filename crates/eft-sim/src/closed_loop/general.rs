@@ -110,8 +110,8 @@ where
                 truth.acceleration = acceleration;
             }
             let next = commands.get(i + 1).copied().unwrap_or(now);
-            let decision =
-                digital.sample::<false>(state, now, next, truth, &ActuatorFeedback { plant, number });
+            let feedback = ActuatorFeedback { plant, number };
+            let decision = digital.sample::<false, false>(state, now, next, truth, &feedback);
             if *protected {
                 let trips = |lane| decision.status.lane(lane) & status::TRIPPED != 0;
                 *tripped = *tripped | S::Mask::from_lanes(trips);

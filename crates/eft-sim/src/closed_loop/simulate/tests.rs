@@ -131,3 +131,46 @@ fn what_does_not_fit_the_building_is_refused() {
     let plain = simulate_actuators::<f64>(&RigConfig::zhao2005(), &vec![command; 2], &options, |_, _| true);
     assert!(plain.unwrap_err().to_string().starts_with("commands = 2: must be one for each of 1 story"));
 }
+
+/// A test whose digital side is the channel and the learner of the firmware.
+fn by_channel<P: Precision>(rig: &RigConfig, command: &Command) -> TestRun {
+    let options = SimulateOptions::default();
+    let grid = options.grid(rig, command.sample_rate).unwrap();
+    let mut test = PlainTest::<f64, P::Lanes<f64>>::new(|_| rig, grid, options.method).unwrap();
+    test.test.digital().run_by_channel(rig);
+    run_through(&mut test, rig, std::slice::from_ref(command), &mut |_, _| true).unwrap().remove(0)
+}
+
+#[test]
+fn a_test_that_learns_has_the_bits_of_channel_and_learner() {
+    let command = sine_sweep(6000.0, 0.0, 10.0, 2.0, 4096.0).unwrap();
+    let noise: [(&str, toml::Value); 4] = [
+        ("sensors.force.noise", 20.0.into()),
+        ("sensors.velocity.noise", 1e-3.into()),
+        ("sensors.velocity.dropout", 0.01.into()),
+        ("sensors.spool.noise", 1e-3.into()),
+    ];
+    let changes: [&[(&str, toml::Value)]; 8] = [
+        &[],
+        &noise,
+        &[("controller.realization", "digital".into()), ("truth.servovalve.flow_gain_scale", 0.9.into())],
+        &[("compensation.mode", "linear".into()), ("compensation.curve_correction", false.into())],
+        &[("structure.mass", 1e-3.into())],
+        &[("limits.velocity_range", 0.05.into())],
+        &[("compensation.computation_delay", 2.into()), ("compensation.feedforward", true.into())],
+        &[("compensation.supply_correction", true.into()), ("compensation.level", 1.3.into())],
+    ];
+    for change in changes {
+        let learns = [("compensation.adaptive", true.into())];
+        let rig = RigConfig::zhao2005().replace(&[&learns, change].concat()).unwrap();
+        let options = SimulateOptions::default();
+        let double = simulate::<f64>(&rig, &command, &options, |_, _| true).unwrap();
+        let single = simulate::<f32>(&rig, &command, &options, |_, _| true).unwrap();
+        for (run, firmware) in
+            [(double, by_channel::<f64>(&rig, &command)), (single, by_channel::<f32>(&rig, &command))]
+        {
+            assert_eq!(run.first_difference(&firmware), None, "{change:?}");
+            assert_eq!(run.found_flows, firmware.found_flows, "{change:?}");
+        }
+    }
+}

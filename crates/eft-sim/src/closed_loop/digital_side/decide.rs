@@ -1,0 +1,156 @@
+//! The ways to a decision: controllers side by side, learning ones, a channel a lane, or a controller from outside.
+
+use eft_core::{ControllerInput, ControllerOutput, ControllerState, Flags, Mask, Real, Scalar};
+
+use crate::closed_loop::channels::{ChannelKind, step_channels};
+use crate::closed_loop::controller::Precision;
+use crate::closed_loop::digital_side::drive::Voltages;
+use crate::closed_loop::digital_side::{CellReading, Decides, DigitalSide, Feedback};
+use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::outside::Answer;
+use crate::closed_loop::signals::{convert, convert_flags};
+use crate::closed_loop::tick::Decision;
+use crate::instruments::Signals;
+use crate::lanes::{Num, WIDEST};
+use crate::plant::Driver;
+
+/// The controllers' input, in their precision.
+#[inline(always)]
+fn input<S: Num, C: Scalar>([command, next_command]: [S; 2], measured: &Signals<S>) -> ControllerInput<C>
+where
+    C::Element: Precision,
+{
+    ControllerInput {
+        command: convert(command),
+        next_command: convert(next_command),
+        velocity: convert(measured.velocity),
+        force: convert(measured.force),
+        spool: convert(measured.spool),
+        supply_pressure: convert(measured.supply_pressure),
+    }
+}
+
+/// What controllers without a protection put out.
+#[inline(always)]
+fn output<S: Num, C: Scalar>(out: &ControllerOutput<C>) -> Voltages<S> {
+    Voltages {
+        output: convert(out.valve_command),
+        compensation: convert(out.compensation),
+        authority: S::splat(1.0),
+        status: convert_flags(out.status),
+    }
+}
+
+impl<S: Num, C: Scalar> DigitalSide<S, C>
+where
+    C::Element: Precision,
+{
+    /// Lets the controllers side by side decide, by the configuration.
+    #[inline(always)]
+    pub(super) fn control<const IDEAL: bool>(
+        &mut self,
+        state: &mut ControllerState<C>,
+        commands: [S; 2],
+        measured: Signals<S>,
+        cell: CellReading<S>,
+        plant: &impl Feedback<S>,
+    ) -> Decision<S> {
+        let computation = &mut self.computation;
+        let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
+        let out = self.controller.step(state, &input(commands, &measured), &self.calibration, path);
+        self.drive::<IDEAL, false>(commands, measured, cell, plant, output(&out))
+    }
+
+    /// Lets channels side by side that learn decide.
+    #[inline(always)]
+    pub(super) fn learn<const IDEAL: bool>(
+        &mut self,
+        commands: [S; 2],
+        mut measured: Signals<S>,
+        cell: CellReading<S>,
+        plant: &impl Feedback<S>,
+    ) -> Decision<S> {
+        let stood = self.stood::<IDEAL>(commands[0], cell, plant);
+        let Decides::Learning(learning) = &mut self.decides else { return self.ask(commands, measured) };
+        let computation = &mut self.computation;
+        let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
+        let input = input(commands, &measured);
+        let out = learning.step(&input, convert(stood), path);
+        measured.velocity = convert(input.velocity);
+        let commands = [convert(input.command), convert(input.next_command)];
+        self.drive::<IDEAL, true>(commands, measured, cell, plant, output(&out))
+    }
+
+    /// Lets a channel a lane decide.
+    #[inline(always)]
+    pub(super) fn run_channels(
+        &mut self,
+        commands: [S; 2],
+        mut measured: Signals<S>,
+        cell: CellReading<S>,
+        plant: &impl Feedback<S>,
+    ) -> Decision<S> {
+        let [command, next_command] = commands;
+        let first = match &self.decides {
+            Decides::Channels(channels, _) if self.before.is_none() => {
+                S::from_lanes(|i| channels.get(i).map_or(0.0, |one| one.preview(command.lane(i))))
+            }
+            _ => command,
+        };
+        let stood = self.stood::<false>(first, cell, plant);
+        let Decides::Channels(channels, answers) = &mut self.decides else {
+            return self.ask(commands, measured);
+        };
+        step_channels(channels, answers, &measured, [command, next_command, stood], &mut self.computation);
+        let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
+        // A controller alone passes on what it was given, in double precision.
+        let commands = if self.kind == ChannelKind::Controller {
+            commands
+        } else {
+            measured.velocity = of(&answers.velocity);
+            [of(&answers.permitted[0]), of(&answers.permitted[1])]
+        };
+        let out = Voltages {
+            output: of(&answers.voltage),
+            compensation: of(&answers.compensation),
+            authority: of(&answers.authority),
+            status: S::Flags::from_lanes(|i| answers.status[i]),
+        };
+        if self.adapts {
+            self.estimates = self.estimates.or(|i| channels[i].calibration());
+        }
+        self.drive::<false, true>(commands, measured, cell, plant, out)
+    }
+
+    /// Lets the controller from outside decide.
+    #[inline(never)]
+    pub(super) fn ask(&mut self, [command, next_command]: [S; 2], mut measured: Signals<S>) -> Decision<S> {
+        let Signals { velocity, force, spool, displacement, supply_pressure, acceleration } = measured;
+        let signals =
+            [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command];
+        let answer = match &mut self.decides {
+            Decides::Outside(outside) => outside(signals.map(|signal| signal.lane(0).to_f64() as f32)),
+            _ => Answer::default(),
+        };
+        if self.estimates_velocity {
+            measured.velocity = convert(answer.velocity);
+        }
+        if self.adapts {
+            self.estimates = Estimates {
+                flow_gain_estimate: convert(answer.flow_gain),
+                response_delay_estimate: convert(answer.response_delay),
+                valve_gain_estimate: convert(answer.valve_gain),
+                level: convert(answer.level),
+                ..Estimates::unknown()
+            };
+        }
+        let (valve_command, clipped) = self.dac.convert(convert(answer.valve_command));
+        Decision {
+            measured,
+            valve_command,
+            compensation: convert(answer.compensation),
+            status: S::flag(S::Mask::splat(true), answer.status) | clipped,
+            driver: Driver::held(valve_command),
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! From the controllers' output to what drives the valves.
+
+use eft_core::{Flags, Mask, Scalar, status};
+
+use crate::closed_loop::controller::Precision;
+use crate::closed_loop::digital_side::{CellReading, Decides, DigitalSide, Feedback};
+use crate::closed_loop::tick::Decision;
+use crate::config::Realization;
+use crate::instruments::Signals;
+use crate::lanes::Num;
+use crate::plant::Driver;
+
+/// What the controllers put out.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Voltages<S: Num> {
+    /// To the converter (V).
+    pub(super) output: S,
+    /// The compensation signal (V).
+    pub(super) compensation: S,
+    /// Factor (1) that protections put on an analog controller's valve command.
+    pub(super) authority: S,
+    pub(super) status: S::Flags,
+}
+
+impl<S: Num, C: Scalar> DigitalSide<S, C>
+where
+    C::Element: Precision,
+{
+    /// The valve command (V) that analog controllers made until now, under a command (N) at the first tick; zero of
+    /// digital ones.
+    #[inline(always)]
+    pub(super) fn stood<const IDEAL: bool>(
+        &self,
+        command: S,
+        cell: CellReading<S>,
+        plant: &impl Feedback<S>,
+    ) -> S {
+        if !IDEAL && self.realization == Realization::Digital {
+            return S::splat(0.0);
+        }
+        let zero = S::splat(0.0);
+        let [command, rate, compensation] = self.before.unwrap_or([command, zero, zero]);
+        let analog = self.analog.at(command, rate, compensation);
+        plant.command(&Driver::analog(analog.through((cell.gain, cell.offset)), IDEAL || cell.ideal))
+    }
+
+    /// The converter, and what drives the valve until the next tick under the permitted commands (N). `IDEAL` is a copy for
+    /// ideal instruments and an analog loop, `REMEMBERS` one for what asks for [`stood`](Self::stood).
+    #[inline(always)]
+    pub(super) fn drive<const IDEAL: bool, const REMEMBERS: bool>(
+        &mut self,
+        [command, next_command]: [S; 2],
+        measured: Signals<S>,
+        cell: CellReading<S>,
+        plant: &impl Feedback<S>,
+        out: Voltages<S>,
+    ) -> Decision<S> {
+        let (output, clipped) =
+            if IDEAL { (out.output, S::Flags::default()) } else { self.dac.convert(out.output) };
+        let (driver, valve_command, compensation) = if IDEAL || self.realization == Realization::Analog {
+            let mut rate = (next_command - command) * S::splat(self.sample_rate);
+            // Only a protection opens the loop.
+            let watched = !IDEAL && matches!(self.decides, Decides::Channels(..));
+            let is_open = |i: usize| watched && out.status.lane(i) & status::FORCE_LOOP_OPEN != 0;
+            let open = watched && (0..S::LANES).any(is_open);
+            let behind = if !open {
+                self.analog.at(command, rate, output).through((cell.gain, cell.offset))
+            } else {
+                // Its force error is switched off.
+                let of = |value: S| S::from_lanes(|i| if is_open(i) { 0.0 } else { value.lane(i) });
+                rate = of(rate);
+                self.analog.at(of(command), rate, output).through((of(cell.gain), of(cell.offset)))
+            };
+            if REMEMBERS {
+                self.before = Some([next_command, rate, output]);
+            }
+            let driver = if IDEAL {
+                Driver::analog(behind, true)
+            } else {
+                let whole = cell.ideal && out.authority.ge(S::splat(1.0)).all();
+                Driver::analog(behind.limited_to(out.authority), whole && !open)
+            };
+            (driver, plant.command(&driver), output)
+        } else {
+            (Driver::held(output), output, out.compensation)
+        };
+        let status = out.status | clipped;
+        Decision { measured, valve_command, compensation, status, driver }
+    }
+}

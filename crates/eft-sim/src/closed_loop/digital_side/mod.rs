@@ -1,0 +1,293 @@
+//! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
+
+mod decide;
+mod drive;
+
+use eft_core::{Calibration, ControllerState, Mask, Scalar};
+
+use crate::closed_loop::channel::RigChannel;
+use crate::closed_loop::channels::{Answers, ChannelKind};
+use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
+use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::learning::LearningLanes;
+use crate::closed_loop::outside::Outside;
+use crate::closed_loop::tick::Decision;
+use crate::config::{Realization, RigConfig, VelocitySource};
+use crate::error::Result;
+use crate::instruments::{AnalogOutput, Dac, DelayLines, Sensors, Signals};
+use crate::lanes::{Num, Work, dispatch};
+use crate::plant::{Analog, Driver};
+
+/// A plant as it stands now.
+// A trait and not a closure: a closure that is called twice is not inlined, and loses the processor's instructions.
+pub(crate) trait Feedback<S: Num> {
+    /// The valve command (V) that a drive makes of the plant's state now.
+    fn command(&self, driver: &Driver<S>) -> S;
+}
+
+/// The load cell as an analog controller sees it: `gain·force + offset` (N).
+#[derive(Debug, Clone, Copy)]
+struct CellReading<S> {
+    gain: S,
+    offset: S,
+    ideal: bool,
+}
+
+impl<S: Num> CellReading<S> {
+    #[inline(always)]
+    fn ideal() -> Self {
+        Self { gain: S::splat(1.0), offset: S::splat(0.0), ideal: true }
+    }
+}
+
+/// Which copy of the sample serves a digital side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Path {
+    /// Ideal instruments and an analog loop behind the compensation.
+    Ideal,
+    /// The same with learners.
+    IdealLearning,
+    /// Anything.
+    General,
+}
+
+/// What decides on the valve command.
+enum Decides<S: Num, C: Scalar>
+where
+    C::Element: Precision,
+{
+    /// Controllers side by side, of rigs of which nothing is learned, protected or estimated.
+    SideBySide,
+    /// Channels side by side that learn.
+    Learning(Box<LearningLanes<S, C>>),
+    /// A channel a lane.
+    Channels(Vec<RigChannel<C::Element>>, Box<Answers>),
+    /// A controller that runs elsewhere, for one rig.
+    Outside(Outside),
+}
+
+impl<S: Num, C: Scalar> Decides<S, C>
+where
+    C::Element: Precision,
+{
+    /// The channels, where they decide.
+    fn channels(&mut self) -> &mut [RigChannel<C::Element>] {
+        if let Self::Channels(channels, _) = self { channels } else { &mut [] }
+    }
+}
+
+/// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
+/// number.
+pub(crate) struct DigitalSide<S: Num, C: Scalar>
+where
+    C::Element: Precision,
+{
+    kind: ChannelKind,
+    decides: Decides<S, C>,
+    /// Whether the instruments are ideal and the loop analog.
+    ideal: bool,
+    /// The controllers side by side.
+    controller: RigController<C>,
+    /// What their configuration gives them.
+    calibration: Box<Calibration<C>>,
+    estimates: Estimates<S>,
+    /// Command (N) that the analog controllers arrive at, its rate (N/s) and their compensation (V) since the last tick.
+    before: Option<[S; 3]>,
+    estimates_velocity: bool,
+    adapts: bool,
+    computation: DelayLines,
+    realization: Realization,
+    analog: Analog<S>,
+    /// None where every lane's are ideal.
+    sensors: Option<Sensors<S>>,
+    dac: Dac<S>,
+    sample_rate: f64,
+}
+
+impl<S: Num, C: Scalar> DigitalSide<S, C>
+where
+    C::Element: Precision,
+{
+    /// Those of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization and [`ChannelKind`]. `actuator` numbers the actuator
+    /// in its rig, whose noise is its own.
+    pub(crate) fn new<'a>(
+        rig: impl Fn(usize) -> &'a RigConfig,
+        sample_rate: f64,
+        actuator: u64,
+    ) -> Result<Self> {
+        let lanes = 0..S::LANES;
+        let parameters: Vec<_> =
+            lanes.clone().map(|i| parameters(rig(i), sample_rate)).collect::<Result<_>>()?;
+        let controllers: Vec<_> = parameters.iter().map(C::Element::controller).collect::<Result<_>>()?;
+        let sensors = Sensors::new(&rig, sample_rate, actuator);
+        let computation = DelayLines::new(S::LANES, |i| rig(i).compensation.computation_delay as usize);
+        let dac = Dac::new(|i| &rig(i).plant().dac);
+        let realization = rig(0).controller.realization;
+        let has_ideal_instruments = sensors.is_none() && computation.is_none() && dac.is_ideal();
+        let controller = RigController::<C>::pack(|i| &controllers[i]);
+        let kind = ChannelKind::of(rig(0));
+        let decides = if S::LANES == C::LANES && kind == ChannelKind::Learning {
+            Decides::Learning(Box::new(LearningLanes::new(&parameters, &controllers)?))
+        } else if S::LANES != C::LANES || kind != ChannelKind::Controller {
+            let channels = parameters.iter().map(RigChannel::new).collect::<Result<_>>()?;
+            Decides::Channels(channels, Box::default())
+        } else {
+            Decides::SideBySide
+        };
+        Ok(Self {
+            kind,
+            decides,
+            ideal: has_ideal_instruments && realization == Realization::Analog,
+            calibration: Box::new(controller.nominal()),
+            controller,
+            estimates: Estimates::nominal(&rig),
+            before: None,
+            estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
+            adapts: lanes.into_iter().any(|i| adapts(rig(i))),
+            computation,
+            realization,
+            analog: Analog::pack(&rig),
+            sensors,
+            dac,
+            sample_rate,
+        })
+    }
+
+    /// The fastest copy of [`sample`](Self::sample) that may serve.
+    pub(crate) fn path(&self) -> Path {
+        match self.decides {
+            Decides::SideBySide if self.ideal => Path::Ideal,
+            Decides::Learning(_) if self.ideal => Path::IdealLearning,
+            _ => Path::General,
+        }
+    }
+
+    /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
+    /// `IDEAL` and `LEARNS` are of the [`path`](Self::path).
+    #[inline(always)]
+    pub(crate) fn sample<const IDEAL: bool, const LEARNS: bool>(
+        &mut self,
+        state: &mut ControllerState<C>,
+        command: S,
+        next_command: S,
+        truth: Signals<S>,
+        plant: &impl Feedback<S>,
+    ) -> Decision<S> {
+        let commands = [command, next_command];
+        match (IDEAL, LEARNS) {
+            (true, true) => self.learn::<true>(commands, truth, CellReading::ideal(), plant),
+            (true, false) => self.control::<true>(state, commands, truth, CellReading::ideal(), plant),
+            _ => self.sample_with_all(state, commands, truth, plant),
+        }
+    }
+
+    /// The same with every instrument and channel.
+    // Apart, for it is much code, and would be compiled into every loop.
+    #[inline(never)]
+    fn sample_with_all(
+        &mut self,
+        state: &mut ControllerState<C>,
+        commands: [S; 2],
+        truth: Signals<S>,
+        plant: &impl Feedback<S>,
+    ) -> Decision<S> {
+        dispatch::<S, _>(Sample { side: self, state, commands, truth, plant })
+    }
+
+    #[inline(always)]
+    fn sample_here(
+        &mut self,
+        state: &mut ControllerState<C>,
+        commands: [S; 2],
+        truth: Signals<S>,
+        plant: &impl Feedback<S>,
+    ) -> Decision<S> {
+        let (measured, cell) = self.measure(truth);
+        match self.decides {
+            Decides::SideBySide => self.control::<false>(state, commands, measured, cell, plant),
+            Decides::Learning(_) => self.learn::<false>(commands, measured, cell, plant),
+            Decides::Channels(..) => self.run_channels(commands, measured, cell, plant),
+            Decides::Outside(_) => self.ask(commands, measured),
+        }
+    }
+
+    /// What the learners have found by the last sample, as the controllers use it.
+    #[inline(always)]
+    pub(crate) fn estimates(&self) -> &Estimates<S> {
+        match &self.decides {
+            Decides::Learning(learning) => &learning.estimates,
+            _ => &self.estimates,
+        }
+    }
+
+    /// Puts a controller from outside in the place of the rig's own; of a digital side, one rig.
+    pub(crate) fn controlled_by(&mut self, outside: Outside) {
+        self.decides = Decides::Outside(outside);
+    }
+
+    /// Puts a channel and its learner in the place of the ones side by side; of a digital side, one rig.
+    #[cfg(test)]
+    pub(crate) fn run_by_channel(&mut self, rig: &RigConfig) {
+        let channel = parameters(rig, self.sample_rate).and_then(|one| RigChannel::new(&one)).unwrap();
+        self.decides = Decides::Channels(vec![channel], Box::default());
+    }
+
+    /// No-load flows (m³/s) that the valve of a lane was found to pass at these openings; none where nothing is
+    /// learned, empty where it is learned outside.
+    pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
+        match &self.decides {
+            Decides::SideBySide => None,
+            Decides::Learning(learning) => learning.found_flows(openings, lane),
+            Decides::Channels(channels, _) => channels.get(lane)?.found_flows(openings),
+            Decides::Outside(_) => self.adapts.then(Vec::new),
+        }
+    }
+
+    /// Asks the protections, where there are any, for the soft end.
+    pub(crate) fn end(&mut self) {
+        self.decides.channels().iter_mut().for_each(RigChannel::end);
+    }
+
+    /// Trips the protections of some lanes, where there are any, from outside.
+    pub(crate) fn trip(&mut self, at: S::Mask) {
+        let channels = self.decides.channels().iter_mut().enumerate();
+        channels.filter(|(lane, _)| at.lane(*lane)).for_each(|(_, channel)| channel.trip());
+    }
+
+    /// What the sensors make of the truth, and the load cell (gain and offset in N) as an analog controller sees it,
+    /// where it is not ideal.
+    #[inline(always)]
+    fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, CellReading<S>) {
+        match &mut self.sensors {
+            None => (truth, CellReading::ideal()),
+            Some(sensors) => {
+                let (readings, AnalogOutput { gain, offset }) = sensors.read(&truth);
+                (readings, CellReading { gain, offset, ideal: false })
+            }
+        }
+    }
+}
+
+/// One tick of a digital side.
+struct Sample<'a, S: Num, C: Scalar, F>
+where
+    C::Element: Precision,
+{
+    side: &'a mut DigitalSide<S, C>,
+    state: &'a mut ControllerState<C>,
+    commands: [S; 2],
+    truth: Signals<S>,
+    plant: &'a F,
+}
+
+impl<S: Num, C: Scalar, F: Feedback<S>> Work for Sample<'_, S, C, F>
+where
+    C::Element: Precision,
+{
+    type Output = Decision<S>;
+
+    #[inline(always)]
+    fn run(self) -> Decision<S> {
+        self.side.sample_here(self.state, self.commands, self.truth, self.plant)
+    }
+}
