@@ -1,0 +1,183 @@
+//! `eft.Record`, and the function that reads one.
+
+use std::path::PathBuf;
+
+use eft_sim::{preparation, records};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+
+use crate::arrays;
+use crate::errors::{refuse, to_python};
+
+/// One component of a ground motion.
+///
+/// Parameters
+/// ----------
+/// acceleration : array_like
+///     Ground acceleration in m/s², one dimension, finite.
+/// dt : float
+///     Time between two points, in s.
+/// name : str
+///     What the record is called.
+#[pyclass(frozen, module = "eft")]
+pub(crate) struct Record {
+    pub(crate) inner: records::Record,
+    acceleration: PyOnceLock<Py<PyArray1<f64>>>,
+}
+
+pub(crate) fn record(result: eft_sim::Result<records::Record>) -> PyResult<Record> {
+    result.map(|inner| Record { inner, acceleration: PyOnceLock::new() }).map_err(to_python)
+}
+
+#[pymethods]
+impl Record {
+    #[new]
+    #[pyo3(signature = (acceleration, dt, name=""))]
+    fn new(acceleration: &Bound<'_, PyAny>, dt: f64, name: &str) -> PyResult<Self> {
+        record(records::Record::new(name, arrays::vector("acceleration", acceleration)?, dt))
+    }
+
+    /// Ground acceleration in m/s², read-only.
+    #[getter]
+    fn acceleration<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let array = self.acceleration.get_or_try_init(py, || arrays::frozen(py, &self.inner.acceleration))?;
+        Ok(array.bind(py).clone())
+    }
+
+    /// Time between two points, in s.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.inner.dt
+    }
+
+    /// What the file calls the record, or the file's own name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// Peak ground acceleration in m/s².
+    #[getter]
+    fn pga(&self) -> f64 {
+        self.inner.pga()
+    }
+
+    /// Time of each point in s, from zero.
+    #[getter]
+    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, (0..self.inner.acceleration.len()).map(|i| i as f64 * self.inner.dt))
+    }
+
+    /// Return the record less the polynomial of a degree (0 to 5) that fits its acceleration best.
+    #[pyo3(signature = (degree=1))]
+    fn baseline_corrected(&self, degree: usize) -> PyResult<Self> {
+        record(preparation::baseline_corrected(&self.inner, degree))
+    }
+
+    /// Return the record within `low` to `high` (Hz): a Butterworth filter run both ways, without phase.
+    #[pyo3(signature = (low, high, order=4))]
+    fn band_passed(&self, py: Python<'_>, low: f64, high: f64, order: i32) -> PyResult<Self> {
+        record(py.detach(|| preparation::band_passed(&self.inner, low, high, order)))
+    }
+
+    /// Return the record at another sample rate (Hz), frequencies beyond half of it taken out first.
+    fn resampled(&self, py: Python<'_>, rate: f64) -> PyResult<Self> {
+        record(py.detach(|| preparation::resampled(&self.inner, rate)))
+    }
+
+    /// Return the record with its acceleration and its time multiplied by factors.
+    ///
+    /// A model at the length scale `S` with unchanged accelerations has the time factor ``sqrt(S)``.
+    #[pyo3(signature = (acceleration=1.0, time=1.0))]
+    fn scaled(&self, acceleration: f64, time: f64) -> PyResult<Self> {
+        record(preparation::scaled(&self.inner, acceleration, time))
+    }
+
+    /// Return the record faded in over `start` and out over `end` seconds by raised cosines.
+    fn tapered(&self, start: f64, end: f64) -> PyResult<Self> {
+        record(preparation::tapered(&self.inner, start, end))
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.acceleration.len()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.inner == other.inner
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<eft.Record {:?}: {} points, dt {} s, peak {:.4} m/s²>",
+            self.inner.name,
+            self.inner.acceleration.len(),
+            self.inner.dt,
+            self.inner.pga(),
+        )
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, &str)> {
+        Ok((self.acceleration(py)?, self.inner.dt, &self.inner.name))
+    }
+}
+
+/// Read a ground motion: PEER AT2, CSMIP and COSMOS V2, K-NET, or columns; the content tells the format.
+///
+/// A unit is never guessed: columns whose header names none need `unit`. The counts of a K-NET file lose their
+/// mean, which is an offset of the instrument.
+///
+/// Parameters
+/// ----------
+/// path : str or path-like
+///     The file.
+/// dt : float, optional
+///     Step in s, for a file that states none.
+/// unit : str, optional
+///     Unit of the values, which a column file must have that states none: ``"g"``, ``"m/s2"``, ``"cm/s2"``,
+///     ``"mm/s2"``, ``"in/s2"`` or ``"ft/s2"``.
+/// channel : int, optional
+///     Which channel of a V2 file, counted from 1; needed where there are several.
+///
+/// Returns
+/// -------
+/// Record
+///     Its methods prepare it: ``eft.read_record(path).baseline_corrected().band_passed(0.1, 25.0)``.
+///
+/// Raises
+/// ------
+/// FileNotFoundError
+///     If there is no such file.
+/// ValueError
+///     If the file names no unit and none is given, or is not what its format promises, with the line where
+///     there is one; if it is larger than 24 MiB.
+///
+/// Examples
+/// --------
+/// >>> import eft, pathlib, tempfile
+/// >>> path = pathlib.Path(tempfile.mkdtemp()) / "quake.csv"
+/// >>> _ = path.write_text("time (s),acceleration (g)\n0.00,0.0\n0.01,0.1\n0.02,0.0\n")
+/// >>> round(eft.read_record(path).pga, 4)
+/// 0.9807
+#[pyfunction]
+#[pyo3(signature = (path, *, dt=None, unit=None, channel=None))]
+pub(crate) fn read_record(
+    py: Python<'_>,
+    path: PathBuf,
+    dt: Option<f64>,
+    unit: Option<&str>,
+    channel: Option<usize>,
+) -> PyResult<Record> {
+    let unit = match unit {
+        None => None,
+        Some(name) => Some(records::Unit::from_name(name).ok_or_else(|| {
+            refuse(
+                "unit",
+                format!("{name:?}"),
+                format!("must be a unit of acceleration: {}", records::Unit::NAMES.join(", ")),
+            )
+        })?),
+    };
+    let options = records::ReadOptions { dt, unit, channel };
+    record(py.detach(|| records::read_record_with(&path, &options)))
+}
