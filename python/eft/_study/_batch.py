@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import threading
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,7 +11,7 @@ from eft._native import BatchResult, Command, Rig, __version__, simulate_batch
 from eft._run import TestRun
 from eft._simulate import simulate
 from eft._status import CAUSE_BITS, Status, status_of
-from eft._study._plan import Batch, Test, scaled
+from eft._study._plan import Batch, StructureMaker, Test, scaled
 from eft._study._rows import ADAPTS, ESTIMATES, Outcome, WrongVersionError, failed_row, row_of
 from eft._study._values import SCALE, Changes
 
@@ -26,15 +22,15 @@ def run_batch(batch: Batch, threads: int | None = None) -> list[Outcome]:
         raise WrongVersionError(f"eft {__version__} on the worker: must be {batch.version}, as here")
     if batch.structure is not None:
         # One after another: a process has one model of OpenSees.
-        return _alone(batch, 1)
-    return _alone(batch, threads) if batch.of_buildings else _single_actuators(batch, threads)
+        return [_outside(batch, test, batch.structure) for test in batch.tests]
+    return _together(batch, threads)
 
 
 def _changes(test: Test) -> Changes:
     return {key: value for key, value in test.changes.items() if key != SCALE}
 
 
-def _single_actuators(batch: Batch, threads: int | None) -> list[Outcome]:
+def _together(batch: Batch, threads: int | None) -> list[Outcome]:
     outcomes: dict[int, Outcome] = {}
     ready: list[tuple[Test, Rig, Command]] = []
     for test in batch.tests:
@@ -65,34 +61,12 @@ def _outcome(batch: Batch, test: Test, rig: Rig, command: Command, result: Batch
     return Outcome(row, TestRun._of(rig, command, batch.dtype, result.traces))
 
 
-class _Stopped(Exception):  # noqa: N818 - no error: somebody pressed Ctrl-C
-    pass
-
-
-def _alone(batch: Batch, threads: int | None) -> list[Outcome]:
-    """Tests that the core's batches do not take, one a thread: it runs without the interpreter's lock."""
-    stop = threading.Event()
-
-    def watch(_done: int, _total: int) -> None:
-        if stop.is_set():
-            raise _Stopped
-
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        try:
-            return list(pool.map(partial(_single, batch, watch), batch.tests))
-        except BaseException:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-            raise
-
-
-def _single(batch: Batch, watch: Any, test: Test) -> Outcome:
-    """One test; of an actuator on every floor each metric is that of the floor where it is largest."""
+def _outside(batch: Batch, test: Test, maker: StructureMaker) -> Outcome:
+    """A test with a structure from outside; each metric is that of the actuator where it is largest."""
     try:
         command = scaled(batch.commands[test.command], test.changes)
         rig = batch.rig.replace(_changes(test))
-        structure = batch.structure(rig) if batch.structure else None
-        run = simulate(rig, command, batch.dtype, structure=structure, progress=watch)
+        run = simulate(rig, command, batch.dtype, structure=maker(rig))
         metrics = _metrics(run, batch.fft)
     except ValueError as error:
         return Outcome(failed_row(test, "refused", error), None)

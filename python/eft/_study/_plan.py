@@ -44,12 +44,6 @@ class Batch:
     fft: bool
     structure: StructureMaker | None
 
-    @property
-    def of_buildings(self) -> bool:
-        """Whether there is an actuator on every floor, which the batches of the core do not take."""
-        kinds = {test.changes.get("structure.kind", self.rig["structure.kind"]) for test in self.tests}
-        return "shear_building" in kinds or any(one.values.ndim > 1 for one in self.commands.values())
-
     def alone(self) -> list[Batch]:
         """Each test as a batch of its own."""
         return [replace(self, tests=(test,)) for test in self.tests]
