@@ -24,7 +24,7 @@ from eft.traces._write import check_folder
 @click.argument("rig", type=FILE)
 @click.option("--target", type=click.Choice(["rust", "c"]), required=True, help="The language.")
 @click.option(
-    "--name", help="Name of the constant in C, EFT_RIG_NAME, so that several fit. Default: the rig's own."
+    "--name", help="Name in the C constant EFT_RIG_NAME, to tell several rigs apart. Default: the rig's own."
 )
 @click.option("-o", "--output", type=FILE, help="Default: RIG with the ending .rs or .h.")
 def export(rig: Path, target: Literal["rust", "c"], name: str | None, output: Path | None) -> None:
@@ -32,7 +32,7 @@ def export(rig: Path, target: Literal["rust", "c"], name: str | None, output: Pa
 
     The controller runs at the rig's `controller.sample_rate`. The file's first comment says what the firmware
     must do itself: close the force loop, pass the measured supply pressure, start the soft end. A computation
-    delay is refused, because the firmware's own timing makes it.
+    delay is refused, because it follows from the firmware's own timing.
     """
     path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
     check_folder(path)

@@ -23,7 +23,7 @@ from eft.traces._write import check_folder
         "eft init test.toml --test     the same with a command: ready for `eft run`",
         "eft init study.toml --study   and with settings to vary: ready for `eft study`",
         "eft init sheet.toml --data-sheet            a data sheet to fill in",
-        "eft init --from-data-sheet sheet.toml       the rig of it",
+        "eft init --from-data-sheet sheet.toml       the rig of that sheet",
     ),
 )
 @click.argument("file", type=FILE, default=Path("rig.toml"))
@@ -33,12 +33,12 @@ from eft.traces._write import check_folder
 @click.option(
     "--from-data-sheet", "sheet", type=FILE, help="Make the rig from this data sheet, not the paper's."
 )
-@click.option("--force", is_flag=True, help="Replace a file that is there.")
+@click.option("--force", is_flag=True, help="Replace an existing file.")
 def init(file: Path, test: bool, study: bool, data_sheet: bool, sheet: Path | None, force: bool) -> None:
     """Write a rig to FILE (rig.toml), every key with its meaning, unit and range.
 
-    It is the paper's rig, or that of a data sheet. What a data sheet leaves open is asked for on a terminal;
-    elsewhere the keys that are missing are named, with exit code 2.
+    It is the paper's rig, or that of a data sheet. On a terminal, eft asks for numbers that the sheet leaves
+    open. Without a terminal it names the missing keys and ends with exit code 2.
     """
     if test and study:
         raise click.UsageError("give --test or --study: a study is a test already")
@@ -46,7 +46,7 @@ def init(file: Path, test: bool, study: bool, data_sheet: bool, sheet: Path | No
         raise click.UsageError("--data-sheet writes no rig: leave out --test, --study and --from-data-sheet")
     check_folder(file)
     if file.exists() and not force:
-        raise click.UsageError(f"{file} is there already; --force replaces it")
+        raise click.UsageError(f"{file} exists already; --force replaces it")
     if data_sheet:
         text = eft.data_sheets.TEMPLATE
     else:

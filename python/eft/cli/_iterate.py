@@ -38,7 +38,11 @@ from eft.traces._write import check_folder
 )
 @click.option("--band", type=float, nargs=2, metavar="HZ HZ", help="Default: the band of the command.")
 @click.option(
-    "--coherence", type=float, default=0.8, show_default=True, help="Frequencies below it are left alone."
+    "--coherence",
+    type=float,
+    default=0.8,
+    show_default=True,
+    help="Frequencies with less coherence are not corrected.",
 )
 @click.option(
     "-o", "--output", type=FILE, default=Path("drive.csv"), show_default=True, help="CSV of the drive."
@@ -57,11 +61,11 @@ def iterate(
     as_json: bool,
     **command: Any,
 ) -> None:
-    """Find the drive that makes the force follow the command of a TEST, and write it as a CSV file.
+    """Find the drive with which the force follows the command of a TEST, and write it as a CSV file.
 
-    The force over the drive is inverted at every frequency where their coherence is high, and the remaining
-    error corrected, repeat by repeat. A specimen that yields is refused. A test file runs a drive with
-    `kind = "drive"` and `file = "drive.csv"` in its section [command].
+    Each repeat corrects the drive by the remaining error. The correction inverts the response of the force to
+    the drive, at every frequency with a high coherence. A specimen that yields is refused. A test file runs
+    a drive with `kind = "drive"` and `file = "drive.csv"` in its section [command].
     """
     check_folder(output)
     plan = plan_of(test, rig, changes, command)

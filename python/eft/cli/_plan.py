@@ -79,7 +79,7 @@ def plans_of(
 def plan_of(
     test: Path | None, rig: Path | None, changes: Mapping[str, Any], command: Mapping[str, Any]
 ) -> TestPlan:
-    """The test of a file, or one put together from options; refused when it takes too much memory."""
+    """The test of a file or of options; refused when it takes too much memory."""
     options = dict(command)
     allowed = options.pop("memory")
     plan = _plan(test, rig, changes, options)

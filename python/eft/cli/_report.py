@@ -36,7 +36,7 @@ def report(runs: tuple[Path, ...], output: Path | None, title: str | None, **dat
     A report of runs has the verdict, metrics, time histories with zoom, force over command by frequency,
     spool opening against the advised 60 %, restoring force, configuration and versions. Several runs share
     the charts. A file of measurements, such as CSV or TDMS, is compared with the first run, aligned in time;
-    --column, --unit and --sample-rate hold for it. A report of a study says how the tests ended, and has
+    --column, --unit and --sample-rate describe it. A report of a study says how the tests ended, and has
     each metric over each setting and the worst tests.
     """
     target = output or runs[0].with_suffix(".html")

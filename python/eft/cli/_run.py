@@ -64,7 +64,7 @@ def run(
     as_json: bool,
     **command: Any,
 ) -> None:
-    """Run the TEST of a file, or one put together from options, and write its traces.
+    """Run a test, from the file TEST or from options, and write its traces.
 
     A test file is a rig file with a section [command]; `eft init test.toml --test` writes one.
     """

@@ -41,7 +41,7 @@ from eft.opensees._server import Visit
 def serve_rig(
     rig: Path, changes: dict[str, Any], host: str, port: int, clients: int | None, idle: float
 ) -> None:
-    """Serve the rig of a file as the experimental site of OpenSees' element `genericClient`.
+    """Let the element `genericClient` of OpenSees drive the rig of a file as its experimental site.
 
     A client sends displacements. The rig moves its specimen there, waits until it rests, and answers with
     the force. One client is served at a time, and each finds the rig at rest. Ctrl-C ends it.
