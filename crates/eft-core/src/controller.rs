@@ -73,6 +73,7 @@ impl<S: Scalar> Supply<S> {
 
 /// What the controller remembers. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ControllerState<S: Scalar> {
     compensation: CompensationState<S>,

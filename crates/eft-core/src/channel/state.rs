@@ -10,6 +10,7 @@ use crate::velocity::VelocityState;
 
 /// What a channel remembers; made by [`Channel::at_rest`](crate::Channel::at_rest) or [`Channel::prime`](crate::Channel::prime).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ChannelState<T: Real> {
     pub(super) controller: ControllerState<T>,
@@ -74,6 +75,7 @@ impl<T: Real> ChannelState<T> {
 
 /// Calibrations of half a second to a second ago: longer than any fault of a sensor stays unnoticed.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(super) struct Sound<T: Real> {
     kept: [Calibration<T>; 2],

@@ -9,6 +9,7 @@ use crate::parameters::Parameters;
 
 /// The only thing that flows from the learner to the tick: plain data, made once a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Calibration<S: Scalar> {
     /// Number of the window that it was made of; `u32::MAX` where it was made of the configuration.
@@ -43,6 +44,7 @@ pub struct Calibration<S: Scalar> {
 /// the paper's, which has three stages, they are off by up to 0.005 and 0.08 ms in its sweeps: several deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Deviations<S> {
     /// Of the flow gain (1).

@@ -17,6 +17,7 @@ pub struct Feedforward<S> {
 
 /// The last command (N).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct FeedforwardState<S> {
     command: S,

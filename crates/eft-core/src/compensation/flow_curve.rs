@@ -14,6 +14,7 @@ pub(crate) const FIRST_NODE: f64 = -(PIECES as f64) / 2.0;
 
 /// One piece of the chain: the table flow `offset + slope·demand`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct CurvePiece<S> {
     /// Table flow (m³/s) at no demand, were the piece so long.

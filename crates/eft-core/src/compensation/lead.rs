@@ -8,6 +8,7 @@ use crate::number::Scalar;
 /// Written as `gain · (1 + washout)`: at rest the washout is zero whatever the coefficients, so the DC gain is
 /// `gain` exactly and coefficients can change while it runs without a bump.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct LeadNetwork<S> {
     pole: S,
@@ -17,6 +18,7 @@ pub struct LeadNetwork<S> {
 
 /// What the lead network remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct LeadState<S> {
     input: S,

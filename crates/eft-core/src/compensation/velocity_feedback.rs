@@ -53,6 +53,7 @@ pub struct CompensationInput<S> {
 
 /// What the compensation remembers from sample to sample. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct CompensationState<S> {
     lead: LeadState<S>,

@@ -14,6 +14,7 @@ pub struct ServovalveController<S> {
 
 /// The last force error (V).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ServovalveControllerState<S> {
     error: S,

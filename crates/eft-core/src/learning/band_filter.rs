@@ -14,6 +14,7 @@ pub(crate) struct BandFilter<T> {
 
 /// What one signal's filter remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct BandState<T> {
     first: T,

@@ -8,6 +8,7 @@ use crate::learning::flow_curve::CurveEvidence;
 
 /// Sums over the windows that count, older ones less than newer ones.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Evidence<T> {
     /// For the flow gain: instrument × predicted flow, and × what the flow has more.
@@ -33,6 +34,7 @@ pub(crate) struct Evidence<T> {
 
 /// The last two checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Checkpoints<T> {
     older: Evidence<T>,

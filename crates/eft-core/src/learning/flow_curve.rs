@@ -42,6 +42,7 @@ pub(crate) struct FlowCurve<T> {
 
 /// Sums over the windows of one direction, and what follows from them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 struct Direction<T> {
     /// Of the table's slope squared, times flow, times error.
@@ -57,6 +58,7 @@ struct Direction<T> {
 
 /// What a checkpoint keeps of the curve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct CurveEvidence<T> {
     /// Backwards, forwards.
@@ -67,6 +69,7 @@ pub(crate) struct CurveEvidence<T> {
 
 /// What the correction remembers besides; flows in steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct CurveState<T> {
     /// Table flow at each node of no-load flow, and the pieces between them.

@@ -19,6 +19,7 @@ pub(crate) struct FlowGainEstimator<T> {
 
 /// What the estimator remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct FlowGainState<T> {
     /// `θ` (1).

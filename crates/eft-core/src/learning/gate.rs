@@ -36,6 +36,7 @@ pub(crate) struct Gate<T> {
 
 /// What the gate remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct GateState<T> {
     signal: T,

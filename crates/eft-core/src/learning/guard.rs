@@ -36,6 +36,7 @@ pub(crate) struct Guard<T> {
 
 /// What the guard remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct GuardState<T> {
     error: LowPass<T>,
@@ -50,6 +51,7 @@ pub(crate) struct GuardState<T> {
 
 /// Two equal first-order low-passes in series.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 struct LowPass<T> {
     first: T,

@@ -45,6 +45,7 @@ pub struct Learner<T: Real, const N: usize> {
 
 /// Everything a learner remembers; made by [`Learner::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct LearnerState<T> {
     /// Number of the next window, if none is left out.
@@ -74,6 +75,7 @@ pub struct LearnerState<T> {
 
 /// Means and changes over the last whole window.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 struct Means<T> {
     velocity: T,
@@ -87,6 +89,7 @@ struct Means<T> {
 
 /// The signals' filters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 struct Filters<T> {
     asked: BandState<T>,

@@ -45,6 +45,7 @@ pub(crate) struct ValveEstimator<T> {
 
 /// What the estimator remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct ValveState<T> {
     opening: T,

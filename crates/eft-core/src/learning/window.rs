@@ -5,6 +5,7 @@ use crate::number::Real;
 
 /// What is summed up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Sums<T> {
     /// Piston velocities (m/s).
@@ -23,6 +24,7 @@ pub struct Sums<T> {
 
 /// What changes over a window, at one moment of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Moment<T> {
     /// Force (N).
@@ -33,6 +35,7 @@ pub struct Moment<T> {
 
 /// A window of ticks: all that the learner is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Window<T> {
     /// Its number since the start; wraps.

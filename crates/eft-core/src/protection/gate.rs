@@ -28,6 +28,7 @@ pub(crate) struct SensorGate<T> {
 
 /// What the gate remembers of one signal. `default()` has seen nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Signal<T> {
     /// The last reading that was accepted, and its slope per sample.

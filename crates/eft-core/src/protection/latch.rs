@@ -2,6 +2,7 @@
 
 /// Set once, for good; a pattern of bits that is neither counts as set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Latch {
     set: u32,

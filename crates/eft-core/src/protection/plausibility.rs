@@ -71,6 +71,7 @@ pub(super) const STROKE: usize = 3;
 
 /// Two sums, of what is above and what is below.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 struct Sum<T> {
     above: T,
@@ -93,6 +94,7 @@ impl<T: Real> Sum<T> {
 
 /// What a watch remembers. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct PlausibilityState<T> {
     signals: [Signal<T>; 4],

@@ -43,6 +43,7 @@ const FOLLOWED: f64 = 0.25;
 
 /// What a protection remembers. `default()` is a rig at rest before the start.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ProtectionState<T> {
     /// Share of the command that goes through.

@@ -14,6 +14,7 @@ pub(crate) struct Ramp(u64);
 
 /// Where a ramp is, from nothing to the whole way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Position(u64);
 

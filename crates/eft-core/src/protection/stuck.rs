@@ -15,6 +15,7 @@ pub struct StuckWatch {
 
 /// The last measurements and how often each has repeated itself. `default()` has seen nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct StuckWatchState<T> {
     last: [T; 3],

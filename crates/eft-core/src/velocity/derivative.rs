@@ -12,6 +12,7 @@ pub struct FilteredDerivative<T> {
 
 /// What a filtered derivative remembers; made by [`FilteredDerivative::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct FilteredDerivativeState<T> {
     displacement: T,

@@ -26,6 +26,7 @@ pub(crate) enum Velocity<T> {
 
 /// What an estimate of the velocity remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct VelocityState<T> {
     derivative: FilteredDerivativeState<T>,

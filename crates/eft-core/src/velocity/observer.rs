@@ -18,6 +18,7 @@ pub struct VelocityObserver<T> {
 
 /// What an observer remembers; made by [`VelocityObserver::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct VelocityObserverState<T> {
     displacement: T,
