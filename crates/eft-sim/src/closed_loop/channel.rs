@@ -1,9 +1,13 @@
 //! A rig's channel and the learner beside it, as the simulator and Python run them: the learner inline behind the tick.
 
+use serde::{Deserialize, Serialize};
+
 use eft_core::{Calibration, ChannelState, Input, Learner, LearnerState, Output, Parameters};
 
 use crate::closed_loop::controller::Precision;
-use crate::error::Result;
+use crate::closed_loop::estimates::Estimates;
+use crate::config::RigConfig;
+use crate::error::{Error, Result};
 use crate::plant::TABLE_CAPACITY;
 
 type Channel<P> = eft_core::Channel<P, TABLE_CAPACITY>;
@@ -40,6 +44,14 @@ impl<P: Precision> Learning<P> {
         let flow = |opening: &f64| self.learner.found_flow(calibration, P::from_f64(*opening)).to_f64();
         openings.iter().map(flow).collect()
     }
+}
+
+/// What a channel and its learner remember, to be written and read again.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct RigChannelState<P: Precision> {
+    channel: ChannelState<P>,
+    learning: Option<(LearnerState<P>, Option<Calibration<P>>)>,
 }
 
 impl<P: Precision> RigChannel<P> {
@@ -89,6 +101,35 @@ impl<P: Precision> RigChannel<P> {
             learning.state = learning.learner.at_rest();
             learning.learned = None;
         }
+    }
+
+    /// What it remembers now.
+    pub fn state(&self) -> RigChannelState<P> {
+        let learning = self.learning.as_ref().map(|learning| (learning.state, learning.learned));
+        RigChannelState { channel: *self.state, learning }
+    }
+
+    /// Goes on from what a channel of the same parameters remembered.
+    ///
+    /// # Errors
+    /// A state of a channel that learns for one that does not, or the other way round.
+    pub fn go_to(&mut self, state: &RigChannelState<P>) -> Result<()> {
+        match (&mut self.learning, &state.learning) {
+            (None, None) => {}
+            (Some(learning), Some((learned, next))) => (learning.state, learning.learned) = (*learned, *next),
+            _ => {
+                let allowed =
+                    "must be of a controller that learns where this one does, and of none elsewhere";
+                return Err(Error::value("state", "another controller's", allowed));
+            }
+        }
+        *self.state = state.channel;
+        Ok(())
+    }
+
+    /// What the learner has found, by the names of the traces; of a rig that does not learn what it is configured to.
+    pub fn estimates(&self, rig: &RigConfig) -> Vec<(&'static str, f64)> {
+        Estimates::<f64>::nominal(|_| rig).or(|_| self.calibration()).named()
     }
 
     /// Whether no tick has changed anything since the start or a reset.

@@ -2,6 +2,9 @@
 //!
 //! Only what a controller can know goes in: nothing of the true plant does.
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use eft_core::{
     Channel, Controller, Learner, Learning, Levels, Mode, Parameters, PlausibilityParameters,
     ProtectionParameters, Real, Realization, Scalar, SignFrom, VelocitySource,
@@ -16,7 +19,7 @@ use crate::plant::TABLE_CAPACITY;
 pub type RigController<S> = Controller<S, TABLE_CAPACITY>;
 
 /// A precision the controller can run in.
-pub trait Precision: Real + 'static {
+pub trait Precision: Real + Serialize + DeserializeOwned + 'static {
     /// Which it is.
     const WIDTH: Width;
     /// The numbers of controllers beside a plant of several lanes: as many, or one where each lane has a channel of its

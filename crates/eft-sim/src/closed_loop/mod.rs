@@ -21,8 +21,9 @@ mod stepper;
 mod test_run;
 pub(crate) mod tick;
 pub(crate) mod traces;
+mod virtual_rig;
 
-pub use channel::RigChannel;
+pub use channel::{RigChannel, RigChannelState};
 pub use controller::{Precision, RigController, Width, adapts, parameters};
 pub(crate) use ideal::motions;
 pub use ideal::{IdealResponse, ideal_response, ideal_responses};
@@ -38,3 +39,4 @@ pub use specimen::{Motions, Specimen};
 pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::TestRun;
 pub use traces::{Otherwise, TRACES, Trace, Traces, Values};
+pub use virtual_rig::{RigReading, VirtualRig};

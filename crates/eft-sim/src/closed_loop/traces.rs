@@ -22,6 +22,13 @@ pub struct Trace {
     pub otherwise: Otherwise,
 }
 
+impl Trace {
+    /// Whether it is of what a controller learns.
+    pub fn is_learned(&self) -> bool {
+        matches!(self.otherwise, Nominal(_))
+    }
+}
+
 /// What a trace is in a test that does not record it.
 #[derive(Debug, Clone, Copy)]
 pub enum Otherwise {

@@ -18,7 +18,7 @@ mod zhao2005;
 
 pub use idle::IdleKey;
 pub use keys::KEYS;
-pub use quantity::quantity;
+pub use quantity::{dimension, quantity};
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, ForceLoop, Learning,

@@ -93,6 +93,11 @@ pub fn quantity(text: &str, si: &str) -> Option<f64> {
     (dimension == wanted).then_some(number * factor / base)
 }
 
+/// Exponents of kg, m, s and V of an SI unit such as `m³/(s·Pa)`; none where it is no unit, or not of factor 1.
+pub fn dimension(si: &str) -> Option<[i8; 4]> {
+    unit(si).filter(|(factor, _)| *factor == 1.0).map(|(_, dimension)| dimension)
+}
+
 /// A product of powers of units; nothing at all is a pure number.
 fn unit(text: &str) -> Option<Unit> {
     let text: Vec<char> = text.chars().collect();

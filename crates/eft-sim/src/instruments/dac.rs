@@ -43,4 +43,9 @@ impl<S: Num> Dac<S> {
         let clipped = S::Mask::from_lanes(|i| lane(i).is_some_and(|dac| dac.clips(voltage.lane(i))));
         (self.delay.pass(out), S::flag(clipped, status::COMMAND_LIMITED))
     }
+
+    /// Visits every number that it remembers, to keep it or to put another one there.
+    pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        self.delay.numbers(visit);
+    }
 }

@@ -48,4 +48,14 @@ impl DelayLines {
         line.next = (line.next + 1) % line.samples.len();
         delayed
     }
+
+    /// Visits every number that the lines remember, to keep it or to put another one there.
+    pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        for line in &mut self.lines {
+            line.samples.iter_mut().for_each(&mut *visit);
+            let mut next = line.next as f64;
+            visit(&mut next);
+            line.next = next as usize;
+        }
+    }
 }

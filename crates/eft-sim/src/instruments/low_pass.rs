@@ -26,6 +26,12 @@ impl LowPass {
         self.input = signal;
         self.output
     }
+
+    /// Visits every number that it remembers, to keep it or to put another one there.
+    pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        visit(&mut self.input);
+        visit(&mut self.output);
+    }
 }
 
 #[cfg(test)]

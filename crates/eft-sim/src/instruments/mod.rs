@@ -103,6 +103,18 @@ impl<S: Num> Sensors<S> {
         };
         (readings, wire)
     }
+
+    /// Visits every number that sensors remember which have read once, to keep it or to put another one there.
+    pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        let Self { displacement, velocity, force, spool, supply_pressure, acceleration, tick } = self;
+        let mut number = *tick as f64;
+        visit(&mut number);
+        *tick = number as u64;
+        for sensor in [displacement, velocity, force, spool, supply_pressure, acceleration] {
+            sensor.numbers(visit);
+            sensor.go_to(*tick);
+        }
+    }
 }
 
 /// Whether every sensor reports the truth.

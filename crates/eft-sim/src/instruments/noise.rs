@@ -136,6 +136,11 @@ impl<S: Num> NoiseLanes<S> {
         self.block[place]
     }
 
+    /// Goes to an index, the next one that is asked for.
+    pub(crate) fn go_to(&mut self, index: u64) {
+        self.fill(index / BLOCK as u64);
+    }
+
     #[inline(never)]
     fn fill(&mut self, block: u64) {
         dispatch::<S, _>(Fill { noise: self, block });

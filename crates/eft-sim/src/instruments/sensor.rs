@@ -135,6 +135,25 @@ impl<S: Num> Sensor<S> {
         }
         (S::select(self.exact, signal, reading), wire)
     }
+
+    /// Visits every number that sensors remember which have read once, to keep it or to put another one there.
+    pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        self.filters
+            .iter_mut()
+            .filter_map(|filter| filter.low_pass.as_mut())
+            .for_each(|one| one.numbers(visit));
+        for end in &mut self.ends {
+            visit(&mut end.stuck_at);
+            end.pending.iter_mut().for_each(&mut *visit);
+        }
+    }
+
+    /// Goes to another tick, the next one to be read.
+    pub(crate) fn go_to(&mut self, tick: u64) {
+        if let Some(noise) = &mut self.noise {
+            noise.go_to(tick);
+        }
+    }
 }
 
 impl End {
@@ -179,10 +198,10 @@ impl End {
         if self.delay == 0 {
             return reading;
         }
-        self.pending.push_back(reading);
-        if self.pending.len() > self.delay + 1 {
-            self.pending.pop_front();
+        if self.pending.is_empty() {
+            self.pending.resize(self.delay, reading);
         }
-        self.pending.front().copied().unwrap_or(reading)
+        self.pending.push_back(reading);
+        self.pending.pop_front().unwrap_or(reading)
     }
 }

@@ -45,6 +45,11 @@ impl<S: Num> BypassValve<S> {
         self.opening = S::select(at, S::splat(0.0), self.opening);
     }
 
+    /// How far they are open (1).
+    pub(crate) fn opening(&mut self) -> &mut S {
+        &mut self.opening
+    }
+
     /// Flow (m³/s) from the chamber of the higher pressure to the other at a load pressure (Pa).
     #[inline(always)]
     pub(crate) fn flow(&self, load_pressure: S) -> S {

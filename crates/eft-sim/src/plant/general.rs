@@ -314,6 +314,15 @@ impl<S: Num> Plant<S> {
     }
 }
 
+impl Plant<f64> {
+    /// Visits every number that it remembers, to keep it or to put another one there.
+    pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        self.state.iter_mut().for_each(&mut *visit);
+        visit(self.parts.servo_actuator.bypass_valve().opening());
+        self.settle();
+    }
+}
+
 /// Whether a rig's true plant has an effect beyond the paper's model, or several actuators.
 pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
     let rig = rig.plant();

@@ -306,6 +306,25 @@ impl<S: Num> FastState<S> {
         &self.plant
     }
 
+    /// Every number that it remembers.
+    pub(crate) fn numbers(&mut self) -> [&mut S; 10] {
+        let ActuatorState { pilot_flow, spool, load_pressure, displacement, velocity } = &mut self.plant;
+        let Memory { flow: [flow, flow_before], softening: [softening, softening_before], demand } =
+            &mut self.memory;
+        [
+            pilot_flow,
+            spool,
+            load_pressure,
+            displacement,
+            velocity,
+            flow,
+            flow_before,
+            softening,
+            softening_before,
+            demand,
+        ]
+    }
+
     // Field by field: where the compiler thinks that it is seldom called, it inlines no closure.
     #[inline(always)]
     pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
