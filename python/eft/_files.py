@@ -45,3 +45,9 @@ def write_text(path: Path, text: str) -> None:
     """Write a text file under a temporary name and rename it."""
     with beside(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file under a temporary name and rename it."""
+    with beside(path) as temporary:
+        temporary.write_bytes(content)

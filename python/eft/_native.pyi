@@ -28,10 +28,11 @@ __all__ = [
     "displacement_spectrum",
     "effective_force",
     "energy_balance",
-    "export",
+    "export_source",
     "fft_ratio",
     "fine_tune",
     "flow_test",
+    "fmu_files",
     "free_vibration",
     "ideal_response",
     "identify_damping",
@@ -379,7 +380,8 @@ def simulate(
     structure: Callable[[Any, float], tuple[Any, Any]] | None = None,
 ) -> dict[str, Any]: ...
 def replay(rig: Rig, signals: dict[str, Any], sample_rate: float, dtype: _Dtype) -> dict[str, Any]: ...
-def export(rig: Rig, target: Literal["rust", "c"], name: str | None = None) -> str: ...
+def export_source(rig: Rig, target: str, name: str | None = None) -> str: ...
+def fmu_files(rig: Rig, part: str, fmi: int) -> tuple[str, str]: ...
 def processor_in_the_loop(
     rig: Rig,
     command: Command,

@@ -1,6 +1,6 @@
-"""A rig's controller for a microcontroller, and the microcontroller in the loop."""
+"""A rig's controller for a microcontroller or another simulator, and the microcontroller in the loop."""
 
+from eft._export import export
 from eft._firmware import ProcessorInTheLoop
-from eft._native import export
 
 __all__ = ["ProcessorInTheLoop", "export"]

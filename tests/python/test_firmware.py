@@ -51,7 +51,7 @@ def test_what_firmware_has_not_is_refused():
     rig = eft.Rig.zhao2005().replace({"compensation.computation_delay": 2})
     with pytest.raises(ValueError, match=r"compensation\.computation_delay = 2: must be 0 for firmware"):
         eft.firmware.export(rig, "rust")
-    with pytest.raises(ValueError, match='target = ada: must be "rust" or "c"'):
+    with pytest.raises(ValueError, match='target = ada: must be "rust", "c" or "fmu"'):
         eft.firmware.export(eft.Rig.zhao2005(), "ada")
 
 

@@ -13,39 +13,21 @@ use crate::run::{Watch, traces};
 use crate::specimen::PythonSpecimen;
 
 /// Return the source text of a rig's controller, a constant in Rust or C, for firmware.
-///
-/// Parameters
-/// ----------
-/// rig : Rig
-///     The rig; its controller runs at `controller.sample_rate`.
-/// target : {"rust", "c"}
-///     The language: a constant of `eft-core`, or one for `eft.h`.
-/// name : str, optional
-///     The rig's name in the text; by default its own.
-///
-/// Returns
-/// -------
-/// str
-///     Ready to be compiled. The parameters are checked here, and again by the compiler (Rust) or by
-///     `eft_configure_f32` (C). The first comment says what the firmware must do itself, such as supplying a pressure
-///     or starting the soft end.
-///
-/// Raises
-/// ------
-/// ValueError
-///     If the name is no identifier, there is a computation delay, which the firmware's own timing makes, or the flow table has more than 21
-///     points for C; the message names the key.
-///
-/// Examples
-/// --------
-/// >>> import eft
-/// >>> "EFT_RIG" in eft.firmware.export(eft.Rig.zhao2005(), "c")
-/// True
 #[pyfunction]
 #[pyo3(signature = (rig, target, name=None))]
-pub(crate) fn export(rig: &Rig, target: &str, name: Option<&str>) -> PyResult<String> {
+pub(crate) fn export_source(rig: &Rig, target: &str, name: Option<&str>) -> PyResult<String> {
     let target = target.parse().map_err(to_python)?;
     eft_sim::export::export(&rig.config, name, target).map_err(to_python)
+}
+
+/// Return an FMU's model description for a version of FMI, and its rig file.
+#[pyfunction]
+pub(crate) fn fmu_files(rig: &Rig, part: &str, fmi: u32) -> PyResult<(String, String)> {
+    let files = || {
+        let (part, version) = (eft_fmu::Part::named(part)?, eft_fmu::Version::numbered(fmi)?);
+        Ok((eft_fmu::description(&rig.config, part, version)?, eft_fmu::resource(&rig.config, part)?))
+    };
+    files().map_err(to_python)
 }
 
 /// Run `command` with a firmware image on an emulated processor as the controller; the traces by name.

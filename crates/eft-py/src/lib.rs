@@ -47,7 +47,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(batch::simulate_batch, module)?)?;
     module.add_function(wrap_pyfunction!(replay::replay, module)?)?;
-    module.add_function(wrap_pyfunction!(firmware::export, module)?)?;
+    module.add_function(wrap_pyfunction!(firmware::export_source, module)?)?;
+    module.add_function(wrap_pyfunction!(firmware::fmu_files, module)?)?;
     module.add_function(wrap_pyfunction!(firmware::processor_in_the_loop, module)?)?;
     module.add_function(wrap_pyfunction!(run::trace_table, module)?)?;
     module.add_function(wrap_pyfunction!(run::metric_table, module)?)?;

@@ -1,4 +1,4 @@
-"""`eft export`: a rig's controller as source for firmware."""
+"""`eft export`: a rig's controller as source for firmware, and both halves of the loop as FMUs."""
 
 from __future__ import annotations
 
@@ -8,33 +8,67 @@ from typing import Literal
 import click
 
 import eft
-from eft._files import write_text
+from eft._files import write_bytes, write_text
 from eft._test_file import read_rig
 from eft.cli._output import FILE, epilog
 from eft.traces._write import check_folder
 
 
 @click.command(
-    short_help="Write a rig's controller as source for firmware.",
+    short_help="Write a rig's controller as source for firmware, or the rig as an FMU.",
     epilog=epilog(
         "eft export rig.toml --target rust -o controller.rs",
         "eft export rig.toml --target c --name north -o north.h",
+        "eft export rig.toml --target fmu --fmi 3",
     ),
 )
 @click.argument("rig", type=FILE)
-@click.option("--target", type=click.Choice(["rust", "c"]), required=True, help="The language.")
 @click.option(
-    "--name", help="Name in the C constant EFT_RIG_NAME, to tell several rigs apart. Default: the rig's own."
+    "--target", type=click.Choice(["rust", "c", "fmu"]), required=True, help="The language, or an FMU."
 )
-@click.option("-o", "--output", type=FILE, help="Default: RIG with the ending .rs or .h.")
-def export(rig: Path, target: Literal["rust", "c"], name: str | None, output: Path | None) -> None:
-    """Write the controller of the rig file RIG, or of a test's rig, as source ready to be compiled.
+@click.option(
+    "--name",
+    help="Name in the C constant EFT_RIG_NAME, to tell several rigs apart, or the FMU's. Default: the rig's.",
+)
+@click.option(
+    "--part", type=click.Choice(["rig", "controller"]), help="What the FMU is. Default: one file each."
+)
+@click.option(
+    "--fmi", type=click.Choice(["2", "3"]), default="2", help="The FMU's version of FMI. Default: 2."
+)
+@click.option("-o", "--output", type=FILE, help="Default: RIG with the ending .rs, .h or -PART.fmu.")
+def export(
+    rig: Path,
+    target: Literal["rust", "c", "fmu"],
+    name: str | None,
+    part: Literal["rig", "controller"] | None,
+    fmi: str,
+    output: Path | None,
+) -> None:
+    """Write the controller of the rig file RIG, or of a test's rig, as source or as an FMU.
 
-    The controller runs at the rig's `controller.sample_rate`. The file's first comment says what the firmware
-    must do itself: close the force loop, pass the measured supply pressure, start the soft end. A computation
-    delay is refused, because it follows from the firmware's own timing.
+    The controller runs at the rig's `controller.sample_rate`. The first comment of a source says what the
+    firmware must do itself: close the force loop, pass the measured supply pressure, start the soft end. A
+    computation delay is refused, because it follows from the firmware's own timing. An FMU is for
+    co-simulation: the virtual rig under a valve command, or the digital controller, with a step of one sample.
     """
-    path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
-    check_folder(path)
-    write_text(path, eft.firmware.export(read_rig(rig, {}), target, name))
-    click.echo(f"{path} written")
+    source = read_rig(rig, {})
+    if target != "fmu":
+        path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
+        check_folder(path)
+        write_text(path, eft.firmware.export(source, target, name))
+        click.echo(f"{path} written")
+        return
+    if output and not part:
+        raise click.UsageError("-o names one FMU: say which with --part rig or --part controller")
+    parts: tuple[Literal["rig", "controller"], ...] = (part,) if part else ("rig", "controller")
+    files = {
+        output or rig.with_name(f"{rig.stem}-{one}.fmu"): eft.firmware.export(
+            source, target, name, part=one, fmi=int(fmi)
+        )
+        for one in parts
+    }
+    for path, content in files.items():
+        check_folder(path)
+        write_bytes(path, content)
+        click.echo(f"{path} written")

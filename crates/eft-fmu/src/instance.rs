@@ -1,0 +1,414 @@
+//! One instance of an FMU, whatever the version of the interface.
+
+use eft_core::Short;
+use eft_sim::{Error, Result, RigConfig};
+use serde::{Deserialize, Serialize};
+
+use crate::description::{self, fnv};
+use crate::model::{Model, Part, State};
+use crate::variables::{Role, Type, Variable, variables};
+
+/// Where an instance stands in its life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Phase {
+    Instantiated,
+    Initializing,
+    Stepping,
+    Terminated,
+}
+
+/// Everything of an instance that changes.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Snapshot {
+    phase: Phase,
+    ticks: u64,
+    start: f64,
+    values: Vec<f64>,
+    model: Option<State>,
+}
+
+/// An instance.
+pub(crate) struct Instance {
+    part: Part,
+    /// As the file has it, without the parameters that were set.
+    rig: RigConfig,
+    table: Vec<Variable>,
+    token: String,
+    phase: Phase,
+    ticks: u64,
+    /// Time of the first tick (s).
+    start: f64,
+    /// One a variable.
+    values: Vec<f64>,
+    /// None until it is asked for, and once a parameter changed.
+    model: Option<Model>,
+    // Boxed, for the importer holds their addresses.
+    #[allow(clippy::vec_box, reason = "an importer knows a snapshot by its address, which must stay")]
+    snapshots: Vec<Box<Snapshot>>,
+}
+
+/// Most ticks of one step of the importer.
+const MOST_TICKS: f64 = 1e9;
+
+/// What a time may be off, in samples.
+const SLACK: f64 = 1e-4;
+
+impl Instance {
+    /// Of the rig in a resource and the token that the importer has read.
+    ///
+    /// # Errors
+    /// A resource that is no rig, or a token of another one.
+    pub(crate) fn new(resource: &str, token: &str) -> Result<Self> {
+        let of_token = |part: &Part| description::token(*part, resource) == token;
+        let part = [Part::Rig, Part::Controller].into_iter().find(of_token).ok_or_else(|| {
+            Error::value("token", format!("{token:?}"), "must be that of the FMU's own description and rig")
+        })?;
+        let rig = RigConfig::from_toml(resource)?;
+        let table = variables(part, &rig);
+        let values = table.iter().map(|variable| variable.start).collect();
+        Ok(Self {
+            part,
+            rig,
+            table,
+            token: token.to_owned(),
+            phase: Phase::Instantiated,
+            ticks: 0,
+            start: 0.0,
+            values,
+            model: None,
+            snapshots: Vec::new(),
+        })
+    }
+
+    fn variable(&self, reference: u32, kind: Type) -> Result<(usize, &Variable)> {
+        let place = reference as usize;
+        let variable = self.table.get(place).ok_or_else(|| {
+            let allowed = format!("must be below {}", self.table.len());
+            Error::value("value reference", reference, allowed)
+        })?;
+        if variable.kind != kind {
+            let allowed = format!("must be asked for as {:?}", variable.kind);
+            return Err(Error::value(variable.name, format!("{kind:?}"), allowed));
+        }
+        Ok((place, variable))
+    }
+
+    /// The values of variables of a type.
+    ///
+    /// # Errors
+    /// A reference that is none, or of another type; parameters without a rig.
+    pub(crate) fn get(&mut self, references: &[u32], kind: Type) -> Result<Vec<f64>> {
+        let places: Vec<_> =
+            references.iter().map(|&one| Ok(self.variable(one, kind)?.0)).collect::<Result<_>>()?;
+        if self.phase == Phase::Initializing {
+            self.run()?;
+        }
+        Ok(places.into_iter().filter_map(|place| self.values.get(place).copied()).collect())
+    }
+
+    /// Sets variables of a type, all or none.
+    ///
+    /// # Errors
+    /// A reference that is none or of another type, an output, a parameter behind the initialization, or a value out of its range.
+    pub(crate) fn set(&mut self, references: &[u32], kind: Type, values: &[f64]) -> Result<()> {
+        let mut places = Vec::with_capacity(references.len());
+        let mut changes_rig = false;
+        for (&reference, &value) in references.iter().zip(values) {
+            let (place, variable) = self.variable(reference, kind)?;
+            let refuse = |allowed: String| Err(Error::value(variable.name, Short(value), allowed));
+            match variable.role {
+                Role::Input if self.phase != Phase::Terminated => {}
+                Role::Input => return refuse("must be set before the end".into()),
+                Role::Parameter if matches!(self.phase, Phase::Instantiated | Phase::Initializing) => {
+                    let allowed = variable.range().is_none_or(|(low, high)| (low..=high).contains(&value));
+                    if !allowed {
+                        return refuse(variable.key.map(|key| key.allowed()).unwrap_or_default());
+                    }
+                    changes_rig = true;
+                }
+                Role::Parameter => return refuse("must be set before the initialization ends".into()),
+                Role::Output | Role::Time => return refuse("must not be set: the FMU computes it".into()),
+            }
+            places.push(place);
+        }
+        for (place, value) in places.into_iter().zip(values) {
+            if let Some(old) = self.values.get_mut(place) {
+                *old = *value;
+            }
+        }
+        if changes_rig {
+            self.model = None;
+        }
+        Ok(())
+    }
+
+    /// The model of these parameters, made where there is none.
+    fn run(&mut self) -> Result<()> {
+        if self.model.is_none() {
+            self.model = Some(self.model_of(&self.values)?);
+            self.tell();
+        }
+        Ok(())
+    }
+
+    /// A model at rest by the parameters among these values.
+    fn model_of(&self, values: &[f64]) -> Result<Model> {
+        let mut changes = Vec::new();
+        let mut single = false;
+        for (variable, &value) in self.table.iter().zip(values) {
+            match (variable.role, variable.key) {
+                (Role::Parameter, Some(key)) if value != variable.start => {
+                    changes.push((key.key, variable.setting(value)));
+                }
+                (Role::Parameter, None) => single = value != 0.0,
+                _ => {}
+            }
+        }
+        let changed = if changes.is_empty() { self.rig.clone() } else { self.rig.replace(&changes)? };
+        Model::new(self.part, &changed, single)
+    }
+
+    /// Time and outputs as they are now.
+    fn tell(&mut self) {
+        let time = self.time();
+        let outputs = self.model.as_ref().map(Model::outputs).unwrap_or_default();
+        let mut outputs = outputs.into_iter();
+        for (variable, value) in self.table.iter().zip(&mut self.values) {
+            match variable.role {
+                Role::Time => *value = time,
+                Role::Output => *value = outputs.next().unwrap_or(*value),
+                Role::Input | Role::Parameter => {}
+            }
+        }
+    }
+
+    fn in_phase(&self, phase: Phase, call: &str) -> Result<()> {
+        if self.phase == phase {
+            return Ok(());
+        }
+        Err(Error::value(call, format!("{:?}", self.phase), format!("must be called in the state {phase:?}")))
+    }
+
+    /// Sets the time (s) of the first sample.
+    ///
+    /// # Errors
+    /// Another state, or a time that is not finite.
+    pub(crate) fn set_start(&mut self, start: f64) -> Result<()> {
+        self.in_phase(Phase::Instantiated, "startTime")?;
+        if !start.is_finite() {
+            return Err(Error::value("startTime", start, "must be finite"));
+        }
+        self.start = start;
+        Ok(())
+    }
+
+    /// Begins the initialization.
+    ///
+    /// # Errors
+    /// Another state.
+    pub(crate) fn enter_initialization(&mut self) -> Result<()> {
+        self.in_phase(Phase::Instantiated, "EnterInitializationMode")?;
+        self.phase = Phase::Initializing;
+        self.tell();
+        Ok(())
+    }
+
+    /// Makes the model.
+    ///
+    /// # Errors
+    /// Another state, or parameters that make no rig.
+    pub(crate) fn exit_initialization(&mut self) -> Result<()> {
+        self.in_phase(Phase::Initializing, "ExitInitializationMode")?;
+        self.run()?;
+        self.phase = Phase::Stepping;
+        Ok(())
+    }
+
+    /// A step from a time (s) by a whole number of samples.
+    ///
+    /// # Errors
+    /// Another state, another time, no whole number of samples, or what the model refuses.
+    pub(crate) fn do_step(&mut self, time: f64, step: f64) -> Result<()> {
+        self.in_phase(Phase::Stepping, "DoStep")?;
+        let rate = self.rig.controller.sample_rate;
+        let now = self.time();
+        // What rounding leaves of a large time, and a share of a sample.
+        let slack = SLACK / rate + 4.0 * f64::EPSILON * now.abs();
+        let there = (time - now).abs() <= slack;
+        if !there {
+            let allowed = format!("must be the time reached, {now} s");
+            return Err(Error::value("currentCommunicationPoint", Short(time), allowed));
+        }
+        let ticks = (step * rate).round();
+        let whole = (step * rate - ticks).abs() <= SLACK && (1.0..=MOST_TICKS).contains(&ticks);
+        if !whole {
+            let allowed = format!("must be a whole number of samples of 1/{rate} s");
+            return Err(Error::value("communicationStepSize", Short(step), allowed));
+        }
+        let inputs: Vec<f64> = self.of_role(Role::Input).collect();
+        let mut result = Ok(());
+        if let Some(model) = &mut self.model {
+            for _ in 0..ticks as u64 {
+                result = model.step(&inputs);
+                if result.is_err() {
+                    break;
+                }
+                self.ticks += 1;
+            }
+        }
+        self.tell();
+        result
+    }
+
+    fn of_role(&self, role: Role) -> impl Iterator<Item = f64> {
+        self.table.iter().zip(&self.values).filter(move |(one, _)| one.role == role).map(|(_, value)| *value)
+    }
+
+    /// Time reached (s).
+    pub(crate) fn time(&self) -> f64 {
+        self.start + self.ticks as f64 / self.rig.controller.sample_rate
+    }
+
+    /// Ends the simulation.
+    ///
+    /// # Errors
+    /// Another state.
+    pub(crate) fn terminate(&mut self) -> Result<()> {
+        self.in_phase(Phase::Stepping, "Terminate")?;
+        self.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// Back to where it was made.
+    pub(crate) fn reset(&mut self) {
+        (self.phase, self.ticks, self.start, self.model) = (Phase::Instantiated, 0, 0.0, None);
+        self.values = self.table.iter().map(|variable| variable.start).collect();
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        let model = self.model.as_ref().map(Model::state);
+        Snapshot {
+            phase: self.phase,
+            ticks: self.ticks,
+            start: self.start,
+            values: self.values.clone(),
+            model,
+        }
+    }
+
+    fn place(&self, address: *const Snapshot) -> Result<usize> {
+        let found = self.snapshots.iter().position(|one| std::ptr::eq(&**one, address));
+        found.ok_or_else(|| {
+            let allowed = "must be one that this instance gave and that is not freed";
+            Error::value("state", format!("{address:?}"), allowed)
+        })
+    }
+
+    /// Keeps a snapshot, in the place of an earlier one where that is given.
+    fn keep(&mut self, snapshot: Snapshot, earlier: *const Snapshot) -> Result<*const Snapshot> {
+        if earlier.is_null() {
+            let snapshot = Box::new(snapshot);
+            let address = &raw const *snapshot;
+            self.snapshots.push(snapshot);
+            return Ok(address);
+        }
+        let place = self.place(earlier)?;
+        if let Some(old) = self.snapshots.get_mut(place) {
+            **old = snapshot;
+        }
+        Ok(earlier)
+    }
+
+    /// Keeps the state, in the place of an earlier one where that is given.
+    ///
+    /// # Errors
+    /// An address that is no state of this instance.
+    pub(crate) fn get_state(&mut self, earlier: *const Snapshot) -> Result<*const Snapshot> {
+        self.keep(self.snapshot(), earlier)
+    }
+
+    /// Goes back to a state.
+    ///
+    /// # Errors
+    /// An address that is no state of this instance, or a state that does not fit.
+    pub(crate) fn set_state(&mut self, address: *const Snapshot) -> Result<()> {
+        let place = self.place(address)?;
+        let snapshot = self.snapshots.swap_remove(place);
+        let result = self.go_to(&snapshot);
+        self.snapshots.push(snapshot);
+        result
+    }
+
+    fn go_to(&mut self, snapshot: &Snapshot) -> Result<()> {
+        let model = match &snapshot.model {
+            Some(state) => {
+                let mut model = self.model_of(&snapshot.values)?;
+                model.go_to(state)?;
+                Some(model)
+            }
+            None => None,
+        };
+        self.model = model;
+        (self.phase, self.ticks, self.start) = (snapshot.phase, snapshot.ticks, snapshot.start);
+        self.values.clone_from(&snapshot.values);
+        Ok(())
+    }
+
+    /// Frees a state.
+    ///
+    /// # Errors
+    /// An address that is no state of this instance.
+    pub(crate) fn free_state(&mut self, address: *const Snapshot) -> Result<()> {
+        let place = self.place(address)?;
+        self.snapshots.swap_remove(place);
+        Ok(())
+    }
+
+    /// What the bytes of a state begin with: whose it is.
+    fn mark(&self) -> [u8; 8] {
+        fnv(format!("{} {}", self.token, env!("CARGO_PKG_VERSION")).as_bytes()).to_le_bytes()
+    }
+
+    /// A state as bytes: whose it is, what it is, and a sum over both.
+    ///
+    /// # Errors
+    /// An address that is no state of this instance.
+    pub(crate) fn serialize(&self, address: *const Snapshot) -> Result<Vec<u8>> {
+        let snapshot = self.place(address).map(|place| self.snapshots.get(place))?;
+        let written = postcard::to_extend(&snapshot, self.mark().to_vec());
+        let mut bytes =
+            written.map_err(|error| Error::value("state", error, "must be one that can be written"))?;
+        let sum = fnv(&bytes);
+        bytes.extend(sum.to_le_bytes());
+        Ok(bytes)
+    }
+
+    /// Reads a state, into the place of an earlier one where that is given.
+    ///
+    /// # Errors
+    /// Bytes that are no state of an FMU like this one; an address that is no state of this instance.
+    pub(crate) fn deserialize(&mut self, bytes: &[u8], earlier: *const Snapshot) -> Result<*const Snapshot> {
+        let refuse = || {
+            let allowed = "must be those that an FMU of the same rig and version wrote";
+            Error::value("state", format!("{} bytes", bytes.len()), allowed)
+        };
+        let (content, sum) = bytes.split_last_chunk::<8>().ok_or_else(refuse)?;
+        let inside = content.strip_prefix(&self.mark()).filter(|_| fnv(content).to_le_bytes() == *sum);
+        let read = inside.and_then(|inside| postcard::from_bytes::<Option<Snapshot>>(inside).ok().flatten());
+        let snapshot = read.filter(|one| one.values.len() == self.table.len()).ok_or_else(refuse)?;
+        let stepping = snapshot.phase == Phase::Stepping;
+        if stepping && snapshot.model.is_none() {
+            return Err(refuse());
+        }
+        self.keep(snapshot, earlier)
+    }
+
+    /// The names of the variables by reference, for tests.
+    #[cfg(test)]
+    pub(crate) fn names(&self) -> std::collections::BTreeMap<&'static str, u32> {
+        self.table.iter().zip(0..).map(|(variable, place)| (variable.name, place)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,287 @@
+//! What runs inside an FMU: the virtual rig, or its controller.
+
+use eft_core::{Input, Output, status};
+use eft_sim::closed_loop::{Precision, RigChannel, RigChannelState, RigReading, VirtualRig, parameters};
+use eft_sim::{Error, Result, RigConfig};
+use serde::{Deserialize, Serialize};
+
+use crate::variables::{Signal, Type};
+
+/// Which half of the closed loop an FMU is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Valve, actuator, structure, supply, sensors and converter.
+    Rig,
+    /// The digital controller with its learner and its protection.
+    Controller,
+}
+
+use Type::{Boolean, Integer, Real};
+
+const TRIPPED: Signal = ("tripped", "", Boolean, "Whether the controller's protection has tripped");
+
+/// Whether the controller computes in single precision; it comes last in the table.
+pub(crate) const SINGLE_PRECISION: Signal = (
+    "single_precision",
+    "",
+    Boolean,
+    "Whether the controller computes in single precision, as on a microcontroller",
+);
+
+type Told<T> = (Signal, fn(&T) -> f64);
+
+const READINGS: &[Told<RigReading>] = &[
+    (("force", "N", Real, "Force on the structure"), |r| r.truth.force),
+    (("displacement", "m", Real, "Displacement"), |r| r.truth.displacement),
+    (("velocity", "m/s", Real, "Velocity"), |r| r.truth.velocity),
+    (("acceleration", "m/s²", Real, "Acceleration"), |r| r.truth.acceleration),
+    (("spool", "", Real, "Spool opening"), |r| r.truth.spool),
+    (("load_pressure", "Pa", Real, "Load pressure"), |r| r.truth.load_pressure),
+    (("supply_pressure", "Pa", Real, "Supply pressure"), |r| r.truth.supply_pressure),
+    (("measured_force", "N", Real, "Force as the load cell reports it; NaN where a sample is lost"), |r| {
+        r.measured_force
+    }),
+    (("measured_displacement", "m", Real, "Displacement as its sensor reports it"), |r| {
+        r.measured_displacement
+    }),
+    (("measured_velocity", "m/s", Real, "Velocity as its sensor reports it"), |r| r.measured_velocity),
+    (("measured_acceleration", "m/s²", Real, "Acceleration as the accelerometer reports it"), |r| {
+        r.measured_acceleration
+    }),
+    (("measured_spool", "", Real, "Spool opening as its sensor reports it"), |r| r.measured_spool),
+    (("measured_supply_pressure", "Pa", Real, "Supply pressure as its sensor reports it"), |r| {
+        r.measured_supply_pressure
+    }),
+    (
+        (
+            "status",
+            "",
+            Integer,
+            "Bits of the rig's status: spool at a stop, stroke exceeded, converter's range exceeded",
+        ),
+        |r| f64::from(r.truth.status),
+    ),
+];
+
+const ANSWERS: &[Told<Output<f64>>] = &[
+    (("valve_command", "V", Real, "Valve command"), |o| o.voltage),
+    (("compensation", "V", Real, "Compensation signal"), |o| o.compensation),
+    (("used_velocity", "m/s", Real, "Velocity that the controller uses, measured or estimated"), |o| {
+        o.velocity
+    }),
+    (("permitted_command", "N", Real, "Force command that the protection permits"), |o| o.permitted_command),
+    (("authority", "", Real, "Share of the valve command that the protection permits"), |o| o.authority),
+    (("status", "", Integer, "Bits of the controller's status"), |o| f64::from(o.status)),
+    (TRIPPED, |o| f64::from(u8::from(o.status & status::TRIPPED != 0))),
+];
+
+const COMMANDS: &[Signal] = &[
+    ("command", "N", Real, "Force command"),
+    ("velocity", "m/s", Real, "Measured velocity"),
+    ("force", "N", Real, "Measured force"),
+    ("spool", "", Real, "Measured spool opening"),
+    ("displacement", "m", Real, "Measured displacement, for the protection and an estimate of the velocity"),
+    ("acceleration", "m/s²", Real, "Measured acceleration, for an estimate of the velocity"),
+    ("supply_pressure", "Pa", Real, "Measured supply pressure, for its correction"),
+    ("end", "", Boolean, "Asks the protection for the soft end"),
+    ("trip", "", Boolean, "Trips the protection"),
+];
+
+const NEXT_COMMAND: Signal =
+    ("next_command", "N", Real, "Force command at the next sample, for the look-ahead");
+
+impl Part {
+    /// The part of this name.
+    ///
+    /// # Errors
+    /// Neither "rig" nor "controller".
+    pub fn named(name: &str) -> Result<Self> {
+        let parts = [Self::Rig, Self::Controller];
+        let found = parts.into_iter().find(|part| part.name() == name);
+        found.ok_or_else(|| Error::value("part", format!("{name:?}"), "must be \"rig\" or \"controller\""))
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rig => "rig",
+            Self::Controller => "controller",
+        }
+    }
+
+    pub(crate) fn inputs(self, rig: &RigConfig) -> Vec<Signal> {
+        let looks_ahead = rig.compensation.feedforward && rig.compensation.look_ahead;
+        match self {
+            Self::Rig => vec![("valve_command", "V", Real, "Valve command, held over the step"), TRIPPED],
+            Self::Controller => COMMANDS.iter().copied().chain(looks_ahead.then_some(NEXT_COMMAND)).collect(),
+        }
+    }
+
+    pub(crate) fn outputs(self) -> Vec<Signal> {
+        match self {
+            Self::Rig => READINGS.iter().map(|(signal, _)| *signal).collect(),
+            Self::Controller => {
+                let learned = eft_sim::closed_loop::TRACES.iter().filter(|trace| trace.is_learned());
+                let estimates = learned.map(|trace| (trace.name, trace.unit, Real, trace.doc));
+                ANSWERS.iter().map(|(signal, _)| *signal).chain(estimates).collect()
+            }
+        }
+    }
+}
+
+/// A controller, and what its last tick said.
+pub(crate) struct ControllerModel<P: Precision> {
+    channel: RigChannel<P>,
+    rig: RigConfig,
+    last: Output<f64>,
+}
+
+/// Nothing asked, nothing said yet.
+const SILENT: Output<f64> = Output {
+    voltage: 0.0,
+    compensation: 0.0,
+    velocity: 0.0,
+    permitted_command: 0.0,
+    authority: 1.0,
+    status: 0,
+    window: None,
+};
+
+impl<P: Precision> ControllerModel<P> {
+    fn new(rig: &RigConfig) -> Result<Self> {
+        let channel = RigChannel::new(&parameters(rig, rig.controller.sample_rate)?)?;
+        Ok(Self { channel, rig: rig.clone(), last: SILENT })
+    }
+
+    fn step(&mut self, inputs: &[f64]) {
+        let value = |i: usize| inputs.get(i).copied().unwrap_or(0.0);
+        if value(7) != 0.0 {
+            self.channel.end();
+        }
+        if value(8) != 0.0 {
+            self.channel.trip();
+        }
+        self.last = self.channel.step(&Input {
+            command: value(0),
+            next_command: inputs.get(COMMANDS.len()).copied().unwrap_or(value(0)),
+            velocity: value(1),
+            force: value(2),
+            spool: value(3),
+            displacement: value(4),
+            acceleration: value(5),
+            supply_pressure: value(6),
+            valve_command: 0.0,
+        });
+    }
+
+    fn outputs(&self) -> Vec<f64> {
+        let estimates = self.channel.estimates(&self.rig).into_iter().map(|(_, value)| value);
+        ANSWERS.iter().map(|(_, of)| of(&self.last)).chain(estimates).collect()
+    }
+
+    fn state(&self) -> ControllerState<P> {
+        let Output { voltage, compensation, velocity, permitted_command, authority, status, .. } = self.last;
+        let last = [voltage, compensation, velocity, permitted_command, authority];
+        ControllerState { channel: self.channel.state(), last, status }
+    }
+
+    fn go_to(&mut self, state: &ControllerState<P>) -> Result<()> {
+        self.channel.go_to(&state.channel)?;
+        let [voltage, compensation, velocity, permitted_command, authority] = state.last;
+        let status = state.status;
+        self.last =
+            Output { voltage, compensation, velocity, permitted_command, authority, status, window: None };
+        Ok(())
+    }
+}
+
+/// What a controller remembers, and the numbers of its last output.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+pub(crate) struct ControllerState<P: Precision> {
+    channel: RigChannelState<P>,
+    last: [f64; 5],
+    status: u32,
+}
+
+/// What is inside, running.
+pub(crate) enum Model {
+    Rig(Box<VirtualRig>),
+    Single(Box<ControllerModel<f32>>),
+    Double(Box<ControllerModel<f64>>),
+}
+
+/// What it remembers.
+#[derive(Serialize, Deserialize)]
+pub(crate) enum State {
+    Rig(Vec<f64>),
+    Single(Box<ControllerState<f32>>),
+    Double(Box<ControllerState<f64>>),
+}
+
+impl Model {
+    /// At rest.
+    ///
+    /// # Errors
+    /// A rig that cannot be run, or not by one actuator.
+    pub(crate) fn new(part: Part, rig: &RigConfig, single_precision: bool) -> Result<Self> {
+        Ok(match (part, single_precision) {
+            (Part::Rig, _) => Self::Rig(Box::new(VirtualRig::new(rig)?)),
+            (Part::Controller, true) => Self::Single(Box::new(ControllerModel::new(rig)?)),
+            (Part::Controller, false) => Self::Double(Box::new(ControllerModel::new(rig)?)),
+        })
+    }
+
+    /// One sample.
+    ///
+    /// # Errors
+    /// A valve command that is not finite; a rig that diverges.
+    pub(crate) fn step(&mut self, inputs: &[f64]) -> Result<()> {
+        match self {
+            Self::Rig(rig) => match inputs {
+                [valve_command, tripped, ..] => rig.step(*valve_command, *tripped != 0.0)?,
+                _ => rig.step(f64::NAN, false)?,
+            },
+            Self::Single(controller) => controller.step(inputs),
+            Self::Double(controller) => controller.step(inputs),
+        }
+        Ok(())
+    }
+
+    /// The outputs in the table's order.
+    pub(crate) fn outputs(&self) -> Vec<f64> {
+        match self {
+            Self::Rig(rig) => {
+                let reading = rig.reading();
+                READINGS.iter().map(|(_, of)| of(&reading)).collect()
+            }
+            Self::Single(controller) => controller.outputs(),
+            Self::Double(controller) => controller.outputs(),
+        }
+    }
+
+    pub(crate) fn state(&self) -> State {
+        match self {
+            Self::Rig(rig) => State::Rig(rig.state()),
+            Self::Single(controller) => State::Single(Box::new(controller.state())),
+            Self::Double(controller) => State::Double(Box::new(controller.state())),
+        }
+    }
+
+    /// Goes on from what a model of the same rig remembered.
+    ///
+    /// # Errors
+    /// A state of another model.
+    pub(crate) fn go_to(&mut self, state: &State) -> Result<()> {
+        match (self, state) {
+            (Self::Rig(rig), State::Rig(state)) => rig.go_to(state),
+            (Self::Single(controller), State::Single(state)) => controller.go_to(state),
+            (Self::Double(controller), State::Double(state)) => controller.go_to(state),
+            _ => Err(Error::value(
+                "state",
+                "another model's",
+                "must be of an FMU of the same part and precision",
+            )),
+        }
+    }
+}

@@ -1,0 +1,90 @@
+"""A rig's controller for firmware, and rig and controller for other simulators."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from typing import Literal, overload
+
+from eft import _native
+from eft._fmu_library import library
+from eft._native import Rig
+
+__all__ = ["export"]
+
+Part = Literal["rig", "controller"]
+
+
+@overload
+def export(rig: Rig, target: Literal["rust", "c"], name: str | None = None) -> str: ...
+
+
+@overload
+def export(
+    rig: Rig, target: Literal["fmu"], name: str | None = None, *, part: Part = "rig", fmi: int = 2
+) -> bytes: ...
+
+
+def export(
+    rig: Rig,
+    target: Literal["rust", "c", "fmu"],
+    name: str | None = None,
+    *,
+    part: Part = "rig",
+    fmi: int = 2,
+) -> str | bytes:
+    """Return a rig's controller as source text for firmware, or rig or controller as an FMU.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig; its controller runs at `controller.sample_rate`.
+    target : {"rust", "c", "fmu"}
+        A constant of `eft-core` in Rust, one for `eft.h` in C, or a functional mock-up unit for
+        co-simulation.
+    name : str, optional
+        The rig's name in the text or in the FMU; by default its own.
+    part : {"rig", "controller"}
+        What the FMU is: the virtual rig with its sensors, or the digital controller with learner and
+        protection.
+    fmi : {2, 3}
+        The FMU's version of FMI, 2.0 or 3.0.
+
+    Returns
+    -------
+    str or bytes
+        Source ready to be compiled, or the FMU's file. The parameters are checked here, and again by the
+        compiler (Rust), by `eft_configure_f32` (C) or when an importer sets them. The source's first comment
+        says what the firmware must do itself, such as supplying a pressure or starting the soft end.
+
+    Raises
+    ------
+    ValueError
+        If the name is no identifier in C, there is a computation delay, which firmware's own timing or the
+        importer makes, the flow table has more than 21 points for C, or an FMU of several actuators is asked
+        for; the message names the key.
+
+    Examples
+    --------
+    >>> import eft
+    >>> "EFT_RIG" in eft.firmware.export(eft.Rig.zhao2005(), "c")
+    True
+    """
+    if target not in ("rust", "c", "fmu"):
+        raise ValueError(f'target = {target}: must be "rust", "c" or "fmu"')
+    if target != "fmu":
+        return _native.export_source(rig, target, name)
+    named = rig if name is None else rig.replace({"name": name})
+    description, resource = _native.fmu_files(named, part, fmi)
+    content, folders = library()
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as fmu:
+        for path, data in (
+            ("modelDescription.xml", description.encode()),
+            ("resources/rig.toml", resource.encode()),
+            (f"binaries/{folders[fmi - 2]}/eft_{part}.so", content),
+        ):
+            # The same bytes for the same rig: no time of day.
+            entry = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
+            fmu.writestr(entry, data, zipfile.ZIP_DEFLATED)
+    return file.getvalue()
