@@ -50,7 +50,7 @@ def export(
     The controller runs at the rig's `controller.sample_rate`. The first comment of a source says what the
     firmware must do itself: close the force loop, pass the measured supply pressure, start the soft end. A
     computation delay is refused, because it follows from the firmware's own timing. An FMU is for
-    co-simulation: the virtual rig under a valve command, or the digital controller, with a step of one sample.
+    co-simulation: the virtual rig under a valve command, or the digital controller. Its step is one sample.
     """
     source = read_rig(rig, {})
     if target != "fmu":
