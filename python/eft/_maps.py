@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eft import _native
+from eft._extras import need
 from eft._native import Rig
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ class StabilityMap:
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the map as a data frame, `horizontal` along its columns (needs pandas)."""
+        need("pandas")
         import pandas as pd
 
         return pd.DataFrame(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from eft._extras import need
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -12,6 +14,7 @@ if TYPE_CHECKING:
 
 def to_pandas(run: TestRun) -> pd.DataFrame:
     """Return the traces as a data frame; see `TestRun.to_pandas`."""
+    need("pandas")
     import pandas as pd
 
     index = pd.Index(run.time, name="time")
@@ -27,6 +30,7 @@ def to_pandas(run: TestRun) -> pd.DataFrame:
 
 def to_control(run: TestRun) -> Any:
     """Return force under command; see `TestRun.to_control`."""
+    need("control")
     import control
 
     numbers = [""] if run.command.ndim == 1 else [f"_{n + 1}" for n in range(run.command.shape[0])]

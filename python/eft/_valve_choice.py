@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from eft._extras import need
 from eft._largest_scale import largest_scale
 from eft._native import Command, Rig
 from eft._planning import delay_budget
@@ -79,6 +80,7 @@ class ValveTable:
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the table as a data frame (needs pandas)."""
+        need("pandas")
         import pandas as pd
 
         return pd.DataFrame([vars(row) for row in self.rows])

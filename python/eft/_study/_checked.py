@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from eft._extras import need
 from eft._foreign import Budget, WrongFileError, check_unpacked, ordinary_size, understood
 from eft._study._combinations import MOST
 from eft._study._plan import FORMAT
@@ -99,6 +100,7 @@ def _must(good: bool, message: str) -> None:
 
 def read_part(part: Path, schema: Any, rows: int, names: Sequence[str] | None) -> dict[str, list[Any]]:
     """The rows of a chunk by columns, if they are as many and of the types that the study says."""
+    need("pyarrow")
     import pyarrow as pa
     import pyarrow.parquet
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._extras import need
 from eft._native import Rig
 from eft._run import TestRun
 from eft._study._rows import Column
@@ -148,6 +149,7 @@ class Study:
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the table as a data frame (needs pandas)."""
+        need("pandas")
         import pandas as pd
 
         return pd.DataFrame({name: self[name] for name in self._columns})

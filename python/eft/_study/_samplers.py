@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._extras import need
 from eft._native import Rig
 from eft._study._values import Changes, Value, plain, type_of
 
@@ -73,6 +74,7 @@ class LatinHypercube(Sampler):
     """
 
     def _points(self) -> NDArray[np.float64]:
+        need("scipy")
         from scipy.stats import qmc
 
         points = qmc.LatinHypercube(len(self.ranges), seed=np.random.default_rng(self.seed)).random(self.n)
@@ -98,6 +100,7 @@ class Sobol(Sampler):
             )
 
     def _points(self) -> NDArray[np.float64]:
+        need("scipy")
         from scipy.stats import qmc
 
         points = qmc.Sobol(len(self.ranges), seed=np.random.default_rng(self.seed)).random(self.n)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from eft import _foreign as foreign
+from eft._extras import need
 from eft._files import beside, write_text
 from eft._run import TestRun
 from eft._study._checked import checked_about, read_part
@@ -77,6 +78,7 @@ class Folder:
 
     def __init__(self, path: Path) -> None:
         # Here, so that a missing package is known before the first test runs.
+        need("pyarrow")
         import pyarrow.parquet
 
         self.path = path
@@ -157,6 +159,7 @@ class Folder:
 
     def put(self, number: int, outcomes: Sequence[Outcome]) -> None:
         """Keep a chunk."""
+        need("pyarrow")
         import pyarrow as pa
 
         # The traces first: a part that is there has all that belongs to it.
@@ -214,6 +217,7 @@ def by_column(rows: Sequence[Row], names: Sequence[str]) -> Columns:
 
 
 def _schema(table: Sequence[Column], about: Mapping[str, Any]) -> Any:
+    need("pyarrow")
     import pyarrow as pa
 
     types = {

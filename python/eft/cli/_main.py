@@ -6,11 +6,11 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from importlib import metadata
 
 import click
 
 from eft._display import current_units, use_units
+from eft._extras import missing
 from eft._native import __version__
 from eft.cli._check import check
 from eft.cli._compare import compare
@@ -26,7 +26,6 @@ from eft.cli._run import run
 from eft.cli._serve import serve_rig
 from eft.cli._study import study
 
-DISTRIBUTION = "effective-force-testing"
 BAD_INPUT = 2
 INTERRUPTED = 130
 _LONGEST = 1000
@@ -95,20 +94,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _say(where, re.sub(r" \(os error \d+\)$", "", named))
     except ModuleNotFoundError as error:
         package = (error.name or str(error)).partition(".")[0]
-        return _say(
-            where,
-            f"needs the package {package}, which is not installed: pip install {_bringing(package, names)}",
-        )
+        return _say(where, missing(package, names))
     except (ValueError, OverflowError, MemoryError) as error:
         return _say(where, str(error) or "not enough memory")
-
-
-def _bringing(package: str, names: Sequence[str]) -> str:
-    """What to install for a package: the extra that has it, the command's own first."""
-    of = re.compile(rf"{re.escape(package)}\b.*extra == ['\"](\w+)['\"]", re.IGNORECASE)
-    extras = [found[1] for line in metadata.requires(DISTRIBUTION) or () if (found := of.match(line))]
-    extra = next((name for name in (*names, "files", "cluster", "control") if name in extras), None)
-    return f"'{DISTRIBUTION}[{extra}]'" if extra else package
 
 
 def _say(where: str, message: str) -> int:

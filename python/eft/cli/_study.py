@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 import eft
+from eft._extras import need
 from eft._files import beside
 from eft._study._summary import SHOWN, reasons, summary
 from eft._study_file import read_study
@@ -95,6 +96,7 @@ def _executor(scheduler: str | None) -> Iterator[Executor | None]:
     if scheduler is None:
         yield None
         return
+    need("distributed")
     import distributed
 
     try:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._extras import need
 from eft.data_sheets._values import Value, above_zero, at_least_zero
 
 __all__ = ["stories", "structure"]
@@ -135,6 +136,7 @@ def stories(
 
 def _nearest(drifts: NDArray[Any], omega: NDArray[Any], ratios: NDArray[Any]) -> NDArray[Any]:
     """Dampers of at least zero whose ratios have the least relative error; the lowest mode weighs most."""
+    need("scipy")
     from scipy.optimize import nnls
 
     weight = 1.0 / np.maximum(2.0 * omega * ratios, 1e-12 * omega.max())

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._extras import need
 from eft._native import Record
 from eft.rths._criteria import Criteria, criteria
 
@@ -235,6 +236,7 @@ def _motion(mass: Array, damping: Array, stiffness: Array, forces: Array) -> tup
 
 def _held(a: Array, b: Array) -> tuple[Array, Array]:
     """The system from sample to sample, its inputs held."""
+    need("scipy")
     from scipy.linalg import expm
 
     size, inputs = b.shape
@@ -276,6 +278,7 @@ def _closed(
 
 def _run(step: Array, drive: Array, values: Array, rows: list[int]) -> Array:
     """States by number (rows, samples), from rest: each mode is a filter of first order of its own."""
+    need("scipy")
     from scipy.signal import lfilter
 
     poles, modes = np.linalg.eig(step)

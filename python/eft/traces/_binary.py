@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._extras import need
 from eft._foreign import FREE, Budget, WrongFileError, check_unpacked, opened, ordinary_size, understood
 from eft.traces._traces import Column
 
@@ -39,6 +40,7 @@ _NUMBERS = {
 @contextmanager
 def mat(source: Path) -> Iterator[list[Column]]:
     """The vectors of a MAT file."""
+    need("scipy")
     from scipy.io import loadmat, whosmat
 
     wrong = "not a MAT file that can be read"
@@ -102,6 +104,7 @@ def _largest_unpacked(mapped: mmap.mmap, budget: Budget) -> int:
 @contextmanager
 def hdf5(source: Path) -> Iterator[list[Column]]:
     """The vectors of an HDF5 file, of all its groups, with the attribute ``units``."""
+    need("h5py")
     import h5py
 
     wrong = "not an HDF5 file that can be read"
@@ -169,6 +172,7 @@ def _check_storage(item: Any) -> None:
 @contextmanager
 def parquet(source: Path) -> Iterator[list[Column]]:
     """The columns of numbers of a Parquet file."""
+    need("pyarrow")
     import pyarrow as pa
     import pyarrow.parquet
 

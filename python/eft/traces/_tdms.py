@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._extras import need
 from eft._foreign import Budget, WrongFileError, opened, ordinary_size, understood
 from eft.traces._traces import Column
 from eft.traces._units import quantity_of
@@ -25,6 +26,7 @@ _LARGEST_INDEX = 200_000
 @contextmanager
 def tdms(source: Path) -> Iterator[list[Column]]:
     """The channels of numbers of a TDMS file, of all its groups; ``unit_string`` says the unit."""
+    need("nptdms")
     from nptdms import TdmsFile
 
     budget = Budget(source)
@@ -108,6 +110,7 @@ def _check_segments(raw: Any, size: int) -> None:
 
 def write_tdms(columns: Mapping[str, tuple[str, Array]], sample_rate: float, path: Path) -> None:
     """Write columns, each with its unit, as the waveforms of one group."""
+    need("nptdms")
     from nptdms import ChannelObject, RootObject, TdmsWriter
 
     step = 1.0 / sample_rate

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from eft._extras import need
 from eft._files import beside, check_replaceable
 from eft._run import TestRun
 from eft.traces._tdms import write_tdms
@@ -67,6 +68,7 @@ def _csv(run: TestRun, path: Path) -> None:
 
 
 def _parquet(run: TestRun, path: Path) -> None:
+    need("pandas")
     import pandas as pd
 
     columns = {f"{name} ({si_unit(name)})": values for name, values in _columns(run).items()}
@@ -74,6 +76,7 @@ def _parquet(run: TestRun, path: Path) -> None:
 
 
 def _hdf5(run: TestRun, path: Path) -> None:
+    need("h5py")
     import h5py
 
     with h5py.File(path, "w") as file:
@@ -86,6 +89,7 @@ def _hdf5(run: TestRun, path: Path) -> None:
 
 
 def _mat(run: TestRun, path: Path) -> None:
+    need("scipy")
     from scipy.io import savemat
 
     columns = {f"{name}{_SUFFIXES[si_unit(name)]}": values for name, values in _columns(run).items()}
