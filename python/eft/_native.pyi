@@ -24,6 +24,7 @@ __all__ = [
     "check_feasibility",
     "coherence",
     "delay_budget",
+    "demands",
     "design_force_loop",
     "displacement_spectrum",
     "effective_force",
@@ -42,6 +43,7 @@ __all__ = [
     "inverse_dynamics",
     "judge_test",
     "linearize",
+    "margins_within",
     "metric_table",
     "metrics",
     "observer_gains",
@@ -488,6 +490,9 @@ def linearize(
 def stability_margin(
     rig: Rig, *, sampled: bool = False, sample_rate: float | None = None, flow_gain: _FlowGain = "nominal"
 ) -> float: ...
+def margins_within(
+    rig: Rig, sample_rate: float, level: float, dead_time: float, loop_gain: float
+) -> tuple[float, tuple[float, float, float] | None]: ...
 def stability_margins(
     rig: Rig, *, sampled: bool = False, sample_rate: float | None = None, flow_gain: _FlowGain = "nominal"
 ) -> dict[str, Any]: ...
@@ -550,6 +555,7 @@ def resampled(record: Record, rate: float) -> Record: ...
 def scaled(record: Record, acceleration: float = 1.0, time: float = 1.0) -> Record: ...
 def tapered(record: Record, start: float, end: float) -> Record: ...
 def displacement_spectrum(record: Record, periods: ArrayLike, damping: float = 0.05) -> _Array: ...
+def demands(rig: Rig, command: Command) -> list[dict[str, Any]]: ...
 def check_feasibility(rig: Rig, command: Command) -> dict[str, Any]: ...
 
 # Numbers; of a shear building arrays of them.

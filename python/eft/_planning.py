@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eft import _native
-from eft._display import shown
+from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, worst
 from eft._native import Command, Rig
 from eft._results import Result
 
@@ -41,7 +42,8 @@ class StabilityMargins(Result):
     response_delay: tuple[float, float] | None = None
     """Lowest and highest stable one, s."""
     dead_time: float | None = None
-    """The shortest additional delay of the compensation that is unstable, s; infinite where none is."""
+    """The shortest additional delay, of the compensation or of the whole valve command, that is unstable, s;
+    infinite where none is."""
     loop_gain: float | None = None
     """The largest stable factor on the force loop."""
     flow_gain: tuple[float, float] | None = None
@@ -88,16 +90,16 @@ class Demand(Result):
 class Feasibility(Result):
     """Whether a rig can follow a command."""
 
-    verdict: Literal["go", "caution", "no"]
-    """In one word."""
+    verdict: Grade
+    """In one word, ``"go"``, ``"caution"`` or ``"no"``."""
     reasons: tuple[str, ...]
     """Sentences."""
     demands: tuple[Demand, ...]
     """What is asked of each part."""
     scheme: Literal["off", "linear", "nonlinear"]
     """The simplest compensation that suffices."""
-    margin: float
-    """The largest stable compensation level."""
+    margin: float | None
+    """The largest stable compensation level; None where no level is."""
     smallest_sample_rate: float | None
     """Hz; None where no rate is safe."""
 
@@ -290,20 +292,26 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     'go'
     """
     found = _native.check_feasibility(rig, command)
+    rate = command.sample_rate
+    findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate)]
+    findings.sort(key=lambda one: -GRADES.index(one.grade))
     demands = tuple(Demand(**demand) for demand in found.pop("demands"))
-    reasons = found.pop("reasons")
-    # In the units of the tables: those of the core are SI.
-    exceeded = [told for demand in demands if (told := _exceeded(demand))]
-    return Feasibility(demands=demands, reasons=(*exceeded, *reasons[len(exceeded) :]), **found)
+    reasons = tuple(one.sentence for one in findings)
+    return Feasibility(worst(one.grade for one in findings), reasons, demands, **found)
 
 
-def _exceeded(demand: Demand) -> str:
-    """What is said of a demand that is too large."""
-    unit = shown(demand.unit or "ratio")
-    if demand.required > demand.available:
-        limit, words = demand.available, "exceeds what the rig has"
-    elif demand.required > demand.advised:
-        limit, words = demand.advised, "exceeds what is advised"
-    else:
-        return ""
-    return f"{demand.name} {words}: {unit(demand.required)} of {unit(limit)}"
+_SCHEMES = ("off", "linear", "nonlinear")
+
+
+def _settings(rig: Rig, found: Mapping[str, Any], rate: float) -> Iterator[Finding]:
+    """A scheme that is too simple, a sample rate that is too low."""
+    mode, needed, least = rig["compensation.mode"], found["scheme"], found["smallest_sample_rate"]
+    if _SCHEMES.index(mode) < _SCHEMES.index(needed):
+        change = (("compensation.mode", needed),)
+        yield Finding("caution", f"{needed.capitalize()} compensation is needed, {mode} is set.", change)
+    if least is None:
+        sentence = "No sample rate from 200 to 12800 Hz keeps half of the stability margin."
+        yield Finding("caution", sentence)
+    elif least > rate:
+        sentence = f"The sample rate {rate:g} Hz is below the smallest safe one, {least:.0f} Hz."
+        yield Finding("caution", sentence)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from eft import _native, _run_file, _run_frames, _run_parts
 from eft._corrected_rig import corrected_rig
+from eft._display import current_units
 from eft._energy import EnergyBalance
 from eft._native import Command, Rig, __version__
 from eft._run_spectra import Coherence, FftRatio, check_command, coherence, fft_ratio
@@ -125,12 +126,17 @@ class TestRun(Channels):
             return Cause.NONE
         return max(cause_of(int(status)) for status in causes[:, int(tripped.argmax())])
 
-    @cached_property
+    @property
     def verdict(self) -> Verdict:
         """The verdict on the test, with reasons and remedies; limits are the rig's ``verdict`` section."""
         from eft._verdict import judge
 
-        return judge(self)
+        # Its sentences are in the units in use.
+        kept: dict[str, Verdict] = self.__dict__.setdefault("_verdicts", {})
+        units = current_units()
+        if units not in kept:
+            kept[units] = judge(self)
+        return kept[units]
 
     @property
     def message(self) -> str:
@@ -246,6 +252,12 @@ class TestRun(Channels):
         >>> round(metrics["nrmse"], 3) == round(metrics.nrmse, 3)
         True
         """
+        kept: dict[bool, Metrics] = self.__dict__.setdefault("_judged", {})
+        if fft not in kept:
+            kept[fft] = self._metrics(fft)
+        return kept[fft]
+
+    def _metrics(self, fft: bool) -> Metrics:
         if self.command.ndim > 1:
             check_command(self)
         if self._building is not None and self.command.any():

@@ -55,6 +55,7 @@ MetricName: TypeAlias = Literal[
     "fei_amplitude",
     "fei_delay",
     "fei_frequency",
+    "oscillation",
     "tracking_indicator",
     "displacement_error",
     "max_spool",
@@ -134,6 +135,8 @@ class Metrics(Mapping[MetricName, Any]):
     def fei_delay(self) -> Any: ...
     @property
     def fei_frequency(self) -> Any: ...
+    @property
+    def oscillation(self) -> Any: ...
     @property
     def tracking_indicator(self) -> Any: ...
     @property

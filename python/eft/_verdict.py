@@ -5,23 +5,30 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from eft._display import shown
-from eft._native import Rig
-from eft._planning import stability_margins
+from eft import _native
+from eft._findings import (
+    GRADES,
+    NO_FORCE,
+    SELF_CALIBRATION,
+    Facts,
+    Finding,
+    Grade,
+    of_demands,
+    of_facts,
+    worst,
+)
+from eft._native import Command, Rig
 from eft._status import Status
-from eft._table import Metrics
+from eft._table import METRICS, Metrics
 
 if TYPE_CHECKING:
     from eft._run import TestRun
 
-__all__ = ["Remedy", "Verdict", "judge", "told_delay"]
-
-Grade = Literal["go", "caution", "no"]
-_GRADES: tuple[Grade, ...] = ("go", "caution", "no")
+__all__ = ["Grade", "Remedy", "Verdict", "judge", "told_delay", "worst"]
 
 SPOOL_ADVICE = 0.6
 """The paper's advice for the largest spool opening."""
@@ -29,27 +36,10 @@ SPOOL_ADVICE = 0.6
 FORCE_ERROR = 0.1
 """Rms error over rms command above which a test of a study deserves a look."""
 
-NO_FORCE = 1.0
-"""Rms error over rms command of a force that stays zero: one no better is no answer to the command."""
-
 LONGEST_DELAY = 1.0
 """The longest response delay (s) that a controller takes: a correlation at a longer lag is chance."""
 
-LIMIT_CYCLE = 0.05
-"""Rms of the force within `OIL_COLUMN` over the rms command, from where on it is called an oscillation."""
-
-OIL_COLUMN = (30.0, 150.0)
-"""Band (Hz) of the oil column's mode on rigs of the paper's size."""
-
-SAME_MASS = 1e-3
-"""Relative difference up to which the masses of command and structure are the same."""
-
-SELF_CALIBRATION = (
-    ("compensation.mode", "nonlinear"),
-    ("compensation.adaptive", True),
-    ("compensation.feedforward", True),
-    ("compensation.look_ahead", True),
-)
+_NOISES = tuple(f"sensors.{name}.noise" for name in ("force", "velocity", "displacement", "spool"))
 
 
 class Remedy(NamedTuple):
@@ -97,181 +87,110 @@ class Verdict:
         return " ".join([*self.reasons, self.summary])
 
 
-class _Finding(NamedTuple):
-    grade: Grade
-    sentence: str
-    remedies: tuple[tuple[str, Any], ...] = ()
-
-
 def judge(run: TestRun) -> Verdict:
     """Judge a test up to where it ended; the limits are the rig's ``verdict`` section."""
     if not run.success:
-        return Verdict("no", ("The simulated state diverged: there is no result.",), (), "")
+        return _verdict(run.rig, [Finding("no", "The simulated state diverged: there is no result.")], "")
     part = run.to_its_end()
     metrics = part.metrics() if part.command.any() else None
-    findings = sorted(_findings(run, part, metrics), key=lambda one: -_GRADES.index(one.grade))
-    grade: Grade = findings[0].grade if findings else "go"
-    remedies: dict[str, Remedy] = {}
-    for finding in findings:
-        for key, value in finding.remedies:
-            if run.rig[key] != value:
-                remedies.setdefault(key, Remedy(key, value, finding.sentence))
-    opening = float(np.abs(part.spool).max())
+    facts = _facts(run, part, metrics)
+    findings = [*_events(run), *of_facts(facts)]
+    if any(one.grade == "no" or "supply pressure" in one.sentence for one in findings):
+        facts = facts._replace(demands=_demands(run))
+        asked = [one for one in of_demands(facts.demands) if one.grade == "no"]
+        findings = [*_events(run), *asked, *_noise(run, facts), *of_facts(facts)]
+        if asked:
+            # No setting of the controller gives what the rig does not have.
+            findings = [one._replace(remedies=()) for one in findings]
+    opening = facts.metrics["max_spool"]
     summary = f"The spool opens to {opening:.0%}."
     if metrics is not None:
-        error = float(np.nanmax(metrics.nrmse))
+        error = facts.metrics["nrmse"]
         summary = f"The force misses the command by {error:.1%} (rms); the spool opens to {opening:.0%}."
     if len(part) < len(run):
         summary = f"In the {part.duration:.4g} s before, {summary[0].lower()}{summary[1:]}"
-    return Verdict(grade, tuple(one.sentence for one in findings), tuple(remedies.values()), summary)
+    return _verdict(run.rig, findings, summary)
 
 
-def _findings(run: TestRun, part: TestRun, metrics: Metrics | None) -> Iterator[_Finding]:
-    if run.flags & Status.STROKE_EXCEEDED:
-        yield _Finding("no", "The piston left its stroke: no result of a real rig.", SELF_CALIBRATION)
-    if run.stopped:
-        yield _Finding("no", f"The structure ended the test: {run.stopped.rstrip('.')}.")
-    elif run.flags & (Status.TRIPPED | Status.SHUT_DOWN):
-        yield _Finding("no", f"The protection tripped ({_cause(run)}) and ended the test.")
-    yield from _mass(run)
-    yield from _margin(run.rig, run.sample_rate)
-    if metrics is not None:
-        yield from _errors(part, metrics)
-        yield from _supply(run.rig, metrics)
-        yield from _oscillation(part)
-    yield from _opening(part, metrics)
+def _verdict(rig: Rig, found: Iterable[Finding], summary: str) -> Verdict:
+    findings = sorted(found, key=lambda one: -GRADES.index(one.grade))
+    remedies: dict[str, Remedy] = {}
+    for finding in findings:
+        for key, value in finding.remedies:
+            if rig[key] != value:
+                remedies.setdefault(key, Remedy(key, value, finding.sentence))
+    reasons = tuple(dict.fromkeys(one.sentence for one in findings))
+    return Verdict(worst(one.grade for one in findings), reasons, tuple(remedies.values()), summary)
 
 
-def _mass(run: TestRun) -> Iterator[_Finding]:
-    """A command that was made for another mass than the structure's is another test."""
-    if run.mass is None:
-        return
-    building = run.rig["structure.kind"] == "shear_building"
-    own = np.asarray(run.rig["structure.stories.masses" if building else "structure.mass"])
-    if building and run._building is not None:
-        own = own[run._building[1]]
-    made_for = np.asarray(run.mass)
-    if made_for.shape == own.shape and np.allclose(made_for, own, rtol=SAME_MASS, atol=0.0):
-        return
-    masses = f"{_masses(made_for)}, and the rig's structure has {_masses(own)}"
-    yield _Finding("caution", f"The command is the effective force of {masses}.")
-
-
-def _masses(values: Any) -> str:
-    unit = shown("mass")
-    return " and ".join(f"{mass * unit.factor:.6g}" for mass in np.atleast_1d(values)) + f" {unit.unit}"
-
-
-def _margin(rig: Rig, rate: float) -> Iterator[_Finding]:
-    """The gain margin of the force loop; of a controller that learns, with a sound calibration."""
-    if rig["compensation.adaptive"]:
-        rig = rig.plant.replace({"servovalve.flow_gain_scale": 1.0})
-    try:
-        margin = stability_margins(rig, sampled=True, sample_rate=rate).loop_gain
-    except ValueError:
-        margin = None
-    if margin is None:
-        return
-    least = {grade: rig[f"verdict.{grade}.gain_margin"] for grade in _GRADES[1:]}
-    if margin < least["caution"]:
-        yield _Finding(
-            "no" if margin < least["no"] else "caution",
-            f"The gain margin of the force loop is {margin:.2f} ({20 * np.log10(margin):.1f} dB), advised at "
-            f"least {least['caution']:.2f}.",
-            (("controller.force_loop", "robust"),),
-        )
-
-
-def _errors(part: TestRun, metrics: Metrics) -> Iterator[_Finding]:
-    rig = part.rig
-    error = float(np.nanmax(metrics.nrmse))
-    if error >= NO_FORCE:
-        yield _Finding("no", f"No test of this command: {_astray(part, error)}.", SELF_CALIBRATION)
-    elif grade := _beyond(rig, "force_error", error):
-        allowed = rig[f"verdict.{grade}.force_error"]
-        sentence = f"The force misses the command by {error:.1%} (rms), more than {allowed:.0%}."
-        yield _Finding(grade, sentence, SELF_CALIBRATION)
-    # Of a structure from outside the ideal motion is not known.
-    motion = 0.0 if part._outside else float(np.nanmax(metrics.displacement_error))
-    if error < NO_FORCE and (grade := _beyond(rig, "displacement_error", motion)):
-        allowed = rig[f"verdict.{grade}.displacement_error"]
-        sentence = f"The displacement misses the ideal one by {motion:.1%} (rms), more than {allowed:.0%}."
-        yield _Finding(grade, sentence, SELF_CALIBRATION)
-
-
-def _beyond(rig: Rig, name: str, value: float) -> Grade | None:
-    grades: tuple[Grade, ...] = ("no", "caution")
-    return next((grade for grade in grades if value > rig[f"verdict.{grade}.{name}"]), None)
-
-
-def _supply(rig: Rig, metrics: Metrics) -> Iterator[_Finding]:
-    share = float(np.nanmin(metrics.min_supply_pressure)) / rig["supply.pressure"]
-    below = [grade for grade in ("no", "caution") if share < rig[f"verdict.{grade}.supply_pressure"]]
-    if below:
-        sentence = (
-            f"The supply pressure falls to {share:.0%} of the configured one: "
-            "pump or accumulator is too small."
-        )
-        yield _Finding(
-            "no" if below[0] == "no" else "caution", sentence, (("compensation.supply_correction", True),)
-        )
-
-
-def _oscillation(part: TestRun) -> Iterator[_Finding]:
-    """A limit cycle of the oil column."""
-    if part.sample_rate <= 2 * OIL_COLUMN[1]:
-        return
-    frequency = np.fft.rfftfreq(len(part), 1.0 / part.sample_rate)
-    band = (frequency > OIL_COLUMN[0]) & (frequency < OIL_COLUMN[1])
-    surplus = np.fft.rfft(np.atleast_2d(part.force - part.command))[:, band]
-    rms = np.sqrt(2.0 * (np.abs(surplus) ** 2).sum(axis=-1)) / len(part)
-    command = np.sqrt(np.mean(np.atleast_2d(part.command) ** 2, axis=-1))
-    moved = command > 0.0
-    share = float((rms[moved] / command[moved]).max())
-    if share > LIMIT_CYCLE:
-        sentence = (
-            f"The force oscillates between {OIL_COLUMN[0]:.0f} and {OIL_COLUMN[1]:.0f} Hz by {share:.0%} "
-            "of the command (rms): the oil column."
-        )
-        yield _Finding("caution", sentence, (("controller.force_loop", "robust"),))
-
-
-def _opening(part: TestRun, metrics: Metrics | None) -> Iterator[_Finding]:
-    opening = float(np.abs(part.spool).max())
-    advised = part.rig["limits.spool_warning"]
-    stops = (part.status & (Status.SPOOL_STOP | Status.DEMAND_SATURATED)) != 0
-    if stops.any():
-        error = 0.0 if metrics is None else float(np.nanmax(metrics.nrmse))
-        useless = error > part.rig["verdict.caution.force_error"]
-        sentence = (
-            f"The valve is asked for more than it has in {stops.mean():.1%} of the samples: "
-            "it is too small for this command, or the command too large."
-        )
-        yield _Finding("no" if useless else "caution", sentence)
-    elif opening > advised:
-        yield _Finding("caution", f"The spool opens to {opening:.0%}, advised at most {advised:.0%}.")
-
-
-def _cause(run: TestRun) -> str:
-    """Why the protection tripped, in words."""
-    return run.cause.name.lower().replace("_", " ")
-
-
-def _astray(run: TestRun, error: float) -> str:
-    """What a force does that is no answer to its command."""
-    unit = shown("force")
-    force, command = (unit(float(np.abs(trace).max())) for trace in (run.force, run.command))
-    stopped = float(((run.status & Status.SPOOL_STOP) != 0).mean())
-    stops = f", with the spool at its stop in {stopped:.0%} of the samples" if stopped else ""
-    return (
-        f"the force misses it by {error:.0%} (rms), more than no force at all would, and reaches "
-        f"{force} against {command}{stops}"
+def _facts(run: TestRun, part: TestRun, metrics: Metrics | None) -> Facts:
+    told = {} if metrics is None else {name: float(np.nanmax(value)) for name, value in _known(metrics)}
+    told |= {
+        "max_spool": float(np.abs(part.spool).max()),
+        "min_supply_pressure": float(part.supply_pressure.min()),
+    }
+    status = part.status.reshape(-1, len(part))
+    saturated, stopped = (
+        float(((status & flags) != 0).any(axis=0).mean())
+        for flags in (Status.SPOOL_STOP | Status.DEMAND_SATURATED, Status.SPOOL_STOP)
+    )
+    return Facts(
+        rig=run.rig,
+        sample_rate=run.sample_rate,
+        flags=part.flags | (run.flags & Status.STROKE_EXCEEDED),
+        metrics={name: told.get(name, np.nan) for name in METRICS},
+        peak_command=float(np.abs(run.command).max()),
+        peak_displacement=float(np.abs(part.displacement).max()),
+        outside=run._outside,
+        mass=run.mass,
+        floor=None if run._building is None else run._building[1],
+        peak_force=float(np.abs(part.force).max()),
+        saturated=saturated,
+        stopped=stopped,
     )
 
 
-def worst(grades: Iterable[Grade]) -> Grade:
-    """The worst of some grades."""
-    return max(grades, key=_GRADES.index, default="go")
+def _known(metrics: Metrics) -> Iterator[tuple[str, Any]]:
+    return ((name, value) for name, value in metrics.items() if np.isfinite(value).any())
+
+
+def _demands(run: TestRun) -> tuple[dict[str, Any], ...]:
+    """What the command asks for; nothing where the rig's structure or other actuators are not in the test."""
+    if run._outside or run._building is not None or not run._whole:
+        return ()
+    return tuple(_native.demands(run.rig, Command(run.command, run.sample_rate)))
+
+
+def _events(run: TestRun) -> Iterator[Finding]:
+    """What happened once: an end before its time."""
+    if run.flags & Status.STROKE_EXCEEDED:
+        yield Finding("no", "The piston left its stroke: no result of a real rig.", SELF_CALIBRATION)
+    if run.stopped:
+        yield Finding("no", f"The structure ended the test: {run.stopped.rstrip('.')}.")
+    elif run.flags & (Status.TRIPPED | Status.SHUT_DOWN):
+        cause = run.cause.name.lower().replace("_", " ")
+        yield Finding("no", f"The protection tripped ({cause}) and ended the test.")
+
+
+def _noise(run: TestRun, facts: Facts) -> Iterator[Finding]:
+    """Noise of the sensors where it makes most of an error: the same test is run without it."""
+    from eft._simulate import simulate
+
+    error = facts.metrics["nrmse"]
+    quiet = {key: 0.0 for key in _NOISES if run.rig.plant[key]}
+    if not quiet or not run._whole or run._building or run._outside:
+        return
+    if not error > run.rig["verdict.caution.force_error"]:
+        return
+    rig = run.rig.replace(quiet | {f"truth.{key}": 0.0 for key in quiet})
+    other = simulate(rig, Command(run.command, run.sample_rate), run.dtype).to_its_end()
+    without = float(np.nanmax(other.metrics(fft=False).nrmse)) if other.success else np.nan
+    if without < 0.5 * error:
+        yield Finding(
+            "no" if error > run.rig["verdict.no.force_error"] else "caution",
+            "Noise of the sensors makes most of the error: without it the force misses the command by "
+            f"{without:.1%} (rms).",
+        )
 
 
 def told_delay(metrics: Metrics) -> Any:

@@ -170,7 +170,7 @@ def test_a_quantity_has_one_unit_in_every_picture(system):
             ax = draw(what, ax=Figure().subplots())
             assert f"({unit[quantity]})" in ax.get_ylabel(), draw.__name__
         high = eft.check_feasibility(RIG, eft.sine_sweep(40e3, 0.0, 10.0, 8.0, RATE))
-    moved = next(reason for reason in high.reasons if reason.startswith("displacement"))
+    moved = next(reason for reason in high.reasons if reason.startswith("Displacement"))
     assert f" {unit['length']} of " in moved
     demand = next(one for one in high.demands if one.name == "displacement")
     shown = _display.shown("length", system)(demand.required)

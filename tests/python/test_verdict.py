@@ -32,6 +32,78 @@ def test_a_thin_gain_margin_is_no_go_and_the_designed_loop_helps(gain, grade):
     assert run.verdict.changes["controller.force_loop"] == "robust"
 
 
+def test_a_thin_dead_time_margin_is_told():
+    # One sample more behind the digital loop of the paper's rig is unstable; the designed loop bears 3 ms.
+    digital = RIG.replace({"controller.realization": "digital"})
+    short = eft.sine_sweep(2200.0, 0.5, 10.0, 4.0, 4096.0)
+    assert said(eft.simulate(digital, short), "0.24 ms more of dead time, advised at least 1 ms")
+    strict = digital.replace({"verdict.no.dead_time": 3e-4})
+    assert not eft.simulate(strict, short).verdict.ok
+    assert not said(eft.simulate(digital.replace({"controller.force_loop": "robust"}), short), "dead time")
+
+
+def test_an_unstable_loop_is_a_no_however_short_the_test():
+    command = eft.sine_sweep(2000.0, 3.0, 8.0, 1.0, 4096.0)
+    run = eft.simulate(RIG.replace({"compensation.level": 1.05}), command)
+    assert not run.verdict.ok and run.metrics().nrmse < 0.1
+    assert said(run, "The loop is unstable at 4096 Hz: it grows at 0.0")
+    assert run.verdict.changes["compensation.adaptive"] is True
+
+
+def test_what_the_rig_does_not_have_is_the_cause_and_no_setting_helps():
+    verdict = eft.simulate(RIG, eft.sine_sweep(40_000.0, 0.0, 10.0, 16.0, 4096.0)).verdict
+    assert any(reason.startswith("Displacement exceeds what the rig has: ") for reason in verdict.reasons)
+    # Velocity, flow and power are one and the same.
+    assert sum(word in reason for reason in verdict.reasons for word in ("Velocity", "Flow", "power")) == 1
+    assert not verdict.ok and verdict.remedies == ()
+
+
+def test_noise_is_named_where_it_makes_the_error():
+    noisy = RIG.replace({"sensors.velocity.noise": 0.02})
+    sweep = eft.sine_sweep(1000.0, 0.5, 5.0, 4.0, 2048.0)
+    assert said(eft.simulate(noisy, sweep), "Noise of the sensors makes most of the error")
+    loud = eft.sine_sweep(1000.0, 0.5, 5.0, 4.0, 2048.0)
+    assert not said(eft.simulate(RIG.replace({"compensation.mode": "off"}), loud), "Noise")
+
+
+def test_what_the_controller_is_not_told_is_named():
+    rig = RIG.replace({"truth.servovalve.flow_gain_scale": 0.9})
+    assert said(eft.simulate(rig, SWEEP), "not told that servovalve.flow_gain_scale = 0.9")
+
+
+def test_a_force_loop_that_cannot_be_designed_gets_lower_gains():
+    slow = RIG.replace({"controller.sample_rate": 250.0, "controller.proportional_gain": 0.9})
+    with pytest.raises(ValueError, match="oil column"):
+        eft.design_force_loop(slow)
+    command = eft.sine_sweep(500.0, 0.5, 5.0, 2.0, 250.0)
+    run = eft.simulate(slow, command)
+    assert said(run, "gain margin") and run.verdict.changes["controller.proportional_gain"] < 0.9
+    assert not said(eft.simulate(slow.replace(run.verdict.changes), command), "gain margin")
+
+
+@pytest.mark.parametrize(("system", "unit"), [("si", "mm"), ("us", "in")])
+def test_reasons_are_in_the_units_in_use(system, unit):
+    run = eft.simulate(RIG, eft.sine_sweep(40_000.0, 0.0, 10.0, 4.0, 1024.0))
+    with eft.use_units(system):
+        [told] = said(run, "Displacement exceeds")
+    assert told.endswith(f" {unit}.")
+
+
+def test_a_study_and_its_runs_have_one_verdict():
+    settings = {
+        "truth.servovalve.flow_gain_scale": [0.9, 1.0, 1.05],
+        "controller.realization": ["analog", "digital"],
+        "controller.proportional_gain": [0.4, 0.88],
+    }
+    sweep = eft.sine_sweep(2000.0, 0.5, 8.0, 4.0, 2048.0)
+    study = eft.study(RIG, sweep, settings, progress=False)
+    runs = [eft.simulate(study.rig(index), sweep) for index in range(len(study))]
+    assert study["verdict"].tolist() == [run.verdict.grade for run in runs]
+    unstable = [not eft.linearize(run.rig, sampled=True, sample_rate=2048.0).stable for run in runs]
+    assert any(unstable) and not all(unstable)
+    assert {study["verdict"][index] for index in np.flatnonzero(unstable)} == {"no"}
+
+
 def test_a_valve_at_its_stops_makes_no_test():
     run = eft.simulate(RIG, eft.sine_sweep(60_000.0, 0.0, 10.0, 16.0, 4096.0))
     assert not run.verdict.ok and (said(run, "more than it has") or said(run, "stroke"))
@@ -100,6 +172,8 @@ def test_check_tries_the_remedies_and_finds_the_largest_scale(tmp_path, capsys):
     code = main([*asked, "--try-remedies", "--largest"])
     answer = json.loads(capsys.readouterr().out)
     assert code == (1 if answer["verdict"] == "no" else 0)
+    verdict = eft.simulate(rig, eft.sine_sweep(8900.0, 0.5, 4.0, 4.0, 4096.0)).verdict
+    assert (answer["verdict"], answer["reasons"]) == (verdict.grade, list(verdict.reasons))
     assert answer["remedies"]["compensation.adaptive"] is True
     assert answer["with_remedies"]["grade"] in ("go", "caution")
     # Whatever the factor, the loop grows.

@@ -63,6 +63,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::trip_causes, module)?)?;
     module.add_function(wrap_pyfunction!(linear::linearize, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_margin, module)?)?;
+    module.add_function(wrap_pyfunction!(linear::margins_within, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_margins, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_map, module)?)?;
     module.add_function(wrap_pyfunction!(linear::delay_budget, module)?)?;
@@ -79,6 +80,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(planning::band_passed, module)?)?;
     module.add_function(wrap_pyfunction!(planning::baseline_corrected, module)?)?;
     module.add_function(wrap_pyfunction!(planning::check_feasibility, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::demands, module)?)?;
     module.add_function(wrap_pyfunction!(planning::displacement_spectrum, module)?)?;
     module.add_function(wrap_pyfunction!(planning::resampled, module)?)?;
     module.add_function(wrap_pyfunction!(planning::scaled, module)?)?;

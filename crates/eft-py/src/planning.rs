@@ -1,7 +1,7 @@
 //! Records prepared, spectra, and the check before a test.
 
 use eft_sim::config::Mode;
-use eft_sim::feasibility::{self, Verdict};
+use eft_sim::feasibility::{self, Demand};
 use eft_sim::{preparation, spectra};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -95,18 +95,41 @@ pub(crate) fn displacement_spectrum<'py>(
     Ok(PyArray1::from_vec(py, found.map_err(to_python)?))
 }
 
-/// Check before a test what a force command demands of a rig, and whether the rig can deliver it.
+/// Return what force commands ask of a rig, one dictionary each: ``name``, ``unit``, ``required``, ``available``,
+/// ``advised``.
 ///
 /// In a shear building the demands are those of the actuator with the largest, and the pump's mean flow is that of all.
-/// If the controller calibrates itself or guards its level, stability is that of the loop before it does so. An unstable
-/// loop is then a caution, and only a test on the virtual rig decides, as ``eft check`` runs one.
+#[pyfunction]
+pub(crate) fn demands<'py>(py: Python<'py>, rig: &Rig, command: &Command) -> PyResult<Bound<'py, PyList>> {
+    let rig = &rig.config;
+    let commands = command.of(rig)?;
+    listed(py, &py.detach(|| feasibility::demands(rig, commands)).map_err(to_python)?)
+}
+
+fn listed<'py>(py: Python<'py>, demands: &[Demand]) -> PyResult<Bound<'py, PyList>> {
+    let list = PyList::empty(py);
+    for demand in demands {
+        let entry = PyDict::new(py);
+        entry.set_item("name", demand.name)?;
+        entry.set_item("unit", demand.unit)?;
+        entry.set_item("required", demand.required)?;
+        entry.set_item("available", demand.available)?;
+        entry.set_item("advised", demand.advised)?;
+        list.append(entry)?;
+    }
+    Ok(list)
+}
+
+/// Set before a test what a force command asks of a rig beside what the rig has.
+///
+/// If the controller calibrates itself or guards its level, margin and sample rate are those of the loop before it does
+/// so.
 ///
 /// Returns
 /// -------
 /// dict
-///     ``verdict`` ("go", "caution" or "no"), ``reasons`` (sentences), ``demands`` (one dictionary each: ``name``,
-///     ``unit``, ``required``, ``available``, ``advised``), ``scheme`` (the simplest that suffices), ``margin`` (the
-///     largest stable compensation level) and ``smallest_sample_rate`` (Hz, or `None` where no rate is safe).
+///     ``demands`` as of `demands`, ``scheme`` (the simplest that suffices), ``margin`` (the largest stable compensation
+///     level, or `None` where no level is) and ``smallest_sample_rate`` (Hz, or `None` where no rate is safe).
 #[pyfunction]
 pub(crate) fn check_feasibility<'py>(
     py: Python<'py>,
@@ -116,27 +139,8 @@ pub(crate) fn check_feasibility<'py>(
     let rig = &rig.config;
     let commands = command.of(rig)?;
     let found = py.detach(|| feasibility::check_feasibility(rig, commands)).map_err(to_python)?;
-    let demands = PyList::empty(py);
-    for demand in &found.demands {
-        let entry = PyDict::new(py);
-        entry.set_item("name", demand.name)?;
-        entry.set_item("unit", demand.unit)?;
-        entry.set_item("required", demand.required)?;
-        entry.set_item("available", demand.available)?;
-        entry.set_item("advised", demand.advised)?;
-        demands.append(entry)?;
-    }
     let answer = PyDict::new(py);
-    answer.set_item(
-        "verdict",
-        match found.verdict {
-            Verdict::Go => "go",
-            Verdict::Caution => "caution",
-            Verdict::No => "no",
-        },
-    )?;
-    answer.set_item("reasons", found.reasons)?;
-    answer.set_item("demands", demands)?;
+    answer.set_item("demands", listed(py, &found.demands)?)?;
     answer.set_item(
         "scheme",
         match found.scheme {

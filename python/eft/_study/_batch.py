@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from eft._findings import Facts, Grade, of_facts, worst
 from eft._native import BatchResult, Command, Rig, __version__, simulate_batch
 from eft._run import TestRun
 from eft._simulate import simulate
@@ -14,6 +15,7 @@ from eft._status import CAUSE_BITS, Status, status_of
 from eft._study._plan import Batch, StructureMaker, Test, scaled
 from eft._study._rows import ADAPTS, ESTIMATES, Outcome, WrongVersionError, failed_row, row_of
 from eft._study._values import SCALE, Changes
+from eft._table import METRICS
 
 
 def run_batch(batch: Batch, threads: int | None = None) -> list[Outcome]:
@@ -55,10 +57,23 @@ def _outcome(batch: Batch, test: Test, rig: Rig, command: Command, result: Batch
     flags = result.status & ~CAUSE_BITS
     status, reason = status_of(Status(flags))
     told = result.metrics | (result.estimates or {})
-    row = row_of(test, told, status, flags, result.samples, reason)
+    grade = _grade(rig, command, status, flags, result.metrics)
+    row = row_of(test, told, status, flags, result.samples, reason, grade)
     if result.traces is None:
         return Outcome(row, None)
     return Outcome(row, TestRun._of(rig, command, batch.dtype, result.traces))
+
+
+def _grade(rig: Rig, command: Command, status: str, flags: int, metrics: dict[str, float]) -> Grade:
+    """The grade of `TestRun.verdict`, from what is left of a test without its traces."""
+    if status != "completed":
+        return "no"
+    told = {name: math.nan if metrics.get(name) is None else metrics[name] for name in METRICS}
+    peak = float(np.abs(command.values).max())
+    # Of a building only how far its stories drift is left, not how far each actuator moves.
+    moved = told["drift"] if command.values.ndim == 1 else math.nan
+    facts = Facts(rig, command.sample_rate, Status(flags), told, peak, moved, mass=command.mass)
+    return worst(one.grade for one in of_facts(facts))
 
 
 def _outside(batch: Batch, test: Test, maker: StructureMaker) -> Outcome:
@@ -71,7 +86,9 @@ def _outside(batch: Batch, test: Test, maker: StructureMaker) -> Outcome:
     except ValueError as error:
         return Outcome(failed_row(test, "refused", error), None)
     status, reason = status_of(run.flags)
-    row = row_of(test, metrics | _estimates(run), status, int(run.flags), len(run), run.stopped or reason)
+    told = metrics | _estimates(run)
+    reason = run.stopped or reason
+    row = row_of(test, told, status, int(run.flags), len(run), reason, run.verdict.grade)
     return Outcome(row, run if batch.traces else None)
 
 

@@ -14,7 +14,7 @@ from eft._study._plan import FORMAT
 from eft._study._rows import Column
 from eft._table import METRICS
 
-_LATER = ("displacement_error", "drift", "min_supply_pressure")
+_LATER = ("displacement_error", "drift", "min_supply_pressure", "oscillation")
 """Metrics that the first studies do not have."""
 _NEEDED = {
     "index": "int", "command": "str", "status": "str", "flags": "flags", "samples": "int", "error": "str",

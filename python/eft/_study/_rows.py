@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
+from eft._findings import Grade
 from eft._native import Rig, rig_keys
 from eft._run import TestRun
 from eft._study._plan import Test
@@ -67,6 +68,7 @@ def columns(keys: Iterable[str], rig: Rig) -> list[Column]:
         Column("flags", "flags", "", "bits of eft.Status raised at any time"),
         Column("samples", "int", "", "samples of the test that were done"),
         Column("error", "str", "", "why the status is not completed"),
+        Column("verdict", "str", "", "go, caution or no, by the limits of the rig's verdict section"),
     ]
 
 
@@ -79,13 +81,20 @@ def failed_row(test: Test, status: str, error: BaseException) -> Row:
 
 
 def row_of(
-    test: Test, told: dict[str, float], status: str, flags: int, samples: int, reason: str | None
+    test: Test,
+    told: dict[str, float],
+    status: str,
+    flags: int,
+    samples: int,
+    reason: str | None,
+    grade: Grade = "no",
 ) -> Row:
     """A row of the table; `told` are metrics and estimates."""
     numbers = {name: _known(told.get(name)) for name in (*METRICS, *ESTIMATES)}
     return {
         "index": test.index, "command": test.command, **test.changes, **numbers,
         "status": status, "flags": flags, "samples": samples, "error": reason,
+        "verdict": grade,
     }  # fmt: skip
 
 

@@ -13,7 +13,7 @@ import click
 import eft
 from eft._display import shown
 from eft._test_file import TestPlan
-from eft._verdict import Grade, Verdict, worst
+from eft._verdict import Verdict
 from eft.cli._check_many import check_many
 from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table, units_option
 from eft.cli._plan import command_options, memory_of, plan_of, plans_of
@@ -69,21 +69,20 @@ def check(
     plan = plan_of(tests[0] if tests else None, rig, changes, command)
     margins = _margins(plan)
     left_out, idle = _linear(plan).left_out, plan.rig.idle_keys()
-    found = _feasibility(plan)
+    found = asdict(eft.check_feasibility(plan.rig, plan.command))
     with progress("test") as update:
         run = eft.simulate(plan.rig, plan.command, progress=update)
     outcome = run.verdict
-    verdict, reasons = _answer(found, outcome)
     helped = _helped(plan, outcome) if try_remedies and outcome.remedies else None
     scale = eft.largest_scale(plan.rig, plan.command) if largest else None
     if as_json:
         emit_json(
             {"command": plan.about, "rig": plan.rig["name"], "memory": memory_of(plan)}
-            | found
-            | {"verdict": verdict, "reasons": reasons, "margins": margins}
+            | {name: found[name] for name in ("demands", "scheme", "margin", "smallest_sample_rate")}
+            | {"verdict": outcome.grade, "reasons": list(outcome.reasons), "summary": outcome.summary}
+            | {"margins": margins}
             | {"left_out": left_out, "idle_keys": idle}
             | {"delay_budget": asdict(eft.linear.delay_budget(plan.rig, plan.command.sample_rate))}
-            | {"virtual_test": {"verdict": outcome.text, "usable": outcome.ok, "grade": outcome.grade}}
             | {"remedies": remedies_of(outcome)}
             | ({"with_remedies": {"grade": helped.grade, "verdict": helped.text}} if helped else {})
             | ({"largest_scale": scale.scale, "limited_by": list(scale.limited_by)} if scale else {})
@@ -91,8 +90,7 @@ def check(
         )
     else:
         click.echo(f"{plan.about}\non {plan.rig['name']}, {plan.command.sample_rate:g} Hz\n")
-        if found["demands"]:
-            click.echo(table(_demands(found), ("the test asks for", "", "advised", "there is")) + "\n")
+        click.echo(table(_demands(found), ("the test asks for", "", "advised", "there is")) + "\n")
         if before := _before(plan):
             click.echo(f"as configured, {before}:")
         click.echo(table(_settings(plan, found, margins), ("setting", "is", "stable")))
@@ -100,9 +98,9 @@ def check(
             click.echo(f"\nnot in the linear model: {', '.join(left_out)}")
         for key in idle:
             click.echo(f"\nwithout effect: {key}")
-        click.echo(f"\non the virtual rig: {outcome.text}")
-        told = "".join(f"\n- {reason[0].upper()}{reason[1:]}" for reason in reasons)
-        click.echo(f"\n{verdict.capitalize()}{':' if told else '.'}{told}")
+        click.echo(f"\non the virtual rig: {outcome.summary}")
+        told = "".join(f"\n- {reason}" for reason in outcome.reasons)
+        click.echo(f"\n{outcome.grade.capitalize()}{':' if told else '.'}{told}")
         for key, value in remedies_of(outcome).items():
             click.echo(f"may help: {key} = {json.dumps(value)}")
         if helped:
@@ -112,30 +110,12 @@ def check(
             click.echo(
                 f"\nlargest factor on this command: {scale.scale:.3g}{limits and ', limited by:'}{limits}"
             )
-    if verdict == "no":
+    if not outcome.ok:
         raise click.exceptions.Exit(1)
 
 
 def _linear(plan: TestPlan) -> eft.linear.LinearModel:
     return eft.linearize(plan.rig, sampled=True, sample_rate=plan.command.sample_rate)
-
-
-def _feasibility(plan: TestPlan) -> dict[str, Any]:
-    try:
-        return asdict(eft.check_feasibility(plan.rig, plan.command))
-    except ValueError as error:
-        # A loop that no level makes stable is an answer here; what else is wrong stays an error.
-        if not _linear(plan).growth_rate > 0.0:
-            raise
-        nothing: dict[str, Any] = {
-            "demands": [],
-            "scheme": None,
-            "margin": None,
-            "smallest_sample_rate": None,
-        }
-        if before := _before(plan):
-            return nothing | {"verdict": "caution", "reasons": [f"{before} the loop is unstable: {error}"]}
-        return nothing | {"verdict": "no", "reasons": [f"the loop is unstable: {error}"]}
 
 
 def _before(plan: TestPlan) -> str:
@@ -153,14 +133,6 @@ def _margins(plan: TestPlan) -> dict[str, Any]:
         if not (growth := _linear(plan).growth_rate) > 0.0:
             raise
         return {"growth_rate": growth}
-
-
-def _answer(found: dict[str, Any], outcome: Verdict) -> tuple[Grade, list[str]]:
-    """The verdict before the test, or that of the virtual test where it is worse."""
-    virtual = [
-        f"on the virtual rig: {reason[0].lower()}{reason[1:].rstrip('.')}" for reason in outcome.reasons
-    ]
-    return worst((found["verdict"], outcome.grade)), [*found["reasons"], *virtual]
 
 
 def _helped(plan: TestPlan, outcome: Verdict) -> Verdict:

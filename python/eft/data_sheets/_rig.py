@@ -9,12 +9,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from eft._findings import SELF_CALIBRATION
 from eft._force_loop import design_force_loop
 from eft._native import Rig
 from eft._planning import delay_budget
 from eft._test_file import parse_toml, read_text
 from eft._toml_lines import pointed
-from eft._verdict import SELF_CALIBRATION
 from eft.data_sheets._hydraulics import actuator, supply
 from eft.data_sheets._structure import stories, structure
 from eft.data_sheets._valve import servovalve

@@ -61,19 +61,3 @@ def _ratio(values: NDArray[Any], error: Array) -> float:
     groups = [ranks[values == value] for value in set(values.tolist())]
     between = sum(group.size * float(group.mean() - ranks.mean()) ** 2 for group in groups)
     return float(np.sqrt(between / total))
-
-
-def grades(study: Study) -> NDArray[np.str_]:
-    """Go, caution or no of each test, by the limits of the rig's ``verdict`` on what a study keeps.
-
-    A study keeps no traces, so that the margin and the oscillation of the oil column are not judged here.
-    """
-    limits = study.description["rig"].get("verdict", {})
-    answer = np.full(len(study), "go", dtype="<U7")
-    for grade in ("caution", "no"):
-        allowed = limits.get(grade, {})
-        for key, name in (("force_error", "nrmse"), ("displacement_error", "displacement_error")):
-            if key in allowed:
-                answer[np.nan_to_num(study[name], nan=0.0) > allowed[key]] = grade
-    answer[study["status"] != "completed"] = "no"
-    return answer

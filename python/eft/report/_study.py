@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft._files import write_text
+from eft._findings import GRADES, worst
 from eft._native import Rig
 from eft._study import Study
 from eft._study._rows import Column
@@ -18,7 +19,7 @@ from eft._study._summary import SHOWN, reasons, summary
 from eft._verdict import FORCE_ERROR, SPOOL_ADVICE
 from eft.report._charts import MOST, Page, cycle
 from eft.report._page import HINT, html_table, reporter, whole_page
-from eft.report._ranking import grades, ranking
+from eft.report._ranking import ranking
 
 _WORST = 10
 """Tests in the table of the worst."""
@@ -81,14 +82,24 @@ def _verdict(study: Study) -> str:
     completed = study["status"] == "completed"
     whole = int(completed.sum())
     good = int(((study["nrmse"] <= FORCE_ERROR) & (study["max_spool"] <= SPOOL_ADVICE) & completed).sum())
-    judged = grades(study)
-    count = ", ".join(f"{int((judged == grade).sum())} {grade}" for grade in ("go", "caution", "no"))
+    told = ""
+    if _judged(study):
+        count = ", ".join(f"{int((study['verdict'] == grade).sum())} {grade}" for grade in GRADES)
+        told = f"Verdict: {count}. "
     text = (
-        f"Verdict: {count}. {len(study)} of {study.tests} tests; {whole} of them completed; {good} with a "
+        f"{told}{len(study)} of {study.tests} tests; {whole} of them completed; {good} with a "
         f"force error up to {FORCE_ERROR:.0%} (rms) and a spool opening up to {SPOOL_ADVICE:.0%}."
     )
     kind = "" if good == len(study) else " concern" if whole == len(study) else " unusable"
+    if _judged(study):
+        worst_grade = worst(study["verdict"].tolist())
+        kind = {"go": "", "caution": " concern", "no": " unusable"}[worst_grade]
     return f'<div class="verdict{kind}">{html.escape(text)}</div>'
+
+
+def _judged(study: Study) -> bool:
+    """Whether the tests have verdicts: the first studies do not."""
+    return any(column.name == "verdict" for column in study.columns)
 
 
 def _reasons(study: Study) -> list[str]:
@@ -129,8 +140,9 @@ def _worst(study: Study) -> tuple[list[str], list[list[str]]]:
     order = np.argsort(-np.nan_to_num(ended, nan=np.inf), kind="stable")[:_WORST]
     several = len(study.description["commands"]) > 1
     names = ["index", *(["command"] if several else []), *study.parameters, "status", "nrmse", "max_spool"]
-    columns = {name: study[name] for name in names} | {"verdict": grades(study)}
-    names.insert(names.index("status"), "verdict")
+    if _judged(study):
+        names.insert(names.index("status"), "verdict")
+    columns = {name: study[name] for name in names}
     rows = [[_cell(name, columns[name][place]) for name in names] for place in order]
     shown = {"index": "test", "nrmse": "force error", "max_spool": "spool opening"}
     return [shown.get(name, name) for name in names], rows

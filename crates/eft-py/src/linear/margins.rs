@@ -1,6 +1,6 @@
 //! The model of a rig, and how far its settings are from where it grows.
 
-use eft_sim::linear::{self, FlowGain, MapAxis, MapQuantity, Time};
+use eft_sim::linear::{self, FlowGain, MapAxis, MapQuantity, Reach, Time};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -121,8 +121,8 @@ pub(crate) fn stability_margin(
 /// dict
 ///     ``growth_rate`` (1/s, of the rig as it is), ``level`` (the largest stable compensation level), and, unless the
 ///     rig as it is grows, ``response_delay`` (s, lowest and highest stable), ``dead_time`` (s, the shortest additional
-///     delay of the compensation that is unstable, in whole samples; infinite where none of up to 64 is, or of as many
-///     as a building's model can hold), ``loop_gain`` (the largest stable factor on the force loop) and
+///     delay that is unstable, of the compensation or of the whole valve command, in whole samples; infinite where none
+///     of up to 64 is, or of as many as a building's model can hold), ``loop_gain`` (the largest stable factor on the force loop) and
 ///     ``flow_gain`` (lowest and highest stable ratio of the true flow gain to the configured one).
 #[pyfunction]
 #[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
@@ -145,6 +145,26 @@ pub(crate) fn stability_margins<'py>(
         answer.set_item("flow_gain", around.flow_gain)?;
     }
     Ok(answer)
+}
+
+/// Return the growth rate (1/s) of the sampled loop and the margins that lie within a reach, infinite beyond it.
+///
+/// The margins are the largest stable factor on the compensation level, the shortest unstable additional delay (s) and
+/// the largest stable factor on the force loop's gain; `None` where the rig as it is grows.
+#[pyfunction]
+pub(crate) fn margins_within(
+    py: Python<'_>,
+    rig: &Rig,
+    sample_rate: f64,
+    level: f64,
+    dead_time: f64,
+    loop_gain: f64,
+) -> PyResult<(f64, Option<(f64, f64, f64)>)> {
+    let reach = Reach { level, dead_time, loop_gain };
+    let time = Time::Sampled(sample_rate);
+    let found = py.detach(|| linear::margins_within(&rig.config, FlowGain::Steeper, time, reach));
+    let (growth_rate, within) = found.map_err(to_python)?;
+    Ok((growth_rate, within.map(|found| (found.level, found.dead_time, found.loop_gain))))
 }
 
 /// Return a quantity of the sampled loop over two settings: one row for each value of `vertical`.

@@ -5,5 +5,5 @@ mod margins;
 mod model;
 
 pub(crate) use delays::{delay_budget, inverse_dynamics, observer_gains};
-pub(crate) use margins::{linearize, stability_map, stability_margin, stability_margins};
+pub(crate) use margins::{linearize, margins_within, stability_map, stability_margin, stability_margins};
 pub(crate) use model::LinearModel;

@@ -28,19 +28,18 @@ pub fn fei(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<Fei> {
     if command.iter().all(|c| *c == command[0]) {
         return Err(Error::value("command", format!("{} at every sample", command[0]), "must vary"));
     }
-    fei_of(command, measured, sample_rate)
+    fei_of([&spectrum(command)?, &spectrum(measured)?], command.len(), sample_rate)
 }
 
-/// [`fei()`] of arguments that have passed its checks.
-pub(super) fn fei_of(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<Fei> {
-    let (x_c, x_m) = (spectrum(command)?, spectrum(measured)?);
+/// [`fei()`] of the one-sided spectra of `samples` samples of command and measured signal.
+pub(super) fn fei_of([x_c, x_m]: [&[Complex64]; 2], samples: usize, sample_rate: f64) -> Result<Fei> {
     let (mut cross, mut energy, mut moment) = (Complex64::default(), 0.0, 0.0);
-    for (k, (c, m)) in x_c.iter().zip(&x_m).enumerate() {
+    for (k, (c, m)) in x_c.iter().zip(x_m).enumerate() {
         cross += m * c.conj();
         energy += c.norm_sqr();
         moment += c.norm_sqr() * k as f64;
     }
-    let frequency = moment / energy * sample_rate / command.len() as f64;
+    let frequency = moment / energy * sample_rate / samples as f64;
     Ok(Fei {
         amplitude: in_range("fei_amplitude", cross.norm() / energy)?,
         delay: in_range("fei_delay", -cross.arg() / (TAU * frequency))?,

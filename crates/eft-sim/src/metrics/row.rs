@@ -30,7 +30,7 @@ const fn costly(name: &'static str, unit: &'static str, doc: &'static str) -> Me
 }
 
 /// Every metric of a test, in the order of tables and files.
-pub const METRICS: [Metric; 13] = [
+pub const METRICS: [Metric; 14] = [
     quick("nrmse", "", "rms force error over rms command"),
     costly("nrmse_delay_removed", "", "the same without the delay"),
     quick("nrmse_bias_free", "", "the same without the offset"),
@@ -39,6 +39,7 @@ pub const METRICS: [Metric; 13] = [
     costly("fei_amplitude", "", "amplitude of the frequency-domain evaluation index"),
     costly("fei_delay", "s", "delay of the frequency-domain evaluation index"),
     costly("fei_frequency", "Hz", "equivalent frequency of the frequency-domain evaluation index"),
+    costly("oscillation", "", "rms force error from 30 to 150 Hz, of the oil column, over rms command"),
     quick("tracking_indicator", "N²", "tracking indicator, negative when the force lags"),
     costly("displacement_error", "", "rms displacement error against the ideal response, over its rms"),
     quick("max_spool", "", "largest spool opening"),

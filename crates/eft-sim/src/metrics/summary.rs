@@ -2,9 +2,10 @@
 
 use super::norms::Norms;
 use super::pair::{check, in_range};
-use super::{delay, fei};
+use super::{delay, fei, oscillation};
 use crate::checks;
 use crate::error::Result;
+use crate::fourier::spectrum;
 
 /// The single numbers that judge how a measured force followed its command.
 ///
@@ -28,6 +29,8 @@ pub struct Metrics {
     pub fei_delay: Option<f64>,
     /// Equivalent frequency of the frequency-domain evaluation index, in Hz.
     pub fei_frequency: Option<f64>,
+    /// Rms of the force error from 30 to 150 Hz over the rms of the command, dimensionless; none below 300 Hz.
+    pub oscillation: Option<f64>,
     /// Mercan's tracking indicator at the end of the test, in N².
     pub tracking_indicator: f64,
 }
@@ -104,7 +107,10 @@ impl Metrics {
     ) -> Result<Self> {
         let TimeMetrics { nrmse, nrmse_bias_free, peak_error, tracking_indicator } = time;
         let lag = delay::lag_if_any(command, measured)?;
-        let fei = nrmse_bias_free.map(|_| fei::fei_of(command, measured, sample_rate)).transpose()?;
+        let samples = command.len();
+        let (c, m) = (spectrum(command)?, spectrum(measured)?);
+        let fei = nrmse_bias_free.map(|_| fei::fei_of([&c, &m], samples, sample_rate)).transpose()?;
+        let energy = command.iter().map(|c| c * c).sum();
         let fei_delay = fei.filter(|fei| fei.amplitude > 0.0).map(|fei| fei.delay);
         let without_lag = |lag| delay::nrmse_at_lag(command, measured, lag);
         Ok(Self {
@@ -116,6 +122,7 @@ impl Metrics {
             fei_amplitude: fei.map(|fei| fei.amplitude),
             fei_delay,
             fei_frequency: fei.map(|fei| fei.frequency),
+            oscillation: oscillation::oscillation_of([&c, &m], samples, energy, sample_rate)?,
             tracking_indicator,
         })
     }
@@ -126,7 +133,7 @@ impl Metrics {
     }
 
     /// Name and value of every metric, the same names for every test.
-    pub fn all(&self) -> [(&'static str, Option<f64>); 9] {
+    pub fn all(&self) -> [(&'static str, Option<f64>); 10] {
         [
             ("nrmse", Some(self.nrmse)),
             ("nrmse_delay_removed", self.nrmse_delay_removed),
@@ -136,6 +143,7 @@ impl Metrics {
             ("fei_amplitude", self.fei_amplitude),
             ("fei_delay", self.fei_delay),
             ("fei_frequency", self.fei_frequency),
+            ("oscillation", self.oscillation),
             ("tracking_indicator", Some(self.tracking_indicator)),
         ]
     }
@@ -171,7 +179,7 @@ mod tests {
         assert_eq!(metrics.nrmse_delay_removed.unwrap(), delay::nrmse_delay_removed(&c, &m).unwrap());
         assert!((metrics.delay.unwrap() - 0.02).abs() < 1e-3);
         assert!(metrics.tracking_indicator < 0.0, "a lag");
-        assert_eq!(metrics.iter().count(), 9);
+        assert_eq!(metrics.iter().count(), 9, "too slow for an oscillation");
         assert!(metrics.iter().any(|(name, value)| name == "nrmse" && value == metrics.nrmse));
     }
 

@@ -2,7 +2,7 @@
 
 use toml::Value;
 
-use super::margin::largest_stable_level;
+use super::largest_stable_level;
 use super::{FlowGain, Time, linearize};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::gains::FlowGain;
 use super::sampled::MOST_STATES;
 use super::{Time, linearize};
-use crate::config::{Mode, RigConfig, RigValues};
+use crate::config::{RigConfig, RigValues};
 use crate::error::{Error, Result};
 
 /// Growth (1/s) that still counts as rest: a structure without a spring has a pole at the origin.
@@ -38,13 +38,25 @@ pub struct Margins {
 pub struct MarginsAround {
     /// Stable range of the response delay (s) given to the lead network.
     pub response_delay: (f64, f64),
-    /// Shortest additional delay (s) of the compensation that is no longer stable, in whole samples; infinite where
-    /// none of up to 64 is, or of as many as a model of the building's size can hold.
+    /// Shortest additional delay (s) that is no longer stable, in whole samples, of the compensation alone or of the whole
+    /// valve command behind it; infinite where none of up to 64 is, or of as many as a model of the building's size can
+    /// hold.
     pub dead_time: f64,
     /// Largest stable factor (1) on the force loop's gain.
     pub loop_gain: f64,
     /// Stable range of the true flow gain (1) over the configured one.
     pub flow_gain: (f64, f64),
+}
+
+/// How far margins are looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Factor (1) on the rig's compensation level.
+    pub level: f64,
+    /// Additional delay, s.
+    pub dead_time: f64,
+    /// Factor (1) on the force loop's gain.
+    pub loop_gain: f64,
 }
 
 /// The largest stable compensation level (1) of the linear model: the upper end of the stable range that the rig's
@@ -64,7 +76,7 @@ pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f
 }
 
 /// As [`stability_margin`]; none where no level makes the loop stable.
-pub(super) fn largest_stable_level(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Option<f64>> {
+pub(crate) fn largest_stable_level(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Option<f64>> {
     let growth = |level: f64| growth_with(rig, gain, time, |rig| rig.compensation.level = level);
     let own = rig.compensation.level;
     let below = edge(own, 0.0, Search { smallest: 0.5, seek: Stability::Stable }, growth)?;
@@ -91,8 +103,34 @@ pub fn stability_margins(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<
     Ok(Margins { growth_rate, level, around })
 }
 
+/// The margins that lie within a reach, infinite beyond it; none about a loop that is unstable as configured, with its
+/// growth rate (1/s). Much faster than [`stability_margins`] where nothing lies within.
+///
+/// # Errors
+/// What [`linearize`] refuses.
+pub fn margins_within(
+    rig: &RigConfig,
+    gain: FlowGain,
+    time: Time,
+    reach: Reach,
+) -> Result<(f64, Option<Reach>)> {
+    let rig = &*designed_for(rig, time)?;
+    let growth_rate = growth_with(rig, gain, time, |_| ())?;
+    if growth_rate > AT_REST {
+        return Ok((growth_rate, None));
+    }
+    let by_level = |factor: f64| growth_with(rig, gain, time, |rig| rig.compensation.level *= factor);
+    let level = edge(1.0, reach.level.max(1.0), UNSTABLE, by_level)?;
+    let found = Reach {
+        level: level.map_or(f64::INFINITY, |(_, last_stable)| last_stable),
+        dead_time: dead_time(rig, gain, time, reach.dead_time)?,
+        loop_gain: loop_gain(rig, gain, time, reach.loop_gain)?,
+    };
+    Ok((growth_rate, Some(found)))
+}
+
 /// The rig before anything is varied: a loop that is designed stays what it is then.
-fn designed_for(rig: &RigConfig, time: Time) -> Result<Cow<'_, RigConfig>> {
+pub(crate) fn designed_for(rig: &RigConfig, time: Time) -> Result<Cow<'_, RigConfig>> {
     match time {
         Time::Continuous => Ok(Cow::Borrowed(rig)),
         Time::Sampled(rate) => rig.at_rate(rate),
@@ -102,8 +140,6 @@ fn designed_for(rig: &RigConfig, time: Time) -> Result<Cow<'_, RigConfig>> {
 fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> {
     let set = rig.compensation.response_delay;
     let by_delay = |delay: f64| growth_with(rig, gain, time, |rig| rig.compensation.response_delay = delay);
-    let by_loop =
-        |factor: f64| growth_with(rig, gain, time, |rig| rig.controller.force_sensitivity *= factor);
     let by_flow = |factor: f64| growth_with(rig, gain, time, |rig| rig.servovalve.flow_gain_scale *= factor);
     let unstable = |smallest| Search { smallest, seek: Stability::Unstable };
     let low = |found: Option<(f64, f64)>| found.map_or(0.0, |(_, last_stable)| last_stable);
@@ -113,8 +149,8 @@ fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> 
             low(edge(set, 0.0, unstable(1e-3), by_delay)?),
             high(edge(set, LONGEST_RESPONSE_DELAY, unstable(1e-3), by_delay)?),
         ),
-        dead_time: dead_time(rig, gain, time)?,
-        loop_gain: high(edge(1.0, LARGEST_FACTOR, unstable(1.0), by_loop)?),
+        dead_time: dead_time(rig, gain, time, f64::INFINITY)?,
+        loop_gain: loop_gain(rig, gain, time, LARGEST_FACTOR)?,
         flow_gain: (
             low(edge(1.0, SMALLEST_FACTOR, unstable(0.1), by_flow)?),
             high(edge(1.0, LARGEST_FACTOR, unstable(1.0), by_flow)?),
@@ -122,22 +158,29 @@ fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> 
     })
 }
 
-/// In continuous time the sampled loop at the rig's own rate answers: a delay has no finite continuous model.
-fn dead_time(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
+/// The largest stable factor on the force loop's gain, up to `most`.
+fn loop_gain(rig: &RigConfig, gain: FlowGain, time: Time, most: f64) -> Result<f64> {
+    let by_loop =
+        |factor: f64| growth_with(rig, gain, time, |rig| rig.controller.force_sensitivity *= factor);
+    let found = edge(1.0, most.max(1.0), UNSTABLE, by_loop)?;
+    Ok(found.map_or(f64::INFINITY, |(_, last_stable)| last_stable))
+}
+
+/// The shortest unstable delay up to `most` (s). In continuous time the sampled loop at the rig's own rate answers: a
+/// delay has no finite continuous model.
+fn dead_time(rig: &RigConfig, gain: FlowGain, time: Time, most: f64) -> Result<f64> {
     let rate = match time {
         Time::Continuous => rig.controller.sample_rate,
         Time::Sampled(rate) => rate,
     };
-    if rig.compensation.mode == Mode::Off {
-        return Ok(f64::INFINITY);
-    }
+    let time = Time::Sampled(rate);
     // A sample of delay is a state of each actuator.
-    let now = linearize(rig, gain, Time::Sampled(rate))?;
+    let now = linearize(rig, gain, time)?;
     let room = (MOST_STATES - now.states.len()) / now.inputs.len();
-    for more in (0..=MOST_SAMPLES).take(room + 1) {
-        let growth =
-            growth_with(rig, gain, Time::Sampled(rate), |rig| rig.compensation.computation_delay += more)?;
-        if growth > AT_REST {
+    for more in (0..=MOST_SAMPLES).take(room + 1).take_while(|more| f64::from(*more) <= most * rate) {
+        let compensation = growth_with(rig, gain, time, |rig| rig.compensation.computation_delay += more)?;
+        let whole = growth_with(rig, gain, time, |rig| rig.dac.delay += more)?;
+        if compensation.max(whole) > AT_REST {
             return Ok(f64::from(more) / rate);
         }
     }
@@ -160,6 +203,9 @@ struct Search {
     smallest: f64,
     seek: Stability,
 }
+
+/// Towards an unstable factor, from 1.
+const UNSTABLE: Search = Search { smallest: 1.0, seek: Stability::Unstable };
 
 /// The first value on the way `from` … `to` where the loop is as sought, and the last one where it was not yet, the
 /// two bisected until they meet; nothing if there is none.
@@ -194,7 +240,7 @@ fn edge(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Realization;
+    use crate::config::{Mode, Realization};
 
     type Change<'a> = &'a dyn Fn(&mut RigValues);
 
@@ -276,5 +322,29 @@ mod tests {
         let samples = (around.dead_time * 4096.0).round() as u32;
         assert!(growth(&|rig| rig.compensation.computation_delay = samples) > 0.0);
         assert!(growth(&|rig| rig.compensation.computation_delay = samples - 1) < 0.0);
+        // A reach finds the same where it goes far enough, and else nothing.
+        let within = |reach| margins_within(&rig, FlowGain::Nominal, time, reach).unwrap();
+        let far = Reach { level: 1.1, dead_time: 0.1, loop_gain: 2.0 };
+        let (growth_rate, found) = within(far);
+        let found = found.unwrap();
+        assert_eq!((growth_rate, found.dead_time), (margins.growth_rate, around.dead_time));
+        assert!((found.loop_gain - around.loop_gain).abs() < 1e-9);
+        assert!((found.level - margins.level).abs() < 1e-9);
+        let near = within(Reach { level: 1.02, dead_time: 1e-3, loop_gain: 1.2 }).1.unwrap();
+        assert!([near.level, near.dead_time, near.loop_gain].iter().all(|margin| margin.is_infinite()));
+    }
+
+    #[test]
+    fn a_sample_more_behind_a_digital_force_loop_is_a_sample_too_many() {
+        let rig =
+            RigConfig::zhao2005().with(|rig| rig.controller.realization = Realization::Digital).unwrap();
+        let time = Time::Sampled(4096.0);
+        let margins = stability_margins(&rig, FlowGain::Nominal, time).unwrap();
+        assert_eq!(margins.around.unwrap().dead_time, 1.0 / 4096.0);
+        let later = rig.with(|rig| rig.dac.delay = 1).unwrap();
+        assert!(linearize(&later, FlowGain::Nominal, time).unwrap().growth_rate().unwrap() > 0.0);
+        let reach = Reach { level: 1.02, dead_time: 1e-3, loop_gain: 1.2 };
+        let (growth, around) = margins_within(&later, FlowGain::Nominal, time, reach).unwrap();
+        assert!(growth > 0.0 && around.is_none());
     }
 }

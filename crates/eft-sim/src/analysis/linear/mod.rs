@@ -18,7 +18,8 @@ pub use delay_budget::{DelayBudget, delay_budget};
 pub use gains::FlowGain;
 pub use inverse_dynamics::{lead_response, valve_response};
 pub use map::{MapAxis, MapQuantity, stability_map};
-pub use margin::{Margins, stability_margin, stability_margins};
+pub use margin::{Margins, Reach, margins_within, stability_margin, stability_margins};
+pub(crate) use margin::{designed_for, largest_stable_level};
 
 pub use crate::design::phase_delay;
 pub use crate::state_space::{Mode, StateSpace};

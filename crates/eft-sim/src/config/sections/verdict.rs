@@ -22,6 +22,12 @@ pub struct VerdictLimits {
     pub displacement_error: f64,
     /// Least factor on the force loop's gain that makes it unstable, dimensionless.
     pub gain_margin: f64,
+    /// Least additional dead time that makes the loop unstable, s.
+    pub dead_time: f64,
+    /// Least factor on the compensation level that makes the loop unstable, dimensionless.
+    pub level_margin: f64,
+    /// Largest force error from 30 to 150 Hz over the rms command, dimensionless.
+    pub oscillation: f64,
     /// Least supply pressure over the configured one, dimensionless.
     pub supply_pressure: f64,
 }

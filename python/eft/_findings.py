@@ -1,0 +1,330 @@
+"""What speaks against a test: each limit of the rig's ``verdict`` section, in one sentence with its cause."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from eft import _native
+from eft._display import shown
+from eft._force_loop import design_force_loop
+from eft._native import Rig, stability_margin
+from eft._status import Status
+
+Grade = Literal["go", "caution", "no"]
+GRADES: tuple[Grade, ...] = ("go", "caution", "no")
+Changes = tuple[tuple[str, Any], ...]
+
+LARGEST_OF_STROKE = 0.95
+"""Share of the stroke, and below of the stall force, that should not be exceeded."""
+LARGEST_OF_STALL = 0.67
+
+NO_FORCE = 1.0
+"""Rms error over rms command of a force that stays zero: one no better is no answer to the command."""
+
+SAME_MASS = 1e-3
+"""Relative difference up to which the masses of command and structure are the same."""
+
+_FLOWS = ("velocity", "flow", "hydraulic power")
+"""Demands that are one and the same: the largest of them is told."""
+_NAMED = 3
+"""Values that the controller is not told, at most so many of them by name."""
+
+SELF_CALIBRATION: Changes = (
+    ("compensation.mode", "nonlinear"),
+    ("compensation.adaptive", True),
+    ("compensation.feedforward", True),
+    ("compensation.look_ahead", True),
+)
+
+
+class Finding(NamedTuple):
+    """One thing that speaks against a test."""
+
+    grade: Grade
+    sentence: str
+    remedies: Changes = ()
+
+
+class Facts(NamedTuple):
+    """What a test leaves to be judged: of a run, or of a row of a study."""
+
+    rig: Rig
+    sample_rate: float
+    flags: Status
+    metrics: Mapping[str, float]
+    """Each of the actuator where it is largest, the supply pressure where it is least; NaN where unknown."""
+    peak_command: float
+    """Largest force command, N."""
+    peak_displacement: float
+    """Largest displacement, m; NaN where unknown."""
+    outside: bool = False
+    """Whether a structure from outside took the place of the rig's own."""
+    mass: Any = None
+    """Mass for which the command was made, kg, of a building one a floor."""
+    floor: int | None = None
+    """Which actuator of a building this is; None for all of them."""
+    peak_force: float = np.nan
+    """Largest force, N."""
+    saturated: float = np.nan
+    """Share of the samples in which the valve is asked for more than it has."""
+    stopped: float = np.nan
+    """Share of the samples with the spool at its stop."""
+    demands: tuple[Mapping[str, Any], ...] = ()
+    """What the command asks for, where that was worked out."""
+
+
+def of_facts(facts: Facts) -> Iterator[Finding]:
+    """Every finding on what a test leaves, causes before what they cause."""
+    yield from _mass(facts)
+    yield from _reach(facts)
+    yield from _supply(facts)
+    yield from of_loop(facts.rig, facts.sample_rate, facts.outside)
+    yield from _opening(facts)
+    yield from _oscillation(facts)
+    yield from _errors(facts)
+
+
+def worst(grades: Iterable[Grade]) -> Grade:
+    """The worst of some grades."""
+    return max(grades, key=GRADES.index, default="go")
+
+
+def above(rig: Rig, name: str, value: float) -> Grade | None:
+    """The worse grade whose limit a value exceeds."""
+    grades: tuple[Grade, ...] = ("no", "caution")
+    return next((grade for grade in grades if value > rig[f"verdict.{grade}.{name}"]), None)
+
+
+def below(rig: Rig, name: str, value: float) -> Grade | None:
+    """The worse grade whose limit a value falls short of."""
+    grades: tuple[Grade, ...] = ("no", "caution")
+    return next((grade for grade in grades if value < rig[f"verdict.{grade}.{name}"]), None)
+
+
+def of_demand(name: str, unit: str, required: float, available: float, advised: float) -> Finding | None:
+    """What is said of something that a command asks too much of."""
+    form = shown(unit or "ratio")
+    told = name[:1].upper() + name[1:]
+    if required > available:
+        sentence = f"{told} exceeds what the rig has: {form(required)} of {form(available)}."
+        return Finding("no", sentence)
+    if required > advised:
+        sentence = f"{told} exceeds what is advised: {form(required)} of {form(advised)}."
+        return Finding("caution", sentence)
+    return None
+
+
+def of_demands(demands: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
+    """What a command asks too much of; of velocity, flow and power the one that is asked for most."""
+    demands = list(demands)
+    flows = [one for one in demands if one["name"] in _FLOWS]
+    most = max(flows, key=lambda one: one["required"] / one["available"], default=None)
+    for one in demands:
+        if (one not in flows or one is most) and (found := of_demand(**one)):
+            yield found
+
+
+def _mass(facts: Facts) -> Iterator[Finding]:
+    """A command that was made for another mass than the structure's is another test."""
+    if facts.mass is None:
+        return
+    building = facts.rig["structure.kind"] == "shear_building"
+    own = np.asarray(facts.rig["structure.stories.masses" if building else "structure.mass"])
+    if building and facts.floor is not None:
+        own = own[facts.floor]
+    made_for = np.asarray(facts.mass)
+    if made_for.shape == own.shape and np.allclose(made_for, own, rtol=SAME_MASS, atol=0.0):
+        return
+    masses = f"{_masses(made_for)}, and the rig's structure has {_masses(own)}"
+    yield Finding("caution", f"The command is the effective force of {masses}.")
+
+
+def _masses(values: Any) -> str:
+    unit = shown("mass")
+    return " and ".join(f"{mass * unit.factor:.6g}" for mass in np.atleast_1d(values)) + f" {unit.unit}"
+
+
+def _reach(facts: Facts) -> Iterator[Finding]:
+    actuator = facts.rig.plant
+    stall = actuator["actuator.piston_area"] * actuator["supply.pressure"]
+    stroke = actuator["actuator.stroke"]
+    for name, unit, value, most, share in (
+        ("force", "N", facts.peak_command, stall, LARGEST_OF_STALL),
+        ("displacement", "m", facts.peak_displacement, stroke, LARGEST_OF_STROKE),
+    ):
+        left = facts.flags & Status.STROKE_EXCEEDED and name == "displacement"
+        if not left and (found := of_demand(name, unit, value, most, share * most)):
+            yield found
+
+
+def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
+    """Stability and its margins about rest; of a controller that learns, with a sound calibration."""
+    learns = rig["compensation.adaptive"]
+    judged = rig.plant.replace({"servovalve.flow_gain_scale": 1.0}) if learns else rig
+    names = ("level_margin", "dead_time", "gain_margin")
+    reach = [max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names]
+    try:
+        growth, within = _native.margins_within(judged, rate, *reach)
+        before = _native.margins_within(rig, rate, 1.0, -1.0, 1.0)[0] if learns else growth
+    except ValueError:
+        return  # no linear model: too many delays, or no slope at rest
+    if not outside and max(before, growth) > 0.0:
+        yield _unstable(rig, rate, before, growth if learns else None)
+    if within is None:
+        return
+    level, dead_time, gain = within
+    if (grade := below(rig, "gain_margin", gain)) is not None:
+        yield Finding(
+            grade,
+            f"The gain margin of the force loop is {gain:.2f} ({20 * np.log10(gain):.1f} dB), advised at "
+            f"least {rig['verdict.caution.gain_margin']:.2f}.",
+            better_loop(rig, gain),
+        )
+    if (grade := below(rig, "dead_time", dead_time)) is not None:
+        yield Finding(
+            grade,
+            f"The loop is unstable with {1e3 * dead_time:.2g} ms more of dead time, advised at least "
+            f"{1e3 * rig['verdict.caution.dead_time']:.2g} ms.",
+            better_loop(rig, gain),
+        )
+    if not learns and not outside and (grade := below(rig, "level_margin", level)) is not None:
+        yield Finding(
+            grade,
+            f"The largest stable level is {level * rig['compensation.level']:.4f}: the flow gain must be "
+            "known that well.",
+            SELF_CALIBRATION,
+        )
+
+
+def _unstable(rig: Rig, rate: float, growth: float, sound: float | None) -> Finding:
+    """Of a loop that grows, as it is or with a `sound` calibration."""
+    at = f"at {rate:g} Hz"
+    if sound is not None and sound > 0.0:
+        sentence = f"Even self-calibrated the loop is unstable {at}: it grows at {sound:.3g} 1/s."
+        return Finding("no", sentence, better_loop(rig, None))
+    if sound is not None:
+        return Finding(
+            "caution", f"Before self-calibration the loop is unstable {at}: it grows at {growth:.3g} 1/s."
+        )
+    if rig["compensation.guard"]:
+        return Finding(
+            "caution",
+            f"Before the guard acts the loop is unstable {at}: it grows at {growth:.3g} 1/s.",
+            SELF_CALIBRATION,
+        )
+    try:
+        stability_margin(rig, sampled=True, sample_rate=rate, flow_gain="steeper")
+    except ValueError:
+        return Finding(
+            "no",
+            f"The loop is unstable {at}: it grows at {growth:.3g} 1/s, and no compensation level from 0 to "
+            "10 makes the loop stable.",
+            better_loop(rig, None),
+        )
+    return Finding("no", f"The loop is unstable {at}: it grows at {growth:.3g} 1/s.", SELF_CALIBRATION)
+
+
+def better_loop(rig: Rig, gain: float | None) -> Changes:
+    """A force loop with more margin: the designed one, or where none can be designed, lower gains."""
+    if rig["controller.force_loop"] == "robust":
+        return ()
+    try:
+        design_force_loop(rig)
+    except ValueError:
+        if gain is None or not np.isfinite(gain):
+            return ()
+        factor = float(f"{0.95 * gain / rig['verdict.caution.gain_margin']:.2g}")
+        if factor >= 1.0:
+            return ()
+        keys = ("controller.proportional_gain", "controller.derivative_gain")
+        return tuple((key, float(f"{factor * rig[key]:.6g}")) for key in keys)
+    return (("controller.force_loop", "robust"),)
+
+
+def _supply(facts: Facts) -> Iterator[Finding]:
+    share = facts.metrics["min_supply_pressure"] / facts.rig["supply.pressure"]
+    if (grade := below(facts.rig, "supply_pressure", share)) is not None:
+        mean = [one for one in facts.demands if one["name"] == "mean flow of the pump"]
+        part = "pump or accumulator is"
+        if mean:
+            part = "the pump is" if mean[0]["required"] > mean[0]["available"] else "the accumulator is"
+        sentence = f"The supply pressure falls to {share:.0%} of the configured one: {part} too small."
+        yield Finding(grade, sentence, (("compensation.supply_correction", True),))
+
+
+def _opening(facts: Facts) -> Iterator[Finding]:
+    opening, advised = facts.metrics["max_spool"], facts.rig["limits.spool_warning"]
+    if facts.flags & (Status.SPOOL_STOP | Status.DEMAND_SATURATED):
+        useless = facts.metrics["nrmse"] > facts.rig["verdict.caution.force_error"]
+        share = "" if np.isnan(facts.saturated) else f" in {facts.saturated:.1%} of the samples"
+        sentence = (
+            f"The valve is asked for more than it has{share}: it is too small for this command, or the "
+            "command too large."
+        )
+        yield Finding("no" if useless else "caution", sentence)
+    elif opening > advised:
+        yield Finding("caution", f"The spool opens to {opening:.0%}, advised at most {advised:.0%}.")
+
+
+def _oscillation(facts: Facts) -> Iterator[Finding]:
+    """A limit cycle of the oil column."""
+    share = facts.metrics["oscillation"]
+    if (grade := above(facts.rig, "oscillation", share)) is not None:
+        sentence = (
+            f"The force oscillates between 30 and 150 Hz by {share:.0%} of the command (rms): the oil column."
+        )
+        yield Finding(grade, sentence, better_loop(facts.rig, None))
+
+
+def _errors(facts: Facts) -> Iterator[Finding]:
+    rig, error = facts.rig, facts.metrics["nrmse"]
+    untold = _untold(rig)
+    if error >= NO_FORCE:
+        form = shown("force")
+        stops = (
+            f", with the spool at its stop in {facts.stopped:.0%} of the samples" if facts.stopped > 0 else ""
+        )
+        sentence = (
+            f"No test of this command: the force misses it by {error:.0%} (rms), more than no force at all "
+            f"would, and reaches {form(facts.peak_force)} against {form(facts.peak_command)}{stops}.{untold}"
+        )
+        yield Finding("no", sentence, SELF_CALIBRATION)
+        return
+    if grade := above(rig, "force_error", error):
+        allowed = rig[f"verdict.{grade}.force_error"]
+        sentence = f"The force misses the command by {error:.1%} (rms), more than {allowed:.0%}.{untold}"
+        yield Finding(grade, sentence, SELF_CALIBRATION)
+        untold = ""
+    # Of a structure from outside the ideal motion is not known.
+    motion = facts.metrics["displacement_error"]
+    if not facts.outside and (grade := above(rig, "displacement_error", motion)):
+        allowed = rig[f"verdict.{grade}.displacement_error"]
+        sentence = (
+            f"The displacement misses the ideal one by {motion:.1%} (rms), more than {allowed:.0%}.{untold}"
+        )
+        yield Finding(grade, sentence, SELF_CALIBRATION)
+
+
+def _untold(rig: Rig) -> str:
+    """What is true of the plant and not told to the controller."""
+    tree = rig.to_dict()
+    found = dict(_leaves(tree.get("truth", {})))
+    if rig["servovalve.flow_gain_scale"] != 1.0:
+        found.setdefault("servovalve.flow_gain_scale", rig["servovalve.flow_gain_scale"])
+    if rig["servovalve.true_flow_table"] is not None:
+        found.setdefault("servovalve.true_flow_table", "…")
+    if not found:
+        return ""
+    named = [f"{key} = {value}" for key, value in list(found.items())[:_NAMED]]
+    return f" The controller is not told that {', '.join(named)}{', …' if len(found) > _NAMED else ''}."
+
+
+def _leaves(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{above}{name}.")
+        else:
+            yield f"{above}{name}", "…" if isinstance(value, list) else value
