@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from eft import _native
 from eft._native import Command, Rig
 from eft._run import TestRun
 from eft._simulate import simulate
@@ -40,11 +39,12 @@ class DriveIteration:
     drive: Command
     """What to send next; of a rig the drive of the best repeat."""
     errors: tuple[float, ...]
-    """Rms force error over rms of what is wanted, of each repeat; the first is without iteration."""
+    """Rms force error over rms of what is wanted, of each repeat and the worst actuator; the first is without
+    iteration."""
     frequency: Array
     """Of the spectra, Hz."""
     response: NDArray[np.complex128]
-    """Force over drive, of the last repeat."""
+    """Force over drive, of the last repeat; of several actuators with a leading axis, as the next two."""
     coherence: Array
     """Of force and drive, of the last repeat, from 0 to 1."""
     corrected: NDArray[np.bool_]
@@ -83,7 +83,9 @@ def iterate(
     The force over the drive is estimated from each repeat, ``H = S_uy/S_uu`` with spectra averaged over
     neighbouring frequencies, and the next drive is ``U + r·(Y_wanted - Y)/H``. Frequencies outside the band,
     or with a low coherence, keep the drive that they have. Of a rig the repeats run on the virtual rig, until
-    the error no longer falls. Of measured data, one step gives the drive for the next test.
+    the error no longer falls. Of measured data, one step gives the drive for the next test. Of several
+    actuators each is corrected by its own response; what the others add to its force is left to the next
+    repeat.
 
     A specimen that yields must not be iterated: each repeat would test another specimen. It is refused.
 
@@ -93,7 +95,7 @@ def iterate(
         The rig, or a test with ``command`` (the drive that was sent) and ``force``, and ``displacement`` if
         it was measured.
     command : Command
-        The force that is wanted; of one actuator.
+        The force that is wanted.
     repeats : int
         Repeats on the virtual rig after the first test.
     relaxation : float
@@ -130,8 +132,6 @@ def iterate(
         raise ValueError(f"least_coherence = {least_coherence}: must be from 0 to 1")
     if repeats < 1:
         raise ValueError(f"repeats = {repeats}: must be at least 1")
-    if command.values.ndim != 1:
-        raise ValueError(f"command = {command.values.shape[0]} actuators: must be of one")
     if not command.values.any():
         raise ValueError("command = 0: must have a force")
     step = _Step(command, _band(command, band), relaxation, least_coherence)
@@ -150,8 +150,10 @@ class _Step:
     least_coherence: float
 
     def error(self, force: Array) -> float:
-        """Rms of the force error over that of the command."""
-        return float(_native.metrics(self.wanted.values, force, self.wanted.sample_rate)["nrmse"])
+        """Rms of the force error over that of the command, of the actuator where it is largest."""
+        missed = np.mean((force - self.wanted.values) ** 2, axis=-1)
+        asked = np.mean(self.wanted.values**2, axis=-1)
+        return float(np.sqrt(np.max(missed[asked > 0.0] / asked[asked > 0.0])))
 
     def estimate(self, drive: Array, force: Array) -> tuple[Array, NDArray[np.complex128], Array]:
         """Frequency, force over drive, coherence."""
@@ -160,7 +162,10 @@ class _Step:
         frequency = np.arange(count // 2 + 1, dtype=np.float64) * (self.wanted.sample_rate / count)
         half = max(round(float(_SMOOTHING / frequency[1])), 2)
         kernel = np.hanning(2 * half + 3)
-        uu, yy, uy = (np.convolve(part, kernel, "same") for part in (abs(u) ** 2, abs(y) ** 2, u.conj() * y))
+        uu, yy, uy = (
+            np.apply_along_axis(np.convolve, -1, part, kernel, "same")
+            for part in (abs(u) ** 2, abs(y) ** 2, u.conj() * y)
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
             response = np.nan_to_num(uy / uu)
             coherence = np.nan_to_num(abs(uy) ** 2 / (uu * yy))
@@ -183,7 +188,7 @@ class _Step:
         left = np.fft.rfft(self.wanted.values - force, self._length)
         change = np.zeros_like(left)
         change[chosen] = left[chosen] / response[chosen]
-        correction = np.fft.irfft(change, self._length)[: len(drive)]
+        correction = np.fft.irfft(change, self._length)[..., : drive.shape[-1]]
         following = Command(drive + self.relaxation * correction, self.wanted.sample_rate)
         return following, frequency, response, coherence, chosen
 
@@ -221,7 +226,7 @@ def _on_the_rig(rig: Rig, step: _Step, repeats: int, target: float) -> DriveIter
 
 def _run(rig: Rig, drive: Command) -> TestRun:
     run = simulate(rig, drive)
-    if not run.success or len(run.command) < len(drive):
+    if not run.success or len(run) < len(drive):
         raise ValueError("rig: the simulated state diverged, there is nothing to iterate from")
     if rig.plant["structure.kind"] == "bouc_wen":
         limit = rig.plant["structure.bouc_wen.yield_displacement"]
@@ -238,7 +243,9 @@ def _from_measured(measured: TestRun | Traces, step: _Step) -> DriveIteration:
     wanted = step.wanted
     if isinstance(measured, TestRun):
         drive, force, rate = measured.command, measured.force, measured.sample_rate
-        moved: Array | None = measured.displacement
+        # Of a structure that the rig describes it is known whether it can yield.
+        yields = measured._outside or measured.rig.plant["structure.kind"] == "bouc_wen"
+        moved: Array | None = measured.displacement if yields else None
     else:
         drive, force, rate = measured["command"], measured["force"], measured.sample_rate
         moved = measured["displacement"] if "displacement" in measured.columns else None
@@ -249,7 +256,7 @@ def _from_measured(measured: TestRun | Traces, step: _Step) -> DriveIteration:
         )
     if not (np.isfinite(drive).all() and np.isfinite(force).all()):
         raise ValueError("measured = NaN in it: must have no gaps")
-    if moved is not None and (left := _left_over(moved)) > _RESIDUAL:
+    if moved is not None and (left := max(map(_left_over, np.atleast_2d(moved)))) > _RESIDUAL:
         raise ValueError(
             f"displacement = {left:.0%} of its peak at the end: the specimen has yielded, and must not be "
             "iterated, for each repeat would test another one"
@@ -273,7 +280,7 @@ def _band(command: Command, given: tuple[float, float] | None) -> tuple[float, f
         if not 0.0 <= low < high <= command.sample_rate / 2.0:
             raise ValueError(f"band = {given}: must rise within 0 and {command.sample_rate / 2.0:g} Hz")
         return low, high
-    power = np.abs(np.fft.rfft(command.values)) ** 2
+    power = (np.abs(np.atleast_2d(np.fft.rfft(command.values))) ** 2).sum(axis=0)
     frequency = np.fft.rfftfreq(len(command), 1.0 / command.sample_rate)
     edge = int(np.searchsorted(np.cumsum(power), _ENERGY * power.sum()))
     return 0.0, float(frequency[min(edge, len(frequency) - 1)])

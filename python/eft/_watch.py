@@ -4,31 +4,32 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from typing import Literal, NamedTuple, TextIO
+from typing import Any, Literal, NamedTuple, TextIO
 
 import numpy as np
 
+from eft._display import shown
 from eft._native import Command, Controller, Plant, Rig, rig_keys
 
 __all__ = ["Watched", "watch"]
 
 
 class Watched(NamedTuple):
-    """What there is to see at one moment of a test."""
+    """What there is to see at one moment of a test; of several actuators arrays, but for the time."""
 
     time: float
     """Since the start, s."""
-    command: float
+    command: Any
     """N."""
-    force: float
+    force: Any
     """N."""
-    error: float
+    error: Any
     """Rms of the force error over that of the command, so far; NaN before there is a command."""
-    spool: float
+    spool: Any
     """Opening."""
-    flow_gain: float
+    flow_gain: Any
     """Estimate, over the configured one."""
-    response_delay: float
+    response_delay: Any
     """Estimate, s."""
 
 
@@ -38,7 +39,7 @@ def watch(
     """Step plant and controller through a test and look at it now and then.
 
     The loop is that of a real-time program: `Plant.state` in, `Controller.step`, `Plant.step`. It is
-    the digital realization, with ideal sensors, of one actuator.
+    the digital realization, with ideal sensors; a building has a controller for each actuator.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def watch(
     Raises
     ------
     ValueError
-        If the rig has an analog force loop, several actuators or sensors that are not ideal.
+        If the rig has an analog force loop or sensors that are not ideal, or the command does not fit it.
 
     Examples
     --------
@@ -72,15 +73,15 @@ def watch(
     if not every > 0.0:
         raise ValueError(f"every = {every}: must be above zero, in s")
     check_watchable(rig)
-    if command.values.ndim != 1:
-        raise ValueError(f"command = {command.values.shape[0]} actuators: must be of one")
+    floors = len(rig["structure.stories.masses"]) if rig["structure.kind"] == "shear_building" else 1
+    given = command.values.shape[0] if command.values.ndim > 1 else 1
+    if given != floors:
+        raise ValueError(f"command = {given} actuators: must be of {floors}, as the rig has")
     return _looks(rig, command, max(round(every * command.sample_rate), 1), dtype)
 
 
 def check_watchable(rig: Rig) -> None:
     """Refuse a rig whose test is more than the loop of plant and controller; the message names the key."""
-    if rig["structure.kind"] == "shear_building":
-        raise ValueError('structure.kind = "shear_building": must have one actuator to be watched')
     if rig["controller.realization"] != "digital" and rig["controller.force_loop"] != "robust":
         raise ValueError(
             'controller.realization = "analog": must be "digital" to be watched, where the loop is stepped '
@@ -98,38 +99,61 @@ def check_watchable(rig: Rig) -> None:
 
 
 def _looks(rig: Rig, command: Command, stride: int, dtype: Literal["f64", "f32"]) -> Iterator[Watched]:
-    rate, wanted = command.sample_rate, command.values.tolist()
-    plant, controller = Plant(rig, rate), Controller(rig, dtype, sample_rate=rate)
-    missed = asked = 0.0
+    rate, alone = command.sample_rate, command.values.ndim == 1
+    wanted = np.atleast_2d(command.values).T.tolist()
+    plant = Plant(rig, rate)
+    controllers = [Controller(rig, dtype, sample_rate=rate) for _ in wanted[0]]
+    missed, asked = np.zeros(len(controllers)), np.zeros(len(controllers))
     for index, now_wanted in enumerate(wanted):
         now = plant.state
-        missed += (now.force - now_wanted) ** 2
-        asked += now_wanted**2
+        traces = [_each(getattr(now, name)) for name in _SEEN]
+        force, spool = traces[1], traces[2]
+        missed += np.subtract(force, now_wanted) ** 2
+        asked += np.square(now_wanted)
         if index % stride == 0 or index == len(wanted) - 1:
-            error = float(np.sqrt(missed / asked)) if asked > 0.0 else float("nan")
-            yield Watched(
-                index / rate,
-                now_wanted,
-                now.force,
-                error,
-                now.spool,
-                controller.flow_gain_estimate,
-                controller.response_delay_estimate,
-            )
+            with np.errstate(invalid="ignore", divide="ignore"):
+                error = np.sqrt(missed / np.where(asked > 0.0, asked, np.nan))
+            seen = (
+                now_wanted, force, error, spool,
+                [one.flow_gain_estimate for one in controllers],
+                [one.response_delay_estimate for one in controllers],
+            )  # fmt: skip
+            yield Watched(index / rate, *(float(one[0]) if alone else np.array(one) for one in seen))
         following = wanted[min(index + 1, len(wanted) - 1)]
-        volts = controller.step(
-            now_wanted, now.velocity, now.force, now.spool, now.supply_pressure,
-            displacement=now.displacement, acceleration=now.acceleration, next_command=following,
-        )  # fmt: skip
-        plant.step(volts)
+        volts = [
+            controller.step(
+                wanted_here, velocity, force, spool, supply_pressure,
+                displacement=displacement, acceleration=acceleration, next_command=later,
+            )
+            for controller, wanted_here, later, (
+                velocity, force, spool, supply_pressure, displacement, acceleration
+            ) in zip(controllers, now_wanted, following, zip(*traces, strict=True), strict=True)
+        ]  # fmt: skip
+        plant.step(volts[0] if alone else volts)
+
+
+_SEEN = ("velocity", "force", "spool", "supply_pressure", "displacement", "acceleration")
+"""What a controller reads of the plant."""
+
+
+def _each(value: Any) -> list[float]:
+    """One number an actuator."""
+    return [float(one) for one in np.atleast_1d(value)]
 
 
 def line(look: Watched) -> str:
-    """A look as a line of text."""
+    """A look as a line of text; of several actuators that of the largest error."""
+    worst = int(np.argmax(np.nan_to_num(np.atleast_1d(look.error))))
+    _, command, force, error, spool, gain, delay = (
+        float(np.atleast_1d(one)[min(worst, np.size(one) - 1)]) for one in look
+    )
+    unit = shown("force")
+    missed = "     –" if np.isnan(error) else f"{error:6.1%}"
+    where = f"actuator {worst + 1}  " if np.size(look.force) > 1 else ""
     return (
-        f"{look.time:8.2f} s  force {look.force / 1e3:+8.2f} kN of {look.command / 1e3:+8.2f} kN  "
-        f"error {look.error:6.1%}  spool {look.spool:+5.0%}  flow gain {look.flow_gain:.3f}  "
-        f"delay {look.response_delay * 1e3:.2f} ms"
+        f"{look.time:8.2f} s  {where}force {force * unit.factor:+8.2f} {unit.unit} of "
+        f"{command * unit.factor:+8.2f} {unit.unit}  error {missed}  spool {spool:+5.0%}  "
+        f"flow gain {gain:.3f}  delay {delay * 1e3:.2f} ms"
     )
 
 

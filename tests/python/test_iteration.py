@@ -8,6 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import eft
+from buildings import building, command_of, record
 from eft.cli import main
 from eft.traces import Traces
 
@@ -95,8 +96,21 @@ def test_a_test_of_another_length_or_actuators_is_refused():
         eft.iterate(run, SHORT[:100])
     with pytest.raises(ValueError, match="command"):
         eft.iterate(RIG, eft.Command(np.zeros(100), 1024.0))
-    with pytest.raises(ValueError, match="actuators"):
+    with pytest.raises(ValueError, match="command"):
         eft.iterate(RIG, eft.Command(np.ones((2, 100)), 1024.0))
+
+
+def test_the_actuators_of_a_building_are_corrected_each():
+    rig = building(2)
+    command = command_of(rig, record(), 0.4)
+    found = eft.iterate(rig, command, repeats=3)
+    assert found.drive.values.shape == command.values.shape
+    assert found.errors[-1] < 0.5 * found.errors[0], found.errors
+    assert found.errors[0] == pytest.approx(found.runs[0].metrics().nrmse.max())
+    step = eft.iterate(found.runs[0], command)
+    np.testing.assert_allclose(step.drive.values, found.runs[1].command, atol=1e-6)
+    labels = {line.get_label() for line in found.plot(ax=Figure().subplots()).get_lines()}
+    assert {"force / drive, actuator 1", "coherence, actuator 2"} <= labels
 
 
 def test_the_command_writes_a_drive_that_a_test_runs(tmp_path, monkeypatch, capsys):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import eft
+from buildings import building
 from eft.cli import main
 
 RIG = eft.Rig.zhao2005().replace(
@@ -50,6 +51,20 @@ def test_watching_changes_nothing(capsys):
 def test_what_the_loop_leaves_out_is_refused(changes, says):
     with pytest.raises(ValueError, match=says):
         eft.watch(RIG.replace(changes), SWEEP)
+
+
+def test_a_building_is_watched_floor_by_floor(capsys):
+    rig = building(2, **{"controller.realization": "digital"})
+    tone = np.sin(2 * np.pi * 1.5 * np.arange(1024) / 2048.0)
+    command = eft.Command([3e3 * tone, 2e3 * tone], 2048.0)
+    run = eft.simulate(rig, command)
+    *_, last = eft.watch(rig, command, every=0.1)
+    np.testing.assert_allclose(last.force, run.force[:, -1], rtol=1e-9)
+    np.testing.assert_allclose(last.error, run.metrics().nrmse, rtol=1e-9)
+    eft.simulate(rig, command, watch=True)
+    assert "actuator " in capsys.readouterr().out
+    with pytest.raises(ValueError, match="command = 1 actuators: must be of 2"):
+        eft.watch(rig, SWEEP)
 
 
 def test_wrong_arguments_are_named():

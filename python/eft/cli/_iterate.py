@@ -69,6 +69,10 @@ def iterate(
     """
     check_folder(output)
     plan = plan_of(test, rig, changes, command)
+    if plan.command.values.ndim > 1:
+        raise click.UsageError(
+            "command: a file holds the drive of one actuator; of several, eft.iterate in Python gives them"
+        )
     source = plan.rig if measured is None else read_traces(measured)
     found = eft.iterate(
         source, plan.command, repeats=repeats, relaxation=relaxation, band=band, least_coherence=coherence

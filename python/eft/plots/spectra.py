@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from eft._display import shown
 from eft._signals import amplitude_spectrum, commands, labelled, sample_step
 from eft.plots._style import COMMAND, LIMIT, axes_or_new, finish, lines_for
@@ -52,18 +54,21 @@ def force_ratio(
 def drive_response(found: DriveIteration, *, band: Band | None = None, ax: Axes | None = None) -> Axes:
     """Force over drive and their coherence, as an iteration found them; 1 is exact.
 
-    Without a band: up to the highest frequency that is corrected.
+    Without a band: up to the highest frequency that is corrected. Of several actuators each has its lines.
     """
     ax = axes_or_new(ax)
+    responses, coherences = np.atleast_2d(found.response), np.atleast_2d(found.coherence)
     if band is None:
-        corrected = found.frequency[found.corrected]
+        corrected = found.frequency[np.atleast_2d(found.corrected).any(axis=0)]
         band = (0.0, float(corrected.max()) if corrected.size else float(found.frequency[-1]))
     inside = (found.frequency >= band[0]) & (found.frequency <= band[1])
     frequency = found.frequency[inside]
-    response, coherence = lines_for(("response", "coherence"))
+    looks = lines_for(f"{one}" for one in range(2 * len(responses)))
     ax.axhline(1.0, label="exact", **LIMIT.keywords())
-    ax.plot(frequency, abs(found.response[inside]), label="force / drive", **response.keywords())
-    ax.plot(frequency, found.coherence[inside], label="coherence", **coherence.keywords())
+    for floor, (response, coherence) in enumerate(zip(responses, coherences, strict=True), 1):
+        where = f", actuator {floor}" if len(responses) > 1 else ""
+        ax.plot(frequency, abs(response[inside]), label=f"force / drive{where}", **next(looks).keywords())
+        ax.plot(frequency, coherence[inside], label=f"coherence{where}", **next(looks).keywords())
     ax.set_xlim(*band)
     ax.set_ylim(bottom=0)
     return finish(ax, xlabel="frequency (Hz)", ylabel="ratio (1)")
