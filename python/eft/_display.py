@@ -5,6 +5,8 @@ from __future__ import annotations
 from types import TracebackType
 from typing import Literal, NamedTuple
 
+from eft._native import quantity
+
 __all__ = ["Shown", "UnitSystem", "shown", "use_units"]
 
 UnitSystem = Literal["si", "us"]
@@ -22,29 +24,27 @@ class Shown(NamedTuple):
         return f"{value * self.factor:{form}} {self.unit}".rstrip()
 
 
-_INCH, _POUND, _GALLON = 0.0254, 4.4482216152605, 231 * 0.0254**3
-
-_SYSTEMS: dict[UnitSystem, dict[str, Shown]] = {
+_UNITS: dict[UnitSystem, dict[str, tuple[str, str]]] = {
     "si": {
-        "force": Shown("kN", 1e-3),
-        "length": Shown("mm", 1e3),
-        "velocity": Shown("m/s", 1.0),
-        "acceleration": Shown("m/s²", 1.0),
-        "pressure": Shown("MPa", 1e-6),
-        "flow": Shown("L/min", 6e4),
-        "mass": Shown("kg", 1.0),
-        "power": Shown("kW", 1e-3),
+        "force": ("kN", "N"), "length": ("mm", "m"), "velocity": ("m/s", "m/s"), "mass": ("kg", "kg"),
+        "acceleration": ("m/s²", "m/s²"), "pressure": ("MPa", "Pa"), "flow": ("L/min", "m³/s"),
+        "power": ("kW", "W"),
     },
     "us": {
-        "force": Shown("kip", 1e-3 / _POUND),
-        "length": Shown("in", 1 / _INCH),
-        "velocity": Shown("in/s", 1 / _INCH),
-        "acceleration": Shown("g", 1 / 9.80665),
-        "pressure": Shown("psi", _INCH**2 / _POUND),
-        "flow": Shown("gpm", 60 / _GALLON),
-        "mass": Shown("lb", 9.80665 / _POUND),
-        "power": Shown("hp", 1 / (550 * 12 * _INCH * _POUND)),
+        "force": ("kip", "N"), "length": ("in", "m"), "velocity": ("in/s", "m/s"), "mass": ("lb", "kg"),
+        "acceleration": ("g", "m/s²"), "pressure": ("psi", "Pa"), "flow": ("gpm", "m³/s"),
+        "power": ("hp", "W"),
     },
+}  # fmt: skip
+"""The unit in which each quantity is shown, and its SI unit."""
+
+_HORSEPOWER = "550 ft·lbf/s"
+_SYSTEMS = {
+    system: {
+        name: Shown(unit, 1.0 / quantity(name, _HORSEPOWER if unit == "hp" else f"1 {unit}", si))
+        for name, (unit, si) in units.items()
+    }
+    for system, units in _UNITS.items()
 }
 _COMMON = {
     "time": Shown("s", 1.0),

@@ -6,36 +6,49 @@ import difflib
 import re
 from dataclasses import dataclass
 
+from eft._native import quantity as si_value
 from eft._table import TRACES
 
-_INCH = 0.0254
-_FOOT = 12 * _INCH
-_POUND = 4.4482216152605
-_GRAVITY = 9.80665
-_GALLON = 231 * _INCH**3
-_PSI = _POUND / _INCH**2
-
-_UNITS: dict[str, dict[str, float]] = {
-    "time": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "min": 60.0},
-    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": _POUND, "lb": _POUND, "kip": 1e3 * _POUND},
-    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": _INCH, "inch": _INCH, "ft": _FOOT},
-    "velocity": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "in/s": _INCH, "ft/s": _FOOT},
-    "acceleration": {"m/s2": 1.0, "cm/s2": 1e-2, "gal": 1e-2, "g": _GRAVITY, "in/s2": _INCH, "ft/s2": _FOOT},
-    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "psi": _PSI, "ksi": 1e3 * _PSI},
-    "flow": {"m3/s": 1.0, "L/s": 1e-3, "L/min": 1e-3 / 60, "lpm": 1e-3 / 60, "gpm": _GALLON / 60,
-             "in3/s": _INCH**3},
-    "voltage": {"V": 1.0, "mV": 1e-3},
-    "ratio": {"1": 1.0, "-": 1.0, "%": 1e-2},
+_SI = {
+    "time": "s", "force": "N", "length": "m", "velocity": "m/s", "acceleration": "m/s2", "pressure": "Pa",
+    "flow": "m3/s", "voltage": "V", "ratio": "1",
 }  # fmt: skip
+"""The unit in which a quantity is kept."""
 
-
-_OTHER_NAMES = {
-    "velocity": {"mps": 1.0},
-    "acceleration": {"mps2": 1.0},
-    "flow": {"m3ps": 1.0},
-    "length": {"inches": _INCH},
+_NAMES_OF = {
+    "time": "s sec ms min",
+    "force": "N kN MN lbf lb kip",
+    "length": "m cm mm in inch ft",
+    "velocity": "m/s cm/s mm/s in/s ft/s",
+    "acceleration": "m/s2 cm/s2 gal g in/s2 ft/s2",
+    "pressure": "Pa kPa MPa bar psi ksi",
+    "flow": "m3/s L/s L/min lpm gpm in3/s",
+    "voltage": "V mV",
+    "ratio": "1 - %",
 }
+"""What the headers of laboratories write."""
+
+_OTHER_NAMES = {"velocity": "mps", "acceleration": "mps2", "flow": "m3ps", "length": "inches"}
 """Names that stand in for a unit where a name may have no slash."""
+
+_MEANT = {
+    "sec": "s", "lb": "lbf", "inch": "in", "inches": "in", "gal": "cm/s2", "-": "1", "mps": "m/s",
+    "mps2": "m/s2", "m3ps": "m3/s",
+}  # fmt: skip
+"""Names that a rig's table of units does not have, or has for something else, as `lb` for a mass."""
+
+
+def _factors(dimension: str, names: str) -> dict[str, float]:
+    """Factor of each name to SI, from the table that the keys of a rig are read with."""
+    si = _SI[dimension]
+    return {name: si_value(name, f"1 {_MEANT.get(name, name)}", si) for name in names.split()}
+
+
+_UNITS = {dimension: _factors(dimension, names) for dimension, names in _NAMES_OF.items()}
+_KNOWN = {
+    dimension: units | _factors(dimension, _OTHER_NAMES.get(dimension, ""))
+    for dimension, units in _UNITS.items()
+}
 
 
 @dataclass(frozen=True)
@@ -60,7 +73,6 @@ QUANTITIES = {
     "valve_command": Quantity("voltage", ("valve", "servo command")),
     "compensation": Quantity("voltage", ()),
 }
-_SI = {name: next(iter(units)) for name, units in _UNITS.items()}
 _DIMENSIONS = {unit.replace("1", ""): name for name, unit in _SI.items()}
 # The other traces of a run, under their own names only.
 QUANTITIES |= {
@@ -94,7 +106,7 @@ def allowed_units(quantity: str) -> tuple[str, ...]:
 def to_si(quantity: str, unit: str) -> float:
     """Factor from `unit` to SI; a ValueError names what is allowed."""
     dimension = QUANTITIES[quantity].dimension
-    known = _UNITS[dimension] | _OTHER_NAMES.get(dimension, {})
+    known = _KNOWN[dimension]
     plain = unit.strip().replace("²", "2").replace("³", "3").replace("^", "").replace(" ", "")
     plain = plain.replace("sec", "s").replace("Sec", "s") if plain.lower() != "sec" else "s"
     for candidate in (plain, plain.removesuffix("s") if len(plain) > 2 else plain, plain.removesuffix("es")):
