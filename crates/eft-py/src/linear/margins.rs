@@ -159,12 +159,12 @@ pub(crate) fn margins_within(
     level: f64,
     dead_time: f64,
     loop_gain: f64,
-) -> PyResult<(f64, Option<(f64, f64, f64)>)> {
+) -> PyResult<(f64, Option<[f64; 3]>)> {
     let reach = Reach { level, dead_time, loop_gain };
     let time = Time::Sampled(sample_rate);
     let found = py.detach(|| linear::margins_within(&rig.config, FlowGain::Steeper, time, reach));
     let (growth_rate, within) = found.map_err(to_python)?;
-    Ok((growth_rate, within.map(|found| (found.level, found.dead_time, found.loop_gain))))
+    Ok((growth_rate, within.map(|found| [found.level, found.dead_time, found.loop_gain])))
 }
 
 /// Return a quantity of the sampled loop over two settings: one row for each value of `vertical`.
