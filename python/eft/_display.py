@@ -28,12 +28,12 @@ _UNITS: dict[UnitSystem, dict[str, tuple[str, str]]] = {
     "si": {
         "force": ("kN", "N"), "length": ("mm", "m"), "velocity": ("m/s", "m/s"), "mass": ("kg", "kg"),
         "acceleration": ("m/s²", "m/s²"), "pressure": ("MPa", "Pa"), "flow": ("L/min", "m³/s"),
-        "power": ("kW", "W"),
+        "power": ("kW", "W"), "stiffness": ("N/m", "N/m"), "damping": ("N·s/m", "N·s/m"),
     },
     "us": {
         "force": ("kip", "N"), "length": ("in", "m"), "velocity": ("in/s", "m/s"), "mass": ("lb", "kg"),
         "acceleration": ("g", "m/s²"), "pressure": ("psi", "Pa"), "flow": ("gpm", "m³/s"),
-        "power": ("hp", "W"),
+        "power": ("hp", "W"), "stiffness": ("kip/in", "N/m"), "damping": ("kip·s/in", "N·s/m"),
     },
 }  # fmt: skip
 """The unit in which each quantity is shown, and its SI unit."""
@@ -54,7 +54,7 @@ _COMMON = {
 _DIMENSIONS = {
     "N": "force", "m": "length", "m/s": "velocity", "m/s²": "acceleration", "m/s2": "acceleration",
     "Pa": "pressure", "m³/s": "flow", "m3/s": "flow", "kg": "mass", "W": "power", "s": "time", "V": "voltage",
-    "1": "ratio",
+    "1": "ratio", "N/m": "stiffness", "N·s/m": "damping",
 }  # fmt: skip
 """What is measured in an SI unit."""
 
@@ -84,7 +84,8 @@ def use_units(system: UnitSystem) -> _Restore:
     Parameters
     ----------
     system : {"si", "us"}
-        "si": kN, mm, m/s, m/s², MPa, L/min, kg, kW. "us": kip, in, in/s, g, psi, gpm, lb, hp.
+        "si": kN, mm, m/s, m/s², MPa, L/min, kg, kW, N/m, N·s/m. "us": kip, in, in/s, g, psi, gpm, lb, hp,
+        kip/in, kip·s/in.
 
     Returns
     -------

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 import eft
 from eft import _display, plots
 from eft.cli import main
+from eft.demo import tables as demo_tables
 from eft.traces import Traces, read_traces, write_run
 
 RATE = 512.0
@@ -175,3 +176,23 @@ def test_a_quantity_has_one_unit_in_every_picture(system):
     demand = next(one for one in high.demands if one.name == "displacement")
     shown = _display.shown("length", system)(demand.required)
     assert shown in moved and demand.unit == "m"
+
+
+@pytest.mark.parametrize(("system", "length", "damping"), [("si", "mm", "N·s/m"), ("us", "in", "kip·s/in")])
+def test_maps_and_the_demo_s_tables_have_the_units_in_use(system, length, damping):
+    found = eft.linear.stability_map(
+        RIG, ("compensation.level", [0.9, 1.1]), ("structure.damping", [2e3, 4e3])
+    )
+    with eft.use_units(system):
+        ax = plots.stability_map(found, ax=Figure().subplots())
+        table = demo_tables.sweeps([])
+    assert ax.get_ylabel() == f"damping ({damping})" and f"|x| {length}" in table.columns
+    low, high = ax.get_ylim()
+    factor = _display.shown("damping", system).factor
+    assert low < 2e3 * factor < 4e3 * factor < high < 8e3 * factor
+
+
+def test_the_option_is_taken_by_every_command_that_shows_quantities(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    axes = ["--x", "compensation.level", "0.9", "1.1", "2", "--y", "structure.damping", "1", "9", "2"]
+    assert main(["map", *axes, "--units", "us", "-o", "map.svg"]) == 0

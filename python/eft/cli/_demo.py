@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from eft.cli._output import FILE, epilog
+from eft.cli._output import FILE, epilog, units_option
 
 
 @click.command(
@@ -22,6 +22,7 @@ from eft.cli._output import FILE, epilog
 @click.option(
     "--output", type=FILE, default=Path("demo-output"), show_default=True, help="Folder to write to."
 )
+@units_option
 def demo(record: Path | None, unit: str | None, scale: float | None, short: bool, output: Path) -> int:
     """Run the paper's tests and an earthquake on the virtual rig, and compare them with the paper's numbers.
 

@@ -10,7 +10,7 @@ import click
 import eft
 from eft._files import beside, write_text
 from eft._test_file import read_rig
-from eft.cli._output import FILE, as_json, emit_json, epilog, json_text, settings
+from eft.cli._output import FILE, as_json, emit_json, epilog, json_text, settings, units_option
 from eft.traces._write import check_folder
 
 _PICTURES = (".png", ".svg", ".pdf")
@@ -43,6 +43,7 @@ _MOST = 250_000
     "-o", "--output", "outputs", type=FILE, multiple=True,
     help="Picture (.png, .svg, .pdf) or data (.csv, .json); may be repeated. Default: map.png",
 )  # fmt: skip
+@units_option
 @as_json
 def stability_map(
     file: Path | None,
@@ -121,13 +122,15 @@ def _write(found: eft.linear.StabilityMap, rig: eft.Rig, target: Path) -> None:
         # Here, for matplotlib takes its time.
         from eft import plots
         from eft.plots._style import page, printed
+        from eft.plots.planning import map_axis
 
         with printed(), beside(target) as temporary:
             figure = page(4.0)
             ax = plots.stability_map(found, ax=figure.subplots())
             ax.set_title(rig["name"] or "")
-            here = rig[found.horizontal_key], rig[found.vertical_key]
             if found.quantity == "growth_rate":
+                keys = found.horizontal_key, found.vertical_key
+                here = [rig[key] * map_axis(key).factor for key in keys]
                 ax.plot(*here, "o", color="black", markerfacecolor="white", label="this rig")
                 ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
             figure.savefig(temporary)

@@ -14,6 +14,7 @@ from tqdm import tqdm
 
 import eft
 from eft import paper
+from eft._display import shown
 from eft.demo import experiments, figures, report, tables
 
 
@@ -110,10 +111,11 @@ def _about(quake: experiments.Earthquake) -> str:
     record = quake.record
     messages = "\n".join(f"- {scheme}: {run.message}" for scheme, run in quake.runs.items())
     duration = len(record.acceleration) * record.dt
-    peak = abs(quake.command.values).max() / 1e3
+    peak = shown("force")(abs(quake.command.values).max(), ".1f")
+    pga = shown("acceleration")(record.pga, ".3g")
     return (
-        f"{record.name}: peak ground acceleration {record.pga:.3g} m/s², {duration:.1f} s, "
-        f"scaled by {quake.scale:g}; the command peaks at {peak:.1f} kN. "
+        f"{record.name}: peak ground acceleration {pga}, {duration:.1f} s, "
+        f"scaled by {quake.scale:g}; the command peaks at {peak}. "
         "The paper's own test used another record, so the table quotes its words instead of its numbers. "
         f"How the tests went:\n\n{messages}"
     )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from rich import box
 from rich.table import Table as RichTable
 
+from eft._display import shown
 from eft.demo.experiments import Earthquake, EarthquakeNumbers, SweepResult, observe
 from eft.paper import Numbers, load
 
@@ -68,7 +69,7 @@ def sweeps(results: Sequence[SweepResult]) -> Table:
             "test",
             "",
             "spool",
-            "|x| mm",
+            f"|x| {shown('length').unit}",
             "NRMSE",
             "lowest at Hz",
             "highest at Hz",
@@ -92,7 +93,7 @@ def earthquake(test: Earthquake) -> Table:
             "scheme",
             "spool",
             "force NRMSE",
-            "|x| mm",
+            f"|x| {shown('length').unit}",
             "of ideal",
             "x NRMSE",
             "the paper, of its own test",
@@ -107,7 +108,7 @@ def _cells(numbers: Numbers | None) -> tuple[str, ...]:
         return ("-",) * 5
     return (
         f"{numbers.max_spool:.4f}",
-        f"{numbers.max_displacement * 1e3:.2f}",
+        _length(numbers.max_displacement),
         f"{numbers.nrmse:.4f}",
         f"{numbers.ratio_min:.4f} at {numbers.ratio_min_at:.3f}",
         f"{numbers.ratio_max:.4f} at {numbers.ratio_max_at:.3f}",
@@ -118,7 +119,12 @@ def _earthquake_cells(numbers: EarthquakeNumbers) -> tuple[str, ...]:
     return (
         f"{numbers.max_spool:.1%}",
         f"{numbers.force_nrmse:.4f}",
-        f"{numbers.max_displacement * 1e3:.1f}",
+        _length(numbers.max_displacement),
         f"{numbers.peak_reached:.0%}",
         f"{numbers.displacement_nrmse:.4f}",
     )
+
+
+def _length(value: float) -> str:
+    """Four digits in the unit of the heading."""
+    return f"{value * shown('length').factor:.4g}"

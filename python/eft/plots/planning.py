@@ -80,32 +80,34 @@ def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
     value of the vertical one.
     """
     ax = axes_or_new(ax)
+    across, up = map_axis(found.horizontal_key), map_axis(found.vertical_key)
+    horizontal = found.horizontal * across.factor
     if found.quantity == "level" or found.vertical.dtype.kind not in "fiu":
         for label, row, line in zip(
             found.vertical, found.values, lines_for(map(str, found.vertical)), strict=True
         ):
             shown = np.where(np.isfinite(row), row, np.nan)
-            ax.plot(found.horizontal, shown, label=str(label), **line.keywords())
+            ax.plot(horizontal, shown, label=str(label), **line.keywords())
         finish(ax, xlabel=_axis_label(found.horizontal_key), ylabel=_QUANTITIES[found.quantity])
         ax.ticklabel_format(axis="y", useOffset=False)
         finite = found.values[np.isfinite(found.values)]
         if finite.size and np.ptp(finite) < _ALIKE * finite.max():
             # Levels that hardly differ must not look as if they did.
             ax.set_ylim(finite.mean() * (1.0 - _ALIKE), finite.mean() * (1.0 + _ALIKE))
-        _logarithmic(ax.set_xscale, found.horizontal)
+        _logarithmic(ax.set_xscale, horizontal)
         return ax
+    vertical = found.vertical * up.factor
     # Beyond that, how fast it grows or decays no longer matters.
     shown = np.clip(found.values, -2.0, 2.0)
     mesh = ax.pcolormesh(
-        found.horizontal, found.vertical, shown, cmap="RdBu_r", vmin=-2.0, vmax=2.0, shading="nearest",
-        rasterized=True,
-    )  # fmt: skip
+        horizontal, vertical, shown, cmap="RdBu_r", vmin=-2.0, vmax=2.0, shading="nearest", rasterized=True
+    )
     if min(found.values.shape) > 1 and found.values.min() < 0 < found.values.max():
-        ax.contour(found.horizontal, found.vertical, found.values, levels=[0.0], colors=BLACK, linewidths=1.2)
+        ax.contour(horizontal, vertical, found.values, levels=[0.0], colors=BLACK, linewidths=1.2)
     ax.figure.colorbar(mesh, ax=ax, label=_QUANTITIES[found.quantity], extend="both")
     finish(ax, xlabel=_axis_label(found.horizontal_key), ylabel=_axis_label(found.vertical_key), legend=False)
-    _logarithmic(ax.set_xscale, found.horizontal)
-    _logarithmic(ax.set_yscale, found.vertical)
+    _logarithmic(ax.set_xscale, horizontal)
+    _logarithmic(ax.set_yscale, vertical)
     return ax
 
 
@@ -147,10 +149,14 @@ _ALIKE = 0.02
 _QUANTITIES = {"growth_rate": "growth rate (1/s)", "level": "largest stable level"}
 
 
+def map_axis(key: str) -> _display.Shown:
+    """The unit in which a key of the rig is drawn."""
+    return _display.shown(next((row["unit"] for row in eft.rig_keys() if row["key"] == key), ""))
+
+
 def _axis_label(key: str) -> str:
     """The last part of a dotted key in words, with its unit."""
-    unit = next((row["unit"] for row in eft.rig_keys() if row["key"] == key), "")
-    words = key.rpartition(".")[2].replace("_", " ")
+    unit, words = map_axis(key).unit, key.rpartition(".")[2].replace("_", " ")
     return f"{words} ({unit})" if unit else words
 
 
