@@ -37,6 +37,7 @@ _METRICS: dict[MetricName, tuple[str, float, str]] = {
     "nrmse_delay_removed": ("the same without the delay", 100.0, "%"),
     "nrmse_bias_free": ("the same without the offset", 100.0, "%"),
     "peak_error": ("largest force error over the largest command", 100.0, "%"),
+    "oscillation": ("oscillation of the oil column, 30 to 150 Hz", 100.0, "%"),
     "delay": ("delay of the force", 1e3, "ms"),
     "fei_amplitude": ("evaluation index: amplitude", 1.0, ""),
     "fei_delay": ("evaluation index: delay", 1e3, "ms"),
