@@ -5,6 +5,7 @@ import eft
 DATA_SHEET = eft.data_sheets.TEMPLATE
 CSV = "time (s),force (kN)\n0,1\n0.1,2\n0.2,1\n"
 COMMAND = '[command]\nkind = "sweep"\namplitude = 1.0\nf_start = 0.0\nf_end = 10.0\nduration = 1.0\n'
+VALVE = '[[valve]]\nname = "A"\nrated_flow = "10 gpm"\nrated_drop = "1000 psi"\nphase_90_frequency = 60\n'
 SWEEP = ["run", "--sweep", "1", "0", "10", "1"]
 RECORD = ["run", "--record"]
 CORRECTED = ["--set", "compensation.adaptive=true", "--set", "compensation.curve_correction=true"]
@@ -611,4 +612,63 @@ WRONG = {
     "test and study at once": (["init", "a.toml", "--test", "--study"], {}, ["--test or --study"]),
     "one run twice": (["report", "a.eft", "a.eft"], {"a.eft": "words"}, ["a.eft is given twice"]),
     "demo of a folder": (["demo", "--record", "."], {}, ["irectory"]),
+    # a catalogue of valves
+    "catalogue without a valve": (
+        ["check", *SWEEP[1:], "--valves", "valves.toml"],
+        {"valves.toml": 'name = "A"\n'},
+        ["valves.toml", "[[valve]]"],
+    ),
+    "valve without a name": (
+        ["check", *SWEEP[1:], "--valves", "valves.toml"],
+        {"valves.toml": VALVE.replace('name = "A"', "")},
+        ["valves.toml", "valve 1", "name"],
+    ),
+    "valve that is there twice": (
+        ["check", *SWEEP[1:], "--valves", "valves.toml"],
+        {"valves.toml": VALVE + VALVE},
+        ["valves.toml", "valve 2", "twice"],
+    ),
+    "valve without its flow": (
+        ["check", *SWEEP[1:], "--valves", "valves.toml"],
+        {"valves.toml": VALVE.replace('rated_flow = "10 gpm"', "")},
+        ["valves.toml", "valve A", "missing rated_flow"],
+    ),
+    "valve with a flow in psi": (
+        ["check", *SWEEP[1:], "--valves", "valves.toml"],
+        {"valves.toml": VALVE.replace("10 gpm", "10 psi")},
+        ["valves.toml", "valve A", "10 psi"],
+    ),
+    "valve with an unknown key": (
+        ["check", *SWEEP[1:], "--valves", "valves.toml"],
+        {"valves.toml": VALVE + "flow = 1.0\n"},
+        ["valve A", "unknown key `flow`", "rated_flow"],
+    ),
+    "catalogue that is a folder": (["check", *SWEEP[1:], "--valves", "."], {}, ["must be a file"]),
+    "remedies of a table": (
+        ["check", *SWEEP[1:], "--valves", "valves.toml", "--try-remedies"],
+        {"valves.toml": VALVE},
+        ["--try-remedies"],
+    ),
+    # measured data
+    "drive of a test without its command": (
+        ["iterate", "--sweep", "1", "0", "10", "1", "--measured", "a.csv"],
+        {"a.csv": CSV},
+        ["a.csv", "no command", "force"],
+    ),
+    "drive of a test of another length": (
+        ["iterate", "--sweep", "1", "0", "10", "1", "--measured", "a.csv"],
+        {"a.csv": "time (s),command (kN),force (kN)\n0,1,1\n0.1,2,2\n0.2,1,1\n"},
+        ["samples", "must fit the measured test of 3"],
+    ),
+    "drives of several actuators": (
+        ["iterate", "--record", "elcentro", *BUILDING],
+        {},
+        ["one actuator", "eft.iterate"],
+    ),
+    "spool in volts of an unknown sensor": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s),spool (V)\n0,1\n0.1,2\n0.2,1\n"},
+        ["a.csv", "--rig"],
+    ),
+    "watched analog loop": ([*SWEEP, "--watch"], {}, ["controller.realization", "digital"]),
 }

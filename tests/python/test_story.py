@@ -1,0 +1,82 @@
+"""A laboratory's story, from data sheets to a verdict: the page's numbers are those of the command line."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import eft
+from eft.cli import main
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "data-sheet.md"
+SMALL = """
+name = "small rig"
+structure = { mass = "500 kg", frequency = "5 Hz", damping_ratio = "2 %" }
+actuator = { force = "25 kN", stroke = "150 mm" }
+servovalve = { rated_flow = "10 gpm", rated_drop = "1000 psi", phase_90_frequency = "100 Hz" }
+[supply]
+pressure = "3000 psi"
+pump_flow = "10 gpm"
+accumulator_volume = "1 gal"
+precharge = "1500 psi"
+"""
+
+
+@pytest.fixture
+def rigs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "sheet.toml", "--data-sheet"]) == 0
+    Path("small-sheet.toml").write_text(SMALL, encoding="utf-8")
+    assert main(["init", "large.toml", "--from-data-sheet", "sheet.toml"]) == 0
+    assert main(["init", "small.toml", "--from-data-sheet", "small-sheet.toml"]) == 0
+
+
+def answer(capsys, *arguments, code=0):
+    capsys.readouterr()
+    assert main([*arguments, "--json"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+QUAKE = ["--record", "elcentro", "--scale", "0.5"]
+
+
+def test_the_page_s_numbers_are_those_of_its_commands(rigs, capsys):
+    text = PAGE.read_text(encoding="utf-8")
+    outputs = re.findall(r"```text output\n(.*?)```", text, re.DOTALL)
+    told, most = outputs[0].splitlines()
+    large = answer(capsys, "check", "--rig", "large.toml", *QUAKE, "--largest")
+    assert told == f"{large['verdict']}: {' '.join(large['reasons'])} {large['summary']}"
+    # The page gives the factor on the record, the command that on the test, to 2 %.
+    factor = float(re.search(r"at most ([\d.]+)", most).group(1))
+    assert 0.5 * large["largest_scale"] == pytest.approx(factor, rel=0.03)
+    run = answer(capsys, "run", "--rig", "large.toml", *QUAKE, "-o", "large.eft")
+    assert (run["grade"], run["reasons"]) == (large["verdict"], large["reasons"])
+    assert main(["report", "large.eft"]) == 0
+    page = Path("large.html").read_text(encoding="utf-8")
+    assert all(reason in page for reason in large["reasons"])
+    small = answer(capsys, "check", "--rig", "small.toml", *QUAKE)
+    assert outputs[2] == f"{small['verdict']}: {small['summary']}\n"
+
+
+@pytest.mark.parametrize("rig", ["large", "small"])
+def test_two_per_cent_of_flow_gain_untold_is_refused_and_helped(rig, rigs, capsys):
+    plain = ["--set", "compensation.adaptive=false", "--set", "truth.servovalve.flow_gain_scale=1.02"]
+    told = answer(capsys, "check", "--rig", f"{rig}.toml", *QUAKE, *plain, "--try-remedies", code=1)
+    assert told["verdict"] == "no" and told["metrics"]["nrmse"] > 0.3
+    assert any("servovalve.flow_gain_scale = 1.02" in reason for reason in told["reasons"])
+    assert told["remedies"]["compensation.adaptive"] is True
+    assert told["with_remedies"]["grade"] != "no"
+    helped = eft.Rig.from_toml(f"{rig}.toml").replace({"truth.servovalve.flow_gain_scale": 1.02})
+    helped = helped.replace(told["remedies"])
+    Path("helped.toml").write_text(helped.to_toml(), encoding="utf-8")
+    assert answer(capsys, "run", "--rig", "helped.toml", *QUAKE)["metrics"]["nrmse"] < 0.02
+
+
+def test_a_margin_of_0_4_db_is_no_go(capsys, rigs):
+    rig = ["--set", "controller.realization=digital", "--set", "controller.proportional_gain=0.88"]
+    told = answer(capsys, "check", "--sweep", "2000", "0.5", "8", "4", *rig, code=1)
+    margin = next(
+        float(re.search(r"is ([\d.]+) ", one).group(1)) for one in told["reasons"] if "gain margin" in one
+    )
+    assert 1.0 < margin < 1.06 and told["verdict"] == "no"
