@@ -1,8 +1,8 @@
 //! A rig's controller on an STM32G474 (Nucleo-G474RE) under RTIC: the tick in the converter's interrupt, the learner
 //! in a task below it.
 //!
-//! TIM2 starts both converters at the sample rate; the end of their sequence runs the tick. The analog pins are those
-//! of the board's Arduino header. The clock is the internal oscillator through the PLL, 170 MHz.
+//! TIM2 starts both converters at the sample rate; the end of their sequence runs the tick. All pins are on the
+//! board's Arduino header. The clock is the internal oscillator through the PLL, 170 MHz.
 #![no_std]
 #![no_main]
 
