@@ -24,6 +24,9 @@ export PYO3_PYTHON := $(abspath $(PY))
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export MPLBACKEND := Agg
 
+# Part of the wheel, for notebooks.
+PAGE := python/eft/data/explore.html
+
 RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -name build.rs \) -not -path '*/target/*' -not -path 'crates/*/tests/*') \
   Cargo.toml Cargo.lock
 
@@ -93,12 +96,14 @@ docs: $(VENV)/.built $(VENV)/.extra-docs ## Build the documentation, warnings ar
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
-explore: $(VENV)/.made ## Make the virtual rig as one page for a browser, docs/_explore/eft.html
-	$(CARGO) build --locked --release --target wasm32-unknown-unknown --lib \
-	  --manifest-path crates/eft-web/Cargo.toml --target-dir target/web
-	$(PY) crates/eft-web/page/build.py target/web/wasm32-unknown-unknown/release/eft_web.wasm docs/_explore/eft.html
+explore: $(PAGE) ## Make the virtual rig as one page for a browser and for notebooks, docs/_explore/eft.html
 
-dist: $(VENV)/.made ## Build the wheel and the source distribution
+$(PAGE): $(VENV)/.made $(RUST_SOURCES) crates/eft-web/page/build.py crates/eft-web/page/explore.html
+	$(CARGO) build --locked --profile web --target wasm32-unknown-unknown --package eft-web --lib
+	$(PY) crates/eft-web/page/build.py target/wasm32-unknown-unknown/web/eft_web.wasm $@
+	mkdir -p docs/_explore && cp $@ docs/_explore/eft.html
+
+dist: $(VENV)/.made $(PAGE) ## Build the wheel and the source distribution
 	rm -rf dist
 	$(BIN)/maturin build --release --locked --out dist
 	$(BIN)/maturin sdist --out dist
@@ -112,7 +117,7 @@ release-check: $(VENV)/.built ## Build and try the files of a release: wheels fo
 clean: ## Remove everything that was built
 	$(CARGO) clean
 	rm -rf $(VENV) dist docs/_build docs/*/_generated demo-output
-	rm -f python/eft/_native*.so
+	rm -rf python/eft/_native*.so $(PAGE) docs/_explore
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \

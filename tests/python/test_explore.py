@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import eft
+from browsers import FLAGS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "_explore" / "eft.html"
@@ -53,13 +54,13 @@ addEventListener("load", () => { const wait = setInterval(() => {
 """
 
 
-def opened(folder, link=""):
-    text = PAGE.read_text(encoding="utf-8")
+def opened(folder, link="", text=None):
+    text = text or PAGE.read_text(encoding="utf-8")
     page = folder / "page.html"
     page.write_text(text.replace("</body>", PROBE + "</body>"), encoding="utf-8")
     done = subprocess.run(
-        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile",
-         "--window-size=1200,1600", "--virtual-time-budget=200000000", "--dump-dom", page.as_uri() + link],
+        [CHROMIUM, *FLAGS, f"--user-data-dir={folder}/profile", "--window-size=1200,1600",
+         "--virtual-time-budget=200000000", "--dump-dom", page.as_uri() + link],
         capture_output=True, text=True, timeout=240, check=False,
     )  # fmt: skip
     found = re.search(r'<pre id="probe">([A-Za-z0-9+/=]+)</pre>', done.stdout)
@@ -123,7 +124,7 @@ def opened_state(folder, module):
     page = folder / "page.html"
     page.write_text(text, encoding="utf-8")
     done = subprocess.run(
-        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile",
+        [CHROMIUM, *FLAGS, f"--user-data-dir={folder}/profile",
          "--virtual-time-budget=2000000", "--dump-dom", page.as_uri()],
         capture_output=True, text=True, timeout=120, check=False,
     )  # fmt: skip
