@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from eft import _display
+from eft._explore import explore
 from eft._native import Command, FlowTable, LinearModel, Record, Rig
 
 if TYPE_CHECKING:
@@ -146,3 +147,4 @@ def teach_native() -> None:
         setattr(kind, "plot", plotter(name))  # noqa: B010
         setattr(kind, "_repr_html_", to_html)  # noqa: B010
     setattr(_native.Rig, "_repr_html_", _rig)  # noqa: B010
+    setattr(_native.Rig, "explore", explore)  # noqa: B010

@@ -35,9 +35,9 @@ pub struct Told {
     pub hash: String,
 }
 
-/// A test as its settings describe it: `key = value` a line over the paper's rig, the value a number, `true`, `false` or a
-/// text in quotation marks. The keys of the
-/// command are `command.amplitude` (N), `command.f_start`, `command.f_end` (Hz) and `command.duration` (s); all others
+/// A test as its settings describe it: `key = value` a line over the paper's rig, the value a number, `true`, `false`, a
+/// text in quotation marks, a list of numbers in brackets, or `none` for a key that the rig does not have. The last value
+/// of a key counts. The keys of the command are `command.amplitude` (N), `command.f_start`, `command.f_end` (Hz) and `command.duration` (s); all others
 /// are the rig's.
 #[derive(Debug, Clone)]
 pub struct Session {
@@ -60,21 +60,27 @@ impl Session {
     /// A line that is no setting, an unknown key, a value that is not allowed, or a command of too many samples.
     pub fn new(settings: &str) -> Result<Self> {
         let mut sweep = Sweep { amplitude: 8900.0, f_start: 0.0, f_end: 10.0, duration: 32.0 };
-        let mut changes = Vec::new();
+        let (mut removed, mut changes) = (Vec::new(), Vec::new());
         for line in settings.lines().filter(|line| !line.trim().is_empty()) {
             let (key, text) = line.split_once('=').ok_or_else(|| {
                 Error::value("settings", format!("{line:?}"), "must be key = value in every line")
             })?;
             let (key, text) = (key.trim(), text.trim());
+            if text == "none" {
+                removed.push(key.to_owned());
+                continue;
+            }
             let value = value_of(text).ok_or_else(|| {
-                Error::value(key, text, "must be true, false, a number or a text in quotation marks")
+                let allowed =
+                    "must be true, false, none, a number, a list of numbers or a text in quotation marks";
+                Error::value(key, text, allowed)
             })?;
             match key.strip_prefix("command.") {
                 Some(name) => sweep.set(name, &value)?,
                 None => changes.push((key.to_owned(), value)),
             }
         }
-        let rig = RigConfig::zhao2005().replace(&changes)?;
+        let rig = RigConfig::zhao2005().edit(&removed, &changes)?;
         let samples = sweep.duration * rig.controller.sample_rate;
         if !(samples <= MOST_SAMPLES) {
             let allowed = format!("must be of at most {MOST_SAMPLES} samples here");
@@ -156,8 +162,12 @@ impl Sweep {
     }
 }
 
-/// What a value says. A page writes these three kinds only, and a parser of TOML is a tenth of the module.
+/// What a value says. A page writes these kinds only, and a parser of TOML is a tenth of the module.
 fn value_of(text: &str) -> Option<toml::Value> {
+    if let Some(inside) = text.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+        let numbers = inside.split(',').map(|one| one.trim().parse::<f64>().ok().map(toml::Value::from));
+        return numbers.collect::<Option<Vec<_>>>().map(Into::into);
+    }
     if let Some(inside) = text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) {
         return Some(inside.into());
     }
@@ -199,6 +209,20 @@ pub fn hash(values: &[f64]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn any_rig_can_be_said() {
+        let settings = "servovalve.flow_table.openings = [-1, 0, 1.0]\n\
+                        servovalve.flow_table.flows = [-1e-3, 0, 1e-3]\nstructure.kind = \"linear\"\n\
+                        structure.softening.displacement = none\nstructure.softening.stiffness = none\n\
+                        structure.mass = 1\nstructure.mass = 9000.0";
+        let rig = Session::new(settings).unwrap().rig;
+        assert_eq!((rig.servovalve.flow_table.flows[2], rig.structure.mass), (1e-3, 9000.0));
+        assert!(rig.structure.softening.is_none());
+        for settings in ["servovalve.flow_table.flows = [1, x]", "structure.mass = none"] {
+            assert!(Session::new(settings).is_err(), "{settings}");
+        }
+    }
 
     #[test]
     fn settings_are_read_and_wrong_ones_named() {
