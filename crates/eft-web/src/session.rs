@@ -82,7 +82,8 @@ impl Session {
         }
         let rig = RigConfig::zhao2005().edit(&removed, &changes)?;
         let samples = sweep.duration * rig.controller.sample_rate;
-        if !(samples <= MOST_SAMPLES) {
+        let few = samples <= MOST_SAMPLES;
+        if !few {
             let allowed = format!("must be of at most {MOST_SAMPLES} samples here");
             return Err(Error::value("command.duration", sweep.duration, allowed));
         }
