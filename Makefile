@@ -100,6 +100,7 @@ explore: $(PAGE) ## Make the virtual rig as one page for a browser and for noteb
 
 $(PAGE): $(VENV)/.made $(RUST_SOURCES) crates/eft-web/page/build.py crates/eft-web/page/explore.html
 	$(CARGO) build --locked --profile web --target wasm32-unknown-unknown --package eft-web --lib
+	$(BIN)/pip install --quiet 'zopfli>=0.2,<1'
 	$(PY) crates/eft-web/page/build.py target/wasm32-unknown-unknown/web/eft_web.wasm $@
 	mkdir -p docs/_explore && cp $@ docs/_explore/eft.html
 

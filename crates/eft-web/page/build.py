@@ -7,6 +7,8 @@ import gzip
 import sys
 from pathlib import Path
 
+import zopfli.gzip
+
 LARGEST = 300_000
 """Bytes that the page may take on its way, compressed as servers do."""
 
@@ -30,7 +32,8 @@ def without_names(module: bytes) -> bytes:
 
 def main(module: Path, page: Path) -> None:
     """Write `page` from the template beside this file."""
-    small = gzip.compress(without_names(module.read_bytes()), 9, mtime=0)
+    # A browser unpacks it as any other; a twentieth smaller than by `gzip`.
+    small = zopfli.gzip.compress(without_names(module.read_bytes()))
     packed = base64.b64encode(small).decode("ascii")
     template = (Path(__file__).parent / "explore.html").read_text(encoding="utf-8")
     text = template.replace("@MODULE@", packed)
