@@ -173,4 +173,30 @@ mod tests {
         assert!(VelocityObserver::<f64>::new([1.5, 0.0, 0.0], RATE).is_err());
         assert!(VelocityObserver::<f64>::new([0.5, -1.0, 0.0], RATE).is_err());
     }
+
+    #[test]
+    fn an_observer_whose_poles_are_not_within_the_unit_circle_is_refused() {
+        let made = |gains| VelocityObserver::<f64>::new(gains, RATE);
+        // To either side of each bound: of the velocity's gain 4 − 2α over the period, of the drift's 2αk₂/(2 − α) over it.
+        let (most, drift) = (3.8 * RATE, 2.0 * 0.1 * 5.0 / 1.9 * RATE);
+        assert!(made([0.1, 0.999 * most, 1.0]).is_ok() && made([0.1, 1.001 * most, 1.0]).is_err());
+        assert!(made([0.1, 5.0, 0.999 * drift]).is_ok() && made([0.1, 5.0, 1.001 * drift]).is_err());
+        for gains in [[0.0, 5.0, 50.0], [0.1, 0.0, 50.0], [0.1, 5.0, 0.0]] {
+            assert!(made(gains).is_err(), "{gains:?}");
+        }
+        // What is accepted forgets how it began, however close to the bounds.
+        for gains in
+            [[0.1, 0.99 * most, 1e3], [0.1, 5.0, 0.99 * drift], [1.0, 1.98 * RATE, RATE], [1e-3, 1.0, 1.0]]
+        {
+            let observer = made(gains).unwrap();
+            let mut state = observer.at_rest(1.0, 3.0);
+            let velocity = |state: &mut _| observer.step(state, 0.0, 0.0).abs();
+            let first = (0..1000).map(|_| velocity(&mut state)).fold(0.0, f64::max);
+            for _ in 0..400_000 {
+                velocity(&mut state);
+            }
+            let last = (0..1000).map(|_| velocity(&mut state)).fold(0.0, f64::max);
+            assert!(last < 1e-3 * first, "{gains:?}: {first} {last}");
+        }
+    }
 }

@@ -76,23 +76,44 @@ fn accepts<T: Real>(displacement: T, acceleration: T) -> bool {
     displacement.abs() <= largest && acceleration.abs() <= largest
 }
 
+/// A gain below what it must not reach.
+const fn below(parameter: &'static str, value: f64, most: f64) -> Result<f64, ConfigError> {
+    if value < most {
+        Ok(value)
+    } else {
+        Err(ConfigError::OutOfRange { parameter, value, lowest: 0.0, highest: most })
+    }
+}
+
 macro_rules! constructor {
     ($t:ty) => {
         impl VelocityObserver<$t> {
             /// From its gains on displacement (1), velocity (1/s) and drift (1/s²), and the sample rate (Hz).
             ///
             /// # Errors
-            /// A gain on the displacement outside [0, 1], another that is negative, a sample rate not positive, or any not finite.
+            /// Gains whose poles do not lie within the unit circle (Jury's criterion): one that is not positive, on the
+            /// displacement above 1, or another above what those before it allow; a sample rate not positive, any not finite.
             pub const fn new(gains: [f64; 3], sample_rate: f64) -> Result<Self, ConfigError> {
                 let period = 1.0 / check!(positive("sample_rate", sample_rate));
                 let [displacement, velocity, drift] = gains;
-                let most = LARGEST;
+                check!(within(
+                    "gain_on_displacement",
+                    check!(positive("gain_on_displacement", displacement)),
+                    0.0,
+                    1.0
+                ));
+                // With α, β = Δt·k₂ and γ = Δt²·k₃/2 the poles are those of
+                // z³ + (α + β + γ − 3)z² + (3 − 2α − β + γ)z + α − 1.
+                let most = (4.0 - 2.0 * displacement) / period;
+                check!(below("gain_on_velocity", check!(positive("gain_on_velocity", velocity)), most));
+                let most = 2.0 * displacement * velocity / ((2.0 - displacement) * period);
+                check!(below("gain_on_drift", check!(positive("gain_on_drift", drift)), most));
                 Ok(Self {
                     period: period as $t,
                     half_square: (0.5 * period * period) as $t,
-                    on_displacement: check!(within("gain_on_displacement", displacement, 0.0, 1.0)) as $t,
-                    on_velocity: check!(within("gain_on_velocity", velocity, 0.0, most)) as $t,
-                    on_drift: check!(within("gain_on_drift", drift, 0.0, most)) as $t,
+                    on_displacement: displacement as $t,
+                    on_velocity: velocity as $t,
+                    on_drift: drift as $t,
                 })
             }
         }

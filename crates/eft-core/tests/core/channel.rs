@@ -39,7 +39,8 @@ fn parameters() -> impl Strategy<Value = Parameters<'static>> {
 
 /// The same with any velocity estimate, protection and watch over stuck sensors.
 fn guarded() -> impl Strategy<Value = Parameters<'static>> {
-    let gains = [0.07, 10.0, 736.0];
+    // Stable at every sample rate of the strategy.
+    let gains = [0.07, 10.0, 300.0];
     let source = prop::sample::select(vec![
         VelocitySource::Sensor,
         VelocitySource::Derivative { corner: 80.0 },
