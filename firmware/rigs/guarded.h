@@ -56,6 +56,7 @@ static const eft_parameters EFT_RIG_GUARDED = {
     {0.7, 1.35}, /* flow_gain_bounds, 1 */
     {0.8, 1.25}, /* valve_gain_bounds, 1 */
     {0.2, 4.0}, /* response_delay_bounds, 1 */
+    1.0, /* age_limit, s */
   },
   { /* protection */
     1, /* enabled */
@@ -72,6 +73,7 @@ static const eft_parameters EFT_RIG_GUARDED = {
     0.1, /* shutdown_time, s */
     5u, /* lost_samples, samples */
     0.5, /* fault_time, s */
+    0.1, /* period_tolerance, 1 */
     { /* plausibility */
       0, /* enabled */
       78.0, /* force_noise, N */

@@ -55,6 +55,7 @@ static const eft_parameters EFT_RIG_ZHAO2005 = {
     {0.7, 1.35}, /* flow_gain_bounds, 1 */
     {0.8, 1.25}, /* valve_gain_bounds, 1 */
     {0.2, 4.0}, /* response_delay_bounds, 1 */
+    1.0, /* age_limit, s */
   },
   { /* protection */
     0, /* enabled */
@@ -71,6 +72,7 @@ static const eft_parameters EFT_RIG_ZHAO2005 = {
     0.1, /* shutdown_time, s */
     10u, /* lost_samples, samples */
     DBL_MAX, /* fault_time, s */
+    0.1, /* period_tolerance, 1 */
     { /* plausibility */
       0, /* enabled */
       78.0, /* force_noise, N */

@@ -31,7 +31,7 @@ class Status(IntFlag):
     DIVERGED = 1 << 10
     """The simulated state was no longer finite; the run ended here."""
     MISSED_TICK = 1 << 11
-    """The tick was missed; the last output was held."""
+    """A tick was missed, or its sample was old or at the wrong time."""
     ADAPTATION_FROZEN = 1 << 12
     """The estimates were frozen, because a measurement was bad or contradicted the models."""
     ESTIMATE_BOUNDED = 1 << 13
@@ -58,6 +58,8 @@ class Status(IntFlag):
     """The protection no longer believed the velocity."""
     SPOOL_DISTRUSTED = 1 << 24
     """The protection no longer believed the spool opening."""
+    CALIBRATION_EXPIRED = 1 << 25
+    """The calibration in use was older than its age limit."""
 
 
 class Cause(IntEnum):
@@ -105,6 +107,12 @@ class Cause(IntEnum):
     """The spool did not follow its command, though the flow followed the spool."""
     STATE_CORRUPT = 20
     """A latch in the controller's memory was changed from outside."""
+    SAMPLES_OLD = 21
+    """The alive counter stood still or skipped."""
+    SAMPLE_PERIOD = 22
+    """The measured sample period was off."""
+    CALIBRATION_EXPIRED = 23
+    """The learner published nothing for longer than its age limit."""
 
 
 CAUSE_SHIFT = 26

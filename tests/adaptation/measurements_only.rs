@@ -65,6 +65,7 @@ fn equal_measurements_give_equal_bits() {
                     valve_command: seen.valve_command[i],
                     supply_pressure: seen.measured_supply_pressure()[i],
                     acceleration: seen.measured_acceleration().get(i).copied().unwrap_or(0.0),
+                    ..Input::default()
                 };
                 controller.step(&input).voltage.to_bits()
             };

@@ -174,6 +174,7 @@ fn by_hand(controller: &RigConfig, plant: &RigConfig) -> Vec<PlantReading> {
             valve_command: 0.0,
             supply_pressure: seen.supply_pressure,
             acceleration: seen.acceleration,
+            ..Input::default()
         };
         plant.step(&[channel.step(&input).voltage]).unwrap();
         seen

@@ -18,7 +18,9 @@ use crate::error::{ConfigError, LARGEST, check, within};
 use crate::learning::{LOWEST_RATE, Moment, window_ticks};
 use crate::number::Real;
 use crate::parameters::{Parameters, Realization, VelocitySource};
-use crate::protection::{Plausibility, Protection, ProtectionParameters, StuckWatch};
+use crate::protection::{
+    NEVER, Plausibility, Protection, ProtectionInput, ProtectionParameters, StuckWatch, samples,
+};
 use crate::status;
 use crate::velocity::Velocity;
 use belief::Believed;
@@ -36,6 +38,8 @@ pub struct Channel<T: Real, const N: usize> {
     gap_ticks: u32,
     /// Ticks of a window; 0 where nothing is learned.
     window_ticks: u32,
+    /// Windows behind which a calibration has expired.
+    age_limit: u32,
     realization: Realization,
     /// Whether the feedforward is given the next tick's command.
     looks_ahead: bool,
@@ -66,6 +70,19 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
         measures_supply: false,
         looks_ahead: false,
     };
+}
+
+/// Shortest age limit of a calibration (s): those that come in time are younger.
+const LEAST_AGE_LIMIT: f64 = 0.02;
+
+/// Windows behind which a calibration has expired; [`NEVER`] for none.
+const fn age_limit(p: &Parameters) -> Result<u32, ConfigError> {
+    if !p.learning.is_on() {
+        return Ok(NEVER);
+    }
+    let limit = check!(within("age_limit", p.learning.age_limit, LEAST_AGE_LIMIT, f64::MAX));
+    let ticks = check!(samples("age_limit", limit, p.sample_rate));
+    Ok(if ticks == NEVER { NEVER } else { ticks / window_ticks(p.sample_rate) })
 }
 
 /// Ticks from the last good one, behind a gap.
@@ -131,7 +148,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     ) -> Output<T> {
         let learns = self.window_ticks > 0;
         if learns && state.ticks == self.window_ticks {
-            state.begin_window();
+            state.begin_window(self.age_limit);
         }
         let gated;
         let input = match parts.plausibility {
@@ -164,7 +181,18 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let (mut command, mut authority, mut protection) = (input.command, T::splat(1.0), believed.status);
         if let Some(p) = parts.protection {
             let Believed { force, displacement, velocity, spool, .. } = believed;
-            let protected = p.step(&mut state.protection, command, force, displacement, velocity, spool);
+            let protected = p.step(
+                &mut state.protection,
+                &ProtectionInput {
+                    command,
+                    force,
+                    displacement,
+                    velocity,
+                    spool,
+                    alive: input.alive,
+                    period: input.period,
+                },
+            );
             (command, authority, protection) =
                 (protected.command, protected.authority, protection | protected.status);
             if parts.plausibility.is_some() {
@@ -304,6 +332,7 @@ macro_rules! constructor {
                     },
                     gap_ticks: check!(gap(p)),
                     window_ticks: if p.learning.is_on() { window_ticks(p.sample_rate) } else { 0 },
+                    age_limit: check!(age_limit(p)),
                     realization: p.realization,
                     looks_ahead: p.feedforward && p.look_ahead,
                     plain: is_plain(p),

@@ -31,8 +31,8 @@ pub use message::StoredParameters;
 pub use number::{Flags, LaneFlags, LaneMask, Lanes, Mask, Real, Scalar};
 pub use parameters::{Learning, Parameters, Realization, VelocitySource};
 pub use protection::{
-    Cause, Levels, PlausibilityParameters, Protected, Protection, ProtectionParameters, ProtectionState,
-    StuckWatch, StuckWatchState,
+    Cause, Levels, PlausibilityParameters, Protected, Protection, ProtectionInput, ProtectionParameters,
+    ProtectionState, StuckWatch, StuckWatchState,
 };
 pub use table::{CELLS, FlowTable, PiecewiseLinear, Row};
 pub use velocity::{FilteredDerivative, FilteredDerivativeState, VelocityObserver, VelocityObserverState};

@@ -144,6 +144,8 @@ pub struct Learning {
     pub valve_gain_bounds: [f64; 2],
     /// Bounds of the response delay over the configured one (1).
     pub response_delay_bounds: [f64; 2],
+    /// Time (s), at least 0.02, without a new calibration behind which the one in use counts as expired; `f64::MAX` never.
+    pub age_limit: f64,
 }
 
 impl Learning {
@@ -156,6 +158,7 @@ impl Learning {
         flow_gain_bounds: [0.7, 1.35],
         valve_gain_bounds: [0.8, 1.25],
         response_delay_bounds: [0.2, 4.0],
+        age_limit: 1.0,
     };
     /// Flow gain and valve are estimated, under the guard.
     pub const ADAPTIVE: Self = Self { adaptive: true, guard: true, ..Self::OFF };

@@ -26,7 +26,8 @@ pub const SPOOL_STOP: u32 = 1 << 8;
 pub const STROKE_EXCEEDED: u32 = 1 << 9;
 /// The simulated state was no longer finite; the run ends here (set by the rig).
 pub const DIVERGED: u32 = 1 << 10;
-/// The tick was missed; the last output is held (set by who runs the loop).
+/// A tick was missed, so that the last output is held (set by who runs the loop); or a sample is old, one before it is
+/// missing, or its period is off (set by a protection that is given alive counter or period).
 pub const MISSED_TICK: u32 = 1 << 11;
 /// The estimators stand still: after a bad measurement, or where their models do not explain what is measured.
 pub const ADAPTATION_FROZEN: u32 = 1 << 12;
@@ -54,6 +55,8 @@ pub const DISPLACEMENT_DISTRUSTED: u32 = 1 << 22;
 pub const VELOCITY_DISTRUSTED: u32 = 1 << 23;
 /// The spool opening is not believed.
 pub const SPOOL_DISTRUSTED: u32 = 1 << 24;
+/// The calibration in use is older than its age limit: the learner no longer publishes.
+pub const CALIBRATION_EXPIRED: u32 = 1 << 25;
 
 /// Where the first cause of a trip stands in a status, as a number of five bits.
 pub const CAUSE_SHIFT: u32 = 26;
@@ -94,7 +97,7 @@ impl defmt::Format for Words {
 }
 
 /// Every flag of this module with its name, lowest bit first.
-pub const NAMES: [(u32, &str); 25] = [
+pub const NAMES: [(u32, &str); 26] = [
     (SPOOL_WARNING, "spool_warning"),
     (DEMAND_SATURATED, "demand_saturated"),
     (LOAD_PRESSURE_FLOORED, "load_pressure_floored"),
@@ -120,6 +123,7 @@ pub const NAMES: [(u32, &str); 25] = [
     (DISPLACEMENT_DISTRUSTED, "displacement_distrusted"),
     (VELOCITY_DISTRUSTED, "velocity_distrusted"),
     (SPOOL_DISTRUSTED, "spool_distrusted"),
+    (CALIBRATION_EXPIRED, "calibration_expired"),
 ];
 
 #[cfg(test)]

@@ -106,7 +106,7 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_INVALID_MEASUREMENT (1u << 5) // not finite or out of range; the last output is held
 #define EFT_INVALID_COMMAND (1u << 6) // not finite; the last output is held, or the last valid command followed
 #define EFT_HELD (1u << 7)         // the output was held on request
-#define EFT_MISSED_TICK (1u << 11) // the tick was missed; the last output is held
+#define EFT_MISSED_TICK (1u << 11) // a tick was missed, or its sample is old or at the wrong time
 #define EFT_ADAPTATION_FROZEN (1u << 12) // nothing is learned: bad samples, or the models do not explain them
 #define EFT_ESTIMATE_BOUNDED (1u << 13) // an estimate stands at one of its bounds
 #define EFT_LEVEL_REDUCED (1u << 14) // the guard has taken the compensation level back
@@ -120,6 +120,7 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_DISPLACEMENT_DISTRUSTED (1u << 22) // the displacement is not believed
 #define EFT_VELOCITY_DISTRUSTED (1u << 23) // the velocity is not believed
 #define EFT_SPOOL_DISTRUSTED (1u << 24) // the spool opening is not believed
+#define EFT_CALIBRATION_EXPIRED (1u << 25) // the calibration is older than its age limit
 #define EFT_CAUSE (31u << 26u)     // bits of a status that hold the first cause of a trip
 #define EFT_CAUSE_SHIFT 26         // where they begin: (status & EFT_CAUSE) >> EFT_CAUSE_SHIFT is one of EFT_CAUSE_...
 #define EFT_CAUSE_NONE 0           // cause of a trip: nothing tripped
@@ -143,6 +144,9 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_CAUSE_FLOW_IMPLAUSIBLE 18 // cause of a trip: the valve's flow is not the piston's: supply, valve or curve
 #define EFT_CAUSE_VALVE_IMPLAUSIBLE 19 // cause of a trip: the spool does not follow its command
 #define EFT_CAUSE_STATE_CORRUPT 20 // cause of a trip: a latch in memory was changed from outside
+#define EFT_CAUSE_SAMPLES_OLD 21   // cause of a trip: the alive counter stood still or skipped
+#define EFT_CAUSE_SAMPLE_PERIOD 22 // cause of a trip: the measured sample period is off
+#define EFT_CAUSE_CALIBRATION_EXPIRED 23 // cause of a trip: the learner published nothing for too long
 #define EFT_NO_STEP (1u << 31)     // the step was refused, and its code says why; the output is 0 V
 
 /* ---------- Parameters ---------- */
@@ -169,6 +173,7 @@ typedef struct eft_learning {
   double flow_gain_bounds[2];        // 1; lowest and highest flow gain over the table's
   double valve_gain_bounds[2];       // 1; the same of the valve gain over the configured one
   double response_delay_bounds[2];   // 1; the same of the response delay over the configured one
+  double age_limit;                  // s; at least 0.02, without a new calibration, behind which it has expired
 } eft_learning;
 
 // Whether the measurements must agree with each other, and what the protection takes for granted then.
@@ -198,6 +203,7 @@ typedef struct eft_protection {
   double shutdown_time;              // s; from the whole valve command to zero in a shutdown
   uint32_t lost_samples;             // samples; lost ones in a row that are waited for, at most 100000
   double fault_time;                 // s; how long a fault may last that the controller reports
+  double period_tolerance;           // 1; share by which a measured sample period may be off
   eft_plausibility plausibility;     // Whether the measurements agree.
 } eft_protection;
 
@@ -281,6 +287,8 @@ typedef struct eft_input_f32 {
   float supply_pressure;             // Pa; where its departures are corrected
   float next_command;                // N; of the next tick, where the feedforward looks ahead
   float valve_command;               // V; that stood meanwhile, for learning beside an analog controller
+  float alive;                       // 1; counts the samples; for a protection, NaN: not watched
+  float period;                      // s; since the last sample; for a protection, NaN: not watched
 } eft_input_f32;
 
 // One tick's result.
@@ -440,7 +448,8 @@ typedef struct eft_calibration_f64 { uint64_t words[56]; } eft_calibration_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; eft_turn turn; } eft_calibrations_f64;
 typedef struct eft_state_f64 { uint64_t words[384]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
-    double acceleration; double supply_pressure; double next_command; double valve_command; } eft_input_f64;
+    double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
+    } eft_input_f64;
 typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;
     double authority; uint32_t status; uint32_t window_closed; eft_window_f64 window; } eft_output_f64;
 typedef struct eft_learner_f64 { uint64_t words[144]; } eft_learner_f64;
@@ -483,14 +492,14 @@ EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const e
 
 /* ---------- Sizes, as the library has them ---------- */
 
-EFT_STATIC_ASSERT(sizeof(eft_learning) == 64);
+EFT_STATIC_ASSERT(sizeof(eft_learning) == 72);
 EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_protection) == 168);
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 832);
+EFT_STATIC_ASSERT(sizeof(eft_protection) == 176);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 848);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 1152);
 EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 1536);
-EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 36);
+EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 44);
 EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 96);
 EFT_STATIC_ASSERT(sizeof(eft_window_f32) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 192);
@@ -499,7 +508,7 @@ EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1024);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 40);
 EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 2048);
 EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 3072);
-EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 72);
+EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 88);
 EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 176);
 EFT_STATIC_ASSERT(sizeof(eft_window_f64) == 128);
 EFT_STATIC_ASSERT(sizeof(eft_calibration_f64) == 448);

@@ -71,6 +71,8 @@ macro_rules! precision {
                     supply_pressure: $t, "Pa; where its departures are corrected";
                     next_command: $t, "N; of the next tick, where the feedforward looks ahead";
                     valve_command: $t, "V; that stood meanwhile, for learning beside an analog controller";
+                    alive: $t, "1; counts the samples; for a protection, NaN: not watched";
+                    period: $t, "s; since the last sample; for a protection, NaN: not watched";
                 }
             }
             data! {

@@ -28,7 +28,7 @@ flags! {
     EFT_INVALID_MEASUREMENT = 5, INVALID_MEASUREMENT, "not finite or out of range; the last output is held";
     EFT_INVALID_COMMAND = 6, INVALID_COMMAND, "not finite; the last output is held, or the last valid command followed";
     EFT_HELD = 7, HELD, "the output was held on request";
-    EFT_MISSED_TICK = 11, MISSED_TICK, "the tick was missed; the last output is held";
+    EFT_MISSED_TICK = 11, MISSED_TICK, "a tick was missed, or its sample is old or at the wrong time";
     EFT_ADAPTATION_FROZEN = 12, ADAPTATION_FROZEN, "nothing is learned: bad samples, or the models do not explain them";
     EFT_ESTIMATE_BOUNDED = 13, ESTIMATE_BOUNDED, "an estimate stands at one of its bounds";
     EFT_LEVEL_REDUCED = 14, LEVEL_REDUCED, "the guard has taken the compensation level back";
@@ -42,6 +42,7 @@ flags! {
     EFT_DISPLACEMENT_DISTRUSTED = 22, DISPLACEMENT_DISTRUSTED, "the displacement is not believed";
     EFT_VELOCITY_DISTRUSTED = 23, VELOCITY_DISTRUSTED, "the velocity is not believed";
     EFT_SPOOL_DISTRUSTED = 24, SPOOL_DISTRUSTED, "the spool opening is not believed";
+    EFT_CALIBRATION_EXPIRED = 25, CALIBRATION_EXPIRED, "the calibration is older than its age limit";
 }
 
 /// bits of a status that hold the first cause of a trip
@@ -73,6 +74,9 @@ constants! { u8:
     EFT_CAUSE_FLOW_IMPLAUSIBLE = 18, "cause of a trip: the valve's flow is not the piston's: supply, valve or curve";
     EFT_CAUSE_VALVE_IMPLAUSIBLE = 19, "cause of a trip: the spool does not follow its command";
     EFT_CAUSE_STATE_CORRUPT = 20, "cause of a trip: a latch in memory was changed from outside";
+    EFT_CAUSE_SAMPLES_OLD = 21, "cause of a trip: the alive counter stood still or skipped";
+    EFT_CAUSE_SAMPLE_PERIOD = 22, "cause of a trip: the measured sample period is off";
+    EFT_CAUSE_CALIBRATION_EXPIRED = 23, "cause of a trip: the learner published nothing for too long";
 }
 const _: () = {
     assert!(EFT_CAUSE_NONE == eft_core::Cause::None as u8);
@@ -96,6 +100,9 @@ const _: () = {
     assert!(EFT_CAUSE_FLOW_IMPLAUSIBLE == eft_core::Cause::FlowImplausible as u8);
     assert!(EFT_CAUSE_VALVE_IMPLAUSIBLE == eft_core::Cause::ValveImplausible as u8);
     assert!(EFT_CAUSE_STATE_CORRUPT == eft_core::Cause::StateCorrupt as u8);
+    assert!(EFT_CAUSE_SAMPLES_OLD == eft_core::Cause::SamplesOld as u8);
+    assert!(EFT_CAUSE_SAMPLE_PERIOD == eft_core::Cause::SamplePeriod as u8);
+    assert!(EFT_CAUSE_CALIBRATION_EXPIRED == eft_core::Cause::CalibrationExpired as u8);
 };
 
 /// the step was refused, and its code says why; the output is 0 V

@@ -38,6 +38,7 @@ data! {
         flow_gain_bounds: [f64; 2], "1; lowest and highest flow gain over the table's";
         valve_gain_bounds: [f64; 2], "1; the same of the valve gain over the configured one";
         response_delay_bounds: [f64; 2], "1; the same of the response delay over the configured one";
+        age_limit: f64, "s; at least 0.02, without a new calibration, behind which it has expired";
     }
 }
 
@@ -71,6 +72,7 @@ data! {
         shutdown_time: f64, "s; from the whole valve command to zero in a shutdown";
         lost_samples: u32, "samples; lost ones in a row that are waited for, at most 100000";
         fault_time: f64, "s; how long a fault may last that the controller reports";
+        period_tolerance: f64, "1; share by which a measured sample period may be off";
         plausibility: eft_plausibility, "Whether the measurements agree.";
     }
 }
@@ -163,6 +165,7 @@ impl eft_parameters {
             shutdown_time: p.shutdown_time,
             lost_samples: p.lost_samples,
             fault_time: p.fault_time,
+            period_tolerance: p.period_tolerance,
             plausibility: switch("plausibility", p.plausibility.enabled)?.then_some(PlausibilityParameters {
                 force_noise: p.plausibility.force_noise,
                 displacement_noise: p.plausibility.displacement_noise,
@@ -216,6 +219,7 @@ impl eft_parameters {
                 flow_gain_bounds: l.flow_gain_bounds,
                 valve_gain_bounds: l.valve_gain_bounds,
                 response_delay_bounds: l.response_delay_bounds,
+                age_limit: l.age_limit,
             },
             protection: switch("enabled", p.enabled)?.then_some(protection),
             stuck_samples: self.stuck_samples,

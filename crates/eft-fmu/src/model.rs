@@ -171,6 +171,7 @@ impl<P: Precision> ControllerModel<P> {
             acceleration: value(5),
             supply_pressure: value(6),
             valve_command: 0.0,
+            ..Input::default()
         });
     }
 

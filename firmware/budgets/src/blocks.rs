@@ -3,8 +3,8 @@
 use eft_core::{
     Calibration, Channel, ChannelState, Compensation, CompensationInput, CompensationState,
     FilteredDerivative, FilteredDerivativeState, Input, LeadNetwork, LeadState, Learner, LearnerState,
-    LoadPressure, Output, PiecewiseLinear, Protected, Protection, ProtectionState, VelocityObserver,
-    VelocityObserverState, Window,
+    LoadPressure, Output, PiecewiseLinear, Protected, Protection, ProtectionInput, ProtectionState,
+    VelocityObserver, VelocityObserverState, Window,
 };
 use eft_rigs::guarded;
 
@@ -143,7 +143,11 @@ pub extern "C" fn protection_step(
     x: f32,
     v: f32,
     o: f32,
+    n: f32,
+    t: f32,
 ) {
-    *protected = c.step(s, r, f, x, v, o);
+    let input =
+        ProtectionInput { command: r, force: f, displacement: x, velocity: v, spool: o, alive: n, period: t };
+    *protected = c.step(s, &input);
     c.watch(s, flags);
 }

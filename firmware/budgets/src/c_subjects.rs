@@ -149,6 +149,8 @@ fn input(i: &Input<f32>) -> eft_input_f32 {
         supply_pressure: i.supply_pressure,
         next_command: i.next_command,
         valve_command: i.valve_command,
+        alive: i.alive,
+        period: i.period,
     }
 }
 
@@ -197,6 +199,7 @@ fn parameters(p: &Parameters) -> eft_parameters {
         flow_gain_bounds: l.flow_gain_bounds,
         valve_gain_bounds: l.valve_gain_bounds,
         response_delay_bounds: l.response_delay_bounds,
+        age_limit: l.age_limit,
         adaptive: u8::from(l.adaptive),
         curve_correction: u8::from(l.curve_correction),
         guard: u8::from(l.guard),
@@ -215,6 +218,7 @@ fn parameters(p: &Parameters) -> eft_parameters {
             ramp_time: p.ramp_time,
             shutdown_time: p.shutdown_time,
             fault_time: p.fault_time,
+            period_tolerance: p.period_tolerance,
             lost_samples: p.lost_samples,
             enabled: 1,
             ..c.protection

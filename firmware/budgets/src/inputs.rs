@@ -62,5 +62,7 @@ pub fn rig(tick: u32, position: &mut f32, r: &mut Random) -> Input<f32> {
         next_command: sample(1.0e4, 0.0),
         // As an analog controller has it, which opens the valve by a tenth a volt.
         valve_command: sample(10.0, 10.2 * opening),
+        alive: sample(1.0e6, tick as f32),
+        period: sample(1.0e-3, 1.0 / 4096.0),
     }
 }

@@ -193,6 +193,8 @@ fn blocks() {
             f32,
             f32,
             f32,
+            f32,
+            f32,
         )
     );
     worst("protection_step", |r| {
@@ -204,6 +206,7 @@ fn blocks() {
         let flags = r.next() & status::STUCK_MEASUREMENT;
         let (c, f_, x, v, o) =
             (r.sample(1.0e4), r.sample(3.0e4), r.sample(0.08), r.sample(1.0), r.sample(0.8));
-        f(&PROTECTION, &mut state, &mut protected, flags, c, f_, x, v, o);
+        let (n, t) = (r.sample(10.0), r.sample(2.5e-4));
+        f(&PROTECTION, &mut state, &mut protected, flags, c, f_, x, v, o, n, t);
     });
 }

@@ -110,6 +110,7 @@ fn configured(level: f64, response_delay: f64) -> Option<eft_channel_f32> {
         (r.force_sensitivity, r.proportional_gain, r.derivative_gain);
     (p.valve_command, p.valve_command_rate, p.spool_warning) = (100.0, f64::MAX, r.spool_warning);
     (p.velocity_range, p.force_range, p.spool_range) = (r.velocity_range, r.force_range, r.spool_range);
+    p.gap_time = r.gap_time;
     let mut channel = MaybeUninit::uninit();
     // Safety: every pointer is valid or null; filled where the code says so.
     unsafe {

@@ -50,6 +50,7 @@ pub const PARAMETERS: Parameters = Parameters {
         flow_gain_bounds: [0.7, 1.35], // 1
         valve_gain_bounds: [0.8, 1.25], // 1
         response_delay_bounds: [0.2, 4.0], // 1
+        age_limit: 1.0, // s
     },
     protection: Some(ProtectionParameters {
         force: Levels { warning: 40000.0, trip: 60000.0 }, // N
@@ -61,6 +62,7 @@ pub const PARAMETERS: Parameters = Parameters {
         shutdown_time: 0.1, // s
         lost_samples: 5, // samples
         fault_time: 0.5, // s
+        period_tolerance: 0.1, // 1
         plausibility: None,
     }),
     stuck_samples: 0, // samples

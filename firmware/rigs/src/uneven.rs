@@ -49,6 +49,7 @@ pub const PARAMETERS: Parameters = Parameters {
         flow_gain_bounds: [0.7, 1.35], // 1
         valve_gain_bounds: [0.8, 1.25], // 1
         response_delay_bounds: [0.2, 4.0], // 1
+        age_limit: 1.0, // s
     },
     protection: None,
     stuck_samples: 0, // samples

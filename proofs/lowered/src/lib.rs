@@ -95,9 +95,12 @@ macro_rules! steps {
                 displacement: T,
                 velocity: T,
                 spool: T,
+                alive: T,
+                period: T,
                 out: &mut Protected<T>
             ) {
-                *out = config.step(state, command, force, displacement, velocity, spool);
+                let input = ProtectionInput { command, force, displacement, velocity, spool, alive, period };
+                *out = config.step(state, &input);
             }
             watch(config: &Protection<T>, state: &mut ProtectionState<T>, flags: u32) { config.watch(state, flags); }
             preview(config: &Protection<T>, state: &ProtectionState<T>, command: T) -> T {

@@ -45,7 +45,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let calibration: &Calibration<T> = calibration.borrow();
         // Of the window that has just closed, while the one before it still waits: that one's time has come.
         if state.ticks == self.window_ticks && calibration.window == state.window.number {
-            state.begin_window();
+            state.begin_window(self.age_limit);
         }
         let [first, second] = &mut state.calibrations;
         *(if state.second { first } else { second }) = *calibration;
@@ -95,7 +95,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         state.stuck = StuckWatchState::default();
         state.velocity_gap = 0;
         if self.window_ticks > 0 && state.ticks == self.window_ticks {
-            state.begin_window();
+            state.begin_window(self.age_limit);
         }
         (state.ticks, state.window) = (0, Window::first(state.window.number));
     }

@@ -27,6 +27,11 @@ pub struct Input<T> {
     /// Valve command (V) that stood when the others were sampled; looked at by a learner where an analog controller
     /// closes the force loop. Where it is lost nothing is learned.
     pub valve_command: T,
+    /// Alive counter (1): one more than in the last sample, or 0 behind its last value, whichever that is; below 2²⁴.
+    /// Looked at by a protection from the first one that is given.
+    pub alive: T,
+    /// Measured time (s) since the last sample; looked at by a protection from the first one that is given.
+    pub period: T,
 }
 
 impl<T: Real> Default for Input<T> {
@@ -42,6 +47,8 @@ impl<T: Real> Default for Input<T> {
             supply_pressure: none,
             next_command: none,
             valve_command: none,
+            alive: none,
+            period: none,
         }
     }
 }

@@ -61,15 +61,22 @@ impl<T: Real> ChannelState<T> {
         self.protection.is_down()
     }
 
-    /// The first tick of a window: what was published takes effect.
+    /// The first tick of a window: what was published takes effect. Without anything new the calibration stays, for the
+    /// valve does not change when the learner stops; behind so many windows it has expired.
     #[inline(always)]
-    pub(super) fn begin_window(&mut self) {
+    pub(super) fn begin_window(&mut self, age_limit: u32) {
         self.ticks = 0;
         self.window.go_on();
         self.second = self.second_is_latest;
         self.flags = self.next_flags;
         // For the window after this one, if none comes until then.
         self.next_flags |= status::CALIBRATION_LATE;
+        if self.flags & status::CALIBRATION_LATE != 0 {
+            let published = pick(&self.calibrations, self.second).window;
+            if self.window.number.wrapping_sub(published) > age_limit {
+                self.flags |= status::CALIBRATION_EXPIRED;
+            }
+        }
     }
 }
 

@@ -114,7 +114,9 @@ fn a_plain_channel_has_the_bits_of_one_that_is_asked_for_parts() {
 
 #[test]
 fn lost_samples_are_waited_for_after_the_windows_have_wrapped() {
-    let learning = Parameters { learning: Learning::ADAPTIVE, ..RIG };
+    // Nothing is ever published.
+    let learning = Learning { age_limit: f64::MAX, ..Learning::ADAPTIVE };
+    let learning = Parameters { learning, ..RIG };
     let channel = Channel::<f64, 21>::new(&learning).unwrap();
     let waited = |first: u32| {
         let mut state = channel.at_rest();
@@ -182,4 +184,108 @@ fn what_a_lying_sensor_taught_is_taken_back() {
     }
     // Of the two that were kept last, the 768th and the 896th, the older one: no fault is that old.
     assert_eq!((state.cause(), state.calibration().flow_gain), (Cause::VelocityLost, gain(768)));
+}
+
+/// What a channel with a protection answers until it trips or so many ticks are over.
+fn until_tripped(
+    state: &mut ChannelState<f64>,
+    channel: &Channel<f64, 21>,
+    of: impl Fn(u32) -> Input<f64>,
+) -> u32 {
+    let tripped = |tick: &u32| channel.step(state, &of(*tick)).status & status::TRIPPED != 0;
+    (0..20_000).find(tripped).unwrap_or(u32::MAX)
+}
+
+// SR-15
+#[test]
+fn samples_that_are_no_longer_new_shut_down_and_those_at_the_wrong_time_ramp() {
+    let channel = Channel::<f64, 21>::new(&RIG).unwrap();
+    let good = |tick: u32| Input {
+        displacement: 0.0,
+        alive: f64::from(tick % 256),
+        period: 1.0 / 4096.0,
+        ..swing(tick)
+    };
+    let stands = |tick: u32| if tick < 1000 { good(tick) } else { good(999) };
+    let skips = |tick: u32| {
+        if tick < 1000 { good(tick) } else { Input { alive: f64::from(tick % 99 * 2), ..good(tick) } }
+    };
+    let slow =
+        |tick: u32| if tick < 1000 { good(tick) } else { Input { period: 1.0 / 4000.0 * 1.3, ..good(tick) } };
+    let waits = ProtectionParameters::DEFAULT.lost_samples;
+    let faults: [(&dyn Fn(u32) -> Input<f64>, _, _); 4] = [
+        (&good, Cause::None, false),
+        (&stands, Cause::SamplesOld, true),
+        (&skips, Cause::SamplesOld, false),
+        (&slow, Cause::SamplePeriod, false),
+    ];
+    for (input, cause, shuts_down) in faults {
+        let mut state = channel.at_rest();
+        let tick = until_tripped(&mut state, &channel, input);
+        assert_eq!(tick, if cause == Cause::None { u32::MAX } else { 1000 + waits }, "{cause:?}");
+        let out = channel.step(&mut state, &input(tick.min(19_999) + 1));
+        assert_eq!((state.cause(), status::cause(out.status)), (cause, cause));
+        assert_eq!(out.status & status::SHUT_DOWN != 0, shuts_down, "{cause:?}");
+        assert_eq!(out.status & status::MISSED_TICK != 0, cause != Cause::None, "{cause:?}");
+    }
+}
+
+fn still(_: u32) -> Input<f64> {
+    Input { displacement: 0.0, ..swing(0) }
+}
+
+/// The first of so many ticks in which a calibration has expired, its learner running or not.
+fn expires(
+    channel: &Channel<f64, 21>,
+    state: &mut ChannelState<f64>,
+    ticks: u32,
+    publishes: bool,
+) -> Option<u32> {
+    let mut first = None;
+    for tick in 0..ticks {
+        let out = channel.step(state, &still(tick));
+        if let (Some(window), true) = (out.window, publishes) {
+            let found = Calibration { flow_gain: 1.1, window: window.number, ..*state.calibration() };
+            channel.publish(state, found);
+        }
+        if out.status & status::CALIBRATION_EXPIRED != 0 {
+            assert_ne!(out.status & status::CALIBRATION_LATE, 0);
+            first = first.or(Some(tick));
+        }
+    }
+    first
+}
+
+// SR-16
+#[test]
+fn a_learner_that_stops_is_noticed_and_what_it_found_stays() {
+    let learning = Parameters { learning: Learning::ADAPTIVE, ..RIG };
+    let guarded = Channel::<f64, 21>::new(&learning).unwrap();
+    let mut state = guarded.at_rest();
+    let tripped = until_tripped(&mut state, &guarded, still);
+    // After a second, at the start of a window.
+    assert!((4096..4096 + 64).contains(&tripped), "{tripped}");
+    assert_eq!(state.cause(), Cause::CalibrationExpired);
+    let alone = Channel::<f64, 21>::new(&Parameters { protection: None, ..learning }).unwrap();
+    let mut state = alone.at_rest();
+    assert_eq!(expires(&alone, &mut state, 8192, true), None);
+    let stopped = expires(&alone, &mut state, 8192, false);
+    assert!(stopped.is_some_and(|tick| (4000..4200).contains(&tick)), "{stopped:?}");
+    assert!(state.calibration().flow_gain > 1.05);
+    // It comes back.
+    expires(&alone, &mut state, 64, true);
+    assert_eq!(expires(&alone, &mut state, 8192, true), None);
+}
+
+#[test]
+fn an_age_limit_that_a_calibration_in_time_would_reach_is_refused() {
+    for age_limit in [0.0, 0.01, -1.0, f64::NAN] {
+        let p = Parameters { learning: Learning { age_limit, ..Learning::ADAPTIVE }, ..RIG };
+        assert!(Channel::<f64, 21>::new(&p).is_err(), "{age_limit}");
+    }
+    let never = Parameters { learning: Learning { age_limit: f64::MAX, ..Learning::ADAPTIVE }, ..RIG };
+    let channel = Channel::<f64, 21>::new(&never).unwrap();
+    let tripped =
+        until_tripped(&mut channel.at_rest(), &channel, |_| Input { displacement: 0.0, ..swing(0) });
+    assert_eq!(tripped, u32::MAX);
 }

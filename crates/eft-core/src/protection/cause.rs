@@ -49,11 +49,17 @@ pub enum Cause {
     ValveImplausible = 19,
     /// A latch in memory was changed from outside.
     StateCorrupt = 20,
+    /// The alive counter stood still or skipped.
+    SamplesOld = 21,
+    /// The measured sample period was off.
+    SamplePeriod = 22,
+    /// The learner published nothing for longer than its age limit.
+    CalibrationExpired = 23,
 }
 
 impl Cause {
     /// Every cause with its name.
-    pub const NAMES: [(Self, &'static str); 21] = [
+    pub const NAMES: [(Self, &'static str); 24] = [
         (Self::None, "none"),
         (Self::Request, "request"),
         (Self::ForceLevel, "force_level"),
@@ -75,6 +81,9 @@ impl Cause {
         (Self::FlowImplausible, "flow_implausible"),
         (Self::ValveImplausible, "valve_implausible"),
         (Self::StateCorrupt, "state_corrupt"),
+        (Self::SamplesOld, "samples_old"),
+        (Self::SamplePeriod, "sample_period"),
+        (Self::CalibrationExpired, "calibration_expired"),
     ];
 
     /// Whether measurements are lost or contradict each other: nobody knows then what the specimen sees.

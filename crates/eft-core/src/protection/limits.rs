@@ -73,6 +73,8 @@ pub struct ProtectionParameters {
     pub lost_samples: u32,
     /// Time (s) for which a fault that the controller reports is waited for before the trip; `f64::MAX` for ever.
     pub fault_time: f64,
+    /// Share (1) by which a measured sample period may differ from the configured one.
+    pub period_tolerance: f64,
     /// Whether the measurements must agree with each other, and under which noise.
     pub plausibility: Option<PlausibilityParameters>,
 }
@@ -89,6 +91,7 @@ impl ProtectionParameters {
         shutdown_time: 0.1,
         lost_samples: 10,
         fault_time: f64::MAX,
+        period_tolerance: 0.1,
         plausibility: None,
     };
 }

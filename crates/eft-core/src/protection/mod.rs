@@ -12,11 +12,12 @@ mod stuck;
 #[cfg(test)]
 mod tests;
 mod thresholds;
+mod timing;
 
 pub use cause::Cause;
 pub(crate) use gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
-pub(crate) use limits::samples;
 pub use limits::{Levels, PlausibilityParameters, ProtectionParameters};
+pub(crate) use limits::{NEVER, samples};
 pub(crate) use plausibility::{Known, Plausibility, PlausibilityState};
-pub use protection::{Protected, Protection, ProtectionState};
+pub use protection::{Protected, Protection, ProtectionInput, ProtectionState};
 pub use stuck::{StuckWatch, StuckWatchState};

@@ -12,6 +12,7 @@ use crate::protection::cause::Cause;
 use crate::protection::latch::Latch;
 use crate::protection::limits::{Limit, NEVER, ProtectionParameters, samples};
 use crate::protection::ramp::{Position, Ramp};
+use crate::protection::timing::{Timing, TimingState};
 use crate::status;
 
 /// A protection's immutable configuration; one drives any number of channels.
@@ -30,6 +31,7 @@ pub struct Protection<T> {
     settle: Option<Ramp>,
     lost_samples: u32,
     fault_samples: u32,
+    timing: Timing<T>,
 }
 
 /// Share of the velocity's compensation after a trip: less than the margin of a wrong calibration, so that it damps.
@@ -69,6 +71,26 @@ pub struct ProtectionState<T> {
     settled: Position,
     /// Once the end is asked for.
     ending: bool,
+    timing: TimingState<T>,
+}
+
+/// One sample's command and measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProtectionInput<T> {
+    /// Force command (N).
+    pub command: T,
+    /// Force (N).
+    pub force: T,
+    /// Displacement (m).
+    pub displacement: T,
+    /// Velocity (m/s).
+    pub velocity: T,
+    /// Spool opening (1).
+    pub spool: T,
+    /// Alive counter (1), as in [`Input`](crate::Input); NaN is not watched before the first that is given.
+    pub alive: T,
+    /// Measured time (s) since the last sample; the same.
+    pub period: T,
 }
 
 /// One sample's result.
@@ -82,13 +104,13 @@ pub struct Protected<T> {
     pub level: T,
     /// Whether the force loop is to be opened: the piston follows the specimen then, damped.
     pub open: bool,
-    /// [`status::PROTECTION_WARNING`], [`status::TRIPPED`], [`status::SHUT_DOWN`], [`status::INVALID_COMMAND`].
+    /// [`status::PROTECTION_WARNING`], [`status::TRIPPED`], [`status::SHUT_DOWN`], [`status::INVALID_COMMAND`],
+    /// [`status::MISSED_TICK`].
     pub status: u32,
 }
 
 impl<T: Real> Protection<T> {
-    /// One sample: the force command (N) and the measured force (N), displacement (m), velocity (m/s) and spool
-    /// opening (1).
+    /// One sample.
     ///
     /// # NaN
     /// A measurement that is not finite counts as lost. In place of a command that is not finite or beyond
@@ -98,15 +120,8 @@ impl<T: Real> Protection<T> {
     /// # Cost
     /// Independent of history.
     #[inline(always)]
-    pub fn step(
-        &self,
-        state: &mut ProtectionState<T>,
-        command: T,
-        force: T,
-        displacement: T,
-        velocity: T,
-        spool: T,
-    ) -> Protected<T> {
+    pub fn step(&self, state: &mut ProtectionState<T>, input: &ProtectionInput<T>) -> Protected<T> {
+        let ProtectionInput { command, force, displacement, velocity, spool, alive, period } = *input;
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
         let before = state.tripped.is_set();
         let commanded = command.abs() <= T::splat(LARGEST);
@@ -146,6 +161,14 @@ impl<T: Real> Protection<T> {
         if lost && cause == Cause::None {
             cause = Cause::MeasurementLost;
         }
+        let timed = self.timing.step(&mut state.timing, alive, period);
+        if timed.cause != Cause::None && cause == Cause::None {
+            cause = timed.cause;
+            if timed.old {
+                // No loop is closed on old samples, and no motion followed.
+                (shutdown, state.blind) = (true, true);
+            }
+        }
         if state.tripped.is_corrupt() || state.shut_down.is_corrupt() {
             (cause, shutdown) = (Cause::StateCorrupt, true);
         }
@@ -171,6 +194,7 @@ impl<T: Real> Protection<T> {
                 | flag(state.tripped.is_set(), status::TRIPPED)
                 | flag(shut_down, status::SHUT_DOWN)
                 | flag(!commanded, status::INVALID_COMMAND)
+                | flag(timed.bad, status::MISSED_TICK)
                 | (state.cause as u32) << status::CAUSE_SHIFT,
         }
     }
@@ -204,7 +228,7 @@ impl<T: Real> Protection<T> {
     /// output ([`status::INVALID_MEASUREMENT`], [`status::INVALID_COMMAND`]), shut down when they persist as lost
     /// measurements do. Those of which a measurement cannot be right, though it looks plausible
     /// ([`status::ADAPTATION_FROZEN`], [`status::STUCK_MEASUREMENT`]), trip when they persist; the ramp down is
-    /// followed by a shutdown then. After each [`step`](Self::step).
+    /// followed by a shutdown then. An expired calibration ([`status::CALIBRATION_EXPIRED`]) trips. After each [`step`](Self::step).
     #[inline(always)]
     pub fn watch(&self, state: &mut ProtectionState<T>, flags: u32) {
         let raised = |faults: u32| flags & faults != 0;
@@ -212,6 +236,9 @@ impl<T: Real> Protection<T> {
         if state.refused > self.lost_samples {
             state.trip_by(Cause::Refused);
             state.shut_down.set();
+        }
+        if raised(status::CALIBRATION_EXPIRED) {
+            state.trip_by(Cause::CalibrationExpired);
         }
         count(&mut state.faulty, raised(status::ADAPTATION_FROZEN | status::STUCK_MEASUREMENT));
         let trips = self.fault_samples != NEVER && state.faulty > self.fault_samples;
@@ -310,7 +337,7 @@ macro_rules! constructor {
             ///
             /// # Errors
             /// A level that is negative or not a number, a warning above its trip, a ramp longer than 10⁹ samples, more
-            /// than 10⁵ lost samples, a fault time beyond 2³² samples, a sample rate that is not positive.
+            /// than 10⁵ lost samples, a fault time beyond 2³² samples, a period's tolerance that is negative, a sample rate that is not positive.
             pub const fn new(p: &ProtectionParameters, sample_rate: f64) -> Result<Self, ConfigError> {
                 let rate = check!(positive("sample_rate", sample_rate));
                 check!(within("lost_samples", p.lost_samples as f64, 0.0, 1e5));
@@ -330,6 +357,7 @@ macro_rules! constructor {
                     },
                     lost_samples: p.lost_samples,
                     fault_samples: check!(samples("fault_time", p.fault_time, rate)),
+                    timing: check!(Timing::<$t>::new(p, rate)),
                 })
             }
         }

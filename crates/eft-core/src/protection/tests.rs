@@ -5,6 +5,12 @@ use super::protection::*;
 use super::*;
 use crate::status;
 
+/// A sample without alive counter and period.
+fn input(command: f64, force: f64, displacement: f64, velocity: f64, spool: f64) -> ProtectionInput<f64> {
+    let none = f64::NAN;
+    ProtectionInput { command, force, displacement, velocity, spool, alive: none, period: none }
+}
+
 fn protection() -> Protection<f64> {
     let parameters = ProtectionParameters {
         force: Levels { warning: 80.0, trip: 100.0 },
@@ -22,19 +28,20 @@ fn protection() -> Protection<f64> {
 fn within_the_limits_nothing_changes() {
     let (p, mut state) = (protection(), ProtectionState::default());
     for command in [0.0, 40.0, -79.0] {
-        let out = p.step(&mut state, command, command, 0.1, 9.0, 1.0);
+        let out = p.step(&mut state, &input(command, command, 0.1, 9.0, 1.0));
         assert_eq!((out.command, out.authority, out.status), (command, 1.0, 0));
     }
-    assert_eq!(p.step(&mut state, 1.0, -81.0, 0.1, 0.0, 0.0).status, status::PROTECTION_WARNING);
+    assert_eq!(p.step(&mut state, &input(1.0, -81.0, 0.1, 0.0, 0.0)).status, status::PROTECTION_WARNING);
 }
 
 #[test]
 fn a_trip_takes_the_frozen_command_to_zero_and_stays() {
     let (p, mut state) = (protection(), ProtectionState::default());
-    p.step(&mut state, 90.0, 90.0, 0.0, 0.0, 0.0);
+    p.step(&mut state, &input(90.0, 90.0, 0.0, 0.0, 0.0));
     for n in 1..=20 {
         // The force obeys; the command would go on.
-        let out = p.step(&mut state, 90.0 + f64::from(n), if n == 1 { 101.0 } else { 0.0 }, 0.0, 0.0, 0.0);
+        let out =
+            p.step(&mut state, &input(90.0 + f64::from(n), if n == 1 { 101.0 } else { 0.0 }, 0.0, 0.0, 0.0));
         let expected = 91.0 * (1.0 - 0.1 * f64::from(n)).max(0.0);
         assert!((out.command - expected).abs() < 1e-7, "sample {n}: {}", out.command);
         assert_eq!((out.authority, out.status & status::TRIPPED), (1.0, status::TRIPPED));
@@ -54,11 +61,11 @@ fn a_sensor_that_lies_ramps_the_force_in_a_fifth_of_the_time() {
         (Cause::StateCorrupt, 10),
     ] {
         let (p, mut state) = (protection(), ProtectionState::default());
-        p.step(&mut state, 60.0, 60.0, 0.0, 0.0, 0.0);
+        p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
         state.trip_by(cause);
         for n in 1..=samples {
             let expected = 60.0 * (1.0 - f64::from(n) / f64::from(samples));
-            let out = p.step(&mut state, 60.0, 0.0, 0.0, 0.0, 0.0);
+            let out = p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
             assert!((out.command - expected).abs() < 1e-6, "{cause:?} {n}: {}", out.command);
         }
     }
@@ -69,7 +76,7 @@ fn far_beyond_the_trip_the_valve_is_shut() {
     let (p, mut state) = (protection(), ProtectionState::default());
     let shares = [0.75, 0.5, 0.25, 0.0, 0.0];
     for share in shares {
-        let out = p.step(&mut state, 50.0, -126.0, 0.0, 0.0, 0.0);
+        let out = p.step(&mut state, &input(50.0, -126.0, 0.0, 0.0, 0.0));
         assert_eq!(out.authority, share);
         assert_ne!(out.status & status::SHUT_DOWN, 0);
     }
@@ -78,7 +85,8 @@ fn far_beyond_the_trip_the_valve_is_shut() {
 #[test]
 fn a_force_that_stays_after_the_ramp_shuts_down() {
     let (p, mut state) = (protection(), ProtectionState::default());
-    let shut = |state: &mut _| p.step(state, 50.0, 101.0, 0.0, 0.0, 0.0).status & status::SHUT_DOWN != 0;
+    let shut =
+        |state: &mut _| p.step(state, &input(50.0, 101.0, 0.0, 0.0, 0.0)).status & status::SHUT_DOWN != 0;
     let first = (0..30).position(|_| shut(&mut state));
     // The first step rises to the whole command and trips at once, so the ramp starts from 0.
     assert!(first.is_some_and(|n| n <= 11), "{first:?}");
@@ -88,7 +96,7 @@ fn a_force_that_stays_after_the_ramp_shuts_down() {
 fn a_fault_that_persists_trips_and_the_ramp_follows() {
     let (p, mut state) = (protection(), ProtectionState::default());
     let mut command_with = |fault: bool| {
-        let out = p.step(&mut state, 60.0, 0.0, 0.1, 0.0, 0.0);
+        let out = p.step(&mut state, &input(60.0, 0.0, 0.1, 0.0, 0.0));
         let flags = if fault { status::ADAPTATION_FROZEN } else { status::SPOOL_WARNING };
         p.watch(&mut state, flags);
         (out.command, out.status)
@@ -110,7 +118,7 @@ fn a_fault_that_persists_trips_and_the_ramp_follows() {
 #[test]
 fn lost_samples_are_waited_for_then_shut_down() {
     let (p, mut state) = (protection(), ProtectionState::default());
-    let mut status_of = |force: f64| p.step(&mut state, 50.0, force, 0.0, 0.0, 0.0).status;
+    let mut status_of = |force: f64| p.step(&mut state, &input(50.0, force, 0.0, 0.0, 0.0)).status;
     for force in [1.0, f64::NAN, f64::INFINITY, f64::NAN, 1.0, f64::NAN, f64::NAN, f64::NAN] {
         assert_eq!(status_of(force), 0);
     }
@@ -128,7 +136,7 @@ fn start_and_end_are_soft_and_foreseen() {
     let mut state = ProtectionState::default();
     let step = |state: &mut ProtectionState<f64>| {
         let foreseen = p.preview(state, 8.0);
-        let out = p.step(state, 8.0, 0.0, 0.0, 0.0, 0.0);
+        let out = p.step(state, &input(8.0, 0.0, 0.0, 0.0, 0.0));
         assert_eq!(out.command, foreseen);
         assert_eq!(out.status, 0);
         out.command
@@ -142,11 +150,11 @@ fn start_and_end_are_soft_and_foreseen() {
 #[test]
 fn after_a_trip_the_frozen_command_is_foreseen() {
     let (p, mut state) = (protection(), ProtectionState::default());
-    p.step(&mut state, 60.0, 60.0, 0.0, 0.0, 0.0);
+    p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
     state.trip();
     for _ in 0..12 {
         let foreseen = p.preview(&state, -500.0);
-        assert_eq!(p.step(&mut state, -500.0, 0.0, 0.0, 0.0, 0.0).command, foreseen);
+        assert_eq!(p.step(&mut state, &input(-500.0, 0.0, 0.0, 0.0, 0.0)).command, foreseen);
     }
 }
 

@@ -1,11 +1,17 @@
 //! The protection against everything that a loop may hand it, in any order.
 
-use eft_core::{Levels, Protection, ProtectionParameters, ProtectionState, status};
+use eft_core::{Levels, Protection, ProtectionInput, ProtectionParameters, ProtectionState, status};
 use proptest::prelude::*;
 
 const RATE: f64 = 1000.0;
 /// Samples of the ramp down.
 const RAMP: usize = 10;
+
+/// A sample without alive counter and period.
+fn input(command: f64, force: f64, displacement: f64, velocity: f64, spool: f64) -> ProtectionInput<f64> {
+    let none = f64::NAN;
+    ProtectionInput { command, force, displacement, velocity, spool, alive: none, period: none }
+}
 
 fn protection() -> Protection<f64> {
     let parameters = ProtectionParameters {
@@ -18,6 +24,7 @@ fn protection() -> Protection<f64> {
         shutdown_time: 0.004,
         lost_samples: 3,
         fault_time: 0.005,
+        period_tolerance: 0.1,
         plausibility: None,
     };
     Protection::<f64>::new(&parameters, RATE).unwrap()
@@ -72,7 +79,7 @@ proptest! {
                     if command.abs() <= 1e12 {
                         largest = largest.max(command.abs());
                     }
-                    let out = p.step(&mut state, command, force, displacement, velocity, spool);
+                    let out = p.step(&mut state, &input(command, force, displacement, velocity, spool));
                     prop_assert!(out.command.abs() <= largest, "{}", out.command);
                     prop_assert!((0.0..=1.0).contains(&out.authority), "{}", out.authority);
                     prop_assert_eq!(out.status & status::INVALID_COMMAND == 0, command.abs() <= 1e12);
@@ -103,7 +110,7 @@ proptest! {
     ) {
         let (p, mut state) = (protection(), ProtectionState::default());
         let mut authority_after = |refused: bool| {
-            let out = p.step(&mut state, command, 0.0, 0.0, 0.0, 0.0);
+            let out = p.step(&mut state, &input(command, 0.0, 0.0, 0.0, 0.0));
             // Other flags play no part here; these two would, in their own way.
             let other = other & !(status::INVALID_MEASUREMENT | status::INVALID_COMMAND);
             let other = other & !(status::ADAPTATION_FROZEN | status::STUCK_MEASUREMENT);
@@ -125,7 +132,7 @@ fn a_lost_command_is_the_last_valid_one_and_ramped_down_when_it_stays_lost() {
     let (p, mut state) = (protection(), ProtectionState::default());
     let mut step = |command: f64| {
         let foreseen = p.preview(&state, command);
-        let out = p.step(&mut state, command, 0.0, 0.0, 0.0, 0.0);
+        let out = p.step(&mut state, &input(command, 0.0, 0.0, 0.0, 0.0));
         p.watch(&mut state, 0);
         (foreseen, out)
     };
@@ -153,7 +160,7 @@ fn a_lost_command_is_the_last_valid_one_and_ramped_down_when_it_stays_lost() {
 fn a_trip_in_the_soft_start_has_no_step() {
     for by_fault in [false, true] {
         let (p, mut state) = (protection(), ProtectionState::default());
-        let step = |state: &mut _| p.step(state, 40.0, 0.0, 0.0, 0.0, 0.0).command;
+        let step = |state: &mut _| p.step(state, &input(40.0, 0.0, 0.0, 0.0, 0.0)).command;
         assert_eq!([step(&mut state), step(&mut state)], [10.0, 20.0]);
         if by_fault {
             for _ in 0..6 {

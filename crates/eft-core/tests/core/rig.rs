@@ -81,6 +81,8 @@ pub(crate) fn single(i: &Input<f64>) -> Input<f32> {
         supply_pressure: i.supply_pressure as f32,
         next_command: i.next_command as f32,
         valve_command: i.valve_command as f32,
+        alive: i.alive as f32,
+        period: i.period as f32,
     }
 }
 
@@ -152,6 +154,7 @@ pub(crate) fn inputs() -> impl Strategy<Value = Input<f64>> {
             supply_pressure,
             next_command,
             valve_command,
+            ..Input::default()
         },
     )
 }

@@ -29,6 +29,7 @@ macro_rules! precision {
                 let [command, velocity, force, spool, displacement, acceleration, supply, next, valve] =
                     sample(tick).map(|value| value as $t);
                 let (supply_pressure, next_command, valve_command) = (supply, next, valve);
+                let (alive, period) = (tick as $t, 1.0 / 4096.0);
                 (
                     Input {
                         command,
@@ -40,6 +41,8 @@ macro_rules! precision {
                         supply_pressure,
                         next_command,
                         valve_command,
+                        alive,
+                        period,
                     },
                     $Input {
                         command,
@@ -51,6 +54,8 @@ macro_rules! precision {
                         supply_pressure,
                         next_command,
                         valve_command,
+                        alive,
+                        period,
                     },
                 )
             }

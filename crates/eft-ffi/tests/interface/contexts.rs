@@ -41,6 +41,8 @@ fn input(tick: u32) -> eft_input_f32 {
         supply_pressure,
         next_command,
         valve_command: f32::NAN,
+        alive: f32::NAN,
+        period: f32::NAN,
     }
 }
 

@@ -31,6 +31,7 @@ const PROTECTION: ProtectionParameters = ProtectionParameters {
     shutdown_time: 0.1,
     lost_samples: 3,
     fault_time: f64::MAX,
+    period_tolerance: 0.2,
     plausibility: None,
 };
 
@@ -139,6 +140,7 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
             flow_gain_bounds: l.flow_gain_bounds,
             valve_gain_bounds: l.valve_gain_bounds,
             response_delay_bounds: l.response_delay_bounds,
+            age_limit: l.age_limit,
         },
         protection: eft_protection {
             enabled: p.protection.is_some().into(),
@@ -155,6 +157,7 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
             shutdown_time: g.shutdown_time,
             lost_samples: g.lost_samples,
             fault_time: g.fault_time,
+            period_tolerance: g.period_tolerance,
             plausibility: eft_plausibility {
                 enabled: g.plausibility.is_some().into(),
                 force_noise: w.force_noise,

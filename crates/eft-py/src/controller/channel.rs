@@ -166,6 +166,7 @@ impl Channel {
             valve_command: 0.0,
             supply_pressure: self.rig.supply.pressure,
             acceleration: 0.0,
+            ..Input::default()
         }
     }
 
@@ -187,6 +188,7 @@ impl Channel {
             valve_command: valve_command.unwrap_or(0.0),
             supply_pressure: supply_pressure.unwrap_or(self.rig.supply.pressure),
             acceleration: acceleration.unwrap_or(0.0),
+            ..Input::default()
         })
     }
 

@@ -175,6 +175,8 @@ pub(super) fn rounded<P: Precision>(i: &Input<f64>) -> Input<P> {
         supply_pressure: P::from_f64(i.supply_pressure),
         next_command: P::from_f64(i.next_command),
         valve_command: P::from_f64(i.valve_command),
+        alive: P::from_f64(i.alive),
+        period: P::from_f64(i.period),
     }
 }
 

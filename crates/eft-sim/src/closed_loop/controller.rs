@@ -124,6 +124,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
             flow_gain_bounds: [c.learning.lowest_flow_gain, c.learning.highest_flow_gain],
             valve_gain_bounds: [c.learning.lowest_valve_gain, c.learning.highest_valve_gain],
             response_delay_bounds: [c.learning.shortest_delay, c.learning.longest_delay],
+            age_limit: c.learning.age_limit,
         },
         protection: protection(rig),
         stuck_samples: if rig.protection.enabled { rig.protection.stuck_samples } else { 0 },
@@ -163,6 +164,7 @@ fn protection(rig: &RigConfig) -> Option<ProtectionParameters> {
         shutdown_time: p.shutdown_time,
         lost_samples: p.lost_samples,
         fault_time: p.fault_time.unwrap_or(f64::MAX),
+        period_tolerance: p.period_tolerance,
         plausibility: p.plausibility.then(|| plausibility(rig)),
     })
 }

@@ -34,6 +34,7 @@ impl Signals<f64> {
             displacement: self.displacement,
             acceleration: self.acceleration,
             supply_pressure: self.supply_pressure,
+            ..Input::default()
         }
     }
 }

@@ -102,6 +102,7 @@ pub static KEYS: &[Key] = &[
     key("compensation.learning.highest_valve_gain", "", Float(1.0, 100.0), float(1.25), "highest valve gain that is learned, over `compensation.valve_gain`"),
     key("compensation.learning.shortest_delay", "", Float(0.01, 1.0), float(0.2), "shortest response delay that is learned, over `compensation.response_delay`"),
     key("compensation.learning.longest_delay", "", Float(1.0, 100.0), float(4.0), "longest response delay that is learned, over `compensation.response_delay`"),
+    key("compensation.learning.age_limit", "s", Float(0.02, 1e3), float(1.0), "time without a new calibration behind which the one in use counts as expired: a flag is raised, and a protection trips"),
 
     key("structure.kind", "", Choice(&["linear", "bilinear", "bouc_wen", "shear_building"]), Required, "kind of structure; parts it does not use are ignored"),
     key("structure.mass", "kg", Float(1e-3, 1e12), Required, "mass m"),
@@ -202,6 +203,7 @@ pub static KEYS: &[Key] = &[
     key("protection.settle_time", "s", Float(0.0, 1e4), float(1.5), "time in which a shutdown lets the piston follow the specimen, damped, before the valve is closed"),
     key("protection.stuck_samples", "samples", Int(0, 1000000), int(0), "times that a measurement may repeat itself to the last bit before it counts as stuck; 0 does not look"),
     key("protection.fault_time", "s", Float(0.0, 1e4), Optional, "how long nothing may be learned, because the models are contradicted (a sensor that lies) or samples are lost every tenth of a second, before the test is tripped, where `protection.enabled` and `compensation.adaptive` are on"),
+    key("protection.period_tolerance", "", Float(0.0, 1e3), float(0.1), "share by which the sample period that the firmware measures may differ from the configured one"),
 
     key("limits.valve_command", "V", Float(1e-6, 1e6), Optional, "largest valve command to either side"),
     key("limits.valve_command_rate", "V/s", Float(1e-6, 1e12), Optional, "largest rate of the valve command"),

@@ -105,6 +105,7 @@ impl RigConfig {
                     highest_valve_gain: 1.25,
                     shortest_delay: 0.2,
                     longest_delay: 4.0,
+                    age_limit: 1.0,
                 },
             },
             structure: Structure {
@@ -153,6 +154,7 @@ impl RigConfig {
                 settle_time: 1.5,
                 stuck_samples: 0,
                 fault_time: None,
+                period_tolerance: 0.1,
             },
             limits: Limits {
                 valve_command: None,

@@ -132,6 +132,8 @@ pub struct Learning {
     pub shortest_delay: f64,
     /// Longest response delay over the configured one, dimensionless.
     pub longest_delay: f64,
+    /// Time without a new calibration behind which the one in use counts as expired, s.
+    pub age_limit: f64,
 }
 
 /// The compensation scheme.

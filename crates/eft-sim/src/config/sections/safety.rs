@@ -84,4 +84,6 @@ pub struct Protection {
     pub stuck_samples: u32,
     /// How long the estimators may find their models contradicted before the test is tripped, s.
     pub fault_time: Option<f64>,
+    /// Share by which a measured sample period may differ from the configured one, dimensionless.
+    pub period_tolerance: f64,
 }

@@ -125,6 +125,7 @@ pub(super) fn learning(l: &Learning) -> Vec<Field<'static>> {
         flow_gain_bounds,
         valve_gain_bounds,
         response_delay_bounds,
+        age_limit,
     } = *l;
     vec![
         ("adaptive", Switch(adaptive), ""),
@@ -134,6 +135,7 @@ pub(super) fn learning(l: &Learning) -> Vec<Field<'static>> {
         ("flow_gain_bounds", Bounds(flow_gain_bounds), "1"),
         ("valve_gain_bounds", Bounds(valve_gain_bounds), "1"),
         ("response_delay_bounds", Bounds(response_delay_bounds), "1"),
+        ("age_limit", Number(age_limit), "s"),
     ]
 }
 
@@ -160,6 +162,7 @@ pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
         shutdown_time,
         lost_samples,
         fault_time,
+        period_tolerance,
         plausibility,
     } = *p;
     vec![
@@ -168,6 +171,7 @@ pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
         ("shutdown_time", Number(shutdown_time), "s"),
         ("lost_samples", Count(lost_samples), "samples"),
         ("fault_time", Number(fault_time), "s"),
+        ("period_tolerance", Number(period_tolerance), "1"),
         ("plausibility", Value::Plausibility(plausibility), ""),
     ]
 }

@@ -1,0 +1,174 @@
+//! Whether the samples come one after the other, each at its time: alive counter and measured period.
+
+use crate::error::{ConfigError, check, positive, within};
+use crate::number::Real;
+use crate::protection::cause::Cause;
+use crate::protection::limits::ProtectionParameters;
+
+/// A watch of alive counter and sample period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Timing<T> {
+    rate: T,
+    tolerance: T,
+    /// What of [`Trouble`] is waited for.
+    patience: u32,
+}
+
+/// What it remembers. `default()` was never given anything.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub(crate) struct TimingState<T> {
+    /// The last counter that was given.
+    last: T,
+    /// Whether a counter and a period were ever given.
+    counts: bool,
+    times: bool,
+    order: Trouble,
+    pace: Trouble,
+}
+
+/// Two for each bad sample, one less for each good one: what is bad every second time trips as well.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+struct Trouble(u32);
+
+impl Trouble {
+    #[inline(always)]
+    fn count(&mut self, bad: bool) {
+        self.0 = if bad { self.0.saturating_add(2) } else { self.0.saturating_sub(1) };
+    }
+}
+
+/// What a sample's timing says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Timed {
+    /// Whether anything of it is bad.
+    pub(crate) bad: bool,
+    /// What has been bad for too long.
+    pub(crate) cause: Cause,
+    /// Whether the sample is not new.
+    pub(crate) old: bool,
+}
+
+impl<T: Real> Timing<T> {
+    /// One sample, with its counter (1) and the period (s) since the one before.
+    ///
+    /// # NaN
+    /// What was never given is not watched. What was given before, and is not, is bad.
+    #[inline(always)]
+    pub(crate) fn step(&self, state: &mut TimingState<T>, alive: T, period: T) -> Timed {
+        let (zero, one) = (T::splat(0.0), T::splat(1.0));
+        let (counted, timed) = (alive.is_finite(), period.is_finite());
+        if !(counted | timed | state.counts | state.times) {
+            return Timed { bad: false, cause: Cause::None, old: false };
+        }
+        // From its last value, whichever that is, a counter begins again at zero.
+        let follows = alive == state.last + one || (alive == zero && state.last > zero);
+        let skipped = state.counts && !follows;
+        let old = state.counts && !(counted && alive != state.last);
+        state.counts |= counted;
+        state.last = if counted { alive } else { state.last };
+        state.times |= timed;
+        let off = state.times && !((period * self.rate - one).abs() <= self.tolerance);
+        state.order.count(skipped);
+        state.pace.count(off);
+        let cause = if state.order.0 > self.patience {
+            Cause::SamplesOld
+        } else if state.pace.0 > self.patience {
+            Cause::SamplePeriod
+        } else {
+            Cause::None
+        };
+        Timed { bad: skipped | off, cause, old }
+    }
+}
+
+macro_rules! constructor {
+    ($t:ty) => {
+        impl Timing<$t> {
+            /// Of a protection and the sample rate (Hz).
+            pub(crate) const fn new(p: &ProtectionParameters, sample_rate: f64) -> Result<Self, ConfigError> {
+                check!(within("lost_samples", p.lost_samples as f64, 0.0, 1e5));
+                Ok(Self {
+                    rate: check!(positive("sample_rate", sample_rate)) as $t,
+                    tolerance: check!(within("period_tolerance", p.period_tolerance, 0.0, 1e3)) as $t,
+                    patience: 2 * p.lost_samples,
+                })
+            }
+        }
+    };
+}
+constructor!(f32);
+constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NONE: f32 = f32::NAN;
+
+    fn timing() -> Timing<f32> {
+        Timing::<f32>::new(&ProtectionParameters::DEFAULT, 1000.0).unwrap()
+    }
+
+    /// At which sample these counters and periods trip, and what by.
+    fn trips(samples: impl IntoIterator<Item = (f32, f32)>) -> Option<(usize, Cause, bool)> {
+        let (timing, mut state) = (timing(), TimingState::default());
+        samples.into_iter().enumerate().find_map(|(n, (alive, period))| {
+            let timed = timing.step(&mut state, alive, period);
+            assert!(timed.cause == Cause::None || timed.bad);
+            (timed.cause != Cause::None).then_some((n, timed.cause, timed.old))
+        })
+    }
+
+    // SR-15
+    #[test]
+    fn a_counter_that_stands_or_skips_trips() {
+        let ten_and_then = |then: fn(u16) -> f32| {
+            (0..10_u16).map(f32::from).chain((10..200).map(then)).map(|alive| (alive, NONE))
+        };
+        assert_eq!(trips(ten_and_then(f32::from)), None);
+        // Ten are waited for.
+        assert_eq!(trips(ten_and_then(|_| 9.0)), Some((20, Cause::SamplesOld, true)));
+        assert_eq!(trips(ten_and_then(|_| NONE)), Some((20, Cause::SamplesOld, true)));
+        assert_eq!(trips(ten_and_then(|n| f32::from(2 * n))), Some((20, Cause::SamplesOld, false)));
+        // Each of them twice.
+        let (n, cause, _) = trips(ten_and_then(|n| f32::from(n / 2))).unwrap();
+        assert!(cause == Cause::SamplesOld && (25..60).contains(&n), "{n}");
+        // One in a hundred that is lost is left alone.
+        assert_eq!(trips((0..10_000_u16).map(|n| (f32::from(n + n / 100), NONE))), None);
+    }
+
+    #[test]
+    fn counters_of_any_length_begin_again_at_zero() {
+        for last in [1, 7, 255, 65_535_u32] {
+            let counter = (0..300_000_u32).map(|n| ((n % (last + 1)) as f32, NONE));
+            assert_eq!(trips(counter), None, "{last}");
+        }
+        let never_begins = core::iter::repeat_n((0.0, NONE), 100);
+        assert_eq!(trips(never_begins).map(|(_, cause, _)| cause), Some(Cause::SamplesOld));
+    }
+
+    // SR-15
+    #[test]
+    fn a_period_that_is_off_trips() {
+        let periods = |off: f32| (0..100).map(move |n| (NONE, if n < 10 { 1e-3 } else { off * 1e-3 }));
+        for (off, expected) in [
+            (0.95, None),
+            (1.09, None),
+            (0.85, Some((20, Cause::SamplePeriod, false))),
+            (1.2, Some((20, Cause::SamplePeriod, false))),
+            (f32::INFINITY, Some((20, Cause::SamplePeriod, false))),
+            (f32::NAN, Some((20, Cause::SamplePeriod, false))),
+        ] {
+            assert_eq!(trips(periods(off)), expected, "{off}");
+        }
+    }
+
+    #[test]
+    fn what_is_never_given_is_not_watched() {
+        assert_eq!(trips(core::iter::repeat_n((NONE, NONE), 1000)), None);
+    }
+}
