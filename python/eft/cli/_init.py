@@ -51,10 +51,17 @@ def init(file: Path, test: bool, study: bool, data_sheet: bool, sheet: Path | No
         text = eft.data_sheets.TEMPLATE
     else:
         rig = eft.Rig.zhao2005() if sheet is None else _from(sheet)
-        text = rig.to_toml(comments=True).rstrip() + "\n"
+        text = ("" if rig["compensation.adaptive"] else _FIRST) + rig.to_toml(comments=True).rstrip() + "\n"
         text += (_test_file.TEMPLATE if test or study else "") + (_study_file.TEMPLATE if study else "")
     write_text(file, text)
     click.echo(f"{file} written")
+
+
+_FIRST = """\
+# Switch on first: `adaptive`, `feedforward` and `look_ahead` in [compensation]. The controller then
+# calibrates itself during the test, and needs the valve's flow to within 30 % only.
+
+"""
 
 
 def _from(sheet: Path) -> eft.Rig:
