@@ -14,6 +14,9 @@ MODULES = [
     "eft.studies",
     "eft.firmware",
     "eft.rths",
+    "eft.data_sheets",
+    "eft.report",
+    "eft.traces",
 ]
 THINGS = {
     f"{module}.{name}": getattr(importlib.import_module(module), name)

@@ -105,6 +105,11 @@ def missing(sheet: Mapping[str, Any]) -> list[Question]:
     list of Question
         In the order of `QUESTIONS`.
 
+    Raises
+    ------
+    AttributeError
+        If the sheet is no mapping.
+
     Examples
     --------
     >>> import eft

@@ -104,7 +104,7 @@ def stories(
     >>> import eft
     >>> keys = eft.data_sheets.stories(["4 t", "3 t"], ["900 kN/m", "700 kN/m"], "3 %")
     >>> [round(c) for c in keys["structure.stories.dampings"]]
-    [1896, 2168]
+    [7611, 136]
     """
     m = np.array([above_zero(f"masses[{i}]", mass, "kg") for i, mass in enumerate(masses)])
     k = np.array([above_zero(f"stiffnesses[{i}]", one, "N/m") for i, one in enumerate(stiffnesses)])

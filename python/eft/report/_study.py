@@ -37,10 +37,35 @@ def write_study_report(
     setting and their distribution, and lists the worst tests. It ends with the configuration and the
     versions. The file is written under another name and then renamed.
 
+    Parameters
+    ----------
+    study : Study
+        The study.
+    path : path-like
+        The HTML file.
+    title : str
+        Heading of the page.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
     Raises
     ------
     ValueError
         If the study has no rows yet.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import eft
+    >>> from eft.report import write_study_report
+    >>> sweep = eft.sine_sweep(2000.0, 0.5, 4.0, 1.0, 512.0)
+    >>> study = eft.study(eft.Rig.zhao2005(), sweep, {"compensation.level": [0.9, 1.0]}, progress=False)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_study_report(study, pathlib.Path(folder) / "study.html").name
+    'study.html'
     """
     if not len(study):
         raise ValueError("the study has no rows yet: a report needs at least one")

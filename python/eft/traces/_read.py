@@ -24,7 +24,7 @@ def read_traces(
     gaps: bool = False,
     rig: Rig | None = None,
 ) -> Traces:
-    """Read the signals of a test and convert them to SI units.
+    r"""Read the signals of a test and convert them to SI units.
 
     The suffix tells the format: ``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc`` (text); ``.mat`` (SciPy,
     from 7.3 on h5py); ``.h5``, ``.hdf5`` (h5py); ``.parquet`` (pyarrow); ``.tdms`` (npTDMS); ``.uff``,
@@ -51,12 +51,29 @@ def read_traces(
     gaps : bool
         Whether samples may be missing, as NaN or, in a CSV, an empty cell; they become NaN.
 
+    Returns
+    -------
+    Traces
+        The signals by quantity.
+
     Raises
     ------
     OSError
         If the file cannot be read, or is a pipe or a device.
     ValueError
         If it is not what it should be; the message says where and what is allowed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import eft
+    >>> from eft.traces import read_traces
+    >>> with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
+    ...     _ = file.write("time (s),force (kip)\n0,0\n0.5,1\n1,2\n")
+    ...     file.flush()
+    ...     measured = read_traces(file.name)
+    >>> measured.sample_rate, [round(force) for force in measured["force"]]
+    (2.0, [0, 4448, 8896])
     """
     source = Path(path)
     size = ordinary_size(source)

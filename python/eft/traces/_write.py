@@ -22,6 +22,36 @@ def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
     ``.csv``, ``.h5`` or ``.hdf5`` (needs h5py), ``.parquet`` (needs pandas and pyarrow), ``.mat`` (needs
     SciPy; names such as ``force_N`` and ``velocity_mps``), ``.tdms`` (needs npTDMS); ``.eft`` and ``.npz`` as
     `TestRun.save`, which alone keep the whole run. The file is written under another name and then renamed.
+
+    Parameters
+    ----------
+    run : TestRun
+        The run.
+    path : path-like
+        The file.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    ValueError
+        If the suffix is not one of these.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import eft
+    >>> from eft.traces import write_run
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 1.0, 512.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     written = write_run(run, pathlib.Path(folder) / "run.csv")
+    ...     written.read_text().splitlines()[0][:8]
+    'time (s)'
     """
     target = Path(path)
     check_output(target)
