@@ -1,6 +1,7 @@
 """Every result draws itself and shows itself in a notebook as valid HTML; every option is called once."""
 
 import base64
+import inspect
 import re
 from html.parser import HTMLParser
 
@@ -97,9 +98,11 @@ PICTURES = [
 ]  # fmt: skip
 
 
+@pytest.mark.parametrize("system", ["si", "us"])
 @pytest.mark.parametrize("name", NAMES)
-def test_a_result_shows_itself_as_valid_html(results, name):
-    text = results[name]._repr_html_()
+def test_a_result_shows_itself_as_valid_html(results, name, system):
+    with eft.use_units(system):
+        text = results[name]._repr_html_()
     parser = Valid()
     parser.feed(text)
     parser.close()
@@ -153,21 +156,101 @@ def test_the_nyquist_diagram_has_the_margin(results):
     assert 1.0 / reach == pytest.approx(loop.margins.gain, rel=0.02)
 
 
-OPTIONS = [
-    ("study", plots.study, {"metric": "max_spool"}),
-    ("linear model", plots.linear_model, {"band": (1.0, 50.0)}),
-    ("linear model", plots.linear_model, {"output": "displacement"}),
-    ("linear model", plots.linear_model, {"source": "command"}),
-    ("drive", plots.drive_response, {"band": (1.0, 3.0)}),
-]
+def options(draw):
+    """What can be chosen about a figure, but for where it is drawn."""
+    parameters = inspect.signature(draw).parameters.values()
+    return {
+        one.name
+        for one in parameters
+        if one.kind is one.KEYWORD_ONLY and one.name not in ("ax", "axes", "figure")
+    }
 
 
-@pytest.mark.parametrize(("name", "draw", "options"), OPTIONS, ids=range(len(OPTIONS)))
-def test_every_option_draws(results, name, draw, options):
-    figure = Figure(layout="constrained")
-    place = {"ax": figure.subplots()} if draw is plots.drive_response else {"figure": figure}
-    assert draw(results[name], **options, **place) is not None
-    figure.canvas.draw()
+FUNCTIONS = {name: draw for name in plots.__all__ if inspect.isroutine(draw := getattr(plots, name))}
+TEST = {
+    "spool": None,
+    "displacement": None,
+    "sample_rate": 2048.0,
+    "piston_area": RIG["actuator.piston_area"],
+}
+"""A test of the valve's flow: its arrays are those of the fixture."""
+CALLS = [
+    ("command", "command", {}),
+    ("displacement_history", "run", {"ideal": "ideal"}),
+    ("displacement_history", "run", {"window": (1.0, 2.0)}),
+    ("drive_response", "drive", {"band": (1.0, 3.0)}),
+    ("figure_4", ("delay", "curve"), TEST),
+    ("figure_6", "rig", {}),
+    ("figure_8", "runs", {"window": (1.0, 2.0)}),
+    ("figure_8_ratio", "runs", {}),
+    ("figure_9", "runs", {"window": (1.0, 2.0)}),
+    ("figure_10", ("runs", "ideal"), {"window": (1.0, 2.0)}),
+    ("figure_11", "runs", {"band": (1.0, 2.0)}),
+    ("figure_maps", "map", {}),
+    ("figure_structure", "run", {"window": (1.0, 2.0)}),
+    ("flow_curve", "curve", TEST),
+    ("force_history", "runs", {"window": (1.0, 2.0)}),
+    ("force_loop", "force loop", {}),
+    ("force_loop_gains", "gains", {}),
+    ("force_ratio", "run", {"band": (1.0, 2.0)}),
+    ("force_spectrum", "run", {"band": (1.0, 2.0)}),
+    ("hysteresis", "run", {"window": (1.0, 2.0)}),
+    ("identification", "identification", {}),
+    ("inverse_dynamics", "rig", {"band": (1.0, 50.0)}),
+    ("linear_model", "linear model", {"band": (1.0, 50.0)}),
+    ("linear_model", "sampled model", {"output": "displacement"}),
+    ("linear_model", "linear model", {"source": "command"}),
+    ("record", "record", {}),
+    ("response_delay", "delay", {}),
+    ("run_page", "building", {}),
+    ("spool_history", "run", {"advice": 0.4}),
+    ("spool_history", "run", {"window": (1.0, 2.0)}),
+    ("stability_map", "levels", {}),
+    ("study", "study", {"metric": "max_spool"}),
+    ("velocity_history", "run", {"ideal": "ideal"}),
+    ("velocity_history", "run", {"window": (1.0, 2.0)}),
+]  # fmt: skip
+"""Each figure function with each of its options, and what it draws."""
+
+
+def test_every_option_of_every_figure_is_called():
+    called = {(name, option) for name, _, given in CALLS for option in given}
+    assert called == {(name, option) for name, draw in FUNCTIONS.items() for option in options(draw)}
+    assert {name for name, *_ in CALLS} == set(FUNCTIONS)
+
+
+@pytest.mark.parametrize(("name", "what", "given"), CALLS, ids=range(len(CALLS)))
+def test_every_option_draws(results, drawn, name, what, given):
+    pool, figure = results | drawn, Figure(layout="constrained")
+    chosen = {
+        option: drawn[option] if option in ("ideal", "spool", "displacement") else value
+        for option, value in given.items()
+    }
+    takes = inspect.signature(FUNCTIONS[name]).parameters
+    if "ax" in takes:
+        chosen["ax"] = figure.subplots()
+    elif "axes" in takes:
+        chosen["axes"] = figure.subplots(2, 1)
+    elif "figure" in takes:
+        chosen["figure"] = figure
+    answer = FUNCTIONS[name](*(pool[one] for one in ([what] if isinstance(what, str) else what)), **chosen)
+    for one in answer if isinstance(answer, tuple) else (answer if isinstance(answer, Figure) else figure,):
+        one.canvas.draw()
+        assert any(ax.lines or ax.collections for ax in one.axes)
+
+
+@pytest.fixture(scope="module")
+def drawn(results):
+    """What figures take besides the results."""
+    test = eft.identification.flow_test(RIG, amplitude=0.1)
+    linear = eft.simulate(RIG.replace({"compensation.mode": "linear"}), SWEEP)
+    return {
+        "runs": {"nonlinear": results["run"], "linear": linear},
+        "ideal": eft.ideal_response(RIG, SWEEP),
+        "delay": eft.identify_delay(*eft.identification.valve_test(RIG), 2048.0),
+        "spool": test.spool,
+        "displacement": test.displacement,
+    }
 
 
 def test_without_a_figure_a_new_one_is_made(results):
