@@ -89,7 +89,7 @@ def test_curves_are_those_of_the_runs(page, runs):
 @pytest.mark.parametrize("size", [MOST, MOST + 1, 3 * MOST + 7])
 def test_thinning_loses_no_peak(size):
     values = np.random.default_rng(1).normal(size=size)
-    thin, step = _thin(values)
+    thin, step = _thin(values, MOST)
     assert thin.size <= MOST + 2
     assert (thin.min(), thin.max()) == (values.min(), values.max())
     if step > 1:

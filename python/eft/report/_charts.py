@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 MOST = 16384
 """Points of one curve: more make the page heavy and nothing plainer."""
 
+_LEAST = 4096
+"""Points of one curve where many tests, or actuators, share them: still two a pixel of a wide screen."""
+
 _WEAKEST = 0.05
 """Share of the command's largest amplitude below which no ratio is shown."""
 
@@ -41,19 +44,24 @@ class Page:
     data: list[str] = field(default_factory=list)
     thinned: int = 1
     """Samples that stand behind one pair of extremes in the longest curve; 1 when nothing was thinned."""
+    most: int = MOST
+    """Points of one curve over time."""
+    _names: dict[bytes, str] = field(default_factory=dict)
 
     def store(self, values: Array) -> str:
         """Keep an array in the page; returns its id. Single precision: seven digits are enough to look at."""
-        name = f"d{len(self.data)}"
-        text = base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
-        self.data.append(f'<script type="text/plain" id="{name}">{text}</script>')
-        return name
+        whole = np.asarray(values, dtype="<f4").tobytes()
+        if whole not in self._names:
+            self._names[whole] = name = f"d{len(self.data)}"
+            text = base64.b64encode(whole).decode("ascii")
+            self.data.append(f'<script type="text/plain" id="{name}">{text}</script>')
+        return self._names[whole]
 
     def history(
         self, label: str, color: str, values: Array, run: TestRun | Traces, width: float = 1.2
     ) -> dict[str, Any]:
         """A curve over time."""
-        thin, step = _thin(values)
+        thin, step = _thin(values, self.most)
         self.thinned = max(self.thinned, step)
         pace = (step / 2 if step > 1 else 1) / run.sample_rate
         x = {"start": 0.0, "step": pace}
@@ -101,7 +109,7 @@ class Page:
 
 def draw(runs: Mapping[str, TestRun]) -> Page:
     """Every chart of one or several runs under the same command."""
-    page = Page()
+    page = Page(most=max(MOST // len(runs), _LEAST))
     colors = dict(zip(runs, cycle(len(runs)), strict=True))
 
     force, length, velocity, pressure = (shown(name) for name in ("force", "length", "velocity", "pressure"))
@@ -226,11 +234,11 @@ def _hysteresis(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, st
         page.add("Restoring force of the structure", labels, series, box=True, square=True)
 
 
-def _thin(values: Array) -> tuple[Array, int]:
+def _thin(values: Array, most: int) -> tuple[Array, int]:
     """Lowest and highest value of each stretch, in their order; nothing is done to a short curve."""
-    if values.size <= MOST:
+    if values.size <= most:
         return values, 1
-    step = -(-values.size // (MOST // 2))
+    step = -(-values.size // (most // 2))
     whole = np.concatenate([values, np.full(-values.size % step, values[-1])]).reshape(-1, step)
     low, high = whole.argmin(axis=1), whole.argmax(axis=1)
     rows = np.arange(whole.shape[0])

@@ -7,6 +7,7 @@ import hashlib
 import html
 import math
 import platform
+import re
 from collections.abc import Mapping, Sequence
 from importlib import metadata, resources
 from os import PathLike
@@ -67,10 +68,36 @@ def write_report(
     configuration and versions follow. Each test of `measured`, by its name, is compared with the first run,
     aligned in time, in a table and charts. It reaches for no network. Written beside and renamed.
 
+    Parameters
+    ----------
+    runs : TestRun or mapping of str to TestRun
+        The tests, by name where there are several.
+    path : path-like
+        The HTML file.
+    title : str
+        Heading of the page.
+    measured : mapping of str to Traces, optional
+        Measured tests, by name.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
     Raises
     ------
     ValueError
         If there is no run; if a measured test has no signal in common with the run.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import eft
+    >>> from eft.report import write_report
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 1.0, 512.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_report(run, pathlib.Path(folder) / "run.html").name
+    'run.html'
     """
     named = labelled(runs, alone="test")
     if not named:
@@ -197,7 +224,9 @@ def _number(value: float, unit: str) -> str:
 
 def html_table(header: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
     """A table of plain text; `kind` is its class."""
-    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in header)
+    # Keys may break at their dots and underscores, so that narrow screens keep the columns behind them.
+    broken = (re.sub(r"([._])(?=\w)", r"\1<wbr>", html.escape(cell)) for cell in header)
+    head = "".join(f"<th>{cell}</th>" for cell in broken)
     body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
     opening = f'<table class="{kind}">' if kind else "<table>"
     return f"{opening}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
