@@ -2,7 +2,7 @@
 
 The subjects take turns, round after round, and every ratio is the median of the ratios of the rounds, so
 that whatever else the machine does falls on both alike. Writes `results.json`; `page.py` makes figures and
-the page of it.
+the page of it. ``run.py short.json --short`` tries everything once, for no page.
 """
 
 import json
@@ -21,13 +21,14 @@ from subjects import DURATION, RATE, Subjects, building, seconds
 import eft
 from eft import _native
 
-ROUNDS, PATIENCE = 25, 60.0
+SHORT = "--short" in sys.argv
+LEAST, ROUNDS, PATIENCE = (1, 1, 0.0) if SHORT else (5, 25, 60.0)
 BATCH = 128
 WIDE, KEPT = 32, 8
 """Tests of the other batches, and of that with traces."""
 SCIPY_TICKS = 1024
 JAX_RIGS, JAX_TICKS = 64, 8192
-TESTS = 10_000
+TESTS = 100 if SHORT else 10_000
 
 
 def distance(force, reference):
@@ -36,13 +37,13 @@ def distance(force, reference):
 
 
 def interleaved(subjects):
-    """Seconds of each subject in each round; fewer rounds, but five, where they take longer than a minute."""
+    """Seconds of each subject in each round; fewer rounds, but the least, beyond a minute."""
     times = {name: [] for name in subjects}
     for work in subjects.values():
         work()
     start = time.perf_counter()
     for n in range(ROUNDS):
-        if n >= 5 and time.perf_counter() - start > PATIENCE:
+        if n >= LEAST and time.perf_counter() - start > PATIENCE:
             break
         for name, work in subjects.items():
             times[name].append(seconds(work))
@@ -195,7 +196,7 @@ def main():
         results |= compare(s, converged)
         results["peak"] = max(s.peak() for _ in range(5))
         print("many tests on two cores ...", flush=True)
-        results["many"] = ten_thousand(s, int(os.environ.get("EFT_BENCH_TESTS", TESTS)))
+        results["many"] = ten_thousand(s, TESTS)
         results["side by side"] = side_by_side(s)
         print("accuracy and growth ...", flush=True)
         results["accuracy"] = accuracy(s, converged)
