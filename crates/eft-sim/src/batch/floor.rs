@@ -1,4 +1,4 @@
-//! What stays of the tests side by side at one actuator.
+//! Sums, flags and traces of one actuator, for several tests side by side.
 
 use eft_core::Flags;
 
@@ -21,7 +21,7 @@ pub(super) struct Floor<S: Num> {
     learns: bool,
     estimates: Estimates<S>,
     status: S::Flags,
-    /// Of one block.
+    /// Forces (N) and displacements (m) of one block.
     forces: Vec<S>,
     displacements: Vec<S>,
     /// A test each, where the traces are kept, until it ends.
@@ -105,7 +105,7 @@ impl<S: Num> Floor<S> {
     }
 }
 
-/// Takes in the ticks of every lane.
+/// Records the ticks of every lane.
 pub(super) struct FloorRecorder<'a, S: Num> {
     forces: &'a mut [S],
     displacements: &'a mut [S],

@@ -10,7 +10,7 @@ use crate::closed_loop::tick::Recorder;
 use crate::lanes::Num;
 use crate::lanes::{Work, dispatch};
 
-/// Runs up to `ticks` ticks of a test, and gives how many began with states to go on from only. `commands` may go on beyond
+/// Runs up to `ticks` ticks of a test and returns how many began with a bounded state. `commands` may go on beyond
 /// them; where it ends with them, the last one is held.
 pub(crate) fn run<S: Num, C: Scalar>(
     test: &mut FastLoop<S, C>,

@@ -111,7 +111,7 @@ where
         Tick::new(command, *now.plant(), force, &truth, blocks.at_limits(now.plant()), decision)
     }
 
-    /// Where the plant's state is one to go on from.
+    /// Where the plant's state is finite and bounded.
     #[inline(always)]
     pub(crate) fn is_bounded(state: &LoopState<S, C>) -> S::Mask {
         state.plant.plant().is_bounded()

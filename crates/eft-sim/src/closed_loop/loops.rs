@@ -15,10 +15,10 @@ use crate::plant::{EnergyBalance, TimeGrid};
 
 /// A closed loop that can be taken through a test.
 pub(crate) trait ClosedLoop<S: Num> {
-    /// Runs up to `ticks` ticks, and gives how many began with states to go on from only. The commands (N), one slice an
+    /// Runs up to `ticks` ticks and returns how many began with a bounded state. The commands (N), one slice an
     /// actuator, may go on beyond them; where one ends with them, its last value is held.
     fn run(&mut self, commands: &[&[S]], ticks: usize, recorders: &mut [impl Recorder<S>]) -> usize;
-    /// Where the plant's state is one to go on from.
+    /// Where the plant's state is finite and bounded.
     fn is_bounded(&self) -> S::Mask;
     /// Puts the plants back to rest where the mask is true.
     fn restart(&mut self, at: S::Mask);

@@ -19,7 +19,7 @@ pub(crate) struct Decision<S: Num> {
     pub(crate) driver: Driver<S>,
 }
 
-/// What is true, and what the digital side made of it, at one tick, before the tick's output acts.
+/// The true state at one tick, before the tick's output acts, and what the digital side made of it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tick<S: Num> {
     pub(crate) command: S,
@@ -55,7 +55,7 @@ impl<S: Num> Tick<S> {
     }
 }
 
-/// What stays of a tick.
+/// Keeps what a test records of its ticks.
 pub(crate) trait Recorder<S: Num> {
     /// Takes the `i`-th tick of a chunk, and what the learner has found by then.
     fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>);

@@ -159,8 +159,8 @@ macro_rules! traces {
             }
         }
 
-        /// Some ticks of every trace, of one rig or of several side by side: short enough to stay close to the processor
-        /// until they are handed over.
+        /// The last ticks of every trace, of one rig or of several side by side. It is short enough to stay in the
+        /// processor's cache until the traces take it over.
         pub(crate) struct Block<S: Num> {
             groups: Groups,
             $($($name: [S; BLOCK_TICKS],)*)*
@@ -180,7 +180,7 @@ macro_rules! traces {
                 })
             }
 
-            /// Hands the first ticks over to a lane's traces.
+            /// Appends the first ticks to a lane's traces.
             #[inline(always)]
             fn append(&self, ticks: usize, lane: usize, to: &mut Traces) {
                 $(if to.groups.$group {

@@ -1,4 +1,5 @@
-//! The ways to a decision: controllers side by side, learning ones, a channel a lane, or a controller from outside.
+//! What decides on the valve command: controllers or learning channels side by side, a channel a lane, or a controller
+//! from outside.
 
 use eft_core::{ControllerInput, ControllerOutput, ControllerState, Flags, Mask, Real, Scalar};
 

@@ -1,4 +1,4 @@
-//! Everything between the plant's signals and what drives its valve: sensors, controller, converter.
+//! Sensors, controller and converter: from the plant's signals to what drives its valve.
 
 mod decide;
 mod drive;
@@ -108,8 +108,8 @@ impl<S: Num, C: Scalar> DigitalSide<S, C>
 where
     C::Element: Precision,
 {
-    /// Those of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization and [`ChannelKind`]. `actuator` numbers the actuator
-    /// in its rig, whose noise is its own.
+    /// The digital sides of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization and [`ChannelKind`].
+    /// `actuator` is the actuator's number in its rig; each has noise of its own.
     pub(crate) fn new<'a>(
         rig: impl Fn(usize) -> &'a RigConfig,
         sample_rate: f64,
