@@ -199,7 +199,7 @@ def test_check_gives_the_verdict_of_the_library_and_the_test_on_the_virtual_rig(
     told = json.loads(json.dumps(dataclasses.asdict(found)))
     assert answer | told == answer and found.verdict == "go"
     assert answer["margins"]["level"] == pytest.approx(
-        eft.stability_margin(rig, sampled=True, sample_rate=1024.0)
+        eft.stability_margin(rig, sampled=True, sample_rate=1024.0, flow_gain="steeper")
     )
     assert answer["metrics"] == pytest.approx(dict(eft.simulate(rig, command).metrics()))
     assert list(folder.iterdir()) == []

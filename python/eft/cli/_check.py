@@ -115,7 +115,8 @@ def check(
 
 
 def _linear(plan: TestPlan) -> eft.linear.LinearModel:
-    return eft.linearize(plan.rig, sampled=True, sample_rate=plan.command.sample_rate)
+    rate = plan.command.sample_rate
+    return eft.linearize(plan.rig, sampled=True, sample_rate=rate, flow_gain="steeper")
 
 
 def _before(plan: TestPlan) -> str:
@@ -127,7 +128,8 @@ def _before(plan: TestPlan) -> str:
 
 def _margins(plan: TestPlan) -> dict[str, Any]:
     try:
-        found = eft.linear.stability_margins(plan.rig, sampled=True, sample_rate=plan.command.sample_rate)
+        rate = plan.command.sample_rate
+        found = eft.linear.stability_margins(plan.rig, sampled=True, sample_rate=rate, flow_gain="steeper")
         return {name: value for name, value in asdict(found).items() if value is not None}
     except ValueError:
         if not (growth := _linear(plan).growth_rate) > 0.0:

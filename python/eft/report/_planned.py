@@ -35,7 +35,8 @@ def planned(runs: Mapping[str, TestRun]) -> Iterator[tuple[str, list[str], list[
                 [_demand(one) for one in demands],
             )
         try:
-            margins = stability_margins(run.rig, sampled=True, sample_rate=run.sample_rate)
+            rate = run.sample_rate
+            margins = stability_margins(run.rig, sampled=True, sample_rate=rate, flow_gain="steeper")
         except ValueError:
             yield title, ["margin", "from", "to"], [["the linear model is unstable at any level", "–", "–"]]
         else:
