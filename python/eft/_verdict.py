@@ -95,7 +95,9 @@ def judge(run: TestRun) -> Verdict:
     metrics = part.metrics() if part.command.any() else None
     facts = _facts(run, part, metrics)
     findings = [*_events(run), *of_facts(facts)]
-    if any(one.grade == "no" or "supply pressure" in one.sentence for one in findings):
+    least = run.rig["supply.pressure"] * run.rig["verdict.caution.supply_pressure"]
+    sags = facts.metrics["min_supply_pressure"] < least
+    if sags or any(one.grade == "no" for one in findings):
         facts = facts._replace(demands=_demands(run))
         asked = [one for one in of_demands(facts.demands) if one.grade == "no"]
         findings = [*_events(run), *asked, *_noise(run, facts), *of_facts(facts)]
