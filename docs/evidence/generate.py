@@ -5,6 +5,7 @@ from pathlib import Path
 
 import fixed_against_adaptive
 import force_loop
+import learning_cases
 import paper_figures
 import random_plants
 import random_rigs
@@ -18,6 +19,7 @@ if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     paper_figures.write(FOLDER)
     force_loop.report(FOLDER)
+    learning_cases.report(FOLDER)
     random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
     safety.report(FOLDER)

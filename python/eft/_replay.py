@@ -32,13 +32,17 @@ class Replay:
     flow_gain_estimate: npt.NDArray[np.float64]
     """True flow over the flow table's."""
     response_delay_estimate: npt.NDArray[np.float64]
-    """Delay that the lead network would make up for, s."""
+    """Delay of the spool by its sensor, s."""
+    velocity_delay_estimate: npt.NDArray[np.float64]
+    """Delay of the velocity behind the spool by their sensors, s."""
     valve_gain_estimate: npt.NDArray[np.float64]
     """The spool's gain over the configured one."""
     flow_gain_deviation: npt.NDArray[np.float64]
     """Standard deviation of the flow gain by sensor noise; infinite where nothing was learned."""
     response_delay_deviation: npt.NDArray[np.float64]
-    """The same of the delay, s."""
+    """The same of the response delay, s."""
+    velocity_delay_deviation: npt.NDArray[np.float64]
+    """The same of the velocity's delay, s."""
     valve_gain_deviation: npt.NDArray[np.float64]
     """The same of the spool's gain."""
     level: npt.NDArray[np.float64]
@@ -57,9 +61,11 @@ class Replay:
         names = [
             "flow_gain_estimate",
             "response_delay_estimate",
+            "velocity_delay_estimate",
             "valve_gain_estimate",
             "flow_gain_deviation",
             "response_delay_deviation",
+            "velocity_delay_deviation",
             "valve_gain_deviation",
             "level",
             "test_ratio",

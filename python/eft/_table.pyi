@@ -39,10 +39,12 @@ TraceName: TypeAlias = Literal[
     "measured_acceleration",
     "flow_gain_estimate",
     "response_delay_estimate",
+    "velocity_delay_estimate",
     "valve_gain_estimate",
     "level",
     "flow_gain_deviation",
     "response_delay_deviation",
+    "velocity_delay_deviation",
     "valve_gain_deviation",
     "test_ratio",
 ]
@@ -102,6 +104,8 @@ class Channels:
     @property
     def response_delay_estimate(self) -> _Array: ...
     @property
+    def velocity_delay_estimate(self) -> _Array: ...
+    @property
     def valve_gain_estimate(self) -> _Array: ...
     @property
     def level(self) -> _Array: ...
@@ -109,6 +113,8 @@ class Channels:
     def flow_gain_deviation(self) -> _Array: ...
     @property
     def response_delay_deviation(self) -> _Array: ...
+    @property
+    def velocity_delay_deviation(self) -> _Array: ...
     @property
     def valve_gain_deviation(self) -> _Array: ...
     @property

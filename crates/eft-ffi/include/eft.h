@@ -270,7 +270,7 @@ typedef struct eft_channel_f32 { uint64_t words[144]; } eft_channel_f32;
 typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
 
 // What the learner has found, as the tick uses it.
-typedef struct eft_calibration_f32 { uint64_t words[24]; } eft_calibration_f32;
+typedef struct eft_calibration_f32 { uint64_t words[28]; } eft_calibration_f32;
 
 // What a channel remembers: one for each actuator.
 typedef struct eft_state_f32 { uint64_t words[192]; } eft_state_f32;
@@ -362,16 +362,18 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 typedef struct eft_learner_f32 { uint64_t words[80]; } eft_learner_f32;
 
 // What a learner remembers: one for each channel.
-typedef struct eft_learner_state_f32 { uint64_t words[128]; } eft_learner_state_f32;
+typedef struct eft_learner_state_f32 { uint64_t words[144]; } eft_learner_state_f32;
 
 // What a calibration says.
 typedef struct eft_learned_f32 {
   float flow_gain;                   // 1; true flow over the table's
   float valve_gain;                  // 1; the spool's gain over the configured one
-  float response_delay;              // s; that the lead network makes up for
+  float response_delay;              // s; of the spool, by its sensor
+  float velocity_delay;              // s; of the velocity behind the spool, by their sensors
   float flow_gain_deviation;         // 1; standard deviations by sensor noise, infinite where nothing was learned
   float valve_gain_deviation;        // 1
   float response_delay_deviation;    // s
+  float velocity_delay_deviation;    // s
   float level;                       // 1; the guard's factor on the compensation level
   float test_ratio;                  // 1; what the models miss over what they may: above 1 nothing is learned
   uint32_t window;                   // its window's number; UINT32_MAX where it was made of the configuration
@@ -453,10 +455,11 @@ typedef struct eft_input_f64 { double command; double velocity; double force; do
 typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;
     double authority; uint32_t status; uint32_t window_closed; eft_window_f64 window; } eft_output_f64;
 typedef struct eft_learner_f64 { uint64_t words[144]; } eft_learner_f64;
-typedef struct eft_learner_state_f64 { uint64_t words[256]; } eft_learner_state_f64;
-typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double flow_gain_deviation;
-    double valve_gain_deviation; double response_delay_deviation; double level; double test_ratio; uint32_t window;
-    uint32_t status; } eft_learned_f64;
+typedef struct eft_learner_state_f64 { uint64_t words[288]; } eft_learner_state_f64;
+typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double velocity_delay;
+    double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
+    double velocity_delay_deviation; double level; double test_ratio; uint32_t window; uint32_t status;
+    } eft_learned_f64;
 EFT_NODISCARD uint8_t eft_offer_channel_f64(eft_channels_f64 *to, const eft_channel_f64 *item);
 EFT_NODISCARD const eft_channel_f64 *eft_take_channel_f64(eft_channels_f64 *from);
 EFT_NODISCARD uint8_t eft_offer_window_f64(eft_windows_f64 *to, const eft_window_f64 *item);
@@ -502,10 +505,10 @@ EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 1536);
 EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 44);
 EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 96);
 EFT_STATIC_ASSERT(sizeof(eft_window_f32) == 64);
-EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 192);
+EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 224);
 EFT_STATIC_ASSERT(sizeof(eft_learner_f32) == 640);
-EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1024);
-EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 40);
+EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1152);
+EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 48);
 EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 2048);
 EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 3072);
 EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 88);
@@ -513,8 +516,8 @@ EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 176);
 EFT_STATIC_ASSERT(sizeof(eft_window_f64) == 128);
 EFT_STATIC_ASSERT(sizeof(eft_calibration_f64) == 448);
 EFT_STATIC_ASSERT(sizeof(eft_learner_f64) == 1152);
-EFT_STATIC_ASSERT(sizeof(eft_learner_state_f64) == 2048);
-EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 72);
+EFT_STATIC_ASSERT(sizeof(eft_learner_state_f64) == 2304);
+EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 88);
 
 #ifdef __cplusplus
 }

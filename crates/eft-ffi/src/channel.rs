@@ -275,7 +275,7 @@ there is no new one."
     };
 }
 precision!(
-    single, f32, words: 144 192 8 24,
+    single, f32, words: 144 192 8 28,
     eft_channel_f32 eft_state_f32 eft_window_f32 eft_calibration_f32 eft_input_f32 eft_output_f32
     eft_channels_f32 eft_windows_f32 eft_calibrations_f32
     eft_configure_f32 eft_check_f32 eft_reset_f32 eft_input_init_f32 eft_prime_f32 eft_step_f32 eft_hold_f32

@@ -29,10 +29,12 @@ macro_rules! precision {
                 $Learned {
                     flow_gain: $t, "1; true flow over the table's";
                     valve_gain: $t, "1; the spool's gain over the configured one";
-                    response_delay: $t, "s; that the lead network makes up for";
+                    response_delay: $t, "s; of the spool, by its sensor";
+                    velocity_delay: $t, "s; of the velocity behind the spool, by their sensors";
                     flow_gain_deviation: $t, "1; standard deviations by sensor noise, infinite where nothing was learned";
                     valve_gain_deviation: $t, "1";
                     response_delay_deviation: $t, "s";
+                    velocity_delay_deviation: $t, "s";
                     level: $t, "1; the guard's factor on the compensation level";
                     test_ratio: $t, "1; what the models miss over what they may: above 1 nothing is learned";
                     window: u32, "its window's number; UINT32_MAX where it was made of the configuration";
@@ -79,9 +81,11 @@ macro_rules! precision {
                         flow_gain: c.flow_gain,
                         valve_gain: c.valve_gain,
                         response_delay: c.response_delay,
+                        velocity_delay: c.velocity_delay,
                         flow_gain_deviation: d.flow_gain,
                         valve_gain_deviation: d.valve_gain,
                         response_delay_deviation: d.response_delay,
+                        velocity_delay_deviation: d.velocity_delay,
                         level: c.level,
                         test_ratio: c.test_ratio,
                         window: c.window,
@@ -106,13 +110,13 @@ macro_rules! precision {
     };
 }
 precision!(
-    single, f32, words: 80 128, eft_window_f32 eft_calibration_f32
+    single, f32, words: 80 144, eft_window_f32 eft_calibration_f32
     eft_learner_f32 eft_learner_state_f32 eft_learned_f32
     eft_learner_configure_f32 eft_learner_check_f32 eft_learner_reset_f32
     eft_learn_f32 eft_read_calibration_f32 eft_found_flow_f32
 );
 precision!(
-    double, f64, words: 144 256, eft_window_f64 eft_calibration_f64
+    double, f64, words: 144 288, eft_window_f64 eft_calibration_f64
     eft_learner_f64 eft_learner_state_f64 eft_learned_f64
     eft_learner_configure_f64 eft_learner_check_f64 eft_learner_reset_f64
     eft_learn_f64 eft_read_calibration_f64 eft_found_flow_f64

@@ -37,14 +37,15 @@ def draw_estimates(page: Page, runs: Mapping[str, TestRun]) -> None:
         labels = ("time (s)", "over the configured (1)")
         page.add("Estimates of flow gain and valve gain, and level", labels, gains, link="time", rules=rules)
     if adaptive:
-        delays = [
-            page.history(_label(name, runs), colors[name], run.response_delay_estimate * 1e3, run)
-            for name, run in adaptive.items()
-        ]
-        configured = {run.rig["compensation.response_delay"] for run in adaptive.values()}
-        rules = [{"y": delay * 1e3, "label": "as configured"} for delay in configured]
-        labels = ("time (s)", "response delay (ms)")
-        page.add("Response delay that is made up for", labels, delays, link="time", rules=rules)
+        for key, title in (("response_delay", "Response delay"), ("velocity_delay", "Velocity delay")):
+            delays = [
+                page.history(_label(name, runs), colors[name], getattr(run, f"{key}_estimate") * 1e3, run)
+                for name, run in adaptive.items()
+            ]
+            configured = {run.rig[f"compensation.{key}"] for run in adaptive.values()}
+            rules = [{"y": delay * 1e3, "label": "as configured"} for delay in configured]
+            labels = ("time (s)", f"{title.lower()} (ms)")
+            page.add(f"{title} that is made up for", labels, delays, link="time", rules=rules)
     _found(page, adaptive, colors)
 
 

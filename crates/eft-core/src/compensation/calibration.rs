@@ -22,8 +22,10 @@ pub struct Calibration<S: Scalar> {
     pub per_flow_gain: S,
     /// The inverse of the valve as it was found, with the guard's level in its gain.
     pub lead: LeadNetwork<S>,
-    /// Delay (s) that the lead network makes up for: the valve's, half a sample of hold and any computation.
+    /// Delay (s) of the spool, by its sensor: the valve's, half a sample of hold and any computation.
     pub response_delay: S,
+    /// Delay (s) of the velocity behind the spool, each by its sensor. The lead network makes up for both delays.
+    pub velocity_delay: S,
     /// The spool's gain over the configured one (1).
     pub valve_gain: S,
     /// The guard's factor on the compensation level (1).
@@ -53,13 +55,15 @@ pub struct Deviations<S> {
     pub valve_gain: S,
     /// Of the response delay (s).
     pub response_delay: S,
+    /// Of the velocity's delay (s).
+    pub velocity_delay: S,
 }
 
 impl<S: Scalar> Deviations<S> {
     /// Nothing learned.
     pub(crate) fn unknown() -> Self {
         let unknown = S::splat(f64::INFINITY);
-        Self { flow_gain: unknown, valve_gain: unknown, response_delay: unknown }
+        Self { flow_gain: unknown, valve_gain: unknown, response_delay: unknown, velocity_delay: unknown }
     }
 }
 
@@ -74,6 +78,7 @@ impl<S: Scalar> Calibration<S> {
             per_flow_gain: one,
             lead,
             response_delay,
+            velocity_delay: S::splat(0.0),
             valve_gain: one,
             level: one,
             deviations: Deviations::unknown(),
@@ -95,12 +100,14 @@ impl<S: Scalar> Calibration<S> {
             per_flow_gain: of(|c| c.per_flow_gain),
             lead: LeadNetwork::pack(|i| &lane(i).lead),
             response_delay: of(|c| c.response_delay),
+            velocity_delay: of(|c| c.velocity_delay),
             valve_gain: of(|c| c.valve_gain),
             level: of(|c| c.level),
             deviations: Deviations {
                 flow_gain: of(|c| c.deviations.flow_gain),
                 valve_gain: of(|c| c.deviations.valve_gain),
                 response_delay: of(|c| c.deviations.response_delay),
+                velocity_delay: of(|c| c.deviations.velocity_delay),
             },
             test_ratio: of(|c| c.test_ratio),
             curve: array::from_fn(|n| CurvePiece {
@@ -117,7 +124,8 @@ impl<T: crate::number::Real + defmt::Format> defmt::Format for Calibration<T> {
     fn format(&self, f: defmt::Formatter<'_>) {
         defmt::write!(
             f,
-            "window {=u32}: flow gain {} ± {}, valve gain {} ± {}, response delay {} ± {} s, level {}, test ratio {} {}",
+            "window {=u32}: flow gain {} ± {}, valve gain {} ± {}, response delay {} ± {} s, \
+             velocity delay {} ± {} s, level {}, test ratio {} {}",
             self.window,
             self.flow_gain,
             self.deviations.flow_gain,
@@ -125,6 +133,8 @@ impl<T: crate::number::Real + defmt::Format> defmt::Format for Calibration<T> {
             self.deviations.valve_gain,
             self.response_delay,
             self.deviations.response_delay,
+            self.velocity_delay,
+            self.deviations.velocity_delay,
             self.level,
             self.test_ratio,
             crate::status::Words(self.status),

@@ -5,24 +5,19 @@
 //! the last two is restored.
 
 use crate::learning::flow_curve::CurveEvidence;
+use crate::learning::least_squares::LeastSquares;
 
 /// Sums over the windows that count, older ones less than newer ones.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Evidence<T> {
-    /// For the flow gain: instrument × predicted flow, and × what the flow has more.
-    pub(crate) predicted: T,
-    pub(crate) excess: T,
-    /// For the valve: squares and product of opening and change, and of either with what the model misses.
-    pub(crate) openings: T,
-    pub(crate) crossed: T,
-    pub(crate) changes: T,
-    pub(crate) on_opening: T,
-    pub(crate) on_change: T,
+    /// Of the flow, and of the spool.
+    pub(crate) flow: LeastSquares<T>,
+    pub(crate) valve: LeastSquares<T>,
     /// All of it (s, of squared opening × time).
     pub(crate) amount: T,
-    /// As `openings`, with the squares of the shares by which older ones are kept.
+    /// As the squares of the asked opening, with the squares of the shares by which older ones are kept.
     pub(crate) newer_openings: T,
     /// Its time (s), and the squares of what the models missed of the flow and of the spool.
     pub(crate) time: T,
@@ -61,7 +56,7 @@ mod tests {
 
     #[test]
     fn last_but_one_is_restored_for_good() {
-        let of = |amount: f64| Evidence { amount, excess: -amount, ..Evidence::default() };
+        let of = |amount: f64| Evidence { amount, time: -amount, ..Evidence::default() };
         let mut checkpoints = Checkpoints::default();
         for amount in [1.0, 2.0, 3.0] {
             checkpoints.save(&of(amount));

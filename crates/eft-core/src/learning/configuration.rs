@@ -4,12 +4,13 @@ use crate::compensation::{CurveGrid, LeadNetwork};
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::learning::band_filter::BandFilter;
 use crate::learning::deviation::Deviation;
+use crate::learning::flow::FlowEstimator;
 use crate::learning::flow_curve::FlowCurve;
-use crate::learning::flow_gain::FlowGainEstimator;
 use crate::learning::flow_model::FlowModel;
 use crate::learning::gate::Gate;
 use crate::learning::guard::Guard;
 use crate::learning::learner::Learner;
+use crate::learning::least_squares::{Priors, Range};
 use crate::learning::tuning as t;
 use crate::learning::valve::ValveEstimator;
 use crate::parameters::Parameters;
@@ -60,6 +61,28 @@ const fn bounds(parameter: &'static str, [lowest, highest]: [f64; 2]) -> Result<
 
 macro_rules! constructor {
     ($t:ty) => {
+        impl Priors<$t> {
+            /// Of the period and the nominal delay (s), the weights, and bounds and largest change of gain and delay.
+            const fn of(
+                [period, nominal_delay]: [f64; 2],
+                weights: [f64; 2],
+                [least_gain, most_gain, gain_change]: [f64; 3],
+                [least_delay, most_delay, delay_change]: [f64; 3],
+            ) -> Self {
+                Self {
+                    period: period as $t,
+                    per_period: (1.0 / period) as $t,
+                    nominal_delay: nominal_delay as $t,
+                    weights: [weights[0] as $t, (weights[1] * period * period) as $t],
+                    gain: Range { bounds: [least_gain as $t, most_gain as $t], change: gain_change as $t },
+                    delay: Range {
+                        bounds: [least_delay as $t, most_delay as $t],
+                        change: delay_change as $t,
+                    },
+                }
+            }
+        }
+
         impl<const N: usize> Learner<$t, N> {
             /// From the rig's parameters.
             ///
@@ -75,7 +98,7 @@ macro_rules! constructor {
                 let period = ticks as f64 * sample;
                 let tau = core::f64::consts::TAU;
                 let model = check!(FlowModel::<$t, N>::new(p));
-                let lead = check!(LeadNetwork::<$t>::by(p));
+                let network = check!(LeadNetwork::<$t>::by(p));
                 // The actuator, seen once a window.
                 let area = check!(positive("piston_area", p.piston_area));
                 let volume = check!(positive("compressibility", p.compressibility)) / area / period;
@@ -93,6 +116,9 @@ macro_rules! constructor {
                 let most = most * p.response_delay;
                 let highest = if most > lowest { most } else { lowest };
                 let nominal = if p.response_delay > lowest { p.response_delay } else { lowest };
+                let delay_change = t::DELAY_RATE * nominal * period;
+                let velocity_delay = check!(within("velocity_delay", p.velocity_delay, 0.0, 1.0));
+                let [lead, lag] = t::VELOCITY_DELAY_REACH;
                 let [least_flow, most_flow] = check!(bounds("flow_gain_bounds", l.flow_gain_bounds));
                 let [least_gain, most_gain] = check!(bounds("valve_gain_bounds", l.valve_gain_bounds));
                 let excitation = check!(positive("excitation", l.excitation));
@@ -109,7 +135,7 @@ macro_rules! constructor {
                     flow_per_force: leak as $t,
                     flow_per_change: volume as $t,
                     model,
-                    lead,
+                    lead: network,
                     filter: BandFilter {
                         low_pass: low_pass as $t,
                         high_pass: share(tau * t::HIGH_PASS, period) as $t,
@@ -129,10 +155,13 @@ macro_rules! constructor {
                         settling: windows(t::SETTLING, period),
                     },
                     deviation: Deviation { correlation: (period / noise_passed(low_pass)) as $t },
-                    flow_gain: FlowGainEstimator {
-                        prior: (t::FLOW_GAIN_PRIOR * flow_gain) as $t,
-                        bounds: [least_flow as $t, most_flow as $t],
-                        change: (t::FLOW_GAIN_RATE * period) as $t,
+                    flow: FlowEstimator {
+                        priors: Priors::<$t>::of(
+                            [period, velocity_delay],
+                            [t::FLOW_GAIN_PRIOR * flow_gain, t::VELOCITY_DELAY_PRIOR * flow_gain],
+                            [least_flow, most_flow, t::FLOW_GAIN_RATE * period],
+                            [velocity_delay + lead * nominal, velocity_delay + lag * nominal, delay_change],
+                        ),
                     },
                     curve: FlowCurve {
                         grid: CurveGrid { per_flow: grid.per_flow as $t, step: grid.step as $t },
@@ -145,17 +174,13 @@ macro_rules! constructor {
                         lead_gain: (1.0 / (p.proportional_gain * p.valve_gain)) as $t,
                         lag_per_delay: (2.0 * alpha / (1.0 - alpha)) as $t,
                         sample: sample as $t,
-                        period: period as $t,
-                        per_period: (1.0 / period) as $t,
-                        nominal_delay: nominal as $t,
-                        velocity_delay: check!(within("velocity_delay", p.velocity_delay, 0.0, 1.0)) as $t,
                         sampling_delay: ((1.0 + computation) * sample) as $t,
-                        gain_prior: t::VALVE_GAIN_PRIOR as $t,
-                        delay_prior: (t::RESPONSE_DELAY_PRIOR * period * period) as $t,
-                        gain_bounds: [least_gain as $t, most_gain as $t],
-                        delay_bounds: [lowest as $t, highest as $t],
-                        gain_change: (t::VALVE_GAIN_RATE * period) as $t,
-                        delay_change: (t::RESPONSE_DELAY_RATE * nominal * period) as $t,
+                        priors: Priors::<$t>::of(
+                            [period, nominal],
+                            [t::VALVE_GAIN_PRIOR, t::RESPONSE_DELAY_PRIOR],
+                            [least_gain, most_gain, t::VALVE_GAIN_RATE * period],
+                            [lowest, highest, delay_change],
+                        ),
                     },
                     guard: Guard {
                         per_added_damping: (1.0 / added_damping) as $t,

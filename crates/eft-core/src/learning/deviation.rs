@@ -3,8 +3,7 @@
 
 use crate::compensation::Deviations;
 use crate::learning::checkpoint::Evidence;
-use crate::learning::flow_gain::{FlowGainEstimator, FlowGainState};
-use crate::learning::valve::{ValveEstimator, ValveState};
+use crate::learning::least_squares::{Estimate, GainAndDelay, Priors};
 use crate::number::Real;
 
 /// Constants of the standard deviations.
@@ -35,23 +34,27 @@ impl<T: Real> Deviation<T> {
     pub(crate) fn of(
         &self,
         evidence: &Evidence<T>,
-        (flow_gain, found_flow): (&FlowGainEstimator<T>, &FlowGainState<T>),
-        (valve, found_valve): (&ValveEstimator<T>, &ValveState<T>),
+        (flow, found_flow): (&Priors<T>, &GainAndDelay<T>),
+        (valve, found_valve): (&Priors<T>, &GainAndDelay<T>),
     ) -> Deviations<T> {
-        let zero = T::splat(0.0);
-        if !(evidence.time > zero && evidence.openings > zero) {
+        let (zero, squares) = (T::splat(0.0), &evidence.valve.matrix);
+        let [[openings, _], _] = *squares;
+        if !(evidence.time > zero && openings > zero) {
             return Deviations::unknown();
         }
         // A sum that forgets scatters less than one over the same time: its older errors count less.
-        let per_time = self.correlation * evidence.newer_openings / (evidence.time * evidence.openings);
-        let (flow, spool) = (per_time * evidence.flow_errors, per_time * evidence.spool_errors);
-        let [gain, delay] = valve.spread(evidence);
-        let deviation = |variance: T, away: T| (variance + away * away).sqrt();
-        let [gain_away, delay_away] = found_valve.away;
+        let per_time = self.correlation * evidence.newer_openings / (evidence.time * openings);
+        let [flow_gain, velocity_delay] = flow.spread(&evidence.flow, squares);
+        let [valve_gain, response_delay] = valve.spread(&evidence.valve, squares);
+        let deviation = |errors: T, spread: T, estimate: &Estimate<T>| {
+            (per_time * errors * spread + estimate.away * estimate.away).sqrt()
+        };
+        let (flow, spool) = (evidence.flow_errors, evidence.spool_errors);
         Deviations {
-            flow_gain: deviation(flow * flow_gain.spread(evidence), found_flow.away),
-            valve_gain: deviation(spool * gain, gain_away),
-            response_delay: deviation(spool * delay, delay_away),
+            flow_gain: deviation(flow, flow_gain, &found_flow.gain),
+            valve_gain: deviation(spool, valve_gain, &found_valve.gain),
+            response_delay: deviation(spool, response_delay, &found_valve.delay),
+            velocity_delay: deviation(flow, velocity_delay, &found_flow.delay),
         }
     }
 }

@@ -3,6 +3,7 @@
 //! The test ratio is what the models leave unexplained over what is allowed, both averaged. Above 1 nothing is learned;
 //! where the signal is large enough to judge by, a hold-off follows.
 
+use crate::learning::flow::FlowSample;
 use crate::number::Real;
 
 /// Constants of the gate.
@@ -45,15 +46,14 @@ pub(crate) struct GateState<T> {
     hold_off: u32,
     /// Whether something was learned since the last rejection.
     learned: bool,
+    /// Whether nothing was learned since a rejection: what is half explained then would be rejected again.
+    cautious: bool,
 }
 
 /// The two models' signals of a window, in the estimators' band.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Signals<T> {
-    /// Flow that the actuator took (m³/s).
-    pub(crate) flow: T,
-    /// Flow that the table predicts (m³/s).
-    pub(crate) predicted: T,
+    pub(crate) flow: FlowSample<T>,
     /// Measured spool opening (1).
     pub(crate) spool: T,
     /// Opening (1) that was asked for.
@@ -81,19 +81,13 @@ impl<T: Real> Gate<T> {
         state.hold_off = if left > least { left } else { least };
     }
 
-    /// Takes in what both models leave unexplained, under the flow gain `θ`, and judges. `usable` is where the window is
+    /// Takes in what both models leave unexplained, and judges. `usable` is where the window is
     /// whole and the learner adapts.
-    pub(crate) fn judge(
-        &self,
-        state: &mut GateState<T>,
-        s: &Signals<T>,
-        flow_gain: T,
-        usable: bool,
-    ) -> Verdict {
-        let flow_error = s.flow - flow_gain * s.predicted;
+    pub(crate) fn judge(&self, state: &mut GateState<T>, s: &Signals<T>, usable: bool) -> Verdict {
+        let FlowSample { taken, predicted, missed, .. } = s.flow;
         let spool_error = s.spool - s.asked;
-        let error = self.per_square_flow * (flow_error * flow_error) + spool_error * spool_error;
-        let signal = self.per_square_flow * (s.flow * s.flow + s.predicted * s.predicted)
+        let error = self.per_square_flow * (missed * missed) + spool_error * spool_error;
+        let signal = self.per_square_flow * (taken * taken + predicted * predicted)
             + s.spool * s.spool
             + s.asked * s.asked;
         state.error = state.error + self.average * (error - state.error);
@@ -101,7 +95,8 @@ impl<T: Real> Gate<T> {
         if state.hold_off > 0 || !usable {
             return Verdict::Passed;
         }
-        if state.error <= self.threshold * state.signal {
+        let allowed = if state.cautious { T::splat(0.5) * self.threshold } else { self.threshold };
+        if state.error <= allowed * state.signal {
             return Verdict::Accepted;
         }
         // Of a smaller signal what the models leave unexplained may be noise.
@@ -109,7 +104,7 @@ impl<T: Real> Gate<T> {
             return Verdict::Passed;
         }
         let learned = state.learned;
-        (state.hold_off, state.learned) = (self.hold_off, false);
+        (state.hold_off, state.learned, state.cautious) = (self.hold_off, false, true);
         Verdict::Rejected { learned }
     }
 
@@ -131,7 +126,7 @@ impl<T: Real> Gate<T> {
         }
         let above = *amount - self.kept;
         let keep = if above > zero { one - self.forgotten * above / (*amount + self.half) } else { one };
-        state.learned = true;
+        (state.learned, state.cautious) = (true, false);
         *amount = keep * *amount + square * self.period;
         [self.period, keep]
     }
@@ -180,8 +175,9 @@ mod tests {
         /// Whether a window counts.
         fn window(&mut self, asked: f64, spool: f64) -> bool {
             GATE.wait(&mut self.state, 0);
-            let s = Signals { flow: asked, predicted: asked, spool, asked, asked_change: 0.0 };
-            if GATE.judge(&mut self.state, &s, 1.0, true) != Verdict::Accepted {
+            let flow = FlowSample { taken: asked, predicted: asked, ..FlowSample::default() };
+            let s = Signals { flow, spool, asked, asked_change: 0.0 };
+            if GATE.judge(&mut self.state, &s, true) != Verdict::Accepted {
                 return false;
             }
             let [weight, keep] = GATE.weigh(&mut self.state, &mut self.amount, [spool, asked], &s);

@@ -4,11 +4,12 @@ use crate::compensation::{Calibration, LeadNetwork};
 use crate::learning::band_filter::{BandFilter, BandState};
 use crate::learning::checkpoint::{Checkpoints, Evidence};
 use crate::learning::deviation::Deviation;
+use crate::learning::flow::FlowEstimator;
 use crate::learning::flow_curve::{CurveState, FlowCurve};
-use crate::learning::flow_gain::{FlowGainEstimator, FlowGainState};
 use crate::learning::flow_model::FlowModel;
 use crate::learning::gate::{Gate, GateState, Signals, Verdict};
 use crate::learning::guard::{Guard, GuardState};
+use crate::learning::least_squares::GainAndDelay;
 use crate::learning::valve::{ValveEstimator, ValveState};
 use crate::learning::window::{Sums, Window};
 use crate::number::Real;
@@ -17,7 +18,7 @@ use crate::status;
 /// A learner's immutable configuration; one serves any number of channels of the same parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Learner<T: Real, const N: usize> {
-    /// Whether flow gain and valve are estimated; otherwise they stay the configured ones.
+    /// Whether flow and valve are estimated; otherwise they stay the configured ones.
     pub(super) adapts: bool,
     /// Whether the table is corrected by direction and band of flow as well.
     pub(super) corrects: bool,
@@ -34,7 +35,7 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) model: FlowModel<T, N>,
     pub(super) filter: BandFilter<T>,
     pub(super) gate: Gate<T>,
-    pub(super) flow_gain: FlowGainEstimator<T>,
+    pub(super) flow: FlowEstimator<T>,
     pub(super) valve: ValveEstimator<T>,
     pub(super) curve: FlowCurve<T>,
     pub(super) deviation: Deviation<T>,
@@ -64,8 +65,10 @@ pub struct LearnerState<T> {
     /// The same as it is.
     share: T,
     filters: Filters<T>,
+    /// Flow (m³/s) that the actuator took, and the table's at no load, at one instant.
+    flows: [T; 2],
     gate: GateState<T>,
-    flow_gain: FlowGainState<T>,
+    flow: GainAndDelay<T>,
     valve: ValveState<T>,
     guard: GuardState<T>,
     evidence: Evidence<T>,
@@ -115,9 +118,10 @@ impl<T: Real, const N: usize> Learner<T, N> {
             mean_share: one,
             share: one,
             filters: Filters::default(),
+            flows: [T::splat(0.0); 2],
             gate: GateState::default(),
-            flow_gain: FlowGainState::default(),
-            valve: ValveState::new(self.valve.nominal_delay),
+            flow: self.flow.priors.at_rest(),
+            valve: self.valve.at_rest(),
             guard: GuardState::default(),
             evidence: Evidence::default(),
             checkpoints: Checkpoints::default(),
@@ -140,7 +144,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         // What was measured.
         let whole = window.lost == 0;
         if whole {
-            state.means = self.means(window, state.valve.gain);
+            state.means = self.means(window, state.valve.found.gain.value);
         }
         let means = state.means;
         let restart = !(whole && state.filtered && window.number == state.number);
@@ -151,20 +155,25 @@ impl<T: Real, const N: usize> Learner<T, N> {
         // The opening that was asked of the valve, and the one there is, in the estimators' band.
         self.valve.asked(&mut state.valve, means.valve_command, restart);
         let (filter, filters, share) = (&self.filter, &mut state.filters, state.share);
-        let (asked, asked_change) = filter.step(&mut filters.asked, state.valve.opening(), share, restart);
+        let (opening, change) = filter.step(&mut filters.asked, state.valve.opening(), share, restart);
+        let asked = [opening, -change];
         let (spool, _) = filter.step(&mut filters.spool, means.spool, share, restart);
 
         // The flow that the actuator took, and the one that the table predicts.
         let compressed = self.flow_per_force * means.force + self.flow_per_change * means.force_change;
         let taken = self.piston_area * means.velocity + compressed;
-        let model = self.model.flow(means.spool, means.force, window.supply);
-        let (predicted, _) =
-            filter.step(&mut filters.predicted, model.at_no_load * model.root, share, restart);
+        // The asked opening has no offset of a sensor.
+        let model = self.model.flow(means.spool, state.valve.opening(), means.force, window.supply);
+        let predicted = filter.step(&mut filters.predicted, model.at_no_load * model.root, share, restart);
+        let flows = [taken, model.at_no_load];
+        let lagged = if restart { flows } else { state.flows };
+        state.flows = self.flow.together(&state.flow, lagged, flows);
         let mut straightened = taken;
         if self.corrects {
-            straightened = self.curve.straightened(&state.curve, taken, model.root, state.flow_gain.gain);
+            straightened = self.curve.straightened(&state.curve, taken, model.root, state.flow.gain.value);
         }
-        let (flow, _) = filter.step(&mut filters.flow, straightened, share, restart);
+        let flow = filter.step(&mut filters.flow, straightened, share, restart);
+        let flow = self.flow.sample(&state.flow, flow.into(), predicted.into());
 
         // The guard judges the part of the flow that was not demanded.
         if self.guards && !restart {
@@ -186,9 +195,9 @@ impl<T: Real, const N: usize> Learner<T, N> {
         if state.since_start < START {
             state.since_start += 1;
         }
-        let signals = Signals { flow, predicted, spool, asked, asked_change };
+        let signals = Signals { flow, spool, asked: opening, asked_change: change };
         let usable = whole && self.adapts;
-        let verdict = self.gate.judge(&mut state.gate, &signals, state.flow_gain.gain, usable);
+        let verdict = self.gate.judge(&mut state.gate, &signals, usable);
         if let Verdict::Rejected { learned } = verdict {
             state.checkpoints.restore(&mut state.evidence);
             // Where nothing was learned since the last time it may be the means that are wrong.
@@ -206,23 +215,21 @@ impl<T: Real, const N: usize> Learner<T, N> {
             weights = self.gate.weigh(&mut state.gate, &mut state.evidence.amount, openings, &signals);
         }
         if self.adapts {
-            let [weight, keep] = weights;
-            let instrumented = [weight * asked, keep];
-            self.flow_gain.step(&mut state.flow_gain, &mut state.evidence, flow, predicted, instrumented);
+            let [weight, _] = weights;
             if weight > zero {
-                let missed = [
-                    flow - state.flow_gain.gain * predicted,
-                    self.valve.missed(&state.valve, [asked, asked_change], spool),
-                ];
-                self.deviation.take(&mut state.evidence, asked, missed, weights);
-                self.valve.take(&state.valve, &mut state.evidence, [asked, asked_change], spool, weights);
+                let missed = [flow.missed, self.valve.missed(&state.valve, asked, spool)];
+                let evidence = &mut state.evidence;
+                self.deviation.take(evidence, opening, missed, weights);
+                self.flow.take(&mut evidence.flow, &flow, asked, weights);
+                self.valve.take(&state.valve, &mut evidence.valve, asked, spool, weights);
                 if self.corrects {
-                    let (passed, slope) = (model.at_no_load, model.slope);
-                    let sample = self.curve.sample(&state.curve, taken, model.root, passed, slope);
-                    self.curve.learn(&mut state.curve, &mut state.evidence.curve, &sample);
+                    let [taken, passed] = state.flows;
+                    let sample = self.curve.sample(&state.curve, taken, model.root, passed, model.slope);
+                    self.curve.learn(&mut state.curve, &mut evidence.curve, &sample);
                 }
             }
-            self.valve.solve(&mut state.valve, &state.evidence);
+            self.flow.priors.solve(&mut state.flow, &state.evidence.flow);
+            self.valve.priors.solve(&mut state.valve.found, &state.evidence.valve);
             if self.corrects {
                 self.curve.refresh(&mut state.curve, &state.evidence.curve);
             }
@@ -272,26 +279,32 @@ impl<T: Real, const N: usize> Learner<T, N> {
 
     fn calibration(&self, state: &LearnerState<T>, window: u32) -> Calibration<T> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
+        let (flow, valve) = (&state.flow, &state.valve.found);
         let level = state.guard.level;
-        let lead = self.valve.lead(&state.valve, level);
+        let lead = self.valve.lead(valve, &state.evidence.valve, flow.delay.value, level);
         // Without estimates the configured network stays as it is, only its level moves.
         let lead =
             if self.adapts { lead } else { LeadNetwork::of(self.lead.pole(), self.lead.rate(), lead.gain()) };
-        let estimates = ((&self.flow_gain, &state.flow_gain), (&self.valve, &state.valve));
-        let bounded = state.flow_gain.beyond + state.valve.beyond + state.curve.beyond;
+        let estimates = [&flow.gain, &flow.delay, &valve.gain, &valve.delay];
+        let bounded = estimates.iter().any(|estimate| estimate.beyond > zero) || state.curve.beyond > zero;
         let flag = |raised: bool, bit: u32| if raised { bit } else { 0 };
         Calibration {
             window,
             status: flag(self.adapts && state.gate.is_held_off(), status::ADAPTATION_FROZEN)
-                | flag(bounded > zero, status::ESTIMATE_BOUNDED)
+                | flag(bounded, status::ESTIMATE_BOUNDED)
                 | flag(level < one, status::LEVEL_REDUCED),
-            flow_gain: state.flow_gain.gain,
-            per_flow_gain: one / state.flow_gain.gain,
+            flow_gain: flow.gain.value,
+            per_flow_gain: one / flow.gain.value,
             lead,
-            response_delay: state.valve.delay,
-            valve_gain: state.valve.gain,
+            response_delay: valve.delay.value,
+            velocity_delay: if self.adapts { flow.delay.value } else { zero },
+            valve_gain: valve.gain.value,
             level,
-            deviations: self.deviation.of(&state.evidence, estimates.0, estimates.1),
+            deviations: self.deviation.of(
+                &state.evidence,
+                (&self.flow.priors, flow),
+                (&self.valve.priors, valve),
+            ),
             test_ratio: state.gate.test_ratio(&self.gate),
             curve: state.curve.pieces,
         }

@@ -4,12 +4,13 @@ mod band_filter;
 mod checkpoint;
 mod configuration;
 mod deviation;
+mod flow;
 mod flow_curve;
-mod flow_gain;
 mod flow_model;
 mod gate;
 mod guard;
 mod learner;
+mod least_squares;
 #[cfg(test)]
 mod tests;
 mod tuning;

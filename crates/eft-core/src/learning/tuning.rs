@@ -29,14 +29,18 @@ pub(crate) const EXCITATION_TIME: f64 = 0.1;
 pub(crate) const FLOW_GAIN_RATE: f64 = 0.5;
 /// Largest rate of the valve gain (1/s).
 pub(crate) const VALVE_GAIN_RATE: f64 = 0.2;
-/// Largest rate of the response delay over the configured one (1/s).
-pub(crate) const RESPONSE_DELAY_RATE: f64 = 2.0;
+/// Largest rate of either delay over the configured response delay (1/s).
+pub(crate) const DELAY_RATE: f64 = 2.0;
+/// Farthest that the velocity's delay goes from the configured one, over the configured response delay (1).
+pub(crate) const VELOCITY_DELAY_REACH: [f64; 2] = [-1.0, 2.0];
 /// Weight of the configured flow gain (squared opening × s).
 pub(crate) const FLOW_GAIN_PRIOR: f64 = 1.0e-7;
 /// Weight of the configured valve gain (squared opening × s).
 pub(crate) const VALVE_GAIN_PRIOR: f64 = 1.0e-6;
 /// Weight of the configured response delay (1/s, of squared opening rate).
 pub(crate) const RESPONSE_DELAY_PRIOR: f64 = 6.0e-5;
+/// The same of the velocity's delay.
+pub(crate) const VELOCITY_DELAY_PRIOR: f64 = 6.0e-4;
 /// Memory (s of motion in it) of a direction's correction of the table.
 pub(crate) const DIRECTION_MEMORY: f64 = 5.0;
 /// The same of a node.

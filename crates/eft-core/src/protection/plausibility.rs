@@ -244,7 +244,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     fn sum_up(&self, state: &mut PlausibilityState<T>, input: &Input<T>, velocity: T, known: &Known<T>) {
         let half = T::splat(0.5);
         let [valve_low, piston_low, force_low, velocity_low, displacement_low] = &mut state.lows;
-        let model = self.model.flow(input.spool, input.force, known.supply);
+        let model = self.model.flow(input.spool, input.spool, input.force, known.supply);
         let flow = known.flow_gain * (model.root * model.at_no_load);
         // The means over the tick, as the differences of force and displacement are.
         let passed = follow(valve_low, self.low, half * (flow + state.flow));

@@ -174,12 +174,14 @@ fn side_by_side<T: Real, const L: usize>(single: &[Calibration<T>; L]) -> Calibr
         per_flow_gain: of(|c| c.per_flow_gain),
         lead: LeadNetwork::pack(|lane| &single[lane].lead),
         response_delay: of(|c| c.response_delay),
+        velocity_delay: of(|c| c.velocity_delay),
         valve_gain: of(|c| c.valve_gain),
         level: of(|c| c.level),
         deviations: Deviations {
             flow_gain: of(|c| c.deviations.flow_gain),
             valve_gain: of(|c| c.deviations.valve_gain),
             response_delay: of(|c| c.deviations.response_delay),
+            velocity_delay: of(|c| c.deviations.velocity_delay),
         },
         test_ratio: of(|c| c.test_ratio),
         curve: std::array::from_fn(|n| CurvePiece {

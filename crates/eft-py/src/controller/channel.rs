@@ -31,8 +31,9 @@ macro_rules! each {
 pub(super) struct Learned {
     /// True flow over the table's (1).
     pub(super) flow_gain: f64,
-    /// Delay that the lead network makes up for (s).
+    /// Delay of the spool, and of the velocity behind it (s).
     pub(super) response_delay: f64,
+    pub(super) velocity_delay: f64,
     /// The spool's gain over the configured one (1).
     pub(super) valve_gain: f64,
     /// The guard's factor on the compensation level (1).
@@ -240,12 +241,13 @@ impl Channel {
         &self.last
     }
 
-    /// Flow gain over the table's, response delay (s), and the guard's level, as the controller believes them.
+    /// Flow gain over the table's, delays (s), and the guard's level, as the controller believes them.
     pub(super) fn learned(&self) -> Learned {
         fn of<T: Real>(calibration: &Calibration<T>) -> Learned {
             Learned {
                 flow_gain: calibration.flow_gain.to_f64(),
                 response_delay: calibration.response_delay.to_f64(),
+                velocity_delay: calibration.velocity_delay.to_f64(),
                 valve_gain: calibration.valve_gain.to_f64(),
                 level: calibration.level.to_f64(),
             }
@@ -254,8 +256,10 @@ impl Channel {
             Precision::F32(core) => core.calibration().map(of),
             Precision::F64(core) => core.calibration().map(of),
         };
-        let response_delay = self.rig.compensation.response_delay;
-        learned.unwrap_or(Learned { flow_gain: 1.0, response_delay, valve_gain: 1.0, level: 1.0 })
+        let c = &self.rig.compensation;
+        let (response_delay, velocity_delay) = (c.response_delay, c.velocity_delay);
+        let nominal = Learned { flow_gain: 1.0, response_delay, velocity_delay, valve_gain: 1.0, level: 1.0 };
+        learned.unwrap_or(nominal)
     }
 
     /// No-load flows (m³/s) that the valve was found to pass at the openings of the rig's flow table.

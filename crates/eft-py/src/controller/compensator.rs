@@ -182,10 +182,16 @@ impl Compensator {
         self.channel.learned().flow_gain
     }
 
-    /// Delay that the lead network makes up for, s.
+    /// Delay of the spool that the lead network makes up for, s.
     #[getter]
     fn response_delay_estimate(&self) -> f64 {
         self.channel.learned().response_delay
+    }
+
+    /// Delay of the velocity behind the spool, which the lead network makes up for besides, s.
+    #[getter]
+    fn velocity_delay_estimate(&self) -> f64 {
+        self.channel.learned().velocity_delay
     }
 
     /// Estimated ratio of the spool's gain to the configured one; 1 where the rig does not adapt.

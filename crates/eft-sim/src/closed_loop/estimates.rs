@@ -14,16 +14,20 @@ macro_rules! estimates {
             learner |calibration| {
                 flow_gain_estimate: "", "Flow gain the controller believes in; 1 is as its table says",
                     calibration.flow_gain => |_| 1.0;
-                response_delay_estimate: "s", "Delay that the controller makes up for",
+                response_delay_estimate: "s", "Delay of the spool that the controller makes up for",
                     calibration.response_delay => |rig| rig.compensation.response_delay;
+                velocity_delay_estimate: "s", "Delay of the velocity behind the spool that the controller makes up for besides",
+                    calibration.velocity_delay => |rig| rig.compensation.velocity_delay;
                 valve_gain_estimate: "", "Spool's gain over the configured one that the controller believes in",
                     calibration.valve_gain => |_| 1.0;
                 level: "", "Overcompensation guard's factor on the compensation level; 1 where it does not act",
                     calibration.level => |_| 1.0;
                 flow_gain_deviation: "", "Standard deviation of the flow gain by noise; infinite where nothing was learned",
                     calibration.deviations.flow_gain => |_| f64::INFINITY;
-                response_delay_deviation: "s", "Standard deviation of the delay by noise; infinite where nothing was learned",
+                response_delay_deviation: "s", "Standard deviation of the spool's delay by noise; infinite where nothing was learned",
                     calibration.deviations.response_delay => |_| f64::INFINITY;
+                velocity_delay_deviation: "s", "Standard deviation of the velocity's delay by noise; infinite where nothing was learned",
+                    calibration.deviations.velocity_delay => |_| f64::INFINITY;
                 valve_gain_deviation: "", "Standard deviation of the spool's gain by noise; infinite where nothing was learned",
                     calibration.deviations.valve_gain => |_| f64::INFINITY;
                 test_ratio: "", "Gate's test ratio of the last window; above 1 nothing is learned from it",

@@ -13,14 +13,18 @@ pub struct Replay {
     pub time: Vec<f64>,
     /// True flow over the table's (1).
     pub flow_gain_estimate: Vec<f64>,
-    /// Delay (s) that the lead network would make up for.
+    /// Delay (s) of the spool, by its sensor.
     pub response_delay_estimate: Vec<f64>,
+    /// Delay (s) of the velocity behind the spool, each by its sensor.
+    pub velocity_delay_estimate: Vec<f64>,
     /// The spool's gain over the configured one (1).
     pub valve_gain_estimate: Vec<f64>,
     /// Standard deviation of the flow gain (1), as noise of the sensors makes it; infinite where nothing was learned.
     pub flow_gain_deviation: Vec<f64>,
-    /// The same of the delay (s).
+    /// The same of the response delay (s).
     pub response_delay_deviation: Vec<f64>,
+    /// The same of the velocity's delay (s).
+    pub velocity_delay_deviation: Vec<f64>,
     /// The same of the spool's gain (1).
     pub valve_gain_deviation: Vec<f64>,
     /// The guard's factor on the compensation level (1).
@@ -38,10 +42,12 @@ impl Replay {
         self.time.push(time);
         self.flow_gain_estimate.push(calibration.flow_gain.to_f64());
         self.response_delay_estimate.push(calibration.response_delay.to_f64());
+        self.velocity_delay_estimate.push(calibration.velocity_delay.to_f64());
         self.valve_gain_estimate.push(calibration.valve_gain.to_f64());
-        let Deviations { flow_gain, valve_gain, response_delay } = calibration.deviations;
+        let Deviations { flow_gain, valve_gain, response_delay, velocity_delay } = calibration.deviations;
         self.flow_gain_deviation.push(flow_gain.to_f64());
         self.response_delay_deviation.push(response_delay.to_f64());
+        self.velocity_delay_deviation.push(velocity_delay.to_f64());
         self.valve_gain_deviation.push(valve_gain.to_f64());
         self.level.push(calibration.level.to_f64());
         self.test_ratio.push(calibration.test_ratio.to_f64());

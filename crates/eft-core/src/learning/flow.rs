@@ -1,0 +1,139 @@
+//! Flow estimator: the flow that the actuator shows against the flow that the table predicts, its gain and its delay.
+//!
+//! The delay `δ` is that of the velocity behind the spool, each as it is measured: `q(t) = θ·p(t − δ)`. Both signals
+//! are moved by half of it, `q + ½δ·q̇ = θ·(p − ½δ·ṗ)`: the amplitude is then exact and the phase right to the third order.
+//!
+//! The model's own spool and its rate are the instruments. They follow the valve command, so the noise of spool and
+//! velocity sensors is not in them, and does not pull the estimates down as it would in plain least squares.
+
+use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors};
+use crate::number::Real;
+
+/// The estimator, whose `θ` is the gain, and whose delay is the velocity's behind the spool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FlowEstimator<T> {
+    pub(crate) priors: Priors<T>,
+}
+
+/// A window's flows (m³/s) in the estimators' band.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct FlowSample<T> {
+    /// That the actuator took, by its sensors.
+    pub(crate) taken: T,
+    /// That the table predicts.
+    pub(crate) predicted: T,
+    /// What a delay by one window adds.
+    pub(crate) late: T,
+    /// What the estimates leave unexplained.
+    pub(crate) missed: T,
+}
+
+impl<T: Real> FlowEstimator<T> {
+    /// A window's flow that was taken and that is predicted (m³/s), each with its change over a window.
+    pub(crate) fn sample(
+        &self,
+        state: &GainAndDelay<T>,
+        [taken, taken_change]: [T; 2],
+        [predicted, predicted_change]: [T; 2],
+    ) -> FlowSample<T> {
+        let gain = state.gain.value;
+        let late = T::splat(-0.5) * (taken_change + gain * predicted_change);
+        let missed = taken - gain * predicted - state.delay.value * self.priors.per_period * late;
+        FlowSample { taken, predicted, late, missed }
+    }
+
+    /// Brings a window's mean flow that was taken, and another one, to one instant: the earlier one through a lag. A lag
+    /// never overshoots, as an extrapolation over more than a window would.
+    pub(crate) fn together(&self, state: &GainAndDelay<T>, lagged: [T; 2], now: [T; 2]) -> [T; 2] {
+        let (one, late) = (T::splat(1.0), state.delay.value * self.priors.per_period);
+        let share = one / (one + late.abs());
+        let shares = if late > T::splat(0.0) { [one, share] } else { [share, one] };
+        let [[taken, flow], [taken_share, flow_share], [taken_now, flow_now]] = [lagged, shares, now];
+        [taken + taken_share * (taken_now - taken), flow + flow_share * (flow_now - flow)]
+    }
+
+    /// Takes in a window, with its instruments: an opening (1) and its decrease over a window. `weight` is the window's time
+    /// (s), the older ones are kept by the share `keep`.
+    pub(crate) fn take(
+        &self,
+        sums: &mut LeastSquares<T>,
+        s: &FlowSample<T>,
+        instruments: [T; 2],
+        weights: [T; 2],
+    ) {
+        let error = s.taken - s.predicted - self.priors.nominal_delay * self.priors.per_period * s.late;
+        sums.take(instruments, [s.predicted, s.late], error, weights);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::least_squares::Range;
+
+    const PRIORS: Priors<f64> = Priors {
+        period: 1.0 / 256.0,
+        per_period: 256.0,
+        nominal_delay: 1e-3,
+        weights: [1e-12; 2],
+        gain: Range { bounds: [0.7, 1.35], change: 1e-3 },
+        delay: Range { bounds: [-5e-3, 1e-2], change: 1e-4 },
+    };
+    const ESTIMATOR: FlowEstimator<f64> = FlowEstimator { priors: PRIORS };
+
+    /// What is found of a flow at a time (s), the instrument a sine of 2 Hz and the prediction 1e-3 of it with noise.
+    fn after(windows: u32, noise: f64, flow: impl Fn(f64) -> f64) -> GainAndDelay<f64> {
+        let (mut state, mut sums) = (PRIORS.at_rest(), LeastSquares::default());
+        let (mut taken, mut predicted) = ([0.0; 2], [0.0; 2]);
+        for n in 0..windows {
+            let time = f64::from(n) * PRIORS.period;
+            let now = [flow(time), wave(time) + noise * (f64::from(n) * 12.9898).sin()];
+            // Value between two samples, and change between them.
+            let between = |last: f64, now: f64| [0.5 * (last + now), now - last];
+            let sample = ESTIMATOR.sample(&state, between(taken[0], now[0]), between(predicted[0], now[1]));
+            let [opening, change] = between(wave(time - PRIORS.period), wave(time));
+            (taken[0], predicted[0]) = (now[0], now[1]);
+            ESTIMATOR.take(&mut sums, &sample, [opening, -change], [1.0, 0.999]);
+            PRIORS.solve(&mut state, &sums);
+        }
+        state
+    }
+
+    fn wave(time: f64) -> f64 {
+        1e-3 * (core::f64::consts::TAU * 2.0 * time).sin()
+    }
+
+    #[test]
+    fn gain_and_delay_are_found_at_a_limited_rate() {
+        assert!((after(21, 0.0, |t| 1.08 * wave(t)).gain.value - 1.02).abs() < 2e-3);
+        for delay in [-3e-3, 0.0, 2e-3, 8e-3] {
+            let found = after(4000, 0.0, |t| 1.08 * wave(t - delay));
+            assert!((found.gain.value - 1.08).abs() < 1e-3, "{found:?}");
+            assert!((found.delay.value - delay).abs() < 2e-5, "{delay}: {found:?}");
+            assert!(found.gain.beyond < 1e-12 && found.delay.beyond < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_lies_beyond_the_bounds_counts_as_the_bound_and_is_told() {
+        for (wrong, bound) in [(0.0, 0.7), (0.5, 0.7), (2.0, 1.35)] {
+            let state = after(2000, 0.0, |t| wrong * wave(t));
+            assert!(
+                (state.gain.value - bound).abs() < 1e-9 && state.gain.beyond > 0.15,
+                "{wrong}: {state:?}"
+            );
+        }
+        for (delay, bound) in [(-9e-3, -5e-3), (16e-3, 1e-2)] {
+            let state = after(2000, 0.0, |t| wave(t - delay));
+            assert!((state.delay.value - bound).abs() < 1e-9 && state.delay.beyond > 1e-3, "{state:?}");
+        }
+    }
+
+    #[test]
+    fn noise_of_the_prediction_does_not_pull_it_down() {
+        // As large as the signal, but not in the instrument.
+        let state = after(20_000, 1e-3, |t| 1.1 * wave(t - 2e-3));
+        assert!((state.gain.value - 1.1).abs() < 1e-2, "{state:?}");
+        assert!((state.delay.value - 2e-3).abs() < 2e-4, "{state:?}");
+    }
+}

@@ -1,0 +1,123 @@
+//! A gain and a delay by least squares with forgetting, and how the estimates go towards what is found.
+
+use crate::number::Real;
+
+/// Sums over the windows that count: instruments × regressors, and instruments × what is to be explained.
+///
+/// Where the regressors are noisy, instruments without that noise keep it from pulling the estimate down. Where they are
+/// not, they are their own instruments.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct LeastSquares<T> {
+    pub(crate) matrix: [[T; 2]; 2],
+    right: [T; 2],
+}
+
+impl<T: Real> LeastSquares<T> {
+    /// Takes in one window at a weight, the older ones kept by the share `keep`.
+    pub(crate) fn take(&mut self, [z, w]: [T; 2], [x, y]: [T; 2], error: T, [weight, keep]: [T; 2]) {
+        let (zero, z, w) = (T::splat(0.0), weight * z, weight * w);
+        let [[a, b], [c, d]] = self.matrix;
+        let (a, d) = (keep * a + z * x, keep * d + w * y);
+        // Instrument and regressor have the same sign unless a sensor has the wrong one.
+        let (a, d) = (if a > zero { a } else { zero }, if d > zero { d } else { zero });
+        self.matrix = [[a, keep * b + z * y], [keep * c + w * x, d]];
+        let [on_first, on_second] = self.right;
+        self.right = [keep * on_first + z * error, keep * on_second + w * error];
+    }
+
+    /// The inverse under priors; `None` where nothing is known.
+    fn inverse(&self, [first, second]: [T; 2]) -> Option<[[T; 2]; 2]> {
+        let [[a, b], [c, d]] = self.matrix;
+        let (a, d) = (a + first, d + second);
+        let determinant = a * d - b * c;
+        let per = T::splat(1.0) / determinant;
+        // The priors keep the determinant positive but for rounding.
+        (determinant > T::splat(0.0)).then(|| [[d * per, -b * per], [-c * per, a * per]])
+    }
+}
+
+/// Where an estimate may go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Range<T> {
+    pub(crate) bounds: [T; 2],
+    /// Largest change in a step.
+    pub(crate) change: T,
+}
+
+/// An estimate in use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Estimate<T> {
+    pub(crate) value: T,
+    /// How far what was found last lay beyond the bounds.
+    pub(crate) beyond: T,
+    /// How far it is from the value.
+    pub(crate) away: T,
+}
+
+impl<T: Real> Estimate<T> {
+    fn at(value: T) -> Self {
+        Self { value, beyond: T::splat(0.0), away: T::splat(0.0) }
+    }
+
+    /// Goes towards what was found, within the bounds, at a limited rate.
+    fn approach(&mut self, range: &Range<T>, found: T) {
+        let [least, most] = range.bounds;
+        let target = found.limit(least, most);
+        self.value = target.limit(self.value - range.change, self.value + range.change);
+        (self.beyond, self.away) = ((found - target).abs(), found - self.value);
+    }
+}
+
+/// What a gain and a delay are estimated under.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Priors<T> {
+    /// Period of the estimator (s), and 1 over it.
+    pub(crate) period: T,
+    pub(crate) per_period: T,
+    /// Delay (s) by the configuration.
+    pub(crate) nominal_delay: T,
+    /// Weights of the belief that the gain is 1 and the delay the configured one (per square of the period).
+    pub(crate) weights: [T; 2],
+    /// Of the gain (1).
+    pub(crate) gain: Range<T>,
+    /// Of the delay (s).
+    pub(crate) delay: Range<T>,
+}
+
+/// A gain (1) and a delay (s) as they are estimated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct GainAndDelay<T> {
+    pub(crate) gain: Estimate<T>,
+    pub(crate) delay: Estimate<T>,
+}
+
+impl<T: Real> Priors<T> {
+    /// Nothing found yet.
+    pub(crate) fn at_rest(&self) -> GainAndDelay<T> {
+        GainAndDelay { gain: Estimate::at(T::splat(1.0)), delay: Estimate::at(self.nominal_delay) }
+    }
+
+    /// Goes towards the gain and the delay that explain what was taken in.
+    pub(crate) fn solve(&self, state: &mut GainAndDelay<T>, sums: &LeastSquares<T>) {
+        let Some([[a, b], [c, d]]) = sums.inverse(self.weights) else { return };
+        let [on_gain, on_delay] = sums.right;
+        state.gain.approach(&self.gain, T::splat(1.0) + (a * on_gain + b * on_delay));
+        let further = c * on_gain + d * on_delay;
+        state.delay.approach(&self.delay, self.nominal_delay + self.period * further);
+    }
+
+    /// Variances of gain (1) and delay (s²) per variance of the errors and per time over which it lasts, with the `squares`
+    /// of the instruments; 0 where nothing is known.
+    pub(crate) fn spread(&self, sums: &LeastSquares<T>, squares: &[[T; 2]; 2]) -> [T; 2] {
+        let [[zz, zw], [_, ww]] = *squares;
+        let Some(rows) = sums.inverse(self.weights) else { return [T::splat(0.0); 2] };
+        let [gain, delay] = rows.map(|[a, b]| a * a * zz + T::splat(2.0) * a * b * zw + b * b * ww);
+        [gain, delay * (self.period * self.period)]
+    }
+}

@@ -1,0 +1,170 @@
+"""What self-calibration makes of sensors that are late or noisy, and of valves that differ by direction.
+
+``python docs/evidence/learning_cases.py LABEL`` runs every test and stores its results under this label in
+``data/learning_cases.csv``. `report` makes the table of the page. The same label replaces its rows.
+"""
+
+import csv
+import math
+import os
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from random_rigs import ADAPTIVE, RATE, noise, true, valve_delay
+
+import eft
+from eft._files import write_text
+
+RESULTS = Path(__file__).parent / "data" / "learning_cases.csv"
+BAND = (0.5, 9.5)
+AMPLITUDES = (2200.0, 8900.0)
+SCHEMES: dict[str, dict[str, object]] = {
+    "fixed": {"compensation.feedforward": True},
+    "one gain": ADAPTIVE,
+    "curve": ADAPTIVE | {"compensation.curve_correction": True},
+}
+# The labels that the page shows, and their titles.
+SHOWN = {"delay of the valve": "valve's delay alone", "delay of the velocity": "velocity's delay as well"}
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is true of a rig, what its controller is told, and a tone (Hz, share of the range) on a sensor."""
+
+    name: str
+    truth: dict[str, object] = field(default_factory=dict)
+    told: dict[str, object] = field(default_factory=dict)
+    seed: int = 1
+    tone: tuple[str, float, float] | None = None
+
+    def rig(self, scheme: str) -> eft.Rig:
+        """The rig; what is not told its controller believes to be the paper's."""
+        rig = eft.Rig.zhao2005().replace(true(self.truth) | noise(self.seed))
+        if self.tone is not None:
+            rig = rig.replace({"controller.realization": "digital"})
+        return rig.replace(self.told | SCHEMES[scheme])
+
+    def run(self, scheme: str, amplitude: float) -> tuple[float, float]:
+        """Least and largest force over command."""
+        rig, sweep = self.rig(scheme), eft.sine_sweep(amplitude, 0.0, 10.0, 32.0, RATE)
+        if self.tone is None:
+            ratio = eft.simulate(rig, sweep).fft_ratio(*BAND).ratio
+        else:
+            command, force = (np.abs(np.fft.rfft(v)) for v in (sweep.values, self.with_tone(rig, sweep)))
+            frequency = np.fft.rfftfreq(len(sweep.values), 1 / RATE)
+            ratio = (force / command)[(frequency >= BAND[0]) & (frequency <= BAND[1])]
+        return float(ratio.min()), float(ratio.max())
+
+    def with_tone(self, rig: eft.Rig, command: eft.Command) -> np.ndarray:
+        """The force of a test in which a tone stands on a sensor's reading."""
+        assert self.tone is not None
+        signal, frequency, size = self.tone
+        plant, controller = eft.Plant(rig), eft.Controller(rig)
+        force = np.empty(len(command.values))
+        for n, wanted in enumerate(command.values):
+            now = plant.state
+            force[n] = now.force
+            read = {"velocity": now.velocity, "force": now.force, "spool": now.spool}
+            read[signal] += size * math.sin(2 * math.pi * frequency * n / RATE)
+            plant.step(controller.step(wanted, read["velocity"], read["force"], read["spool"]))
+        return force
+
+
+def late(sensor: str, delay: float) -> dict[str, object]:
+    """A sensor that is late (s), by whole samples."""
+    return {f"sensors.{sensor}.delay": round(delay * RATE)}
+
+
+def by_direction(share: float) -> dict[str, object]:
+    """A valve that passes more one way and less the other."""
+    table = eft.Rig.zhao2005()["servovalve.flow_table"]
+    pairs = zip(table["openings"], table["flows"], strict=True)
+    flows = [(1 + share if x > 0 else 1 - share) * q for x, q in pairs]
+    return {"servovalve.flow_table.flows": flows}
+
+
+def cases() -> Iterator[Case]:
+    """Every row of the table."""
+    yield Case("sound calibration")
+    yield Case("flow gain 0.9, valve 8 ms", {"servovalve.flow_gain_scale": 0.9} | late_valve(8e-3))
+    yield Case("flow gain 1.1, valve 3 ms", {"servovalve.flow_gain_scale": 1.1} | late_valve(3e-3))
+    for delay in (1e-3, 2e-3, 5e-3):
+        yield Case(f"velocity {1e3 * delay:.0f} ms late", late("velocity", delay))
+    told = {"compensation.velocity_delay": round(2e-3 * RATE) / RATE}
+    yield Case("velocity 2 ms late, told", late("velocity", 2e-3), told)
+    yield Case("spool sensor 2 ms late", late("spool", 2e-3))
+    yield Case("force sensor 1 ms late", late("force", 1e-3))
+    for seed in range(1, 5):
+        source = {"controller.velocity_source": "derivative"}
+        yield Case(f"derivative of a noisy displacement, seed {seed}", {}, source, seed)
+    for share in (0.05, 0.08):
+        yield Case(f"flow ±{100 * share:.0f} % by direction", by_direction(share))
+    yield Case("50 Hz on the velocity, 1 % of range", tone=("velocity", 50.0, 0.01 * 1.05))
+    yield Case("6 Hz on the spool, 0.5 % of range", tone=("spool", 6.0, 0.005))
+
+
+def late_valve(delay: float) -> dict[str, object]:
+    """A true valve of this response delay (s)."""
+    return {key.removeprefix("truth."): value for key, value in valve_delay(delay).items()}
+
+
+def read() -> list[dict[str, str]]:
+    """The stored results."""
+    with RESULTS.open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def main(label: str) -> None:
+    """Runs every test, and stores the results under a label."""
+    kept = [row for row in read() if row["label"] != label] if RESULTS.exists() else []
+    jobs = [(case, scheme, amplitude) for case in cases() for scheme in SCHEMES for amplitude in AMPLITUDES]
+
+    def row(job: tuple[Case, str, float]) -> dict[str, str]:
+        case, scheme, amplitude = job
+        lowest, highest = case.run(scheme, amplitude)
+        found = {"lowest": f"{lowest:.3f}", "highest": f"{highest:.3f}"}
+        return {"label": label, "case": case.name, "scheme": scheme, "amplitude": f"{amplitude:.0f}"} | found
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        rows = kept + list(pool.map(row, jobs))
+    text = [",".join(rows[0])] + [",".join(f'"{v}"' if "," in v else v for v in row.values()) for row in rows]
+    write_text(RESULTS, "\n".join(text) + "\n")
+
+
+def table() -> str:
+    """Force over command, 2.2 and 8.9 kN in each cell."""
+    found = {
+        (
+            row["label"],
+            row["case"],
+            row["scheme"],
+            float(row["amplitude"]),
+        ): f"{row['lowest']}–{row['highest']}"
+        for row in read()
+    }
+
+    def cell(label: str, case: str, scheme: str) -> str:
+        return " / ".join(found[label, case, scheme, amplitude] for amplitude in AMPLITUDES)
+
+    columns = [(next(reversed(SHOWN)), "fixed", "fixed, with feedforward")]
+    for scheme in ("one gain", "curve"):
+        columns += [(label, scheme, f"{scheme}, {title}") for label, title in SHOWN.items()]
+    lines = ["| case | " + " | ".join(title for *_, title in columns) + " |"]
+    lines.append("| --- " * (1 + len(columns)) + "|")
+    for case in cases():
+        cells = " | ".join(cell(label, case.name, scheme) for label, scheme, _ in columns)
+        lines.append(f"| {case.name} | {cells} |")
+    return "\n".join(lines) + "\n"
+
+
+def report(folder: Path) -> None:
+    """The table that the page includes."""
+    write_text(folder / "learning_cases.md", table())
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
