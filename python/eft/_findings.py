@@ -248,10 +248,14 @@ def _supply(facts: Facts) -> Iterator[Finding]:
     share = facts.metrics["min_supply_pressure"] / facts.rig["supply.pressure"]
     if (grade := below(facts.rig, "supply_pressure", share)) is not None:
         mean = [one for one in facts.demands if one["name"] == "mean flow of the pump"]
-        part = "pump or accumulator is"
+        part, needed = "pump or accumulator is", ""
         if mean:
-            part = "the pump is" if mean[0]["required"] > mean[0]["available"] else "the accumulator is"
-        sentence = f"The supply pressure falls to {share:.0%} of the configured one: {part} too small."
+            short = mean[0]["required"] > mean[0]["available"]
+            part = "the pump is" if short else "the accumulator is"
+            needed = f" It must give {shown('flow')(mean[0]['required'])} on average." if short else ""
+        sentence = (
+            f"The supply pressure falls to {share:.0%} of the configured one: {part} too small.{needed}"
+        )
         yield Finding(grade, sentence, (("compensation.supply_correction", True),))
 
 
@@ -260,13 +264,20 @@ def _opening(facts: Facts) -> Iterator[Finding]:
     if facts.flags & (Status.SPOOL_STOP | Status.DEMAND_SATURATED):
         useless = facts.metrics["nrmse"] > facts.rig["verdict.caution.force_error"]
         share = "" if np.isnan(facts.saturated) else f" in {facts.saturated:.1%} of the samples"
-        sentence = (
-            f"The valve is asked for more than it has{share}: it is too small for this command, or the "
-            "command too large."
-        )
+        sentence = f"The valve is asked for more than it has{share}: {_larger_valve(facts)}."
         yield Finding("no" if useless else "caution", sentence)
     elif opening > advised:
         yield Finding("caution", f"The spool opens to {opening:.0%}, advised at most {advised:.0%}.")
+
+
+def _larger_valve(facts: Facts) -> str:
+    """Why a valve is at its stops, and what helps."""
+    opening = next((one["required"] for one in facts.demands if one["name"] == "spool opening"), np.nan)
+    if opening <= 1.0:
+        return f"the command needs {opening:.0%} of its opening, and the controller asks for the rest"
+    # Beyond full opening the demand is proportional to the flow.
+    flow = f"{opening:.3g} times its flow" if opening > 1.0 else "more flow"
+    return f"it is too small for this command. A valve with {flow} helps, or a smaller command"
 
 
 def _oscillation(facts: Facts) -> Iterator[Finding]:

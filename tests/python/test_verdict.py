@@ -1,11 +1,14 @@
 """One verdict on a test: what counts, why not, and what helps."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import eft
+from eft import _native
 from eft.cli import main
 
 RIG = eft.Rig.zhao2005()
@@ -107,6 +110,55 @@ def test_a_study_and_its_runs_have_one_verdict():
 def test_a_valve_at_its_stops_makes_no_test():
     run = eft.simulate(RIG, eft.sine_sweep(60_000.0, 0.0, 10.0, 16.0, 4096.0))
     assert not run.verdict.ok and (said(run, "more than it has") or said(run, "stroke"))
+
+
+SHORT = eft.sine_sweep(8900.0, 0.5, 6.0, 6.0, 1024.0)
+
+
+def with_valve(share):
+    """The paper's rig with a valve of a share of its flow, which the controller knows."""
+    flows = [share * flow for flow in RIG["servovalve.flow_table.flows"]]
+    return RIG.replace({"servovalve.flow_table.flows": flows})
+
+
+def test_a_valve_too_small_is_named_with_the_flow_that_it_needs():
+    run = eft.simulate(with_valve(0.3), SHORT)
+    [told] = said(run, "The valve is asked for more than it has")
+    assert "it is too small for this command" in told and "smaller command" in told
+    needed = float(re.search(r"A valve with ([\d.]+) times its flow helps", told).group(1))
+    assert needed > 1.0 and not run.verdict.ok
+    [opening] = [one for one in _native.demands(with_valve(0.3 * needed), SHORT) if "spool" in one["name"]]
+    assert opening["required"] == pytest.approx(1.0, rel=0.01)
+    assert not said(eft.simulate(with_valve(0.3 * needed), SHORT), "more than it has")
+
+
+def test_a_valve_large_enough_is_not_called_too_small():
+    run = eft.simulate(RIG.replace({"controller.proportional_gain": 10.0}), SHORT)
+    [told] = said(run, "The valve is asked for more than it has")
+    assert "too small" not in told and "the controller asks for the rest" in told
+
+
+def test_a_pump_too_small_is_named_with_the_flow_that_it_needs():
+    run = eft.simulate(RIG.replace(eft.data_sheets.supply("19 MPa", "5 gpm", "1 gal", "10 MPa")), SHORT)
+    [told] = said(run, "the pump is too small")
+    needed = float(re.search(r"It must give ([\d.]+) L/min on average", told).group(1))
+    assert not run.verdict.ok and not said(run, "valve")
+    supply = eft.data_sheets.supply("19 MPa", 1.001 * needed / 60_000.0, "1 gal", "10 MPa")
+    helped = eft.simulate(RIG.replace(supply), SHORT)
+    assert not said(helped, "the pump is too small") and not said(helped, "Mean flow of the pump exceeds")
+
+
+def test_a_force_error_of_69_per_cent_at_the_stops_is_a_no_and_ends_with_one(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    rig = with_valve(0.0725)
+    run = eft.simulate(rig, SHORT)
+    assert run.metrics().nrmse == pytest.approx(0.69, abs=0.01) and run.flags & eft.Status.SPOOL_STOP
+    assert run.verdict.grade == "no" and said(run, "The force misses the command by 6")
+    Path("rig.toml").write_text(rig.to_toml(), encoding="utf-8")
+    asked = ["--rig", "rig.toml", "--sweep", "8900", "0.5", "6", "6", "--sample-rate", "1024"]
+    for name in ("check", "run"):
+        assert main([name, *asked]) == 1
+        assert "it is too small for this command" in capsys.readouterr().out
 
 
 def test_an_untold_flow_gain_is_helped_by_self_calibration():
