@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._status import ENDED, Status
+
 if TYPE_CHECKING:
     from eft import TestRun
 
@@ -60,6 +62,25 @@ def commands(runs: Mapping[str, TestRun]) -> list[tuple[str, TestRun]]:
 def _begin_alike(one: Array, other: Array) -> bool:
     shared = min(one.size, other.size)
     return np.array_equal(one[:shared], other[:shared])
+
+
+def endings(runs: Mapping[str, TestRun]) -> list[tuple[float, str]]:
+    """When (s) tests ended before their time, with the cause in words; of equal causes the first."""
+    found: dict[str, float] = {}
+    for label, run in runs.items():
+        ended = (run.status & np.uint32(ENDED)) != 0
+        if not ended.any():
+            continue
+        at = int(ended.argmax())
+        if run.status[at] & np.uint32(Status.STROKE_EXCEEDED):
+            words = "left its stroke"
+        else:
+            words = f"tripped: {run.stopped or run.cause.name.lower().replace('_', ' ')}"
+        # Of a building the actuators trip by one cause; of other tests each has its own.
+        if len(runs) > 1 and run._building is None:
+            words = f"{label} {words}"
+        found[words] = min(found.get(words, np.inf), float(run.time[at]))
+    return [(time, words) for words, time in found.items()]
 
 
 def inside(time: Array, window: tuple[float, float] | None) -> slice:

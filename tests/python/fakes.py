@@ -33,6 +33,7 @@ class FakeRun:
         self.displacement = 0.05 * np.sin(angle)
         self.velocity = 0.05 * omega * np.cos(angle)
         self.spool = 0.8 * np.sin(angle)
+        self.status = np.zeros(self.time.size, dtype=np.uint32)
 
     def fft_ratio(self, f_low, f_high):
         frequency = np.fft.rfftfreq(self.time.size, 1 / self.sample_rate)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+import eft
 from eft import plots
 from fakes import FakeRun
 
@@ -58,6 +59,33 @@ def test_hysteresis_recovers_the_spring_from_force_and_motion():
     displacement, force = ax.get_lines()[0].get_data()
     np.testing.assert_allclose(force * 1e3, stiffness * displacement / 1e3, atol=1e-4 * stiffness * 0.05)
     assert ax.get_xlabel() == "displacement (mm)"
+
+
+HISTORIES = [plots.force_history, plots.displacement_history, plots.velocity_history, plots.spool_history]
+
+
+@pytest.mark.parametrize("draw", HISTORIES)
+def test_histories_mark_the_moment_of_a_trip_with_its_cause(draw):
+    rig = eft.Rig.zhao2005().replace({"protection.enabled": True, "protection.force_trip": 4000.0})
+    run = eft.simulate(rig, eft.sine_sweep(8900.0, 0.5, 6.0, 6.0, 1024.0))
+    at = int(((run.status & np.uint32(eft.Status.TRIPPED)) != 0).argmax()) / 1024.0
+    assert 0.0 < at < 5.0
+    assert list(curve(draw(run, ax=new_axes()), "tripped: force level")[0]) == [at, at]
+    # Not where the window shows another time, and not in a test that ran to its end.
+    labels = [line.get_label() for line in draw(run, window=(at + 0.1, 6.0), ax=new_axes()).get_lines()]
+    labels += [line.get_label() for line in draw(FakeRun(), ax=new_axes()).get_lines()]
+    assert not any(str(label).startswith("tripped") for label in labels)
+
+
+def test_the_page_of_a_run_marks_where_it_left_its_stroke():
+    run = eft.simulate(
+        eft.Rig.zhao2005().replace({"compensation.level": 2.0}),
+        eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0),
+    )
+    force, error, displacement, spool, _ = plots.run_page(run, figure=Figure()).axes
+    for ax in (force, displacement, spool):
+        assert curve(ax, "left its stroke")[0][0] == run.to_its_end().duration
+    assert "_end" in [line.get_label() for line in error.get_lines()]
 
 
 def test_spool_is_shown_against_the_advised_opening():

@@ -143,6 +143,46 @@ def test_a_run_that_tripped_is_no_whole_test(runs):
     assert not verdict.ok and "tripped" in verdict.text
 
 
+@pytest.fixture(scope="module")
+def tripped():
+    rig = eft.Rig.zhao2005().replace({"protection.enabled": True, "protection.force_trip": 4000.0})
+    return eft.simulate(rig, eft.sine_sweep(8900.0, 0.5, 6.0, 6.0, 1024.0))
+
+
+def test_charts_mark_the_moment_of_a_trip_with_its_cause(tripped, runs, tmp_path):
+    at = int(((tripped.status & np.uint32(eft.Status.TRIPPED)) != 0).argmax())
+    assert 0 < at < len(tripped) - 1
+    shown = charts(write_report(tripped, tmp_path / "a.html").read_text(encoding="utf-8"))
+    over_time = [spec for spec in shown if spec["link"] == "time"]
+    assert len(over_time) >= 6
+    for spec in shown:
+        marks = [{"x": at / 1024.0, "label": "tripped: force level"}] if spec in over_time else []
+        assert spec["marks"] == marks
+    both = write_report({"plain": runs["linear"], "guarded": tripped}, tmp_path / "b.html")
+    assert charts(both.read_text(encoding="utf-8"))[0]["marks"][0]["label"] == "guarded tripped: force level"
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+def test_in_chromium_a_trip_is_marked_in_its_place(tripped, tmp_path):
+    told = """<script>
+      const marked = [];
+      const fillText = CanvasRenderingContext2D.prototype.fillText;
+      CanvasRenderingContext2D.prototype.fillText = function (words, x, y) {
+        if (words.startsWith("tripped")) marked.push(x);
+        return fillText.call(this, words, x, y);
+      };
+    </script>"""
+    seen = """<script>
+      const first = window.eftCharts[0];
+      const place = 70 + (first.spec.marks[0].x / first.map.x1) * first.map.inner.w;
+      const answer = { marked: marked[0], place, charts: window.eftCharts.filter((c) => c.spec.link).length,
+        count: marked.length };
+      document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
+    </script>"""
+    answer = opened(write_report(tripped, tmp_path / "a.html"), tmp_path, told, seen)
+    assert abs(answer["marked"] - answer["place"]) <= 6 and answer["count"] >= answer["charts"]
+
+
 def test_command_line_writes_the_report(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["run", "--sweep", "2000", "0", "10", "4", "-o", "a.eft"]) == 0

@@ -39,6 +39,7 @@ class Line:
 COMMAND = Line("0.62", "-", 2.2)
 IDEAL = Line("0.62", "-", 2.2)
 LIMIT = Line("0.35", (0, (5, 3)), 0.9)
+END = Line(PURPLE, (0, (1, 1)), 1.4)
 
 _SCHEMES = {
     "off": Line(GREEN, (0, (1, 1.2)), 1.3),

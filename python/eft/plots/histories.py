@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eft._display import shown
-from eft._signals import Array, Response, commands, inside, labelled
-from eft.plots._style import COMMAND, IDEAL, LIMIT, axes_or_new, finish, lines_for
+from eft._signals import Array, Response, commands, endings, inside, labelled
+from eft.plots._style import COMMAND, END, IDEAL, LIMIT, axes_or_new, finish, lines_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,6 +35,7 @@ def force_history(
         part = inside(each.time, window)
         ax.plot(each.time[part], each.force[part] * unit.factor, label=label, **line.keywords())
     ax.margins(x=0)
+    mark_ends(ax, runs, window)
     return finish(ax, xlabel="time (s)", ylabel=f"force ({unit.unit})")
 
 
@@ -82,8 +83,18 @@ def spool_history(
     ax.axhline(advice * 100, label=f"{advice:.0%} advised", **LIMIT.keywords())
     ax.axhline(-advice * 100, **LIMIT.keywords())
     ax.margins(x=0)
+    mark_ends(ax, runs, window)
     ax.set_ylim(-110 * highest, 110 * highest)
     return finish(ax, xlabel="time (s)", ylabel="spool opening (% of stroke)")
+
+
+def mark_ends(
+    ax: Axes, runs: Mapping[str, TestRun], window: Window | None = None, *, named: bool = True
+) -> None:
+    """A line where a test tripped or left its stroke, with the cause in the legend."""
+    for time, words in endings(runs):
+        if window is None or window[0] <= time <= window[1]:
+            ax.axvline(time, label=words if named else "_end", **END.keywords())
 
 
 def _responses(
@@ -105,4 +116,5 @@ def _responses(
         part = inside(run.time, window)
         ax.plot(run.time[part], quantity(run)[part], label=label, **line.keywords())
     ax.margins(x=0)
+    mark_ends(ax, runs, window)
     return ax

@@ -9,6 +9,7 @@ import numpy as np
 
 import eft
 from eft import _display
+from eft._signals import labelled
 from eft.plots._style import (
     BLACK,
     BLUE,
@@ -20,7 +21,7 @@ from eft.plots._style import (
     finish,
     lines_for,
 )
-from eft.plots.histories import displacement_history, force_history, spool_history
+from eft.plots.histories import displacement_history, force_history, mark_ends, spool_history
 from eft.plots.planning import flow_curve, response_delay
 from eft.plots.spectra import force_ratio
 
@@ -69,6 +70,7 @@ def run_page(run: TestRun, *, figure: Figure | SubFigure | None = None) -> Figur
     for row, line in zip(several, lines_for(map(str, range(len(several)))), strict=True):
         axes[1].plot(run.time, row * unit.factor, **line.keywords())
     axes[1].margins(x=0)
+    mark_ends(axes[1], labelled(run), named=False)
     finish(axes[1], xlabel="time (s)", ylabel=f"force error ({unit.unit})", legend=False)
     ideal = eft.ideal_response(run.rig, eft.Command(run.command, run.sample_rate)) if len(run) > 1 else None
     displacement_history(run, ideal=ideal, ax=axes[2])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from eft._display import shown
 from eft._native import Command
 from eft._run import TestRun
-from eft._signals import commands, restoring_force
+from eft._signals import commands, endings, restoring_force
 from eft._simulate import ideal_response
 from eft._verdict import SPOOL_ADVICE
 from eft.traces import Traces
@@ -46,6 +46,8 @@ class Page:
     """Samples that stand behind one pair of extremes in the longest curve; 1 when nothing was thinned."""
     most: int = MOST
     """Points of one curve over time."""
+    marks: list[dict[str, Any]] = field(default_factory=list)
+    """Moments at which tests ended early, with the cause; every chart of a test over time shows them."""
     _names: dict[bytes, str] = field(default_factory=dict)
 
     def store(self, values: Array) -> str:
@@ -93,6 +95,7 @@ class Page:
             "xlabel": labels[0],
             "ylabel": labels[1],
             "rules": [],
+            "marks": self.marks if spec.get("link") == "time" else [],
             "link": None,
             "box": False,
             "square": False,
@@ -109,7 +112,8 @@ class Page:
 
 def draw(runs: Mapping[str, TestRun]) -> Page:
     """Every chart of one or several runs under the same command."""
-    page = Page(most=max(MOST // len(runs), _LEAST))
+    marks = [{"x": time, "label": words} for time, words in endings(runs)]
+    page = Page(most=max(MOST // len(runs), _LEAST), marks=marks)
     colors = dict(zip(runs, cycle(len(runs)), strict=True))
 
     force, length, velocity, pressure = (shown(name) for name in ("force", "length", "velocity", "pressure"))

@@ -107,6 +107,7 @@
       for (const rule of this.spec.rules) this.rule(pen, py(rule.y), width);
       for (const s of this.series) this.line(pen, s, px, py);
       for (const rule of this.spec.rules) this.label(pen, py(rule.y), rule.label, width);
+      this.spec.marks.forEach((mark, row) => this.mark(pen, px(mark.x), mark.label, row));
       if (this.drag) this.selection(pen);
       pen.restore();
       this.drawn = (this.drawn || 0) + 1;
@@ -149,15 +150,32 @@
       pen.restore();
     }
 
+    // A moment with its name, on the side where there is more room; several names stand below each other.
+    mark(pen, x, words, row) {
+      pen.save();
+      pen.strokeStyle = tint("--limit", "#b00020");
+      pen.setLineDash([2, 2]);
+      pen.beginPath();
+      pen.moveTo(x, MARGIN.top);
+      pen.lineTo(x, MARGIN.top + this.map.inner.h);
+      pen.stroke();
+      pen.restore();
+      const left = x > MARGIN.left + this.map.inner.w / 2;
+      this.words(pen, words, [left ? x - 5 : x + 5, MARGIN.top + 14 * (row + 1)], left ? "right" : "left");
+    }
+
     label(pen, y, words, width) {
-      const place = [width - MARGIN.right - 6, y < MARGIN.top + 16 ? y + 14 : y - 4];
+      this.words(pen, words, [width - MARGIN.right - 6, y < MARGIN.top + 16 ? y + 14 : y - 4], "right");
+    }
+
+    words(pen, words, place, align) {
       pen.save();
       // A white rim against the curves behind it.
       pen.strokeStyle = tint("--ground", "#fff");
       pen.fillStyle = tint("--limit", "#b00020");
       pen.lineWidth = 4;
       pen.lineJoin = "round";
-      pen.textAlign = "right";
+      pen.textAlign = align;
       pen.strokeText(words, ...place);
       pen.fillText(words, ...place);
       pen.restore();
