@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-import eft
 from eft.cli import main
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "data-sheet.md"
@@ -23,13 +22,16 @@ precharge = "1500 psi"
 """
 
 
-@pytest.fixture
-def rigs(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(scope="module")
+def rigs(tmp_path_factory):
+    patch = pytest.MonkeyPatch()
+    patch.chdir(tmp_path_factory.mktemp("story"))
     assert main(["init", "sheet.toml", "--data-sheet"]) == 0
     Path("small-sheet.toml").write_text(SMALL, encoding="utf-8")
     assert main(["init", "large.toml", "--from-data-sheet", "sheet.toml"]) == 0
     assert main(["init", "small.toml", "--from-data-sheet", "small-sheet.toml"]) == 0
+    yield
+    patch.undo()
 
 
 def answer(capsys, *arguments, code=0):
@@ -66,11 +68,9 @@ def test_two_per_cent_of_flow_gain_untold_is_refused_and_helped(rig, rigs, capsy
     assert told["verdict"] == "no" and told["metrics"]["nrmse"] > 0.3
     assert any("servovalve.flow_gain_scale = 1.02" in reason for reason in told["reasons"])
     assert told["remedies"]["compensation.adaptive"] is True
-    assert told["with_remedies"]["grade"] != "no"
-    helped = eft.Rig.from_toml(f"{rig}.toml").replace({"truth.servovalve.flow_gain_scale": 1.02})
-    helped = helped.replace(told["remedies"])
-    Path("helped.toml").write_text(helped.to_toml(), encoding="utf-8")
-    assert answer(capsys, "run", "--rig", "helped.toml", *QUAKE)["metrics"]["nrmse"] < 0.02
+    helped = told["with_remedies"]
+    assert helped["grade"] != "no"
+    assert float(re.search(r"misses the command by ([\d.]+)%", helped["verdict"])[1]) < 2.0
 
 
 def test_a_margin_of_0_4_db_is_no_go(capsys, rigs):
