@@ -54,17 +54,21 @@ def test_kept_grid_is_what_the_code_gives(script, row, label):
 def test_kept_random_rigs_are_what_the_code_gives(script):
     rigs = script("random_rigs")
     kept = rigs.read(rigs.RESULTS)
-    same({name: column[0] for name, column in kept.items()}, rigs.tested(rigs.draw(1)[0], 1))
+    truth = rigs.draw(1)[0]
+    now = rigs.judged([rigs.truths(truth, 1)], [truth["amplitude"]], rigs.SCHEMES)[0]
+    same({name: column[0] for name, column in kept.items()}, truth | now)
 
 
 def test_kept_random_plants_are_what_the_code_gives(script):
     plants = script("random_plants")
-    kept = script("random_rigs").read(plants.RESULTS)
+    rigs = script("random_rigs")
+    kept = rigs.read(plants.RESULTS)
     # The first rig of which no scheme is unstable.
     stable = ~sum(plants.unstable(kept, scheme) for scheme in plants.ALL).astype(bool)
     index = int(stable.nonzero()[0][0])
     truth = plants.draw_plants(index + 1)[index]
-    same({name: column[index] for name, column in kept.items()}, plants.tested(truth, index + 1))
+    now = rigs.judged([plants.plant(truth, index + 1)], [truth["amplitude"]], plants.ALL)[0]
+    same({name: column[index] for name, column in kept.items()}, truth | now)
 
 
 def test_pages_are_made_from_what_was_kept(script, tmp_path):
