@@ -5,6 +5,7 @@ import importlib
 import inspect
 
 import pytest
+from matplotlib import pyplot
 
 MODULES = [
     "eft",
@@ -17,6 +18,7 @@ MODULES = [
     "eft.data_sheets",
     "eft.report",
     "eft.traces",
+    "eft.plots",
 ]
 THINGS = {
     f"{module}.{name}": getattr(importlib.import_module(module), name)
@@ -50,10 +52,12 @@ def examples(name, thing):
 
 @pytest.mark.parametrize("name", THINGS)
 def test_examples_run(name):
+    pyplot.switch_backend("Agg")
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
     said = []
     for test in examples(name, THINGS[name]):
         runner.run(test, out=said.append)
+    pyplot.close("all")
     assert not said, "".join(said)
 
 

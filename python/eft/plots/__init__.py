@@ -13,18 +13,10 @@ from eft.plots.histories import (
     velocity_history,
 )
 from eft.plots.loops import hysteresis
-from eft.plots.overview import command, force_loop, identification, linear_model, record, run_page, study
-from eft.plots.paper import (
-    figure_4,
-    figure_6,
-    figure_8,
-    figure_8_ratio,
-    figure_9,
-    figure_10,
-    figure_11,
-    figure_maps,
-    figure_structure,
-)
+from eft.plots.models import force_loop, identification, linear_model
+from eft.plots.overview import command, record, run_page, study
+from eft.plots.paper import figure_8, figure_8_ratio, figure_9, figure_10, figure_11, figure_structure
+from eft.plots.paper_planning import figure_4, figure_6, figure_maps
 from eft.plots.planning import flow_curve, force_loop_gains, inverse_dynamics, response_delay, stability_map
 from eft.plots.spectra import drive_response, force_ratio, force_spectrum
 

@@ -25,7 +25,35 @@ Window = tuple[float, float]
 def force_history(
     runs: TestRun | Mapping[str, TestRun], *, window: Window | None = None, ax: Axes | None = None
 ) -> Axes:
-    """Force command against force, as in Figs. 8 and 9; `window` in s. Units are those of `eft.use_units`."""
+    """Force command against force, as in Figs. 8 and 9; `window` in s. Units are those of `eft.use_units`.
+
+    Parameters
+    ----------
+    runs : TestRun or mapping of str to TestRun
+        One test, or several by their labels.
+    window : tuple of float, optional
+        First and last moment to draw, s; the whole test by default.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    ValueError
+        If there is no test, or the window holds fewer than two samples.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0))
+    >>> plots.force_history(run, window=(1.0, 3.0)).get_ylabel()
+    'force (kN)'
+    """
     ax = axes_or_new(ax)
     runs, unit = labelled(runs), shown("force")
     for label, run in commands(runs):
@@ -46,7 +74,38 @@ def displacement_history(
     window: Window | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Displacement, with that under the exact command (`ideal`), as in Fig. 10."""
+    """Displacement, with that under the exact command (`ideal`), as in Fig. 10.
+
+    Parameters
+    ----------
+    runs : TestRun or mapping of str to TestRun
+        One test, or several by their labels.
+    ideal : Response, optional
+        Motion under the exact command, as of `eft.ideal_response`.
+    window : tuple of float, optional
+        First and last moment to draw, s; the whole test by default.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    ValueError
+        If the window ends before it starts, or holds fewer than two samples.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0))
+    >>> ideal = eft.ideal_response(run.rig, eft.Command(run.command, run.sample_rate))
+    >>> [line.get_label() for line in plots.displacement_history(run, ideal=ideal).get_lines()]
+    ['ideal', 'measured']
+    """
     unit = shown("length")
     ax = _responses(lambda each: each.displacement * unit.factor, runs, ideal, window, ax)
     return finish(ax, xlabel="time (s)", ylabel=f"displacement ({unit.unit})")
@@ -59,7 +118,37 @@ def velocity_history(
     window: Window | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Velocity, with that under the exact command (`ideal`), as in Fig. 10."""
+    """Velocity, with that under the exact command (`ideal`), as in Fig. 10.
+
+    Parameters
+    ----------
+    runs : TestRun or mapping of str to TestRun
+        One test, or several by their labels.
+    ideal : Response, optional
+        Motion under the exact command, as of `eft.ideal_response`.
+    window : tuple of float, optional
+        First and last moment to draw, s; the whole test by default.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    ValueError
+        If the window ends before it starts, or holds fewer than two samples.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0))
+    >>> plots.velocity_history({"test": run}).get_lines()[0].get_label()
+    'test'
+    """
     unit = shown("velocity")
     ax = _responses(lambda each: each.velocity * unit.factor, runs, ideal, window, ax)
     return finish(ax, xlabel="time (s)", ylabel=f"velocity ({unit.unit})")
@@ -72,7 +161,37 @@ def spool_history(
     window: Window | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Spool opening in percent of its stroke, with the largest opening that the paper advises."""
+    """Spool opening in percent of its stroke, with the largest opening that the paper advises.
+
+    Parameters
+    ----------
+    runs : TestRun or mapping of str to TestRun
+        One test, or several by their labels.
+    advice : float
+        Largest opening that is advised, as a fraction of the stroke.
+    window : tuple of float, optional
+        First and last moment to draw, s; the whole test by default.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    ValueError
+        If the window ends before it starts, or holds fewer than two samples.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0))
+    >>> plots.spool_history(run, advice=0.5).get_lines()[1].get_label()
+    '50% advised'
+    """
     ax = axes_or_new(ax)
     runs = labelled(runs, alone="spool")
     highest = advice

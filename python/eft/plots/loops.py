@@ -18,6 +18,33 @@ def hysteresis(run: TestRun, *, window: tuple[float, float] | None = None, ax: A
     """Restoring force `r(x) = F − m·ẍ − c·ẋ` against displacement; `window` in s.
 
     Mass and damping are the true ones of the rig that was tested.
+
+    Parameters
+    ----------
+    run : TestRun
+        A test of a structure of one mass.
+    window : tuple of float, optional
+        First and last moment to draw, s; the whole test by default.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    ValueError
+        If the structure is a building, or the window holds fewer than two samples.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0))
+    >>> plots.hysteresis(run).get_xlabel()
+    'displacement (mm)'
     """
     if run.rig["structure.kind"] == "shear_building":
         raise ValueError(

@@ -11,27 +11,21 @@ import eft
 from eft import _display
 from eft._signals import labelled
 from eft.plots._style import (
-    BLACK,
     BLUE,
     GREEN,
-    LIMIT,
-    VERMILION,
     WIDTH,
     axes_or_new,
     finish,
     lines_for,
 )
 from eft.plots.histories import displacement_history, force_history, mark_ends, spool_history
-from eft.plots.planning import flow_curve, response_delay
 from eft.plots.spectra import force_ratio
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-    from eft import Command, ForceLoop, Record, Study, TestRun
-    from eft.identification import Identification
-    from eft.linear import LinearModel
+    from eft import Command, Record, Study, TestRun
 
 _WIDEST = 20_000
 """Points of one curve of a picture; more are not seen."""
@@ -62,7 +56,33 @@ def natural_frequency(rig: eft.Rig) -> float | None:
 
 
 def run_page(run: TestRun, *, figure: Figure | SubFigure | None = None) -> Figure | SubFigure:
-    """Force over its error, displacement over the ideal one, spool, and force over command by frequency."""
+    """Force over its error, displacement over the ideal one, spool, and force over command by frequency.
+
+    Parameters
+    ----------
+    run : TestRun
+        The test.
+    figure : Figure or SubFigure, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Figure or SubFigure
+        The figure with its panels.
+
+    Raises
+    ------
+    AttributeError
+        If `run` is not a test.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0))
+    >>> len(plots.run_page(run).axes)
+    5
+    """
     figure = figure_or_new(figure, 8.5)
     axes = list(figure.subplots(5, 1, gridspec_kw={"height_ratios": [1.4, 0.8, 1.2, 1.0, 1.2]}))
     force_history(run, ax=axes[0])
@@ -94,7 +114,34 @@ def _highest(command: Any, sample_rate: float) -> float:
 
 
 def record(motion: Record, *, ax: Axes | None = None) -> Axes:
-    """Ground acceleration against time, with the peak."""
+    """Ground acceleration against time, with the peak.
+
+    Parameters
+    ----------
+    motion : Record
+        The ground motion.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    TypeError
+        If `motion` is not a record.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> import numpy as np
+    >>> motion = eft.Record(np.sin(np.arange(400) / 20.0), dt=0.01, name="sine")
+    >>> plots.record(motion).get_title(loc="left")
+    'sine, 1 m/s²'
+    """
     ax = axes_or_new(ax)
     every, unit = -(-len(motion) // _WIDEST), _display.shown("acceleration")
     ax.plot(motion.time[::every], motion.acceleration[::every] * unit.factor, color=BLUE, linewidth=0.8)
@@ -104,7 +151,32 @@ def record(motion: Record, *, ax: Axes | None = None) -> Axes:
 
 
 def command(force: Command, *, ax: Axes | None = None) -> Axes:
-    """Force command against time, one curve for each actuator."""
+    """Force command against time, one curve for each actuator.
+
+    Parameters
+    ----------
+    force : Command
+        The command, of one or several actuators.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    AttributeError
+        If `force` is not a command.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> plots.command(eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0)).get_ylabel()
+    'force command (kN)'
+    """
     ax = axes_or_new(ax)
     rows, unit = np.atleast_2d(force.values), _display.shown("force")
     every = -(-rows.shape[1] // _WIDEST)
@@ -118,7 +190,37 @@ def command(force: Command, *, ax: Axes | None = None) -> Axes:
 def study(
     found: Study, *, metric: str = "nrmse", figure: Figure | SubFigure | None = None
 ) -> Figure | SubFigure:
-    """One metric over each setting of a study, a point a completed test."""
+    """One metric over each setting of a study, a point a completed test.
+
+    Parameters
+    ----------
+    found : Study
+        The study.
+    metric : str
+        Name of the column to draw.
+    figure : Figure or SubFigure, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Figure or SubFigure
+        The figure with its panels.
+
+    Raises
+    ------
+    KeyError
+        If the study has no column of that name.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> sweep = eft.sine_sweep(2000.0, 0.5, 4.0, 2.0, 512.0)
+    >>> settings = {"compensation.level": [0.9, 1.0]}
+    >>> found = eft.study(eft.Rig.zhao2005(), sweep, settings, progress=False)
+    >>> plots.study(found).axes[0].get_ylabel()
+    'nrmse (%)'
+    """
     names = list(found.parameters) or ["index"]
     figure = figure_or_new(figure, 2.2 * len(names))
     axes = list(np.atleast_1d(figure.subplots(len(names), 1)))
@@ -132,74 +234,5 @@ def study(
         ax.plot(values, scale * found[metric][done], "o", color=BLUE, markersize=3)
         label = f"{name} ({about[name].unit})" if about[name].unit else name
         finish(ax, xlabel=label, ylabel=f"{metric}{unit}", legend=False)
-    panel_letters(axes)
-    return figure
-
-
-def linear_model(
-    model: LinearModel,
-    *,
-    band: tuple[float, float] = (0.1, 200.0),
-    output: str = "force",
-    source: str | None = None,
-    figure: Figure | SubFigure | None = None,
-) -> Figure | SubFigure:
-    """Bode diagram from an input, the first by default, to an output of a linear model."""
-    figure = figure_or_new(figure, 4.2)
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    high = min(band[1], 0.5 / model.sample_time) if model.sample_time else band[1]
-    frequency = np.geomspace(band[0], high, 600)
-    output = output if output in model.outputs else model.outputs[0]
-    source = source or model.inputs[0]
-    response = model.response(frequency, output, source)
-    upper.loglog(frequency, np.abs(response), color=BLUE)
-    lower.semilogx(frequency, np.degrees(np.unwrap(np.angle(response))), color=BLUE)
-    finish(upper, xlabel="", ylabel=f"|{output} / {source}|", legend=False)
-    finish(lower, xlabel="frequency (Hz)", ylabel="phase (°)", legend=False)
-    panel_letters((upper, lower))
-    return figure
-
-
-def force_loop(loop: ForceLoop, *, ax: Axes | None = None) -> Axes:
-    """Nyquist diagram of a designed force loop, with the circle that its least distance to -1 leaves free."""
-    ax = axes_or_new(ax)
-    model = loop.open_loop
-    rate = 1.0 / model.sample_time if model.sample_time else 1e4
-    frequency = np.geomspace(0.5, 0.5 * rate, 4000)
-    gain = model.response(frequency, model.outputs[0], model.inputs[0])
-    distance = float(np.abs(1.0 + gain).min())
-    ax.plot(gain.real, gain.imag, color=BLUE, label="force loop")
-    ax.plot(-1.0, 0.0, "+", color=VERMILION, markersize=9)
-    angle = np.linspace(0.0, 2.0 * np.pi, 200)
-    label = f"distance {distance:.2f} to -1"
-    ax.plot(-1.0 + distance * np.cos(angle), distance * np.sin(angle), label=label, **LIMIT.keywords())
-    ax.plot(
-        -1.0 / loop.margins.gain,
-        0.0,
-        "o",
-        color=BLACK,
-        markersize=4,
-        label=f"gain margin {loop.margins.gain:.3g}",
-    )
-    ax.set_xlim(-2.2, 1.2)
-    ax.set_ylim(-1.8, 1.2)
-    ax.set_aspect("equal", adjustable="box")
-    return finish(ax, xlabel="real part", ylabel="imaginary part")
-
-
-def identification(found: Identification, *, figure: Figure | SubFigure | None = None) -> Figure | SubFigure:
-    """The phase of the valve and the flow curve, as far as they were found."""
-    parts: list[tuple[Any, Any]] = []
-    if found.response_delay is not None:
-        parts.append((response_delay, found.response_delay))
-    if found.flow_curve is not None:
-        parts.append((flow_curve, found.flow_curve))
-    figure = figure_or_new(figure, 2.6 * max(len(parts), 1))
-    if not parts:
-        figure.suptitle("neither delay nor flow curve was identified", fontsize=9)
-        return figure
-    axes = list(np.atleast_1d(figure.subplots(len(parts), 1)))
-    for (draw, what), ax in zip(parts, axes, strict=True):
-        draw(what, ax=ax)
     panel_letters(axes)
     return figure

@@ -1,4 +1,4 @@
-"""Whole figures in the manner of the paper's Figs. 4, 6 and 8 to 11, laid out for a printed page."""
+"""Whole figures of tests in the manner of the paper's Figs. 8 to 11, laid out for a printed page."""
 
 from __future__ import annotations
 
@@ -6,73 +6,83 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from eft._signals import Response
-from eft.plots import histories, loops, planning, spectra
+from eft.plots import histories, loops, spectra
 from eft.plots._style import page, printed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from numpy.typing import ArrayLike
 
-    from eft import FlowTable, Rig, TestRun
-    from eft.identification import DelayEstimate
-    from eft.linear import StabilityMap
+    from eft import TestRun
 
 Runs = Mapping[str, "TestRun"]
 
 
-def figure_4(
-    delay: DelayEstimate,
-    curve: FlowTable,
-    *,
-    spool: ArrayLike,
-    displacement: ArrayLike,
-    sample_rate: float,
-    piston_area: float,
-) -> tuple[Figure, Figure]:
-    """The identification tests: phase lag with the delay's line (4a), flow curve over one run's flow (4b).
-
-    `spool` and `displacement` (m) are that run's, sampled at `sample_rate` (Hz).
-    """
-    with printed():
-        left, right = page(2.6), page(3.4)
-        planning.response_delay(delay, ax=left.subplots())
-        planning.flow_curve(
-            curve,
-            spool=spool,
-            displacement=displacement,
-            sample_rate=sample_rate,
-            piston_area=piston_area,
-            ax=right.subplots(),
-        )
-        return left, right
-
-
-def figure_6(rig: Rig) -> Figure:
-    """Valve, lead network and both in series: gain and phase."""
-    with printed():
-        figure = page(4.2)
-        planning.inverse_dynamics(rig, axes=figure.subplots(2, 1, sharex=True))
-        figure.align_ylabels()
-        return figure
-
-
-def figure_maps(*found: StabilityMap) -> Figure:
-    """Stability maps one below the other."""
-    with printed():
-        figure = page(2.7 * len(found))
-        for ax, each in zip(figure.subplots(len(found), 1, squeeze=False)[:, 0], found, strict=True):
-            planning.stability_map(each, ax=ax)
-        return figure
-
-
 def figure_8(runs: Runs, *, window: tuple[float, float] = (4.0, 8.0)) -> Figure:
-    """A sine sweep under each scheme: force against command in a time window in s, and all spectra."""
+    """A sine sweep under each scheme: force against command in a time window in s, and all spectra.
+
+    Parameters
+    ----------
+    runs : mapping of str to TestRun
+        Tests by their labels.
+    window : tuple of float
+        First and last moment to draw, s.
+
+    Returns
+    -------
+    Figure
+        The page, ready for ``savefig``.
+
+    Raises
+    ------
+    ValueError
+        If the window ends before it starts, or holds fewer than two samples.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> rig, sweep = eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0)
+    >>> runs = {
+    ...     mode: eft.simulate(rig.replace({"compensation.mode": mode}), sweep)
+    ...     for mode in ("off", "nonlinear")
+    ... }
+    >>> len(plots.figure_8(runs, window=(1.0, 3.0)).axes)
+    3
+    """
     return _forces(runs, window, band=(0.0, 10.0), spectrum="the whole sweep")
 
 
 def figure_8_ratio(runs: Runs) -> Figure:
-    """The same sweeps: force over command around the resonance, and the spool opening."""
+    """The same sweeps: force over command around the resonance, and the spool opening.
+
+    Parameters
+    ----------
+    runs : mapping of str to TestRun
+        Tests by their labels.
+
+    Returns
+    -------
+    Figure
+        The page, ready for ``savefig``.
+
+    Raises
+    ------
+    ValueError
+        If half the sample rate is below the band of 0.5 to 3 Hz.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> rig, sweep = eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0)
+    >>> runs = {
+    ...     mode: eft.simulate(rig.replace({"compensation.mode": mode}), sweep)
+    ...     for mode in ("off", "nonlinear")
+    ... }
+    >>> [ax.get_ylabel() for ax in plots.figure_8_ratio(runs).axes]
+    ['force / command', 'spool opening (% of stroke)']
+    """
     with printed():
         figure = page(4.6)
         top, bottom = figure.subplots(2, 1)
@@ -83,12 +93,75 @@ def figure_8_ratio(runs: Runs) -> Figure:
 
 
 def figure_9(runs: Runs, *, window: tuple[float, float] | None = None) -> Figure:
-    """An earthquake test under each scheme: force against command in a time window in s, and all spectra."""
+    """An earthquake test under each scheme: force against command in a time window in s, and all spectra.
+
+    Parameters
+    ----------
+    runs : mapping of str to TestRun
+        Tests by their labels.
+    window : tuple of float, optional
+        First and last moment to draw, s; the whole test by default.
+
+    Returns
+    -------
+    Figure
+        The page, ready for ``savefig``.
+
+    Raises
+    ------
+    ValueError
+        If the window ends before it starts, or holds fewer than two samples.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> rig, sweep = eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0)
+    >>> runs = {
+    ...     mode: eft.simulate(rig.replace({"compensation.mode": mode}), sweep)
+    ...     for mode in ("off", "nonlinear")
+    ... }
+    >>> len(plots.figure_9(runs).axes)
+    3
+    """
     return _forces(runs, window, band=(0.5, 3.0), spectrum="the whole test, around the natural frequency")
 
 
 def figure_10(runs: Runs, ideal: Response, *, window: tuple[float, float] | None = None) -> Figure:
-    """An earthquake test under each scheme: displacement and velocity beside the ideal response."""
+    """An earthquake test under each scheme: displacement and velocity beside the ideal response.
+
+    Parameters
+    ----------
+    runs : mapping of str to TestRun
+        Tests by their labels.
+    ideal : Response
+        Motion under the exact command, as of `eft.ideal_response`.
+    window : tuple of float, optional
+        First and last moment to draw, s; the whole test by default.
+
+    Returns
+    -------
+    Figure
+        The page, ready for ``savefig``.
+
+    Raises
+    ------
+    ValueError
+        If there is no test, or the window holds fewer than two samples.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> rig, sweep = eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0)
+    >>> runs = {
+    ...     mode: eft.simulate(rig.replace({"compensation.mode": mode}), sweep)
+    ...     for mode in ("off", "nonlinear")
+    ... }
+    >>> ideal = eft.ideal_response(rig, sweep)
+    >>> len(plots.figure_10(runs, ideal).axes)
+    4
+    """
     with printed():
         figure = page(1.4 * 2 * len(runs))
         grid = figure.subplots(2 * len(runs), 1)
@@ -107,7 +180,37 @@ def figure_10(runs: Runs, ideal: Response, *, window: tuple[float, float] | None
 
 
 def figure_11(runs: Runs, *, band: tuple[float, float] = (0.75, 2.5)) -> Figure:
-    """Sweeps with one setting varied: spectra of the force, and its ratio to the command, in a band in Hz."""
+    """Sweeps with one setting varied: spectra of the force, and its ratio to the command, in a band in Hz.
+
+    Parameters
+    ----------
+    runs : mapping of str to TestRun
+        Tests by their labels.
+    band : tuple of float
+        Lowest and highest frequency, Hz.
+
+    Returns
+    -------
+    Figure
+        The page, ready for ``savefig``.
+
+    Raises
+    ------
+    ValueError
+        If there is no test, or the band does not rise.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> rig, sweep = eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0)
+    >>> runs = {
+    ...     mode: eft.simulate(rig.replace({"compensation.mode": mode}), sweep)
+    ...     for mode in ("off", "nonlinear")
+    ... }
+    >>> [ax.get_ylabel() for ax in plots.figure_11(runs).axes]
+    ['|FFT| of force (kN s)', 'force / command']
+    """
     with printed():
         figure = page(4.6)
         top, bottom = figure.subplots(2, 1)
@@ -119,7 +222,33 @@ def figure_11(runs: Runs, *, band: tuple[float, float] = (0.75, 2.5)) -> Figure:
 
 
 def figure_structure(run: TestRun, *, window: tuple[float, float] | None = None) -> Figure:
-    """What the test asked of valve and structure: spool opening in time, and the restoring force r(x)."""
+    """What the test asked of valve and structure: spool opening in time, and the restoring force r(x).
+
+    Parameters
+    ----------
+    run : TestRun
+        A test of a structure of one mass.
+    window : tuple of float, optional
+        First and last moment to draw, s; the whole test by default.
+
+    Returns
+    -------
+    Figure
+        The page, ready for ``savefig``.
+
+    Raises
+    ------
+    ValueError
+        If the structure is a building, or the window holds fewer than two samples.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0))
+    >>> [ax.get_xlabel() for ax in plots.figure_structure(run).axes]
+    ['time (s)', 'displacement (mm)']
+    """
     with printed():
         figure = page(2.7)
         left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])

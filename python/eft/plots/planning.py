@@ -21,7 +21,34 @@ if TYPE_CHECKING:
 
 
 def response_delay(delay: DelayEstimate, *, ax: Axes | None = None) -> Axes:
-    """Phase lag of the spool behind its command against frequency, with the fitted line, as in Fig. 4a."""
+    """Phase lag of the spool behind its command against frequency, with the fitted line, as in Fig. 4a.
+
+    Parameters
+    ----------
+    delay : DelayEstimate
+        From `eft.identify_delay`.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    AttributeError
+        If `delay` is not such an estimate.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> test = eft.identification.valve_test(eft.Rig.zhao2005())
+    >>> delay = eft.identify_delay(test.valve_command, test.spool, 2048.0)
+    >>> plots.response_delay(delay).get_lines()[1].get_label()
+    'delay 5.39 ms'
+    """
     ax = axes_or_new(ax)
     frequency = delay.frequency
     ax.plot(frequency, delay.lag, ".", color="0.5", markersize=3, label="measured")
@@ -43,6 +70,39 @@ def flow_curve(
 
     With one run's spool, displacement (m), sample rate (Hz) and piston area (m²), its flow by central
     differences lies beneath.
+
+    Parameters
+    ----------
+    table : FlowTable
+        The curve.
+    spool : array_like, optional
+        Spool opening of one run, as a fraction of its stroke.
+    displacement : array_like, optional
+        Displacement of that run, m.
+    sample_rate : float, optional
+        Its sample rate, Hz.
+    piston_area : float, optional
+        Area of the piston, m².
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    ValueError
+        If spool and displacement have different lengths.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> table = eft.FlowTable([-1.0, 0.0, 1.0], [-2e-3, 0.0, 2e-3])
+    >>> plots.flow_curve(table).get_ylabel()
+    'flow (L/min)'
     """
     ax, unit = axes_or_new(ax), _display.shown("flow")
     if spool is not None and displacement is not None and sample_rate and piston_area:
@@ -55,7 +115,36 @@ def flow_curve(
 def inverse_dynamics(
     rig: Rig, *, band: tuple[float, float] = (0.1, 100.0), axes: Sequence[Axes]
 ) -> Sequence[Axes]:
-    """Valve, lead network and both in series: gain over that at rest, and phase, as in Fig. 6."""
+    """Valve, lead network and both in series: gain over that at rest, and phase, as in Fig. 6.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    band : tuple of float
+        Lowest and highest frequency, Hz.
+    axes : sequence of Axes
+        Two axes: for the gain and for the phase.
+
+    Returns
+    -------
+    sequence of Axes
+        The same two axes.
+
+    Raises
+    ------
+    ValueError
+        If the band does not begin above 0, or there are not two axes.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> from matplotlib.figure import Figure
+    >>> gain, phase = plots.inverse_dynamics(eft.Rig.zhao2005(), axes=Figure().subplots(2, 1))
+    >>> gain.get_ylabel(), phase.get_ylabel()
+    ('gain over that at rest', 'phase (°)')
+    """
     upper, lower = axes
     frequency = np.geomspace(*band, 400)
     valve, lead = eft.linear.inverse_dynamics(rig, frequency)
@@ -78,6 +167,32 @@ def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
 
     Levels of `rate_realization_map` and its like are drawn against the horizontal setting, one curve for each
     value of the vertical one.
+
+    Parameters
+    ----------
+    found : StabilityMap
+        From `eft.linear.stability_map`.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    AttributeError
+        If `found` is not a map.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> levels, dampings = ("compensation.level", [0.9, 1.2]), ("structure.damping", [2e3, 4e3])
+    >>> found = eft.linear.stability_map(eft.Rig.zhao2005(), levels, dampings)
+    >>> plots.stability_map(found).get_xlabel()
+    'level'
     """
     ax = axes_or_new(ax)
     across, up = map_axis(found.horizontal_key), map_axis(found.vertical_key)
@@ -116,7 +231,33 @@ _MARGINS = (1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0)
 
 
 def force_loop_gains(tuning: ForceLoopTuning, *, ax: Axes | None = None) -> Axes:
-    """Gain margin of the force loop over both gains, with the rig's own gains and the advised ones."""
+    """Gain margin of the force loop over both gains, with the rig's own gains and the advised ones.
+
+    Parameters
+    ----------
+    tuning : ForceLoopTuning
+        From `eft.tune_force_loop`.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    AttributeError
+        If `tuning` is not such advice.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> rig = eft.Rig.zhao2005().replace({"controller.realization": "digital"})
+    >>> plots.force_loop_gains(eft.tune_force_loop(rig)).get_xlabel()
+    'proportional gain G_p'
+    """
     ax = axes_or_new(ax)
     advised = tuning.coefficients
     shown: list[tuple[float, float, str, str, str]] = [

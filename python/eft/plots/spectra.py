@@ -22,7 +22,35 @@ Band = tuple[float, float]
 def force_spectrum(
     runs: TestRun | Mapping[str, TestRun], *, band: Band = (0.0, 10.0), ax: Axes | None = None
 ) -> Axes:
-    """Modulus of the Fourier transform of force and command over a band in Hz, as in Fig. 8."""
+    """Modulus of the Fourier transform of force and command over a band in Hz, as in Fig. 8.
+
+    Parameters
+    ----------
+    runs : TestRun or mapping of str to TestRun
+        One test, or several by their labels.
+    band : tuple of float
+        Lowest and highest frequency, Hz.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    ValueError
+        If there is no test.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0))
+    >>> [float(edge) for edge in plots.force_spectrum(run, band=(0.5, 4.0)).get_xlim()]
+    [0.5, 4.0]
+    """
     ax = axes_or_new(ax)
     runs, unit = labelled(runs), shown("force")
     for label, run in commands(runs):
@@ -39,7 +67,35 @@ def force_spectrum(
 def force_ratio(
     runs: TestRun | Mapping[str, TestRun], *, band: Band = (0.5, 3.0), ax: Axes | None = None
 ) -> Axes:
-    """Fourier modulus of the force over that of the command, over a band in Hz; 1 is exact."""
+    """Fourier modulus of the force over that of the command, over a band in Hz; 1 is exact.
+
+    Parameters
+    ----------
+    runs : TestRun or mapping of str to TestRun
+        One test, or several by their labels.
+    band : tuple of float
+        Lowest and highest frequency, Hz.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    ValueError
+        If the band does not rise, or ends above half the sample rate.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 4.0, 4.0, 1024.0))
+    >>> [line.get_label() for line in plots.force_ratio(run).get_lines()]
+    ['exact', 'measured']
+    """
     ax = axes_or_new(ax)
     runs = labelled(runs)
     ax.axhline(1.0, label="exact", **LIMIT.keywords())
@@ -55,6 +111,34 @@ def drive_response(found: DriveIteration, *, band: Band | None = None, ax: Axes 
     """Force over drive and their coherence, as an iteration found them; 1 is exact.
 
     Without a band: up to the highest frequency that is corrected. Of several actuators each has its lines.
+
+    Parameters
+    ----------
+    found : DriveIteration
+        From `eft.iterate`.
+    band : tuple of float, optional
+        Lowest and highest frequency, Hz.
+    ax : Axes, optional
+        Where to draw; by default the axes of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes with the curves.
+
+    Raises
+    ------
+    AttributeError
+        If `found` is not an iteration.
+
+    Examples
+    --------
+    >>> import eft
+    >>> from eft import plots
+    >>> sweep = eft.sine_sweep(8900.0, 0.0, 10.0, 4.0, 1024.0)
+    >>> found = eft.iterate(eft.Rig.zhao2005(), sweep, repeats=1)
+    >>> [line.get_label() for line in plots.drive_response(found).get_lines()]
+    ['exact', 'force / drive', 'coherence']
     """
     ax = axes_or_new(ax)
     responses, coherences = np.atleast_2d(found.response), np.atleast_2d(found.coherence)
