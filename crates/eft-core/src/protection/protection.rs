@@ -12,7 +12,7 @@ use crate::protection::cause::Cause;
 use crate::protection::latch::Latch;
 use crate::protection::limits::{Limit, NEVER, ProtectionParameters, samples};
 use crate::protection::ramp::{Position, Ramp};
-use crate::protection::timing::{Timing, TimingState};
+use crate::protection::timing::{Timing, TimingState, Untimely};
 use crate::status;
 
 /// A protection's immutable configuration; one drives any number of channels.
@@ -123,6 +123,7 @@ impl<T: Real> Protection<T> {
     pub fn step(&self, state: &mut ProtectionState<T>, input: &ProtectionInput<T>) -> Protected<T> {
         let ProtectionInput { command, force, displacement, velocity, spool, alive, period } = *input;
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
+        let untimely = self.timing.step(&mut state.timing, alive, period);
         let before = state.tripped.is_set();
         let commanded = command.abs() <= T::splat(LARGEST);
         if commanded && !before {
@@ -161,10 +162,12 @@ impl<T: Real> Protection<T> {
         if lost && cause == Cause::None {
             cause = Cause::MeasurementLost;
         }
-        let timed = self.timing.step(&mut state.timing, alive, period);
-        if timed.cause != Cause::None && cause == Cause::None {
-            cause = timed.cause;
-            if timed.old {
+        if let Some(bad) = untimely
+            && self.timing.persists(&state.timing)
+            && cause == Cause::None
+        {
+            cause = bad.cause();
+            if bad == Untimely::Old {
                 // No loop is closed on old samples, and no motion followed.
                 (shutdown, state.blind) = (true, true);
             }
@@ -194,7 +197,7 @@ impl<T: Real> Protection<T> {
                 | flag(state.tripped.is_set(), status::TRIPPED)
                 | flag(shut_down, status::SHUT_DOWN)
                 | flag(!commanded, status::INVALID_COMMAND)
-                | flag(timed.bad, status::MISSED_TICK)
+                | flag(untimely.is_some(), status::MISSED_TICK)
                 | (state.cause as u32) << status::CAUSE_SHIFT,
         }
     }

@@ -10,7 +10,7 @@ use crate::protection::limits::ProtectionParameters;
 pub(crate) struct Timing<T> {
     rate: T,
     tolerance: T,
-    /// What of [`Trouble`] is waited for.
+    /// What of [`trouble`](TimingState::trouble) is waited for.
     patience: u32,
 }
 
@@ -24,64 +24,82 @@ pub(crate) struct TimingState<T> {
     /// Whether a counter and a period were ever given.
     counts: bool,
     times: bool,
-    order: Trouble,
-    pace: Trouble,
+    /// Two for each bad sample, one less for each good one: what is bad every second time trips as well.
+    trouble: u32,
 }
 
-/// Two for each bad sample, one less for each good one: what is bad every second time trips as well.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-struct Trouble(u32);
+/// What is bad about a sample's timing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Untimely {
+    /// The sample is not new.
+    Old,
+    /// Samples are missing before it.
+    Skipped,
+    /// Its period is off.
+    Period,
+}
 
-impl Trouble {
-    #[inline(always)]
-    fn count(&mut self, bad: bool) {
-        self.0 = if bad { self.0.saturating_add(2) } else { self.0.saturating_sub(1) };
+impl Untimely {
+    /// What it trips by where it persists.
+    pub(crate) fn cause(self) -> Cause {
+        if self == Self::Period { Cause::SamplePeriod } else { Cause::SamplesOld }
     }
 }
 
-/// What a sample's timing says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Timed {
-    /// Whether anything of it is bad.
-    pub(crate) bad: bool,
-    /// What has been bad for too long.
-    pub(crate) cause: Cause,
-    /// Whether the sample is not new.
-    pub(crate) old: bool,
-}
-
 impl<T: Real> Timing<T> {
-    /// One sample, with its counter (1) and the period (s) since the one before.
+    /// One sample, with its counter (1) and the period (s) since the one before: what is bad about it.
     ///
     /// # NaN
     /// What was never given is not watched. What was given before, and is not, is bad.
     #[inline(always)]
-    pub(crate) fn step(&self, state: &mut TimingState<T>, alive: T, period: T) -> Timed {
-        let (zero, one) = (T::splat(0.0), T::splat(1.0));
-        let (counted, timed) = (alive.is_finite(), period.is_finite());
-        if !(counted | timed | state.counts | state.times) {
-            return Timed { bad: false, cause: Cause::None, old: false };
+    pub(crate) fn step(&self, state: &mut TimingState<T>, alive: T, period: T) -> Option<Untimely> {
+        let bad = Self::order(state, alive).or_else(|| self.pace(state, period));
+        if bad.is_some() {
+            if state.trouble <= self.patience {
+                state.trouble += 2;
+            }
+        } else if state.trouble > 0 {
+            state.trouble -= 1;
         }
-        // From its last value, whichever that is, a counter begins again at zero.
-        let follows = alive == state.last + one || (alive == zero && state.last > zero);
-        let skipped = state.counts && !follows;
-        let old = state.counts && !(counted && alive != state.last);
-        state.counts |= counted;
-        state.last = if counted { alive } else { state.last };
-        state.times |= timed;
-        let off = state.times && !((period * self.rate - one).abs() <= self.tolerance);
-        state.order.count(skipped);
-        state.pace.count(off);
-        let cause = if state.order.0 > self.patience {
-            Cause::SamplesOld
-        } else if state.pace.0 > self.patience {
-            Cause::SamplePeriod
-        } else {
-            Cause::None
-        };
-        Timed { bad: skipped | off, cause, old }
+        bad
+    }
+
+    /// Whether samples have been bad for too long.
+    #[inline(always)]
+    pub(crate) fn persists(&self, state: &TimingState<T>) -> bool {
+        state.trouble > self.patience
+    }
+
+    #[inline(always)]
+    fn order(state: &mut TimingState<T>, alive: T) -> Option<Untimely> {
+        let zero = T::splat(0.0);
+        if state.counts {
+            let last = state.last;
+            if alive == last + T::splat(1.0) {
+                state.last = alive;
+                return None;
+            }
+            if !alive.is_finite() || alive == last {
+                return Some(Untimely::Old);
+            }
+            state.last = alive;
+            // From its last value, whichever that is, a counter begins again at zero.
+            return if alive == zero && last > zero { None } else { Some(Untimely::Skipped) };
+        }
+        if alive.is_finite() {
+            (state.last, state.counts) = (alive, true);
+        }
+        None
+    }
+
+    #[inline(always)]
+    fn pace(&self, state: &mut TimingState<T>, period: T) -> Option<Untimely> {
+        let off = !((period * self.rate - T::splat(1.0)).abs() <= self.tolerance);
+        if off && !period.is_finite() {
+            return state.times.then_some(Untimely::Period);
+        }
+        state.times = true;
+        off.then_some(Untimely::Period)
     }
 }
 
@@ -117,9 +135,8 @@ mod tests {
     fn trips(samples: impl IntoIterator<Item = (f32, f32)>) -> Option<(usize, Cause, bool)> {
         let (timing, mut state) = (timing(), TimingState::default());
         samples.into_iter().enumerate().find_map(|(n, (alive, period))| {
-            let timed = timing.step(&mut state, alive, period);
-            assert!(timed.cause == Cause::None || timed.bad);
-            (timed.cause != Cause::None).then_some((n, timed.cause, timed.old))
+            let bad = timing.step(&mut state, alive, period)?;
+            timing.persists(&state).then_some((n, bad.cause(), bad == Untimely::Old))
         })
     }
 
@@ -165,6 +182,20 @@ mod tests {
         ] {
             assert_eq!(trips(periods(off)), expected, "{off}");
         }
+    }
+
+    #[test]
+    fn bad_counters_and_bad_periods_count_together() {
+        // One sample in three skips, another one comes late.
+        let samples = |skips: bool, late: bool| {
+            (0..1000_u16).map(move |n| {
+                let alive = n + if skips { n / 3 } else { 0 };
+                (f32::from(alive), if late && n % 3 == 1 { 1.2e-3 } else { 1e-3 })
+            })
+        };
+        assert_eq!(trips(samples(true, false)), None);
+        assert_eq!(trips(samples(false, true)), None);
+        assert!(trips(samples(true, true)).is_some_and(|(n, _, old)| (10..60).contains(&n) && !old));
     }
 
     #[test]
