@@ -231,11 +231,30 @@ def _drive(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command,
     # Here, for most tests read no traces.
     from eft.traces import read_traces
 
-    traces = read_traces(folder / section["file"])
+    building = rig["structure.kind"] == "shear_building"
+    files = [folder / section["file"]]
+    if building:
+        files = drive_files(files[0], len(rig["structure.stories.masses"]))
+    drives = [read_traces(file) for file in files]
+    first = drives[0]
+    for file, traces in zip(files, drives, strict=True):
+        if traces["command"].shape != first["command"].shape or traces.sample_rate != first.sample_rate:
+            raise ValueError(
+                f"{file.name}: {len(traces['command'])} samples at {traces.sample_rate:g} Hz, must be "
+                f"{len(first['command'])} at {first.sample_rate:g} Hz as in {files[0].name}"
+            )
     # A clock that was rounded in the file is the rig's within a thousandth.
     rate = _sample_rate(section, rig)
-    rate = rate if abs(rate / traces.sample_rate - 1.0) < 1e-3 else traces.sample_rate
-    return Command(traces["command"], rate), f"drive of {section['file']}"
+    rate = rate if abs(rate / first.sample_rate - 1.0) < 1e-3 else first.sample_rate
+    values = [traces["command"] for traces in drives]
+    return Command(values if building else values[0], rate), f"drive of {section['file']}"
+
+
+def drive_files(path: Path, actuators: int) -> list[Path]:
+    """The file of a drive; of several actuators one each from the ground, drive-1.csv, drive-2.csv, ..."""
+    if actuators == 1:
+        return [path]
+    return [path.with_stem(f"{path.stem}-{number + 1}") for number in range(actuators)]
 
 
 _KINDS = {

@@ -660,9 +660,9 @@ WRONG = {
         {"a.csv": "time (s),command (kN),force (kN)\n0,1,1\n0.1,2,2\n0.2,1,1\n"},
         ["samples", "must fit the measured test of 3"],
     ),
-    "drives of several actuators": (
-        ["iterate", "--record", "elcentro", *BUILDING],
-        {},
+    "measured test of several actuators": (
+        ["iterate", "--record", "elcentro", *BUILDING, "--measured", "a.csv"],
+        {"a.csv": CSV},
         ["one actuator", "eft.iterate"],
     ),
     "spool in volts of an unknown sensor": (

@@ -140,6 +140,26 @@ def test_the_command_writes_a_drive_that_a_test_runs(tmp_path, monkeypatch, caps
     )
 
 
+def test_the_command_writes_a_drive_for_each_actuator_that_a_test_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    rig = building(2).to_toml()
+    Path("rig.toml").write_text(rig, encoding="utf-8")
+    asked = ["iterate", "--rig", "rig.toml", "--record", "elcentro", "--scale", "0.05", "--repeats", "1"]
+    assert main([*asked, "--sample-rate", "512", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["drive"] == "drive-1.csv, drive-2.csv" and not Path("drive.csv").exists()
+    test = '[command]\nkind = "drive"\nfile = "drive.csv"\n'
+    Path("test.toml").write_text(rig + test, encoding="utf-8")
+    main(["run", "test.toml", "-o", "out.eft"])
+    run = eft.TestRun.load("out.eft")
+    for row, name in zip(run.command, answer["drive"].split(", "), strict=True):
+        np.testing.assert_array_equal(row, np.loadtxt(name, delimiter=",", skiprows=1)[:, 1])
+    short = Path("drive-2.csv").read_text(encoding="utf-8").splitlines()[:100]
+    Path("drive-2.csv").write_text("\n".join(short), encoding="utf-8")
+    assert main(["run", "test.toml", "-o", "out.eft"]) == 2
+    assert "drive-2.csv: 99 samples" in capsys.readouterr().err
+
+
 def test_the_picture_shows_response_and_coherence():
     ax = eft.iterate(RIG, SHORT, repeats=1).plot(ax=Figure().subplots())
     assert {line.get_label() for line in ax.get_lines()} == {"exact", "force / drive", "coherence"}

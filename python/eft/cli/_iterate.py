@@ -10,6 +10,7 @@ import numpy as np
 
 import eft
 from eft._files import beside
+from eft._test_file import drive_files
 from eft.cli._output import FILE, as_json, emit_json, epilog, table
 from eft.cli._plan import plan_of, test_options
 from eft.traces import read_traces
@@ -65,25 +66,30 @@ def iterate(
 
     Each repeat corrects the drive by the remaining error. The correction inverts the response of the force to
     the drive, at every frequency with a high coherence. A specimen that yields is refused. A test file runs
-    a drive with `kind = "drive"` and `file = "drive.csv"` in its section [command].
+    a drive with `kind = "drive"` and `file = "drive.csv"` in its section [command]. Of several actuators each
+    has a file, from the ground: drive-1.csv, drive-2.csv, and so on; `file = "drive.csv"` reads them all.
     """
     check_folder(output)
     plan = plan_of(test, rig, changes, command)
-    if plan.command.values.ndim > 1:
+    if plan.command.values.ndim > 1 and measured is not None:
         raise click.UsageError(
-            "command: a file holds the drive of one actuator; of several, eft.iterate in Python gives them"
+            "--measured: must be a test of one actuator; of several, use eft.iterate in Python"
         )
     source = plan.rig if measured is None else read_traces(measured)
     found = eft.iterate(
         source, plan.command, repeats=repeats, relaxation=relaxation, band=band, least_coherence=coherence
     )
-    with beside(output) as temporary:
-        columns = np.column_stack([found.drive.time, found.drive.values])
-        np.savetxt(temporary, columns, "%.9g", ",", header="time (s),command (N)", comments="")
+    drives = np.atleast_2d(found.drive.values)
+    files = drive_files(output, len(drives))
+    for file, values in zip(files, drives, strict=True):
+        with beside(file) as temporary:
+            columns = np.column_stack([found.drive.time, values])
+            np.savetxt(temporary, columns, "%.9g", ",", header="time (s),command (N)", comments="")
+    written = ", ".join(map(str, files))
     if as_json:
-        emit_json({"errors": list(found.errors), "stopped": found.stopped, "drive": str(output)})
+        emit_json({"errors": list(found.errors), "stopped": found.stopped, "drive": written})
         return
     rows = [(f"{i}", f"{error:.2%}") for i, error in enumerate(found.errors)]
     click.echo(f"{plan.about}\non {measured or plan.rig['name']}\n")
     click.echo(table(rows, ("repeat", "force error")))
-    click.echo(f"\n{found.stopped}; {output} written")
+    click.echo(f"\n{found.stopped}; {written} written")
