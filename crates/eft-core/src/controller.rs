@@ -155,7 +155,9 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let last = self.limiter.within(state.valve_command);
         let rests = good & S::at_least(state.lost, self.gap);
         if self.feeds_forward && rests.any() {
-            let rested = self.feedforward.at_rest(self.known_command(input));
+            // Of this tick's command where the next one's is lost.
+            let mut rested = self.feedforward.at_rest(input.command);
+            self.feedforward.step(&mut rested, self.known_command(input));
             state.feedforward = FeedforwardState::select(rests, rested, state.feedforward);
         }
         let further_flow = self.further_flow(&mut state.feedforward, input);

@@ -276,3 +276,21 @@ fn behind_lost_samples_the_valve_command_does_not_jump_further_than_the_motion()
         assert!((0.1..1.5).contains(&jump), "{:?}: {jump} V", p.velocity_source);
     }
 }
+
+// SR-14
+#[test]
+fn a_next_command_that_is_lost_behind_a_gap_makes_no_jump() {
+    let p = Parameters { feedforward: true, look_ahead: true, ..rig::PARAMETERS };
+    let channel = Channel::<f64, 21>::new(&p).unwrap();
+    let rests =
+        Input { command: 3e3, next_command: 3e3, velocity: 0.0, force: 3e3, spool: 0.0, ..Input::default() };
+    let mut state = channel.at_rest();
+    let mut after = |input: Input<f64>, ticks: u32| {
+        (0..ticks).fold(f64::NAN, |_, _| channel.step(&mut state, &input).voltage)
+    };
+    let rested = after(rests, 4096);
+    after(Input { velocity: f64::NAN, ..rests }, 225);
+    let lost = after(Input { next_command: f64::NAN, ..rests }, 1);
+    let next = after(rests, 1);
+    assert!((lost - rested).abs() < 1e-9 && (next - rested).abs() < 1e-9, "{rested} {lost} {next}");
+}
