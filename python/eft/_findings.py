@@ -163,7 +163,7 @@ def _reach(facts: Facts) -> Iterator[Finding]:
 def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
     """Stability and its margins about rest; of a controller that learns, with a sound calibration."""
     learns = rig["compensation.adaptive"]
-    judged = rig.plant.replace({"servovalve.flow_gain_scale": 1.0}) if learns else rig
+    judged = _learned(rig) if learns else rig
     names = ("level_margin", "dead_time", "gain_margin")
     reach = [max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names]
     try:
@@ -197,6 +197,14 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
             "known that well.",
             SELF_CALIBRATION,
         )
+
+
+def _learned(rig: Rig) -> Rig:
+    """The rig whose controller knows what it can learn."""
+    plant = rig.plant.replace({"servovalve.flow_gain_scale": 1.0})
+    if not rig["compensation.curve_correction"]:
+        return plant
+    return plant.replace({"servovalve.true_flow_table": plant["servovalve.flow_table"]})
 
 
 def _unstable(rig: Rig, rate: float, growth: float, sound: float | None) -> Finding:
