@@ -43,7 +43,11 @@ demo: $(VENV)/.built ## Run the paper's tests: a table, figures and a report (DE
 
 build: $(VENV)/.built ## Build the package into .venv, optimized
 
-test: test-rust test-python ## Build and run every host test
+test: $(VENV)/.made ## Build and run every host test
+	# The packages that Python's tests need are fetched while Rust compiles.
+	$(MAKE) --no-print-directory $(VENV)/.packages & packages=$$!; \
+	  $(MAKE) --no-print-directory test-rust && wait $$packages
+	$(MAKE) --no-print-directory test-python
 
 test-rust:
 	# With eft-py, which has no tests of its own here: crates get the features of the extension, and are built once.
@@ -136,6 +140,11 @@ $(VENV)/.built: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
 $(VENV)/.importable: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
 	$(BIN)/maturin develop --locked
 	@rm -f $(VENV)/.built
+	@touch $@
+
+$(VENV)/.packages: $(VENV)/.made pyproject.toml
+	$(PY) -c 'import tomllib; p = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
+	  print(*p["dependencies"], *p["optional-dependencies"]["test"], sep="\n")' | $(BIN)/pip install --quiet -r /dev/stdin
 	@touch $@
 
 $(VENV)/.extra-%: pyproject.toml | $(VENV)/.importable
