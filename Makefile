@@ -144,9 +144,9 @@ $(VENV)/.importable: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
 
 $(VENV)/.packages: $(VENV)/.made pyproject.toml
 	$(PY) -c 'import tomllib; p = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
-	  print(*p["dependencies"], *p["optional-dependencies"]["test"], sep="\n")' | $(BIN)/pip install --quiet -r /dev/stdin
+	  print(*p["dependencies"], *p["optional-dependencies"]["test"], sep="\n")' | $(BIN)/pip install --quiet --no-compile -r /dev/stdin
 	@touch $@
 
 $(VENV)/.extra-%: pyproject.toml | $(VENV)/.importable
-	$(BIN)/pip install --quiet 'effective-force-testing[$*]'
+	$(BIN)/pip install --quiet --no-compile 'effective-force-testing[$*]'
 	@touch $@
