@@ -205,7 +205,7 @@ pub(crate) unsafe fn get_state(component: *mut c_void, state: *mut Address) -> S
     unsafe { with(component, call) }
 }
 
-/// Frees a state and forgets its address; null is none.
+/// Frees a state and forgets its address; a null pointer is ignored.
 ///
 /// # Safety
 /// As [`with`] and [`place`].

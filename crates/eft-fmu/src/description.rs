@@ -110,7 +110,7 @@ pub fn description(rig: &RigConfig, part: Part, version: Version) -> Result<Stri
     Ok(text)
 }
 
-/// A unit by its base units; without them where it is none of the SI, such as samples.
+/// A unit by its base units. A unit outside the SI, such as samples, has no base units.
 fn unit_definition(unit: &str) -> String {
     let name = escaped(unit);
     let Some([kilograms, metres, seconds, volts]) = dimension(unit) else {

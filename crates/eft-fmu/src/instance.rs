@@ -90,7 +90,7 @@ impl Instance {
     /// The values of variables of a type.
     ///
     /// # Errors
-    /// A reference that is none, or of another type; parameters without a rig.
+    /// An unknown reference, one of another type, or parameters without a rig.
     pub(crate) fn get(&mut self, references: &[u32], kind: Type) -> Result<Vec<f64>> {
         let places: Vec<_> =
             references.iter().map(|&one| Ok(self.variable(one, kind)?.0)).collect::<Result<_>>()?;
@@ -103,7 +103,7 @@ impl Instance {
     /// Sets variables of a type, all or none.
     ///
     /// # Errors
-    /// A reference that is none or of another type, an output, a parameter behind the initialization, or a value out of its range.
+    /// An unknown reference or one of another type, an output, a parameter behind the initialization, or a value out of its range.
     pub(crate) fn set(&mut self, references: &[u32], kind: Type, values: &[f64]) -> Result<()> {
         let mut places = Vec::with_capacity(references.len());
         let mut changes_rig = false;
@@ -136,7 +136,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The model of these parameters, made where there is none.
+    /// The model of these parameters. The first call makes it.
     fn run(&mut self) -> Result<()> {
         if self.model.is_none() {
             self.model = Some(self.model_of(&self.values)?);

@@ -26,7 +26,7 @@ pub(crate) enum Role {
 #[derive(Debug, Clone)]
 pub(crate) struct Variable {
     pub(crate) name: &'static str,
-    /// SI unit; empty where there is none.
+    /// SI unit; empty for a quantity without a unit.
     pub(crate) unit: &'static str,
     pub(crate) kind: Type,
     pub(crate) role: Role,

@@ -7,7 +7,7 @@ use eft_core::Short;
 pub struct Key {
     /// Dotted key, as in TOML and in `replace`.
     pub key: &'static str,
-    /// SI unit; empty where there is none.
+    /// SI unit; empty for a quantity without a unit.
     pub unit: &'static str,
     /// Type and allowed range.
     pub kind: Kind,

@@ -13,7 +13,7 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// Starts the counter; none where there is none, as under emulation and on a Cortex-M0.
+    /// Starts the counter; `None` on a processor without one, as under emulation and on a Cortex-M0.
     pub fn start(peripherals: &mut Peripherals) -> Option<Self> {
         if !DWT::has_cycle_counter() {
             return None;

@@ -18,7 +18,7 @@ use crate::instruments::{AnalogOutput, Dac, DelayLines, Sensors, Signals};
 use crate::lanes::{Num, Work, dispatch};
 use crate::plant::{Analog, Driver};
 
-/// A plant as it stands now.
+/// A plant in its present state.
 // A trait and not a closure: a closure that is called twice is not inlined, and loses the processor's instructions.
 pub(crate) trait Feedback<S: Num> {
     /// The valve command (V) that a drive makes of the plant's state now.
