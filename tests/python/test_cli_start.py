@@ -66,3 +66,12 @@ def test_help_loads_neither_plots_nor_tables_nor_files_of_others():
     answer = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert "eft init test.toml" in answer.stdout
     assert answer.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_package_runs_as_the_script_does():
+    told = [
+        subprocess.run([sys.executable, *start, "run", "--bogus"], capture_output=True, text=True)
+        for start in (["-m", "eft"], ["-c", SCRIPT])
+    ]
+    assert told[0].returncode == told[1].returncode == 2
+    assert told[0].stderr == told[1].stderr and "--bogus" in told[0].stderr

@@ -113,7 +113,7 @@ def test_ctrl_c_keeps_the_chunks_that_are_done_and_the_command_goes_on(folder):
     name = written(
         folder, "[study.grid]\ncompensation.level = { low = 0.5, high = 1.0, count = 256 }\n", LONG
     )
-    call = [sys.executable, "-m", "eft.cli", "study", name]
+    call = [sys.executable, "-m", "eft", "study", name]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
     while not list((folder / "s.study").glob("part-*")) and time.monotonic() < deadline:
@@ -132,7 +132,7 @@ def test_ctrl_c_during_a_run_keeps_the_samples_that_are_done(folder):
         'rig = "rig.toml"\n' + COMMAND.replace("duration = 1.0", "duration = 1000.0")
     )
     # Friction takes steps that are slow enough to be interrupted.
-    call = [sys.executable, "-m", "eft.cli", "run", "t.toml", "--set", "actuator.friction=200"]
+    call = [sys.executable, "-m", "eft", "run", "t.toml", "--set", "actuator.friction=200"]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     # Loading takes a third of it.
     wait_until_busy(process, 1.0)

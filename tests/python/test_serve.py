@@ -219,7 +219,7 @@ def test_a_force_beyond_the_rig_is_an_error_and_the_site_goes_on():
 def test_the_command_serves_and_ends(tmp_path):
     path = tmp_path / "rig.toml"
     path.write_text(RIG.to_toml(), encoding="utf-8")
-    command = [sys.executable, "-m", "eft.cli", "serve", str(path), "--port", "0", "--clients", "1"]
+    command = [sys.executable, "-m", "eft", "serve", str(path), "--port", "0", "--clients", "1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         line = process.stdout.readline()
         port = int(line.rsplit(maxsplit=1)[1])
