@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import threading
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -23,19 +24,26 @@ FIRMWARE = os.environ.get("EFT_FIRMWARE")
 PAGE = Path(__file__).resolve().parents[2] / "docs/how-to/opensees.md"
 
 
-def test_a_model_on_the_rig_moves_as_with_the_same_spring():
-    rig, visits, started = eft.Rig.zhao2005().replace({"structure.kind": "linear"}), [], threading.Event()
-    address = []
+@contextmanager
+def site(rig):
+    """The port of a site of a rig, for one client, and what became of that client."""
+    visits, ports, started = [], [], threading.Event()
 
-    def ready(*where):
-        address.extend(where)
+    def ready(_, port):
+        ports.append(port)
         started.set()
 
-    server = threading.Thread(
-        target=lambda: serve(Site(rig), port=0, clients=1, ready=ready, visited=visits.append), daemon=True
-    )
+    def work():
+        serve(Site(rig), port=0, clients=1, ready=ready, visited=visits.append)
+
+    server = threading.Thread(target=work, daemon=True)
     server.start()
     assert started.wait(10.0)
+    yield ports[0], visits
+    server.join(30.0)
+
+
+def test_a_model_on_the_rig_moves_as_with_the_same_spring():
     model, _ = re.findall(
         r"^```\{code-block\} python\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL
     )
@@ -43,12 +51,54 @@ def test_a_model_on_the_rig_moves_as_with_the_same_spring():
         'ops.uniaxialMaterial("Elastic", 1, 693.8e3); ops.node(2, 0.0); ops.fix(2, 1); '
         'ops.element("zeroLength", 1, 2, 1, "-mat", 1, "-dir", 1)'
     )
-    found = _displacements(model.replace("8090", str(address[1])))
+    with site(RIG) as (port, visits):
+        found = _displacements(model.replace("8090", str(port)))
     wanted = _displacements(re.sub(r'ops\.element\("genericClient".*\)', spring, model))
-    server.join(30.0)
     assert len(wanted) == 100 and np.abs(wanted).max() > 1e-3
     np.testing.assert_allclose(found, wanted, atol=1e-3 * np.abs(wanted).max())
     assert visits[0].steps == 100 and visits[0].ended_well
+
+
+FRAME = """
+import openseespy.opensees as ops
+
+ops.model("basic", "-ndm", 1, "-ndf", 1)
+for node, mass in ((1, 7040.0), (2, 7040.0), (3, 6000.0)):
+    ops.node(node, 0.0)
+    ops.mass(node, mass)
+{specimen}
+ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
+ops.pattern("Plain", 1, 1)
+ops.load(3, 2000.0)
+ops.system("FullGeneral")
+ops.algorithm("Linear")
+ops.integrator("NewmarkExplicit", 0.5)
+ops.analysis("Transient")
+for _ in range(40):
+    ops.analyze(1, 0.01)
+    print(ops.nodeDisp(1, 1), ops.nodeDisp(2, 1), ops.nodeDisp(3, 1))
+ops.wipe()
+"""
+STORIES = (1.4e6, 1.2e6, 1.0e6)
+
+
+def test_a_model_of_three_stories_drives_three_actuators():
+    stories = {"masses": [7040.0] * 3, "dampings": [2000.0] * 3, "stiffnesses": STORIES}
+    rig = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
+    client = (
+        'ops.element("genericClient", 1, "-node", 1, 2, 3, "-dof", 1, "-dof", 1, "-dof", 1, "-server", {})'
+    )
+    springs = ["ops.node(9, 0.0); ops.fix(9, 1)"] + [
+        f'ops.uniaxialMaterial("Elastic", {story}, {stiffness})\n'
+        f'ops.element("zeroLength", {story}, {story - 1 or 9}, {story}, "-mat", {story}, "-dir", 1)'
+        for story, stiffness in enumerate(STORIES, 1)
+    ]
+    with site(rig) as (port, visits):
+        found = _displacements(FRAME.format(specimen=client.format(f'{port}, "127.0.0.1"')))
+    wanted = _displacements(FRAME.format(specimen="\n".join(springs)))
+    assert len(wanted) == 120 and np.abs(wanted).max() > 1e-3
+    np.testing.assert_allclose(found, wanted, atol=1e-3 * np.abs(wanted).max())
+    assert visits[0].steps == 40 and visits[0].ended_well
 
 
 def test_the_page_s_structure_runs():

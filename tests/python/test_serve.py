@@ -16,12 +16,18 @@ from eft.opensees import Site, serve
 
 RIG = eft.Rig.zhao2005().replace({"structure.kind": "linear"})
 SIZE = 256
+STORIES = {
+    "structure.stories.masses": [7040.0, 6000.0],
+    "structure.stories.dampings": [2800.0, 2000.0],
+    "structure.stories.stiffnesses": [1.4e6, 1.0e6],
+}
+BUILDING = RIG.replace({"structure.kind": "shear_building", **STORIES})
 
 
 class Served:
     """A server in a thread, and what became of its clients."""
 
-    def __init__(self, clients, **options):
+    def __init__(self, clients, rig=RIG, **options):
         self.visits, self.address, ready = [], None, threading.Event()
 
         def started(*address):
@@ -29,7 +35,7 @@ class Served:
             ready.set()
 
         def work():
-            serve(Site(RIG), port=0, clients=clients, ready=started, visited=self.visits.append, **options)
+            serve(Site(rig), port=0, clients=clients, ready=started, visited=self.visits.append, **options)
 
         self.thread = threading.Thread(target=work, daemon=True)
         self.thread.start()
@@ -52,11 +58,13 @@ def header(size=SIZE, *, displacements=1):
     )
 
 
-def message(action, displacement=0.0, now=0.0, size=SIZE):
-    return struct.pack(f"<{size}d", action, displacement, 0.0, 0.0, now, *[0.0] * (size - 5))
+def message(action, displacements=0.0, now=0.0, size=SIZE):
+    sent = np.atleast_1d(displacements)
+    values = [action, *sent, *[0.0] * 2 * len(sent), now]
+    return struct.pack(f"<{size}d", *values, *[0.0] * (size - len(values)))
 
 
-def asked(client, action, size=SIZE):
+def asked(client, action, size=SIZE, count=1):
     client.sendall(message(action, size=size))
     data = b""
     while len(data) < 8 * size:
@@ -64,8 +72,8 @@ def asked(client, action, size=SIZE):
         assert part, "the server hung up"
         data += part
     values = struct.unpack(f"<{size}d", data)
-    assert not any(values[1:])
-    return values[0]
+    assert not any(values[count:])
+    return values[0] if count == 1 else np.array(values[:count])
 
 
 def a_good_test(served):
@@ -93,6 +101,31 @@ def test_a_client_moves_asks_commits_and_ends():
         client.sendall(message(99))
     (visit,) = served.end()
     assert (visit.moves, visit.steps, visit.ended_well) == (2, 1, True)
+
+
+def test_a_building_has_a_degree_of_freedom_at_each_floor():
+    served = Served(1, BUILDING)
+    (first, second), floors = STORIES["structure.stories.stiffnesses"], np.array([0.002, 0.005])
+    stiffness = np.array([[first + second, -second], [-second, second]])
+    with served.connect() as client:
+        client.sendall(header(displacements=2))
+        np.testing.assert_array_equal(asked(client, 12, count=4), stiffness.ravel())
+        client.sendall(message(3, floors, 0.02))
+        np.testing.assert_allclose(asked(client, 10, count=2), stiffness @ floors, rtol=2e-3)
+        np.testing.assert_allclose(asked(client, 7, count=2), floors, atol=2e-6)
+        assert asked(client, 11) == 0.02
+        client.sendall(message(5))
+        client.sendall(message(99))
+    (visit,) = served.end()
+    assert (visit.moves, visit.steps, visit.ended_well) == (1, 1, True)
+
+
+def test_a_building_refuses_a_client_of_one_degree_of_freedom():
+    served = Served(1, BUILDING)
+    with served.connect() as client:
+        client.sendall(header() + message(3, 0.001))
+        (visit,) = served.end()
+    assert "is not that of 2 degrees of freedom" in visit.ending and not visit.ended_well
 
 
 def test_a_specimen_is_new_for_each_client():
@@ -198,14 +231,15 @@ def test_a_bad_client_is_dropped_in_time_and_the_next_is_served(misbehave):
     assert good == (1, 1, good.ending, True)
 
 
-def test_a_rig_that_cannot_be_a_site_is_named():
-    stories = {f"structure.stories.{name}": [1e3, 1e3] for name in ("masses", "dampings", "stiffnesses")}
-    with pytest.raises(ValueError, match=r"^structure\.kind"):
-        Site(eft.Rig.zhao2005().replace({"structure.kind": "shear_building", **stories}))
+def test_wrong_arguments_are_named():
     with pytest.raises(ValueError, match=r"^tolerance = 0"):
         Site(RIG, tolerance=0.0)
     with pytest.raises(ValueError, match=r"^port = 70000"):
         serve(Site(RIG), port=70000)
+    with pytest.raises(ValueError, match=r"^displacement = \[0, 0\]: must be one for each of 1 actuators"):
+        Site(RIG).move([0.0, 0.0])
+    with pytest.raises(ValueError, match=r"^displacement = \[0, 1\] m: must be within the stroke"):
+        Site(BUILDING).move([0.0, 1.0])
 
 
 def test_a_force_beyond_the_rig_is_an_error_and_the_site_goes_on():

@@ -3,8 +3,8 @@
 What goes over the line, all of it little-endian: first a header of eleven 32-bit integers, then messages of
 as many 64-bit floats as the header's last integer says. The header's first five integers are the sizes of
 displacement, velocity, acceleration, force and time that the client sends, the next five of those it asks
-for. A message begins with the number of the action; displacement, velocity, acceleration and time follow.
-An action that asks is answered with one message, padded with zeros.
+for. A message begins with the number of the action; displacements, velocities, accelerations and time follow,
+with a value for each actuator. An action that asks is answered with one message, padded with zeros.
 """
 
 from __future__ import annotations
@@ -16,12 +16,15 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from eft.opensees._site import Site
 
+Array = NDArray[np.float64]
+
 _HEADER = struct.Struct("<11i")
 _LARGEST = 4096
-"""Floats in a message: far more than one actuator needs."""
+"""Floats in a message: far more than the actuators need."""
 
 
 class ClientError(ValueError):
@@ -120,8 +123,9 @@ class _Conversation:
         self._connection, self._site = connection, site
         self._patience, self._idle = patience, idle
         self._size = self._moves = self._steps = 0
-        self._force = self._time = 0.0
-        self._wanted = 0.0
+        self._floors = site.actuators
+        self._force = self._wanted = np.zeros(self._floors)
+        self._time = 0.0
 
     def run(self) -> Visit:
         """Serve until the client goes, whatever it does."""
@@ -141,20 +145,24 @@ class _Conversation:
 
     def _greet(self) -> None:
         header = _HEADER.unpack(self._receive(_HEADER.size, self._patience))
-        asked, wanted, size = header[:5], header[5:10], header[10]
-        if asked != (1, 1, 1, 0, 1) or wanted[3] != 1 or max(wanted) > 1 or min(wanted) < 0:
-            raise ClientError(f"the client's header {header} is not that of one degree of freedom")
-        if not 5 <= size <= _LARGEST:
-            raise ClientError(f"the client's message size {size} must be from 5 to {_LARGEST}")
+        sent, wanted, size = header[:5], header[5:10], header[10]
+        floors = self._floors
+        if sent != (floors, floors, floors, 0, 1) or wanted[3] != floors:
+            count = "one degree" if floors == 1 else f"{floors} degrees"
+            raise ClientError(f"the client's header {header} is not that of {count} of freedom")
+        # A stiffness is answered whole.
+        least = max(3 * floors + 2, floors**2)
+        if not least <= size <= _LARGEST:
+            raise ClientError(f"the client's message size {size} must be from {least} to {_LARGEST}")
         self._size = size
 
     def _answer(self) -> bool:
-        data = self._receive(8 * self._size, self._idle)
-        action, displacement, _, _, now = struct.unpack_from("<5d", data)
+        message = np.frombuffer(self._receive(8 * self._size, self._idle), dtype="<f8")
+        action, floors = float(message[0]), self._floors
         match action:
             case 3.0:
-                self._move(displacement)
-                self._time = now
+                self._move(message[1 : 1 + floors])
+                self._time = float(message[1 + 3 * floors])
             case 4.0:
                 pass
             case 5.0:
@@ -162,7 +170,7 @@ class _Conversation:
             case 6.0 | 10.0:
                 self._send(self._force)
             case 7.0:
-                self._send(float(self._site.state.displacement))
+                self._send(self._site.state.displacement)
             case 8.0 | 9.0 | 14.0 | 15.0:
                 # At rest, and the model outside has damping and mass.
                 self._send(0.0)
@@ -176,16 +184,19 @@ class _Conversation:
                 raise ClientError(f"the client's action {action:g} is unknown")
         return True
 
-    def _move(self, displacement: float) -> None:
-        if displacement == self._wanted and self._moves:
+    def _move(self, displacement: Array) -> None:
+        if np.array_equal(displacement, self._wanted) and self._moves:
             return
         self._force = self._site.move(displacement)
         self._wanted = displacement
         self._moves += 1
 
-    def _send(self, value: float) -> None:
+    def _send(self, values: ArrayLike) -> None:
+        message = np.zeros(self._size, dtype="<f8")
+        flat = np.ravel(values)
+        message[: flat.size] = flat
         self._connection.settimeout(self._patience)
-        self._connection.sendall(struct.pack(f"<{self._size}d", value, *[0.0] * (self._size - 1)))
+        self._connection.sendall(message.tobytes())
 
     def _receive(self, size: int, first: float) -> bytes:
         """As many bytes: `first` s for the first of them, then the patience for all others."""
