@@ -154,6 +154,30 @@ fn constant_leakage_leaves_an_offset_that_the_loop_cannot_remove() {
 }
 
 #[test]
+fn a_null_bias_leaves_the_force_that_holds_the_spool_at_the_bias() {
+    for bias in [0.02, -0.01] {
+        let rig = changed(&[
+            ("servovalve.null_bias", bias.into()),
+            ("structure.kind", "linear".into()),
+            ("structure.damping", 1e5.into()),
+        ]);
+        let run = run(&rig, &Command::new(vec![0.0; 16384], RATE).unwrap());
+        let force = *run.force.last().unwrap();
+        // At rest the lands pass what leaks: f(x_v − b)·√(1 ∓ P_L/P_s) = C_l·P_L, x_v = −K_s′·G_p·C_F·F; near null the
+        // table is a straight line.
+        let (v, c) = (&rig.servovalve, &rig.controller);
+        let gain = c.proportional_gain * c.force_sensitivity / (v.spool_sensitivity * v.spool_stroke);
+        let load = force / rig.actuator.piston_area;
+        let open = -gain * force - bias;
+        let slope = if open < 0.0 { -v.flow_table.flows[9] } else { v.flow_table.flows[11] } / 0.1;
+        let flow = slope * open * (1.0 - open.signum() * load / rig.supply.pressure).sqrt();
+        assert!((flow / (rig.actuator.leakage * load) - 1.0).abs() < 1e-6, "{force} N");
+        // What an ideal integrator behind the loop would leave, less the loop's own error of 2 %.
+        assert!((force / (-bias / gain) - 1.0).abs() < 0.03, "{force} N");
+    }
+}
+
+#[test]
 fn a_falling_supply_slows_the_flow_by_its_root() {
     let rig = changed(&[
         ("supply.schedule.times", numbers(&[0.0, 16.0, 20.0])),

@@ -108,11 +108,12 @@ fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Resul
     // What the test asks for and what is there, whatever the controller believes of it.
     let rig = rig.plant();
     let actuator = &rig.actuator;
-    let table = rig.servovalve.true_curve();
+    let valve = &rig.servovalve;
+    let table = valve.true_curve();
     let curve = FlowTable::<f64, TABLE_CAPACITY>::new(&table.openings, &table.flows)?;
     let (least, most) = (curve.flow(-1.0), curve.flow(1.0));
     let stall = actuator.piston_area * rig.supply.pressure;
-    let scale = rig.servovalve.flow_gain_scale;
+    let scale = valve.flow_gain_scale;
     let (mut force, mut stroke, mut velocity) = (0.0_f64, 0.0_f64, 0.0_f64);
     let (mut flow, mut opening, mut mean) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (i, now) in command.values.iter().enumerate() {
@@ -124,7 +125,8 @@ fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Resul
         // Opening beyond 1 stands for what no opening passes.
         let no_load = q / scale / radicand.max(1e-6).sqrt();
         let end = if no_load < 0.0 { least } else { most };
-        let needed = if no_load / end > 1.0 { no_load / end } else { curve.opening(no_load).abs() };
+        let beyond = no_load / end;
+        let needed = if beyond > 1.0 { beyond } else { (curve.opening(no_load) + valve.null_bias).abs() };
         force = force.max(now.abs());
         stroke = stroke.max(x[i].abs());
         velocity = velocity.max(v[i].abs());

@@ -62,6 +62,7 @@ pub static KEYS: &[Key] = &[
     key("servovalve.true_flow_table.flows", "m³/s", Floats(2, 64, -1e3, 1e3), Optional, "no-load flows at those openings"),
     key("servovalve.pilot_flow_limit", "m³/s", Float(1e-12, 1e3), Optional, "largest flow of the pilot stage"),
     key("servovalve.overlap", "", Float(0.0, 0.5), float(0.0), "overlap of the spool's lands, an opening that passes nothing"),
+    key("servovalve.null_bias", "", Float(-0.5, 0.5), float(0.0), "null bias: spool opening at which the valve passes nothing at no load"),
     key("servovalve.leakage.proportional", "m³/(s·Pa)", Float(0.0, 1e-3), float(0.0), "leakage of the main stage proportional to the load pressure, Eq. (5)"),
     key("servovalve.leakage.constant", "m³/s", Float(0.0, 1.0), float(0.0), "constant leakage of the main stage at `supply.pressure`, Eq. (5)"),
     key("servovalve.leakage.null_region", "", Float(1e-6, 1.0), float(0.003), "opening within which the constant leakage changes its sign"),

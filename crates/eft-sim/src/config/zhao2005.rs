@@ -64,6 +64,7 @@ impl RigConfig {
                 },
                 pilot_flow_limit: None,
                 overlap: 0.0,
+                null_bias: 0.0,
                 leakage: ValveLeakage { proportional: 0.0, constant: 0.0, null_region: 0.003 },
             },
             controller: Controller {

@@ -329,6 +329,7 @@ pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
     let (valve, actuator, supply) = (&rig.servovalve, &rig.actuator, &rig.supply);
     let leakage = &valve.leakage;
     let plain_valve = valve.overlap == 0.0
+        && valve.null_bias == 0.0
         && valve.pilot_flow_limit.is_none()
         && leakage.proportional == 0.0
         && leakage.constant == 0.0;

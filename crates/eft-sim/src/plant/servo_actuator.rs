@@ -23,6 +23,8 @@ use crate::plant::valve_leakage::{Leak, ValveLeakage};
 pub(crate) struct ServoActuator<S: Num> {
     pilot_valve: PilotValve<S>,
     spool: Spool<S>,
+    /// Spool opening (1) at which the lands stand as a valve without bias has them at 0: `Q_L = f(x_v − b)·√…`.
+    null_bias: S,
     load_flow: LoadFlow<S>,
     valve_leakage: ValveLeakage<S>,
     actuator: Actuator<S>,
@@ -58,6 +60,7 @@ impl<S: Num> ServoActuator<S> {
         Ok(Self {
             pilot_valve: PilotValve::pack(&rig),
             spool: Spool::pack(&rig),
+            null_bias: S::from_lanes(|i| rig(i).servovalve.null_bias),
             load_flow: LoadFlow::pack(&rig)?,
             valve_leakage: ValveLeakage::pack(&rig),
             actuator: Actuator::pack(&rig),
@@ -84,7 +87,7 @@ impl<S: Num> ServoActuator<S> {
     /// What the oil does at a supply pressure (Pa).
     #[inline(always)]
     pub(crate) fn hydraulics(&self, state: &ActuatorState<S>, supply_pressure: S) -> Hydraulics<S> {
-        let opening = Spool::stop(state.spool);
+        let opening = Spool::stop(state.spool) - self.null_bias;
         let (load_flow, drawn) = self.load_flow.flow_at(opening, state.load_pressure, supply_pressure);
         let leak = self.valve_leakage.leak(opening, state.load_pressure, supply_pressure);
         let bypassed = self.bypass_valve.flow(state.load_pressure);

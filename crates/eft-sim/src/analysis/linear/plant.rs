@@ -161,7 +161,7 @@ fn stories(rig: &RigConfig) -> Vec<Story> {
     stories
 }
 
-/// Keys of a rig whose effect on small signals no linear model has: a dead zone, a friction, a constant leakage, a
+/// Keys of a rig whose effect on small signals no linear model has: a dead zone, an offset, a friction, a constant leakage, a
 /// damper that is infinitely steep at rest, estimates that move, a velocity that is not its sensor's.
 pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let (plant, compensation) = (rig.plant(), &rig.compensation);
@@ -170,6 +170,7 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let building = structure.kind == StructureKind::ShearBuilding;
     [
         (valve.overlap > 0.0, "servovalve.overlap"),
+        (valve.null_bias != 0.0, "servovalve.null_bias"),
         (valve.leakage.constant > 0.0, "servovalve.leakage.constant"),
         (plant.actuator.friction > 0.0, "actuator.friction"),
         (steep && !building, "structure.power_damper"),

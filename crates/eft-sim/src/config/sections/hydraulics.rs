@@ -83,6 +83,8 @@ pub struct Servovalve {
     pub pilot_flow_limit: Option<f64>,
     /// Overlap of the spool's lands, an opening, dimensionless.
     pub overlap: f64,
+    /// Spool opening at which the valve passes nothing at no load, dimensionless.
+    pub null_bias: f64,
     /// Leakage of the main stage, Eq. (5).
     pub leakage: ValveLeakage,
 }

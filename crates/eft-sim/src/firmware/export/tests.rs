@@ -5,7 +5,7 @@ use crate::config::{KEYS, Key, Kind};
 use super::*;
 
 /// Keys, or what they begin with, of the plant alone: no export may depend on them.
-const OF_THE_PLANT: [&str; 18] = [
+const OF_THE_PLANT: [&str; 19] = [
     // What judges a test is as far from the controller.
     "verdict.",
     "actuator.stroke",
@@ -22,6 +22,7 @@ const OF_THE_PLANT: [&str; 18] = [
     "servovalve.flow_gain_scale",
     "servovalve.true_flow_table.",
     "servovalve.overlap",
+    "servovalve.null_bias",
     "servovalve.leakage.",
     "structure.",
     "sensors.",
