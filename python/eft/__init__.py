@@ -36,7 +36,7 @@ from eft._notebook import teach_native
 from eft._planning import Feasibility, check_feasibility
 from eft._replay import Replay, replay
 from eft._run import Coherence, FftRatio, Metrics, TestRun
-from eft._simulate import IdealResponse, energy_balance, ideal_response, simulate
+from eft._simulate import IdealResponse, StepController, energy_balance, ideal_response, simulate
 from eft._status import Cause, Status
 from eft._structure import StructureError
 from eft._study import Study, study
@@ -72,6 +72,7 @@ __all__ = [
     "Replay",
     "Rig",
     "Status",
+    "StepController",
     "StructureError",
     "Study",
     "TestRun",

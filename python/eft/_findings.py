@@ -62,6 +62,8 @@ class Facts(NamedTuple):
     """Largest displacement, m; NaN where unknown."""
     outside: bool = False
     """Whether a structure from outside took the place of the rig's own."""
+    controlled: bool = False
+    """Whether a controller from outside took the place of the rig's own, of which nothing is known."""
     mass: Any = None
     """Mass for which the command was made, kg, of a building one a floor."""
     floor: int | None = None
@@ -81,7 +83,8 @@ def of_facts(facts: Facts) -> Iterator[Finding]:
     yield from _mass(facts)
     yield from _reach(facts)
     yield from _supply(facts)
-    yield from of_loop(facts.rig, facts.sample_rate, facts.outside)
+    if not facts.controlled:
+        yield from of_loop(facts.rig, facts.sample_rate, facts.outside)
     yield from _opening(facts)
     yield from _oscillation(facts)
     yield from _errors(facts)

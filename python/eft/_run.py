@@ -69,6 +69,8 @@ class TestRun(Channels):
     """Why a structure from outside ended the test, in a sentence; empty where it did not."""
     _outside: bool = False
     """Whether a structure from outside took the place of the rig's own."""
+    _controlled: bool = False
+    """Whether a controller from outside took the place of the rig's own."""
     _energy: EnergyBalance | None = None
     _whole: bool = True
     _building: tuple[TestRun, int] | None = None

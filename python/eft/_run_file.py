@@ -60,6 +60,7 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
         "whole": run._whole,
         "stopped": run.stopped,
         "outside": run._outside,
+        "controlled": run._controlled,
         "units": {name: TRACES[name].unit for name in values},
     }
     arrays: dict[str, Any] = {
@@ -182,6 +183,7 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         "_whole": about["whole"] is True,
         "stopped": about["stopped"],
         "_outside": about.get("outside") is True,
+        "_controlled": about.get("controlled") is True,
     }
 
 

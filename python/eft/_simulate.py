@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple
+from dataclasses import replace
+from typing import Any, Literal, NamedTuple, Protocol
 
 from eft import _native
 from eft._energy import EnergyBalance
@@ -11,15 +12,48 @@ from eft._native import Command, Rig
 from eft._run import Array, Dtype, TestRun
 from eft._watch import show
 
-__all__ = ["IdealResponse", "energy_balance", "ideal_response", "simulate"]
+__all__ = ["IdealResponse", "StepController", "energy_balance", "ideal_response", "simulate"]
 
 Structure = Callable[[Any, float], tuple[Any, Any]]
 """A structure from outside."""
 
 Method = Literal["exponential", "runge-kutta"]
 
+_TAKEN: dict[str, object] = {
+    "controller.realization": "digital",
+    "controller.force_loop": "pd",
+    "controller.velocity_source": "sensor",
+    "compensation.adaptive": False,
+    "compensation.guard": False,
+    "protection.enabled": False,
+}
+"""What a rig's own controller would do, and one from outside does itself."""
+
 _CONVERGED_STEP = 1.0 / 65_536.0
 """Largest integration step of a converged run, s."""
+
+
+class StepController(Protocol):
+    """What `simulate` asks of a controller from outside; `eft.Controller` is one."""
+
+    def step(
+        self,
+        command: float,
+        velocity: float,
+        force: float,
+        spool: float,
+        *,
+        supply_pressure: float,
+        displacement: float,
+        acceleration: float,
+        next_command: float,
+    ) -> float:
+        """Return the valve command (V).
+
+        The force command is in N. The sensors report velocity (m/s), force (N), spool opening, supply
+        pressure (Pa), displacement (m) and acceleration (m/s²). ``next_command`` is that of the next sample.
+        A controller that needs only some of the named ones takes the others as ``**_``.
+        """
 
 
 class IdealResponse(NamedTuple):
@@ -41,6 +75,7 @@ def simulate(
     method: Method | None = None,
     largest_step: float | None = None,
     converged: bool = False,
+    controller: StepController | None = None,
     structure: Structure | None = None,
     progress: Callable[[int, int], object] | None = None,
     watch: bool = False,
@@ -71,6 +106,12 @@ def simulate(
     converged : bool
         Whether to run with Runge–Kutta steps of 1/65536 s, against which the other choices are judged: about
         twenty times as long. It takes the place of the two above.
+    controller : object with step, optional
+        Replaces the rig's controller: called once a sample as ``step(command, velocity, force, spool,
+        supply_pressure=..., displacement=..., acceleration=..., next_command=...)`` with what the sensors
+        report, it gives the valve command in V. Sensors and converter are the rig's, the force loop is
+        digital, and there is no protection but the controller's. What goes in and out has single precision.
+        An exception of the controller ends the call.
     structure : callable, optional
         Replaces the rig's structure: called once a sample as ``structure(force, dt)`` with the mean force
         over the sample in N and its length in s, it gives displacement (m) and velocity (m/s) at its end;
@@ -109,18 +150,21 @@ def simulate(
                     f"{name} = {value!r}: must be left out of a converged run, which has its own"
                 )
         method, largest_step = "runge-kutta", _CONVERGED_STEP
+    if controller is not None:
+        if watch:
+            raise ValueError("watch = True: must be left out with a controller from outside")
+        rig, dtype = rig.replace(_TAKEN), "f32"
     if watch:
         show(rig, command, dtype)
-    outcome = _native.simulate(
-        rig,
-        command,
-        dtype,
-        progress,
-        method=method or "exponential",
-        largest_step=largest_step,
-        **({} if structure is None else {"structure": structure}),
-    )
-    return TestRun._of(rig, command, dtype, outcome, structure is not None)
+    options: dict[str, Any] = {"method": method or "exponential", "largest_step": largest_step}
+    if structure is not None:
+        options["structure"] = structure
+    if controller is None:
+        outcome = _native.simulate(rig, command, dtype, progress, **options)
+    else:
+        outcome = _native.simulate_controlled(rig, command, controller.step, progress, **options)
+    run = TestRun._of(rig, command, dtype, outcome, structure is not None)
+    return run if controller is None else replace(run, _controlled=True)
 
 
 def ideal_response(rig: Rig, command: Command) -> IdealResponse:

@@ -104,6 +104,9 @@ def judge(run: TestRun) -> Verdict:
         if asked:
             # No setting of the controller gives what the rig does not have.
             findings = [one._replace(remedies=()) for one in findings]
+    if run._controlled:
+        # A remedy is a setting of the rig's own controller.
+        findings = [one._replace(remedies=()) for one in findings]
     opening = facts.metrics["max_spool"]
     summary = f"The spool opens to {opening:.0%}."
     if metrics is not None:
@@ -144,6 +147,7 @@ def _facts(run: TestRun, part: TestRun, metrics: Metrics | None) -> Facts:
         peak_command=float(np.abs(run.command).max()),
         peak_displacement=float(np.abs(part.displacement).max()),
         outside=run._outside,
+        controlled=run._controlled,
         mass=run.mass,
         floor=None if run._building is None else run._building[1],
         peak_force=float(np.abs(part.force).max()),
@@ -180,7 +184,7 @@ def _noise(run: TestRun, facts: Facts) -> Iterator[Finding]:
 
     error = facts.metrics["nrmse"]
     quiet = {key: 0.0 for key in _NOISES if run.rig.plant[key]}
-    if not quiet or not run._whole or run._building or run._outside:
+    if not quiet or not run._whole or run._building or run._outside or run._controlled:
         return
     if not error > run.rig["verdict.caution.force_error"]:
         return

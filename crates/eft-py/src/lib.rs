@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 mod arrays;
 mod batch;
+mod controlled;
 mod controller;
 mod design;
 mod errors;
@@ -45,6 +46,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(excitation::effective_force, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::read_record, module)?)?;
     module.add_function(wrap_pyfunction!(run::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(controlled::simulate_controlled, module)?)?;
     module.add_function(wrap_pyfunction!(batch::simulate_batch, module)?)?;
     module.add_function(wrap_pyfunction!(replay::replay, module)?)?;
     module.add_function(wrap_pyfunction!(firmware::export_source, module)?)?;

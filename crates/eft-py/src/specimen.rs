@@ -15,11 +15,16 @@ pub(crate) struct PythonSpecimen {
     stacked: bool,
 }
 
-/// An exception of a structure that is not its failure but somebody's mistake, or Ctrl-C.
+/// An exception of a structure or a controller that is not its failure but somebody's mistake, or Ctrl-C.
 #[derive(Clone, Default)]
 pub(crate) struct Raised(Arc<Mutex<Option<PyErr>>>);
 
 impl Raised {
+    /// Keeps an exception for the end of the run.
+    pub(crate) fn keep(&self, error: PyErr) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+    }
+
     /// The outcome, or the exception that was raised instead.
     pub(crate) fn or<T>(self, outcome: PyResult<T>) -> PyResult<T> {
         match self.0.lock().unwrap_or_else(PoisonError::into_inner).take() {
@@ -43,7 +48,7 @@ impl PythonSpecimen {
                 self.ask(py, forces, dt).map_err(|error| {
                     let message = error.value(py).to_string();
                     if !is_failure(py, &error) {
-                        *kept.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                        kept.keep(error);
                     }
                     message
                 })

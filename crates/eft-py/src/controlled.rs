@@ -1,0 +1,80 @@
+//! A test with a controller written in Python, in the place of a rig's own.
+
+use eft_sim::processor_in_the_loop::{Answer, run_with};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::refuse;
+use crate::excitation::Command;
+use crate::rig::Rig;
+use crate::run::{Watch, options, traces};
+use crate::specimen::{PythonSpecimen, Raised};
+
+/// A controller from Python, asked once a tick with the arguments of `eft.Controller.step`.
+struct PythonController {
+    step: Py<PyAny>,
+    named: Py<PyDict>,
+}
+
+impl PythonController {
+    fn ask(&self, py: Python<'_>, signals: [f32; 8]) -> PyResult<f32> {
+        let [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command] =
+            signals.map(f64::from);
+        let named = self.named.bind(py);
+        named.set_item(intern!(py, "supply_pressure"), supply_pressure)?;
+        named.set_item(intern!(py, "displacement"), displacement)?;
+        named.set_item(intern!(py, "acceleration"), acceleration)?;
+        named.set_item(intern!(py, "next_command"), next_command)?;
+        let answer = self.step.bind(py).call((command, velocity, force, spool), Some(named))?;
+        let Ok(volts) = answer.extract::<f64>() else {
+            let found = answer.get_type().name()?;
+            return Err(refuse("step", format!("an object of type {found}"), "must return one number, in V"));
+        };
+        let volts = volts as f32;
+        match volts.is_finite() {
+            true => Ok(volts),
+            false => Err(refuse("step", volts, "must return a finite number, in V")),
+        }
+    }
+}
+
+/// Run `command` on `rig` with the bound method `step` as the controller; the traces by name.
+#[pyfunction]
+#[pyo3(signature = (rig, command, step, progress=None, *, method="exponential", largest_step=None, structure=None))]
+#[allow(clippy::too_many_arguments, reason = "one for each of Python's")]
+pub(crate) fn simulate_controlled<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    command: &Command,
+    step: Py<PyAny>,
+    progress: Option<Py<PyAny>>,
+    method: &str,
+    largest_step: Option<f64>,
+    structure: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let mut watch = Watch::new(progress);
+    let go_on = |done, total| watch.go_on(done, total);
+    let (rig, command, options) = (&rig.config, command.single()?, options(method, largest_step)?);
+    let controller = PythonController { step, named: PyDict::new(py).unbind() };
+    let raised = Raised::default();
+    let kept = raised.clone();
+    let tick = move |signals| {
+        Python::attach(|py| controller.ask(py, signals)).map_or_else(
+            |error| {
+                kept.keep(error);
+                Err(eft_sim::Error::Interrupted)
+            },
+            |valve_command| Ok(Answer { valve_command, ..Answer::default() }),
+        )
+    };
+    let (specimen, failed) =
+        structure.map(|structure| PythonSpecimen::new(structure, false).into_specimen()).unzip();
+    let run = py.detach(|| run_with(rig, command, &options, tick, specimen, go_on));
+    let run = raised.or(watch.end(run));
+    let run = match failed {
+        Some(failed) => failed.or(run)?,
+        None => run?,
+    };
+    traces(py, vec![run], false)
+}

@@ -1,0 +1,96 @@
+"""A controller written in Python in the place of the rig's own, with the rig's sensors and converter."""
+
+import numpy as np
+import pytest
+
+import eft
+
+RATE = 4096.0
+NOISY = {
+    "sensors.force.noise": 20.0,
+    "sensors.velocity.noise": 1e-3,
+    "truth.dac.delay": 1,
+    "sensors.force.bits": 16,
+}
+RIG = eft.Rig.zhao2005().replace(
+    {"controller.realization": "digital", "sensors.force.range": 156e3, "compensation.look_ahead": True}
+    | NOISY
+)
+SWEEP = eft.sine_sweep(8900.0, 0.0, 10.0, 2.0, RATE)
+
+
+class Answers:
+    """A controller that gives the same answer in every tick."""
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def step(self, command, velocity, force, spool, **_):
+        return self.answer
+
+
+@pytest.mark.parametrize("changes", [{}, {"compensation.feedforward": True}, {"actuator.friction": 300.0}])
+def test_the_core_as_a_controller_from_outside_gives_the_simulated_test(changes):
+    rig = RIG.replace(changes)
+    own = eft.simulate(rig, SWEEP, "f32")
+    outside = eft.simulate(rig, SWEEP, controller=eft.Controller(rig, "f32", sample_rate=RATE))
+    for name in ("force", "displacement", "spool", "valve_command", "measured_force"):
+        np.testing.assert_array_equal(getattr(outside, name), getattr(own, name))
+    assert outside.dtype == "f32" and outside.metrics()["nrmse"] == own.metrics()["nrmse"]
+
+
+def test_a_controller_has_what_the_sensors_report_and_the_next_command():
+    seen = []
+
+    class Looks:
+        def step(self, command, velocity, force, spool, *, displacement, next_command, **others):
+            seen.append((command, velocity, force, spool, displacement, next_command))
+            assert set(others) == {"supply_pressure", "acceleration"}
+            return 1e-5 * (command - force)
+
+    run = eft.simulate(RIG, SWEEP, controller=Looks())
+    reported = np.array(seen).T
+    told = [
+        run.command,
+        run.measured_velocity,
+        run.measured_force,
+        run.measured_spool,
+        run.measured_displacement,
+    ]
+    np.testing.assert_array_equal(reported[:5], np.float32(told))
+    np.testing.assert_array_equal(reported[5, :-1], reported[0, 1:])
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [
+        (float("nan"), r"^step = NaN: must return a finite number, in V$"),
+        (1e300, r"^step = inf: must return a finite number, in V$"),
+        ([1.0, 2.0], r"^step = an object of type list: must return one number, in V$"),
+        (np.zeros(3), r"^step = an object of type ndarray: must return one number, in V$"),
+        (None, r"^step = an object of type NoneType: must return one number, in V$"),
+    ],
+)
+def test_an_answer_that_is_no_voltage_is_refused(answer, says):
+    with pytest.raises(ValueError, match=says):
+        eft.simulate(RIG, SWEEP, controller=Answers(answer))
+
+
+def test_an_exception_of_the_controller_ends_the_call():
+    class Fails:
+        def step(self, *_, **__):
+            raise ZeroDivisionError("no gain")
+
+    with pytest.raises(ZeroDivisionError, match="no gain"):
+        eft.simulate(RIG, SWEEP, controller=Fails())
+    with pytest.raises(ValueError, match=r"^watch = True"):
+        eft.simulate(RIG, SWEEP, controller=Fails(), watch=True)
+
+
+def test_its_verdict_says_nothing_of_the_rigs_own_controller(tmp_path):
+    unstable = RIG.replace({"compensation.level": 1.2, "sensors.force.noise": 400.0})
+    run = eft.simulate(unstable, SWEEP, controller=Answers(0.0))
+    assert not run.verdict.ok and not run.verdict.remedies
+    assert not any("unstable" in reason or "Noise" in reason for reason in run.verdict.reasons)
+    back = eft.TestRun.load(run.save(tmp_path / "run.eft"))
+    assert back.verdict == run.verdict
