@@ -15,15 +15,15 @@ from pathlib import Path
 
 from eft._files import write_text
 
-LOOP = "the loop, copies, numbers that do not fit the registers"
+LOOP = "the loop, copies, spilled registers"
 PARTS = [
-    ("whether the step was regular, limits, finiteness", "is_regular|at_limits|is_finite|magnitude"),
+    ("checks of the step: regular, within limits, finite", "is_regular|at_limits|is_finite|magnitude"),
     ("valve command, for its trace", "driven_command"),
     ("load flow: curve and root", "flow_and_gain"),
     ("propagating the state", "predict|correct"),
     ("compensation: correction, inverse curve, lead network", r", 64>|advance_calibrated|required_opening"),
     ("propagating the state", "step<"),
-    ("what the controller sees and drives", "sample|signals|Analog"),
+    ("inputs and output of the controller", "sample|signals|Analog"),
     ("traces, or metrics", r"record|append|\nadd<"),
 ]
 SWEEP = Path(__file__).parents[1] / "target" / "release" / "examples" / "sweep"

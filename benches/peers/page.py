@@ -28,7 +28,7 @@ GOALS = [
 FLOPS = [
     ("propagating the state: 11 columns of 5 numbers", 110),
     ("load flow, softening, demand and their differences", 38),
-    ("what the controller sees and drives: force, rates, valve command", 22),
+    ("inputs and output of the controller: force, rates, valve command", 22),
     ("compensation: correction, inverse table, lead network, checks", 25),
     ("metrics", 20),
 ]
@@ -45,7 +45,7 @@ def verdict(value, goal, less):
 
 
 def ratios(results):
-    lines = ["| what | measured | goal | |", "| --- | --- | --- | --- |"]
+    lines = ["| quantity | measured | goal | result |", "| --- | --- | --- | --- |"]
     # Results of an older version may lack a row.
     for what, key, goal, less in (row for row in GOALS if row[1] in results):
         value, sign = results[key], "≤" if less else "≥"
@@ -67,7 +67,7 @@ def ratios(results):
 
 
 def times(results):
-    lines = ["| who | ms a test | largest error, of the peak force |", "| --- | --- | --- |"]
+    lines = ["| program | ms a test | largest error / peak force |", "| --- | --- | --- |"]
     for who, time in results["milliseconds"].items():
         error = results["errors"].get(who)
         lines.append(f"| {who} | {number(time)} | {'–' if error is None else f'{error:.1e}'} |")
@@ -91,17 +91,18 @@ def limit(results):
     lines += [f"| {part} | {count} |" for part, count in FLOPS]
     lines += [f"| together | {flops} |", ""]
     lines.append(
-        f"A tick of one rig takes {per_tick:.1f} ns in a batch on one core, {rate:.1f} · 10⁹ "
-        "operations a second. "
-        f"The same core reaches {results['peak']:.1f} · 10⁹ a second in a loop of fused multiplications "
-        "and additions and "
-        f"nothing else; the batch is at {rate / results['peak']:.0%} of that. Half of its operations are "
-        "fused, in the propagation; the controller's may not be, for its bits are the same on every machine. "
-        "The rest goes "
-        "to comparisons and selections (the sign in the load pressure's root, limits, flags, checks of every "
-        "measurement), to the look-ups in two tables, whose rows differ from lane to lane and are "
-        "fetched one "
-        "by one, and to divisions and roots, of which a core starts one every few cycles."
+        f"A tick of one rig takes {per_tick:.1f} ns in a batch on one core, which is {rate:.1f} · 10⁹ "
+        f"operations a second. The same core reaches {results['peak']:.1f} · 10⁹ a second in a loop that "
+        f"contains only fused multiplications and additions. The batch reaches {rate / results['peak']:.0%} "
+        "of that. Half of its operations are fused, in the propagation. The controller's operations are "
+        "not fused, because its bits are the same on every machine. The remaining time has three parts:"
+    )
+    lines.append("")
+    lines.append(
+        "- comparisons and selections: the sign in the load pressure's root, limits, flags, checks of "
+        "measurements\n"
+        "- look-ups in two tables: the rows differ from lane to lane, and each is fetched separately\n"
+        "- divisions and roots: a core starts one every few cycles"
     )
     return lines
 
@@ -111,60 +112,46 @@ def text(results):
     sections = [
         "<!-- Made by `make bench` from benches/results.json; do not edit. -->",
         "# Performance",
-        "One command, `make bench`, measures the package against its peers in one run and makes this "
-        "page. The test "
-        "is the paper's 8.9 kN sweep of 32 s at 4096 Hz with nonlinear compensation, 131,072 ticks. "
-        "The peers in "
-        "`benches/peers` are the same rig and the same controller, a few lines each, and independent "
-        "of the package; "
-        "C is compiled with `-O3 -march=native` and takes one classical Runge–Kutta step a tick, the "
-        "fewest there "
-        "can be. The subjects take turns, and a ratio is the median of the ratios of the rounds. "
-        "Errors are against "
-        "the converged answer, which C with 64 steps a tick reaches to "
-        f"{results['errors']['C, converged']:.0e}.",
+        "`make bench` measures the package and its peers in one run and makes this page. The test is the "
+        "paper's 8.9 kN sweep of 32 s at 4096 Hz with nonlinear compensation, 131,072 ticks. The peers in "
+        "`benches/peers` simulate the same rig and controller in a few lines each, without the package. C "
+        "is compiled with `-O3 -march=native` and takes one classical Runge–Kutta step a tick, the "
+        "smallest possible number. The programs take turns, and a ratio is the median of the ratios of the "
+        "rounds. Errors are differences from the converged answer. C with 64 steps a tick agrees with it "
+        f"to {results['errors']['C, converged']:.0e}.",
         "\n".join(ratios(results)),
         f"Measured with version {results['version']} on {results['machine']}.",
         "\n".join(times(results)),
-        "`solve_ivp` is called once a tick, as the sampled controller asks for, over the first "
-        "quarter of a second, "
-        "JAX over the first two seconds, and both are scaled to the whole test. One test keeps its "
-        "traces; a batch "
-        "keeps metrics, and traces on request, which must then be written and handed over. "
-        f"The {many['tests']:,} different tests took {many['seconds']:.0f} s; C's time for them is scaled "
-        "from 20.",
+        "`solve_ivp` is called once a tick, because the controller is sampled. Its time is scaled from the "
+        "first quarter of a second, and that of JAX from the first two seconds. One test keeps its traces. "
+        "A batch keeps metrics, and traces on request, which take additional time to write and return. The "
+        f"{many['tests']:,} different tests took {many['seconds']:.0f} s. C's time for them is scaled from "
+        "20.",
         "## Accuracy",
-        "The default takes one step a tick of the "
-        "[exponential method](../explanation/theory.md#stepping-through-time) "
-        "and stays within "
-        "10⁻⁴ of the peak "
-        "force. `method`, `largest_step` and `converged` of `eft.simulate` choose another place on "
-        "these lines.",
+        "The default takes one step a tick of the [exponential "
+        "method](../explanation/theory.md#stepping-through-time). Its error is below 10⁻⁴ of the peak "
+        "force. `method`, `largest_step` and `converged` of `eft.simulate` select another point of these "
+        "lines.",
         "![Largest error against time, for the package's two methods and the "
         "peers](images/performance-accuracy.png)",
         "## Growth",
-        "Time grows linearly with the duration of a test and with the number of rigs. Buildings, "
-        "which run one floor "
-        "after the other by Runge–Kutta, have a share that grows with the stories and a fixed one.",
+        "Time grows linearly with the duration of a test and with the number of rigs. The floors of a "
+        "building run one after another by Runge–Kutta. Their time has a fixed part and a part that grows "
+        "with the stories.",
         "![Time against duration, rigs and stories](images/performance-growth.png)",
         "## Where the time goes",
-        "Instructions of one tick of one rig with AVX2, counted by `valgrind --tool=callgrind` "
-        "over the sweep "
-        "and put to the parts by the functions they come from (`python benches/profile.py "
-        "benches/profile.json`; counted apart, not by "
-        "`make bench`):",
+        "The table has the instructions of one tick of one rig with AVX2. `valgrind --tool=callgrind` "
+        "counts them over the sweep, by function. `python benches/profile.py benches/profile.json` repeats "
+        "the count, which is not part of `make bench`.",
         "\n".join(profile()),
         "\n".join(limit(results)),
-        "A test alone has only one chain of dependent operations from tick to tick: the controller's "
-        "division, root "
-        "and look-up stand between one state and the next. So several tests side by side, eight to a "
-        "pair of AVX2 "
-        "registers, fill the same time. They run in the same code, which is written for numbers of "
-        "any width, and "
-        "give the same bits as alone. So do tests with adaptation, whose learners run lane by lane once a "
-        "window, with noise, with effects beyond the paper's model, and of buildings. A protection, an "
-        "estimate of the velocity or a controller in single precision runs lane by lane in every tick, "
-        "beside plants in lanes.",
+        "A single test has one chain of dependent operations from tick to tick. The controller's division, "
+        "root and look-up lie between one state and the next. Several tests, eight to a pair of AVX2 "
+        "registers, use this waiting time. They run the same code, which is written for numbers of any "
+        "width, and give the same bits as a single test. Tests with sensor noise, with effects beyond the "
+        "paper's model, and of buildings also run in this way. In tests with self-calibration the learners "
+        "run lane by lane once a window. Three parts run lane by lane in every tick: a protection, an "
+        "estimate of the velocity, and a controller in single precision.",
     ]
     return "\n\n".join(sections) + "\n"
 
