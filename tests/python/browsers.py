@@ -53,6 +53,16 @@ class Page:
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
 
+    def inside(self, script):
+        """The value of a script in the page's sandboxed frame, which is a target of its own."""
+        whole, frames = self.session, self.call("Target.getTargets")["targetInfos"]
+        (frame,) = (one["targetId"] for one in frames if one["type"] == "iframe")
+        self.session = self.call("Target.attachToTarget", targetId=frame, flatten=True)["sessionId"]
+        try:
+            return self.run(script)
+        finally:
+            self.session = whole
+
 
 @contextmanager
 def browsing(chromium, address, folder):
