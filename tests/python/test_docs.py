@@ -88,6 +88,7 @@ TOML = {"reference/command-line.md"}  # test_cli_docs.py
 NOT_RUN = {
     ("how-to/firmware-boards.md", "{code-block} sh"),  # there is no board
     ("how-to/firmware-zephyr.md", "{code-block} sh"),  # there is no Zephyr
+    ("how-to/release.md", "{code-block} sh"),  # it publishes
     ("how-to/cluster.md", "{code-block} python"),  # there is no SLURM, and the page says so
     ("how-to/fmu.md", "{code-block} python"),  # test_fmu.py, where FMPy is installed
     ("how-to/fmu.md", "text"),  # what it prints
