@@ -35,13 +35,13 @@ addEventListener("load", () => { const wait = setInterval(() => {
     return count;
   };
   const sliders = [...document.querySelectorAll("input[type=range]")];
-  const before = hash;
+  const before = hash, said = byId("wrong").textContent;
   sliders[0].focus();
   sliders[0].stepUp(5);
   sliders[0].dispatchEvent(new Event("input", { bubbles: true }));
   renew();
   const answer = {
-    state, hash, milliseconds: Number(milliseconds), wrong: byId("wrong").textContent,
+    state, hash, milliseconds: Number(milliseconds), said, wrong: byId("wrong").textContent,
     summary: byId("summary").textContent, toml: byId("toml").value, link: link(),
     painted: ["force", "error", "spool", "ratio"].map(painted),
     moved: document.documentElement.dataset.hash !== before,
@@ -105,13 +105,22 @@ def test_the_force_has_the_bits_of_the_library(link, tmp_path):
     assert eft.Rig.from_dict(values) == rig
 
 
+WRONG_LINKS = {
+    "#s=wat&__proto__=1&constructor=2&d=1e9":
+        'The link\'s "Length of the sweep" is no number from 4 to 64 s: 64 s is taken.',
+    "#a=nonsense": 'The link\'s "Amplitude of the sweep" is no number from 0.5 to 15 kN: 8.9 kN is taken.',
+    "#m=-4": 'The link\'s "Mass of the structure" is no number from 2 to 30 t: 2 t is taken.',
+    "#" + "d=9&" * 20_000: "The link has 80001 characters, more than 1000: it is not read.",
+    "#%": "",
+}  # fmt: skip
+
+
 @made
-@pytest.mark.parametrize(
-    "link", ["#d=1e9&a=nonsense&m=-4&s=wat&__proto__=1&constructor=2", "#%", "#" + "d=9&" * 20_000]
-)
-def test_a_wrong_link_gives_a_test_within_the_limits(link, tmp_path):
+@pytest.mark.parametrize("link", WRONG_LINKS, ids=range(len(WRONG_LINKS)))
+def test_a_wrong_link_gives_a_test_within_the_limits_and_a_sentence(link, tmp_path):
     answer = opened(tmp_path, link)
-    assert answer["state"] == "ready" and not answer["wrong"] and len(answer["link"]) < 200
+    assert answer["state"] == "ready" and answer["said"] == WRONG_LINKS[link]
+    assert len(answer["link"]) < 200 and not answer["wrong"]
 
 
 @made

@@ -60,6 +60,18 @@ def test_the_keyboard_reaches_every_control_and_moves_a_slider(tmp_path):
         assert page.run(VALUES)[6] == "7.05 t"
 
 
+@made
+def test_a_link_of_a_million_samples_ends_in_one_sentence(tmp_path):
+    with browsing(CHROMIUM, PAGE.as_uri(), tmp_path) as page:
+        assert page.run(READY) == "ready"
+        before = page.run("document.documentElement.dataset.hash")
+        page.run("location.hash = '#' + Array.from({ length: 1e6 }, (_, i) => i % 7).join()")
+        said = page.run("new Promise((done) => setTimeout(() => done(byId('wrong').textContent), 500))")
+        assert said == "The link has 2000000 characters, more than 1000: it is not read."
+        assert page.run("document.documentElement.dataset.hash") == before
+        assert page.run("location.hash").startswith("#s=nonlinear")
+
+
 def press(page, key):
     """What has the focus behind a press of a key."""
     for kind in ("keyDown", "keyUp"):
