@@ -102,6 +102,26 @@ fn energy_adds_up_with_every_effect_and_the_gap_shrinks_with_the_step() {
 }
 
 #[test]
+fn energy_adds_up_behind_an_attachment_with_unequal_areas_and_lapped_lands() {
+    let command = sine_sweep(2e3, 0.5, 6.0, 6.0, RATE).unwrap();
+    for (overlap, area_ratio, level) in [(-0.01, 0.8, 0.4), (0.005, 1.2, 0.9)] {
+        let rig = changed(&[
+            ("servovalve.overlap", overlap.into()),
+            ("servovalve.null_bias", 0.01.into()),
+            ("servovalve.torque_motor_frequency", 300.0.into()),
+            ("actuator.area_ratio", area_ratio.into()),
+            ("actuator.attachment_stiffness", 5e8.into()),
+            ("actuator.dead_length", 0.01.into()),
+            ("controller.proportional_gain", 0.3.into()),
+            ("compensation.level", level.into()),
+        ]);
+        let balance = energy_balance(&rig, &[command.clone()], &SimulateOptions::default()).unwrap();
+        assert!(balance.gap().abs() < 1e-6, "{balance:?}");
+        assert!(balance.valve > 0.1 * balance.supplied && balance.supplied > 0.0, "{balance:?}");
+    }
+}
+
+#[test]
 fn energy_of_the_papers_rig_adds_up() {
     let balance = energy_balance(&changed(&[]), &[sweep()], &SimulateOptions::default()).unwrap();
     let share = |part: f64| part / balance.supplied;

@@ -111,22 +111,28 @@ fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Resul
     let valve = &rig.servovalve;
     let table = valve.true_curve();
     let curve = FlowTable::<f64, TABLE_CAPACITY>::new(&table.openings, &table.flows)?;
+    // Capacities in the pushing and in the pulling direction.
+    let scale = valve.flow_gain_scale;
+    let [pulling, pushing] = actuator.flow_factors().map(|factor| scale * factor);
     let (least, most) = (curve.flow(-1.0), curve.flow(1.0));
     let stall = actuator.piston_area * rig.supply.pressure;
-    let scale = valve.flow_gain_scale;
+    let compressibility = rig.measured_compressibility();
     let (mut force, mut stroke, mut velocity) = (0.0_f64, 0.0_f64, 0.0_f64);
     let (mut flow, mut opening, mut mean) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (i, now) in command.values.iter().enumerate() {
         let before = if i == 0 { *now } else { command.values[i - 1] };
         let rate = (now - before) * command.sample_rate;
-        let pushed = (actuator.compressibility * rate + actuator.leakage * now) / actuator.piston_area;
+        let pushed = (compressibility * rate + actuator.leakage * now) / actuator.piston_area;
         let q = actuator.piston_area * v[i] + pushed;
-        let radicand = 1.0 - q.signum() * now / stall;
+        let (side, factor) = if q < 0.0 { (actuator.area_ratio, pushing) } else { (1.0, pulling) };
+        let radicand = 1.0 - q.signum() * now / (side * stall);
         // Opening beyond 1 stands for what no opening passes.
-        let no_load = q / scale / radicand.max(1e-6).sqrt();
+        let no_load = q / factor / radicand.max(1e-6).sqrt();
         let end = if no_load < 0.0 { least } else { most };
         let beyond = no_load / end;
-        let needed = if beyond > 1.0 { beyond } else { (curve.opening(no_load) + valve.null_bias).abs() };
+        let lap = if no_load == 0.0 { 0.0 } else { valve.overlap * no_load.signum() };
+        let needed =
+            if beyond > 1.0 { beyond } else { (curve.opening(no_load) + lap + valve.null_bias).abs() };
         force = force.max(now.abs());
         stroke = stroke.max(x[i].abs());
         velocity = velocity.max(v[i].abs());
@@ -134,7 +140,8 @@ fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Resul
         opening = opening.max(needed);
         mean += q.abs() / command.values.len() as f64;
     }
-    let passed = scale * most.min(-least);
+    let passed = (pulling * most).min(-pushing * least);
+    let stall = stall * actuator.area_ratio.min(1.0);
     let demand = |name, unit, required, available: f64, advised: f64| Demand {
         name,
         unit,

@@ -92,7 +92,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         piston_area: rig.actuator.piston_area,
         supply_pressure: rig.supply.pressure,
         supply_correction: c.supply_correction,
-        compressibility: rig.actuator.compressibility,
+        compressibility: rig.measured_compressibility(),
         leakage: rig.actuator.leakage,
         openings: &rig.servovalve.flow_table.openings,
         flows: &rig.servovalve.flow_table.flows,

@@ -2,9 +2,19 @@
 
 use std::borrow::Cow;
 
-use super::{GivenForceLoop, Realization, RigConfig, RigValues};
+use super::{FlowCurve, GivenForceLoop, MotionAt, Realization, RigConfig, RigValues};
 use crate::design::{self, HeldPiston};
 use crate::error::Result;
+
+/// A valve about rest, at no load.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AtRest {
+    /// Slopes (m³/s per unit opening) to either side; equal within an underlap.
+    pub(crate) shallower: f64,
+    pub(crate) steeper: f64,
+    /// Leakage (m³/(s·Pa)) through the ports that an underlap leaves open.
+    pub(crate) leakage: f64,
+}
 
 impl RigConfig {
     /// The force loop designed from what the controller believes of this rig, at a sample rate (Hz), whether it is in
@@ -13,22 +23,56 @@ impl RigConfig {
     /// # Errors
     /// A flow curve without a slope at the origin; a rig for which no robust gains exist.
     pub fn designed_force_loop(&self, sample_rate: f64) -> Result<design::ForceLoop> {
+        let rest = self.at_rest(&self.servovalve.flow_table)?;
+        let piston = self.held_piston(&rest, rest.steeper, self.measured_compressibility());
+        design::design(&HeldPiston { sample_rate, ..piston })
+    }
+
+    /// Valve, oil and load cell of these values with the piston at rest: with a flow gain (m³/s per unit opening) and a
+    /// compressibility (m³/Pa).
+    pub(crate) fn held_piston(&self, rest: &AtRest, flow_gain: f64, compressibility: f64) -> HeldPiston {
         let (valve, sensor) = (&self.servovalve, &self.sensors.force);
-        let (_, steeper) = valve.flow_table.slopes()?;
-        design::design(&HeldPiston {
+        HeldPiston {
             pilot_time_constant: valve.pilot_time_constant,
+            torque_motor: valve.torque_motor_frequency.map(|f| (f, valve.torque_motor_damping)),
             pilot_flow_gain: valve.pilot_flow_gain,
             spool_voltage: valve.spool_sensitivity * valve.spool_stroke,
             spool_volume: valve.spool_area * valve.spool_stroke,
-            flow_gain: steeper,
-            compressibility: self.actuator.compressibility,
-            leakage: self.actuator.leakage + valve.leakage.proportional,
+            flow_gain,
+            compressibility,
+            leakage: self.actuator.leakage + valve.leakage.proportional + rest.leakage,
             piston_area: self.actuator.piston_area,
             force_sensitivity: self.controller.force_sensitivity,
             cell_bandwidth: sensor.bandwidth,
             delay: sensor.delay + self.dac.delay,
-            sample_rate,
-        })
+            sample_rate: self.controller.sample_rate,
+        }
+    }
+
+    /// A flow curve of this rig's valve and piston about rest.
+    pub(crate) fn at_rest(&self, curve: &FlowCurve) -> Result<AtRest> {
+        let lap = (-self.servovalve.overlap).max(0.0);
+        let [pulling, pushing] = self.actuator.flow_factors();
+        let [(pulled, slope), (pushed, slope_back)] = curve.around(lap)?;
+        let (slope, slope_back) = (pulling * slope, pushing * slope_back);
+        if lap == 0.0 {
+            let (shallower, steeper) = (slope.min(slope_back), slope.max(slope_back));
+            return Ok(AtRest { shallower, steeper, leakage: 0.0 });
+        }
+        let both = slope + slope_back;
+        // −∂Q_L/∂P_L of the roots, of which the pushing one is that of the area ratio.
+        let ports = pulling * pulled - pushing * pushed / self.actuator.area_ratio;
+        let leakage = self.servovalve.flow_gain_scale * ports / (2.0 * self.supply.pressure);
+        Ok(AtRest { shallower: both, steeper: both, leakage })
+    }
+
+    /// Compressibility (m³/Pa) that goes with the measured motion: at the structure the attachment's as well.
+    pub(crate) fn measured_compressibility(&self) -> f64 {
+        let attached = match self.sensors.motion_at {
+            MotionAt::Piston => 0.0,
+            MotionAt::Structure => self.actuator.attachment_compressibility(),
+        };
+        self.actuator.compressibility + attached
     }
 
     /// Puts the designed force loop in use, in controller and plant alike: an analog one runs in the plant.

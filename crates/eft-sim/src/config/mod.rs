@@ -16,14 +16,15 @@ mod tree;
 mod velocity;
 mod zhao2005;
 
+pub(crate) use force_loop::AtRest;
 pub use idle::IdleKey;
 pub use keys::KEYS;
 pub use quantity::{dimension, quantity};
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, ForceLoop, Learning,
-    Limits, Mode, PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve, SignFrom,
-    Softening, Stories, Story, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
+    Limits, Mode, MotionAt, PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve,
+    SignFrom, Softening, Stories, Story, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
     VelocitySource, Verdict, VerdictLimits,
 };
 

@@ -255,6 +255,7 @@ pub(super) mod tests {
     pub(in crate::design) fn zhao2005() -> HeldPiston {
         HeldPiston {
             pilot_time_constant: 1.4e-3,
+            torque_motor: None,
             pilot_flow_gain: 1.06e-5,
             spool_voltage: 3579.13 * 2.79e-3,
             spool_volume: 1.964e-4 * 2.79e-3,

@@ -14,6 +14,8 @@ use crate::state_space::matrices::exponential;
 pub struct HeldPiston {
     /// Pilot time constant `τ` (s), Eq. (2).
     pub pilot_time_constant: f64,
+    /// Natural frequency (Hz) and damping ratio (1) of the torque motor before it, where there is one.
+    pub torque_motor: Option<(f64, f64)>,
     /// Pilot flow gain `K_vp` (m³/(s·V)).
     pub pilot_flow_gain: f64,
     /// Voltage of the spool's feedback at full opening, `K_3·x_vmax` (V).
@@ -51,43 +53,83 @@ pub(super) struct Sampled {
     a: DMatrix<f64>,
     b: DMatrix<f64>,
     c: DMatrix<f64>,
+    names: Vec<&'static str>,
     delay: usize,
     force_sensitivity: f64,
     pub(super) rate: f64,
 }
 
+/// The same between two samples: `ẋ = A·x + B·v`.
+#[derive(Debug, Clone)]
+pub(crate) struct Continuous {
+    pub(crate) a: DMatrix<f64>,
+    /// The state whose rate the valve command changes, and by how much a volt.
+    pub(crate) driven: (usize, f64),
+    /// The state that the controller sees as the force, and the force (N) of its unit.
+    pub(crate) shown: (usize, f64),
+    /// Names of the states; the first three always exist.
+    pub(crate) names: Vec<&'static str>,
+}
+
 const PILOT_FLOW: usize = 0;
 const SPOOL: usize = 1;
-const PRESSURE: usize = 2;
-const CELL: usize = 3;
-const NAMES: [&str; 4] = ["pilot_flow", "spool", "load_pressure", "load_cell"];
+/// Index of the load pressure; pilot flow and spool are before it.
+pub(crate) const PRESSURE: usize = 2;
 
 impl HeldPiston {
-    pub(super) fn sampled(&self) -> Sampled {
-        let states = if self.cell_bandwidth.is_some() { CELL + 1 } else { CELL };
-        // The held valve command is the last state, so that one exponential gives A and B.
-        let mut m = DMatrix::zeros(states + 1, states + 1);
-        let to_pilot = self.pilot_flow_gain / self.pilot_time_constant;
-        m[(PILOT_FLOW, PILOT_FLOW)] = -1.0 / self.pilot_time_constant;
-        m[(PILOT_FLOW, SPOOL)] = -to_pilot * self.spool_voltage;
-        m[(PILOT_FLOW, states)] = to_pilot;
-        m[(SPOOL, PILOT_FLOW)] = 1.0 / self.spool_volume;
-        m[(PRESSURE, SPOOL)] = self.flow_gain / self.compressibility;
-        m[(PRESSURE, PRESSURE)] = -self.leakage / self.compressibility;
-        let mut c = DMatrix::zeros(1, states);
-        match self.cell_bandwidth.map(|corner| TAU * corner) {
-            None => c[(0, PRESSURE)] = self.piston_area,
-            Some(corner) => {
-                m[(CELL, PRESSURE)] = corner * self.piston_area;
-                m[(CELL, CELL)] = -corner;
-                c[(0, CELL)] = 1.0;
+    /// Eqs. (2), (3), (6) without its root and (7) without motion, with torque motor and load cell.
+    pub(crate) fn continuous(&self) -> Continuous {
+        let mut names = vec!["pilot_flow", "spool", "load_pressure"];
+        let motor = self.torque_motor.map(|(frequency, damping)| {
+            names.extend(["torque_motor", "torque_motor_rate"]);
+            (names.len() - 2, TAU * frequency, damping)
+        });
+        let cell = self.cell_bandwidth.map(|bandwidth| {
+            names.push("load_cell");
+            (names.len() - 1, TAU * bandwidth)
+        });
+        let mut a = DMatrix::zeros(names.len(), names.len());
+        let per_time = 1.0 / self.pilot_time_constant;
+        a[(PILOT_FLOW, PILOT_FLOW)] = -per_time;
+        let driven = match motor {
+            None => (PILOT_FLOW, self.pilot_flow_gain / self.pilot_time_constant),
+            Some((flow, omega, damping)) => {
+                a[(PILOT_FLOW, flow)] = per_time;
+                a[(flow, flow + 1)] = 1.0;
+                a[(flow + 1, flow)] = -omega * omega;
+                a[(flow + 1, flow + 1)] = -2.0 * damping * omega;
+                (flow + 1, omega * omega * self.pilot_flow_gain)
             }
-        }
+        };
+        a[(driven.0, SPOOL)] = -driven.1 * self.spool_voltage;
+        a[(SPOOL, PILOT_FLOW)] = 1.0 / self.spool_volume;
+        a[(PRESSURE, SPOOL)] = self.flow_gain / self.compressibility;
+        a[(PRESSURE, PRESSURE)] = -self.leakage / self.compressibility;
+        let shown = match cell {
+            None => (PRESSURE, self.piston_area),
+            Some((cell, corner)) => {
+                a[(cell, PRESSURE)] = corner * self.piston_area;
+                a[(cell, cell)] = -corner;
+                (cell, 1.0)
+            }
+        };
+        Continuous { a, driven, shown, names }
+    }
+
+    pub(super) fn sampled(&self) -> Sampled {
+        let Continuous { a, driven, shown, names } = self.continuous();
+        let states = names.len();
+        // The held valve command is the last state, so that one exponential gives A and B.
+        let mut m = a.resize(states + 1, states + 1, 0.0);
+        m[(driven.0, states)] = driven.1;
+        let mut c = DMatrix::zeros(1, states);
+        c[(0, shown.0)] = shown.1;
         let step = exponential(&(m / self.sample_rate));
         Sampled {
             a: step.view((0, 0), (states, states)).into_owned(),
             b: step.view((0, states), (states, 1)).into_owned(),
             c,
+            names,
             delay: self.delay as usize,
             force_sensitivity: self.force_sensitivity,
             rate: self.sample_rate,
@@ -143,7 +185,7 @@ impl Sampled {
         let mut c = DMatrix::zeros(1, size);
         c.view_mut((0, 0), (1, n)).copy_from(&self.c);
         let held = (1..=delay).map(|age| format!("valve_command_{age}"));
-        let states = NAMES.iter().take(n).map(|name| (*name).to_owned()).chain(held);
+        let states = self.names.iter().map(|name| (*name).to_owned()).chain(held);
         StateSpace {
             a,
             b,
@@ -204,5 +246,30 @@ mod tests {
             let closed = plant.model(GAINS, true).response("force", frequency).unwrap();
             assert!((closed - gain / (gain + 1.0)).norm() < 1e-9);
         }
+    }
+
+    #[test]
+    fn torque_motor_and_load_cell_are_blocks_in_the_loop() {
+        let plant =
+            HeldPiston { torque_motor: Some((250.0, 0.5)), cell_bandwidth: Some(300.0), ..zhao2005() };
+        let Continuous { a, driven, shown, names } = plant.continuous();
+        for frequency in [1.0, 30.0, 65.0, 200.0] {
+            let s = Complex::new(0.0, TAU * frequency);
+            let mut forced = nalgebra::DVector::zeros(names.len());
+            forced[driven.0] = Complex::from(driven.1);
+            let system = DMatrix::from_diagonal_element(names.len(), names.len(), s) - a.map(Complex::from);
+            let got = system.lu().solve(&forced).unwrap()[shown.0] * shown.1;
+            let relative = s / (TAU * 250.0);
+            let motor = (relative * relative + relative + 1.0).inv();
+            let pilot = motor * plant.pilot_flow_gain / (s * plant.pilot_time_constant + 1.0);
+            let spool = pilot / (s * plant.spool_volume + pilot * plant.spool_voltage);
+            let oil = plant.flow_gain / (s * plant.compressibility + plant.leakage) * plant.piston_area;
+            let expected = spool * oil / (s / (TAU * 300.0) + 1.0);
+            assert!((got - expected).norm() < 1e-10 * expected.norm(), "{frequency}: {got} {expected}");
+        }
+        let gains = Gains { proportional: 0.36, derivative: 1e-3 };
+        let with = plant.sampled().damping(gains).unwrap();
+        let without = zhao2005().sampled().damping(gains).unwrap();
+        assert!(with < 0.8 * without, "{with} {without}");
     }
 }

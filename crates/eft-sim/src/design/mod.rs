@@ -9,5 +9,6 @@ mod velocity_estimate;
 
 pub use force_loop::{ForceLoop, ForceLoopMargins, design};
 pub use held_piston::HeldPiston;
+pub(crate) use held_piston::PRESSURE;
 pub use phase_delay::phase_delay;
 pub(crate) use velocity_estimate::{ObserverNoises, VelocityEstimate, observer_gains};

@@ -41,11 +41,12 @@ pub fn valve_test(rig: &RigConfig, amplitude: f64, sample_rate: f64) -> Result<V
     let sweep = sine_sweep(amplitude * FULL_SCALE / rig.actuator.stroke, 0.0, 10.0, 32.0, sample_rate)?;
     let grid = SimulateOptions::default().grid(rig, sample_rate)?;
     let mut valve = Valve { servo_actuator: ServoActuator::pack(|_| rig.plant())?, command: 0.0 };
-    let mut state = ActuatorState::default().to_array();
+    // Pilot flow and spool opening, and the torque motor's numbers.
+    let mut state = [0.0; 4];
     let mut stages = Stages::new(&state);
     let mut spool = Vec::with_capacity(sweep.values.len());
     for command in &sweep.values {
-        spool.push(ActuatorState::from_array(state).spool);
+        spool.push(state[1]);
         valve.command = *command;
         for n in 0..grid.steps {
             runge_kutta(&mut state, &mut stages, f64::from(n) * grid.step(), grid.step(), &mut valve);
@@ -64,8 +65,10 @@ struct Valve {
 
 impl Equations<f64> for Valve {
     fn rate(&mut self, state: &[f64], _: f64, rate: &mut [f64]) {
-        let rates = self.servo_actuator.valve_rate(&ActuatorState::from_slice(state), self.command);
-        rate.copy_from_slice(&rates.to_array());
+        let [pilot_flow, spool, motor @ ..] = state.first_chunk::<4>().copied().unwrap_or_default();
+        let state = ActuatorState { pilot_flow, spool, ..ActuatorState::default() };
+        let (rates, [flow, flow_rate]) = self.servo_actuator.valve_rate(&state, motor, self.command);
+        rate.copy_from_slice(&[rates.pilot_flow, rates.spool, flow, flow_rate]);
     }
 }
 
@@ -90,7 +93,8 @@ pub fn flow_test(
     let mut plant = Plant::<f64>::pack(|_| &free)?;
     // The free piston's resonance on the oil is far above the loaded rig's.
     let actuator = &free.actuator;
-    let resonance = actuator.piston_area / (actuator.compressibility * piston_mass).sqrt();
+    let compressibility = actuator.compressibility + actuator.attachment_compressibility();
+    let resonance = actuator.piston_area / (compressibility * piston_mass).sqrt();
     let steps = SimulateOptions::default().grid(&free, sample_rate)?.steps;
     let grid = TimeGrid::new(sample_rate, steps.max((4.0 * resonance / sample_rate).ceil() as u32));
     let per_metre = FULL_SCALE / rig.actuator.stroke;

@@ -14,6 +14,7 @@ pub(crate) use sensor::AnalogOutput;
 
 use crate::config::{self, FaultSignal, RigConfig, SensorFault, VelocitySource};
 use crate::lanes::Num;
+use crate::plant::piston_moves_alone;
 use sensor::{Fault, Sensor};
 
 /// One value of each signal that has a sensor, true or measured.
@@ -117,10 +118,11 @@ impl<S: Num> Sensors<S> {
     }
 }
 
-/// Whether every sensor reports the truth.
+/// Whether every sensor reports the structure's motion and the rest of the truth.
 pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
     let config::Sensors {
         seed: _,
+        motion_at: _,
         cell_mass: _,
         force,
         velocity,
@@ -131,7 +133,7 @@ pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
         fault,
     } = &rig.plant().sensors;
     let all = [force, velocity, displacement, spool, supply_pressure, acceleration];
-    all.into_iter().all(is_ideal) && fault.is_none()
+    all.into_iter().all(is_ideal) && fault.is_none() && !piston_moves_alone(rig)
 }
 
 /// Whether a rig has an accelerometer: one that the observer reads, or one that is described.

@@ -1,8 +1,8 @@
-//! The actuator, Eq. (7): `K_a·Ṗ_L = Q_L − C_l·P_L − A·ẋ`.
+//! The actuator, Eq. (7): `K_a·Ṗ_L = Q_L − C_l·P_L − A·ẋ`, and the spring that attaches it to the structure.
 
 use eft_core::Scalar;
 
-use crate::config::RigConfig;
+use crate::config::{MotionAt, RigConfig};
 use crate::lanes::Num;
 
 /// Chambers and piston.
@@ -10,7 +10,14 @@ use crate::lanes::Num;
 pub(crate) struct Actuator<S> {
     area: S,
     leakage: S,
+    /// 1 over the compressibility (Pa/m³) of oil and attachment: behind a spring `k` the piston's own velocity is
+    /// `ẋ + A·Ṗ_L/k`, so that the load flow takes `(K_a + A²/k)·Ṗ_L`.
     per_compressibility: S,
+    /// The oil's share (1) of it.
+    share_of_oil: S,
+    /// Whether any lane's motion is measured at a piston that moves against the structure; `A/k` (m/Pa).
+    yields: bool,
+    yielding: S,
     stroke: S,
     /// Whether the volume of any lane's chambers counts.
     has_chambers: bool,
@@ -19,10 +26,18 @@ pub(crate) struct Actuator<S> {
 
 impl<S: Num> Actuator<S> {
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+        let compressibility =
+            |i: usize| rig(i).actuator.compressibility + rig(i).actuator.attachment_compressibility();
         Self {
             area: S::from_lanes(|i| rig(i).actuator.piston_area),
             leakage: S::from_lanes(|i| rig(i).actuator.leakage),
-            per_compressibility: S::from_lanes(|i| 1.0 / rig(i).actuator.compressibility),
+            per_compressibility: S::from_lanes(|i| 1.0 / compressibility(i)),
+            share_of_oil: S::from_lanes(|i| rig(i).actuator.compressibility / compressibility(i)),
+            yields: (0..S::LANES).any(|i| piston_moves_alone(rig(i))),
+            yielding: S::from_lanes(|i| match piston_moves_alone(rig(i)) {
+                true => rig(i).actuator.attachment_compressibility() / rig(i).actuator.piston_area,
+                false => 0.0,
+            }),
             stroke: S::from_lanes(|i| rig(i).actuator.stroke),
             has_chambers: (0..S::LANES).any(|i| rig(i).actuator.dead_length.is_some()),
             per_chamber_length: S::from_lanes(|i| {
@@ -42,6 +57,20 @@ impl<S: Num> Actuator<S> {
     #[inline(always)]
     pub(crate) fn force(&self, load_pressure: S) -> S {
         self.area * load_pressure
+    }
+
+    /// Whether any lane's motion is measured at a piston that moves against the structure.
+    #[inline(always)]
+    pub(crate) fn yields(&self) -> bool {
+        self.yields
+    }
+
+    /// Displacement (m) and velocity (m/s) where they are measured, at the structure's, the load pressure (Pa) and its
+    /// rate (Pa/s). The piston has no mass of its own, and seals and stops act on the structure's side.
+    #[inline(always)]
+    pub(crate) fn measured_motion(&self, at: [S; 2], load_pressure: S, pressure_rate: S) -> [S; 2] {
+        let [displacement, velocity] = at;
+        [displacement + self.yielding * load_pressure, velocity + self.yielding * pressure_rate]
     }
 
     /// Where the piston (m) is beyond its stroke.
@@ -64,7 +93,7 @@ impl<S: Num> Actuator<S> {
         self.leakage * load_pressure * load_pressure
     }
 
-    /// Energy (J) of the compressed oil, `½·K_a(x)·P_L²`.
+    /// Energy (J) of the compressed oil, `½·K_a(x)·P_L²`, and of the attachment, `½·(A·P_L)²/k`.
     pub(crate) fn stored(&self, load_pressure: S, displacement: S) -> S {
         S::splat(0.5) * self.relative_compressibility(displacement) / self.per_compressibility
             * load_pressure
@@ -80,16 +109,24 @@ impl<S: Num> Actuator<S> {
         }
         let x = displacement.limit(-self.stroke, self.stroke);
         let moving = S::select(x.abs().lt(self.stroke), velocity, S::splat(0.0));
-        -(x * self.per_chamber_length * self.per_chamber_length) * moving * load_pressure * load_pressure
+        -(self.share_of_oil * x * self.per_chamber_length * self.per_chamber_length)
+            * moving
+            * load_pressure
+            * load_pressure
             / self.per_compressibility
     }
 
-    /// `K_a(x)/K_a`; beyond the stroke it stays as it is there.
+    /// The compressibility over that in the middle; beyond the stroke it stays as it is there.
     #[inline(always)]
     fn relative_compressibility(&self, displacement: S) -> S {
         let part = displacement.limit(-self.stroke, self.stroke) * self.per_chamber_length;
-        S::splat(1.0) - part * part
+        S::splat(1.0) - self.share_of_oil * part * part
     }
+}
+
+/// Whether the measured motion is that of a piston on a spring.
+pub(crate) fn piston_moves_alone(rig: &RigConfig) -> bool {
+    rig.actuator.attachment_stiffness.is_some() && rig.sensors.motion_at == MotionAt::Piston
 }
 
 #[cfg(test)]
@@ -118,5 +155,25 @@ mod tests {
         assert!(
             (actuator.rate_at(1e-3, 0.0, 0.0, 0.0) * rig.actuator.compressibility / 1e-3 - 1.0).abs() < 1e-12
         );
+    }
+
+    #[test]
+    fn a_spring_behind_the_piston_is_in_series_with_the_oil() {
+        let stiffness = 5e8;
+        let rig = changed(&[("actuator.attachment_stiffness", stiffness.into())]);
+        let (actuator, a) = (Actuator::<f64>::pack(|_| &rig), &rig.actuator);
+        let oil = a.piston_area * a.piston_area / a.compressibility;
+        // A blocked valve: the pressure that a motion of the structure makes is that of both springs.
+        let rate = actuator.rate(0.0, 0.0, -0.2);
+        let series = 1.0 / (1.0 / oil + 1.0 / stiffness);
+        assert!((a.piston_area * rate / (0.2 * series) - 1.0).abs() < 1e-12);
+        // What the piston then moves by is what the oil gives way by.
+        let [displacement, velocity] = actuator.measured_motion([0.01, -0.2], 3e6, rate);
+        assert!((velocity * oil + a.piston_area * rate).abs() < 1e-9 * oil);
+        assert!((displacement - 0.01 - a.piston_area * 3e6 / stiffness).abs() < 1e-15);
+        let energy = (a.piston_area * 3e6).powi(2) / 2.0 * (1.0 / oil + 1.0 / stiffness);
+        assert!((actuator.stored(3e6, 0.0) / energy - 1.0).abs() < 1e-12);
+        let plain = changed(&[]);
+        assert!(actuator.yields() && !Actuator::<f64>::pack(|_| &plain).yields());
     }
 }

@@ -8,6 +8,7 @@ use crate::config::RigConfig;
 use crate::error::Result;
 use crate::instruments::Signals;
 use crate::lanes::Num;
+use crate::plant::actuator::piston_moves_alone;
 use crate::plant::drive::Driver;
 use crate::plant::energy::{EnergyBalance, POWERS};
 use crate::plant::runge_kutta::{Equations, Stages, runge_kutta};
@@ -41,8 +42,9 @@ struct Parts<S: Num> {
     keeps_account: bool,
 }
 
-/// Numbers of an actuator: those of [`ActuatorState`], what its load cell shows (N), the hysteresis of its story.
-const EACH: usize = STATES + 2;
+/// Numbers of an actuator: those of [`ActuatorState`], what its load cell shows (N), the hysteresis of its story, the
+/// flow that its torque motor drives the pilot to (m³/s) and the rate of that.
+const EACH: usize = STATES + 4;
 
 /// Numbers that all share: the accumulator's pressure (Pa), the time of the test (s), where the energy went (J).
 const SHARED: usize = 2 + POWERS;
@@ -64,7 +66,7 @@ impl<'a, S: Num> View<'a, S> {
     /// The motion of a floor.
     #[inline(always)]
     fn motion(&self, i: usize) -> Motion<S> {
-        let [_, _, _, displacement, velocity, _, hysteresis] = self.actuators[i];
+        let [_, _, _, displacement, velocity, _, hysteresis, ..] = self.actuators[i];
         Motion { displacement, velocity, hysteresis }
     }
 
@@ -145,11 +147,23 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
             }
             let valve_command =
                 servo_actuator.valve_command(&actuator, forces, &hydraulics, acceleration, driver, time);
-            let [pilot_flow, spool, load_pressure, displacement, velocity] =
-                servo_actuator.rate(&actuator, &hydraulics, acceleration, valve_command).to_array();
+            let [.., motor, motor_rate] = *numbers;
+            let (of_actuator, [motor, motor_rate]) =
+                servo_actuator.rate(&actuator, [motor, motor_rate], &hydraulics, acceleration, valve_command);
+            let [pilot_flow, spool, load_pressure, displacement, velocity] = of_actuator.to_array();
             let cell = servo_actuator.cell_rate(forces, acceleration);
             let hysteresis = structure.hysteresis_rate(i, |i| view.motion(i));
-            *rate = [pilot_flow, spool, load_pressure, displacement, velocity, cell, hysteresis];
+            *rate = [
+                pilot_flow,
+                spool,
+                load_pressure,
+                displacement,
+                velocity,
+                cell,
+                hysteresis,
+                motor,
+                motor_rate,
+            ];
         }
         let pump_flow = supply.pump_flow(setting, pressure, drawn);
         if self.parts.keeps_account {
@@ -210,7 +224,7 @@ impl<S: Num> Plant<S> {
     /// Puts the floors to displacements (m) and velocities (m/s).
     pub(crate) fn set_motion(&mut self, displacements: &[S], velocities: &[S]) {
         let motions = displacements.iter().zip(velocities);
-        for ([.., x, v, _, _], motion) in self.state.as_chunks_mut::<EACH>().0.iter_mut().zip(motions) {
+        for ([.., x, v, _, _, _, _], motion) in self.state.as_chunks_mut::<EACH>().0.iter_mut().zip(motions) {
             (*x, *v) = (*motion.0, *motion.1);
         }
         self.settle();
@@ -238,12 +252,14 @@ impl<S: Num> Plant<S> {
     /// What an actuator's sensors look at.
     #[inline(always)]
     pub(crate) fn signals(&self, i: usize) -> Signals<S> {
-        let ActuatorState { displacement, velocity, spool, .. } = self.actuator(i);
+        let actuator = self.actuator(i);
+        let [displacement, velocity] =
+            self.parts.servo_actuator.measured_motion(&actuator, self.supply_pressure());
         Signals {
             displacement,
             velocity,
             force: self.parts.servo_actuator.shown(self.at_cell(i)),
-            spool,
+            spool: actuator.spool,
             supply_pressure: self.supply_pressure(),
             acceleration: self.accelerations[i],
         }
@@ -331,11 +347,15 @@ pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
     let plain_valve = valve.overlap == 0.0
         && valve.null_bias == 0.0
         && valve.pilot_flow_limit.is_none()
+        && valve.torque_motor_frequency.is_none()
         && leakage.proportional == 0.0
         && leakage.constant == 0.0;
     let plain_actuator =
         actuator.friction == 0.0 && actuator.stop_stiffness.is_none() && actuator.dead_length.is_none();
-    let plain_actuator = plain_actuator && actuator.bypass_flow == 0.0;
+    let plain_actuator = plain_actuator
+        && actuator.bypass_flow == 0.0
+        && actuator.area_ratio == 1.0
+        && !piston_moves_alone(rig);
     let plain_supply = supply.schedule.is_none() && supply.accumulator.is_none();
     let plain_cell = rig.sensors.force.bandwidth.is_none();
     !(plain_valve && plain_actuator && plain_supply && plain_cell && is_plain(rig))

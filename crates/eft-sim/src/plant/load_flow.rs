@@ -14,9 +14,14 @@ pub(crate) struct LoadFlow<S: Num> {
     scale: S,
     supply_pressure: S,
     per_supply_pressure: S,
-    /// Whether the lands of any lane overlap.
-    overlaps: bool,
+    /// Whether the lands of any lane overlap or underlap.
+    laps: bool,
     overlap: S,
+    /// Whether the areas of any lane's piston differ; area of the side that pushes over the other (1), and the factor
+    /// (1) on the flow.
+    unequal: bool,
+    area_ratio: S,
+    factor: S,
 }
 
 impl<S: Num> LoadFlow<S> {
@@ -27,8 +32,11 @@ impl<S: Num> LoadFlow<S> {
             scale: S::from_lanes(|i| rig(i).servovalve.flow_gain_scale),
             supply_pressure: S::from_lanes(|i| rig(i).supply.pressure),
             per_supply_pressure: S::from_lanes(|i| 1.0 / rig(i).supply.pressure),
-            overlaps: (0..S::LANES).any(|i| rig(i).servovalve.overlap > 0.0),
+            laps: (0..S::LANES).any(|i| rig(i).servovalve.overlap != 0.0),
             overlap: S::from_lanes(|i| rig(i).servovalve.overlap),
+            unequal: (0..S::LANES).any(|i| rig(i).actuator.area_ratio != 1.0),
+            area_ratio: S::from_lanes(|i| rig(i).actuator.area_ratio),
+            factor: S::from_lanes(|i| rig(i).actuator.flow_factors()[0]),
         })
     }
 
@@ -44,13 +52,36 @@ impl<S: Num> LoadFlow<S> {
         (self.scale * flow * root, self.scale * slope * root)
     }
 
-    /// Load flow (m³/s) at a supply pressure (Pa) and behind an overlap of the lands:
-    /// `Q_L = f(x_v − sat(x_v, overlap))·√(P/P_s − sgn(x_v)·P_L/P_s)`. Also the flow (m³/s) drawn from the supply.
+    /// Load flow (m³/s) at a supply pressure (Pa), and the flow (m³/s) drawn from the supply. With an overlap `o` of the
+    /// lands the ports that let the piston pull open by `max(x_v − o, 0)`, those that let it push by `min(x_v + o, 0)`;
+    /// within an underlap, `o < 0`, both are open (Merritt 1967).
     #[inline(always)]
     pub(crate) fn flow_at(&self, opening: S, load_pressure: S, supply_pressure: S) -> (S, S) {
-        let open = if self.overlaps { opening - opening.limit(-self.overlap, self.overlap) } else { opening };
-        let (flow, _) = self.flow_and_gain(open, load_pressure, supply_pressure / self.supply_pressure);
-        (flow, flow.times_sign_of(open))
+        let supplied = supply_pressure / self.supply_pressure;
+        if !self.laps {
+            return self.through_ports(opening, load_pressure, supplied);
+        }
+        let (zero, most) = (S::splat(0.0), S::splat(f64::MAX));
+        let pulling = (opening - self.overlap).limit(zero, most);
+        let pushing = (opening + self.overlap).limit(-most, zero);
+        let pulled = self.through_ports(pulling, load_pressure, supplied);
+        let pushed = self.through_ports(pushing, load_pressure, supplied);
+        (pulled.0 + pushed.0, pulled.1 + pushed.1)
+    }
+
+    /// The same of the ports of one direction. With an area ratio `n` the flow `A·ẋ` of the side that pulls is
+    /// `√(2/(1 + n³))·f(x_v)` times `√(P/P_s − P_L/P_s)` or, where the piston pushes, `√(n·P/P_s + P_L/P_s)`, `P_L` being
+    /// the force over `piston_area`: the chambers' pressures share themselves out at once.
+    #[inline(always)]
+    fn through_ports(&self, opening: S, load_pressure: S, supplied: S) -> (S, S) {
+        if !self.unequal {
+            let (flow, _) = self.flow_and_gain(opening, load_pressure, supplied);
+            return (flow, flow.times_sign_of(opening));
+        }
+        let ratio = S::select(opening.lt(S::splat(0.0)), self.area_ratio, S::splat(1.0));
+        let (flow, _) = self.flow_and_gain(opening, load_pressure, ratio * supplied);
+        let flow = self.factor * flow;
+        (flow, ratio * flow.times_sign_of(opening))
     }
 }
 
@@ -94,5 +125,61 @@ mod tests {
         // 0.13 − 0.03 is the table's first point.
         assert!((no_load(0.13, 1.9e7) - 102.2 * 1.6387064e-5).abs() < 1e-15);
         assert!((no_load(-0.13, 1.9e7) + 101.0 * 1.6387064e-5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn within_an_underlap_both_directions_are_open() {
+        let lap = 0.02;
+        let rig = changed(&[("servovalve.overlap", (-lap).into())]);
+        let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();
+        let supply = 1.9e7;
+        // The bridge of four lands, Merritt's open-centre valve: what each lets pass at the chambers' pressures.
+        for (opening, load) in
+            [(0.0, 0.0), (0.0, 4e6), (0.012, -3e6), (-0.019, 6e6), (0.05, 2e6), (-0.3, 5e6)]
+        {
+            let [first, second] = [(supply + load) / 2.0, (supply - load) / 2.0];
+            let land = |area: f64, drop: f64| {
+                let by = valve.curve.flow(area) * (drop / (supply / 2.0)).sqrt();
+                if area > 0.0 { by } else { 0.0 }
+            };
+            let back = |area: f64, drop: f64| {
+                let by = -valve.curve.flow(-area) * (drop / (supply / 2.0)).sqrt();
+                if area > 0.0 { by } else { 0.0 }
+            };
+            let expected = land(lap + opening, supply - first) - back(lap - opening, first);
+            let drawn = land(lap + opening, supply - first) + back(lap - opening, supply - second);
+            let (flow, taken) = valve.flow_at(opening, load, supply);
+            assert!((flow - expected).abs() < 1e-15 && (taken - drawn).abs() < 1e-15, "{opening} {load}");
+        }
+        // The gain at null is that of both, and the load pressure leaks.
+        let rest = rig.at_rest(&rig.servovalve.flow_table).unwrap();
+        let flow = |opening, load| valve.flow_at(opening, load, supply).0;
+        assert!(((flow(1e-6, 0.0) - flow(-1e-6, 0.0)) / 2e-6 / rest.steeper - 1.0).abs() < 1e-9);
+        assert!(((flow(0.0, -1e3) - flow(0.0, 1e3)) / 2e3 / rest.leakage - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn unequal_areas_share_the_pressure_as_two_lands_in_series_do() {
+        let (ratio, supply) = (1.3, 1.9e7);
+        let rig = changed(&[("actuator.area_ratio", ratio.into())]);
+        let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();
+        for opening in [0.3, -0.3] {
+            for load in [-8e6, 0.0, 5e6] {
+                let (flow, drawn) = valve.flow_at(opening, load, supply);
+                // Each land takes (Q/g)² of pressure, g = f(x_v)/√(P_s/2); the other side's flow is the ratio's.
+                let conductance = valve.curve.flow(opening).abs() / (supply / 2.0_f64).sqrt();
+                let drop = |flow: f64| (flow / conductance).powi(2);
+                let (near, far) = (drop(flow), drop(ratio * flow));
+                let [first, second] = if opening > 0.0 { [supply - near, far] } else { [near, supply - far] };
+                assert!((first - ratio * second - load).abs() < 1e-6 * supply, "{opening} {load}");
+                let taken = if opening > 0.0 { flow } else { -ratio * flow };
+                assert!((drawn - taken).abs() < 1e-15);
+            }
+        }
+        let rest = rig.at_rest(&rig.servovalve.flow_table).unwrap();
+        let slopes = [1e-6, -1e-6].map(|x: f64| valve.flow_at(x, 0.0, supply).0 / x);
+        assert!(
+            (slopes[0] / rest.shallower - 1.0).abs() < 1e-9 && (slopes[1] / rest.steeper - 1.0).abs() < 1e-9
+        );
     }
 }

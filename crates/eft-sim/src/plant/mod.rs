@@ -24,8 +24,10 @@ mod story;
 mod structure;
 mod supply;
 mod time_grid;
+mod torque_motor;
 mod valve_leakage;
 
+pub(crate) use actuator::piston_moves_alone;
 pub(crate) use drive::{Analog, Driver, DriverKind};
 pub use energy::EnergyBalance;
 pub(crate) use fast::{Exponential, FastState, Prediction};

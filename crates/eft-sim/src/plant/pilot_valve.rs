@@ -27,14 +27,25 @@ impl<S: Num> PilotValve<S> {
         }
     }
 
-    /// Rate of the pilot flow (m³/s²) for a valve command (V), the spool opening (1) and the pilot flow (m³/s). The
-    /// torque motor is driven no further than its rated flow `q_max` (m³/s), if it has one:
-    /// `τ·q̇ = sat(K_vp·e, q_max) − q`, so that the spool is no faster than `q_max/(A_v·x_vmax)`.
+    /// Rate of the pilot flow (m³/s²) for a valve command (V), the spool opening (1) and the pilot flow (m³/s).
     #[inline(always)]
     pub(crate) fn rate(&self, valve_command: S, spool: S, pilot_flow: S) -> S {
+        self.rate_towards(self.asked(valve_command, spool), pilot_flow)
+    }
+
+    /// Flow (m³/s) asked of the pilot at a valve command (V) and the spool opening (1). The torque motor is driven no
+    /// further than its rated flow `q_max` (m³/s), if it has one: `sat(K_vp·e, q_max)`, so that the spool is no faster
+    /// than `q_max/(A_v·x_vmax)`.
+    #[inline(always)]
+    pub(crate) fn asked(&self, valve_command: S, spool: S) -> S {
         let error = valve_command - self.spool_feedback * spool;
         let wanted = self.flow_gain * error;
-        let given = if self.limited { wanted.limit(-self.flow_limit, self.flow_limit) } else { wanted };
+        if self.limited { wanted.limit(-self.flow_limit, self.flow_limit) } else { wanted }
+    }
+
+    /// Rate of the pilot flow (m³/s²) towards a flow (m³/s).
+    #[inline(always)]
+    pub(crate) fn rate_towards(&self, given: S, pilot_flow: S) -> S {
         (given - pilot_flow) * self.per_time_constant
     }
 }

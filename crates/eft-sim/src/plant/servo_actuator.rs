@@ -16,11 +16,13 @@ use crate::plant::load_cell::LoadCell;
 use crate::plant::load_flow::LoadFlow;
 use crate::plant::pilot_valve::PilotValve;
 use crate::plant::spool::Spool;
+use crate::plant::torque_motor::TorqueMotor;
 use crate::plant::valve_leakage::{Leak, ValveLeakage};
 
 /// One servovalve and its actuator.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ServoActuator<S: Num> {
+    torque_motor: TorqueMotor<S>,
     pilot_valve: PilotValve<S>,
     spool: Spool<S>,
     /// Spool opening (1) at which the lands stand as a valve without bias has them at 0: `Q_L = f(x_v − b)·√…`.
@@ -58,6 +60,7 @@ where
 impl<S: Num> ServoActuator<S> {
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
         Ok(Self {
+            torque_motor: TorqueMotor::pack(&rig),
             pilot_valve: PilotValve::pack(&rig),
             spool: Spool::pack(&rig),
             null_bias: S::from_lanes(|i| rig(i).servovalve.null_bias),
@@ -122,31 +125,53 @@ impl<S: Num> ServoActuator<S> {
         )
     }
 
-    /// The state's rates under a valve command (V) at an acceleration (m/s²) of the structure.
+    /// The rates of state and torque motor under a valve command (V) at an acceleration (m/s²) of the structure.
     #[inline(always)]
     pub(crate) fn rate(
         &self,
         state: &ActuatorState<S>,
+        motor: [S; 2],
         hydraulics: &Hydraulics<S>,
         acceleration: S,
         valve_command: S,
-    ) -> ActuatorState<S> {
-        ActuatorState {
+    ) -> (ActuatorState<S>, [S; 2]) {
+        let (valve, motor) = self.valve_rate(state, motor, valve_command);
+        let state = ActuatorState {
             load_pressure: hydraulics.pressure_rate,
             displacement: state.velocity,
             velocity: acceleration,
-            ..self.valve_rate(state, valve_command)
-        }
+            ..valve
+        };
+        (state, motor)
     }
 
-    /// The rates of pilot and spool under a valve command (V), whatever the oil does.
+    /// The rates of pilot, spool and torque motor under a valve command (V), whatever the oil does.
     #[inline(always)]
-    pub(crate) fn valve_rate(&self, state: &ActuatorState<S>, valve_command: S) -> ActuatorState<S> {
-        ActuatorState {
-            pilot_flow: self.pilot_valve.rate(valve_command, state.spool, state.pilot_flow),
+    pub(crate) fn valve_rate(
+        &self,
+        state: &ActuatorState<S>,
+        motor: [S; 2],
+        valve_command: S,
+    ) -> (ActuatorState<S>, [S; 2]) {
+        let asked = self.pilot_valve.asked(valve_command, state.spool);
+        let given = self.torque_motor.passes(motor, asked);
+        let rate = ActuatorState {
+            pilot_flow: self.pilot_valve.rate_towards(given, state.pilot_flow),
             spool: self.spool.rate(state.pilot_flow, state.spool),
             ..ActuatorState::default()
+        };
+        (rate, self.torque_motor.rate(motor, asked))
+    }
+
+    /// Displacement (m) and velocity (m/s) where they are measured, at a supply pressure (Pa).
+    #[inline(always)]
+    pub(crate) fn measured_motion(&self, state: &ActuatorState<S>, supply_pressure: S) -> [S; 2] {
+        let at_structure = [state.displacement, state.velocity];
+        if !self.actuator.yields() {
+            return at_structure;
         }
+        let rate = self.hydraulics(state, supply_pressure).pressure_rate;
+        self.actuator.measured_motion(at_structure, state.load_pressure, rate)
     }
 
     /// Rate (N/s) of the load cell's state, at the force and the cell's state (N).

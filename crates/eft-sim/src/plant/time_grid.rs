@@ -39,7 +39,8 @@ pub(crate) fn longest_step(rig: &RigConfig) -> f64 {
     let accumulator = supply.droop.zip(supply.accumulator).map_or(0.0, |(r, c)| 1.0 / (r * c));
     let cell = rig.sensors.force.bandwidth.map_or(0.0, |f| TAU * f);
     let bypass = bypass_valve::fastest_rate(rig);
-    let fastest = [friction, stop, accumulator, cell, bypass, structure::fastest_rate(rig)];
+    let motor = rig.servovalve.torque_motor_frequency.map_or(0.0, |f| TAU * f);
+    let fastest = [friction, stop, accumulator, cell, motor, bypass, structure::fastest_rate(rig)];
     // A fifth of the fastest time constant: well inside the stability limit of 2.8, and accurate to 1e-5 a step.
     0.2 / fastest.into_iter().fold(0.0, f64::max)
 }

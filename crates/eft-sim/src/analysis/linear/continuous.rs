@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::FlowGain;
-use super::plant::{LinearPlant, PILOT_FLOW, VELOCITY, left_out};
+use super::plant::{LinearPlant, left_out};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::state_space::StateSpace;
@@ -43,7 +43,7 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     let widened = |row: RowDVector<f64>| row.resize_horizontally(states, 0.0);
     let (per_force, per_rate) = if compensation.feedforward {
         let area = rig.actuator.piston_area;
-        (rig.actuator.leakage / area, rig.actuator.compressibility / area)
+        (rig.actuator.leakage / area, rig.measured_compressibility() / area)
     } else {
         (0.0, 0.0)
     };
@@ -54,11 +54,15 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     let mut a = plant.a.clone().resize(states, states, 0.0);
     let (mut b, mut r) = (DMatrix::zeros(states, plant.actuators), DMatrix::zeros(states, plant.actuators));
     for (i, (lead_state, velocity_state)) in controllers.into_iter().enumerate() {
+        let moving = widened(plant.velocity(i));
         let mut velocity = RowDVector::zeros(states);
-        velocity[velocity_state.unwrap_or(plant.index(i, VELOCITY))] = sensors.velocity.gain;
-        if let (Some(state), Some(corner)) = (velocity_state, velocity_lag) {
-            a[(state, plant.index(i, VELOCITY))] = TAU * corner;
-            a[(state, state)] = -TAU * corner;
+        match (velocity_state, velocity_lag) {
+            (Some(state), Some(corner)) => {
+                a.set_row(state, &(moving * (TAU * corner)));
+                a[(state, state)] = -TAU * corner;
+                velocity[state] = sensors.velocity.gain;
+            }
+            _ => velocity = moving * sensors.velocity.gain,
         }
         let opening = &velocity * (gains.opening_per_flow * gains.compensated_area);
         let (opening_b, opening_r) = (gains.opening_per_flow * per_force, gains.opening_per_flow * per_rate);
@@ -77,19 +81,19 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
         }
         compensated += &opening * direct;
 
-        let pilot = plant.index(i, PILOT_FLOW);
+        let driven = plant.driven(i);
         let (force, force_rate) = (widened(plant.shown(i)), widened(plant.shown_rate(i)));
         let fed_back = force * controller.proportional_gain + force_rate * controller.derivative_gain;
-        let mut pilot_row = a.row_mut(pilot);
-        pilot_row += (compensated * controller.proportional_gain - fed_back * controller.force_sensitivity)
-            * plant.to_pilot;
+        let mut driven_row = a.row_mut(driven);
+        driven_row += (compensated * controller.proportional_gain - fed_back * controller.force_sensitivity)
+            * plant.per_volt;
         let compensating = controller.proportional_gain * direct;
         let (proportional, derivative) = (
             controller.proportional_gain * controller.force_sensitivity,
             controller.derivative_gain * controller.force_sensitivity,
         );
-        b[(pilot, i)] = plant.to_pilot * (proportional + compensating * opening_b);
-        r[(pilot, i)] = plant.to_pilot * (derivative + compensating * opening_r);
+        b[(driven, i)] = plant.per_volt * (proportional + compensating * opening_b);
+        r[(driven, i)] = plant.per_volt * (derivative + compensating * opening_r);
     }
 
     let (c, outputs) = plant.outputs(states);
@@ -116,9 +120,9 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::Mode as Vibration;
+    use super::super::{Mode as Vibration, inverse_dynamics};
     use super::*;
-    use crate::config::{Mode, RigValues, VelocitySource};
+    use crate::config::{Mode, MotionAt, RigValues, VelocitySource};
     use nalgebra::Complex;
 
     fn changed(change: impl Fn(&mut RigValues)) -> RigConfig {
@@ -155,37 +159,61 @@ mod tests {
     #[test]
     fn the_transfer_function_is_that_of_the_block_diagram() {
         // Fig. 1 written out: the flow balance K_a·s·P + C_l·P + A·s·x = K_v·H_s·v, solved for F over F_c.
-        let rig = RigConfig::zhao2005();
-        let model = continuous(&rig, FlowGain::Nominal).unwrap();
-        let (valve, actuator, structure) = (&rig.servovalve, &rig.actuator, &rig.structure);
-        let (control, comp) = (&rig.controller, &rig.compensation);
+        let plain = RigConfig::zhao2005();
+        let model = continuous(&plain, FlowGain::Nominal).unwrap();
         assert_eq!(StateSpace { d: DMatrix::zeros(5, 1), ..model.clone() }, model, "strictly proper");
-        for frequency in [0.1, 1.0, 1.58, 5.0, 20.0, 64.7, 300.0] {
-            let s = Complex::new(0.0, std::f64::consts::TAU * frequency);
-            let spool_area = valve.spool_area;
-            let denominator = s * s * (valve.pilot_time_constant * spool_area)
-                + s * spool_area
-                + valve.spool_sensitivity * valve.pilot_flow_gain;
-            let valve_response = (denominator / (valve.pilot_flow_gain / valve.spool_stroke)).inv();
-            let mobility = s / (s * s * structure.mass + s * structure.damping + structure.stiffness);
-            let long = comp.response_delay / (1.0 - comp.lead_alpha);
-            let lead = (s * long + 1.0) / (s * (comp.lead_alpha * long) + 1.0) / comp.valve_gain;
-            let loop_gain = (s * control.derivative_gain + control.proportional_gain)
-                * control.force_sensitivity
-                * valve_response
-                * comp.flow_gain;
-            let swallowed = mobility * actuator.piston_area;
-            let leaked = (s * actuator.compressibility + actuator.leakage) / actuator.piston_area;
-            let given =
-                lead * valve_response * comp.flow_gain * actuator.piston_area / comp.flow_gain * mobility;
-            let expected = loop_gain / (loop_gain + leaked + swallowed - given);
-            let got = model.response("force", frequency).unwrap();
-            assert!(
-                (got - expected).norm() < 1e-10 * expected.norm(),
-                "{frequency} Hz: {got} and {expected}"
-            );
-            let moved = model.response("velocity", frequency).unwrap();
-            assert!((moved - expected * mobility).norm() < 1e-10 * moved.norm());
+        for (motor, attachment, motion_at) in [
+            (None, None, MotionAt::Piston),
+            (Some(250.0), None, MotionAt::Piston),
+            (None, Some(5e8), MotionAt::Piston),
+            (Some(400.0), Some(2e8), MotionAt::Structure),
+        ] {
+            let rig = changed(|rig| {
+                rig.servovalve.torque_motor_frequency = motor;
+                rig.servovalve.torque_motor_damping = 0.5;
+                rig.actuator.attachment_stiffness = attachment;
+                rig.sensors.motion_at = motion_at;
+            });
+            let model = continuous(&rig, FlowGain::Nominal).unwrap();
+            let (valve, actuator, structure) = (&rig.servovalve, &rig.actuator, &rig.structure);
+            let (control, comp) = (&rig.controller, &rig.compensation);
+            for frequency in [0.1, 1.0, 1.58, 5.0, 20.0, 64.7, 300.0] {
+                let s = Complex::new(0.0, std::f64::consts::TAU * frequency);
+                let spool_area = valve.spool_area;
+                // The torque motor stands in the inner loop: its inverse before the pilot's and the spool's lags.
+                let armature = motor.map_or(Complex::ONE, |natural| {
+                    let relative = s / (TAU * natural);
+                    relative * relative + relative + 1.0
+                });
+                let lags = s * s * (valve.pilot_time_constant * spool_area) + s * spool_area;
+                let denominator = lags * armature + valve.spool_sensitivity * valve.pilot_flow_gain;
+                let valve_response = (denominator / (valve.pilot_flow_gain / valve.spool_stroke)).inv();
+                assert!(
+                    (valve_response / inverse_dynamics::valve_response(&rig, frequency) - 1.0).norm() < 1e-12
+                );
+                let mobility = s / (s * s * structure.mass + s * structure.damping + structure.stiffness);
+                // The piston moves more than the structure by F/k.
+                let of_piston = mobility + attachment.map_or(Complex::ZERO, |stiffness| s / stiffness);
+                let measured = if motion_at == MotionAt::Piston { of_piston } else { mobility };
+                let long = comp.response_delay / (1.0 - comp.lead_alpha);
+                let lead = (s * long + 1.0) / (s * (comp.lead_alpha * long) + 1.0) / comp.valve_gain;
+                let loop_gain = (s * control.derivative_gain + control.proportional_gain)
+                    * control.force_sensitivity
+                    * valve_response
+                    * comp.flow_gain;
+                let swallowed = of_piston * actuator.piston_area;
+                let leaked = (s * actuator.compressibility + actuator.leakage) / actuator.piston_area;
+                let given =
+                    lead * valve_response * comp.flow_gain * actuator.piston_area / comp.flow_gain * measured;
+                let expected = loop_gain / (loop_gain + leaked + swallowed - given);
+                let got = model.response("force", frequency).unwrap();
+                assert!(
+                    (got - expected).norm() < 1e-9 * expected.norm(),
+                    "{motor:?} {attachment:?} {frequency} Hz: {got} and {expected}"
+                );
+                let moved = model.response("velocity", frequency).unwrap();
+                assert!((moved - expected * mobility).norm() < 1e-9 * moved.norm());
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! Which slope of the flow curve stands for it near rest.
 
-use crate::config::{FlowCurve, Mode, RigConfig};
+use crate::config::{AtRest, Mode, RigConfig};
 use crate::error::Result;
 
 /// The flow gain of a linear model. Plant and nonlinear compensation take the same slope, so that it cancels where
@@ -19,10 +19,12 @@ pub enum FlowGain {
 }
 
 /// Gains between velocity, spool opening and flow near rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Gains {
     /// Flow per spool opening (m³/s).
     pub(super) flow: f64,
+    /// The true valve about rest.
+    pub(super) rest: AtRest,
     /// Required opening per demanded flow (s/m³), the level included.
     pub(super) opening_per_flow: f64,
     /// Area (m²) whose motion is compensated.
@@ -32,17 +34,17 @@ pub(super) struct Gains {
 impl FlowGain {
     pub(super) fn gains(self, rig: &RigConfig) -> Result<Gains> {
         let nominal = rig.compensation.flow_gain;
-        let of = |curve: &FlowCurve| -> Result<f64> {
-            let (shallower, steeper) = curve.slopes()?;
-            Ok(match self {
-                Self::Steeper => steeper,
-                Self::Shallower => shallower,
-                Self::Nominal | Self::Mean => 0.5 * (shallower + steeper),
-            })
+        let of = |(shallower, steeper)| match self {
+            Self::Steeper => steeper,
+            Self::Shallower => shallower,
+            Self::Nominal | Self::Mean => 0.5 * (shallower + steeper),
         };
-        let (known_curve, valve) = (&rig.servovalve.flow_table, &rig.plant().servovalve);
-        let slope = if self == Self::Nominal { nominal } else { of(known_curve)? };
-        let true_over_known = of(valve.true_curve())? / of(known_curve)?;
+        let plant = rig.plant();
+        let valve = &plant.servovalve;
+        let known = of(rig.servovalve.flow_table.slopes()?);
+        let slope = if self == Self::Nominal { nominal } else { known };
+        let rest = plant.at_rest(valve.true_curve())?;
+        let true_over_known = of((rest.shallower, rest.steeper)) / known;
         let known = match rig.compensation.mode {
             Mode::Nonlinear | Mode::Off => slope,
             Mode::Linear => nominal,
@@ -50,6 +52,7 @@ impl FlowGain {
         let off = rig.compensation.mode == Mode::Off;
         Ok(Gains {
             flow: slope * true_over_known * valve.flow_gain_scale,
+            rest,
             opening_per_flow: rig.compensation.level / known,
             compensated_area: if off { 0.0 } else { rig.actuator.piston_area },
         })

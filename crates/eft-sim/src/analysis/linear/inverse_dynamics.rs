@@ -6,13 +6,18 @@ use nalgebra::Complex;
 
 use crate::config::RigConfig;
 
-/// Spool opening of the true valve per valve command (1/V) at a frequency (Hz), Eq. (4): pilot stage and spool with their inner loop.
+/// Spool opening of the true valve per valve command (1/V) at a frequency (Hz), Eq. (4): torque
+/// motor, pilot stage and spool with their inner loop.
 #[must_use]
 pub fn valve_response(rig: &RigConfig, frequency: f64) -> Complex<f64> {
     let valve = &rig.plant().servovalve;
     let s = Complex::new(0.0, TAU * frequency);
     let pilot = (s * valve.pilot_time_constant + 1.0).inv() * valve.pilot_flow_gain;
-    let forward = pilot / (s * (valve.spool_area * valve.spool_stroke));
+    let motor = valve.torque_motor_frequency.map_or(Complex::ONE, |natural| {
+        let s = s / (TAU * natural);
+        (s * s + s * (2.0 * valve.torque_motor_damping) + 1.0).inv()
+    });
+    let forward = motor * pilot / (s * (valve.spool_area * valve.spool_stroke));
     if frequency == 0.0 {
         return Complex::new(1.0 / (valve.spool_sensitivity * valve.spool_stroke), 0.0);
     }

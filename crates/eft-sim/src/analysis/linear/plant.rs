@@ -3,54 +3,60 @@
 use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::Gains;
-use crate::config::{RigConfig, Story, StructureKind, VelocitySource};
+use crate::config::{AtRest, MotionAt, RigConfig, Story, StructureKind, VelocitySource};
+use crate::design::PRESSURE;
 use crate::plant::Supply;
 
-/// Order of an actuator's states: that of an actuator of the plant, then the load cell where it lags.
-pub(super) const PILOT_FLOW: usize = 0;
+/// Order of an actuator's states: pilot flow, spool and load pressure, displacement and velocity, then what else valve
+/// and load cell have.
 const SPOOL: usize = 1;
-const PRESSURE: usize = 2;
 const DISPLACEMENT: usize = 3;
-pub(super) const VELOCITY: usize = 4;
-const CELL: usize = 5;
-const NAMES: [&str; 6] = ["pilot_flow", "spool", "load_pressure", "displacement", "velocity", "load_cell"];
+const VELOCITY: usize = 4;
 
 /// `ẋ = A·x + B·v` of the plant under one valve command `v` (V) an actuator; the states actuator by actuator.
 #[derive(Debug, Clone)]
 pub(super) struct LinearPlant {
     pub(super) a: DMatrix<f64>,
-    /// Rate of the pilot flow per valve command (m³/s² per V).
-    pub(super) to_pilot: f64,
+    /// Rate of the state that a valve command drives (its unit/s per V).
+    pub(super) per_volt: f64,
     pub(super) actuators: usize,
-    /// States of one actuator.
-    each: usize,
+    /// An actuator's state that a valve command drives, and the one that shows the force with what it shows (N) of its
+    /// unit.
+    driven: usize,
+    shown: (usize, f64),
+    /// Names of an actuator's states.
+    names: Vec<&'static str>,
     piston_area: f64,
-    cell_gain: f64,
+    /// How far (m/Pa) a measured piston moves against the structure.
+    yielding: f64,
     numbered: bool,
 }
 
 impl LinearPlant {
-    /// Eqs. (2), (3), (6) without its root, (7), the leakage of Eq. (5) that is proportional, the load cell, and the
-    /// structure's slope at rest.
+    /// Eqs. (2), (3), (6) without its root, (7), the leakage of Eq. (5) that is proportional, torque motor, underlap,
+    /// attachment and load cell, and the structure's slope at rest.
     pub(super) fn new(rig: &RigConfig, gains: &Gains) -> Self {
         let rig = rig.plant();
-        let (valve, actuator) = (&rig.servovalve, &rig.actuator);
+        let actuator = &rig.actuator;
         let stories = stories(rig);
-        let cell = rig.sensors.force.bandwidth.map(|corner| std::f64::consts::TAU * corner);
-        let each = if cell.is_some() { NAMES.len() } else { CELL };
-        let mut a = DMatrix::zeros(each * stories.len(), each * stories.len());
-        let to_pilot = valve.pilot_flow_gain / valve.pilot_time_constant;
         // The flow curve holds at `supply.pressure`; a schedule may begin elsewhere.
-        let supplied = Supply::<f64>::pack(|_| rig).setting(0.0) / rig.supply.pressure;
+        let root = (Supply::<f64>::pack(|_| rig).setting(0.0) / rig.supply.pressure).sqrt();
+        let compressibility = actuator.compressibility + actuator.attachment_compressibility();
+        let rest = AtRest { leakage: gains.rest.leakage / root, ..gains.rest };
+        let hydraulics = rig.held_piston(&rest, gains.flow * root, compressibility).continuous();
+        let place = |state: usize| if state > PRESSURE { state + 2 } else { state };
+        let mut names = hydraulics.names.clone();
+        names.splice(DISPLACEMENT..DISPLACEMENT, ["displacement", "velocity"]);
+        let each = names.len();
+        let mut a = DMatrix::zeros(each * stories.len(), each * stories.len());
         for (i, story) in stories.iter().enumerate() {
             let at = |state: usize| i * each + state;
-            a[(at(PILOT_FLOW), at(PILOT_FLOW))] = -1.0 / valve.pilot_time_constant;
-            a[(at(PILOT_FLOW), at(SPOOL))] = -to_pilot * valve.spool_sensitivity * valve.spool_stroke;
-            a[(at(SPOOL), at(PILOT_FLOW))] = 1.0 / (valve.spool_area * valve.spool_stroke);
-            let leakage = actuator.leakage + valve.leakage.proportional;
-            a[(at(PRESSURE), at(SPOOL))] = gains.flow * supplied.sqrt() / actuator.compressibility;
-            a[(at(PRESSURE), at(PRESSURE))] = -leakage / actuator.compressibility;
-            a[(at(PRESSURE), at(VELOCITY))] = -actuator.piston_area / actuator.compressibility;
+            for row in 0..hydraulics.names.len() {
+                for column in 0..hydraulics.names.len() {
+                    a[(at(place(row)), at(place(column)))] = hydraulics.a[(row, column)];
+                }
+            }
+            a[(at(PRESSURE), at(VELOCITY))] = -actuator.piston_area / compressibility;
             a[(at(DISPLACEMENT), at(VELOCITY))] = 1.0;
             a[(at(VELOCITY), at(PRESSURE))] = actuator.piston_area / story.mass;
             // The columns below this floor, and those above it, which stand on it.
@@ -64,23 +70,25 @@ impl LinearPlant {
                 }
             }
         }
-        if let Some(corner) = cell {
-            let inertia = rig.sensors.cell_mass.unwrap_or(0.0);
-            for i in 0..stories.len() {
-                let cell = i * each + CELL;
-                let acceleration = a.row(i * each + VELOCITY) * (-inertia * corner);
-                a.set_row(cell, &acceleration);
-                a[(cell, i * each + PRESSURE)] += corner * actuator.piston_area;
-                a[(cell, cell)] -= corner;
+        let (shown, force) = (place(hydraulics.shown.0), hydraulics.shown.1);
+        if let Some(inertia) = rig.sensors.cell_mass.filter(|_| shown != PRESSURE) {
+            for cell in (0..stories.len()).map(|i| i * each + shown) {
+                let corner = -a[(cell, cell)];
+                let acceleration = a.row(cell - shown + VELOCITY) * (-inertia * corner);
+                let mut row = a.row_mut(cell);
+                row += acceleration;
             }
         }
+        let attached = actuator.attachment_compressibility() / actuator.piston_area;
         Self {
             a,
-            to_pilot,
+            per_volt: hydraulics.driven.1,
             actuators: stories.len(),
-            each,
+            driven: place(hydraulics.driven.0),
+            shown: (shown, force * rig.sensors.force.gain),
+            names,
             piston_area: actuator.piston_area,
-            cell_gain: rig.sensors.force.gain,
+            yielding: if rig.sensors.motion_at == MotionAt::Piston { attached } else { 0.0 },
             numbered: rig.structure.kind == StructureKind::ShearBuilding,
         }
     }
@@ -91,18 +99,26 @@ impl LinearPlant {
     }
 
     /// Index of one of an actuator's states.
-    pub(super) fn index(&self, actuator: usize, state: usize) -> usize {
-        actuator * self.each + state
+    fn index(&self, actuator: usize, state: usize) -> usize {
+        actuator * self.names.len() + state
+    }
+
+    /// Index of the state that an actuator's valve command drives.
+    pub(super) fn driven(&self, actuator: usize) -> usize {
+        self.index(actuator, self.driven)
+    }
+
+    /// The velocity (m/s) where it is measured as a row over the states.
+    pub(super) fn velocity(&self, actuator: usize) -> RowDVector<f64> {
+        let mut row = self.a.row(self.index(actuator, PRESSURE)) * self.yielding;
+        row[self.index(actuator, VELOCITY)] += 1.0;
+        row
     }
 
     /// What the load cell shows (N) as a row over the states.
     pub(super) fn shown(&self, actuator: usize) -> RowDVector<f64> {
         let mut row = RowDVector::zeros(self.states());
-        if self.each > CELL {
-            row[self.index(actuator, CELL)] = self.cell_gain;
-        } else {
-            row[self.index(actuator, PRESSURE)] = self.cell_gain * self.piston_area;
-        }
+        row[self.index(actuator, self.shown.0)] = self.shown.1;
         row
     }
 
@@ -118,7 +134,7 @@ impl LinearPlant {
 
     /// Names of the states.
     pub(super) fn names(&self) -> Vec<String> {
-        let of = |i: usize| NAMES.iter().take(self.each).map(move |name| self.name(name, i));
+        let of = |i: usize| self.names.iter().map(move |name| self.name(name, i));
         (0..self.actuators).flat_map(of).collect()
     }
 

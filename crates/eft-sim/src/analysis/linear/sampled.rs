@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::chain::Chain;
 use super::gains::{FlowGain, Gains};
-use super::plant::{LinearPlant, PILOT_FLOW, VELOCITY, left_out};
+use super::plant::{LinearPlant, left_out};
 use crate::checks;
 use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
@@ -163,7 +163,8 @@ impl<'a> Ticker<'a> {
         let control = &self.rig.controller;
         for (i, side) in self.digital.iter().enumerate() {
             let (command, next_command) = (command[i], next_command[i]);
-            let read = self.rig.plant().sensors.velocity.gain * state[self.plant.index(i, VELOCITY)];
+            let moving = (self.plant.velocity(i) * state.rows(0, self.plant.states()))[0];
+            let read = self.rig.plant().sensors.velocity.gain * moving;
             let velocity = side.velocity.pass(state, &mut next, read);
             let shown = (self.plant.shown(i) * state.rows(0, self.plant.states()))[0];
             let force = side.force.pass(state, &mut next, shown);
@@ -204,11 +205,12 @@ impl<'a> Ticker<'a> {
         command: f64,
     ) -> f64 {
         let (compensation, actuator) = (&self.rig.compensation, &self.rig.actuator);
+        let compressibility = self.rig.measured_compressibility();
         let mut flow = self.gains.compensated_area * velocity;
         if compensation.feedforward {
             let rate = (command - state[at + COMMAND]) * self.sample_rate;
             next[at + COMMAND] = command;
-            flow += (actuator.compressibility * rate + actuator.leakage * command) / actuator.piston_area;
+            flow += (compressibility * rate + actuator.leakage * command) / actuator.piston_area;
         }
         let opening = self.gains.opening_per_flow * flow;
         // The lead network by Tustin's rule, as a gain and a washout.
@@ -232,21 +234,21 @@ fn within_a_sample(rig: &RigConfig, plant: &LinearPlant) -> DMatrix<f64> {
     let size = states + SIGNALS * plant.actuators;
     let mut a = plant.a.clone().resize(size, size, 0.0);
     for i in 0..plant.actuators {
-        let (pilot, command) = (plant.index(i, PILOT_FLOW), states + SIGNALS * i);
+        let (driven, command) = (plant.driven(i), states + SIGNALS * i);
         let (rate, held) = (command + 1, command + 2);
         a[(command, rate)] = 1.0;
         match control.realization {
-            Realization::Digital => a[(pilot, held)] = plant.to_pilot,
+            Realization::Digital => a[(driven, held)] = plant.per_volt,
             Realization::Analog => {
-                let proportional = plant.to_pilot * control.force_sensitivity * control.proportional_gain;
-                let derivative = plant.to_pilot * control.force_sensitivity * control.derivative_gain;
+                let proportional = plant.per_volt * control.force_sensitivity * control.proportional_gain;
+                let derivative = plant.per_volt * control.force_sensitivity * control.derivative_gain;
                 let fed_back = plant.shown(i) * proportional + plant.shown_rate(i) * derivative;
                 for (column, value) in fed_back.iter().enumerate() {
-                    a[(pilot, column)] -= value;
+                    a[(driven, column)] -= value;
                 }
-                a[(pilot, command)] = proportional;
-                a[(pilot, rate)] = derivative;
-                a[(pilot, held)] = plant.to_pilot * control.proportional_gain;
+                a[(driven, command)] = proportional;
+                a[(driven, rate)] = derivative;
+                a[(driven, held)] = plant.per_volt * control.proportional_gain;
             }
         }
     }

@@ -19,6 +19,10 @@ pub struct Actuator {
     /// What is left of a chamber at the end of the stroke, its volume over the piston area, m; constant volumes
     /// where absent.
     pub dead_length: Option<f64>,
+    /// Area of the side that pushes over that of the side that pulls, dimensionless.
+    pub area_ratio: f64,
+    /// Stiffness of clevises and load cell between piston and structure, N/m; rigid where absent.
+    pub attachment_stiffness: Option<f64>,
     /// Coulomb friction of the seals, N.
     pub friction: f64,
     /// Velocity below which the friction falls to zero, m/s.
@@ -81,7 +85,11 @@ pub struct Servovalve {
     pub true_flow_table: Option<FlowCurve>,
     /// Largest flow of the pilot stage, m³/s.
     pub pilot_flow_limit: Option<f64>,
-    /// Overlap of the spool's lands, an opening, dimensionless.
+    /// Natural frequency of the torque motor before the pilot stage, Hz; none where absent.
+    pub torque_motor_frequency: Option<f64>,
+    /// Damping ratio of the torque motor, dimensionless.
+    pub torque_motor_damping: f64,
+    /// Overlap of the spool's lands, an opening, underlap where negative, dimensionless.
     pub overlap: f64,
     /// Spool opening at which the valve passes nothing at no load, dimensionless.
     pub null_bias: f64,
@@ -99,6 +107,21 @@ pub struct ValveLeakage {
     pub constant: f64,
     /// Opening within which the constant part changes its sign, dimensionless.
     pub null_region: f64,
+}
+
+impl Actuator {
+    /// Compressibility (m³/Pa) that a spring between piston and structure adds to the oil's: `A²/k`.
+    pub(crate) fn attachment_compressibility(&self) -> f64 {
+        self.attachment_stiffness.map_or(0.0, |stiffness| self.piston_area * self.piston_area / stiffness)
+    }
+
+    /// Factors (1) on the flow curve where the piston pulls and where it pushes without load. The oil that one side
+    /// gives is the area ratio `n` times what the other takes, so that the ports share the pressure unevenly:
+    /// `√(2/(1 + n³))`, and `√n` of it.
+    pub(crate) fn flow_factors(&self) -> [f64; 2] {
+        let pulling = (2.0 / (1.0 + self.area_ratio.powi(3))).sqrt();
+        [pulling, pulling * self.area_ratio.sqrt()]
+    }
 }
 
 impl Servovalve {
@@ -121,16 +144,28 @@ pub struct FlowCurve {
 impl FlowCurve {
     /// The slopes (m³/s) to either side of the origin, the shallower first.
     pub(crate) fn slopes(&self) -> Result<(f64, f64)> {
-        let slope =
-            |i: usize| (self.flows[i + 1] - self.flows[i]) / (self.openings[i + 1] - self.openings[i]);
+        let [(_, pulling), (_, pushing)] = self.around(0.0)?;
+        Ok((pulling.min(pushing), pulling.max(pushing)))
+    }
+
+    /// Flow (m³/s) and slope (m³/s) at an opening (1) not below 0, outward, and the same at minus the opening.
+    pub(crate) fn around(&self, opening: f64) -> Result<[(f64, f64); 2]> {
         let last = self.openings.len() - 1;
-        let origin = self.openings.iter().position(|x| *x == 0.0);
-        match origin.filter(|i| *i > 0 && *i < last) {
-            Some(i) => Ok((slope(i - 1).min(slope(i)), slope(i - 1).max(slope(i)))),
-            None => Err(Error::value(
+        let beyond = |side: f64| {
+            // The stretch whose outer end lies beyond the opening.
+            let outer = (0..=last).filter(|i| side * self.openings[*i] > opening);
+            let end = outer.min_by(|a, b| self.openings[*a].abs().total_cmp(&self.openings[*b].abs()))?;
+            let start =
+                if side > 0.0 { end.checked_sub(1)? } else { Some(end + 1).filter(|i| *i <= last)? };
+            let slope = (self.flows[end] - self.flows[start]) / (self.openings[end] - self.openings[start]);
+            Some((self.flows[start] + slope * (side * opening - self.openings[start]), slope))
+        };
+        match (beyond(1.0), beyond(-1.0)) {
+            (Some(pulling), Some(pushing)) => Ok([pulling, pushing]),
+            _ => Err(Error::value(
                 "servovalve.flow_table.openings",
                 format!("{} to {}", self.openings[0], self.openings[last]),
-                "must reach to both sides of a point at 0",
+                format!("must reach beyond {opening} on both sides"),
             )),
         }
     }

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct Sensors {
     /// Seed of the noise.
     pub seed: u64,
+    /// Side of the attachment whose displacement and velocity are measured.
+    pub motion_at: MotionAt,
     /// Mass between load cell and piston, part of the structure's, kg.
     pub cell_mass: Option<f64>,
     /// Load cell, N.
@@ -20,10 +22,20 @@ pub struct Sensors {
     pub spool: Sensor,
     /// Supply pressure sensor, Pa.
     pub supply_pressure: Sensor,
-    /// Accelerometer on the piston, m/s².
+    /// Accelerometer, at the structure, m/s².
     pub acceleration: Sensor,
     /// A failure of one sensor during the test.
     pub fault: Option<SensorFault>,
+}
+
+/// A side of the attachment between piston and structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MotionAt {
+    /// The piston, as transducers in the actuator see it.
+    Piston,
+    /// The structure.
+    Structure,
 }
 
 /// One sensor; ideal when every value is at its default.

@@ -5,7 +5,7 @@ use crate::config::{KEYS, Key, Kind};
 use super::*;
 
 /// Keys, or what they begin with, of the plant alone: no export may depend on them.
-const OF_THE_PLANT: [&str; 19] = [
+const OF_THE_PLANT: [&str; 22] = [
     // What judges a test is as far from the controller.
     "verdict.",
     "actuator.stroke",
@@ -23,6 +23,10 @@ const OF_THE_PLANT: [&str; 19] = [
     "servovalve.true_flow_table.",
     "servovalve.overlap",
     "servovalve.null_bias",
+    "servovalve.torque_motor_",
+    "actuator.area_ratio",
+    // What it adds to a believed compressibility counts where `sensors.motion_at` is "structure" alone.
+    "actuator.attachment_stiffness",
     "servovalve.leakage.",
     "structure.",
     "sensors.",
