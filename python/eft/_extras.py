@@ -1,4 +1,4 @@
-"""Packages that only some functions need: a missing one is an error that says what to install."""
+"""Packages that only some functions need; the error for a missing one names the extra to install."""
 
 import re
 import sys
@@ -8,14 +8,14 @@ from importlib import metadata, util
 DISTRIBUTION = "effective-force-testing"
 
 
-def need(package: str) -> None:
-    """Raise `ModuleNotFoundError` unless a package is installed; the message names the extra that has it."""
+def need(package: str, *preferred: str) -> None:
+    """Raise `ModuleNotFoundError` unless a package is installed; the message names an extra that has it."""
     if sys.modules.get(package) is None and util.find_spec(package) is None:
-        raise ModuleNotFoundError(missing(package), name=package)
+        raise ModuleNotFoundError(missing(package, preferred), name=package)
 
 
 def missing(package: str, preferred: Sequence[str] = ()) -> str:
-    """Say that a package is not installed, and which extra has it: a preferred one, or the first."""
+    """The message for a package that is not installed, with a preferred extra that has it, or the first."""
     of = re.compile(rf"{re.escape(package)}\b.*extra == ['\"](\w+)['\"]", re.IGNORECASE)
     extras = [found[1] for line in metadata.requires(DISTRIBUTION) or () if (found := of.match(line))]
     extra = next((name for name in (*preferred, package, "files", "cluster") if name in extras), None)

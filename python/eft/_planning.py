@@ -1,4 +1,4 @@
-"""What a rig can do, before a test: margins, delays, feasibility."""
+"""Margins, delays and feasibility before a test."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ FlowGain = Literal["nominal", "steeper", "shallower", "mean"]
 
 @dataclass(frozen=True)
 class StabilityMargins(Result):
-    """How far each setting, changed alone, is from instability; None where the rig as it is is unstable."""
+    """The stable range of each setting, changed alone; None if the unchanged rig is unstable."""
 
     growth_rate: float
-    """Of the least damped mode of the rig as it is, 1/s."""
+    """Growth rate of the least damped mode of the unchanged rig, 1/s."""
     level: float
     """The largest stable compensation level."""
     response_delay: tuple[float, float] | None = None
     """Lowest and highest stable one, s."""
     dead_time: float | None = None
-    """The shortest additional delay, of the compensation or of the whole valve command, that is unstable, s;
-    infinite where none is."""
+    """The shortest additional delay of the compensation or of the whole valve command that makes the loop
+    unstable, s; infinite if there is none."""
     loop_gain: float | None = None
     """The largest stable factor on the force loop."""
     flow_gain: tuple[float, float] | None = None
@@ -52,7 +52,7 @@ class StabilityMargins(Result):
 
 @dataclass(frozen=True)
 class DelayBudget(Result):
-    """The parts of the delay that the lead network has to give back, all in s."""
+    """The parts of the delay that the lead network must compensate for, all in s."""
 
     valve: float
     """Of the servovalve."""
@@ -65,25 +65,25 @@ class DelayBudget(Result):
     derivative: float
     """Of the force controller's derivative action; it is negative, a lead."""
     path: float
-    """What the compensation passes, that is all but `derivative`, which acts on the force error only."""
+    """Delay of the compensation's path: all parts except `derivative`, which acts only on the force error."""
     total: float
-    """All of them, as the paper counts."""
+    """The sum of all parts, as in the paper."""
 
 
 @dataclass(frozen=True)
 class Demand(Result):
-    """What a command asks of one part of a rig, and what that has."""
+    """The demand of a command on one part of a rig, and the part's capacity."""
 
     name: str
     """Of the part."""
     unit: str
     """SI; empty for a ratio."""
     required: float
-    """What the command asks for."""
+    """The demand of the command."""
     available: float
-    """What there is."""
+    """The capacity of the part."""
     advised: float
-    """What should not be exceeded."""
+    """The advised limit."""
 
 
 @dataclass(frozen=True)
@@ -95,13 +95,13 @@ class Feasibility(Result):
     reasons: tuple[str, ...]
     """Sentences."""
     demands: tuple[Demand, ...]
-    """What is asked of each part."""
+    """The demand on each part."""
     scheme: Literal["off", "linear", "nonlinear"]
     """The simplest compensation that suffices."""
     margin: float | None
-    """The largest stable compensation level; None where no level is."""
+    """The largest stable compensation level; None if no level is stable."""
     smallest_sample_rate: float | None
-    """Hz; None where no rate is safe."""
+    """Hz; None if no rate is safe."""
 
 
 class InverseDynamics(NamedTuple):
@@ -163,9 +163,9 @@ def stability_margins(
 def delay_budget(
     rig: Rig, sample_rate: float | None = None, band: tuple[float, float] = (0.25, 10.0)
 ) -> DelayBudget:
-    """Find the parts of the delay that the lead network has to give back.
+    """Find the parts of the delay that the lead network must compensate for.
 
-    It changes nothing: ``compensation.response_delay`` is used as it is given.
+    The function does not change ``compensation.response_delay``.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def delay_budget(
     sample_rate : float, optional
         In Hz; that of the rig's controller if not given.
     band : tuple of float
-        Band in Hz over which phases are taken as delays.
+        Band in Hz over which phases are converted to delays.
 
     Returns
     -------
@@ -260,12 +260,12 @@ def inverse_dynamics(rig: Rig, frequency: ArrayLike) -> InverseDynamics:
 
 
 def check_feasibility(rig: Rig, command: Command) -> Feasibility:
-    """Check before a test what a force command asks of a rig, and whether the rig has it.
+    """Compare the demands of a force command with the capacity of a rig before a test.
 
-    Of a shear building the demands are those of the actuator that is asked for most, the pump's mean flow
-    that of all. Of a controller that calibrates itself or guards its level, stability is that of the loop
-    before it does. An unstable one is a caution: only a test on the virtual rig tells what becomes of it, and
-    ``eft check`` runs one.
+    For a shear building the demands are those of the actuator with the largest ones; the pump's mean flow is
+    that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
+    calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
+    ``eft check`` runs such a test.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A recorded test fed to the learner: what it would have learned."""
+"""The learner's estimates from a recorded test."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NEEDED = ("command", "velocity", "force", "spool", "valve_command")
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """What a recorded test teaches: one value per window of ticks."""
+    """The learner's estimates from a recorded test, one value per window of ticks."""
 
     time: npt.NDArray[np.float64]
     """Time since the start at which the window closed, s."""
@@ -48,7 +48,7 @@ class Replay:
     level: npt.NDArray[np.float64]
     """The guard's factor on the compensation level."""
     test_ratio: npt.NDArray[np.float64]
-    """What the models leave unexplained over what is allowed; above 1 nothing is learned."""
+    """Unexplained part of the measurements over the allowed part; above 1 nothing is learned."""
     status: npt.NDArray[np.uint32]
     """Bits of `eft.Status` about the learning."""
     found_flows: npt.NDArray[np.float64]
@@ -80,20 +80,20 @@ def replay(
     *,
     dtype: Literal["f64", "f32"] = "f64",
 ) -> Replay:
-    """Feed a recorded test to a rig's learner and return what it would have learned.
+    """Run a rig's learner on a recorded test and return its estimates.
 
-    The learner is the controller's own. It runs whether or not the rig or the recorded test adapts, and
-    nothing is compensated by what it learns.
+    The learner is that of the controller. The rig and the recorded test may have self-calibration off. The
+    estimates do not change the recorded signals.
 
     Parameters
     ----------
     rig : Rig
-        What the controller knows of the rig.
+        The rig as configured in the controller.
     test : TestRun, Traces, str or os.PathLike
-        A run, or a file that `eft.traces.read_traces` reads, with command (N), velocity (m/s), force (N),
-        spool opening and valve command (V); the supply pressure (Pa) where ``compensation.supply_correction``
-        is on, the displacement (m) where the velocity is made of it. What sensors reported is preferred to
-        the truth.
+        A run, or a file for `eft.traces.read_traces`, with command (N), velocity (m/s), force (N), spool
+        opening and valve command (V). ``compensation.supply_correction`` also needs the supply pressure (Pa).
+        An estimated velocity needs the displacement (m). The readings of sensors are used if the run has
+        them.
     dtype : {"f64", "f32"}
         The precision of the arithmetic.
 

@@ -37,8 +37,8 @@ Dtype = Literal["f32", "f64"]
 class TestRun(Channels):
     """The traces of one test, one value per command sample; for several actuators (actuators, samples).
 
-    Value `i` is the plant's true value at time ``i / sample_rate``, before that tick's output acts; what the
-    sensors reported stands beside it as ``measured_...``. ``time, force = run`` unpacks the two.
+    Value `i` is the plant's true value at time ``i / sample_rate``, before that tick's output acts. The
+    traces ``measured_...`` are the readings of the sensors. ``time, force = run`` unpacks time and force.
     """
 
     __test__ = False  # pytest takes classes of this name for its own
@@ -55,22 +55,22 @@ class TestRun(Channels):
     status: NDArray[np.uint32]
     """Bits of `Status`."""
     found_flows: Array | None = None
-    """Flow that the controller found at each opening of its table, m³/s; the fixed scheme finds the table.
-    None where a processor in the loop has learned: what it found stays with it."""
+    """Flow that the controller found at each opening of its table, m³/s. With the fixed scheme it is the
+    table. It is None if a processor in the loop has learned, because its flows stay in the firmware."""
     date: str = ""
-    """When the test was run, by ISO 8601; empty where an older file does not say."""
+    """Date of the run by ISO 8601; empty if an older file has none."""
     record: str = ""
-    """Name of the ground motion; empty of another command."""
+    """Name of the ground motion; empty for other commands."""
     scale: float | None = None
     """Factor on the ground motion's acceleration."""
     mass: float | Array | None = None
     """Mass by which the ground motion became a force, kg."""
     stopped: str = ""
-    """Why a structure from outside ended the test, in a sentence; empty where it did not."""
+    """Reason why an external structure ended the test; empty if it did not."""
     _outside: bool = False
-    """Whether a structure from outside took the place of the rig's own."""
+    """Whether an external structure replaced the rig's."""
     _controlled: bool = False
-    """Whether a controller from outside took the place of the rig's own."""
+    """Whether an external controller replaced the rig's."""
     _energy: EnergyBalance | None = None
     _whole: bool = True
     _building: tuple[TestRun, int] | None = None
@@ -130,7 +130,7 @@ class TestRun(Channels):
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict on the test, with reasons and remedies; limits are the rig's ``verdict`` section."""
+        """The verdict, with reasons and remedies, by the limits of the rig's ``verdict`` section."""
         from eft._verdict import judge
 
         # Its sentences are in the units in use.
@@ -142,7 +142,7 @@ class TestRun(Channels):
 
     @property
     def message(self) -> str:
-        """The course of the test in words.
+        """A summary of the test in words.
 
         It begins with the status of the test, as in a study. Every flag that was raised follows, with the
         time of its first sample and its share of the samples.
@@ -169,13 +169,13 @@ class TestRun(Channels):
     def to_its_end(self) -> TestRun:
         """Return the test up to the sample at which it tripped or a piston left its stroke.
 
-        If neither happened, this is the whole test. Later samples show the simulated rig after the protection
-        has removed the force.
+        If neither happened, this is the whole test. Later samples contain the rig after the protection
+        removed the force.
         """
         return _run_parts.to_its_end(self)
 
     def actuator(self, index: int) -> TestRun:
-        """Return the traces of one actuator, counted from 0 at the ground, as a run of their own.
+        """Return the traces of one actuator, counted from 0 at the ground, as a run.
 
         Raises
         ------
@@ -192,10 +192,9 @@ class TestRun(Channels):
         Raises
         ------
         ValueError
-            If the run is of several actuators, each of which found a curve of its own: take one `actuator`'s;
-            if an adaptive controller or a guard compensated by the linear scheme, whose straight line says
-            nothing of the table; if a processor in the loop has learned, with which it stayed; or if the
-            flows do not increase, which single precision can leave behind.
+            If the run has several actuators with a curve each; use the run of one `actuator`. If
+            self-calibration or the guard ran with the linear scheme, which has no table. If a processor in
+            the loop has learned. If the flows do not increase, which single precision can cause.
         """
         return corrected_rig(self)
 
@@ -203,8 +202,8 @@ class TestRun(Channels):
     def energy(self) -> EnergyBalance | None:
         """The energy balance of the whole test, J; None for a part of a test.
 
-        A rig with effects beyond the paper's model, and a building, keep the balance during the test. For
-        any other rig the test is run once more, as `eft.energy_balance` does.
+        Rigs with effects beyond the paper's model, and buildings, compute the balance during the test. For
+        any other rig the test runs again, as in `eft.energy_balance`.
         """
         if self._energy is None and self._whole and self.found_flows is not None:
             command = Command(self.command, self.sample_rate)
@@ -218,33 +217,34 @@ class TestRun(Channels):
         return (*(name for name in TRACES if name in self._values), "status")
 
     def metrics(self, *, fft: bool = True) -> Metrics:
-        """Judge the true force against the command, and the motion against the ideal response.
+        """Compare the true force with the command, and the motion with the ideal response.
 
         Parameters
         ----------
         fft : bool
-            Whether to compute the metrics that take longer than the test too: those that need a Fourier
-            transform (``delay``, ``nrmse_delay_removed``, the three of the evaluation index), and
-            ``displacement_error``.
+            Whether to compute the metrics that take longer than the test. These are ``displacement_error``
+            and the metrics that need a Fourier transform: ``delay``, ``nrmse_delay_removed`` and the
+            evaluation index.
 
         Returns
         -------
         Metrics
-            Numbers by name, as items and as attributes; for several actuators arrays with one number each,
-            NaN where its command is zero. ``nrmse``: rms error over rms command; ``nrmse_delay_removed`` and
-            ``nrmse_bias_free``: the same without the delay, without the offset; ``peak_error``: largest error
-            over the largest command; ``delay``: by cross-correlation, s, positive when the force lags;
-            ``fei_amplitude``, ``fei_delay`` (s), ``fei_frequency`` (Hz): frequency-domain evaluation index;
-            ``tracking_indicator`` (N²): negative when the force lags; ``displacement_error``: rms error of
-            the displacement against `eft.ideal_response`, over its rms; ``max_spool``: largest opening;
-            ``drift`` (m): largest drift of the story; ``min_supply_pressure`` (Pa). NaN where there is no
-            answer, such as the delay of a force that stays zero, or the displacement error of a structure
-            from outside.
+            Numbers by name, as items and as attributes. For several actuators they are arrays with one number
+            each, which is NaN if the command is zero. A metric without an answer is NaN, such as the delay of
+            a force that stays zero, or the displacement error of an external structure.  - ``nrmse``: rms
+            error over rms command - ``nrmse_delay_removed``, ``nrmse_bias_free``: the same without the delay,
+            without the offset - ``peak_error``: largest error over the largest command - ``delay``: by
+            cross-correlation, s, positive when the force lags - ``fei_amplitude``, ``fei_delay`` (s),
+            ``fei_frequency`` (Hz): frequency-domain evaluation index - ``oscillation``: rms error from 30 to
+            150 Hz over rms command - ``tracking_indicator``: N², negative when the force lags -
+            ``displacement_error``: rms error of the displacement against `eft.ideal_response`, over its rms -
+            ``max_spool``: largest opening - ``drift``: largest drift of the story, m -
+            ``min_supply_pressure``: Pa
 
         Raises
         ------
         ValueError
-            If the command is zero throughout, which no error can be related to.
+            If the command is zero throughout.
 
         Examples
         --------
@@ -278,9 +278,9 @@ class TestRun(Channels):
     def fft_ratio(self, f_low: float, f_high: float) -> FftRatio:
         """Divide the spectrum of the force by that of the command, over a band in Hz.
 
-        The spectra are taken over the whole test without a window; bins that the command does not excite are
-        left out. For several actuators the ratio has a row for each, at the frequencies that all commands
-        excite, NaN where one is zero.
+        The spectra have no window and cover the whole test. Bins that the command does not excite are
+        omitted. For several actuators the ratio has a row for each, at the frequencies that all commands
+        excite. The row of a zero command is NaN.
         """
         return fft_ratio(self, f_low, f_high)
 
@@ -288,8 +288,8 @@ class TestRun(Channels):
         """Estimate the coherence of force and command from half overlapping segments of `segment` s.
 
         The windows are Hann windows, as in ``scipy.signal.coherence``. Frequencies at which a signal has no
-        energy are left out. For several actuators the coherence has a row for each, at the frequencies that
-        all have.
+        energy are left out. For several actuators the coherence has a row for each, at their common
+        frequencies.
         """
         return coherence(self, segment)
 
@@ -305,29 +305,29 @@ class TestRun(Channels):
         return _run_frames.to_control(self)
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the test to a compressed NumPy archive that `load` reads back bit for bit.
+        """Write the test to a compressed NumPy archive, from which `load` restores the same bits.
 
-        The file carries the rig as TOML, the library's version, the seed, the precision, the date, the units,
-        the energy if its books were kept, and of a ground motion name, scale and mass. It is written beside
-        and renamed, so that `path` is never half a file.
+        The file contains the rig as TOML, the version, the seed, the precision, the date and the units. It
+        also contains the energy balance if it was computed, and name, scale and mass of a ground motion. It
+        is written under another name and then renamed, so `path` is never incomplete.
 
         Returns
         -------
         pathlib.Path
-            `path`, as it was given: no suffix is added.
+            `path` without an added suffix.
         """
         return _run_file.write(self, self._values, Path(path))
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> TestRun:
-        """Read a test that `save` wrote.
+        """Read a test from a file of `save`.
 
         Raises
         ------
         FileNotFoundError
             If there is no such file.
         ValueError
-            If the file is not a saved test, is damaged, or is of a later format; the message says which.
+            If the file is not a saved test, is damaged, or has a later format; the message names the problem.
         """
         return cls(**_run_file.read(Path(path)))
 

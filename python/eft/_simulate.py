@@ -1,4 +1,4 @@
-"""Tests on the virtual rig, and what they would be without error or cost."""
+"""Tests on the virtual rig, their ideal response, and their energy balance."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _TAKEN: dict[str, object] = {
     "compensation.guard": False,
     "protection.enabled": False,
 }
-"""What a rig's own controller would do, and one from outside does itself."""
+"""Settings of the rig's own controller that an external controller replaces."""
 
 _CONVERGED_STEP = 1.0 / 65_536.0
 """Largest integration step of a converged run, s."""
 
 
 class StepController(Protocol):
-    """What `simulate` asks of a controller from outside; `eft.Controller` is one."""
+    """The interface of an external controller for `simulate`; `eft.Controller` is one."""
 
     def step(
         self,
@@ -50,14 +50,14 @@ class StepController(Protocol):
     ) -> float:
         """Return the valve command (V).
 
-        The force command is in N. The sensors report velocity (m/s), force (N), spool opening, supply
-        pressure (Pa), displacement (m) and acceleration (m/s²). ``next_command`` is that of the next sample.
-        A controller that needs only some of the named ones takes the others as ``**_``.
+        The force command is in N. The sensors measure velocity (m/s), force (N), spool opening, supply
+        pressure (Pa), displacement (m) and acceleration (m/s²). ``next_command`` is the command of the next
+        sample. A controller may accept unused named arguments as ``**_``.
         """
 
 
 class IdealResponse(NamedTuple):
-    """What the structure does under the command applied without error."""
+    """The motion of the structure under the command, applied without error."""
 
     time: Array
     """In s."""
@@ -80,55 +80,55 @@ def simulate(
     progress: Callable[[int, int], object] | None = None,
     watch: bool = False,
 ) -> TestRun:
-    """Run a test on the virtual rig; the digital side runs at the command's sample rate.
+    """Run a test on the virtual rig at the command's sample rate.
 
-    Other threads go on meanwhile, and Ctrl-C stops the run.
+    Other threads continue during the call, and Ctrl-C stops the run.
 
     Parameters
     ----------
     rig : Rig
         The rig to be tested.
     command : Command
-        The force to be applied; for a shear building (actuators, samples), the ground floor's first. There
-        every floor has the rig's actuator and noise of its own, all share the supply, and when the
-        protection of one trips, all others trip at the next sample.
+        The force to be applied. A shear building needs the shape (actuators, samples), with the ground floor
+        first. Every floor has the rig's actuator and its own noise. All floors share the supply. If the
+        protection of one floor trips, the others trip at the next sample.
     dtype : {"f64", "f32"}
         Precision of the controller; the plant is always computed in double precision.
     method : {"exponential", "runge-kutta"}, optional
-        How the plant is carried through a step. "exponential", the default, takes its linear part exactly and
-        evaluates the load flow once a step. "runge-kutta" is the classical method of fourth order: a half to
-        a third of the error for four evaluations. A rig with effects beyond the paper's model takes
-        Runge–Kutta steps whatever is asked for.
+        The integration method. "exponential", the default, integrates the linear part exactly and evaluates
+        the load flow once a step. "runge-kutta" is the classical method of fourth order. It has a half to a
+        third of the error and needs four evaluations. A rig with effects beyond the paper's model always
+        takes Runge–Kutta steps.
     largest_step : float, optional
-        Largest integration step, s; a sample period is cut into equal steps no longer than this. The default
-        of 1/4096 s keeps the force of the paper's tests within 1e-4 of its peak of the converged answer;
-        halving it divides the error by three at least.
+        Largest integration step, s. A sample period is divided into equal steps that are not longer. With the
+        default of 1/4096 s, the force of the paper's tests differs from the converged one by less than 1e-4
+        of its peak. Half the step divides the error by at least three.
     converged : bool
-        Whether to run with Runge–Kutta steps of 1/65536 s, against which the other choices are judged: about
-        twenty times as long. It takes the place of the two above.
+        Whether to run with Runge–Kutta steps of 1/65536 s, the reference for the other choices. This takes
+        about twenty times as long, and overrides `method` and `largest_step`.
     controller : object with step, optional
-        Replaces the rig's controller: called once a sample as ``step(command, velocity, force, spool,
-        supply_pressure=..., displacement=..., acceleration=..., next_command=...)`` with what the sensors
-        report, it gives the valve command in V. Sensors and converter are the rig's, the force loop is
-        digital, and there is no protection but the controller's. What goes in and out has single precision.
-        An exception of the controller ends the call.
+        Replaces the rig's controller. Its method ``step`` is called once a sample with command, velocity,
+        force and spool. Further readings are named: ``supply_pressure``, ``displacement``, ``acceleration``
+        and ``next_command``. It returns the valve command in V. Sensors and converter are the rig's. The
+        force loop is digital, and the rig's protection is off. Arguments and result have single precision. An
+        exception of the controller ends the call.
     structure : callable, optional
-        Replaces the rig's structure: called once a sample as ``structure(force, dt)`` with the mean force
-        over the sample in N and its length in s, it gives displacement (m) and velocity (m/s) at its end;
-        arrays for a shear building. See `eft.opensees.Structure`. The plant takes Runge–Kutta steps then. A
-        structure that raises `StructureError`, or moves by what is not finite, ends the test: see
-        `TestRun.stopped`.
+        Replaces the rig's structure. It is called once a sample as ``structure(force, dt)`` with the mean
+        force over the sample in N and its length in s. It returns displacement (m) and velocity (m/s) at the
+        end of the sample, as arrays for a shear building. See `eft.opensees.Structure`. The plant then takes
+        Runge–Kutta steps. A structure that raises `StructureError`, or whose motion is not finite, ends the
+        test. `TestRun.stopped` has the reason.
     progress : callable, optional
         Called a few times a second with the samples done and their total; an exception from it ends the run.
     watch : bool
-        Whether to step the test through `eft.watch` first and print force, error, spool and estimates as it
-        runs. It needs what `eft.watch` needs; the run returned is the same with and without it.
+        Whether to run the test first with `eft.watch`, which prints force, error, spool and estimates. It has
+        the requirements of `eft.watch`. The returned run is the same with and without it.
 
     Returns
     -------
     TestRun
-        With as many samples as the command, or fewer, and finite, if it diverged (see `success`) or the
-        structure ended it.
+        The run has as many samples as the command. It has fewer if it diverged (see `success`) or if the
+        structure ended it. All samples are finite.
 
     Raises
     ------

@@ -15,9 +15,9 @@ class Status(IntFlag):
     LOAD_PRESSURE_FLOORED = 1 << 2
     """The radicand of the load-pressure correction was raised to its floor."""
     COMMAND_LIMITED = 1 << 3
-    """The valve command was cut to its limit."""
+    """The valve command was limited."""
     RATE_LIMITED = 1 << 4
-    """The valve command's rate was cut to its limit."""
+    """The rate of the valve command was limited."""
     INVALID_MEASUREMENT = 1 << 5
     """A measurement was not finite or out of its range; the last output was held."""
     INVALID_COMMAND = 1 << 6
@@ -25,39 +25,39 @@ class Status(IntFlag):
     HELD = 1 << 7
     """The output was held on request."""
     SPOOL_STOP = 1 << 8
-    """The true spool stood at a stop."""
+    """The true spool was at a stop."""
     STROKE_EXCEEDED = 1 << 9
     """The piston was beyond its stroke."""
     DIVERGED = 1 << 10
-    """The simulated state was no longer finite; the run ended here."""
+    """The simulated state was not finite, and the run ended here."""
     MISSED_TICK = 1 << 11
     """A tick was missed, or its sample was old or at the wrong time."""
     ADAPTATION_FROZEN = 1 << 12
     """The estimates were frozen, because a measurement was bad or contradicted the models."""
     ESTIMATE_BOUNDED = 1 << 13
-    """An estimate stood at one of its bounds."""
+    """An estimate was at one of its bounds."""
     LEVEL_REDUCED = 1 << 14
-    """The overcompensation guard had taken the compensation level back."""
+    """The overcompensation guard had reduced the compensation level."""
     PROTECTION_WARNING = 1 << 15
     """A measurement was beyond its warning level."""
     TRIPPED = 1 << 16
     """The protection had tripped, and the force command was ramped to zero."""
     SHUT_DOWN = 1 << 17
-    """The protection took the whole valve command to zero."""
+    """The protection ramped the whole valve command to zero."""
     STUCK_MEASUREMENT = 1 << 18
     """A measurement repeated itself to the last bit, as from a frozen converter (set by firmware)."""
     CALIBRATION_LATE = 1 << 19
     """The learner's last calibration was late or missing, so an older one was in use."""
     FORCE_LOOP_OPEN = 1 << 20
-    """The force loop was open, as where its sensor is not believed."""
+    """The force loop was open, for example because the force was distrusted."""
     FORCE_DISTRUSTED = 1 << 21
-    """The protection no longer believed the force."""
+    """The protection distrusted the force."""
     DISPLACEMENT_DISTRUSTED = 1 << 22
-    """The protection no longer believed the displacement."""
+    """The protection distrusted the displacement."""
     VELOCITY_DISTRUSTED = 1 << 23
-    """The protection no longer believed the velocity."""
+    """The protection distrusted the velocity."""
     SPOOL_DISTRUSTED = 1 << 24
-    """The protection no longer believed the spool opening."""
+    """The protection distrusted the spool opening."""
     CALIBRATION_EXPIRED = 1 << 25
     """The calibration in use was older than its age limit."""
 
@@ -82,7 +82,7 @@ class Cause(IntEnum):
     MEASUREMENT_LOST = 7
     """Measurements stayed lost."""
     REFUSED = 8
-    """The controller kept refusing its samples."""
+    """The controller kept rejecting its samples."""
     MODEL_CONTRADICTED = 9
     """The estimators' models stayed contradicted, or a measurement stayed stuck."""
     FORCE_LOST = 10
@@ -102,15 +102,15 @@ class Cause(IntEnum):
     SPOOL_IMPLAUSIBLE = 17
     """The spool opening contradicted command and flow, or jumped."""
     FLOW_IMPLAUSIBLE = 18
-    """The valve's flow was not the piston's, though the sensors agreed; supply, valve or curve is suspect."""
+    """The valve's flow differed from the piston's, but the sensors agreed. Check supply, valve and curve."""
     VALVE_IMPLAUSIBLE = 19
-    """The spool did not follow its command, though the flow followed the spool."""
+    """The spool did not follow its command, but the flow followed the spool."""
     STATE_CORRUPT = 20
     """A latch in the controller's memory was changed from outside."""
     SAMPLES_OLD = 21
-    """The alive counter stood still or skipped."""
+    """The alive counter stopped or skipped."""
     SAMPLE_PERIOD = 22
-    """The measured sample period was off."""
+    """The measured sample period was outside its tolerance."""
     CALIBRATION_EXPIRED = 23
     """The learner published nothing for longer than its age limit."""
 
@@ -122,7 +122,7 @@ CAUSE_BITS = 0x1F << CAUSE_SHIFT
 
 
 def cause_of(status: int) -> Cause:
-    """Return the first cause of a trip that a status names."""
+    """Return the first cause of a trip that a status contains."""
     return Cause((status & CAUSE_BITS) >> CAUSE_SHIFT)
 
 

@@ -1,4 +1,4 @@
-"""One verdict on a test: whether it counts, why not, and what helps."""
+"""The verdict on a test, with reasons and remedies."""
 
 from __future__ import annotations
 
@@ -43,37 +43,37 @@ _NOISES = tuple(f"sensors.{name}.noise" for name in ("force", "velocity", "displ
 
 
 class Remedy(NamedTuple):
-    """A change of the rig that may help."""
+    """A suggested change of the rig."""
 
     key: str
     """Dotted key, as in `Rig.replace`."""
     value: Any
     """The value to set."""
     why: str
-    """What it helps against."""
+    """The problem that it may solve."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a test counts; the same for `run.verdict`, `eft check`, `eft run`, reports and exit codes."""
+    """The verdict on a test, the same in `run.verdict`, `eft check`, `eft run`, reports and exit codes."""
 
     grade: Grade
-    """``"go"``, ``"caution"`` where something deserves a look, ``"no"`` where the test does not count."""
+    """``"go"``; ``"caution"`` if a result needs attention; ``"no"`` if the test is not usable."""
     reasons: tuple[str, ...]
-    """What keeps it from a "go", worst first, one sentence each."""
+    """Reasons against a "go", worst first, one sentence each."""
     remedies: tuple[Remedy, ...]
-    """What may help, as keys with values for `Rig.replace`."""
+    """Suggested changes, as keys with values for `Rig.replace`."""
     summary: str
     """Force error and spool opening in one sentence."""
 
     @property
     def ok(self) -> bool:
-        """Whether the test counts, with or without a caution."""
+        """Whether the test is usable: the grade is "go" or "caution"."""
         return self.grade != "no"
 
     @cached_property
     def changes(self) -> dict[str, Any]:
-        """All remedies at once, for `Rig.replace`."""
+        """All remedies together, for `Rig.replace`."""
         return {remedy.key: remedy.value for remedy in self.remedies}
 
     def _repr_html_(self) -> str:

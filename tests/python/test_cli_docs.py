@@ -1,36 +1,11 @@
-"""Every `eft` command on a page runs as printed, one after another, and its TOML is what `eft run` reads."""
+"""The page of the command line names every command, and its TOML is what `eft run` reads."""
 
 import re
-import shlex
 from pathlib import Path
-
-import pytest
 
 from eft.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("[!_]*/*.md"))]
-
-
-def commands(page):
-    found = []
-    for block in re.findall(
-        r"^```sh\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
-    ):
-        # A command that answers no says so behind it.
-        found += [
-            (shlex.split(line, comments=True)[1:], int("exit code 1" in line))
-            for line in block.splitlines()
-            if line.startswith("eft ")
-        ]
-    return found
-
-
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
-def test_commands_run_as_printed(page, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for arguments, code in commands(page):
-        assert main(arguments) == code, arguments
 
 
 def test_the_pages_name_every_command():

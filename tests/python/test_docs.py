@@ -1,7 +1,7 @@
-"""Every Python block of README and docs runs, and prints what the page says it prints.
+"""Every Python block and `eft` command of README and docs runs, and prints what the page says it prints.
 
-The blocks of one page share their names, as a reader would type them one after
-another. A block ```text output``` right after a Python block is what it prints.
+A reader types the blocks of a page one after another, so they share their names and one folder. A block
+```text output``` right after a Python block is what it prints.
 """
 
 import contextlib
@@ -10,11 +10,14 @@ import inspect
 import io
 import re
 import runpy
+import shlex
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+
+from eft.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [
@@ -37,20 +40,33 @@ FENCE = re.compile(r"^```(?P<info>[^\n`]+)\n(?P<body>.*?)^```$", re.MULTILINE | 
 
 @dataclass
 class Block:
-    """A Python block, where it stands and what it must print (None: anything)."""
+    """A Python block with its output (None: anything), or `eft` commands with their exit codes."""
 
     line: int
-    source: str
+    source: str = ""
     output: str | None = None
+    commands: list[tuple[list[str], int]] = field(default_factory=list)
+
+
+def commands(source):
+    # A command whose answer is no says so after it.
+    return [
+        (shlex.split(line, comments=True)[1:], int("exit code 1" in line))
+        for line in source.splitlines()
+        if line.startswith("eft ")
+    ]
 
 
 def blocks(text):
     found = []
     for fence in FENCE.finditer(text):
+        line = text.count("\n", 0, fence.start()) + 1
         if fence["info"] == "python":
-            found.append(Block(text.count("\n", 0, fence.start()) + 1, fence["body"]))
+            found.append(Block(line, fence["body"]))
+        elif fence["info"] == "sh" and (them := commands(fence["body"])):
+            found.append(Block(line, commands=them))
         elif fence["info"] == "text output":
-            assert found, "an output before any Python block"
+            assert found and found[-1].source, "an output that follows no Python block"
             found[-1].output = fence["body"]
     return found
 
@@ -60,7 +76,9 @@ WITH_CODE = [page for page in PAGES if blocks(page.read_text(encoding="utf-8"))]
 
 def test_the_collector_sees_blocks_lines_and_output():
     text = "words\n\n```python\nprint(1)\n```\n\n```text output\n1\n```\n\n```sh\nmake\n```\n"
-    assert blocks(text) == [Block(3, "print(1)\n", "1\n")]
+    text += "```sh\neft init\neft run a.toml  # exit code 1\n```\n"
+    ran = [(["init"], 0), (["run", "a.toml"], 1)]
+    assert blocks(text) == [Block(3, "print(1)\n", "1\n"), Block(14, commands=ran)]
 
 
 @pytest.mark.parametrize("page", WITH_CODE, ids=name)
@@ -68,6 +86,8 @@ def test_page_runs_as_printed(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "__main__"}
     for block in blocks(page.read_text(encoding="utf-8")):
+        for arguments, code in block.commands:
+            assert main(arguments) == code, arguments
         # Padded, so that a traceback points at the line of the page.
         code = compile("\n" * block.line + block.source, str(page), "exec")
         printed = io.StringIO()
@@ -80,7 +100,7 @@ def test_page_runs_as_printed(page, tmp_path, monkeypatch):
 # What runs the blocks that are not run here.
 FOLLOWED = {"how-to/firmware-rust.md", "how-to/firmware-c.md"}  # `make firmware`, to the letter
 RUN_ELSEWHERE = (
-    "eft ",  # test_cli_docs.py
+    "eft ",  # above
     "make ",  # .ci/run
     "pip install .",  # .ci/dist-check
 )

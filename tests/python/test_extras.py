@@ -18,7 +18,7 @@ COMMAND = eft.sine_sweep(100.0, 1.0, 2.0, 0.1, 1024.0)
         ("control", "control", lambda: eft.simulate(RIG, COMMAND).to_control()),
         (
             "scipy",
-            "files",
+            "study",
             lambda: eft.study(RIG, COMMAND, eft.studies.Sobol({"compensation.level": (0.9, 1.0)}, n=2)),
         ),
     ],

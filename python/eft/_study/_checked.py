@@ -100,7 +100,7 @@ def _must(good: bool, message: str) -> None:
 
 def read_part(part: Path, schema: Any, rows: int, names: Sequence[str] | None) -> dict[str, list[Any]]:
     """The rows of a chunk by columns, if they are as many and of the types that the study says."""
-    need("pyarrow")
+    need("pyarrow", "study")
     import pyarrow as pa
     import pyarrow.parquet
 

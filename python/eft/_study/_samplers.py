@@ -74,7 +74,7 @@ class LatinHypercube(Sampler):
     """
 
     def _points(self) -> NDArray[np.float64]:
-        need("scipy")
+        need("scipy", "study")
         from scipy.stats import qmc
 
         points = qmc.LatinHypercube(len(self.ranges), seed=np.random.default_rng(self.seed)).random(self.n)
@@ -100,7 +100,7 @@ class Sobol(Sampler):
             )
 
     def _points(self) -> NDArray[np.float64]:
-        need("scipy")
+        need("scipy", "study")
         from scipy.stats import qmc
 
         points = qmc.Sobol(len(self.ranges), seed=np.random.default_rng(self.seed)).random(self.n)

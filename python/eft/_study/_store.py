@@ -78,7 +78,7 @@ class Folder:
 
     def __init__(self, path: Path) -> None:
         # Here, so that a missing package is known before the first test runs.
-        need("pyarrow")
+        need("pyarrow", "study")
         import pyarrow.parquet
 
         self.path = path
@@ -159,7 +159,7 @@ class Folder:
 
     def put(self, number: int, outcomes: Sequence[Outcome]) -> None:
         """Keep a chunk."""
-        need("pyarrow")
+        need("pyarrow", "study")
         import pyarrow as pa
 
         # The traces first: a part that is there has all that belongs to it.
@@ -217,7 +217,7 @@ def by_column(rows: Sequence[Row], names: Sequence[str]) -> Columns:
 
 
 def _schema(table: Sequence[Column], about: Mapping[str, Any]) -> Any:
-    need("pyarrow")
+    need("pyarrow", "study")
     import pyarrow as pa
 
     types = {

@@ -136,7 +136,7 @@ def stories(
 
 def _nearest(drifts: NDArray[Any], omega: NDArray[Any], ratios: NDArray[Any]) -> NDArray[Any]:
     """Dampers of at least zero whose ratios have the least relative error; the lowest mode weighs most."""
-    need("scipy")
+    need("scipy", "study")
     from scipy.optimize import nnls
 
     weight = 1.0 / np.maximum(2.0 * omega * ratios, 1e-12 * omega.max())

@@ -236,7 +236,7 @@ def _motion(mass: Array, damping: Array, stiffness: Array, forces: Array) -> tup
 
 def _held(a: Array, b: Array) -> tuple[Array, Array]:
     """The system from sample to sample, its inputs held."""
-    need("scipy")
+    need("scipy", "study")
     from scipy.linalg import expm
 
     size, inputs = b.shape
@@ -278,7 +278,7 @@ def _closed(
 
 def _run(step: Array, drive: Array, values: Array, rows: list[int]) -> Array:
     """States by number (rows, samples), from rest: each mode is a filter of first order of its own."""
-    need("scipy")
+    need("scipy", "study")
     from scipy.signal import lfilter
 
     poles, modes = np.linalg.eig(step)
