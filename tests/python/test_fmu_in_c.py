@@ -18,46 +18,61 @@ if shutil.which("cc") is None:
     pytest.skip("there is no C compiler", allow_module_level=True)
 
 
-@pytest.fixture(scope="module")
-def importer(tmp_path_factory):
-    """The command of an importer on an FMU of the paper's rig."""
+HALVES = {"rig": ("valve_command", "force"), "controller": ("command", "valve_command")}
+
+
+@pytest.fixture(scope="module", params=[(part, fmi) for part in HALVES for fmi in (2, 3)], ids=str)
+def importer(request, tmp_path_factory):
+    """The command of an importer on an FMU of the paper's rig or of its controller, and which of them."""
+    part, fmi = request.param
     folder = tmp_path_factory.mktemp("an importer")
-    (folder / "rig.fmu").write_bytes(eft.firmware.export(eft.Rig.zhao2005(), "fmu"))
-    with zipfile.ZipFile(folder / "rig.fmu") as fmu:
+    rig = eft.Rig.zhao2005().replace({"compensation.adaptive": True})
+    (folder / "one.fmu").write_bytes(eft.firmware.export(rig, "fmu", part=part, fmi=fmi))
+    with zipfile.ZipFile(folder / "one.fmu") as fmu:
         fmu.extractall(folder)
-    subprocess.run(["cc", "-O1", "-Wall", "-Werror", SOURCE, "-o", folder / "importer", "-ldl"], check=True)
+    options = ["-O1", "-Wall", "-Werror", f"-DFMI={fmi}"]
+    subprocess.run(["cc", *options, SOURCE, "-o", folder / "importer", "-ldl"], check=True)
     description = ElementTree.parse(folder / "modelDescription.xml").getroot()
-    references = {one.get("name"): one.get("valueReference") for one in description.iter("ScalarVariable")}
-    (library,) = (folder / "binaries").glob("*/eft_rig.so")
-    return [
+    references = {one.get("name"): one.get("valueReference") for one in description.iter() if one.get("name")}
+    (library,) = (folder / "binaries").glob(f"*/eft_{part}.so")
+    resources = folder / "resources"
+    return part, [
         folder / "importer",
         library,
-        (folder / "resources").as_uri(),
-        description.get("guid"),
-        references["valve_command"],
-        references["force"],
+        resources.as_uri() if fmi == 2 else f"{resources}/",
+        description.get("guid") or description.get("instantiationToken"),
+        *(references[name] for name in HALVES[part]),
         str(PERIOD),
     ]
 
 
-def force():
-    """The last force of what the importer does, in this process."""
-    command = eft.Command([0.01 * (tick % 17) for tick in range(100)], 4096.0)
-    plant = eft.Plant(eft.Rig.zhao2005().replace({"controller.realization": "digital"}))
-    for value in command.values:
+def expected(part):
+    """The last output of what the importer does, in this process."""
+    inputs = [0.01 * (tick % 17) for tick in range(100)]
+    rig = eft.Rig.zhao2005().replace({"compensation.adaptive": True, "controller.realization": "digital"})
+    if part == "controller":
+        controller = eft.Controller(rig)
+        for value in inputs:
+            voltage = controller.step(command=value, velocity=0.0, force=0.0, spool=0.0)
+        return voltage
+    plant = eft.Plant(rig)
+    for value in inputs:
         state = plant.step(value)
     return state.force
 
 
-def test_an_importer_without_python_runs_the_rig(importer):
-    bits = subprocess.run(importer, check=True, capture_output=True, text=True).stdout
+def test_an_importer_without_python_runs_it(importer):
+    part, command = importer
+    bits = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     # The plant of `eft.Plant` takes Runge–Kutta steps, and the FMU those of `eft.simulate`.
-    assert struct.unpack(">d", bytes.fromhex(bits)) == pytest.approx((force(),), rel=1e-3)
+    share = 1e-3 if part == "rig" else 0.0
+    assert struct.unpack(">d", bytes.fromhex(bits)) == pytest.approx((expected(part),), rel=share, abs=0.0)
 
 
 def test_valgrind_finds_nothing(importer):
     if shutil.which("valgrind") is None:
         pytest.skip("valgrind is not installed")
+    _, own = importer
     command = [
         "valgrind",
         "--quiet",
@@ -65,6 +80,6 @@ def test_valgrind_finds_nothing(importer):
         "--errors-for-leak-kinds=definite",
         "--error-exitcode=9",
     ]
-    done = subprocess.run([*command, *importer], capture_output=True, text=True)
+    done = subprocess.run([*command, *own], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert done.stdout == subprocess.run(importer, check=True, capture_output=True, text=True).stdout
+    assert done.stdout == subprocess.run(own, check=True, capture_output=True, text=True).stdout
