@@ -197,6 +197,18 @@ def test_a_yielding_column_goes_with_our_bouc_wen(ops):
     assert 0.01 < apart < 0.1
 
 
+def test_a_study_builds_the_model_anew_for_each_test(ops):
+    def make(rig):
+        ops.wipe()
+        return column(ops, "Elastic", rig["structure.stiffness"])
+
+    command = eft.sine_sweep(8900.0, 0.5, 6.0, 2.0, RATE)
+    variations = {"structure.stiffness": [5e5, 9e5], "compensation.mode": ["linear", "nonlinear"]}
+    found, own = (eft.study(RIG, command, variations, **how) for how in ({"structure": make}, {}))
+    np.testing.assert_allclose(found["nrmse"], own["nrmse"], atol=1e-3)
+    assert np.diff(np.sort(own["nrmse"])).min() > 3e-3
+
+
 def test_a_model_that_does_not_converge_trips_the_test(ops, capfd):
     column(ops, "Steel02", 100.0, RIG["structure.stiffness"], 0.1, 20.0, 0.925, 0.15)
     ops.wipeAnalysis()
