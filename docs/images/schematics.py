@@ -161,13 +161,14 @@ def loop() -> Drawing:
     sheet.arrow((710, y), (760, y))
     sheet.text(733, y - 10, "F")
     sheet.box(760, y - 30, 90, 60, "specimen", "m, c, k")
-    # Motion: what it takes from the flow, and what the compensation gives back.
+    # The motion takes flow, and the compensation returns it.
     sheet.line((850, y), (880, y))
     sheet.text(866, y - 10, "ẋ")
     sheet.arrow((880, y), (880, y + 80), (640, y + 80), color=OIL)
     sheet.box(560, y + 60, 80, 40, "area A", fill="white")
     sheet.arrow((570, y + 60), (570, y + 10), color=OIL)
-    sheet.text(770, y + 100, "natural velocity feedback A·ẋ", color=OIL, size=13)
+    sheet.text(744, y + 98, "natural velocity", "start", OIL, 13)
+    sheet.text(744, y + 114, "feedback A·ẋ", "start", OIL, 13)
     sheet.arrow((880, y), (880, 70), (660, 70), color=SIGNAL)
     sheet.text(770, 60, "measured velocity", color=SIGNAL, size=13)
     sheet.box(500, 40, 160, 60, "inverse flow", "f⁻¹(A·ẋ/√(1−p))", fill="#e3f0f8")
@@ -204,7 +205,7 @@ def windows() -> Drawing:
     sheet.arrow((start + 126, 133), (end, 133), (end, 90), color=OIL)
     sheet.text(end + 8, 138, "calibration of window k takes effect", "start", OIL, 13)
     sheet.text(
-        left, 190, "The same bits result when the learner runs inline, behind the tick.", "start", size=13
+        left, 190, "The same bits result when the learner runs inline, after the tick.", "start", size=13
     )
     return sheet
 
@@ -225,7 +226,25 @@ def cluster() -> Drawing:
     return sheet
 
 
-DRAWINGS = {"rig.svg": rig, "loop.svg": loop, "windows.svg": windows, "cluster.svg": cluster}
+def fmu() -> Drawing:
+    """The two functional mock-up units in an importer."""
+    sheet = Drawing(760, 210, "The importer connects the FMU of the controller with the FMU of the rig")
+    sheet.box(150, 60, 180, 70, "rig-controller.fmu", "tick, learner, protection", fill="#e3f0f8")
+    sheet.box(480, 60, 180, 70, "rig-rig.fmu", "rig, sensors, converter")
+    sheet.arrow((30, 95), (150, 95), color=SIGNAL)
+    sheet.text(88, 85, "command", color=SIGNAL, size=13)
+    sheet.arrow((330, 80), (480, 80), color=SIGNAL)
+    sheet.text(405, 70, "valve command", color=SIGNAL, size=13)
+    sheet.arrow((330, 110), (480, 110), color=SIGNAL)
+    sheet.text(405, 127, "tripped", color=SIGNAL, size=13)
+    sheet.arrow((570, 130), (570, 180), (240, 180), (240, 130), color=SIGNAL)
+    sheet.text(405, 170, "measured force, velocity, spool, ...", color=SIGNAL, size=13)
+    sheet.arrow((660, 95), (740, 95), color=OIL)
+    sheet.text(700, 85, "true force", color=OIL, size=13)
+    return sheet
+
+
+DRAWINGS = {"rig.svg": rig, "loop.svg": loop, "windows.svg": windows, "cluster.svg": cluster, "fmu.svg": fmu}
 
 if __name__ == "__main__":
     for name, draw in DRAWINGS.items():

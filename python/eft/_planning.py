@@ -65,7 +65,7 @@ class DelayBudget(Result):
     derivative: float
     """Of the force controller's derivative action; it is negative, a lead."""
     path: float
-    """Delay of the compensation's path: all parts except `derivative`, which acts only on the force error."""
+    """Delay of the compensation's path, which has all parts except `derivative` (force error only)."""
     total: float
     """The sum of all parts, as in the paper."""
 

@@ -68,7 +68,7 @@ class Verdict:
 
     @property
     def ok(self) -> bool:
-        """Whether the test is usable: the grade is "go" or "caution"."""
+        """Whether the test is usable, with the grade "go" or "caution"."""
         return self.grade != "no"
 
     @cached_property
