@@ -8,6 +8,7 @@ from pathlib import Path
 from eft._files import write_text
 
 CONSTANTS = {
+    "COMPETITORS": "The controllers that ship with the benchmark, by name.",
     "BUILDINGS": "Cases 1 to 4 of the benchmark: each a building of three floors.",
     "QUESTIONS": "What a data sheet must say, in its order.",
     "TEMPLATE": "A data sheet to fill in, as TOML.",

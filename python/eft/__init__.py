@@ -2,12 +2,12 @@
 
 All quantities are in SI units. Positive force pulls the structure (+x). What every test needs stands here;
 the rest is in `eft.data_sheets`, `eft.records`, `eft.linear`, `eft.identification`, `eft.studies`,
-`eft.firmware`, `eft.opensees`, `eft.rths`, `eft.traces`, `eft.report` and `eft.plots`.
+`eft.benchmark`, `eft.firmware`, `eft.opensees`, `eft.rths`, `eft.traces`, `eft.report` and `eft.plots`.
 """
 
 from typing import TYPE_CHECKING, Any
 
-from eft import data_sheets, firmware, identification, linear, opensees, records, rths, studies
+from eft import benchmark, data_sheets, firmware, identification, linear, opensees, records, rths, studies
 from eft._display import use_units
 from eft._energy import EnergyBalance
 from eft._force_loop import ForceLoop, ForceLoopMargins, design_force_loop
@@ -82,6 +82,7 @@ __all__ = [
     "Watched",
     "__version__",
     "actuator",
+    "benchmark",
     "check_feasibility",
     "compare",
     "compare_valves",

@@ -12,6 +12,7 @@ import click
 from eft._display import current_units, use_units
 from eft._extras import missing
 from eft._native import __version__
+from eft.cli._benchmark import benchmark
 from eft.cli._check import check
 from eft.cli._compare import compare
 from eft.cli._demo import demo
@@ -62,6 +63,7 @@ for command in (
     report,
     compare,
     design,
+    benchmark,
     export,
     serve_rig,
     demo,

@@ -1,0 +1,84 @@
+"""Rigs as laboratories have them: late and slow sensors, friction, overlap, and other specimens.
+
+``python docs/evidence/laboratory_rigs.py [COUNT] [FILE]`` runs the tests and adds a row a rig to
+``data/laboratory_rigs.csv``, going on behind the last (one to two seconds of one core a rig). The same seed
+makes the same rigs on every machine.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from random_rigs import ADAPTIVE, BAND, Row, Schemes, read, write
+
+import eft
+from eft.benchmark import Case, drawn_cases
+from eft.benchmark._criteria import slow_error
+from eft.benchmark._excitations import within_the_rig
+from eft.benchmark._rigs import RATE
+from eft.demo.experiments import EL_CENTRO
+
+RESULTS = Path(__file__).parent / "data" / "laboratory_rigs.csv"
+SEED, COUNT = 16, 1000
+AMPLITUDES = (2200.0, 8900.0)
+CURVE = {"compensation.curve_correction": True}
+ROBUST = {"controller.force_loop": "robust", "compensation.look_ahead": True}
+SCHEMES: Schemes = {
+    "fixed": {},
+    "adaptive": ADAPTIVE,
+    "curve": ADAPTIVE | CURVE,
+    "robust": ADAPTIVE | ROBUST,
+    "robust_curve": ADAPTIVE | ROBUST | CURVE,
+}
+DURATION = 16.0
+"""Of the sweep and of what is taken of the record, s."""
+UNSTABLE = 1.0
+"""Force error (rms over rms) from which on a test counts as unstable."""
+
+
+def tested(case: Case, amplitude: float) -> Row:
+    """A sweep and El Centro with each scheme."""
+    known = case.rig.replace({"truth": None})
+    record = eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO)
+    quake = eft.effective_force(record, known["structure.mass"], RATE)[: int(DURATION * RATE)]
+    sweep = eft.sine_sweep(amplitude, 0.0, 10.0, DURATION, RATE)
+    commands = {"sweep": within_the_rig(known, sweep), "quake": within_the_rig(known, quake)}
+    ideal = {name: eft.ideal_response(case.rig, command).displacement for name, command in commands.items()}
+    row: Row = dict(case.drawn)
+    row["amplitude"] = float(np.abs(commands["sweep"].values).max())
+    row["scale"] = float(np.abs(commands["quake"].values).max() / np.abs(quake.values).max())
+    for scheme, changes in SCHEMES.items():
+        check = eft.check_feasibility(known.replace(changes), commands["sweep"])
+        found = {"allowed": float(check.verdict != "no"), "unstable": 0.0}
+        for name, command in commands.items():
+            run = eft.simulate(case.rig.replace(changes), command)
+            force_error = run.metrics(fft=False).nrmse
+            moved, wanted = run.displacement, ideal[name][: len(run)]
+            found[f"{name}_nrmse"] = force_error
+            found[f"{name}_error"] = slow_error(run.command, run.force, RATE)
+            found[f"{name}_displacement"] = float(np.linalg.norm(moved - wanted) / np.linalg.norm(wanted))
+            swings = np.abs(moved).max() > 1.5 * np.abs(wanted).max()
+            beyond = bool(run.flags & (eft.Status.DIVERGED | eft.Status.STROKE_EXCEEDED))
+            if swings or beyond or not force_error <= UNSTABLE:
+                found["unstable"] = 1.0
+            if name == "sweep":
+                ratio = run.fft_ratio(*BAND).ratio
+                found |= {"lowest": float(ratio.min()), "highest": float(ratio.max())}
+        row |= {f"{scheme}_{name}": value for name, value in found.items()}
+    return row
+
+
+def run_missing(path: Path, count: int) -> None:
+    """The rigs that have no row yet."""
+    cases = drawn_cases(count, SEED)
+    amplitudes = np.random.default_rng(SEED + 1).choice(AMPLITUDES, count)
+    done = len(read(path)["mass"]) if path.exists() else 0
+    for number in range(done, count):
+        write(path, [tested(cases[number], float(amplitudes[number]))], further=number > 0)
+        print(f"{number + 1} of {count}", flush=True)
+
+
+if __name__ == "__main__":
+    run_missing(
+        Path(sys.argv[2]) if len(sys.argv) > 2 else RESULTS, int(sys.argv[1]) if len(sys.argv) > 1 else COUNT
+    )

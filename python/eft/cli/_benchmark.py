@@ -1,0 +1,111 @@
+"""`eft benchmark`: controllers side by side on rigs that deviate."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+import eft
+from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
+from eft.traces._write import check_folder
+
+_HEADER = ("", "lost", "error", "90 %", "< 20 Hz", "delay", "peak", "in band", "displ.", "spool", "energy")
+
+_LEGEND = """
+Medians over all tests, "lost" where more than half of them are. In band: share of the sweeps with force
+over command within 0.93 and 1.07 from 0.5 to 9.5 Hz."""
+
+
+@click.command(
+    short_help="Compare controllers on rigs that deviate.",
+    epilog=epilog(
+        "eft benchmark --short",
+        "eft benchmark --controller mine:Controller --controller robust-curve",
+        "eft benchmark --random 100 --seed 7 -o results.csv",
+        "eft benchmark --list",
+    ),
+)
+@click.option(
+    "--controller",
+    "controllers",
+    multiple=True,
+    metavar="NAME",
+    help="A name of --list, an entry point, or package:Class; may be repeated. All of --list by default.",
+)
+@click.option("--short", is_flag=True, help="Five rigs and two commands only.")
+@click.option("--random", type=click.IntRange(0, 100_000), help="Random rigs; default 8, of --short none.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the random rigs.")
+@click.option("--list", "listed", is_flag=True, help="List the controllers and rigs, and run nothing.")
+@click.option("-o", "--output", type=FILE, help="Write a row for each test (.csv).")
+@as_json
+def benchmark(
+    controllers: tuple[str, ...],
+    short: bool,
+    random: int | None,
+    seed: int,
+    listed: bool,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    """Run controllers on rigs that differ from what the controllers believe, and print a line for each.
+
+    A controller is a class with a method `step`, see the page "Bring your controller". A test is lost where
+    the controller fails, becomes unstable or leaves the stroke. It counts as an infinite error.
+    """
+    if listed:
+        rows = [(name, one.title) for name, one in eft.benchmark.COMPETITORS.items()]
+        click.echo("\n".join(f"{name:22}{title}" for name, title in rows))
+        click.echo("\n" + "\n".join(case.name for case in eft.benchmark.named_cases()))
+        return
+    if output is not None:
+        if output.suffix.lower() != ".csv":
+            raise click.UsageError(f"{output}: the suffix must be .csv")
+        check_folder(output)
+    # As `python -m`: a module in the working directory can be named.
+    sys.path.insert(0, str(Path.cwd()))
+    with progress("tests") as update:
+        found = eft.benchmark.run(controllers or None, short=short, random=random, seed=seed, progress=update)
+    if output is not None:
+        found.save(output)
+    if as_json:
+        emit_json({"summary": [asdict(one) for one in found.summary()]})
+        return
+    click.echo(table([_cells(one) for one in found.summary()], _HEADER))
+    click.echo(_LEGEND)
+    for name, reason in _reasons(found).items():
+        click.echo(f"{name}: {reason}")
+    if output is not None:
+        click.echo(f"{output} written")
+
+
+def _cells(one: eft.benchmark.Summary) -> tuple[str, ...]:
+    return (
+        one.controller,
+        f"{one.lost} of {one.tests}",
+        _shown(one.nrmse),
+        _shown(one.nrmse_90),
+        _shown(one.slow_error),
+        f"{1e3 * one.delay:.1f} ms" if math.isfinite(one.delay) else "lost",
+        _shown(one.peak_error),
+        f"{one.within_band:.0%}",
+        _shown(one.displacement_error),
+        f"{one.max_spool:.0%}",
+        f"{1e-3 * one.energy:.0f} kJ",
+    )
+
+
+def _shown(error: float) -> str:
+    return f"{error:.1%}" if math.isfinite(error) else "lost"
+
+
+def _reasons(found: eft.benchmark.Benchmark) -> dict[str, str]:
+    """Of each controller that lost a test, the first reason and where."""
+    reasons: dict[str, str] = {}
+    for row in found.rows:
+        if row.lost:
+            reasons.setdefault(row.controller, f"lost {row.test} on {row.case}: {row.lost}")
+    return reasons
