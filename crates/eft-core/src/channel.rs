@@ -1,5 +1,5 @@
 //! The whole tick of one actuator, in the order that safety needs: velocity, protection of the command, controller,
-//! protection of the output; and behind the output the sums that the learner lives from.
+//! protection of the output. Beside it the sums for the learner.
 
 mod belief;
 mod between;
@@ -13,7 +13,7 @@ pub use side_by_side::{ChannelLanes, ChannelLanesState};
 pub use signals::{Input, Output};
 pub use state::ChannelState;
 
-use crate::controller::{Controller, ControllerInput, Supply, gap};
+use crate::controller::{Controller, ControllerInput, Sample, Supply, gap};
 use crate::error::{ConfigError, LARGEST, check, within};
 use crate::learning::{LOWEST_RATE, Moment, window_ticks};
 use crate::number::Real;
@@ -24,7 +24,7 @@ use crate::protection::{
 use crate::status;
 use crate::velocity::Velocity;
 use belief::Believed;
-use state::{in_use, pick};
+use state::in_use;
 
 /// A channel's immutable configuration; one drives any number of actuators.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +36,9 @@ pub struct Channel<T: Real, const N: usize> {
     stuck: Option<StuckWatch>,
     /// Lost ticks behind which the changes since the last sample are no longer taken for those of one tick.
     gap_ticks: u32,
-    /// Ticks of a window; 0 where nothing is learned.
+    /// Whether there are windows for a learner.
+    learns: bool,
+    /// Ticks of a window, also where nothing is learned.
     window_ticks: u32,
     /// Windows behind which a calibration has expired.
     age_limit: u32,
@@ -146,9 +148,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         input: &Input<T>,
         path: impl FnOnce(T) -> T,
     ) -> Output<T> {
-        let learns = self.window_ticks > 0;
-        if learns && state.ticks == self.window_ticks {
-            state.begin_window(self.age_limit);
+        let learns = self.learns;
+        if learns && state.ticks_left == 0 {
+            state.begin_window(self.window_ticks);
         }
         let gated;
         let input = match parts.plausibility {
@@ -217,7 +219,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         };
         let stood = state.controller.valve_command();
         let supply = if parts.measures_supply { self.controller.supply(&asked) } else { Supply::nominal() };
-        let out = if !(self.controller.accepts(&asked) & supply.valid) {
+        let sample = self.controller.sample(&state.controller, &asked, supply);
+        let out = if !sample.good {
             if learns {
                 state.window.lose();
             }
@@ -225,18 +228,12 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 let before = if state.controller.lost() > 0 { state.velocity_gap } else { 0 };
                 state.velocity_gap = if velocity.is_finite() { 0 } else { before.saturating_add(1) };
             }
-            self.controller.refuse(&mut state.controller, &asked, supply, path)
+            self.controller.refuse(&mut state.controller, sample, path)
         } else {
-            let calibration = if parts.plausibility.is_some() {
-                in_use(&state.calibrations, state.second, &state.sound)
-            } else {
-                pick(&state.calibrations, state.second)
-            };
-            let out = self.controller.follow(&mut state.controller, &asked, supply, true, calibration, path);
             if learns && parts.plausibility.is_some() && state.protection.is_tripped() {
                 state.window.lose();
             } else if learns {
-                // Behind the output: what the learner lives from.
+                // The sums come before the controller, so that their numbers need not be kept until it is done.
                 state.window.add(velocity, asked.spool, Moment { force: asked.force, command });
                 if parts.measures_supply {
                     state.window.supply = supply.ratio;
@@ -246,9 +243,21 @@ impl<T: Real, const N: usize> Channel<T, N> {
                     Realization::Analog => state.window.add_sampled_command(input.valve_command, asked.spool),
                 }
             }
-            out
+            let calibration = if parts.plausibility.is_some() {
+                in_use(&state.calibrations, state.in_use.slot, &state.sound)
+            } else {
+                state.in_use.slot.of(&state.calibrations)
+            };
+            // One source, compiled twice: the ticks that follow another do not pay for the one behind a gap.
+            if sample.rests {
+                let sample = Sample { good: true, rests: true, ..sample };
+                self.controller.follow(&mut state.controller, sample, calibration, path)
+            } else {
+                let sample = Sample { good: true, rests: false, ..sample };
+                self.controller.follow(&mut state.controller, sample, calibration, path)
+            }
         };
-        let status = out.status | state.flags | stuck;
+        let status = out.status | state.in_use.flags | stuck;
         let mut voltage = out.valve_command;
         if let Some(p) = parts.protection {
             p.watch(&mut state.protection, status);
@@ -258,9 +267,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
         let mut window = None;
         if learns {
-            state.ticks += 1;
-            if state.ticks == self.window_ticks {
-                window = Some(state.window);
+            state.ticks_left -= 1;
+            if state.ticks_left == 0 {
+                window = Some(state.end_window());
             }
         }
         Output {
@@ -297,7 +306,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
 
     /// Ticks of a window; 0 where nothing is learned.
     pub const fn window_ticks(&self) -> u32 {
-        self.window_ticks
+        if self.learns { self.window_ticks } else { 0 }
     }
 }
 
@@ -331,7 +340,8 @@ macro_rules! constructor {
                         samples => Some(check!(StuckWatch::new(samples))),
                     },
                     gap_ticks: check!(gap(p)),
-                    window_ticks: if p.learning.is_on() { window_ticks(p.sample_rate) } else { 0 },
+                    learns: p.learning.is_on(),
+                    window_ticks: window_ticks(p.sample_rate),
                     age_limit: check!(age_limit(p)),
                     realization: p.realization,
                     looks_ahead: p.feedforward && p.look_ahead,

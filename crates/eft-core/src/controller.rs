@@ -71,6 +71,17 @@ impl<S: Scalar> Supply<S> {
     }
 }
 
+/// A tick's input, and what is known of it before it is used.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample<'a, S: Scalar> {
+    pub(crate) input: &'a ControllerInput<S>,
+    pub(crate) supply: Supply<S>,
+    /// Where command and measurements are valid.
+    pub(crate) good: S::Mask,
+    /// Where it comes behind a gap: a good one starts from rest.
+    pub(crate) rests: S::Mask,
+}
+
 /// What the controller remembers. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -132,28 +143,38 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let supply = self.supply(input);
-        let good = self.accepts(input) & supply.valid;
-        if good.any() {
-            self.follow(state, input, supply, good, calibration, path)
+        let sample = self.sample(state, input, self.supply(input));
+        if sample.good.any() {
+            self.follow(state, sample, calibration, path)
         } else {
-            self.refuse(state, input, supply, path)
+            self.refuse(state, sample, path)
         }
     }
 
-    /// What [`step`](Self::step) makes of an input that is valid somewhere: where it is `good`.
+    /// What is known of an input, and of the supply with it.
+    #[inline(always)]
+    pub(crate) fn sample<'a>(
+        &self,
+        state: &ControllerState<S>,
+        input: &'a ControllerInput<S>,
+        supply: Supply<S>,
+    ) -> Sample<'a, S> {
+        let good = self.accepts(input) & supply.valid;
+        Sample { input, supply, good, rests: S::at_least(state.lost, self.gap) }
+    }
+
+    /// What [`step`](Self::step) makes of a sample that is good somewhere.
     #[inline(always)]
     pub(crate) fn follow(
         &self,
         state: &mut ControllerState<S>,
-        input: &ControllerInput<S>,
-        supply: Supply<S>,
-        good: S::Mask,
+        sample: Sample<'_, S>,
         calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
+        let Sample { input, supply, good, rests } = sample;
+        let rests = good & rests;
         let last = self.limiter.within(state.valve_command);
-        let rests = good & S::at_least(state.lost, self.gap);
         if self.feeds_forward && rests.any() {
             // Of this tick's command where the next one's is lost.
             let mut rested = self.feedforward.at_rest(input.command);
@@ -162,8 +183,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
         let further_flow = self.further_flow(&mut state.feedforward, input);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        let sample = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
-        let (opening, flags) = self.compensation.required_opening(&sample, calibration);
+        let measured = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
+        let (opening, flags) = self.compensation.required_opening(&measured, calibration);
         if rests.any() {
             state.compensation = state.compensation.rested(rests, opening);
             let rested = self.servovalve.at_rest(command, force);
@@ -194,15 +215,15 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         ControllerOutput { valve_command: state.valve_command, compensation, status }
     }
 
-    /// What [`step`](Self::step) makes of an input that is valid nowhere.
+    /// What [`step`](Self::step) makes of a sample that is good nowhere.
     #[inline(always)]
     pub(crate) fn refuse(
         &self,
         state: &mut ControllerState<S>,
-        input: &ControllerInput<S>,
-        supply: Supply<S>,
+        sample: Sample<'_, S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
+        let Sample { input, supply, .. } = sample;
         self.further_flow(&mut state.feedforward, input);
         state.count(S::Mask::splat(false));
         let ControllerInput { command, velocity, force, spool, .. } = *input;

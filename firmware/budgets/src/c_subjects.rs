@@ -11,7 +11,7 @@ use semihosting::println;
 use crate::inputs::{Random, rig};
 use crate::probe::{CONFIGURE, Cost, cost, probed};
 use crate::rigs::{CROWDED, CURVE, PAPER, SELF_CALIBRATING};
-use crate::subjects::LATER;
+use crate::subjects::later;
 
 type Step = unsafe extern "C" fn(
     *const eft_channel_f32,
@@ -97,7 +97,7 @@ fn costs(p: &Parameters) -> [Cost; 4] {
     let (learner, memory, calibration) = (learner.as_ptr(), memory.as_mut_ptr(), calibration.as_mut_ptr());
     let mut windows = MaybeUninit::<eft_windows_f32>::zeroed();
     let mut worst = [Cost::default(); 4];
-    let (mut random, mut position, mut wait) = (Random(12345), 0.0, 0);
+    let (mut random, mut position, mut wait, mut closed_windows) = (Random(12345), 0.0, 0, 0);
     for tick in 0..20_000 {
         // A trip is for good: now and then from the start again.
         if tick & 0x7f == 0 && tick & 0x1fff <= 0x800 {
@@ -125,7 +125,8 @@ fn costs(p: &Parameters) -> [Cost; 4] {
             measured(3, unsafe { offer(windows.as_mut_ptr(), window) });
             // Safety: every pointer is valid.
             assert!(!unsafe { eft_take_window_f32(windows.as_mut_ptr()) }.is_null());
-            wait = LATER;
+            wait = later(closed_windows);
+            closed_windows += 1;
         } else if wait > 0 {
             wait -= 1;
             if wait == 0 {

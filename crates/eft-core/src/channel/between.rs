@@ -2,7 +2,7 @@
 
 use core::borrow::Borrow;
 
-use crate::channel::state::Sound;
+use crate::channel::state::{Choice, Sound};
 use crate::channel::{Channel, ChannelState, Input, Output};
 use crate::compensation::Calibration;
 use crate::controller::{ControllerInput, ControllerState};
@@ -22,12 +22,11 @@ impl<T: Real, const N: usize> Channel<T, N> {
             protection: ProtectionState::default(),
             plausibility: PlausibilityState::default(),
             velocity_gap: 0,
-            ticks: 0,
+            ticks_left: self.window_ticks,
             window: Window::first(0),
-            second: false,
-            second_is_latest: false,
-            flags: 0,
-            next_flags: 0,
+            in_use: Choice::default(),
+            next: Choice::default(),
+            windows_left: self.age_limit,
             calibrations: [self.controller.nominal(); 2],
             sound: Sound::new(self.controller.nominal()),
             stuck: StuckWatchState::default(),
@@ -44,17 +43,18 @@ impl<T: Real, const N: usize> Channel<T, N> {
     pub fn publish(&self, state: &mut ChannelState<T>, calibration: impl Borrow<Calibration<T>>) {
         let calibration: &Calibration<T> = calibration.borrow();
         // Of the window that has just closed, while the one before it still waits: that one's time has come.
-        if state.ticks == self.window_ticks && calibration.window == state.window.number {
-            state.begin_window(self.age_limit);
+        if state.ticks_left == 0 && calibration.window == state.window.number {
+            state.begin_window(self.window_ticks);
         }
-        let [first, second] = &mut state.calibrations;
-        *(if state.second { first } else { second }) = *calibration;
-        state.second_is_latest = !state.second;
+        let slot = state.in_use.slot.other();
+        slot.put(&mut state.calibrations, calibration);
         if self.plausibility.is_some() {
             state.sound.keep(calibration);
         }
-        let late = state.window.number.wrapping_sub(calibration.window) > 1;
-        state.next_flags = calibration.status | if late { status::CALIBRATION_LATE } else { 0 };
+        let age = state.window.number.wrapping_sub(calibration.window);
+        let late = if age > 1 { status::CALIBRATION_LATE } else { 0 };
+        state.next = Choice { slot, flags: calibration.status | late };
+        state.windows_left = self.age_limit.saturating_sub(age);
     }
 
     /// Repeats the last output and raises [`status::HELD`]; the state stays. For several ticks give [`step`](Self::step)
@@ -94,18 +94,20 @@ impl<T: Real, const N: usize> Channel<T, N> {
         state.controller = self.controller.prime(&asked, state.calibration());
         state.stuck = StuckWatchState::default();
         state.velocity_gap = 0;
-        if self.window_ticks > 0 && state.ticks == self.window_ticks {
-            state.begin_window(self.age_limit);
+        if state.ticks_left == 0 {
+            state.begin_window(self.window_ticks);
         }
-        (state.ticks, state.window) = (0, Window::first(state.window.number));
+        (state.ticks_left, state.window) = (self.window_ticks, Window::first(state.window.number));
     }
 
     /// Goes on from a state under another configuration of the same sample rate, without a bump: where nothing is
     /// learned this configuration's calibration holds at once, else the one in use stays until its learner publishes.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
-        if self.window_ticks == 0 {
+        if !self.learns {
             let ChannelState { controller, velocity, protection, plausibility, stuck, .. } = *state;
             *state = ChannelState { controller, velocity, protection, plausibility, stuck, ..self.at_rest() };
+        } else if state.windows_left > self.age_limit {
+            state.windows_left = self.age_limit;
         }
     }
 }

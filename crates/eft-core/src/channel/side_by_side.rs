@@ -68,12 +68,13 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
     ) -> (ControllerOutput<S>, bool) {
         let stood = state.controller.valve_command();
         let supply = self.controller.supply(input);
-        let good = self.controller.accepts(input) & supply.valid;
+        let sample = self.controller.sample(&state.controller, input, supply);
+        let good = sample.good;
         let [calibration, _] = &state.calibrations;
         let mut out = if good.any() {
-            self.controller.follow(&mut state.controller, input, supply, good, calibration, path)
+            self.controller.follow(&mut state.controller, sample, calibration, path)
         } else {
-            self.controller.refuse(&mut state.controller, input, supply, path)
+            self.controller.refuse(&mut state.controller, sample, path)
         };
         out.status = out.status | calibration.status;
 

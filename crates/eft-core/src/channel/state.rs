@@ -13,31 +13,68 @@ use crate::velocity::VelocityState;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ChannelState<T: Real> {
+    pub(super) calibrations: [Calibration<T>; 2],
     pub(super) controller: ControllerState<T>,
     pub(super) velocity: VelocityState<T>,
     pub(super) protection: ProtectionState<T>,
     pub(super) plausibility: PlausibilityState<T>,
     /// Ticks in a row that the controller refused and of which no velocity could be estimated.
     pub(super) velocity_gap: u32,
-    /// Ticks of the window so far; behind the last one all of them, until the next begins.
-    pub(super) ticks: u32,
+    /// Ticks that the window still has; behind its last one none, until the next begins.
+    pub(super) ticks_left: u32,
     pub(super) window: Window<T>,
-    /// Whether the second of the calibrations is in use, and whether it is the latest.
-    pub(super) second: bool,
-    pub(super) second_is_latest: bool,
-    /// Flags of the calibration in use, and of the next one as far as it is known.
-    pub(super) flags: u32,
-    pub(super) next_flags: u32,
-    pub(super) calibrations: [Calibration<T>; 2],
+    /// In this window, and in the next one as far as it is known.
+    pub(super) in_use: Choice,
+    pub(super) next: Choice,
+    /// Windows until the latest calibration expires.
+    pub(super) windows_left: u32,
     /// Earlier ones, to go back to where a sensor turns out to lie.
     pub(super) sound: Sound<T>,
     pub(super) stuck: StuckWatchState<T>,
 }
 
+/// One of two places, by the lowest bit: a number that a memory fault has changed is one of them as well.
+// A word wide, so that a tick copies it with what stands beside it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(transparent)]
+pub(super) struct Slot(u32);
+
+impl Slot {
+    const FIRST: Self = Self(0);
+
+    #[inline(always)]
+    pub(super) fn other(self) -> Self {
+        Self(self.0 ^ 1)
+    }
+
+    #[inline(always)]
+    pub(super) fn of<C>(self, places: &[C; 2]) -> &C {
+        let [first, _] = places;
+        places.get((self.0 & 1) as usize).unwrap_or(first)
+    }
+
+    #[inline(always)]
+    pub(super) fn put<C: Copy>(self, places: &mut [C; 2], value: &C) {
+        if let Some(place) = places.get_mut((self.0 & 1) as usize) {
+            *place = *value;
+        }
+    }
+}
+
+/// One of two calibrations, and what the status says of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub(super) struct Choice {
+    pub(super) slot: Slot,
+    pub(super) flags: u32,
+}
+
 impl<T: Real> ChannelState<T> {
     /// The calibration in use.
     pub fn calibration(&self) -> &Calibration<T> {
-        in_use(&self.calibrations, self.second, &self.sound)
+        in_use(&self.calibrations, self.in_use.slot, &self.sound)
     }
 
     /// Trips the protection from outside, at the last command: an emergency stop, or another actuator of the same
@@ -62,21 +99,24 @@ impl<T: Real> ChannelState<T> {
     }
 
     /// The first tick of a window: what was published takes effect. Without anything new the calibration stays, for the
-    /// valve does not change when the learner stops; behind so many windows it has expired.
+    /// valve does not change when the learner stops.
     #[inline(always)]
-    pub(super) fn begin_window(&mut self, age_limit: u32) {
-        self.ticks = 0;
+    pub(super) fn begin_window(&mut self, ticks: u32) {
+        self.ticks_left = ticks;
         self.window.go_on();
-        self.second = self.second_is_latest;
-        self.flags = self.next_flags;
+        self.in_use = self.next;
         // For the window after this one, if none comes until then.
-        self.next_flags |= status::CALIBRATION_LATE;
-        if self.flags & status::CALIBRATION_LATE != 0 {
-            let published = pick(&self.calibrations, self.second).window;
-            if self.window.number.wrapping_sub(published) > age_limit {
-                self.flags |= status::CALIBRATION_EXPIRED;
-            }
+        self.next.flags |= status::CALIBRATION_LATE;
+    }
+
+    /// Behind the last tick of a window: the calibration is a window older.
+    #[inline(always)]
+    pub(super) fn end_window(&mut self) -> Window<T> {
+        match self.windows_left.checked_sub(1) {
+            Some(left) => self.windows_left = left,
+            None => self.next.flags |= status::CALIBRATION_EXPIRED,
         }
+        self.window
     }
 }
 
@@ -86,8 +126,7 @@ impl<T: Real> ChannelState<T> {
 #[repr(C)]
 pub(super) struct Sound<T: Real> {
     kept: [Calibration<T>; 2],
-    /// Whether the second of them is the older one.
-    older_is_second: bool,
+    older: Slot,
     /// Once the older one is in use, for good.
     in_use: bool,
 }
@@ -97,16 +136,15 @@ const KEPT_EVERY: u32 = 128;
 
 impl<T: Real> Sound<T> {
     pub(super) fn new(nominal: Calibration<T>) -> Self {
-        Self { kept: [nominal; 2], older_is_second: false, in_use: false }
+        Self { kept: [nominal; 2], older: Slot::FIRST, in_use: false }
     }
 
     /// Keeps a calibration whose turn it is, in the older one's place.
     #[inline(always)]
     pub(super) fn keep(&mut self, calibration: &Calibration<T>) {
         if calibration.window.is_multiple_of(KEPT_EVERY) && !self.in_use {
-            let [first, second] = &mut self.kept;
-            *(if self.older_is_second { second } else { first }) = *calibration;
-            self.older_is_second = !self.older_is_second;
+            self.older.put(&mut self.kept, calibration);
+            self.older = self.older.other();
         }
     }
 
@@ -121,14 +159,8 @@ impl<T: Real> Sound<T> {
 #[inline(always)]
 pub(super) fn in_use<'a, T: Real>(
     calibrations: &'a [Calibration<T>; 2],
-    second: bool,
+    slot: Slot,
     sound: &'a Sound<T>,
 ) -> &'a Calibration<T> {
-    if sound.in_use { pick(&sound.kept, sound.older_is_second) } else { pick(calibrations, second) }
-}
-
-#[inline(always)]
-pub(super) fn pick<C>(of: &[C; 2], second: bool) -> &C {
-    let [first, _] = of;
-    of.get(usize::from(second)).unwrap_or(first)
+    if sound.in_use { sound.older.of(&sound.kept) } else { slot.of(calibrations) }
 }

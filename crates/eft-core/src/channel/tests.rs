@@ -54,6 +54,24 @@ fn what_was_learned_stays_under_another_configuration() {
 }
 
 #[test]
+fn a_state_that_learned_nothing_begins_its_first_window_under_a_learning_configuration() {
+    let fixed = Channel::<f64, 21>::new(&RIG).unwrap();
+    let learning = Channel::<f64, 21>::new(&Parameters { learning: Learning::ADAPTIVE, ..RIG }).unwrap();
+    let mut state = fixed.at_rest();
+    for tick in 0..100 {
+        assert!(fixed.step(&mut state, &swing(tick)).window.is_none());
+    }
+    fixed.prime(&mut state, &swing(100));
+    learning.take_over(&mut state);
+    let last = learning.window_ticks() - 1;
+    for tick in 0..=last {
+        let window = learning.step(&mut state, &swing(100 + tick)).window;
+        // Nothing was measured before it.
+        assert_eq!(window.map(|w| (w.number, w.lost)), (tick == last).then_some((0, 1)), "tick {tick}");
+    }
+}
+
+#[test]
 fn window_numbers_wrap() {
     let learning = Parameters { feedforward: true, learning: Learning::ADAPTIVE, ..RIG };
     let channel = Channel::<f64, 21>::new(&learning).unwrap();
