@@ -15,13 +15,13 @@ SECTIONS = {
     "supply": "The pump and its accumulator.",
     "servovalve": "Pilot stage, main spool and flow curve.",
     "controller": "The force loop, and where it takes the velocity from.",
-    "compensation": "The velocity feedback of the paper, and what calibrates itself.",
+    "compensation": "The velocity feedback of the paper, and the self-calibration.",
     "structure": "The specimen.",
-    "sensors": "What each sensor makes of the true signal.",
+    "sensors": "How each sensor changes the true signal.",
     "dac": "The converter between the controller and the valve.",
     "protection": "Levels that warn, trip the test, or shut the valve.",
-    "limits": "Limits of the output, and of a plausible measurement.",
-    "verdict": "What a test must reach: beyond `caution` it deserves a look, beyond `no` it does not count.",
+    "limits": "Limits of the output and of plausible measurements.",
+    "verdict": "Limits of the verdict: beyond `caution` it is a caution, beyond `no` it is no.",
 }
 SENSORS = ("force", "velocity", "displacement", "spool", "supply_pressure", "acceleration")
 

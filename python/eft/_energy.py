@@ -1,4 +1,4 @@
-"""Where the energy of a test went."""
+"""The energy balance of a test."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class EnergyBalance:
-    """Where the hydraulic work of a test went, all in J: ``supplied + swept = dissipated + stored``."""
+    """The energy balance of a test, all in J: ``supplied + swept = dissipated + stored``."""
 
     supplied: float
     """Work of the pump."""
     swept: float
-    """Work of chambers that change their volume while under pressure, which Eq. (7) leaves out."""
+    """Work of chambers that change their volume under pressure, which Eq. (7) does not contain."""
     droop: float
     """Lost by the droop of the supply."""
     valve: float
@@ -26,10 +26,10 @@ class EnergyBalance:
     damping: float
     """Lost in the structure's dampers."""
     hysteresis: float
-    """Taken by the part of the structure that yields, most of it for good."""
+    """Energy in the yielding part of the structure, most of it dissipated."""
     stored: float
-    """What oil, accumulator, structure and stops hold more than at the start."""
+    """Increase of the energy in oil, accumulator, structure and stops."""
     dissipated: float
     """The sum of all losses, from `droop` to `hysteresis`."""
     gap: float
-    """What the books leave open, over the work supplied; zero but for the error of the integration."""
+    """Imbalance over the supplied work, by the error of the integration."""

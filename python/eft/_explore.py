@@ -101,7 +101,8 @@ def explore(self: Rig, *, height: int = 1000) -> Any:
     """Show the virtual rig in a notebook, with sliders; each change runs a sine sweep in the browser.
 
     The page starts with this rig. Its numbers have the bits of `eft.simulate`. The widget's ``toml`` is the
-    test as the page has it now, which `eft run` reads, and `eft.Rig` without its section ``command``.
+    test with the page's present settings. `eft run` reads it, and `eft.Rig` reads it without its section
+    ``command``.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ def export(
     name : str, optional
         The rig's name in the text or in the FMU; by default its own.
     part : {"rig", "controller"}
-        What the FMU is: the virtual rig with its sensors, or the digital controller with learner and
+        Content of the FMU: the virtual rig with its sensors, or the digital controller with learner and
         protection.
     fmi : {2, 3}
         The FMU's version of FMI, 2.0 or 3.0.
@@ -53,16 +53,16 @@ def export(
     Returns
     -------
     str or bytes
-        Source ready to be compiled, or the FMU's file. The parameters are checked here, and again by the
-        compiler (Rust), by `eft_configure_f32` (C) or when an importer sets them. The source's first comment
-        says what the firmware must do itself, such as supplying a pressure or starting the soft end.
+        Source to be compiled, or the bytes of the FMU's file. The parameters are checked here. The compiler
+        (Rust), `eft_configure_f32` (C) or the importer checks them again. The source's first comment lists
+        the duties of the firmware, such as measuring a pressure or starting the soft end.
 
     Raises
     ------
     ValueError
-        If the name is no identifier in C, there is a computation delay, which firmware's own timing or the
-        importer makes, the flow table has more than 21 points for C, or an FMU of several actuators is asked
-        for; the message names the key.
+        If the name is not an identifier in C. If the rig has a computation delay, because the firmware or the
+        importer determines it. If the flow table has more than 21 points for C. If the FMU would have several
+        actuators. The message names the key.
 
     Examples
     --------

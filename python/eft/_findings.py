@@ -61,9 +61,9 @@ class Facts(NamedTuple):
     peak_displacement: float
     """Largest displacement, m; NaN where unknown."""
     outside: bool = False
-    """Whether a structure from outside took the place of the rig's own."""
+    """Whether an external structure replaced the rig's."""
     controlled: bool = False
-    """Whether a controller from outside took the place of the rig's own, of which nothing is known."""
+    """Whether an external controller replaced the rig's; its margins are unknown."""
     mass: Any = None
     """Mass for which the command was made, kg, of a building one a floor."""
     floor: int | None = None
@@ -71,15 +71,15 @@ class Facts(NamedTuple):
     peak_force: float = np.nan
     """Largest force, N."""
     saturated: float = np.nan
-    """Share of the samples in which the valve is asked for more than it has."""
+    """Share of the samples in which the demand exceeds the valve's capacity."""
     stopped: float = np.nan
     """Share of the samples with the spool at its stop."""
     demands: tuple[Mapping[str, Any], ...] = ()
-    """What the command asks for, where that was worked out."""
+    """The demands of the command, if they were computed."""
 
 
 def of_facts(facts: Facts) -> Iterator[Finding]:
-    """Every finding on what a test leaves, causes before what they cause."""
+    """Every finding on a test, causes before their effects."""
     yield from _mass(facts)
     yield from _reach(facts)
     yield from _supply(facts)
@@ -108,20 +108,20 @@ def below(rig: Rig, name: str, value: float) -> Grade | None:
 
 
 def of_demand(name: str, unit: str, required: float, available: float, advised: float) -> Finding | None:
-    """What is said of something that a command asks too much of."""
+    """The finding on one demand of a command, if it exceeds a limit."""
     form = shown(unit or "ratio")
     told = name[:1].upper() + name[1:]
     if required > available:
-        sentence = f"{told} exceeds what the rig has: {form(required)} of {form(available)}."
+        sentence = f"{told} exceeds the rig's capacity: {form(required)} of {form(available)}."
         return Finding("no", sentence)
     if required > advised:
-        sentence = f"{told} exceeds what is advised: {form(required)} of {form(advised)}."
+        sentence = f"{told} exceeds the advised limit: {form(required)} of {form(advised)}."
         return Finding("caution", sentence)
     return None
 
 
 def of_demands(demands: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
-    """What a command asks too much of; of velocity, flow and power the one that is asked for most."""
+    """The findings on demands; of velocity, flow and power only on the largest."""
     demands = list(demands)
     flows = [one for one in demands if one["name"] in _FLOWS]
     most = max(flows, key=lambda one: one["required"] / one["available"], default=None)
@@ -131,7 +131,7 @@ def of_demands(demands: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
 
 
 def _mass(facts: Facts) -> Iterator[Finding]:
-    """A command that was made for another mass than the structure's is another test."""
+    """A caution on a command that was made for another mass than the structure's."""
     if facts.mass is None:
         return
     building = facts.rig["structure.kind"] == "shear_building"
@@ -197,13 +197,13 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
         yield Finding(
             grade,
             f"The largest stable level is {level * rig['compensation.level']:.4f}: the flow gain must be "
-            "known that well.",
+            "known this accurately.",
             SELF_CALIBRATION,
         )
 
 
 def _learned(rig: Rig) -> Rig:
-    """The rig whose controller knows what it can learn."""
+    """The rig after self-calibration."""
     plant = rig.plant.replace({"servovalve.flow_gain_scale": 1.0})
     if not rig["compensation.curve_correction"]:
         return plant
@@ -211,10 +211,10 @@ def _learned(rig: Rig) -> Rig:
 
 
 def _unstable(rig: Rig, rate: float, growth: float, sound: float | None) -> Finding:
-    """Of a loop that grows, as it is or with a `sound` calibration."""
+    """The finding on an unstable loop, before or after a `sound` calibration."""
     at = f"at {rate:g} Hz"
     if sound is not None and sound > 0.0:
-        sentence = f"Even self-calibrated the loop is unstable {at}: it grows at {sound:.3g} 1/s."
+        sentence = f"The loop is unstable {at} even after self-calibration: it grows at {sound:.3g} 1/s."
         return Finding("no", sentence, better_loop(rig, None))
     if sound is not None:
         return Finding(
@@ -239,7 +239,7 @@ def _unstable(rig: Rig, rate: float, growth: float, sound: float | None) -> Find
 
 
 def better_loop(rig: Rig, gain: float | None) -> Changes:
-    """A force loop with more margin: the designed one, or where none can be designed, lower gains."""
+    """A force loop with more margin: the designed one, or lower gains if there is no design."""
     if rig["controller.force_loop"] == "robust":
         return ()
     try:
@@ -263,7 +263,9 @@ def _supply(facts: Facts) -> Iterator[Finding]:
         if mean:
             short = mean[0]["required"] > mean[0]["available"]
             part = "the pump is" if short else "the accumulator is"
-            needed = f" It must give {shown('flow')(mean[0]['required'])} on average." if short else ""
+            needed = (
+                f" The pump must deliver {shown('flow')(mean[0]['required'])} on average." if short else ""
+            )
         sentence = (
             f"The supply pressure falls to {share:.0%} of the configured one: {part} too small.{needed}"
         )
@@ -275,20 +277,20 @@ def _opening(facts: Facts) -> Iterator[Finding]:
     if facts.flags & (Status.SPOOL_STOP | Status.DEMAND_SATURATED):
         useless = facts.metrics["nrmse"] > facts.rig["verdict.caution.force_error"]
         share = "" if np.isnan(facts.saturated) else f" in {facts.saturated:.1%} of the samples"
-        sentence = f"The valve is asked for more than it has{share}: {_larger_valve(facts)}."
+        sentence = f"The demand exceeds the valve's capacity{share}. {_larger_valve(facts)}."
         yield Finding("no" if useless else "caution", sentence)
     elif opening > advised:
         yield Finding("caution", f"The spool opens to {opening:.0%}, advised at most {advised:.0%}.")
 
 
 def _larger_valve(facts: Facts) -> str:
-    """Why a valve is at its stops, and what helps."""
+    """The reason for a valve at its stops, and a remedy."""
     opening = next((one["required"] for one in facts.demands if one["name"] == "spool opening"), np.nan)
     if opening <= 1.0:
-        return f"the command needs {opening:.0%} of its opening, and the controller asks for the rest"
+        return f"The command needs an opening of {opening:.0%}, and the controller demands the rest"
     # Beyond full opening the demand is proportional to the flow.
     flow = f"{opening:.3g} times its flow" if opening > 1.0 else "more flow"
-    return f"it is too small for this command. A valve with {flow} helps, or a smaller command"
+    return f"The valve is too small for this command. A valve with {flow} helps, or a smaller command"
 
 
 def _oscillation(facts: Facts) -> Iterator[Finding]:
@@ -310,8 +312,8 @@ def _errors(facts: Facts) -> Iterator[Finding]:
             f", with the spool at its stop in {facts.stopped:.0%} of the samples" if facts.stopped > 0 else ""
         )
         sentence = (
-            f"No test of this command: the force misses it by {error:.0%} (rms), more than no force at all "
-            f"would, and reaches {form(facts.peak_force)} against {form(facts.peak_command)}{stops}.{untold}"
+            f"The force error is {error:.0%} (rms), larger than without any force. The force reaches "
+            f"{form(facts.peak_force)} under a command of {form(facts.peak_command)}{stops}.{untold}"
         )
         yield Finding("no", sentence, SELF_CALIBRATION)
         return
@@ -331,7 +333,7 @@ def _errors(facts: Facts) -> Iterator[Finding]:
 
 
 def _untold(rig: Rig) -> str:
-    """What is true of the plant and not told to the controller."""
+    """True values of the plant that the controller does not have."""
     tree = rig.to_dict()
     found = dict(_leaves(tree.get("truth", {})))
     if rig["servovalve.flow_gain_scale"] != 1.0:
@@ -341,7 +343,7 @@ def _untold(rig: Rig) -> str:
     if not found:
         return ""
     named = [f"{key} = {value}" for key, value in list(found.items())[:_NAMED]]
-    return f" The controller is not told that {', '.join(named)}{', …' if len(found) > _NAMED else ''}."
+    return f" Unknown to the controller: {', '.join(named)}{', …' if len(found) > _NAMED else ''}."
 
 
 def _leaves(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

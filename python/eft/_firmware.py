@@ -16,11 +16,11 @@ __all__ = ["ProcessorInTheLoop"]
 
 @dataclass(frozen=True)
 class ProcessorInTheLoop:
-    """A firmware image under QEMU, to be tested in the place of the rig's own controller.
+    """A firmware image under QEMU that replaces the rig's controller in a test.
 
-    The image reads what the sensors report, and writes its valve commands and what it has learned, as those
-    of `firmware/` do; it must have been built with the controller of the rig that it is run with, velocity
-    estimate and protection included (see `export`). QEMU (``qemu-system-arm``) must be installed.
+    The image reads the sensors, and writes its valve commands and estimates, as the images in `firmware/` do.
+    It must be built with the controller of the same rig, including velocity estimate and protection (see
+    `export`). QEMU (``qemu-system-arm``) must be installed.
 
     Parameters
     ----------
@@ -43,9 +43,9 @@ class ProcessorInTheLoop:
     ) -> TestRun:
         """Run a test with the firmware as the controller.
 
-        Everything else is that of `eft.simulate`: firmware that computes what the rig's own controller does
-        gives the traces of ``eft.simulate(rig, command, dtype="f32")``, bit for bit. The flows that it has
-        found stay in the firmware: of a rig that adapts, `TestRun.found_flows` is None.
+        The plant and the sensors are those of `eft.simulate`. Firmware with the rig's controller gives the
+        bits of ``eft.simulate(rig, command, dtype="f32")``. With self-calibration the found flows stay in the
+        firmware, and `TestRun.found_flows` is None.
 
         Parameters
         ----------
@@ -62,8 +62,8 @@ class ProcessorInTheLoop:
         Raises
         ------
         ValueError
-            If the rig's controller is analog, or has a computation delay or a soft end, which only the host
-            could make; the message names the key.
+            If the rig's controller is analog, or has a computation delay or a soft end. The message names the
+            key.
         OSError
             If the image or QEMU is not there.
         """

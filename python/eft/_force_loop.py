@@ -41,7 +41,7 @@ class ForceLoop:
     margins: ForceLoopMargins
     """Its margins."""
     open_loop: LinearModel
-    """From force command to measured force (N), opened behind the load cell and sampled."""
+    """From force command to measured force (N), opened after the load cell and sampled."""
     closed_loop: LinearModel
     """The same, closed."""
 
@@ -69,16 +69,16 @@ class ForceLoop:
 def design_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoop:
     """Design gains of the digital force loop that keep the oil column damped on deviating rigs.
 
-    The controller is the paper's, Eq. (1). Where the compensation supplies the flow of the motion, the force
-    loop sees valve and oil with the piston at rest. With ``G_d/G_p`` given, ``G_p`` is as large as the worst
-    of these rigs allows: oil 0.6 to 1.5 times as stiff, pilot time constant 0.5 to 2 times as long, 10 % more
-    flow gain and two samples of delay in addition. ``G_d/G_p`` gives the least peak of the sensitivity.
-    ``controller.force_loop = "robust"`` in a rig takes this design.
+    The controller is the paper's, Eq. (1). The compensation supplies the flow of the motion, so the design
+    uses valve and oil with the piston at rest. For each ratio ``G_d/G_p``, ``G_p`` is the largest that keeps
+    four deviating rigs damped. Their oil is 0.6 or 1.5 times as stiff, and their pilot time constant 0.5 or 2
+    times as long. Each has 10 % more flow gain and two more samples of delay. The chosen ratio has the lowest
+    peak of the sensitivity. ``controller.force_loop = "robust"`` in a rig uses this design.
 
     Parameters
     ----------
     rig : Rig
-        The rig as its controller knows it; what stands under ``truth`` is not looked at.
+        The rig as configured in the controller; ``truth`` has no effect.
     sample_rate : float, optional
         Sample rate in Hz; the rig's ``controller.sample_rate`` by default.
 
@@ -90,7 +90,7 @@ def design_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoop:
     Raises
     ------
     ValueError
-        If no gains of use keep the oil column damped, or the sample rate is not allowed.
+        If no useful gains keep the oil column damped, or the sample rate is not allowed.
 
     Examples
     --------

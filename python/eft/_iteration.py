@@ -1,4 +1,4 @@
-"""Drive files: the command that makes the force what was wanted, found by repeating the test."""
+"""Drive files: a command, found by repeating a test, whose force is the desired one."""
 
 from __future__ import annotations
 
@@ -34,13 +34,12 @@ _RESIDUAL = 0.05
 
 @dataclass(frozen=True, eq=False)
 class DriveIteration:
-    """A command for the next repeat, and what the repeats so far achieved."""
+    """A command for the next repeat, and the results of the previous ones."""
 
     drive: Command
-    """What to send next; of a rig the drive of the best repeat."""
+    """The drive for the next test; for a rig the drive of the best repeat."""
     errors: tuple[float, ...]
-    """Rms force error over rms of what is wanted, of each repeat and the worst actuator; the first is without
-    iteration."""
+    """Rms force error over rms command, of the worst actuator; the first is without iteration."""
     frequency: Array
     """Of the spectra, Hz."""
     response: NDArray[np.complex128]
@@ -48,11 +47,11 @@ class DriveIteration:
     coherence: Array
     """Of force and drive, of the last repeat, from 0 to 1."""
     corrected: NDArray[np.bool_]
-    """Where the next drive is corrected, within the band and with a coherence that is high enough."""
+    """Whether each frequency is corrected: it lies within the band and has enough coherence."""
     stopped: str
-    """Why there is no further repeat."""
+    """Reason for the end of the iteration."""
     runs: tuple[TestRun, ...] = field(default=(), repr=False)
-    """The repeats on the virtual rig; empty of measured data."""
+    """The repeats on the virtual rig; empty for measured data."""
 
     def _repr_html_(self) -> str:
         from eft import _notebook, plots
@@ -62,7 +61,7 @@ class DriveIteration:
         return _notebook.shown("Drive", [*rows, ("stopped", self.stopped)], draw)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw force over drive and the coherence, with what is not corrected shaded."""
+        """Draw force over drive and the coherence; uncorrected frequencies are shaded."""
         from eft import plots
 
         return plots.drive_response(self, ax=ax)
@@ -78,33 +77,31 @@ def iterate(
     least_coherence: float = 0.8,
     target: float = 0.0,
 ) -> DriveIteration:
-    """Find the drive whose force is the wanted command, as drive files of shaking tables are made.
+    """Find the drive whose force is the given command, as for drive files of shaking tables.
 
-    The force over the drive is estimated from each repeat, ``H = S_uy/S_uu`` with spectra averaged over
-    neighbouring frequencies, and the next drive is ``U + r·(Y_wanted - Y)/H``. Frequencies outside the band,
-    or with a low coherence, keep the drive that they have. Of a rig the repeats run on the virtual rig, until
-    the error no longer falls. Of measured data, one step gives the drive for the next test. Of several
-    actuators each is corrected by its own response; what the others add to its force is left to the next
-    repeat.
-
-    A specimen that yields must not be iterated: each repeat would test another specimen. It is refused.
+    Each repeat gives an estimate of force over drive, ``H = S_uy/S_uu``, with spectra averaged over
+    neighbouring frequencies. The next drive is ``U + r·(Y_wanted - Y)/H``. Frequencies outside the band, or
+    with a low coherence, are not corrected. For a rig the repeats run on the virtual rig, until the error no
+    longer decreases. For measured data, one step gives the drive for the next test. Each of several actuators
+    is corrected by its own response. The next repeat corrects the effect of the others on its force.  A
+    specimen that yields is refused, because each repeat would change it.
 
     Parameters
     ----------
     rig_or_measured : Rig, TestRun or Traces
-        The rig, or a test with ``command`` (the drive that was sent) and ``force``, and ``displacement`` if
-        it was measured.
+        The rig, or a test with ``command`` (the previous drive) and ``force``, and ``displacement`` if
+        measured.
     command : Command
-        The force that is wanted.
+        The desired force.
     repeats : int
         Repeats on the virtual rig after the first test.
     relaxation : float
-        Share of the correction that is applied, above 0 and up to 1.
+        Applied share of the correction, above 0 and up to 1.
     band : tuple of float, optional
-        Lowest and highest frequency to be corrected, Hz; by default from 0 to where 99.99 % of the
-        command's energy lies.
+        Lowest and highest corrected frequency, Hz; by default from 0 to the frequency below which 99.99 % of
+        the command's energy lies.
     least_coherence : float
-        Coherence below which a frequency is left alone.
+        Coherence below which a frequency is not corrected.
     target : float
         Error (rms over rms) at which to stop.
 

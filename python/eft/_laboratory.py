@@ -29,10 +29,10 @@ __all__ = ["Identification", "identify"]
 
 @dataclass(frozen=True)
 class Identification:
-    """What was found in the files; `None` where no file was given for it."""
+    """The estimates from the files; `None` for an estimate without a file."""
 
     rig: Rig
-    """The rig with everything that was found."""
+    """The rig with all estimates."""
     response_delay: Estimate | None = None
     """Of the valve, s."""
     flow_curve: FlowTable | None = None
@@ -78,15 +78,15 @@ def identify(
     units: Mapping[str, str] | None = None,
     sample_rate: float | None = None,
 ) -> Identification:
-    """Identify a rig from measured files, and return it with what was found.
+    """Identify a rig from measured files.
 
     Every file may be CSV, MAT, HDF5, Parquet or a saved run, with its units (`eft.traces.read_traces`), or an
-    `eft.traces.Traces`. Empty cells and NaN are gaps; offsets and drifts are taken out.
+    `eft.traces.Traces`. Empty cells and NaN are gaps. Offsets and drifts are removed.
 
     Parameters
     ----------
     rig : Rig
-        The rig as far as it is known; the piston area, mass and stiffness are its own.
+        The rig before the identification; its piston area, mass and stiffness are used.
     valve : path-like, optional
         ``valve_command`` and ``spool`` of a sweep with the main stage shut off (Fig. 4a): gives
         ``compensation.response_delay``.
@@ -94,11 +94,11 @@ def identify(
         ``spool`` and ``displacement`` of an actuator without load, one file a run (Fig. 4b): gives
         ``servovalve.flow_table`` and ``compensation.flow_gain``.
     release : path-like, optional
-        ``displacement`` of a free vibration, of which the part after `released_at` (s) counts: gives
+        ``displacement`` of a free vibration; the part after `released_at` (s) is used. It gives
         ``structure.damping``.
     test : path-like, optional
-        ``command``, ``force`` and ``velocity`` of a test with the rig so far (Fig. 11), without gaps: gives
-        ``compensation.level`` and, finer than `valve` does, ``compensation.response_delay``.
+        ``command``, ``force`` and ``velocity`` of a test with this rig (Fig. 11), without gaps. It gives
+        ``compensation.level`` and a more accurate ``compensation.response_delay`` than `valve`.
     band : tuple of float
         Frequencies in Hz for `valve` and `test`.
     knots : int
@@ -109,15 +109,15 @@ def identify(
     Returns
     -------
     Identification
-        The rig with what was found, and each estimate.
+        The rig with all estimates, and each estimate.
 
     Raises
     ------
     OSError
         If a file cannot be read.
     ValueError
-        If a file is not what it should be, or its data cannot carry an answer; the message names file and
-        reason.
+        If a file is not readable as such a test, or its data do not determine an estimate; the message names
+        file and reason.
 
     Examples
     --------

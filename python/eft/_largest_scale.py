@@ -1,4 +1,4 @@
-"""How much of a command a rig can do."""
+"""The largest factor on a command that a rig can apply."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _BOUNDS = (1e-3, 1e3)
 
 @dataclass(frozen=True)
 class LargestScale:
-    """The largest factor on a record or command whose test counts."""
+    """The largest factor on a record or command with a usable test."""
 
     scale: float
-    """The factor; 0 where no test counts, infinite where none fails."""
+    """The factor; 0 if no test is usable, infinite if every test is."""
     limited_by: tuple[str, ...]
-    """Reasons against the next larger factor that was tried, worst first."""
+    """Reasons against the next larger factor, worst first."""
 
     def _repr_html_(self) -> str:
         from eft import _notebook
@@ -44,8 +44,9 @@ def largest_scale(
 ) -> LargestScale:
     """Find the largest factor on a record whose test on the virtual rig gets an ok verdict.
 
-    Factors are doubled or halved from 1 until one test counts and the next does not; the interval between
-    them is then bisected. Where verdicts are not monotonic in the factor, this is the end of one stretch.
+    Factors are doubled or halved from 1 until one test is usable and the next is not. The interval between
+    them is then bisected. If the verdict is not monotonic in the factor, the result is the end of one
+    interval.
 
     Parameters
     ----------
@@ -54,9 +55,9 @@ def largest_scale(
     record : Record or Command
         A ground motion, or a command in N.
     mass : float, optional
-        Mass in kg by which a ground motion becomes a force; the structure's by default.
+        Mass in kg for the effective force of a ground motion; the structure's by default.
     sample_rate : float, optional
-        Of the command made of a ground motion, Hz; the rig's ``controller.sample_rate`` by default.
+        Sample rate of the effective force, Hz; the rig's ``controller.sample_rate`` by default.
     tolerance : float
         Relative width of the interval at the end.
 

@@ -1,11 +1,11 @@
-"""Structures from outside: what they raise when they cannot go on."""
+"""The error of an external structure that cannot continue."""
 
 from __future__ import annotations
 
 
 class StructureError(RuntimeError):
-    """A structure from outside cannot go on, as when its solution does not converge.
+    """An external structure cannot continue, for example because its solution does not converge.
 
-    Raised by the structure of `eft.simulate`, it ends the test there, tripped; `TestRun.stopped` has the
+    The structure of `eft.simulate` raises it to end the test as tripped. `TestRun.stopped` has the
     message, one sentence. Any other exception ends the call.
     """

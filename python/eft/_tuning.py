@@ -26,24 +26,24 @@ _AS_BELIEVED = {"truth": None, "controller.force_loop": "pd"}
 
 @dataclass(frozen=True, eq=False)
 class ForceLoopTuning:
-    """Advice on the proportional and the derivative gain, and how the margin depends on them."""
+    """Advised proportional and derivative gain, and the gain margin over both."""
 
     coefficients: dict[str, float]
     """Advised ``controller.proportional_gain`` and ``controller.derivative_gain``, for `Rig.replace`."""
     proportional_gain: float
-    """G_p of the rig as it is."""
+    """Present G_p of the rig."""
     derivative_gain: float
-    """G_d of the rig as it is, s."""
+    """Present G_d of the rig, s."""
     realization: str
     """``"analog"`` or ``"digital"``, of the loop whose margin this is."""
     ratios: NDArray[np.float64]
     """G_d over G_p for which the limit was computed, s."""
     largest_gains: NDArray[np.float64]
-    """The G_p at which the loop becomes unstable for each of them; infinite where it never does."""
+    """The G_p at which the loop becomes unstable for each ratio; infinite if it stays stable."""
 
     @property
     def margin(self) -> float:
-        """Gain margin of the rig as it is."""
+        """Gain margin of the rig with its present gains."""
         return float(self.margin_at(self.proportional_gain, self.derivative_gain))
 
     @property
@@ -82,14 +82,14 @@ class ForceLoopTuning:
 def tune_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoopTuning:
     """Advise on G_p and G_d of a rig's force loop, and compute the gain margin over both.
 
-    The advice is that of `eft.design_force_loop`. The margin is the ``loop_gain`` of
-    `eft.linear.stability_margins`, sampled, by which the verdict judges: of the rig as its controller knows
-    it, in the rig's own realization.
+    The advised gains are those of `eft.design_force_loop`. The margin is the ``loop_gain`` of
+    `eft.linear.stability_margins`, sampled, for the configured rig in its own realization. The verdict uses
+    the same margin.
 
     Parameters
     ----------
     rig : Rig
-        The rig; what stands under ``truth`` is not looked at.
+        The rig; ``truth`` has no effect.
     sample_rate : float, optional
         In Hz; the rig's ``controller.sample_rate`` by default.
 
@@ -101,7 +101,7 @@ def tune_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoopTuni
     Raises
     ------
     ValueError
-        If no gains of use keep the oil column damped, or the sample rate is not allowed.
+        If no useful gains keep the oil column damped, or the sample rate is not allowed.
 
     Examples
     --------

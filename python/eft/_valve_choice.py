@@ -1,4 +1,4 @@
-"""Which valve of a catalogue would do for some tests."""
+"""The valves of a catalogue compared in some tests."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ValveChoice:
     limited_by: str
     """The first reason against it, or against the next larger factor, or an empty string."""
     largest_scale: float | None = None
-    """The largest factor on the command that counts, where it was asked for."""
+    """The largest factor on the command with a usable test, if it was requested."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class ValveTable:
 
     @property
     def suitable(self) -> tuple[str, ...]:
-        """Valves with which every command counts."""
+        """Valves with a usable test under every command."""
         names = dict.fromkeys(row.valve for row in self.rows)
         return tuple(
             name for name in names if all(row.grade != "no" for row in self.rows if row.valve == name)

@@ -34,7 +34,7 @@ SPOOL_ADVICE = 0.6
 """The paper's advice for the largest spool opening."""
 
 FORCE_ERROR = 0.1
-"""Rms error over rms command above which a test of a study deserves a look."""
+"""Rms error over rms command above which the verdict on a test of a study is a caution."""
 
 LONGEST_DELAY = 1.0
 """The longest response delay (s) that a controller takes: a correlation at a longer lag is chance."""

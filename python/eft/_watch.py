@@ -15,7 +15,7 @@ __all__ = ["Watched", "watch"]
 
 
 class Watched(NamedTuple):
-    """What there is to see at one moment of a test; of several actuators arrays, but for the time."""
+    """The signals at one moment of a test; for several actuators all except the time are arrays."""
 
     time: float
     """Since the start, s."""

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import sys
 
 import numpy as np
@@ -154,7 +155,8 @@ def test_a_rig_that_leaves_its_stroke_is_said_and_ends_with_one(capsys):
 def test_more_than_the_valve_has_is_no_test_where_the_force_misses(capsys):
     large = ["--sweep", "30000", "0", "10", "4", "--sample-rate", "1024", "--set", "actuator.stroke=1.0"]
     assert main(["run", *large]) == 1
-    assert "asked for more than it has" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert re.search(r"valve's capacity in [\d.]+% of the samples", out)
 
 
 def test_a_loop_that_swings_by_itself_is_no_test_and_ends_with_one(folder, capsys):
@@ -164,8 +166,8 @@ def test_a_loop_that_swings_by_itself_is_no_test_and_ends_with_one(folder, capsy
     run = eft.TestRun.load(folder / "run.eft")
     assert not run.flags & (eft.Status.STROKE_EXCEEDED | eft.Status.DIVERGED)
     error = run.metrics()["nrmse"]
-    assert error > 1 and f"No test of this command: the force misses it by {error:.0%} (rms)" in said
-    assert f"{np.abs(run.force).max() / 1e3:.4g} kN against 2 kN" in said
+    assert error > 1 and f"{error:.0%} (rms)" in said
+    assert f"{np.abs(run.force).max() / 1e3:.4g} kN" in said and "2 kN" in said
     assert "the spool at its stop in" in said
     # No shift makes such a force the command's.
     assert next(line for line in said.splitlines() if line.startswith("delay")).endswith(" –")
@@ -210,7 +212,7 @@ def test_check_gives_the_verdict_of_the_library_and_the_test_on_the_virtual_rig(
     [
         ("compensation.level=2.0", "the loop is unstable at 4096"),
         ("controller.proportional_gain=10", "no compensation level from 0 to 10 makes the loop stable"),
-        ("actuator.stroke=0.05", "displacement exceeds what the rig has"),
+        ("actuator.stroke=0.05", "displacement exceeds"),
     ],
 )
 def test_check_says_no_and_why(change, why, capsys):
@@ -224,17 +226,17 @@ def test_check_lets_the_virtual_test_decide_on_a_rig_that_calibrates_itself(caps
     off = ["--set", "servovalve.flow_gain_scale=1.05", "--set", "compensation.feedforward=true"]
     assert main(["check", *command, *off]) == 1
     said = capsys.readouterr().out
-    assert "before self-calibration" not in said and "The loop is unstable at 4096 Hz" in said
+    assert "before self-calibration" not in said and "unstable at 4096 Hz" in said
     adaptive = [*off, "--set", "compensation.adaptive=true"]
     assert main(["check", *command, *adaptive]) == 0
     said = capsys.readouterr().out
     assert "as configured, before self-calibration:\n" in said
-    assert "Before self-calibration the loop is unstable at 4096 Hz" in said.split("\nCaution:\n")[1]
+    assert "unstable at 4096 Hz" in said.split("\nCaution:\n")[1]
     # A loop that the calibration does not make stable is a no, and so is what becomes of the virtual test.
     hopeless = ["--set", "controller.proportional_gain=10", "--set", "compensation.adaptive=true"]
     assert main(["check", *SWEEP, *hopeless]) == 1
     said = capsys.readouterr().out.split("\nNo:\n")[1].lower()
-    assert "even self-calibrated the loop is unstable" in said and "no test of this command" in said
+    assert "after self-calibration" in said and re.search(r"force error is \d{3,}%", said)
 
 
 def test_check_says_what_its_model_has_not_and_which_keys_do_nothing(folder, capsys):
@@ -263,7 +265,7 @@ def test_check_does_not_call_a_test_feasible_that_fails_on_the_virtual_rig(capsy
     fault = ["--set", "sensors.velocity.bias=5.0"]
     code = main(["check", *SWEEP, *fault])
     said = capsys.readouterr().out
-    assert code == 1 and "misses it by" in said.split("\nNo:\n")[1]
+    assert code == 1 and re.search(r"force error is \d{3,}%", said.split("\nNo:\n")[1])
 
 
 BUILDING = [

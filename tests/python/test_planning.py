@@ -74,7 +74,7 @@ def test_feasibility_of_the_paper_s_sweeps():
     assert answer.smallest_sample_rate < 4096
     refused = eft.check_feasibility(RIG, eft.sine_sweep(40e3, 0.0, 10.0, 32.0, 4096.0))
     assert refused.verdict == "no"
-    assert any("Displacement exceeds what the rig has" in reason for reason in refused.reasons)
+    assert any(reason.startswith("Displacement exceeds") for reason in refused.reasons)
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,7 @@ fn listed<'py>(py: Python<'py>, demands: &[Demand]) -> PyResult<Bound<'py, PyLis
     Ok(list)
 }
 
-/// Set before a test what a force command asks of a rig beside what the rig has.
+/// Compare the demands of a force command with the rig's capacity before a test.
 ///
 /// If the controller calibrates itself or guards its level, margin and sample rate are those of the loop before it does
 /// so.

@@ -17,19 +17,16 @@ use crate::rig::{Rig, is_building};
 /// Parameters
 /// ----------
 /// rig : Rig
-///     The rig; its controller and sensors have no part in this.
+///     The rig; its controller and sensors are not used.
 /// sample_rate : float, optional
 ///     Samples per second, in Hz; `controller.sample_rate` where it is left out.
 /// structure : callable, optional
-///     Replaces the rig's structure: called once a sample as ``structure(force, dt)`` with the mean force over the
-///     sample in N and its length in s, it gives displacement (m) and velocity (m/s) at its end. In between the
+///     Replaces the rig's structure. It is called once a sample as ``structure(force, dt)`` with the mean force over the sample in N and its length in s. It returns displacement (m) and velocity (m/s) at the end of the sample. In between the
 ///     piston moves with the velocity extrapolated from the last two answers, so that half the sample period leaves
 ///     a quarter of the error of the exchange.
 ///
-/// Notes
-/// -----
-/// It can be neither pickled nor copied: what is inside valve, oil and structure is more than `state` tells. Make another
-/// one of the same rig, and repeat the valve commands where it has to be as far.
+/// Notes ----- A plant cannot be pickled or copied, because `state` does not contain all of its inner state. Make
+/// another one of the same rig, and repeat the valve commands where it has to be as far.
 #[pyclass(module = "eft")]
 pub(crate) struct Plant {
     inner: PlantStepper,

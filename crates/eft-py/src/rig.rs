@@ -250,7 +250,7 @@ pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     believed.chain(of_the_plant.map(|key| row(key, &format!("truth.{}", key.key), true))).collect()
 }
 
-/// Return a value in SI units: a number as it is, a text such as ``"12 t"`` converted.
+/// Return a value in SI units: a number without a change, a text such as ``"12 t"`` converted.
 #[pyfunction]
 pub(crate) fn quantity(name: &str, value: &Bound<'_, PyAny>, unit: &str) -> PyResult<f64> {
     let found = match value.extract::<String>() {

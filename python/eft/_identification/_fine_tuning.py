@@ -61,7 +61,7 @@ def fine_tune(
     Parameters
     ----------
     rig : Rig
-        The rig as it was set in the test.
+        The rig with the settings of the test.
     command, force : array_like
         In N, simultaneous samples, one dimension, without gaps.
     velocity : array_like
@@ -69,7 +69,7 @@ def fine_tune(
     sample_rate : float
         In Hz.
     band : tuple of float
-        Frequencies in Hz between which the structure's motion counts.
+        Frequencies in Hz between which the structure's motion is used.
 
     Returns
     -------
@@ -80,8 +80,8 @@ def fine_tune(
     Raises
     ------
     ValueError
-        If compensation is off, the motion is too small, or too large for the linear scheme, or a unit or a
-        sign is wrong; the message says which.
+        If compensation is off. If the motion is too small, or too large for the linear scheme. If a unit or a
+        sign is wrong. The message names the reason.
 
     Examples
     --------

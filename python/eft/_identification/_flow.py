@@ -27,8 +27,8 @@ def identify_flow_curve(
     """Find the flow curve from spool opening and displacement of an actuator without load (Fig. 4b).
 
     The flow is the piston's motion, so a piecewise linear curve is fitted to
-    ``A·x(t) = A·x(0) + ∫f(spool) dt``; offset and drift of every recording are found along with it. NaN are
-    gaps. Control points that the spool never reached lie on the line through the last two that it did.
+    ``A·x(t) = A·x(0) + ∫f(spool) dt``. The fit also finds offset and drift of every recording. NaN are gaps.
+    Control points that the spool never reached are extrapolated from the last two that it reached.
 
     `method` "difference" is the paper's: the mean of central differences near each control point. Both
     methods agree on data without noise. Differences amplify noise: 1 % of the stroke at 2 kHz becomes more
@@ -39,7 +39,7 @@ def identify_flow_curve(
     spool : array_like or list of array_like
         Spool opening as a fraction of its stroke, one array for each run.
     displacement : array_like or list of array_like
-        Piston displacement in m, likewise.
+        Piston displacement in m, one array for each run.
     sample_rate : float
         In Hz.
     piston_area : float
@@ -52,9 +52,9 @@ def identify_flow_curve(
     Returns
     -------
     FlowTable
-        With the ``uncertainty`` of each flow, and whether its point was ``measured``. The uncertainty has
-        the scatter of the data and the error of straight pieces for a bent curve; of extrapolated points also
-        what the bend at the edge would do if it went on.
+        The curve with the ``uncertainty`` of each flow, and whether its point was ``measured``. The
+        uncertainty has the scatter of the data and the error of straight pieces for a bent curve. For
+        extrapolated points it includes the effect of a continued bend.
 
     Raises
     ------
@@ -107,14 +107,14 @@ def identify_flow_gain(
     piston_area: float,
     limit: float = 0.1,
 ) -> Estimate:
-    """Find the flow gain `K_v` in m³/s: one slope for all openings within ±`limit`.
+    """Find the flow gain `K_v` in m³/s, one slope for all openings within ±`limit`.
 
     Parameters
     ----------
     spool, displacement, sample_rate, piston_area
         As of `eft.identify_flow_curve`.
     limit : float
-        Largest opening that counts.
+        Largest opening that is used.
 
     Returns
     -------

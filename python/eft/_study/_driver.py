@@ -51,13 +51,13 @@ def study(
     rig : Rig
         The rig on which the settings are changed.
     command : Command or mapping of names to commands
-        The force to be applied; with several commands every combination is run under each.
+        The force to be applied. With several commands every combination runs under each.
     parameters : mapping, list of mappings, or sampler
-        Dotted keys of the rig with lists of values, of which every combination is run; a list of single
-        combinations; or `LatinHypercube` or `Sobol`. The key ``command.scale`` is a factor on the command.
+        Dotted keys of the rig with lists of values, for every combination of them. Or a list of single
+        combinations. Or `LatinHypercube` or `Sobol`. The key ``command.scale`` is a factor on the command.
     executor : concurrent.futures.Executor, optional
-        Where the tests run: a process pool, ``Client.get_executor()`` of Dask distributed, any other. Without
-        one, on all cores of this machine. The rows are the same.
+        The executor of the tests, such as a process pool or ``Client.get_executor()`` of Dask distributed.
+        Without one, the tests run on all cores of this machine. The rows are the same.
     output : str or os.PathLike, optional
         A folder for the rows, as Parquet (needs pyarrow). If it holds the beginning of the same study, the
         study resumes. A kill at any moment loses at most the running chunks. Without a folder the rows stay
@@ -67,27 +67,27 @@ def study(
     traces : bool
         Keep the traces of every test, in memory or in the folder: see `Study.run`.
     fft : bool
-        Compute the metrics that need a Fourier transform too, such as the delay; they take longer than a
-        test. Without them their columns stay empty.
+        Whether to compute the metrics that need a Fourier transform, such as the delay. They take longer than
+        a test. Otherwise their columns stay empty.
     chunk : int, optional
-        Tests that are sent, and written, together.
+        Number of tests that are sent and written together.
     structure : callable, optional
-        Makes the structure from outside that `simulate` takes: called once a test with its rig. Such tests
-        run one after another here, or in the processes of an executor, for which it must be picklable.
+        Makes the external structure for `simulate`; it is called once a test with its rig. Such tests run one
+        after another here, or in the processes of an executor, which must be able to pickle it.
     progress : bool or callable, optional
-        A bar with the time left: None shows it on a terminal only. Or called with the tests done and their
-        total.
+        A bar with the remaining time; None shows it only on a terminal. Or a function, called with the number
+        of finished tests and their total.
 
     Returns
     -------
     Study
-        In the order of the combinations, whatever the order in which they finished.
+        The rows in the order of the combinations.
 
     Raises
     ------
     ValueError
-        If a key is unknown, a value is of a wrong type, or the folder holds another study. A value that the
-        rig refuses raises nothing: its row says so.
+        If a key is unknown, a value has a wrong type, or the folder contains another study. A value that the
+        rig refuses is not an error; its row has the reason.
 
     Examples
     --------

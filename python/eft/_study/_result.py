@@ -28,7 +28,7 @@ class Study:
 
     ``study["nrmse"]`` is a column as an array, iterating gives the rows as dictionaries, `to_pandas` the
     whole table. Numbers without an answer are NaN in arrays and None in rows. A study in a folder is read
-    from there each time, so that it takes no memory of its own.
+    from there each time, so it takes little memory.
     """
 
     def __init__(
@@ -125,7 +125,7 @@ class Study:
         return {name: values[place] for name, values in self._store.read(number).items()}
 
     def rig(self, index: int) -> Rig:
-        """The rig of one test, to run it again or to look at it closely."""
+        """The rig of one test."""
         row = self.row(index)
         changes = {key: row[key] for key in self.parameters if key != SCALE}
         return Rig.from_dict(self._description["rig"]).replace(changes)
@@ -136,7 +136,7 @@ class Study:
         Raises
         ------
         ValueError
-            If the study kept no traces, or this test has none for it was refused or failed.
+            If the study kept no traces, or if this test has none because it was refused or failed.
         """
         row = self.row(index)
         if not self._description["traces"]:

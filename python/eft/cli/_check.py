@@ -17,7 +17,7 @@ from eft._verdict import Verdict
 from eft.cli._check_many import check_many
 from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table, units_option
 from eft.cli._plan import command_options, memory_of, plan_of, plans_of
-from eft.cli._run import metrics_of, remedies_of
+from eft.cli._run import graded, metrics_of, remedies_of
 
 
 @click.command(
@@ -90,7 +90,7 @@ def check(
         )
     else:
         click.echo(f"{plan.about}\non {plan.rig['name']}, {plan.command.sample_rate:g} Hz\n")
-        click.echo(table(_demands(found), ("the test asks for", "", "advised", "there is")) + "\n")
+        click.echo(table(_demands(found), ("demand of the test", "", "advised", "capacity")) + "\n")
         if before := _before(plan):
             click.echo(f"as configured, {before}:")
         click.echo(table(_settings(plan, found, margins), ("setting", "is", "stable")))
@@ -99,8 +99,7 @@ def check(
         for key in idle:
             click.echo(f"\nwithout effect: {key}")
         click.echo(f"\non the virtual rig: {outcome.summary}")
-        told = "".join(f"\n- {reason}" for reason in outcome.reasons)
-        click.echo(f"\n{outcome.grade.capitalize()}{':' if told else '.'}{told}")
+        click.echo(f"\n{graded(outcome)}")
         for key, value in remedies_of(outcome).items():
             click.echo(f"may help: {key} = {json.dumps(value)}")
         if helped:
@@ -170,7 +169,7 @@ def _settings(plan: TestPlan, found: dict[str, Any], margins: dict[str, Any]) ->
             stable = _span(span[0] * 1e3, span[1] * 1e3, 2)
             rows.append(("response delay, ms", f"{compensation['response_delay'] * 1e3:.2f}", stable))
         if (span := margins.get("flow_gain")) is not None:
-            rows.append(("true flow gain, times its present one", "1.000", _span(span[0], span[1], 3)))
+            rows.append(("true flow gain / present one", "1.000", _span(span[0], span[1], 3)))
     return rows
 
 

@@ -92,7 +92,7 @@ def run(
         if judged < len(result):
             click.echo(f"\nuntil it ended, after {judged / result.sample_rate:.4g} s:")
         click.echo(f"\n{table(_rows(answer['metrics']), header)}\n")
-        click.echo(f"{result.verdict.grade.capitalize()}. {answer['verdict']}")
+        click.echo("\n".join(filter(None, (result.verdict.summary, graded(result.verdict)))))
         for key, value in answer["remedies"].items():
             click.echo(f"may help: {key} = {json.dumps(value)}")
         click.echo(f"{target} written" + (", up to the interruption" if interrupted else ""))
@@ -163,6 +163,12 @@ def describe(result: eft.TestRun) -> dict[str, Any]:
         "judged_samples": len(result.to_its_end()),
         "metrics": metrics_of(result),
     }
+
+
+def graded(verdict: Verdict) -> str:
+    """The grade with a line for each reason."""
+    reasons = "".join(f"\n- {reason}" for reason in verdict.reasons)
+    return f"{verdict.grade.capitalize()}{':' if reasons else '.'}{reasons}"
 
 
 def remedies_of(verdict: Verdict) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Keys of actuator and hydraulic supply from what their data sheets say."""
+"""Keys of actuator and hydraulic supply from their data sheets."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def actuator(
     bulk_modulus : float or str
         Of the oil with its air and the hoses, Pa: 0.7 GPa with some air, 1.4 GPa without.
     leakage : float or str
-        Over the piston, m³/(s·Pa) or such as ``"0.5 L/min/MPa"``. Leakage damps the oil column, so that none
-        is the careful choice.
+        Over the piston, m³/(s·Pa) or such as ``"0.5 L/min/MPa"``. Leakage damps the oil column, so zero is
+        the conservative choice.
     friction : float or str
         Of the seals, N.
 

@@ -34,7 +34,7 @@ class Question(NamedTuple):
     key: str
     """Section and key of the sheet."""
     text: str
-    """What is asked."""
+    """The question."""
     example: str
     """A value."""
     instead: tuple[str, ...] = ()
@@ -207,7 +207,7 @@ def _controlled(keys: Mapping[str, Any], sample_rate: Any) -> Rig:
         **dict(SELF_CALIBRATION),
     }
     found = start.replace({"structure.softening": None, "structure.kind": "linear"} | dict(keys) | controller)
-    # For whoever turns to the loop as given: the paper's gains suit the paper's valve.
+    # Gains for a change to the loop as given, because the paper's gains suit the paper's valve.
     found = found.replace(design_force_loop(found).coefficients)
     return found.replace({"compensation.response_delay": delay_budget(found).path})
 

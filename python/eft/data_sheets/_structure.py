@@ -69,8 +69,8 @@ def stories(
 
     The dampers of the stories are those whose modal damping ``φᵀCφ/(2ω)`` is the ratio of every mode. Modes
     stay coupled where the dampers are not in proportion to the stiffnesses. Dampers between the floors damp
-    higher modes more. Where no such dampers have the ratios, the nearest are taken, with the lowest mode's
-    ratio kept, and a warning says the ratios that they have.
+    higher modes more. If no such dampers have these ratios, the nearest ones keep the ratio of the lowest
+    mode, and a warning states their ratios.
 
     Parameters
     ----------

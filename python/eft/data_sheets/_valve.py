@@ -1,4 +1,4 @@
-"""Keys of a servovalve from what its data sheet says."""
+"""Keys of a servovalve from its data sheet."""
 
 from __future__ import annotations
 

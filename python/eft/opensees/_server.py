@@ -55,7 +55,7 @@ def serve(
     ready: Callable[[str, int], object] | None = None,
     visited: Callable[[Visit], object] | None = None,
 ) -> None:
-    """Let finite-element models drive a virtual rig, one after another, as the site of their `genericClient`.
+    """Serve a virtual rig to finite-element models, one after another, as the site of their `genericClient`.
 
     Each client finds the rig at rest and its specimen as new. A client that vanishes, falls silent or sends
     what is no message is dropped; the next one is served.
@@ -71,7 +71,7 @@ def serve(
     clients : int, optional
         Clients after which to return; without it the call lasts until it is interrupted.
     patience : float
-        Longest time that a message may take to arrive or to be taken, s.
+        Longest time to receive or send a message, s.
     idle : float
         Longest time between two messages, s.
     ready : callable, optional

@@ -61,9 +61,9 @@ def write_report(
 
     The actuators of a shear building are shown like tests of their own.
 
-    It holds what was tested, the verdict with reasons and remedies, the metrics, time histories to zoom into
-    with the ideal response, the ratio of force to command over the frequency, the spool opening against the
-    advised 60 %, the supply pressure where it changes, and the restoring force. Of a rig that adapts it has
+    It has the verdict with reasons and remedies, the metrics, and time histories with the ideal response and
+    a zoom. It also has the ratio of force to command over the frequency, the spool opening with the advised
+    limit of 60 %, the supply pressure if it changes, and the restoring force. Of a rig that adapts it has
     what was found: flow gain, valve gain, level, response delay, flow curve. Demands and margins,
     configuration and versions follow. Each test of `measured`, by its name, is compared with the first run,
     aligned in time, in a table and charts. It reaches for no network. Written beside and renamed.
@@ -158,7 +158,7 @@ def _measured(title: str, one: Comparison) -> str:
 
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-"""What a page of ours lets a browser do: nothing but show it."""
+"""The browser's permissions for a page: only to show it."""
 
 HINT = '<p class="hint">Drag to zoom, double-click to see all. <button id="reset">Show all</button></p>'
 

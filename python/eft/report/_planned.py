@@ -31,7 +31,7 @@ def planned(runs: Mapping[str, TestRun]) -> Iterator[tuple[str, list[str], list[
         if demands:
             yield (
                 title,
-                ["the command asks for", "", "advised", "there is"],
+                ["demand of the command", "", "advised", "capacity"],
                 [_demand(one) for one in demands],
             )
         try:

@@ -84,7 +84,7 @@ def delay(target: ArrayLike, measured: ArrayLike, sample_rate: float, *, lags: i
 
 
 def rms_error(wanted: ArrayLike, found: ArrayLike) -> float:
-    """Compute J2, J4, J6 and J7: the standard deviation of the error over that of what was wanted.
+    """Compute J2, J4, J6 and J7: the standard deviation of the error over that of the target.
 
     The mean of either is left out, as in the benchmark. `run.metrics().nrmse` keeps it.
 
@@ -117,7 +117,7 @@ def rms_error(wanted: ArrayLike, found: ArrayLike) -> float:
 
 
 def peak_error(wanted: ArrayLike, found: ArrayLike) -> float:
-    """Compute J3, J5, J8 and J9: the largest error over the largest value of what was wanted.
+    """Compute J3, J5, J8 and J9: the largest error over the largest value of the target.
 
     Parameters
     ----------

@@ -142,10 +142,10 @@ def compare(
     measured : Traces, TestRun or path-like
         The reference: a measured test, or another run.
     run : Traces, TestRun or path-like
-        What is compared with it.
+        The test that is compared with it.
     align : bool
-        Whether to move `run` in time by the delay between the commands, or between the forces where one of
-        the tests has no command.
+        Whether to shift `run` by the delay between the commands, or between the forces if one of the tests
+        has no command.
     band : tuple of float
         Frequencies in Hz between which the band ratio is taken.
     columns, units, sample_rate

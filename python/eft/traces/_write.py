@@ -21,7 +21,8 @@ def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
 
     ``.csv``, ``.h5`` or ``.hdf5`` (needs h5py), ``.parquet`` (needs pandas and pyarrow), ``.mat`` (needs
     SciPy; names such as ``force_N`` and ``velocity_mps``), ``.tdms`` (needs npTDMS); ``.eft`` and ``.npz`` as
-    `TestRun.save`, which alone keep the whole run. The file is written under another name and then renamed.
+    `TestRun.save`. Only the last two keep the whole run. The file is written under another name and then
+    renamed.
 
     Parameters
     ----------

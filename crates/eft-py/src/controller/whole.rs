@@ -52,13 +52,13 @@ impl Controller {
     /// spool : float
     ///     Measured spool opening.
     /// supply_pressure : float, optional
-    ///     Measured supply pressure, Pa; needed where ``compensation.supply_correction`` is on, and ignored elsewhere.
+    ///     Measured supply pressure, Pa; needed if ``compensation.supply_correction`` is on, otherwise ignored.
     /// displacement : float, optional
-    ///     Measured displacement, m; needed where the protection limits it or the velocity is estimated.
+    ///     Measured displacement, m; needed if the protection limits it or the velocity is estimated.
     /// acceleration : float, optional
-    ///     Measured acceleration, m/s²; needed where ``controller.velocity_source`` is ``"accelerometer"``.
+    ///     Measured acceleration, m/s²; needed if ``controller.velocity_source`` is ``"accelerometer"``.
     /// next_command : float, optional
-    ///     Force command of the next sample, N; needed where ``compensation.look_ahead`` is on. In `process` the
+    ///     Force command of the next sample, N; needed if ``compensation.look_ahead`` is on. In `process` the
     ///     default is the command's own next sample; the last one is held.
     #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
@@ -146,7 +146,7 @@ impl Controller {
         self.channel.last().status & !eft_core::status::CAUSE
     }
 
-    /// Number of what tripped the protection first, an `eft.Cause`; 0 where nothing has.
+    /// Number of the protection's first cause, an `eft.Cause`; 0 before a trip.
     #[getter]
     fn cause(&self) -> u32 {
         self.channel.last().status >> eft_core::status::CAUSE_SHIFT
@@ -170,13 +170,13 @@ impl Controller {
         self.channel.learned().flow_gain
     }
 
-    /// Delay of the spool that the lead network makes up for, s.
+    /// Delay of the spool for which the lead network compensates, s.
     #[getter]
     fn response_delay_estimate(&self) -> f64 {
         self.channel.learned().response_delay
     }
 
-    /// Delay of the velocity behind the spool, which the lead network makes up for besides, s.
+    /// Delay of the velocity after the spool for which the lead network also compensates, s.
     #[getter]
     fn velocity_delay_estimate(&self) -> f64 {
         self.channel.learned().velocity_delay

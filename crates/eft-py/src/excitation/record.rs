@@ -132,12 +132,12 @@ impl Record {
 /// path : str or path-like
 ///     The file.
 /// dt : float, optional
-///     Step in s, for a file that states none.
+///     Step in s, for a file without a step.
 /// unit : str, optional
 ///     Unit of the values, which a column file must have that states none: ``"g"``, ``"m/s2"``, ``"cm/s2"``,
 ///     ``"mm/s2"``, ``"in/s2"`` or ``"ft/s2"``.
 /// channel : int, optional
-///     Which channel of a V2 file, counted from 1; needed where there are several.
+///     Channel of a V2 file, counted from 1; needed if there are several.
 ///
 /// Returns
 /// -------

@@ -1,4 +1,4 @@
-//! What the delay of a rig is made of, and what makes up for it.
+//! The parts of a rig's delay, and the lead network that compensates for it.
 
 use eft_sim::linear;
 use numpy::{Complex64, PyArray1};
@@ -11,7 +11,7 @@ use crate::rig::Rig;
 
 /// Return the parts of the delay that the lead network has to give back, in s.
 ///
-/// It changes nothing: `compensation.response_delay` is used as it is given.
+/// It does not change `compensation.response_delay`.
 ///
 /// Parameters
 /// ----------

@@ -12,25 +12,25 @@ macro_rules! estimates {
     ($then:ident! { $($more:tt)* }) => {
         $then! {
             learner |calibration| {
-                flow_gain_estimate: "", "Flow gain the controller believes in; 1 is as its table says",
+                flow_gain_estimate: "", "Flow gain in use over that of the table",
                     calibration.flow_gain => |_| 1.0;
-                response_delay_estimate: "s", "Delay of the spool that the controller makes up for",
+                response_delay_estimate: "s", "Delay of the spool for which the controller compensates",
                     calibration.response_delay => |rig| rig.compensation.response_delay;
-                velocity_delay_estimate: "s", "Delay of the velocity behind the spool that the controller makes up for besides",
+                velocity_delay_estimate: "s", "Delay of the velocity after the spool for which the controller also compensates",
                     calibration.velocity_delay => |rig| rig.compensation.velocity_delay;
-                valve_gain_estimate: "", "Spool's gain over the configured one that the controller believes in",
+                valve_gain_estimate: "", "Spool's gain in use over the configured one",
                     calibration.valve_gain => |_| 1.0;
-                level: "", "Overcompensation guard's factor on the compensation level; 1 where it does not act",
+                level: "", "Factor of the overcompensation guard on the compensation level; 1 without its action",
                     calibration.level => |_| 1.0;
-                flow_gain_deviation: "", "Standard deviation of the flow gain by noise; infinite where nothing was learned",
+                flow_gain_deviation: "", "Standard deviation of the flow gain by noise; infinite before anything is learned",
                     calibration.deviations.flow_gain => |_| f64::INFINITY;
-                response_delay_deviation: "s", "Standard deviation of the spool's delay by noise; infinite where nothing was learned",
+                response_delay_deviation: "s", "Standard deviation of the spool's delay by noise; infinite before anything is learned",
                     calibration.deviations.response_delay => |_| f64::INFINITY;
-                velocity_delay_deviation: "s", "Standard deviation of the velocity's delay by noise; infinite where nothing was learned",
+                velocity_delay_deviation: "s", "Standard deviation of the velocity's delay by noise; infinite before anything is learned",
                     calibration.deviations.velocity_delay => |_| f64::INFINITY;
-                valve_gain_deviation: "", "Standard deviation of the spool's gain by noise; infinite where nothing was learned",
+                valve_gain_deviation: "", "Standard deviation of the spool's gain by noise; infinite before anything is learned",
                     calibration.deviations.valve_gain => |_| f64::INFINITY;
-                test_ratio: "", "Gate's test ratio of the last window; above 1 nothing is learned from it",
+                test_ratio: "", "Test ratio of the gate in the last window; above 1 nothing is learned from it",
                     calibration.test_ratio => |_| 0.0;
             }
             $($more)*

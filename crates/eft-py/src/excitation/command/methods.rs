@@ -227,8 +227,7 @@ impl Command {
         self.origin.as_ref().map(|origin| origin.scale)
     }
 
-    /// Mass in kg by which the ground motion became a force, of several actuators an array; `None` of a command that
-    /// is of no ground motion.
+    /// Mass in kg of the effective force, for several actuators an array; `None` for a command without a ground motion.
     #[getter]
     fn mass(&self, py: Python<'_>) -> Option<Py<PyAny>> {
         self.origin.as_ref().map(|origin| origin.mass.clone_ref(py))

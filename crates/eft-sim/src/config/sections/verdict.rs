@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// `[verdict]`: from where on a test deserves a look, and from where on it does not count.
+/// `[verdict]`: limits beyond which the verdict is a caution, and beyond which it is no.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Verdict {
-    /// From where on it deserves a look.
+    /// Limits of a caution.
     pub caution: VerdictLimits,
-    /// From where on it does not count.
+    /// Limits of a no.
     pub no: VerdictLimits,
 }
 
