@@ -1,23 +1,25 @@
-"""Writes what the command line says to the wrong inputs that its tests hold it to."""
+"""Writes the table of wrong inputs, from the tests, with the answers of the command line."""
 
 import contextlib
 import io
 import os
-import runpy
 import shlex
+import sys
 import tempfile
 from pathlib import Path
 
 from eft._files import write_text
 from eft.cli import main
 
-TESTS = Path(__file__).parents[2] / "tests" / "python" / "mistakes.py"
+sys.path.append(str(Path(__file__).parents[2] / "tests" / "python"))
+
+from mistakes import WRONG
 
 
 def write(folder: Path) -> None:
     """Run every wrong input of the tests in a folder of its own and tabulate the answers."""
     lines = ["| wrong | command | answer |", "| --- | --- | --- |"]
-    for name, (arguments, files, _) in runpy.run_path(str(TESTS))["WRONG"].items():
+    for name, (arguments, files, _) in WRONG.items():
         said = _said(arguments, files)
         cells = (name, f"`{shlex.join(['eft', *arguments])}`", f"`{said.replace('`', '´')}`")
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")

@@ -1,0 +1,209 @@
+"""Wrong input to `eft compare`, `identify` and `report`."""
+
+from mistakes.given import CSV
+
+WRONG = {
+    "not a run": (
+        ["compare", "a.eft", "a.eft"],
+        {"a.eft": "words"},
+        ["a.eft", "not a test saved by eft: no archive of arrays"],
+    ),
+    "only one": (["compare", "a.csv"], {"a.csv": CSV}, ["OTHER"]),
+    "no header": (["compare", "a.csv", "a.csv"], {"a.csv": "0,1\n1,2\n2,3\n"}, ["a.csv", "line 1", "header"]),
+    "no unit": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace(" (kN)", "")},
+        ["a.csv", "`force`", "--unit force=", "kip"],
+    ),
+    "unknown unit": (["compare", "a.csv", "a.csv"], {"a.csv": CSV.replace("kN", "tons")}, ["tons", "kip"]),
+    "word among numbers": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.1,2", "0.1,two")},
+        ["a.csv", "line 3", "column 2", "two"],
+    ),
+    "a cell too few": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.1,2", "0.1")},
+        ["line 3", "2"],
+    ),
+    "not a number": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.1,2", "0.1,nan")},
+        ["`force", "2"],
+    ),
+    "time that jumps": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.2", "0.9")},
+        ["evenly", "sample 3"],
+    ),
+    "time that runs back": (["compare", "a.csv", "a.csv"], {"a.csv": CSV.replace("0.2", "-1")}, ["increase"]),
+    "no known column": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("force (kN)", "mood")},
+        ["mood"],
+    ),
+    "nothing in common": (
+        ["compare", "a.csv", "b.csv"],
+        {"a.csv": CSV, "b.csv": CSV.replace("force (kN)", "spool")},
+        ["in common", "spool"],
+    ),
+    "not a MAT file": (["compare", "a.mat", "a.mat"], {"a.mat": "words " * 40}, ["a.mat", "MAT"]),
+    "not an HDF5 file": (["compare", "a.h5", "a.h5"], {"a.h5": "words " * 40}, ["a.h5", "HDF5"]),
+    "not a Parquet file": (["compare", "a.parquet", "a.parquet"], {"a.parquet": "words"}, ["Parquet"]),
+    "column that is not there": (
+        ["compare", "a.csv", "a.csv", "--column", "force=Load 3"],
+        {"a.csv": CSV},
+        ["Load 3", "force (kN)"],
+    ),
+    "quantity that is none": (
+        ["compare", "a.csv", "a.csv", "--unit", "forse=kN"],
+        {"a.csv": CSV},
+        ["forse", "`force`"],
+    ),
+    "unit that is a fruit": (
+        ["compare", "a.csv", "a.csv", "--unit", "force=banana"],
+        {"a.csv": CSV.replace(" (kN)", "")},
+        ["`banana`", "kip"],
+    ),
+    "one sample": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s),force (kN)\n0,1\n"},
+        ["a.csv: 1 sample"],
+    ),
+    "two decimal marks": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s);force (kN)\n0;1,5\n1;2,5\n2;1.003,5\n"},
+        ["a.csv, line 4", "decimal mark"],
+    ),
+    "a text in UTF-16": (["compare", "a.csv", "a.csv"], {"a.csv": CSV.encode("utf-16")}, ["a.csv", "UTF-16"]),
+    "zero bytes in a text": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": CSV.replace("0.1,2", "0.1,\0")},
+        ["a.csv, line 3", "zero bytes"],
+    ),
+    "a preamble without names": (
+        ["compare", "a.txt", "a.txt"],
+        {"a.txt": "MTS793|MPT|ENU|1|0|.|/|:|1|0|0|A\nStation: a\nno columns\n"},
+        ["a.txt", "column names"],
+    ),
+    "spool in volts without a rig": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s),spool (V)\n0,1\n0.1,2\n0.2,1\n"},
+        ["a.csv", "spool (V)", "--rig", "servovalve.spool_sensitivity"],
+    ),
+    "aligned without a correlation": (
+        ["compare", "a.csv", "b.csv", "--align"],
+        {"a.csv": CSV, "b.csv": "time (s),force (kN)\n0,0\n0.1,0\n0.2,0\n"},
+        ["align", "force", "b.csv"],
+    ),
+    "picture of a comparison as a film": (
+        ["compare", "a.csv", "a.csv", "--plot", "a.mp4"],
+        {"a.csv": CSV},
+        ["a.mp4", ".png"],
+    ),
+    "picture in no folder": (
+        ["compare", "a.csv", "a.csv", "--plot", "no/a.png"],
+        {"a.csv": CSV},
+        ["no", "folder"],
+    ),
+    "band of a comparison upside down": (
+        ["compare", "a.csv", "a.csv", "--band", "5", "1"],
+        {"a.csv": CSV},
+        ["band", "(5, 1)"],
+    ),
+    "units of no system": (["compare", "a.csv", "a.csv", "--units", "cgs"], {"a.csv": CSV}, ["cgs", "us"]),
+    "rig of a sensor that is not there": (
+        ["compare", "a.csv", "a.csv", "--rig", "nowhere.toml"],
+        {"a.csv": CSV},
+        ["nowhere.toml", "No such file"],
+    ),
+    "unit line that names no unit": (
+        ["compare", "a.txt", "a.txt"],
+        {"a.txt": "Time\tForce\ns\tstones\n0\t1\n0.1\t2\n"},
+        ["a.txt", "Force", "stones", "kip"],
+    ),
+    "clock that stands still": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s),force (N)\n1,1\n1,2\n1,3\n"},
+        ["a.csv", "time must increase"],
+    ),
+    "not a TDMS file": (["compare", "a.tdms", "a.tdms"], {"a.tdms": "words " * 40}, ["a.tdms", "TDMS"]),
+    "half a TDMS file": (
+        ["compare", "a.tdms", "a.tdms"],
+        {"a.tdms": b"TDSm\x0e\0\0\0"},
+        ["a.tdms", "channels"],
+    ),
+    "not a universal file": (["compare", "a.uff", "a.uff"], {"a.uff": "words " * 40}, ["a.uff", "58"]),
+    "half a universal file": (
+        ["compare", "a.unv", "a.unv"],
+        {"a.unv": "    -1\n    58\nforce\n    -1\n"},
+        ["a.unv", "universal file"],
+    ),
+    "one signal twice": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s),force (kN),force (N)\n0,1,1\n1,2,2\n2,3,3\n"},
+        ["two columns hold force", "force=HEADER"],
+    ),
+    "time that stands": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s),force (kN)\n1,1\n1,2\n1,3\n"},
+        ["must increase, and goes from 1 s to 1 s"],
+    ),
+    "bytes for numbers": (["compare", "a.csv", "a.csv"], {"a.csv": b"\x80\x81" * 99}, ["a.csv", "UTF-8"]),
+    "no lines": (["compare", "a.csv", "a.csv"], {"a.csv": ""}, ["a.csv", "header"]),
+    "spool in volts of an unknown sensor": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": "time (s),spool (V)\n0,1\n0.1,2\n0.2,1\n"},
+        ["a.csv", "--rig"],
+    ),
+    "delay of what is not there": (
+        ["identify", "delay", "a.csv"],
+        {"a.csv": CSV},
+        ["a.csv", "no command", "force"],
+    ),
+    "delay of too little": (
+        ["identify", "delay", "a.csv"],
+        {
+            "a.csv": CSV.replace("time (s)", "time (s),command (kN)")
+            .replace(",1", ",1,1")
+            .replace(",2", ",2,2")
+        },
+        ["eft identify"],
+    ),
+    "curve without an area": (["identify", "curve", "a.csv"], {"a.csv": CSV}, ["--piston-area", "--rig"]),
+    "frequency response without units": (
+        ["identify", "valve", "bode.csv"],
+        {"bode.csv": "frequency,amplitude,phase\n1,1,0\n"},
+        ["bode.csv", "frequency (hz)"],
+    ),
+    "frequency response of an amplifier": (
+        ["identify", "valve", "bode.csv"],
+        {"bode.csv": "frequency (Hz),gain (dB),phase (deg)\n1,0,0\n10,0,10\n20,0,20\n30,0,30\n"},
+        ["frequency response", "fall behind"],
+    ),
+    "band upside down": (
+        ["identify", "delay", "a.csv", "--band", "10", "0.25"],
+        {
+            "a.csv": "time (s),command (kN),force (kN)\n"
+            + "".join(f"{i},{i % 3},{i % 2}\n" for i in range(99))
+        },
+        ["band = (10, 0.25)", "lower first"],
+    ),
+    "curve of a rig that is a folder": (
+        ["identify", "curve", "a.csv", "--rig", "."],
+        {"a.csv": CSV},
+        ["folder"],
+    ),
+    "damping of a folder": (["identify", "damping", "."], {}, ["folder"]),
+    "report of nothing": (["report"], {}, ["RUNS"]),
+    "report of no run": (
+        ["report", "a.eft"],
+        {"a.eft": "words"},
+        ["a.eft", "not a test saved by eft: no archive of arrays"],
+    ),
+    "report of a folder": (["report", ".", "-o", "a.html"], {"a.csv": CSV}, ["not a study"]),
+    "report as a picture": (["report", "a.eft", "-o", "a.png"], {"a.eft": "words"}, ["a.png", ".html"]),
+    "report of measurements alone": (["report", "a.csv"], {"a.csv": CSV}, ["a.csv", "run.eft"]),
+    "half a run": (["report", "a.eft"], {"a.eft": b"PK\x03\x04half"}, ["a.eft", "not a test saved by eft"]),
+    "one run twice": (["report", "a.eft", "a.eft"], {"a.eft": "words"}, ["a.eft is given twice"]),
+}
