@@ -3,15 +3,17 @@
 
 use eft_core::{ControllerInput, ControllerOutput, ControllerState, Flags, Mask, Real, Scalar};
 
-use crate::closed_loop::channels::{ChannelKind, step_channels};
+use crate::closed_loop::channel::RigChannel;
+use crate::closed_loop::channels::{Answers, ChannelKind, step_channels};
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::drive::Voltages;
-use crate::closed_loop::digital_side::{CellReading, Decides, DigitalSide, Feedback};
+use crate::closed_loop::digital_side::drive::Outputs;
+use crate::closed_loop::digital_side::{Decides, DigitalSide};
 use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::learning::LearningLanes;
 use crate::closed_loop::outside::Answer;
 use crate::closed_loop::signals::{convert, convert_flags};
 use crate::closed_loop::tick::Decision;
-use crate::instruments::Signals;
+use crate::instruments::{DelayLines, Signals};
 use crate::lanes::{Num, WIDEST};
 use crate::plant::Driver;
 
@@ -33,12 +35,66 @@ where
 
 /// What controllers without a protection put out.
 #[inline(always)]
-fn output<S: Num, C: Scalar>(out: &ControllerOutput<C>) -> Voltages<S> {
-    Voltages {
-        output: convert(out.valve_command),
+fn outputs<S: Num, C: Scalar>(
+    commands: [S; 2],
+    measured: Signals<S>,
+    out: &ControllerOutput<C>,
+) -> Outputs<S> {
+    Outputs {
+        commands,
+        measured,
+        voltage: convert(out.valve_command),
         compensation: convert(out.compensation),
         authority: S::splat(1.0),
         status: convert_flags(out.status),
+    }
+}
+
+/// Lets channels side by side that learn decide; `stood` is the valve command (V) until now.
+#[inline(always)]
+pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar>(
+    learning: &mut LearningLanes<S, C>,
+    computation: &mut DelayLines,
+    commands: [S; 2],
+    mut measured: Signals<S>,
+    stood: S,
+) -> Outputs<S>
+where
+    C::Element: Precision,
+{
+    let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
+    let input = input(commands, &measured);
+    let out = learning.step(&input, convert(stood), path);
+    measured.velocity = convert(input.velocity);
+    outputs([convert(input.command), convert(input.next_command)], measured, &out)
+}
+
+/// Lets a channel a lane decide.
+#[inline(always)]
+pub(super) fn run_channels<S: Num, P: Precision>(
+    channels: &mut [RigChannel<P>],
+    answers: &mut Answers,
+    kind: ChannelKind,
+    computation: &mut DelayLines,
+    [command, next_command]: [S; 2],
+    mut measured: Signals<S>,
+    stood: S,
+) -> Outputs<S> {
+    step_channels(channels, answers, &measured, [command, next_command, stood], computation);
+    let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
+    // A controller alone passes on what it was given, in double precision.
+    let mut commands = [command, next_command];
+    if kind != ChannelKind::Controller {
+        measured.velocity = of(&answers.velocity);
+        commands = [of(&answers.permitted[0]), of(&answers.permitted[1])];
+    }
+    Outputs {
+        commands,
+        measured,
+        voltage: of(&answers.voltage),
+        compensation: of(&answers.compensation),
+        authority: of(&answers.authority),
+        status: S::Flags::from_lanes(|i| answers.status[i]),
     }
 }
 
@@ -53,74 +109,11 @@ where
         state: &mut ControllerState<C>,
         commands: [S; 2],
         measured: Signals<S>,
-        cell: CellReading<S>,
-        plant: &impl Feedback<S>,
-    ) -> Decision<S> {
+    ) -> Outputs<S> {
         let computation = &mut self.computation;
         let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
         let out = self.controller.step(state, &input(commands, &measured), &self.calibration, path);
-        self.drive::<IDEAL, false>(commands, measured, cell, plant, output(&out))
-    }
-
-    /// Lets channels side by side that learn decide.
-    #[inline(always)]
-    pub(super) fn learn<const IDEAL: bool>(
-        &mut self,
-        commands: [S; 2],
-        mut measured: Signals<S>,
-        cell: CellReading<S>,
-        plant: &impl Feedback<S>,
-    ) -> Decision<S> {
-        let stood = self.stood::<IDEAL>(commands[0], cell, plant);
-        let Decides::Learning(learning) = &mut self.decides else { return self.ask(commands, measured) };
-        let computation = &mut self.computation;
-        let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
-        let input = input(commands, &measured);
-        let out = learning.step(&input, convert(stood), path);
-        measured.velocity = convert(input.velocity);
-        let commands = [convert(input.command), convert(input.next_command)];
-        self.drive::<IDEAL, true>(commands, measured, cell, plant, output(&out))
-    }
-
-    /// Lets a channel a lane decide.
-    #[inline(always)]
-    pub(super) fn run_channels(
-        &mut self,
-        commands: [S; 2],
-        mut measured: Signals<S>,
-        cell: CellReading<S>,
-        plant: &impl Feedback<S>,
-    ) -> Decision<S> {
-        let [command, next_command] = commands;
-        let first = match &self.decides {
-            Decides::Channels(channels, _) if self.before.is_none() => {
-                S::from_lanes(|i| channels.get(i).map_or(0.0, |one| one.preview(command.lane(i))))
-            }
-            _ => command,
-        };
-        let stood = self.stood::<false>(first, cell, plant);
-        let Decides::Channels(channels, answers) = &mut self.decides else {
-            return self.ask(commands, measured);
-        };
-        step_channels(channels, answers, &measured, [command, next_command, stood], &mut self.computation);
-        let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
-        // A controller alone passes on what it was given, in double precision.
-        let commands = if self.kind == ChannelKind::Controller {
-            commands
-        } else {
-            measured.velocity = of(&answers.velocity);
-            [of(&answers.permitted[0]), of(&answers.permitted[1])]
-        };
-        let out = Voltages {
-            output: of(&answers.voltage),
-            compensation: of(&answers.compensation),
-            authority: of(&answers.authority),
-            status: S::Flags::from_lanes(|i| answers.status[i]),
-        };
-        if self.adapts {
-            self.estimates = self.estimates.or(|i| channels[i].calibration());
-        }
-        self.drive::<false, true>(commands, measured, cell, plant, out)
+        outputs(commands, measured, &out)
     }
 
     /// Lets the controller from outside decide.

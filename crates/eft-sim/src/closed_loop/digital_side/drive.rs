@@ -12,9 +12,13 @@ use crate::plant::Driver;
 
 /// What the controllers put out.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Voltages<S: Num> {
+pub(super) struct Outputs<S: Num> {
+    /// Commands (N) that they follow now and, if nothing new happens, at the next tick.
+    pub(super) commands: [S; 2],
+    /// What was measured, with the velocity that they took.
+    pub(super) measured: Signals<S>,
     /// To the converter (V).
-    pub(super) output: S,
+    pub(super) voltage: S,
     /// The compensation signal (V).
     pub(super) compensation: S,
     /// Factor (1) that protections put on an analog controller's valve command.
@@ -35,11 +39,20 @@ where
         cell: CellReading<S>,
         plant: &impl Feedback<S>,
     ) -> S {
-        if !IDEAL && self.realization == Realization::Digital {
-            return S::splat(0.0);
-        }
         let zero = S::splat(0.0);
-        let [command, rate, compensation] = self.before.unwrap_or([command, zero, zero]);
+        if !IDEAL && self.realization == Realization::Digital {
+            return zero;
+        }
+        let first = || match &self.decides {
+            Decides::Channels(channels, _) => {
+                S::from_lanes(|i| channels.get(i).map_or(0.0, |one| one.preview(command.lane(i))))
+            }
+            _ => command,
+        };
+        let [command, rate, compensation] = match self.before {
+            Some(before) => before,
+            None => [if IDEAL { command } else { first() }, zero, zero],
+        };
         let analog = self.analog.at(command, rate, compensation);
         plant.command(&Driver::analog(analog.through((cell.gain, cell.offset)), IDEAL || cell.ideal))
     }
@@ -49,14 +62,13 @@ where
     #[inline(always)]
     pub(super) fn drive<const IDEAL: bool, const REMEMBERS: bool>(
         &mut self,
-        [command, next_command]: [S; 2],
-        measured: Signals<S>,
+        out: Outputs<S>,
         cell: CellReading<S>,
         plant: &impl Feedback<S>,
-        out: Voltages<S>,
     ) -> Decision<S> {
+        let [command, next_command] = out.commands;
         let (output, clipped) =
-            if IDEAL { (out.output, S::Flags::default()) } else { self.dac.convert(out.output) };
+            if IDEAL { (out.voltage, S::Flags::default()) } else { self.dac.convert(out.voltage) };
         let (driver, valve_command, compensation) = if IDEAL || self.realization == Realization::Analog {
             let mut rate = (next_command - command) * S::splat(self.sample_rate);
             // Only a protection opens the loop.
@@ -85,6 +97,6 @@ where
             (Driver::held(output), output, out.compensation)
         };
         let status = out.status | clipped;
-        Decision { measured, valve_command, compensation, status, driver }
+        Decision { measured: out.measured, valve_command, compensation, status, driver }
     }
 }

@@ -8,6 +8,7 @@ use eft_core::{Calibration, ControllerState, Mask, Scalar};
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::channels::{Answers, ChannelKind};
 use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
+use crate::closed_loop::digital_side::decide::{learn, run_channels};
 use crate::closed_loop::estimates::Estimates;
 use crate::closed_loop::learning::LearningLanes;
 use crate::closed_loop::outside::Outside;
@@ -174,11 +175,20 @@ where
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
         let commands = [command, next_command];
-        match (IDEAL, LEARNS) {
-            (true, true) => self.learn::<true>(commands, truth, CellReading::ideal(), plant),
-            (true, false) => self.control::<true>(state, commands, truth, CellReading::ideal(), plant),
-            _ => self.sample_with_all(state, commands, truth, plant),
+        if !IDEAL {
+            return self.sample_with_all(state, commands, truth, plant);
         }
+        let cell = CellReading::ideal();
+        if !LEARNS {
+            let out = self.control::<true>(state, commands, truth);
+            return self.drive::<true, false>(out, cell, plant);
+        }
+        let stood = self.stood::<true>(command, cell, plant);
+        let Decides::Learning(learning) = &mut self.decides else {
+            return self.sample_with_all(state, commands, truth, plant);
+        };
+        let out = learn::<true, S, C>(learning, &mut self.computation, commands, truth, stood);
+        self.drive::<true, true>(out, cell, plant)
     }
 
     /// The same with every instrument and channel.
@@ -203,12 +213,26 @@ where
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
         let (measured, cell) = self.measure(truth);
-        match self.decides {
-            Decides::SideBySide => self.control::<false>(state, commands, measured, cell, plant),
-            Decides::Learning(_) => self.learn::<false>(commands, measured, cell, plant),
-            Decides::Channels(..) => self.run_channels(commands, measured, cell, plant),
-            Decides::Outside(_) => self.ask(commands, measured),
-        }
+        let stood = match self.decides {
+            Decides::Learning(_) | Decides::Channels(..) => self.stood::<false>(commands[0], cell, plant),
+            _ => S::splat(0.0),
+        };
+        let computation = &mut self.computation;
+        let out = match &mut self.decides {
+            Decides::SideBySide => self.control::<false>(state, commands, measured),
+            Decides::Learning(learning) => {
+                learn::<false, S, C>(learning, computation, commands, measured, stood)
+            }
+            Decides::Channels(channels, answers) => {
+                let out = run_channels(channels, answers, self.kind, computation, commands, measured, stood);
+                if self.adapts {
+                    self.estimates = self.estimates.or(|i| channels[i].calibration());
+                }
+                out
+            }
+            Decides::Outside(_) => return self.ask(commands, measured),
+        };
+        self.drive::<false, true>(out, cell, plant)
     }
 
     /// What the learners have found by the last sample, as the controllers use it.
