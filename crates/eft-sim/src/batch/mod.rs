@@ -70,10 +70,10 @@ pub fn simulate_batch<P: Precision>(
             let side_by_side: Vec<_> = piece.places.iter().map(|&place| tests[place]).collect();
             let wide = SideBySide { tests: &side_by_side, kind, options, stopped };
             match wide.run_widest(P::WIDTH) {
-                Ok(outcomes) => return piece.places.iter().copied().zip(outcomes).collect(),
+                Some(Ok(outcomes)) => return piece.places.iter().copied().zip(outcomes).collect(),
+                Some(Err(_)) if stopped() => return Vec::new(),
                 // One of them is refused; each alone says which.
-                Err(_) if !stopped() => {}
-                Err(_) => return Vec::new(),
+                _ => {}
             }
         }
         piece.places.iter().map(|&place| alone(place, stopped)).collect()

@@ -44,12 +44,12 @@ impl<P: Precision> WideWork for InPrecision<'_, P> {
 }
 
 impl SideBySide<'_> {
-    /// The outcome of each, in order.
+    /// The outcome of each, in order; none on a processor that gains nothing by it.
     ///
     /// # Errors
     /// A controller that the core refuses, or an interruption.
     // Not generic, so that it is compiled here once.
-    pub(super) fn run_widest(self, width: Width) -> Result<Vec<Result<Outcome>>> {
+    pub(super) fn run_widest(self, width: Width) -> Option<Result<Vec<Result<Outcome>>>> {
         match width {
             Width::Single => dispatch_wide(InPrecision::<f32>(self, std::marker::PhantomData)),
             Width::Double => dispatch_wide(InPrecision::<f64>(self, std::marker::PhantomData)),

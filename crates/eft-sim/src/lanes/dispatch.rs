@@ -4,6 +4,8 @@
 #[cfg(target_arch = "x86_64")]
 use std::any::TypeId;
 
+use eft_core::Scalar;
+
 use crate::lanes::Num;
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::eight::Eight;
@@ -43,27 +45,22 @@ pub(crate) trait WideWork {
     fn run<S: Num>(self) -> Self::Output;
 }
 
-/// How many rigs that is.
+/// How many rigs run side by side on this processor: one where nothing is gained by more.
 pub(crate) fn width() -> usize {
-    struct Width;
-    impl WideWork for Width {
-        type Output = usize;
-        fn run<S: Num>(self) -> usize {
-            S::LANES
-        }
-    }
-    dispatch_wide(Width)
+    #[cfg(target_arch = "x86_64")]
+    return if has_avx2() { Eight::LANES } else { 1 };
+    #[cfg(not(target_arch = "x86_64"))]
+    Four::LANES
 }
 
-/// Runs `work` with as many numbers side by side as this processor has room for.
-pub(crate) fn dispatch_wide<W: WideWork>(work: W) -> W::Output {
+/// Two to a register on processors of other kinds.
+#[cfg(not(target_arch = "x86_64"))]
+type Four = eft_core::Lanes<f64, 4>;
+
+/// Runs `work` with [`width`] numbers side by side; none where that is one.
+pub(crate) fn dispatch_wide<W: WideWork>(work: W) -> Option<W::Output> {
     #[cfg(target_arch = "x86_64")]
-    if has_avx2() {
-        return work.run::<Eight>();
-    }
-    // Two to a register on processors of other kinds; those without AVX2 run one after the other.
+    return has_avx2().then(|| work.run::<Eight>());
     #[cfg(not(target_arch = "x86_64"))]
-    return work.run::<eft_core::Lanes<f64, 4>>();
-    #[cfg(target_arch = "x86_64")]
-    work.run::<f64>()
+    Some(work.run::<Four>())
 }
