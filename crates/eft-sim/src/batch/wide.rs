@@ -5,8 +5,9 @@ use eft_core::{Mask, status};
 use crate::batch::floor::{Ended, Floor};
 use crate::batch::pieces::Kind;
 use crate::batch::{BatchOptions, Outcome, Test};
+use crate::closed_loop::fast::FastLoop;
 use crate::closed_loop::general::GeneralLoop;
-use crate::closed_loop::loops::{ClosedLoop, PlainTest};
+use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::traces::BLOCK_TICKS;
 use crate::closed_loop::{Precision, Width};
 use crate::error::{Error, Result};
@@ -38,7 +39,7 @@ impl<P: Precision> WideWork for InPrecision<'_, P> {
             work.run_on::<S>(&mut if work.options.traces { test } else { test.without_account() })
         } else {
             let method = work.options.simulate.method;
-            work.run_on::<S>(&mut PlainTest::<S, P::Lanes<S>>::new(rig, grid, method)?)
+            work.run_on::<S>(&mut FastLoop::<S, P::Lanes<S>>::new(rig, grid, method)?)
         }
     }
 }

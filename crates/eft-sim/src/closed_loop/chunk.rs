@@ -1,56 +1,68 @@
-//! Some ticks of a test, of one rig or of several side by side.
+//! The fast path through some ticks of a test, of one rig or of several side by side.
 
 use eft_core::{Mask, Scalar};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::Path;
-use crate::closed_loop::fast::{FastLoop, LoopState};
+use crate::closed_loop::fast::FastLoop;
+use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::method::Method;
 use crate::closed_loop::tick::Recorder;
-use crate::lanes::Num;
-use crate::lanes::{Work, dispatch};
+use crate::lanes::{Num, Work, dispatch};
+use crate::plant::EnergyBalance;
 
-/// Runs up to `ticks` ticks of a test and returns how many began with a bounded state. `commands` may go on beyond
-/// them; where it ends with them, the last one is held.
-pub(crate) fn run<S: Num, C: Scalar>(
-    test: &mut FastLoop<S, C>,
-    state: &mut LoopState<S, C>,
-    commands: &[S],
-    ticks: usize,
-    recorder: &mut impl Recorder<S>,
-) -> usize
+impl<S: Num, C: Scalar> ClosedLoop<S> for FastLoop<S, C>
 where
     C::Element: Precision,
 {
-    match (test.method(), test.path()) {
-        (Method::RungeKutta, _) => {
-            dispatch::<S, _>(Chunk::<S, C, _, false, false, false> { test, state, commands, ticks, recorder })
+    fn run(&mut self, commands: &[&[S]], ticks: usize, recorders: &mut [impl Recorder<S>]) -> usize {
+        let path = match self.method {
+            Method::RungeKutta => Path::General,
+            Method::Exponential => self.digital.path(),
+        };
+        let (Some(commands), Some(recorder)) = (commands.first(), recorders.first_mut()) else { return 0 };
+        match path {
+            Path::Ideal => {
+                dispatch::<S, _>(Chunk::<S, C, _, true, false> { test: self, commands, ticks, recorder })
+            }
+            Path::IdealLearning => {
+                dispatch::<S, _>(Chunk::<S, C, _, true, true> { test: self, commands, ticks, recorder })
+            }
+            Path::General => {
+                dispatch::<S, _>(Chunk::<S, C, _, false, false> { test: self, commands, ticks, recorder })
+            }
         }
-        (Method::Exponential, Path::Ideal) => {
-            dispatch::<S, _>(Chunk::<S, C, _, true, false, true> { test, state, commands, ticks, recorder })
-        }
-        (Method::Exponential, Path::IdealLearning) => {
-            dispatch::<S, _>(Chunk::<S, C, _, true, true, true> { test, state, commands, ticks, recorder })
-        }
-        (Method::Exponential, Path::General) => {
-            dispatch::<S, _>(Chunk::<S, C, _, false, false, true> { test, state, commands, ticks, recorder })
-        }
+    }
+    fn is_bounded(&self) -> S::Mask {
+        self.state.is_bounded()
+    }
+    fn restart(&mut self, at: S::Mask) {
+        self.state.restart(at);
+    }
+    fn end(&mut self) {
+        self.digital.end();
+    }
+    fn found_flows(&self, _: usize, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
+        self.digital.found_flows(openings, lane)
+    }
+    fn balance(&self, _: usize) -> Option<EnergyBalance> {
+        None
     }
 }
 
-struct Chunk<'a, S: Num, C: Scalar, K, const IDEAL: bool, const LEARNS: bool, const EXPONENTIAL: bool>
+/// Some ticks of a test.
+struct Chunk<'a, S: Num, C: Scalar, K, const IDEAL: bool, const LEARNS: bool>
 where
     C::Element: Precision,
 {
     test: &'a mut FastLoop<S, C>,
-    state: &'a mut LoopState<S, C>,
     commands: &'a [S],
     ticks: usize,
     recorder: &'a mut K,
 }
 
-impl<S: Num, C: Scalar, K: Recorder<S>, const IDEAL: bool, const LEARNS: bool, const EXPONENTIAL: bool> Work
-    for Chunk<'_, S, C, K, IDEAL, LEARNS, EXPONENTIAL>
+impl<S: Num, C: Scalar, K: Recorder<S>, const IDEAL: bool, const LEARNS: bool> Work
+    for Chunk<'_, S, C, K, IDEAL, LEARNS>
 where
     C::Element: Precision,
 {
@@ -58,12 +70,12 @@ where
 
     #[inline(always)]
     fn run(self) -> usize {
-        let mut state = *self.state;
+        let mut state = self.test.state;
         let mut done = 0;
-        while done < self.ticks && FastLoop::<S, C>::is_bounded(&state).all() {
+        while done < self.ticks && state.is_bounded().all() {
             let command = self.commands[done];
             let next = self.commands.get(done + 1).copied().unwrap_or(command);
-            if !EXPONENTIAL {
+            if !IDEAL && self.test.method == Method::RungeKutta {
                 let tick = self.test.sample::<IDEAL, LEARNS>(&mut state, command, next);
                 self.recorder.record(done, &tick, self.test.estimates());
                 self.test.advance_by_runge_kutta(&mut state, &tick.decision.driver);
@@ -82,7 +94,7 @@ where
             }
             done += 1;
         }
-        *self.state = state;
+        self.test.state = state;
         done
     }
 }

@@ -3,7 +3,7 @@
 use eft_core::{ControllerState, Scalar};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{DigitalSide, Feedback, Path};
+use crate::closed_loop::digital_side::{DigitalSide, Feedback};
 use crate::closed_loop::estimates::Estimates;
 use crate::closed_loop::method::Method;
 use crate::closed_loop::tick::Tick;
@@ -18,9 +18,12 @@ where
     C::Element: Precision,
 {
     plant: Exponential<S>,
-    digital: DigitalSide<S, C>,
+    /// Sensors and controller.
+    pub(super) digital: DigitalSide<S, C>,
     grid: TimeGrid,
-    method: Method,
+    /// How the plant is carried from tick to tick.
+    pub(super) method: Method,
+    pub(super) state: LoopState<S, C>,
 }
 
 /// The force and pressure of a plant in a state, as its drive gets them.
@@ -47,43 +50,33 @@ pub(crate) struct LoopState<S, C: Scalar> {
     digital: ControllerState<C>,
 }
 
+impl<S: Num, C: Scalar> LoopState<S, C> {
+    /// Where the plant's state is finite and bounded.
+    #[inline(always)]
+    pub(crate) fn is_bounded(&self) -> S::Mask {
+        self.plant.plant().is_bounded()
+    }
+
+    /// Puts the plants back to rest where the mask is true.
+    pub(super) fn restart(&mut self, at: S::Mask) {
+        self.plant = FastState::select(at, FastState::default(), self.plant);
+    }
+}
+
 impl<S: Num, C: Scalar> FastLoop<S, C>
 where
     C::Element: Precision,
 {
-    /// The loops of `rig(0)`, `rig(1)`, … one a lane; all of one realization.
+    /// The loops of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization.
     pub(crate) fn new<'a>(
         rig: impl Fn(usize) -> &'a RigConfig,
         grid: TimeGrid,
         method: Method,
     ) -> Result<Self> {
         let plant = Exponential::pack(&rig, grid)?;
-        Ok(Self { plant, digital: DigitalSide::new(&rig, grid.sample_rate, 0)?, grid, method })
-    }
-
-    /// The state at rest.
-    pub(crate) fn at_rest(&self) -> LoopState<S, C> {
-        LoopState { plant: FastState::default(), digital: ControllerState::default() }
-    }
-
-    /// As [`DigitalSide::path`].
-    pub(crate) fn path(&self) -> Path {
-        self.digital.path()
-    }
-
-    /// How the plant is carried from tick to tick.
-    pub(crate) fn method(&self) -> Method {
-        self.method
-    }
-
-    /// Sensors and controller.
-    pub(crate) fn digital(&mut self) -> &mut DigitalSide<S, C> {
-        &mut self.digital
-    }
-
-    /// The same, to look at.
-    pub(crate) fn digital_side(&self) -> &DigitalSide<S, C> {
-        &self.digital
+        let digital = DigitalSide::new(&rig, grid.sample_rate, 0)?;
+        let state = LoopState { plant: FastState::default(), digital: ControllerState::default() };
+        Ok(Self { plant, digital, grid, method, state })
     }
 
     /// What the learners have found by the last sample.
@@ -109,17 +102,6 @@ where
         let decision = digital.sample::<IDEAL, LEARNS>(at, command, next_command, truth, &feedback);
         let force = blocks.force(now.plant());
         Tick::new(command, *now.plant(), force, &truth, blocks.at_limits(now.plant()), decision)
-    }
-
-    /// Where the plant's state is finite and bounded.
-    #[inline(always)]
-    pub(crate) fn is_bounded(state: &LoopState<S, C>) -> S::Mask {
-        state.plant.plant().is_bounded()
-    }
-
-    /// Puts the plants back to rest where the mask is true.
-    pub(crate) fn restart(state: &mut LoopState<S, C>, at: S::Mask) {
-        state.plant = FastState::select(at, FastState::default(), state.plant);
     }
 
     /// What of the way to the next tick can be computed beside the sample.

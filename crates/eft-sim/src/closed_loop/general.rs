@@ -4,6 +4,7 @@ use eft_core::{ControllerState, Flags, Mask, Scalar, status};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
+use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::specimen::{Follower, Follows, Specimen};
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::RigConfig;
@@ -18,7 +19,7 @@ where
 {
     plant: Plant<S>,
     /// One an actuator.
-    digital: Vec<DigitalSide<S, C>>,
+    pub(super) digital: Vec<DigitalSide<S, C>>,
     states: Vec<ControllerState<C>>,
     drivers: Vec<Driver<S>>,
     /// A structure outside, where the rig's own does not follow.
@@ -68,31 +69,6 @@ where
         Self { plant: self.plant.without_account(), ..self }
     }
 
-    /// As [`ClosedLoop::run`](crate::closed_loop::loops::ClosedLoop::run).
-    pub(crate) fn run(
-        &mut self,
-        commands: &[&[S]],
-        ticks: usize,
-        recorder: &mut [impl Recorder<S>],
-    ) -> usize {
-        dispatch::<S, _>(Ticks { test: self, commands, ticks, recorder })
-    }
-
-    /// Where the plant's state is one to go on from.
-    #[inline(always)]
-    pub(crate) fn is_bounded(&self) -> S::Mask {
-        let mut bounded = S::Mask::splat(self.failure().is_none());
-        for i in 0..self.digital.len() {
-            bounded = bounded & self.plant.actuator(i).is_bounded();
-        }
-        bounded
-    }
-
-    /// Puts the plants back to rest where the mask is true.
-    pub(crate) fn restart(&mut self, at: S::Mask) {
-        self.plant.restart(at);
-    }
-
     /// Tick `i` of these commands.
     #[inline(always)]
     fn tick(&mut self, i: usize, commands: &[&[S]], recorder: &mut [impl Recorder<S>]) {
@@ -126,25 +102,38 @@ where
             Some(follower) => follower.advance(plant, drivers, *grid),
         }
     }
+}
 
-    /// Sensors and controllers.
-    pub(crate) fn sides(&mut self) -> impl Iterator<Item = &mut DigitalSide<S, C>> {
-        self.digital.iter_mut()
+impl<S: Num, C: Scalar> ClosedLoop<S> for GeneralLoop<S, C>
+where
+    C::Element: Precision,
+{
+    fn run(&mut self, commands: &[&[S]], ticks: usize, recorder: &mut [impl Recorder<S>]) -> usize {
+        dispatch::<S, _>(Ticks { test: self, commands, ticks, recorder })
     }
-
-    /// Those of an actuator.
-    pub(crate) fn side(&self, actuator: usize) -> &DigitalSide<S, C> {
-        &self.digital[actuator]
+    #[inline(always)]
+    fn is_bounded(&self) -> S::Mask {
+        let mut bounded = S::Mask::splat(self.failure().is_none());
+        for i in 0..self.digital.len() {
+            bounded = bounded & self.plant.actuator(i).is_bounded();
+        }
+        bounded
     }
-
-    /// Why a structure outside could not go on.
-    pub(crate) fn failure(&self) -> Option<&str> {
-        self.follower.as_ref().and_then(|follower| follower.failure())
+    fn restart(&mut self, at: S::Mask) {
+        self.plant.restart(at);
     }
-
-    /// Where the energy of a lane went so far; what a structure outside takes up is in no book of ours.
-    pub(crate) fn balance(&self, lane: usize) -> Option<EnergyBalance> {
+    fn end(&mut self) {
+        self.digital.iter_mut().for_each(DigitalSide::end);
+    }
+    fn found_flows(&self, actuator: usize, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
+        self.digital[actuator].found_flows(openings, lane)
+    }
+    // What a structure outside takes up is in no book of ours.
+    fn balance(&self, lane: usize) -> Option<EnergyBalance> {
         self.follower.is_none().then(|| self.plant.balance(lane))
+    }
+    fn failure(&self) -> Option<&str> {
+        self.follower.as_ref().and_then(|follower| follower.failure())
     }
 }
 

@@ -6,7 +6,7 @@ mod chunk;
 mod controller;
 mod digital_side;
 pub(crate) mod estimates;
-mod fast;
+pub(crate) mod fast;
 pub(crate) mod general;
 mod ideal;
 mod learning;

@@ -5,8 +5,9 @@ use std::iter;
 use eft_core::{Cause, status};
 
 use crate::closed_loop::controller::{Precision, Width};
+use crate::closed_loop::fast::FastLoop;
 use crate::closed_loop::general::GeneralLoop;
-use crate::closed_loop::loops::{ClosedLoop, PlainTest};
+use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::method::Method;
 use crate::closed_loop::outside::Outside;
 use crate::closed_loop::specimen::Specimen;
@@ -253,14 +254,14 @@ fn through<P: Precision>(
     let grid = options.grid(rig, sample_rate)?;
     let detailed = needs_detail(rig) || commands.len() > 1;
     if !detailed && specimen.is_none() {
-        let mut test = PlainTest::<f64, P::Lanes<f64>>::new(|_| rig, grid, options.method)?;
+        let mut test = FastLoop::<f64, P::Lanes<f64>>::new(|_| rig, grid, options.method)?;
         if let Some(outside) = outside {
-            test.test.digital().controlled_by(outside);
+            test.digital.controlled_by(outside);
         }
         return run_through(&mut test, rig, commands, go_on);
     }
     let mut test = GeneralLoop::<f64, P::Lanes<f64>>::new(|_| rig, grid)?;
-    if let (Some(outside), Some(side)) = (outside, test.sides().next()) {
+    if let (Some(outside), Some(side)) = (outside, test.digital.first_mut()) {
         side.controlled_by(outside);
     }
     if let Some(specimen) = specimen {

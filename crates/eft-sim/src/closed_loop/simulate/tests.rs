@@ -136,8 +136,8 @@ fn what_does_not_fit_the_building_is_refused() {
 fn by_channel<P: Precision>(rig: &RigConfig, command: &Command) -> TestRun {
     let options = SimulateOptions::default();
     let grid = options.grid(rig, command.sample_rate).unwrap();
-    let mut test = PlainTest::<f64, P::Lanes<f64>>::new(|_| rig, grid, options.method).unwrap();
-    test.test.digital().run_by_channel(rig);
+    let mut test = FastLoop::<f64, P::Lanes<f64>>::new(|_| rig, grid, options.method).unwrap();
+    test.digital.run_by_channel(rig);
     run_through(&mut test, rig, std::slice::from_ref(command), &mut |_, _| true).unwrap().remove(0)
 }
 
