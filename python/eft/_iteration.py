@@ -47,7 +47,7 @@ class DriveIteration:
     coherence: Array
     """Of force and drive, of the last repeat, from 0 to 1."""
     corrected: NDArray[np.bool_]
-    """Whether each frequency is corrected: it lies within the band and has enough coherence."""
+    """Whether each frequency is corrected, within the band and with enough coherence."""
     stopped: str
     """Reason for the end of the iteration."""
     runs: tuple[TestRun, ...] = field(default=(), repr=False)
