@@ -3,8 +3,11 @@
 from importlib import metadata
 from pathlib import Path
 
+from docutils import nodes
+from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.util import logging
+from sphinx.writers.html5 import HTML5Translator
 
 project = "eft"
 author = "The eft developers"
@@ -30,6 +33,8 @@ autodoc_typehints_description_target = "documented"
 autodoc_type_aliases = {name: name for name in ("ArrayLike", "Array")}
 napoleon_use_ivar = True
 
+# Browsers draw MathML without a script, so a page from the disk needs no network.
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"eft {release}"
 html_static_path = ["static"]
@@ -46,6 +51,17 @@ def _refuse_colons(
         logging.getLogger(__name__).warning("%s: its first line must not have a colon", name)
 
 
+def _inline(page: HTML5Translator, node: nodes.math) -> None:
+    page.body.append(convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def _displayed(page: HTML5Translator, node: nodes.math_block) -> None:
+    page.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>')
+    raise nodes.SkipNode
+
+
 def setup(app: Sphinx) -> None:
-    """Check the texts of attributes before napoleon reads them."""
+    """Draw equations, and check the texts of attributes before napoleon reads them."""
+    app.add_html_math_renderer("mathml", (_inline, None), (_displayed, None))
     app.connect("autodoc-process-docstring", _refuse_colons, priority=400)
