@@ -9,6 +9,7 @@ use std::path::PathBuf;
 
 use eft_sim::{Error, Result};
 
+use crate::both::{calls, states, without};
 use crate::boundary::{self, Address, CATEGORY, Status};
 use crate::variables::Type;
 
@@ -130,29 +131,11 @@ unsafe extern "C" fn fmi2SetupExperiment(
     unsafe { boundary::with(c, |instance| instance.set_start(start)) }
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2EnterInitializationMode(c: *mut c_void) -> Status {
-    unsafe { boundary::with(c, |instance| instance.enter_initialization()) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2ExitInitializationMode(c: *mut c_void) -> Status {
-    unsafe { boundary::with(c, |instance| instance.exit_initialization()) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2Terminate(c: *mut c_void) -> Status {
-    unsafe { boundary::with(c, |instance| instance.terminate()) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2Reset(c: *mut c_void) -> Status {
-    unsafe {
-        boundary::with(c, |instance| {
-            instance.reset();
-            Ok(())
-        })
-    }
+calls! {
+    fmi2EnterInitializationMode => enter_initialization;
+    fmi2ExitInitializationMode => exit_initialization;
+    fmi2Terminate => terminate;
+    fmi2Reset => reset;
 }
 
 #[unsafe(no_mangle)]
@@ -185,44 +168,9 @@ unsafe extern "C" fn fmi2SetBoolean(c: *mut c_void, vr: *const u32, n: usize, va
     unsafe { boundary::set(c, vr, value, n, Type::Boolean, |value: c_int| f64::from(u8::from(value != 0))) }
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2GetFMUstate(c: *mut c_void, state: *mut Address) -> Status {
-    unsafe { boundary::get_state(c, state) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2SetFMUstate(c: *mut c_void, state: Address) -> Status {
-    unsafe { boundary::with(c, |instance| instance.set_state(state.cast())) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2FreeFMUstate(c: *mut c_void, state: *mut Address) -> Status {
-    unsafe { boundary::free_state(c, state) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2SerializedFMUstateSize(c: *mut c_void, state: Address, size: *mut usize) -> Status {
-    unsafe { boundary::state_size(c, state, size) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2SerializeFMUstate(
-    c: *mut c_void,
-    state: Address,
-    bytes: *mut u8,
-    size: usize,
-) -> Status {
-    unsafe { boundary::serialize(c, state, bytes, size) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    c: *mut c_void,
-    bytes: *const u8,
-    size: usize,
-    state: *mut Address,
-) -> Status {
-    unsafe { boundary::deserialize(c, bytes, size, state) }
+states! {
+    fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate fmi2SerializedFMUstateSize fmi2SerializeFMUstate
+    fmi2DeSerializeFMUstate
 }
 
 #[unsafe(no_mangle)]
@@ -244,14 +192,6 @@ unsafe extern "C" fn fmi2GetRealStatus(c: *mut c_void, kind: c_int, value: *mut 
     }
 }
 
-macro_rules! without {
-    ($($name:ident)*) => {$(
-        #[unsafe(no_mangle)]
-        unsafe extern "C" fn $name(c: *mut c_void) -> Status {
-            unsafe { boundary::with(c, |_| Err(boundary::without(stringify!($name)))) }
-        }
-    )*};
-}
 without! {
     fmi2GetString fmi2SetString fmi2GetDirectionalDerivative fmi2SetRealInputDerivatives
     fmi2GetRealOutputDerivatives fmi2CancelStep fmi2GetStatus fmi2GetIntegerStatus fmi2GetBooleanStatus

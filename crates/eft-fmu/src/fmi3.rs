@@ -7,6 +7,7 @@
 use std::ffi::{CStr, c_char, c_void};
 use std::path::PathBuf;
 
+use crate::both::{calls, states, without};
 use crate::boundary::{self, Address, CATEGORY, Status};
 use crate::variables::Type;
 
@@ -88,24 +89,10 @@ unsafe extern "C" fn fmi3EnterInitializationMode(
     }
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3ExitInitializationMode(c: *mut c_void) -> Status {
-    unsafe { boundary::with(c, |instance| instance.exit_initialization()) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3Terminate(c: *mut c_void) -> Status {
-    unsafe { boundary::with(c, |instance| instance.terminate()) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3Reset(c: *mut c_void) -> Status {
-    unsafe {
-        boundary::with(c, |instance| {
-            instance.reset();
-            Ok(())
-        })
-    }
+calls! {
+    fmi3ExitInitializationMode => exit_initialization;
+    fmi3Terminate => terminate;
+    fmi3Reset => reset;
 }
 
 macro_rules! values {
@@ -146,44 +133,9 @@ values! {
     fmi3GetBoolean fmi3SetBoolean u8, Boolean, |value| u8::from(value != 0.0), |value: u8| f64::from(u8::from(value != 0));
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetFMUState(c: *mut c_void, state: *mut Address) -> Status {
-    unsafe { boundary::get_state(c, state) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetFMUState(c: *mut c_void, state: Address) -> Status {
-    unsafe { boundary::with(c, |instance| instance.set_state(state.cast())) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3FreeFMUState(c: *mut c_void, state: *mut Address) -> Status {
-    unsafe { boundary::free_state(c, state) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SerializedFMUStateSize(c: *mut c_void, state: Address, size: *mut usize) -> Status {
-    unsafe { boundary::state_size(c, state, size) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SerializeFMUState(
-    c: *mut c_void,
-    state: Address,
-    bytes: *mut u8,
-    size: usize,
-) -> Status {
-    unsafe { boundary::serialize(c, state, bytes, size) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3DeserializeFMUState(
-    c: *mut c_void,
-    bytes: *const u8,
-    size: usize,
-    state: *mut Address,
-) -> Status {
-    unsafe { boundary::deserialize(c, bytes, size, state) }
+states! {
+    fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState fmi3SerializedFMUStateSize fmi3SerializeFMUState
+    fmi3DeserializeFMUState
 }
 
 #[unsafe(no_mangle)]
@@ -219,14 +171,6 @@ unsafe extern "C" fn fmi3DoStep(
     }
 }
 
-macro_rules! without {
-    ($($name:ident)*) => {$(
-        #[unsafe(no_mangle)]
-        unsafe extern "C" fn $name(c: *mut c_void) -> Status {
-            unsafe { boundary::with(c, |_| Err(boundary::without(stringify!($name)))) }
-        }
-    )*};
-}
 without! {
     fmi3EnterEventMode fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetUInt32 fmi3GetInt64
     fmi3GetUInt64 fmi3GetString fmi3GetBinary fmi3GetClock fmi3SetFloat32 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16

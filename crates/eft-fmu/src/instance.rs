@@ -274,9 +274,13 @@ impl Instance {
     }
 
     /// Back to where it was made.
-    pub(crate) fn reset(&mut self) {
+    ///
+    /// # Errors
+    /// None; a result as of its neighbours.
+    pub(crate) fn reset(&mut self) -> Result<()> {
         (self.phase, self.ticks, self.start, self.model) = (Phase::Instantiated, 0, 0.0, None);
         self.values = self.table.iter().map(|variable| variable.start).collect();
+        Ok(())
     }
 
     /// The names of the variables by reference, for tests.

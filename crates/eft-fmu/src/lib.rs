@@ -6,6 +6,7 @@
 //!
 //! The step is fixed: one sample of the rig's `controller.sample_rate`.
 
+mod both;
 mod boundary;
 mod description;
 mod fmi2;

@@ -41,7 +41,7 @@ fn parameters_are_checked_and_take_effect() {
     rig.set(&valve, Type::Real, &[1.0]).unwrap();
     rig.do_step(0.0, 40.0 * STEP).unwrap();
     let light = rig.get(&at(&rig, &["displacement"]), Type::Real).unwrap();
-    rig.reset();
+    rig.reset().unwrap();
     start(&mut rig);
     rig.set(&valve, Type::Real, &[1.0]).unwrap();
     rig.do_step(0.0, 40.0 * STEP).unwrap();
