@@ -61,8 +61,7 @@ def export(
     ------
     ValueError
         If the name is not an identifier in C. If the rig has a computation delay, because the firmware or the
-        importer determines it. If the flow table has more than 21 points for C. If the FMU would have several
-        actuators. The message names the key.
+        importer determines it. If the flow table has more than 21 points for C. The message names the key.
 
     Examples
     --------

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use eft_sim::config::{StructureKind, dimension};
+use eft_sim::config::dimension;
 use eft_sim::{Error, Result, RigConfig};
 
 use crate::model::{Model, Part};
@@ -47,12 +47,8 @@ pub(crate) fn token(part: Part, resource: &str) -> String {
 /// valve command is sampled, whatever the rig's `controller.realization`.
 ///
 /// # Errors
-/// Several actuators, or a computation delay in front of a controller, which an importer makes.
+/// A computation delay in front of a controller, which an importer makes.
 pub fn resource(rig: &RigConfig, part: Part) -> Result<String> {
-    if rig.structure.kind == StructureKind::ShearBuilding {
-        let allowed = "must be of another kind: an FMU has one actuator";
-        return Err(Error::value("structure.kind", "\"shear_building\"", allowed));
-    }
     let delay = rig.compensation.computation_delay;
     if part == Part::Controller && delay > 0 {
         let allowed = "must be 0 for an FMU: its importer delays the valve command";

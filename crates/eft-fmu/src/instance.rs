@@ -82,7 +82,7 @@ impl Instance {
         })?;
         if variable.kind != kind {
             let allowed = format!("must be asked for as {:?}", variable.kind);
-            return Err(Error::value(variable.name, format!("{kind:?}"), allowed));
+            return Err(Error::value(&variable.name, format!("{kind:?}"), allowed));
         }
         Ok((place, variable))
     }
@@ -109,7 +109,7 @@ impl Instance {
         let mut changes_rig = false;
         for (&reference, &value) in references.iter().zip(values) {
             let (place, variable) = self.variable(reference, kind)?;
-            let refuse = |allowed: String| Err(Error::value(variable.name, Short(value), allowed));
+            let refuse = |allowed: String| Err(Error::value(&variable.name, Short(value), allowed));
             match variable.role {
                 Role::Input if self.phase != Phase::Terminated => {}
                 Role::Input => return refuse("must be set before the end".into()),
@@ -285,8 +285,8 @@ impl Instance {
 
     /// The names of the variables by reference, for tests.
     #[cfg(test)]
-    pub(crate) fn names(&self) -> std::collections::BTreeMap<&'static str, u32> {
-        self.table.iter().zip(0..).map(|(variable, place)| (variable.name, place)).collect()
+    pub(crate) fn names(&self) -> std::collections::BTreeMap<&str, u32> {
+        self.table.iter().zip(0..).map(|(variable, place)| (variable.name.as_str(), place)).collect()
     }
 }
 

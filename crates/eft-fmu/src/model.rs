@@ -5,7 +5,7 @@ use eft_sim::closed_loop::{Precision, RigChannel, RigChannelState, RigReading, V
 use eft_sim::{Error, Result, RigConfig};
 use serde::{Deserialize, Serialize};
 
-use crate::variables::{Signal, Type};
+use crate::variables::{Signal, Signals, Type};
 
 /// Which half of the closed loop an FMU is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,7 +72,6 @@ const ANSWERS: &[Told<Output<f64>>] = &[
     (("permitted_command", "N", Real, "Force command that the protection permits"), |o| o.permitted_command),
     (("authority", "", Real, "Share of the valve command that the protection permits"), |o| o.authority),
     (("status", "", Integer, "Bits of the controller's status"), |o| f64::from(o.status)),
-    (TRIPPED, |o| f64::from(u8::from(o.status & status::TRIPPED != 0))),
 ];
 
 const COMMANDS: &[Signal] = &[
@@ -83,9 +82,14 @@ const COMMANDS: &[Signal] = &[
     ("displacement", "m", Real, "Measured displacement, for the protection and an estimate of the velocity"),
     ("acceleration", "m/s²", Real, "Measured acceleration, for an estimate of the velocity"),
     ("supply_pressure", "Pa", Real, "Measured supply pressure, for its correction"),
+];
+
+const REQUESTS: &[Signal] = &[
     ("end", "", Boolean, "Asks the protection for the soft end"),
     ("trip", "", Boolean, "Trips the protection"),
 ];
+
+const VALVE_COMMAND: Signal = ("valve_command", "V", Real, "Valve command, held over the step");
 
 const NEXT_COMMAND: Signal =
     ("next_command", "N", Real, "Force command at the next sample, for the look-ahead");
@@ -109,31 +113,39 @@ impl Part {
         }
     }
 
-    pub(crate) fn inputs(self, rig: &RigConfig) -> Vec<Signal> {
+    /// Inputs of each actuator, and of all together.
+    pub(crate) fn inputs(self, rig: &RigConfig) -> Signals {
         let looks_ahead = rig.compensation.feedforward && rig.compensation.look_ahead;
         match self {
-            Self::Rig => vec![("valve_command", "V", Real, "Valve command, held over the step"), TRIPPED],
-            Self::Controller => COMMANDS.iter().copied().chain(looks_ahead.then_some(NEXT_COMMAND)).collect(),
+            Self::Rig => Signals { each: vec![VALVE_COMMAND], all: vec![TRIPPED] },
+            Self::Controller => {
+                let each = COMMANDS.iter().copied().chain(looks_ahead.then_some(NEXT_COMMAND)).collect();
+                Signals { each, all: REQUESTS.to_vec() }
+            }
         }
     }
 
-    pub(crate) fn outputs(self) -> Vec<Signal> {
+    /// Outputs of each actuator, and of all together.
+    pub(crate) fn outputs(self) -> Signals {
         match self {
-            Self::Rig => READINGS.iter().map(|(signal, _)| *signal).collect(),
+            Self::Rig => {
+                Signals { each: READINGS.iter().map(|(signal, _)| *signal).collect(), all: Vec::new() }
+            }
             Self::Controller => {
                 let learned = eft_sim::closed_loop::TRACES.iter().filter(|trace| trace.is_learned());
                 let estimates = learned.map(|trace| (trace.name, trace.unit, Real, trace.doc));
-                ANSWERS.iter().map(|(signal, _)| *signal).chain(estimates).collect()
+                let each = ANSWERS.iter().map(|(signal, _)| *signal).chain(estimates).collect();
+                Signals { each, all: vec![TRIPPED] }
             }
         }
     }
 }
 
-/// A controller, and what its last tick said.
+/// The controllers of all actuators, and what their last ticks said.
 pub(crate) struct ControllerModel<P: Precision> {
-    channel: RigChannel<P>,
+    actuators: Vec<(RigChannel<P>, Output<f64>)>,
     rig: RigConfig,
-    last: Output<f64>,
+    tripped: bool,
 }
 
 /// Nothing asked, nothing said yet.
@@ -149,57 +161,99 @@ const SILENT: Output<f64> = Output {
 
 impl<P: Precision> ControllerModel<P> {
     fn new(rig: &RigConfig) -> Result<Self> {
-        let channel = RigChannel::new(&parameters(rig, rig.controller.sample_rate)?)?;
-        Ok(Self { channel, rig: rig.clone(), last: SILENT })
+        let parameters = parameters(rig, rig.controller.sample_rate)?;
+        let one = |_| Ok((RigChannel::new(&parameters)?, SILENT));
+        let actuators = (0..rig.structure.floors()).map(one).collect::<Result<_>>()?;
+        Ok(Self { actuators, rig: rig.clone(), tripped: false })
     }
 
     fn step(&mut self, inputs: &[f64]) {
-        let value = |i: usize| inputs.get(i).copied().unwrap_or(0.0);
-        if value(7) != 0.0 {
-            self.channel.end();
+        let (each, requests) = inputs.split_at(inputs.len().saturating_sub(REQUESTS.len()));
+        let asked = |i: usize| requests.get(i).is_some_and(|request| *request != 0.0);
+        // When one actuator trips, all others trip at the next sample.
+        let trips = asked(1) || self.tripped && self.actuators.len() > 1;
+        let inputs = each.chunks_exact((each.len() / self.actuators.len().max(1)).max(1));
+        for ((channel, last), inputs) in self.actuators.iter_mut().zip(inputs) {
+            let value = |i: usize| inputs.get(i).copied().unwrap_or(0.0);
+            if asked(0) {
+                channel.end();
+            }
+            if trips {
+                channel.trip();
+            }
+            *last = channel.step(&Input {
+                command: value(0),
+                next_command: inputs.get(COMMANDS.len()).copied().unwrap_or(value(0)),
+                velocity: value(1),
+                force: value(2),
+                spool: value(3),
+                displacement: value(4),
+                acceleration: value(5),
+                supply_pressure: value(6),
+                valve_command: 0.0,
+                ..Input::default()
+            });
+            self.tripped |= last.status & status::TRIPPED != 0;
         }
-        if value(8) != 0.0 {
-            self.channel.trip();
-        }
-        self.last = self.channel.step(&Input {
-            command: value(0),
-            next_command: inputs.get(COMMANDS.len()).copied().unwrap_or(value(0)),
-            velocity: value(1),
-            force: value(2),
-            spool: value(3),
-            displacement: value(4),
-            acceleration: value(5),
-            supply_pressure: value(6),
-            valve_command: 0.0,
-            ..Input::default()
-        });
     }
 
     fn outputs(&self) -> Vec<f64> {
-        let estimates = self.channel.estimates(&self.rig).into_iter().map(|(_, value)| value);
-        ANSWERS.iter().map(|(_, of)| of(&self.last)).chain(estimates).collect()
+        let mut outputs = Vec::new();
+        for (channel, last) in &self.actuators {
+            outputs.extend(ANSWERS.iter().map(|(_, of)| of(last)));
+            outputs.extend(channel.estimates(&self.rig).into_iter().map(|(_, value)| value));
+        }
+        outputs.push(f64::from(u8::from(self.tripped)));
+        outputs
     }
 
     fn state(&self) -> ControllerState<P> {
-        let Output { voltage, compensation, velocity, permitted_command, authority, status, .. } = self.last;
-        let last = [voltage, compensation, velocity, permitted_command, authority];
-        ControllerState { channel: self.channel.state(), last, status }
+        let one = |(channel, last): &(RigChannel<P>, Output<f64>)| {
+            let Output { voltage, compensation, velocity, permitted_command, authority, status, .. } = *last;
+            let last = [voltage, compensation, velocity, permitted_command, authority];
+            ActuatorState { channel: channel.state(), last, status }
+        };
+        ControllerState { actuators: self.actuators.iter().map(one).collect(), tripped: self.tripped }
     }
 
     fn go_to(&mut self, state: &ControllerState<P>) -> Result<()> {
-        self.channel.go_to(&state.channel)?;
-        let [voltage, compensation, velocity, permitted_command, authority] = state.last;
-        let status = state.status;
-        self.last =
-            Output { voltage, compensation, velocity, permitted_command, authority, status, window: None };
+        if state.actuators.len() != self.actuators.len() {
+            let found = format!("of {} actuators", state.actuators.len());
+            return Err(Error::value("state", found, format!("must be of {}", self.actuators.len())));
+        }
+        for ((channel, last), ActuatorState { channel: kept, last: said, status }) in
+            self.actuators.iter_mut().zip(&state.actuators)
+        {
+            channel.go_to(kept)?;
+            let [voltage, compensation, velocity, permitted_command, authority] = *said;
+            let status = *status;
+            *last = Output {
+                voltage,
+                compensation,
+                velocity,
+                permitted_command,
+                authority,
+                status,
+                window: None,
+            };
+        }
+        self.tripped = state.tripped;
         Ok(())
     }
 }
 
-/// What a controller remembers, and the numbers of its last output.
+/// What the controllers remember.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(crate) struct ControllerState<P: Precision> {
+    actuators: Vec<ActuatorState<P>>,
+    tripped: bool,
+}
+
+/// What the controller of an actuator remembers, and the numbers of its last output.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct ActuatorState<P: Precision> {
     channel: RigChannelState<P>,
     last: [f64; 5],
     status: u32,
@@ -224,7 +278,7 @@ impl Model {
     /// At rest.
     ///
     /// # Errors
-    /// A rig that cannot be run, or not by one actuator.
+    /// A rig that cannot be run.
     pub(crate) fn new(part: Part, rig: &RigConfig, single_precision: bool) -> Result<Self> {
         Ok(match (part, single_precision) {
             (Part::Rig, _) => Self::Rig(Box::new(VirtualRig::new(rig)?)),
@@ -239,10 +293,10 @@ impl Model {
     /// A valve command that is not finite; a rig that diverges.
     pub(crate) fn step(&mut self, inputs: &[f64]) -> Result<()> {
         match self {
-            Self::Rig(rig) => match inputs {
-                [valve_command, tripped, ..] => rig.step(*valve_command, *tripped != 0.0)?,
-                _ => rig.step(f64::NAN, false)?,
-            },
+            Self::Rig(rig) => {
+                let (tripped, valve_commands) = inputs.split_last().unwrap_or((&0.0, &[]));
+                rig.step(valve_commands, *tripped != 0.0)?;
+            }
             Self::Single(controller) => controller.step(inputs),
             Self::Double(controller) => controller.step(inputs),
         }
@@ -253,8 +307,8 @@ impl Model {
     pub(crate) fn outputs(&self) -> Vec<f64> {
         match self {
             Self::Rig(rig) => {
-                let reading = rig.reading();
-                READINGS.iter().map(|(_, of)| of(&reading)).collect()
+                let of = |reading| READINGS.iter().map(move |(_, of)| of(&reading));
+                rig.readings().flat_map(of).collect()
             }
             Self::Single(controller) => controller.outputs(),
             Self::Double(controller) => controller.outputs(),

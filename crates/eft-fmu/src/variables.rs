@@ -25,7 +25,7 @@ pub(crate) enum Role {
 /// A variable; its reference is its place in the table. Every value is a number: 0 and 1 of a Boolean.
 #[derive(Debug, Clone)]
 pub(crate) struct Variable {
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// SI unit; empty for a quantity without a unit.
     pub(crate) unit: &'static str,
     pub(crate) kind: Type,
@@ -40,9 +40,31 @@ pub(crate) struct Variable {
 /// An input or an output as the parts list them: name, unit, type, meaning.
 pub(crate) type Signal = (&'static str, &'static str, Type, &'static str);
 
+/// Signals of each actuator, and of all together.
+pub(crate) struct Signals {
+    pub(crate) each: Vec<Signal>,
+    pub(crate) all: Vec<Signal>,
+}
+
+impl Signals {
+    /// As variables of a rig; of several actuators an index from 1 in brackets stands behind a name.
+    fn variables(self, rig: &RigConfig, role: Role) -> Vec<Variable> {
+        let (Self { each, all }, actuators) = (self, rig.structure.floors());
+        let index = |actuator| if actuators == 1 { String::new() } else { format!("[{actuator}]") };
+        let numbered =
+            (1..=actuators).flat_map(|actuator| each.iter().map(move |one| (*one, index(actuator))));
+        let shared = all.iter().map(|one| (*one, String::new()));
+        let start = |name| match (role, name) {
+            (Role::Input, "supply_pressure") => rig.supply.pressure,
+            _ => 0.0,
+        };
+        numbered.chain(shared).map(|(one, index)| Variable::signal(one, &index, role, start(one.0))).collect()
+    }
+}
+
 impl Variable {
-    fn signal((name, unit, kind, doc): Signal, role: Role, start: f64) -> Self {
-        Self { name, unit, kind, role, start, key: None, doc }
+    fn signal((name, unit, kind, doc): Signal, index: &str, role: Role, start: f64) -> Self {
+        Self { name: format!("{name}{index}"), unit, kind, role, start, key: None, doc }
     }
 
     /// A key of the configuration as a parameter, where the rig has a value for it.
@@ -55,7 +77,7 @@ impl Variable {
             _ => return None,
         };
         let Key { key: name, unit, doc, .. } = *key;
-        Some(Self { name, unit, kind, role: Role::Parameter, start, key: Some(key), doc })
+        Some(Self { name: name.to_owned(), unit, kind, role: Role::Parameter, start, key: Some(key), doc })
     }
 
     /// Least and largest value of a parameter.
@@ -89,9 +111,6 @@ const FIXED: [&str; 4] = [
 /// The table of a part of a rig: time, inputs, outputs, parameters.
 pub(crate) fn variables(part: Part, rig: &RigConfig) -> Vec<Variable> {
     let time = ("time", "s", Type::Real, "Time");
-    let start = |name| if name == "supply_pressure" { rig.supply.pressure } else { 0.0 };
-    let inputs = part.inputs(rig).into_iter().map(|row| Variable::signal(row, Role::Input, start(row.0)));
-    let outputs = part.outputs().into_iter().map(|row| Variable::signal(row, Role::Output, 0.0));
     let is_of_part = |key: &&Key| match part {
         Part::Rig => key.is_of_the_plant(),
         Part::Controller => !key.key.starts_with("verdict."),
@@ -99,10 +118,10 @@ pub(crate) fn variables(part: Part, rig: &RigConfig) -> Vec<Variable> {
     let keys = KEYS.iter().filter(is_of_part).filter(|key| !FIXED.contains(&key.key));
     let parameters = keys.filter_map(|key| Variable::parameter(key, rig));
     let precision =
-        (part == Part::Controller).then(|| Variable::signal(SINGLE_PRECISION, Role::Parameter, 0.0));
-    std::iter::once(Variable::signal(time, Role::Time, 0.0))
-        .chain(inputs)
-        .chain(outputs)
+        (part == Part::Controller).then(|| Variable::signal(SINGLE_PRECISION, "", Role::Parameter, 0.0));
+    std::iter::once(Variable::signal(time, "", Role::Time, 0.0))
+        .chain(part.inputs(rig).variables(rig, Role::Input))
+        .chain(part.outputs().variables(rig, Role::Output))
         .chain(parameters)
         .chain(precision)
         .collect()

@@ -2,7 +2,7 @@
 
 use eft_core::status;
 
-use crate::closed_loop::simulate::{SimulateOptions, one_actuator};
+use crate::closed_loop::simulate::{SimulateOptions, one_each};
 use crate::closed_loop::stepper::PlantReading;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
@@ -28,19 +28,28 @@ pub struct RigReading {
     pub measured_acceleration: f64,
 }
 
-/// Plant, sensors and converter of a rig with one actuator, under the valve command of a controller from outside.
+/// Plant, sensors and converters of a rig, under the valve commands of a controller from outside.
 ///
-/// A controller that is stepped with the reading of a tick, and whose output is handed to [`step`](Self::step), gives the
-/// traces of [`simulate`](crate::simulate) on the rig with `controller.realization = "digital"`, bit for bit.
+/// A controller that is stepped with the readings of a tick, and whose outputs are handed to [`step`](Self::step), gives the
+/// traces of [`simulate_actuators`](crate::simulate_actuators) on the rig with `controller.realization = "digital"`, bit for
+/// bit.
 #[derive(Debug, Clone)]
 pub struct VirtualRig {
     plant: Integrated,
-    /// None where they report the truth.
-    sensors: Option<Sensors<f64>>,
-    dac: Dac<f64>,
+    /// One an actuator.
+    instruments: Vec<Instruments>,
+    drivers: Vec<Driver<f64>>,
     grid: TimeGrid,
     ticks: u64,
     tripped: bool,
+}
+
+/// Sensors and converter of an actuator.
+#[derive(Debug, Clone)]
+struct Instruments {
+    /// None where they report the truth.
+    sensors: Option<Sensors<f64>>,
+    dac: Dac<f64>,
     clipped: u32,
     measured: Signals<f64>,
 }
@@ -53,47 +62,54 @@ enum Integrated {
 }
 
 impl Integrated {
-    fn advance(&mut self, driver: Driver<f64>, grid: TimeGrid) {
+    fn advance(&mut self, drivers: &[Driver<f64>], grid: TimeGrid) {
         match self {
             Self::Fast(plant, state) => {
-                *state = plant.advance(*state, plant.predict(state), &driver.held, grid);
+                if let [driver] = drivers {
+                    *state = plant.advance(*state, plant.predict(state), &driver.held, grid);
+                }
             }
-            Self::General(plant) => plant.advance(&[driver], grid),
+            Self::General(plant) => plant.advance(drivers, grid),
         }
     }
 
-    /// Valve, oil and piston, the force (N) on the structure, what sensors look at, and whether the spool is at a stop and
-    /// the piston beyond its stroke.
-    fn look(&self) -> (ActuatorState<f64>, f64, Signals<f64>, (bool, bool)) {
+    /// Of an actuator: valve, oil and piston, the force (N) on the structure, what sensors look at, and whether the spool is
+    /// at a stop and the piston beyond its stroke.
+    fn look(&self, i: usize) -> (ActuatorState<f64>, f64, Signals<f64>, (bool, bool)) {
         match self {
             Self::Fast(plant, state) => {
                 let (blocks, state) = (plant.plant(), state.plant());
                 (*state, blocks.force(state), blocks.signals(state), blocks.at_limits(state))
             }
-            Self::General(plant) => (plant.actuator(0), plant.force(0), plant.signals(0), plant.at_limits(0)),
+            Self::General(plant) => (plant.actuator(i), plant.force(i), plant.signals(i), plant.at_limits(i)),
         }
     }
 }
 
 impl VirtualRig {
-    /// The plant of a rig at rest, with its sensors and its converter, at `controller.sample_rate`.
+    /// The plant of a rig at rest, with its sensors and its converters, at `controller.sample_rate`.
     ///
     /// # Errors
-    /// A rig of several actuators, or a flow curve that the core refuses.
+    /// A flow curve that the core refuses.
     pub fn new(rig: &RigConfig) -> Result<Self> {
-        one_actuator(rig)?;
         // A controller from outside is sampled: the valve command is held.
         let rig = &rig.replace(&[("controller.realization", "digital".into())])?;
-        let sample_rate = rig.controller.sample_rate;
+        let (sample_rate, actuators) = (rig.controller.sample_rate, rig.structure.floors());
         let grid = SimulateOptions::default().grid(rig, sample_rate)?;
-        let plant = if needs_detail(rig) {
+        let plant = if needs_detail(rig) || actuators > 1 {
             Integrated::General(Box::new(Plant::pack(|_| rig)?))
         } else {
             Integrated::Fast(Box::new(Exponential::pack(|_| rig, grid)?), FastState::default())
         };
-        let (sensors, (_, _, measured, _)) = (Sensors::new(|_| rig, sample_rate, 0), plant.look());
-        let dac = Dac::new(|_| &rig.plant().dac);
-        let mut whole = Self { plant, sensors, dac, grid, ticks: 0, tripped: false, clipped: 0, measured };
+        let instruments = |i| Instruments {
+            sensors: Sensors::new(|_| rig, sample_rate, i as u64),
+            dac: Dac::new(|_| &rig.plant().dac),
+            clipped: 0,
+            measured: plant.look(i).2,
+        };
+        let instruments = (0..actuators).map(instruments).collect();
+        let drivers = Vec::with_capacity(actuators);
+        let mut whole = Self { plant, instruments, drivers, grid, ticks: 0, tripped: false };
         whole.measure();
         Ok(whole)
     }
@@ -103,50 +119,67 @@ impl VirtualRig {
         1.0 / self.grid.sample_rate
     }
 
-    /// What is true now, and what the sensors report.
-    pub fn reading(&self) -> RigReading {
-        let (actuator, force, truth, limits) = self.plant.look();
+    /// What is true of each actuator now, and what its sensors report; the ground floor's first.
+    pub fn readings(&self) -> impl Iterator<Item = RigReading> {
         let time = self.ticks as f64 / self.grid.sample_rate;
-        let further = [truth.supply_pressure, truth.acceleration];
-        let mut truth = PlantReading::new(time, &actuator, force, further, limits);
-        truth.status |= self.clipped;
-        RigReading {
-            truth,
-            measured_force: self.measured.force,
-            measured_displacement: self.measured.displacement,
-            measured_velocity: self.measured.velocity,
-            measured_spool: self.measured.spool,
-            measured_supply_pressure: self.measured.supply_pressure,
-            measured_acceleration: self.measured.acceleration,
-        }
+        self.instruments.iter().enumerate().map(move |(i, Instruments { clipped, measured, .. })| {
+            let (actuator, force, truth, limits) = self.plant.look(i);
+            let further = [truth.supply_pressure, truth.acceleration];
+            let mut truth = PlantReading::new(time, &actuator, force, further, limits);
+            truth.status |= clipped;
+            RigReading {
+                truth,
+                measured_force: measured.force,
+                measured_displacement: measured.displacement,
+                measured_velocity: measured.velocity,
+                measured_spool: measured.spool,
+                measured_supply_pressure: measured.supply_pressure,
+                measured_acceleration: measured.acceleration,
+            }
+        })
     }
 
-    /// One tick under a valve command (V); `tripped` says whether the controller's protection has tripped, behind which
-    /// a bypass valve opens.
+    /// One tick under a valve command (V) an actuator; `tripped` says whether the controller's protection has tripped,
+    /// behind which the bypass valves open.
     ///
     /// # Errors
-    /// A command that is not finite, which leaves the rig as it was; a plant that has diverged.
-    pub fn step(&mut self, valve_command: f64, tripped: bool) -> Result<()> {
-        crate::checks::finite("valve_command", valve_command, "V")?;
-        let (output, clipped) = self.dac.convert(valve_command);
+    /// Not one command an actuator, or one that is not finite, which leaves the rig as it was; a plant that has diverged.
+    pub fn step(&mut self, valve_commands: &[f64], tripped: bool) -> Result<()> {
+        if valve_commands.len() != self.instruments.len() {
+            let allowed = one_each(self.instruments.len());
+            return Err(Error::value("valve_command", format!("{} values", valve_commands.len()), allowed));
+        }
+        for command in valve_commands {
+            crate::checks::finite("valve_command", *command, "V")?;
+        }
+        self.drivers.clear();
+        for (instruments, command) in self.instruments.iter_mut().zip(valve_commands) {
+            let (output, clipped) = instruments.dac.convert(*command);
+            instruments.clipped = clipped;
+            self.drivers.push(Driver::held(output));
+        }
         if let (Integrated::General(plant), true) = (&mut self.plant, self.tripped) {
             plant.open_bypass(self.grid, true);
         }
-        self.plant.advance(Driver::held(output), self.grid);
+        self.plant.advance(&self.drivers, self.grid);
         self.tripped |= tripped;
-        self.clipped = clipped;
         self.ticks += 1;
         self.measure();
-        if self.reading().truth.status & status::DIVERGED != 0 {
+        let diverged = self.readings().any(|reading| reading.truth.status & status::DIVERGED != 0);
+        if diverged {
+            let larger = |most: f64, one: &f64| if one.abs() > most.abs() { *one } else { most };
+            let command = valve_commands.iter().fold(0.0, larger);
             let allowed = "must be such that the rig does not diverge; its state has grown beyond 1e100";
-            return Err(Error::value("valve_command", valve_command, allowed));
+            return Err(Error::value("valve_command", command, allowed));
         }
         Ok(())
     }
 
     fn measure(&mut self) {
-        let (_, _, truth, _) = self.plant.look();
-        self.measured = self.sensors.as_mut().map_or(truth, |sensors| sensors.read(&truth).0);
+        for (i, instruments) in self.instruments.iter_mut().enumerate() {
+            let (_, _, truth, _) = self.plant.look(i);
+            instruments.measured = instruments.sensors.as_mut().map_or(truth, |one| one.read(&truth).0);
+        }
     }
 
     /// Every number that the rig remembers.
@@ -172,13 +205,22 @@ impl VirtualRig {
     }
 
     fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
-        let mut counts = [self.ticks as f64, f64::from(u8::from(self.tripped)), f64::from(self.clipped)];
+        let mut counts = [self.ticks as f64, f64::from(u8::from(self.tripped))];
         counts.iter_mut().for_each(&mut *visit);
-        (self.ticks, self.tripped, self.clipped) = (counts[0] as u64, counts[1] > 0.0, counts[2] as u32);
+        (self.ticks, self.tripped) = (counts[0] as u64, counts[1] > 0.0);
         match &mut self.plant {
             Integrated::Fast(_, state) => state.numbers().into_iter().for_each(&mut *visit),
             Integrated::General(plant) => plant.numbers(visit),
         }
+        self.instruments.iter_mut().for_each(|instruments| instruments.numbers(visit));
+    }
+}
+
+impl Instruments {
+    fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        let mut clipped = f64::from(self.clipped);
+        visit(&mut clipped);
+        self.clipped = clipped as u32;
         self.dac.numbers(visit);
         let m = &mut self.measured;
         let measured = [

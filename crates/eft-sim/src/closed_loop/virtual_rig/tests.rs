@@ -1,6 +1,6 @@
 use super::*;
-use crate::closed_loop::{RigChannel, parameters, simulate};
-use crate::ground_motion::excitation::sine_sweep;
+use crate::closed_loop::{RigChannel, TestRun, parameters, simulate_actuators};
+use crate::ground_motion::excitation::{Command, sine_sweep};
 
 type Changes<'a> = &'a [(&'a str, toml::Value)];
 
@@ -28,33 +28,65 @@ fn rigs() -> Vec<RigConfig> {
     ];
     let adaptive: Changes<'_> =
         &[("compensation.adaptive", true.into()), ("truth.servovalve.flow_gain_scale", 0.8.into())];
-    [&[], noisy, protected, adaptive].map(rig).to_vec()
+    let building: Changes<'_> = &[
+        ("structure.kind", "shear_building".into()),
+        ("structure.stories.masses", vec![7000.0, 6000.0].into()),
+        ("structure.stories.dampings", vec![4000.0, 3000.0].into()),
+        ("structure.stories.stiffnesses", vec![1.4e6, 1.0e6].into()),
+        ("sensors.force.noise", 5.0.into()),
+        ("protection.enabled", true.into()),
+        ("protection.displacement_trip", 2e-3.into()),
+        ("actuator.bypass_flow", 1e-3.into()),
+    ];
+    [&[], noisy, protected, adaptive, building].map(rig).to_vec()
+}
+
+fn whole_test(rig: &RigConfig, commands: &[Command]) -> Vec<TestRun> {
+    simulate_actuators::<f64>(rig, commands, &SimulateOptions::default(), |_, _| true).unwrap()
 }
 
 #[test]
 fn controller_and_rig_in_turn_give_the_test() {
-    let command = sine_sweep(4000.0, 0.5, 6.0, 2.0, 4096.0).unwrap();
     for rig in rigs() {
-        let run = simulate::<f64>(&rig, &command, &SimulateOptions::default(), |_, _| true).unwrap();
-        let mut channel = RigChannel::<f64>::new(&parameters(&rig, 4096.0).unwrap()).unwrap();
-        let mut stand = VirtualRig::new(&rig).unwrap();
-        for (i, value) in command.values.iter().enumerate() {
+        let floors = rig.structure.floors();
+        let size = |floor| 4000.0 / f64::from(floor);
+        let commands: Vec<_> =
+            (1..).map(|floor| sine_sweep(size(floor), 0.5, 6.0, 2.0, 4096.0).unwrap()).take(floors).collect();
+        let runs = whole_test(&rig, &commands);
+        let channels = || -> Vec<_> {
+            let parameters = parameters(&rig, 4096.0).unwrap();
+            (0..floors).map(|_| RigChannel::<f64>::new(&parameters).unwrap()).collect()
+        };
+        let (mut controller, mut stand) = (channels(), VirtualRig::new(&rig).unwrap());
+        let mut tripped = false;
+        for i in 0..commands[0].values.len() {
             // Stored and brought back on the way, into others.
             if i % 1000 == 777 {
-                let (state, learned) = (stand.state(), channel.state());
+                let state = stand.state();
                 stand = VirtualRig::new(&rig).unwrap();
-                channel = RigChannel::new(&parameters(&rig, 4096.0).unwrap()).unwrap();
                 stand.go_to(&state).unwrap();
-                channel.go_to(&learned).unwrap();
+                let learned: Vec<_> = controller.iter().map(RigChannel::state).collect();
+                controller = channels();
+                controller.iter_mut().zip(&learned).for_each(|(one, state)| one.go_to(state).unwrap());
             }
-            let now = stand.reading();
-            assert_eq!(now.truth.force.to_bits(), run.force[i].to_bits(), "sample {i}");
-            let next = command.values.get(i + 1).copied().unwrap_or(*value);
-            let measured = stand.measured.input(*value, next, 0.0);
-            let out = channel.step(&measured);
-            stand.step(out.voltage, out.status & status::TRIPPED != 0).unwrap();
-            if let Some(estimate) = run.flow_gain_estimate.get(i) {
-                assert_eq!(channel.estimates(&rig)[0], ("flow_gain_estimate", *estimate));
+            for (reading, run) in stand.readings().zip(&runs) {
+                assert_eq!(reading.truth.force.to_bits(), run.force[i].to_bits(), "sample {i}");
+            }
+            if tripped {
+                controller.iter_mut().for_each(RigChannel::trip);
+            }
+            let voltages: Vec<_> = (controller.iter_mut().zip(&stand.instruments).zip(&commands))
+                .map(|((channel, instruments), command)| {
+                    let now = command.values[i];
+                    let next = command.values.get(i + 1).copied().unwrap_or(now);
+                    let out = channel.step(&instruments.measured.input(now, next, 0.0));
+                    tripped |= out.status & status::TRIPPED != 0;
+                    out.voltage
+                })
+                .collect();
+            stand.step(&voltages, tripped).unwrap();
+            if let Some(estimate) = runs[0].flow_gain_estimate.get(i) {
+                assert_eq!(controller[0].estimates(&rig)[0], ("flow_gain_estimate", *estimate));
             }
         }
     }
@@ -63,11 +95,12 @@ fn controller_and_rig_in_turn_give_the_test() {
 #[test]
 fn bad_commands_and_states_are_named_and_change_nothing() {
     let mut stand = VirtualRig::new(&rig(&[])).unwrap();
-    stand.step(0.1, false).unwrap();
+    stand.step(&[0.1], false).unwrap();
     let state = stand.state();
     let text = |result: Result<()>| result.unwrap_err().to_string();
-    assert!(text(stand.step(f64::NAN, false)).starts_with("valve_command = NaN"));
+    assert!(text(stand.step(&[f64::NAN], false)).starts_with("valve_command = NaN"));
+    assert!(text(stand.step(&[0.1, 0.1], false)).starts_with("valve_command = 2 values"));
     assert!(text(stand.go_to(&state[1..])).starts_with("state = 18 numbers"));
     assert_eq!(stand.state(), state);
-    assert!(text(stand.step(f64::MAX, false)).contains("diverge"));
+    assert!(text(stand.step(&[f64::MAX], false)).contains("diverge"));
 }
