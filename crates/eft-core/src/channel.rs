@@ -222,7 +222,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let sample = self.controller.sample(&state.controller, &asked, supply);
         let out = if !sample.good {
             if learns {
-                state.window.lose();
+                state.window.lose(true);
             }
             if estimates {
                 let before = if state.controller.lost() > 0 { state.velocity_gap } else { 0 };
@@ -231,16 +231,18 @@ impl<T: Real, const N: usize> Channel<T, N> {
             self.controller.refuse(&mut state.controller, sample, path)
         } else {
             if learns && parts.plausibility.is_some() && state.protection.is_tripped() {
-                state.window.lose();
+                state.window.lose(true);
             } else if learns {
                 // The sums come before the controller, so that their numbers need not be kept until it is done.
-                state.window.add(velocity, asked.spool, Moment { force: asked.force, command });
+                state.window.add(true, velocity, asked.spool, Moment { force: asked.force, command });
                 if parts.measures_supply {
                     state.window.supply = supply.ratio;
                 }
                 match parts.realization {
-                    Realization::Digital => state.window.add_command(stood),
-                    Realization::Analog => state.window.add_sampled_command(input.valve_command, asked.spool),
+                    Realization::Digital => state.window.add_command(true, stood),
+                    Realization::Analog => {
+                        state.window.add_sampled_command(true, input.valve_command, asked.spool);
+                    }
                 }
             }
             let calibration = if parts.plausibility.is_some() {

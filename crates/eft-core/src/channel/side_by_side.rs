@@ -2,9 +2,8 @@
 
 use crate::compensation::Calibration;
 use crate::controller::{Controller, ControllerInput, ControllerOutput, ControllerState};
-use crate::error::LARGEST;
-use crate::learning::{Moment, Sums, Window};
-use crate::number::{Mask, Real, Scalar};
+use crate::learning::{Moment, Window};
+use crate::number::{Mask, Scalar};
 use crate::parameters::Realization;
 
 /// Channels of single rigs side by side that learn, without a protection and with a sensor of the velocity. A lane has the
@@ -22,14 +21,8 @@ pub struct ChannelLanesState<S: Scalar> {
     controller: ControllerState<S>,
     /// In use, and what takes effect at the next window's start.
     calibrations: [Calibration<S>; 2],
-    number: u32,
     ticks: u32,
-    lost: S,
-    lost_commands: S,
-    sums: Sums<S>,
-    start: Moment<S>,
-    end: Moment<S>,
-    supply: S,
+    window: Window<S>,
 }
 
 impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
@@ -40,19 +33,11 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
 
     /// Rigs at rest, nothing learned yet.
     pub fn at_rest(&self) -> ChannelLanesState<S> {
-        let zero = S::splat(0.0);
         ChannelLanesState {
             controller: ControllerState::default(),
             calibrations: [self.controller.nominal(); 2],
-            number: 0,
             ticks: 0,
-            // As of a window that nothing was measured before.
-            lost: S::splat(1.0),
-            lost_commands: zero,
-            sums: Sums::default(),
-            start: Moment::default(),
-            end: Moment::default(),
-            supply: S::splat(1.0),
+            window: Window::first(0),
         }
     }
 
@@ -78,34 +63,18 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
         };
         out.status = out.status | calibration.status;
 
-        let (zero, one) = (S::splat(0.0), S::splat(1.0));
-        let add = |sum: &mut S, at: S::Mask, value: S| *sum = *sum + S::select(at, value, zero);
+        let (window, measures_supply) = (&mut state.window, self.controller.measures_supply);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        add(&mut state.sums.velocity, good, velocity);
-        add(&mut state.sums.force, good, force);
-        add(&mut state.sums.spool, good, spool);
-        add(&mut state.sums.command, good, command);
-        state.end = Moment {
-            force: S::select(good, force, state.end.force),
-            command: S::select(good, command, state.end.command),
-        };
-        if self.controller.measures_supply.any() {
-            let measured = good & self.controller.measures_supply;
-            state.supply = S::select(measured, supply.ratio, state.supply);
+        window.add(good, velocity, spool, Moment { force, command });
+        if measures_supply.any() {
+            window.supply = S::select(good & measures_supply, supply.ratio, window.supply);
         }
         match self.realization {
-            Realization::Digital => add(&mut state.sums.valve_command, good, stood),
-            Realization::Analog => {
-                let known = valve_command.abs().le(S::splat(LARGEST));
-                add(&mut state.sums.valve_command, good & known, valve_command);
-                if !known.all() {
-                    add(&mut state.sums.spool_without_command, good & !known, spool);
-                    add(&mut state.lost_commands, good & !known, one);
-                }
-            }
+            Realization::Digital => window.add_command(good, stood),
+            Realization::Analog => window.add_sampled_command(good, valve_command, spool),
         }
         if !good.all() {
-            add(&mut state.lost, !good, one);
+            window.lose(!good);
         }
         state.ticks += 1;
         (out, state.ticks == self.window_ticks)
@@ -122,35 +91,14 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
     {
         let [_, next] = state.calibrations;
         state.calibrations = [next, Calibration::pack(lane)];
-        state.number = state.number.wrapping_add(1);
         state.ticks = 0;
-        (state.lost, state.lost_commands) = (S::default(), S::default());
-        state.sums = Sums::default();
-        state.start = state.end;
+        state.window.go_on();
     }
 }
 
 impl<S: Scalar> ChannelLanesState<S> {
     /// One lane's window, as far as it has gone.
     pub fn window(&self, lane: usize) -> Window<S::Element> {
-        let count = |ticks: S| ticks.lane(lane).to_f64() as u32;
-        let of = |value: S| value.lane(lane);
-        let moment = |at: &Moment<S>| Moment { force: of(at.force), command: of(at.command) };
-        Window {
-            number: self.number,
-            lost: count(self.lost),
-            lost_commands: count(self.lost_commands),
-            sums: Sums {
-                velocity: of(self.sums.velocity),
-                force: of(self.sums.force),
-                spool: of(self.sums.spool),
-                command: of(self.sums.command),
-                valve_command: of(self.sums.valve_command),
-                spool_without_command: of(self.sums.spool_without_command),
-            },
-            start: moment(&self.start),
-            end: moment(&self.end),
-            supply: of(self.supply),
-        }
+        self.window.lane(lane)
     }
 }

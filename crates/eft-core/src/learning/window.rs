@@ -1,7 +1,7 @@
 //! Sums over a window of ticks, from which the learner lives.
 
 use crate::LARGEST;
-use crate::number::Real;
+use crate::number::{Flags, Mask, Scalar};
 
 /// What is summed up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,38 +33,38 @@ pub struct Moment<T> {
     pub command: T,
 }
 
-/// A window of ticks: all that the learner is given.
+/// A window of ticks, of one channel or of several side by side: all that the learner is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub struct Window<T> {
+pub struct Window<S: Scalar> {
     /// Its number since the start; wraps.
     pub number: u32,
     /// Ticks without a valid sample; one more in a window that nothing was measured before.
-    pub lost: u32,
+    pub lost: S::Flags,
     /// Ticks whose valve command was lost.
-    pub lost_commands: u32,
+    pub lost_commands: S::Flags,
     /// Over its valid ticks.
-    pub sums: Sums<T>,
+    pub sums: Sums<S>,
     /// At the last valid tick before it.
-    pub start: Moment<T>,
+    pub start: Moment<S>,
     /// At its last valid tick.
-    pub end: Moment<T>,
+    pub end: Moment<S>,
     /// Supply pressure over the configured one (1) at its last valid tick; 1 where none is measured.
-    pub supply: T,
+    pub supply: S,
 }
 
-impl<T: Real> Window<T> {
+impl<S: Scalar> Window<S> {
     /// A window that nothing was measured before.
     pub(crate) fn first(number: u32) -> Self {
         Self {
             number,
-            lost: 1,
-            lost_commands: 0,
+            lost: S::Flags::from_lanes(|_| 1),
+            lost_commands: S::Flags::default(),
             sums: Sums::default(),
             start: Moment::default(),
             end: Moment::default(),
-            supply: T::splat(1.0),
+            supply: S::splat(1.0),
         }
     }
 
@@ -73,47 +73,84 @@ impl<T: Real> Window<T> {
     pub(crate) fn go_on(&mut self) {
         *self = Self {
             number: self.number.wrapping_add(1),
-            lost: 0,
-            lost_commands: 0,
+            lost: S::Flags::default(),
+            lost_commands: S::Flags::default(),
             sums: Sums::default(),
             start: self.end,
             ..*self
         };
     }
 
-    /// Takes in the measurements of a tick.
+    /// Takes in the measurements of a tick where it is `good`.
     #[inline(always)]
-    pub(crate) fn add(&mut self, velocity: T, spool: T, now: Moment<T>) {
-        let sums = &mut self.sums;
-        sums.velocity = sums.velocity + velocity;
-        sums.force = sums.force + now.force;
-        sums.spool = sums.spool + spool;
-        sums.command = sums.command + now.command;
-        self.end = now;
+    pub(crate) fn add(&mut self, good: S::Mask, velocity: S, spool: S, now: Moment<S>) {
+        let (sums, end) = (&mut self.sums, self.end);
+        add::<S>(&mut sums.velocity, good, velocity);
+        add::<S>(&mut sums.force, good, now.force);
+        add::<S>(&mut sums.spool, good, spool);
+        add::<S>(&mut sums.command, good, now.command);
+        self.end = Moment {
+            force: S::select(good, now.force, end.force),
+            command: S::select(good, now.command, end.command),
+        };
     }
 
     /// Takes in such a tick's valve command (V), which is finite.
     #[inline(always)]
-    pub(crate) fn add_command(&mut self, valve_command: T) {
-        self.sums.valve_command = self.sums.valve_command + valve_command;
+    pub(crate) fn add_command(&mut self, good: S::Mask, valve_command: S) {
+        add::<S>(&mut self.sums.valve_command, good, valve_command);
     }
 
     /// Takes in a valve command (V) that was sampled: where it is not finite it is lost, and the spool opening (1) counts.
     #[inline(always)]
-    pub(crate) fn add_sampled_command(&mut self, valve_command: T, spool: T) {
-        if valve_command.abs() <= T::splat(LARGEST) {
-            self.add_command(valve_command);
-        } else {
-            self.sums.spool_without_command = self.sums.spool_without_command + spool;
-            self.lost_commands += 1;
+    pub(crate) fn add_sampled_command(&mut self, good: S::Mask, valve_command: S, spool: S) {
+        let known = valve_command.abs().le(S::splat(LARGEST));
+        if known.all() {
+            return self.add_command(good, valve_command);
         }
+        self.add_command(good & known, valve_command);
+        add::<S>(&mut self.sums.spool_without_command, good & !known, spool);
+        count::<S>(&mut self.lost_commands, good & !known);
     }
 
-    /// Takes in a tick without a valid sample.
+    /// Counts a tick without a valid sample there.
     #[inline(always)]
-    pub(crate) fn lose(&mut self) {
-        self.lost = self.lost.saturating_add(1);
+    pub(crate) fn lose(&mut self, there: S::Mask) {
+        count::<S>(&mut self.lost, there);
     }
+
+    /// One channel's.
+    pub(crate) fn lane(&self, lane: usize) -> Window<S::Element> {
+        let of = |value: S| value.lane(lane);
+        let moment = |at: &Moment<S>| Moment { force: of(at.force), command: of(at.command) };
+        let Sums { velocity, force, spool, command, valve_command, spool_without_command } = self.sums;
+        Window {
+            number: self.number,
+            lost: self.lost.lane(lane),
+            lost_commands: self.lost_commands.lane(lane),
+            sums: Sums {
+                velocity: of(velocity),
+                force: of(force),
+                spool: of(spool),
+                command: of(command),
+                valve_command: of(valve_command),
+                spool_without_command: of(spool_without_command),
+            },
+            start: moment(&self.start),
+            end: moment(&self.end),
+            supply: of(self.supply),
+        }
+    }
+}
+
+#[inline(always)]
+fn add<S: Scalar>(sum: &mut S, there: S::Mask, value: S) {
+    *sum = *sum + S::select(there, value, S::splat(0.0));
+}
+
+#[inline(always)]
+fn count<S: Scalar>(ticks: &mut S::Flags, there: S::Mask) {
+    *ticks = S::Flags::from_lanes(|i| ticks.lane(i).saturating_add(u32::from(there.lane(i))));
 }
 
 #[cfg(test)]
@@ -122,8 +159,8 @@ mod tests {
     use super::*;
 
     fn add(window: &mut Window<f64>, value: f64) {
-        window.add(value, 3.0 * value, Moment { force: 2.0 * value, command: -value });
-        window.add_sampled_command(4.0 * value, 3.0 * value);
+        window.add(true, value, 3.0 * value, Moment { force: 2.0 * value, command: -value });
+        window.add_sampled_command(true, 4.0 * value, 3.0 * value);
     }
 
     #[test]
@@ -133,7 +170,7 @@ mod tests {
         let mut next = |bad: Option<u32>| {
             for n in 0..4 {
                 tick += 1.0;
-                if bad == Some(n) { window.lose() } else { add(&mut window, tick) }
+                if bad == Some(n) { window.lose(true) } else { add(&mut window, tick) }
             }
             let closed = window;
             window.go_on();
@@ -152,8 +189,8 @@ mod tests {
     fn lost_valve_command_is_counted_apart() {
         let mut window = Window::first(0);
         add(&mut window, 1.0);
-        window.add(2.0, 6.0, Moment { force: 4.0, command: -2.0 });
-        window.add_sampled_command(f64::NAN, 6.0);
+        window.add(true, 2.0, 6.0, Moment { force: 4.0, command: -2.0 });
+        window.add_sampled_command(true, f64::NAN, 6.0);
         assert_eq!((window.sums.valve_command, window.sums.spool_without_command), (4.0, 6.0));
         assert_eq!((window.sums.spool, window.lost_commands), (9.0, 1));
     }
