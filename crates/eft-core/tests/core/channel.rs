@@ -86,7 +86,7 @@ macro_rules! tests {
                     let mut last = 0.0;
                     for sample in samples {
                         let i = $given(&sample);
-                        let out = channel.step(&mut state, &i);
+                        let out = rig::tick(&channel, &mut state, &i);
                         prop_assert!(out.voltage.abs() <= most as $t && out.compensation.is_finite());
                         let bad = out.status & REFUSED != 0;
                         let share = i.supply_pressure / 1.9e7;
@@ -118,7 +118,7 @@ macro_rules! tests {
                     let learner = Learner::<$t, 21>::new(&p).unwrap();
                     let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
                     for sample in samples {
-                        let out = channel.step(&mut state, &$given(&sample));
+                        let out = rig::tick(&channel, &mut state, &$given(&sample));
                         prop_assert!(out.voltage.abs() <= 10.0 && out.compensation.is_finite());
                         prop_assert!(p.protection.is_none() || out.permitted_command.is_finite());
                         prop_assert!((0.0..=1.0).contains(&out.authority));
@@ -137,7 +137,7 @@ macro_rules! tests {
                     channel.prime(&mut state, &sample);
                     let held = channel.hold(&state);
                     prop_assert_eq!(held.status, status::HELD);
-                    let out = channel.step(&mut state, &sample);
+                    let out = rig::tick(&channel, &mut state, &sample);
                     prop_assert_eq!(out.voltage.to_bits(), held.voltage.to_bits());
                     prop_assert_eq!(out.compensation.to_bits(), held.compensation.to_bits());
                 }
@@ -160,7 +160,7 @@ macro_rules! tests {
                             spool: i.spool,
                             supply_pressure: i.supply_pressure,
                         };
-                        let out = channel.step(&mut state, &i);
+                        let out = rig::tick(&channel, &mut state, &i);
                         let expected = plain.step(&mut alone, &asked, &plain.nominal(), |compensation| compensation);
                         prop_assert_eq!(out.voltage.to_bits(), expected.valve_command.to_bits());
                         prop_assert_eq!(out.compensation.to_bits(), expected.compensation.to_bits());
@@ -182,13 +182,13 @@ fn swapping_a_configuration_changes_no_state() {
     let steeper = Channel::<f64, 21>::new(&Parameters { force_sensitivity: 6.0e-5, ..p }).unwrap();
     let mut state = channel.at_rest();
     for tick in 0..100 {
-        channel.step(&mut state, &rig::SOUND.swing(f64::from(tick) / p.sample_rate, 0.0));
+        rig::tick(&channel, &mut state, &rig::SOUND.swing(f64::from(tick) / p.sample_rate, 0.0));
     }
     // At force zero the sensitivity plays no part: both go on alike.
     let (mut one, mut other) = (state, state);
     for tick in 100..200 {
         let i = rig::SOUND.swing(f64::from(tick) / p.sample_rate, 0.0);
-        assert_eq!(channel.step(&mut one, &i), steeper.step(&mut other, &i));
+        assert_eq!(rig::tick(&channel, &mut one, &i), rig::tick(&steeper, &mut other, &i));
     }
     assert_eq!(one, other);
 }
@@ -205,7 +205,7 @@ fn a_long_soft_start_ends_on_its_sample() {
     (i.command, i.displacement) = (1024.0, 0.0);
     let mut before = 0.0;
     for tick in 1..=6_000_000_u32 {
-        let permitted = channel.step(&mut state, &i).permitted_command;
+        let permitted = rig::tick(&channel, &mut state, &i).permitted_command;
         assert!(permitted >= before, "tick {tick} falls");
         if tick % 600_000 == 0 {
             let share = f64::from(permitted) / 1024.0 * 6e6;
@@ -218,7 +218,7 @@ fn a_long_soft_start_ends_on_its_sample() {
     let fall = Parameters { protection: Some(ProtectionParameters { ramp_time: 300.0, ..protection }), ..p };
     let channel = Channel::<f32, 21>::new(&fall).unwrap();
     let down = (1..=6_000_000_u32).find(|_| {
-        channel.step(&mut state, &i);
+        rig::tick(&channel, &mut state, &i);
         state.is_down()
     });
     assert_eq!(down, Some(6_000_000));
@@ -244,7 +244,7 @@ fn jump_behind(gap: u32, p: &Parameters) -> f64 {
             if lost.contains(&tick) {
                 (input.velocity, input.displacement, input.command) = (f64::NAN, f64::NAN, f64::NAN);
             }
-            let voltage = channel.step(&mut state, &input).voltage;
+            let voltage = rig::tick(&channel, &mut state, &input).voltage;
             if tick > lost.start {
                 largest = largest.max((voltage - last).abs());
             }
@@ -286,7 +286,7 @@ fn a_next_command_that_is_lost_behind_a_gap_makes_no_jump() {
         Input { command: 3e3, next_command: 3e3, velocity: 0.0, force: 3e3, spool: 0.0, ..Input::default() };
     let mut state = channel.at_rest();
     let mut after = |input: Input<f64>, ticks: u32| {
-        (0..ticks).fold(f64::NAN, |_, _| channel.step(&mut state, &input).voltage)
+        (0..ticks).fold(f64::NAN, |_, _| rig::tick(&channel, &mut state, &input).voltage)
     };
     let rested = after(rests, 4096);
     after(Input { velocity: f64::NAN, ..rests }, 225);

@@ -55,7 +55,11 @@ fn a_tick_forgets_so_a_day_of_swings_is_one_swing() {
             for (tick, i) in (0..SWING).zip(swing()) {
                 let phase = std::f32::consts::TAU * tick as f32 / SWING as f32;
                 let (command, force) = (1e3 * phase.cos(), 900.0 * phase.cos());
-                channel.step(&mut state, &Input { command, force, displacement: 0.05 * phase.sin(), ..i });
+                rig::tick(
+                    &channel,
+                    &mut state,
+                    &Input { command, force, displacement: 0.05 * phase.sin(), ..i },
+                );
             }
             state
         };
@@ -79,7 +83,7 @@ fn a_learner_stays_where_it_is_for_a_day() {
     let mut state = channel.at_rest();
     // The second swing, whole from its first window.
     let twice = swing().into_iter().chain(swing());
-    let closed = twice.filter_map(|i| channel.step(&mut state, &i).window);
+    let closed = twice.filter_map(|i| rig::tick(&channel, &mut state, &i).window);
     let windows: Vec<Window<f32>> = closed.skip((SWING / channel.window_ticks()) as usize).collect();
     let day = (24.0 * 3600.0 * RATE / f64::from(channel.window_ticks())) as u32;
     // The window's number wraps at noon.
@@ -112,7 +116,7 @@ fn a_hundred_million_noisy_ticks_leave_the_estimates_where_they_are() {
         for i in &swing {
             noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let spool = i.spool + 1e-3 * ((noise >> 8) as f32 / 16_777_216.0 - 0.5);
-            let out = channel.step(&mut state, &Input { spool, ..*i });
+            let out = rig::tick(&channel, &mut state, &Input { spool, ..*i });
             if n > SETTLED {
                 assert_eq!(out.status, 0, "swing {n}");
             }

@@ -25,7 +25,7 @@ macro_rules! tests {
                 let mut flags = 0;
                 for tick in 0..(seconds * p.sample_rate) as u32 {
                     let i = $given(&valve.swing(f64::from(tick) / p.sample_rate, force_per_velocity));
-                    let out = channel.step(&mut state, &i);
+                    let out = rig::tick(&channel, &mut state, &i);
                     flags = out.status;
                     if let Some(window) = out.window {
                         channel.publish(&mut state, learner.update(&mut memory, &window));
@@ -89,7 +89,7 @@ macro_rules! tests {
                     if (8500..9500).contains(&tick) {
                         i.velocity = 0.1;
                     }
-                    let out = channel.step(&mut state, &i);
+                    let out = rig::tick(&channel, &mut state, &i);
                     frozen |= out.status & status::ADAPTATION_FROZEN != 0;
                     if let Some(window) = out.window {
                         channel.publish(&mut state, learner.update(&mut memory, &window));
@@ -117,7 +117,7 @@ fn flow_gain_is_found_at_every_sample_rate_that_is_allowed() {
         let (mut state, mut memory) = (channel.at_rest(), learner.at_rest());
         for tick in 0..(10.0 * sample_rate) as u32 {
             let i = Valve { flow_gain: 1.06, ..SOUND }.swing(f64::from(tick) / sample_rate, 0.0);
-            if let Some(window) = channel.step(&mut state, &i).window {
+            if let Some(window) = rig::tick(&channel, &mut state, &i).window {
                 channel.publish(&mut state, learner.update(&mut memory, &window));
             }
         }

@@ -27,7 +27,7 @@ fn run(
         .map(|tick| {
             let i = swing(tick, pump);
             let i = Input { valve_command: lost(tick, i.valve_command), ..i };
-            let out = channel.step(&mut state, &i);
+            let out = rig::tick(&channel, &mut state, &i);
             let in_use = *state.calibration();
             if let Some(window) = out.window {
                 channel.publish(&mut state, learner.update(&mut memory, &window));

@@ -48,7 +48,7 @@ impl Task {
         if tick % 1777 == 1776 {
             i.spool = f32::NAN;
         }
-        let out = self.channel.step(&mut self.state, &i);
+        let out = rig::tick(&self.channel, &mut self.state, &i);
         let in_use = *self.state.calibration();
         if let Some(window) = out.window {
             let mut found = self.learner.update(&mut self.memory, &window);
@@ -132,7 +132,7 @@ fn a_learner_that_has_stopped_is_flagged_for_good_and_the_last_calibration_stays
     let last = *task.state.calibration();
     for tick in 4096..TICKS {
         let i = rig::single(&SOUND.swing(f64::from(tick) / 4096.0, 0.0));
-        let out = task.channel.step(&mut task.state, &i);
+        let out = rig::tick(&task.channel, &mut task.state, &i);
         if tick >= 4096 + 2 * 16 {
             assert_ne!(out.status & status::CALIBRATION_LATE, 0);
             assert!(task.state.calibration().window <= last.window + 2);

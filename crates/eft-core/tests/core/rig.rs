@@ -1,6 +1,8 @@
 //! The paper's rig and random ones, for every test of the core.
 
-use eft_core::{ConfigError, FlowTable, Input, Learning, Mode, Parameters, SignFrom};
+use eft_core::{
+    Channel, ChannelState, ConfigError, FlowTable, Input, Learning, Mode, Output, Parameters, Real, SignFrom,
+};
 use proptest::prelude::*;
 
 /// m³ per in³.
@@ -22,6 +24,16 @@ pub(crate) const LEARNING: Parameters<'static> = Parameters {
 /// The paper's flow table.
 pub(crate) fn table() -> FlowTable<f64, 21> {
     FlowTable::<f64, 21>::new(PARAMETERS.openings, PARAMETERS.flows).unwrap()
+}
+
+/// One tick. It is compiled here once: [`Channel::step`] is inlined wherever it is called.
+#[inline(never)]
+pub(crate) fn tick<T: Real, const N: usize>(
+    channel: &Channel<T, N>,
+    state: &mut ChannelState<T>,
+    input: &Input<T>,
+) -> Output<T> {
+    channel.step(state, input)
 }
 
 /// The name of the parameter that is refused.
