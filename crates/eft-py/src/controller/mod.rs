@@ -2,6 +2,7 @@
 
 mod channel;
 mod compensator;
+mod shared;
 mod whole;
 
 pub(crate) use compensator::Compensator;

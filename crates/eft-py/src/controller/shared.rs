@@ -1,0 +1,94 @@
+//! The methods of every class around a channel.
+
+/// Implements a Python class around a channel: the given methods, and those of every controller.
+macro_rules! python_methods {
+    ($Class:ident { $($own:tt)* }) => {
+        #[pymethods]
+        impl $Class {
+            $($own)*
+
+            /// Return the last output again, in V, and leave the state unchanged.
+            fn hold(&mut self) -> f64 {
+                self.channel.hold()
+            }
+
+            /// Go back to the state of a new object: a rig at rest.
+            fn reset(&mut self) {
+                self.channel.reset();
+            }
+
+            /// Ask the rig's protection for the soft end, in which the command fades along its ramp.
+            fn end(&mut self) {
+                self.channel.end();
+            }
+
+            /// Flags of the last call, bits of `eft.Status`.
+            #[getter]
+            fn status(&self) -> u32 {
+                self.channel.last().status & !eft_core::status::CAUSE
+            }
+
+            /// Number of the protection's first cause, an `eft.Cause`; 0 before a trip.
+            #[getter]
+            fn cause(&self) -> u32 {
+                self.channel.last().status >> eft_core::status::CAUSE_SHIFT
+            }
+
+            /// Force command that the protection permits, N; without protection the command itself.
+            #[getter]
+            fn permitted_command(&self) -> f64 {
+                self.channel.last().permitted_command
+            }
+
+            /// Estimated ratio of the true flow to the table's; 1 where the rig does not adapt.
+            #[getter]
+            fn flow_gain_estimate(&self) -> f64 {
+                self.channel.learned().flow_gain
+            }
+
+            /// Delay of the spool for which the lead network compensates, s.
+            #[getter]
+            fn response_delay_estimate(&self) -> f64 {
+                self.channel.learned().response_delay
+            }
+
+            /// Delay of the velocity after the spool for which the lead network also compensates, s.
+            #[getter]
+            fn velocity_delay_estimate(&self) -> f64 {
+                self.channel.learned().velocity_delay
+            }
+
+            /// Estimated ratio of the spool's gain to the configured one; 1 where the rig does not adapt.
+            #[getter]
+            fn valve_gain_estimate(&self) -> f64 {
+                self.channel.learned().valve_gain
+            }
+
+            /// The overcompensation guard's factor on the compensation level; 1 where it does not act.
+            #[getter]
+            fn level(&self) -> f64 {
+                self.channel.learned().level
+            }
+
+            /// Flow that the controller has found at each opening of the rig's flow table, m³/s.
+            ///
+            /// It is the table's own where the rig does not adapt.
+            #[getter]
+            fn found_flows<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+                self.channel.found_flows(py)
+            }
+
+            fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+                let (rig, dtype, sample_rate) = slf.borrow().channel.arguments()?;
+                let make = slf.get_type().getattr("_made")?;
+                Ok((make, (rig, dtype, sample_rate).into_pyobject(slf.py())?))
+            }
+
+            #[staticmethod]
+            fn _made(rig: &Rig, dtype: &str, sample_rate: f64) -> PyResult<Self> {
+                Self::new(rig, dtype, Some(sample_rate))
+            }
+        }
+    };
+}
+pub(super) use python_methods;
