@@ -1,4 +1,9 @@
 //! Channels side by side that learn: the tick in lanes, with sums for a learner of its own in every lane.
+//!
+//! Controller and windows are the text of [`Channel`](crate::Channel). Only their order stands here again, without the
+//! parts between them. A channel branches on its protection, on its estimate of the velocity and on the slot of its
+//! calibration. In one generic text every lane would go through both sides of each branch, in counts, flags and
+//! protections that hold one word a lane, and the firmware's tick would be written in masks.
 
 use crate::compensation::Calibration;
 use crate::controller::{Controller, ControllerInput, ControllerOutput, ControllerState};
