@@ -131,8 +131,9 @@ def test_ctrl_c_during_a_run_keeps_the_samples_that_are_done(folder):
     (folder / "t.toml").write_text(
         'rig = "rig.toml"\n' + COMMAND.replace("duration = 1.0", "duration = 1000.0")
     )
-    # Friction takes steps that are slow enough to be interrupted.
-    call = [sys.executable, "-m", "eft", "run", "t.toml", "--set", "actuator.friction=200"]
+    # Friction takes steps so short that few samples are done, kept and written.
+    slow = ["--set", "actuator.friction=2000", "--set", "actuator.friction_velocity=1e-5"]
+    call = [sys.executable, "-m", "eft", "run", "t.toml", *slow]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     # Loading takes a third of it.
     wait_until_busy(process, 1.0)
