@@ -7,7 +7,7 @@ import zipfile
 from typing import Literal, overload
 
 from eft import _native
-from eft._fmu_library import library
+from eft._fmu_library import libraries
 from eft._native import Rig
 
 __all__ = ["export"]
@@ -75,14 +75,12 @@ def export(
         return _native.export_source(rig, target, name)
     named = rig if name is None else rig.replace({"name": name})
     description, resource = _native.fmu_files(named, part, fmi)
-    content, folders = library()
+    entries = [("modelDescription.xml", description.encode()), ("resources/rig.toml", resource.encode())]
+    for library, content in libraries():
+        entries.append((f"binaries/{library.folders[fmi - 2]}/eft_{part}.{library.ending}", content))
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as fmu:
-        for path, data in (
-            ("modelDescription.xml", description.encode()),
-            ("resources/rig.toml", resource.encode()),
-            (f"binaries/{folders[fmi - 2]}/eft_{part}.so", content),
-        ):
+        for path, data in entries:
             # The same bytes for the same rig: no time of day.
             entry = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
             fmu.writestr(entry, data, zipfile.ZIP_DEFLATED)

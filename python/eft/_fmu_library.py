@@ -1,4 +1,4 @@
-"""The shared library of an FMU: the extension module, which an importer without Python can load."""
+"""The shared libraries of an FMU, by system and processor."""
 
 from __future__ import annotations
 
@@ -7,13 +7,31 @@ import struct
 import sys
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 from eft import _native
 
-__all__ = ["library"]
+__all__ = ["Library", "libraries"]
 
-FOLDERS = {"x86_64": ("linux64", "x86_64-linux"), "aarch64": ("aarch64-linux", "aarch64-linux")}
-"""Folders of a processor's library in an FMU, by FMI 2.0 and 3.0; the former has no name for aarch64."""
+FOLDER = Path(__file__).parent / "data" / "fmu"
+"""Libraries for several systems, which a release's wheels hold."""
+
+
+class Library(NamedTuple):
+    """Where a library stands in an FMU."""
+
+    folders: tuple[str, str]
+    """By FMI 2.0 and 3.0; the former has names for x86-64 alone."""
+    ending: str
+
+
+PLATFORMS = {
+    "x86_64-linux": Library(("linux64", "x86_64-linux"), "so"),
+    "aarch64-linux": Library(("aarch64-linux", "aarch64-linux"), "so"),
+    "x86_64-windows": Library(("win64", "x86_64-windows"), "dll"),
+    "x86_64-darwin": Library(("darwin64", "x86_64-darwin"), "dylib"),
+    "aarch64-darwin": Library(("aarch64-darwin", "aarch64-darwin"), "dylib"),
+}
 
 _DYNAMIC_SYMBOLS = 11  # SHT_DYNSYM
 _UNDEFINED = 0  # SHN_UNDEF
@@ -21,23 +39,36 @@ _WEAK = 2 << 4  # STB_WEAK in the upper half of a symbol's type
 _SECTION, _SEGMENT, _SYMBOL = "<IIQQQQIIQQ", "<IIQQQQQQ", "<IBBHQQ"
 
 
-@cache
-def library() -> tuple[bytes, tuple[str, str]]:
-    """Return this package's library with weak references to Python, and its folders by version of FMI.
-
-    The extension module holds the functions of FMI beside those of Python, which an importer need not have.
-    A weak reference that nothing resolves is null, and the loader goes on; no function of FMI follows one.
+def libraries() -> list[tuple[Library, bytes]]:
+    """Return this package's libraries, and where each of them stands in an FMU.
 
     Raises
     ------
     ValueError
-        On another system than Linux on x86-64 or aarch64.
+        On another system than Linux on x86-64 or aarch64, if the package was not installed from a wheel.
     """
-    machine = platform.machine()
-    if sys.platform != "linux" or machine not in FOLDERS:
-        here = f"{sys.platform} on {machine}"
-        raise ValueError(f"target = 'fmu': must be made on Linux on x86-64 or aarch64, and this is {here}")
-    return weakened(Path(_native.__file__).read_bytes()), FOLDERS[machine]
+    found = []
+    for name, library in PLATFORMS.items():
+        file = FOLDER / f"eft_fmu-{name}.{library.ending}"
+        if file.is_file():
+            found.append((library, file.read_bytes()))
+        elif sys.platform == "linux" and name == f"{platform.machine()}-linux":
+            found.append((library, own()))
+    if not found:
+        here = f"{sys.platform} on {platform.machine()}"
+        allowed = "must be made on Linux on x86-64 or aarch64, or with the package of a release"
+        raise ValueError(f"target = 'fmu': {allowed}; this is {here}")
+    return found
+
+
+@cache
+def own() -> bytes:
+    """Return the extension module as a library that importers without Python can load.
+
+    It holds the functions of FMI beside those of Python. Its references to Python are made weak: one that
+    nothing resolves is null, and the loader goes on. No function of FMI follows one.
+    """
+    return weakened(Path(_native.__file__).read_bytes())
 
 
 def weakened(elf: bytes) -> bytes:

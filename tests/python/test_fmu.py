@@ -1,14 +1,18 @@
 """Rig and controller as FMUs in FMPy: the loop of both has the bits of `eft.simulate`."""
 
 import importlib.util
+import io
 import random
 import re
+import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import eft
+from eft import _fmu_library
 from eft.cli import main
 
 if importlib.util.find_spec("fmpy") is None:
@@ -246,6 +250,19 @@ def test_what_no_fmu_can_be_is_refused(tmp_path, capsys):
     assert capsys.readouterr().out.split("\n")[:2] == written
     expected = eft.firmware.export(DIGITAL, "fmu", part="controller", fmi=3)
     assert (tmp_path / "rig-controller.fmu").read_bytes() == expected
+
+
+def test_an_fmu_holds_the_libraries_of_a_release(monkeypatch, tmp_path):
+    monkeypatch.setattr(_fmu_library, "FOLDER", tmp_path)
+    (tmp_path / "eft_fmu-x86_64-windows.dll").write_bytes(b"for Windows")
+    for fmi, folder in ((2, "win64"), (3, "x86_64-windows")):
+        with zipfile.ZipFile(io.BytesIO(eft.firmware.export(DIGITAL, "fmu", fmi=fmi))) as fmu:
+            assert fmu.read(f"binaries/{folder}/eft_rig.dll") == b"for Windows"
+            assert len(fmu.namelist()) == 4
+    monkeypatch.setattr(sys, "platform", "win32")
+    (tmp_path / "eft_fmu-x86_64-windows.dll").unlink()
+    with pytest.raises(ValueError, match=r"must be made on Linux .* this is win32 on"):
+        eft.firmware.export(DIGITAL, "fmu")
 
 
 def test_the_page_s_loop_runs(capsys):

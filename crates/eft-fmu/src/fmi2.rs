@@ -79,7 +79,7 @@ unsafe extern "C" fn fmi2Instantiate(
     boundary::instantiate(resources, token, log)
 }
 
-/// The folder of a URI such as `file:///tmp/an%20fmu/resources`.
+/// The folder of a URI such as `file:///tmp/an%20fmu/resources`, or `file:///C:/fmu/resources` under Windows.
 fn folder(uri: &str) -> Result<PathBuf> {
     let refuse = || Error::value("fmuResourceLocation", uri, "must be a URI of a file, file:///…");
     let (scheme, rest) = uri.split_once(':').ok_or_else(refuse)?;
@@ -87,6 +87,8 @@ fn folder(uri: &str) -> Result<PathBuf> {
         return Err(refuse());
     }
     let path = rest.strip_prefix("//localhost").or_else(|| rest.strip_prefix("//")).unwrap_or(rest);
+    // The slash in front of a drive's letter is no part of the path.
+    let path = if cfg!(windows) { path.strip_prefix('/').unwrap_or(path) } else { path };
     let (mut bytes, mut left) = (Vec::with_capacity(path.len()), path.as_bytes());
     while let [first, rest @ ..] = left {
         let escaped = match rest {
