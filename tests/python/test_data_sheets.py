@@ -250,3 +250,9 @@ def test_a_frequency_response_names_its_units(header, name, tmp_path, monkeypatc
     bode("bode.csv", header)
     assert main(["identify", "valve", "bode.csv"]) == 2
     assert name in capsys.readouterr().err
+
+
+def test_a_unit_of_another_dimension_is_refused_with_the_ones_that_fit():
+    with pytest.raises(ValueError, match="26 kip") as refused:
+        eft.data_sheets.structure("26 kip", "2 Hz", "2 %")
+    assert all(unit in str(refused.value) for unit in ("mass", "kg", "t", "lb", "slug"))

@@ -260,7 +260,7 @@ pub(crate) fn quantity(name: &str, value: &Bound<'_, PyAny>, unit: &str) -> PyRe
     let of = if unit.is_empty() {
         String::new()
     } else {
-        format!(" in {unit}, or a text with a unit that converts to it")
+        format!(" in {unit}, or a text with a number and a unit such as {}", eft_sim::config::units_of(unit))
     };
     found.filter(|number| number.is_finite()).ok_or_else(|| {
         crate::errors::refuse(

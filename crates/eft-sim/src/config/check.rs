@@ -3,7 +3,7 @@
 use eft_core::Short;
 use toml::{Table, Value};
 
-use super::quantity::quantity;
+use super::quantity::{quantity, units_of};
 use super::schema::{Key, Kind, Need, PLANT};
 use super::{KEYS, tree};
 use crate::{Error, Result};
@@ -266,11 +266,7 @@ fn number(value: &Value, unit: &str) -> Option<f64> {
 fn allowed(row: &Key, value: &Value) -> String {
     let number = matches!(row.kind, Kind::Float(..) | Kind::Floats(..));
     if number && value.is_str() && !row.unit.is_empty() {
-        format!(
-            "{}, or a text of a number with a unit of {}, as in \"12 t\" of a mass",
-            row.allowed(),
-            row.unit
-        )
+        format!("{}, or a text with a number and a unit such as {}", row.allowed(), units_of(row.unit))
     } else {
         row.allowed()
     }

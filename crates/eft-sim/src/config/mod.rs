@@ -19,7 +19,7 @@ mod zhao2005;
 pub(crate) use force_loop::AtRest;
 pub use idle::IdleKey;
 pub use keys::KEYS;
-pub use quantity::{dimension, quantity};
+pub use quantity::{dimension, quantity, units_of};
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, ForceLoop, Learning,

@@ -93,6 +93,14 @@ pub fn quantity(text: &str, si: &str) -> Option<f64> {
     (dimension == wanted).then_some(number * factor / base)
 }
 
+/// The names of all units that convert to an SI unit, separated by commas; the unit itself if there is no other.
+pub fn units_of(si: &str) -> String {
+    let wanted = unit(si).map(|(_, dimension)| dimension);
+    let names: Vec<&str> =
+        UNITS.iter().filter(|(_, _, dimension)| Some(*dimension) == wanted).map(|(name, ..)| *name).collect();
+    if names.is_empty() { si.to_owned() } else { names.join(", ") }
+}
+
 /// Exponents of kg, m, s and V of an SI unit such as `m³/(s·Pa)`; none where it is no unit, or not of factor 1.
 pub fn dimension(si: &str) -> Option<[i8; 4]> {
     unit(si).filter(|(factor, _)| *factor == 1.0).map(|(_, dimension)| dimension)
