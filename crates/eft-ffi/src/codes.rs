@@ -2,7 +2,7 @@
 
 use eft_core::ConfigError;
 
-use crate::tables::{constants, flags};
+use crate::tables::{causes, constants, flags};
 
 constants! { u8:
     EFT_OK = 0, "done";
@@ -52,58 +52,32 @@ pub const EFT_CAUSE_SHIFT: u32 = 26;
 const _: () =
     assert!(EFT_CAUSE == eft_core::status::CAUSE && EFT_CAUSE_SHIFT == eft_core::status::CAUSE_SHIFT);
 
-constants! { u8:
-    EFT_CAUSE_NONE = 0, "cause of a trip: nothing tripped";
-    EFT_CAUSE_REQUEST = 1, "cause of a trip: a request from outside";
-    EFT_CAUSE_FORCE_LEVEL = 2, "cause of a trip: a measurement beyond its trip level";
-    EFT_CAUSE_DISPLACEMENT_LEVEL = 3, "cause of a trip: the same";
-    EFT_CAUSE_VELOCITY_LEVEL = 4, "cause of a trip: the same";
-    EFT_CAUSE_SPOOL_LEVEL = 5, "cause of a trip: the same";
-    EFT_CAUSE_COMMAND_LOST = 6, "cause of a trip: the force command stayed lost";
-    EFT_CAUSE_MEASUREMENT_LOST = 7, "cause of a trip: measurements stayed lost";
-    EFT_CAUSE_REFUSED = 8, "cause of a trip: the controller kept refusing its samples";
-    EFT_CAUSE_MODEL_CONTRADICTED = 9, "cause of a trip: the estimators' models stayed contradicted";
-    EFT_CAUSE_FORCE_LOST = 10, "cause of a trip: this measurement stayed lost";
-    EFT_CAUSE_DISPLACEMENT_LOST = 11, "cause of a trip: the same";
-    EFT_CAUSE_VELOCITY_LOST = 12, "cause of a trip: the same";
-    EFT_CAUSE_SPOOL_LOST = 13, "cause of a trip: the same";
-    EFT_CAUSE_FORCE_IMPLAUSIBLE = 14, "cause of a trip: this measurement contradicts the others";
-    EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE = 15, "cause of a trip: the same";
-    EFT_CAUSE_VELOCITY_IMPLAUSIBLE = 16, "cause of a trip: the same";
-    EFT_CAUSE_SPOOL_IMPLAUSIBLE = 17, "cause of a trip: the same";
-    EFT_CAUSE_FLOW_IMPLAUSIBLE = 18, "cause of a trip: the valve's flow is not the piston's: supply, valve or curve";
-    EFT_CAUSE_VALVE_IMPLAUSIBLE = 19, "cause of a trip: the spool does not follow its command";
-    EFT_CAUSE_STATE_CORRUPT = 20, "cause of a trip: a latch in memory was changed from outside";
-    EFT_CAUSE_SAMPLES_OLD = 21, "cause of a trip: the alive counter stood still or skipped";
-    EFT_CAUSE_SAMPLE_PERIOD = 22, "cause of a trip: the measured sample period is off";
-    EFT_CAUSE_CALIBRATION_EXPIRED = 23, "cause of a trip: the learner published nothing for too long";
+causes! {
+    EFT_CAUSE_NONE = 0, None, "cause of a trip: nothing tripped";
+    EFT_CAUSE_REQUEST = 1, Request, "cause of a trip: a request from outside";
+    EFT_CAUSE_FORCE_LEVEL = 2, ForceLevel, "cause of a trip: a measurement beyond its trip level";
+    EFT_CAUSE_DISPLACEMENT_LEVEL = 3, DisplacementLevel, "cause of a trip: the same";
+    EFT_CAUSE_VELOCITY_LEVEL = 4, VelocityLevel, "cause of a trip: the same";
+    EFT_CAUSE_SPOOL_LEVEL = 5, SpoolLevel, "cause of a trip: the same";
+    EFT_CAUSE_COMMAND_LOST = 6, CommandLost, "cause of a trip: the force command stayed lost";
+    EFT_CAUSE_MEASUREMENT_LOST = 7, MeasurementLost, "cause of a trip: measurements stayed lost";
+    EFT_CAUSE_REFUSED = 8, Refused, "cause of a trip: the controller kept refusing its samples";
+    EFT_CAUSE_MODEL_CONTRADICTED = 9, ModelContradicted, "cause of a trip: the estimators' models stayed contradicted";
+    EFT_CAUSE_FORCE_LOST = 10, ForceLost, "cause of a trip: this measurement stayed lost";
+    EFT_CAUSE_DISPLACEMENT_LOST = 11, DisplacementLost, "cause of a trip: the same";
+    EFT_CAUSE_VELOCITY_LOST = 12, VelocityLost, "cause of a trip: the same";
+    EFT_CAUSE_SPOOL_LOST = 13, SpoolLost, "cause of a trip: the same";
+    EFT_CAUSE_FORCE_IMPLAUSIBLE = 14, ForceImplausible, "cause of a trip: this measurement contradicts the others";
+    EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE = 15, DisplacementImplausible, "cause of a trip: the same";
+    EFT_CAUSE_VELOCITY_IMPLAUSIBLE = 16, VelocityImplausible, "cause of a trip: the same";
+    EFT_CAUSE_SPOOL_IMPLAUSIBLE = 17, SpoolImplausible, "cause of a trip: the same";
+    EFT_CAUSE_FLOW_IMPLAUSIBLE = 18, FlowImplausible, "cause of a trip: the valve's flow is not the piston's: supply, valve or curve";
+    EFT_CAUSE_VALVE_IMPLAUSIBLE = 19, ValveImplausible, "cause of a trip: the spool does not follow its command";
+    EFT_CAUSE_STATE_CORRUPT = 20, StateCorrupt, "cause of a trip: a latch in memory was changed from outside";
+    EFT_CAUSE_SAMPLES_OLD = 21, SamplesOld, "cause of a trip: the alive counter stood still or skipped";
+    EFT_CAUSE_SAMPLE_PERIOD = 22, SamplePeriod, "cause of a trip: the measured sample period is off";
+    EFT_CAUSE_CALIBRATION_EXPIRED = 23, CalibrationExpired, "cause of a trip: the learner published nothing for too long";
 }
-const _: () = {
-    assert!(EFT_CAUSE_NONE == eft_core::Cause::None as u8);
-    assert!(EFT_CAUSE_REQUEST == eft_core::Cause::Request as u8);
-    assert!(EFT_CAUSE_FORCE_LEVEL == eft_core::Cause::ForceLevel as u8);
-    assert!(EFT_CAUSE_DISPLACEMENT_LEVEL == eft_core::Cause::DisplacementLevel as u8);
-    assert!(EFT_CAUSE_VELOCITY_LEVEL == eft_core::Cause::VelocityLevel as u8);
-    assert!(EFT_CAUSE_SPOOL_LEVEL == eft_core::Cause::SpoolLevel as u8);
-    assert!(EFT_CAUSE_COMMAND_LOST == eft_core::Cause::CommandLost as u8);
-    assert!(EFT_CAUSE_MEASUREMENT_LOST == eft_core::Cause::MeasurementLost as u8);
-    assert!(EFT_CAUSE_REFUSED == eft_core::Cause::Refused as u8);
-    assert!(EFT_CAUSE_MODEL_CONTRADICTED == eft_core::Cause::ModelContradicted as u8);
-    assert!(EFT_CAUSE_FORCE_LOST == eft_core::Cause::ForceLost as u8);
-    assert!(EFT_CAUSE_DISPLACEMENT_LOST == eft_core::Cause::DisplacementLost as u8);
-    assert!(EFT_CAUSE_VELOCITY_LOST == eft_core::Cause::VelocityLost as u8);
-    assert!(EFT_CAUSE_SPOOL_LOST == eft_core::Cause::SpoolLost as u8);
-    assert!(EFT_CAUSE_FORCE_IMPLAUSIBLE == eft_core::Cause::ForceImplausible as u8);
-    assert!(EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE == eft_core::Cause::DisplacementImplausible as u8);
-    assert!(EFT_CAUSE_VELOCITY_IMPLAUSIBLE == eft_core::Cause::VelocityImplausible as u8);
-    assert!(EFT_CAUSE_SPOOL_IMPLAUSIBLE == eft_core::Cause::SpoolImplausible as u8);
-    assert!(EFT_CAUSE_FLOW_IMPLAUSIBLE == eft_core::Cause::FlowImplausible as u8);
-    assert!(EFT_CAUSE_VALVE_IMPLAUSIBLE == eft_core::Cause::ValveImplausible as u8);
-    assert!(EFT_CAUSE_STATE_CORRUPT == eft_core::Cause::StateCorrupt as u8);
-    assert!(EFT_CAUSE_SAMPLES_OLD == eft_core::Cause::SamplesOld as u8);
-    assert!(EFT_CAUSE_SAMPLE_PERIOD == eft_core::Cause::SamplePeriod as u8);
-    assert!(EFT_CAUSE_CALIBRATION_EXPIRED == eft_core::Cause::CalibrationExpired as u8);
-};
 
 /// the step was refused, and its code says why; the output is 0 V
 pub const EFT_NO_STEP: u32 = 1u32 << 31;

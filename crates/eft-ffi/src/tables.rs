@@ -15,6 +15,14 @@ macro_rules! flags {
     };
 }
 
+/// Causes of a trip, each held against the core's.
+macro_rules! causes {
+    ($($Name:ident = $value:literal, $Core:ident, $doc:literal;)*) => {
+        $(#[doc = $doc] pub const $Name: u8 = $value;)*
+        const _: () = { $(assert!($Name == eft_core::Cause::$Core as u8);)* };
+    };
+}
+
 /// A struct of plain data.
 macro_rules! data {
     ($(#[$doc:meta])* $Name:ident { $($field:ident: $t:ty, $field_doc:literal;)* }) => {
@@ -62,4 +70,4 @@ macro_rules! opaque {
     )*};
 }
 
-pub(crate) use {constants, data, flags, functions, opaque};
+pub(crate) use {causes, constants, data, flags, functions, opaque};
