@@ -18,9 +18,7 @@ use crate::error::{ConfigError, LARGEST, check, within};
 use crate::learning::{LOWEST_RATE, Moment, window_ticks};
 use crate::number::Real;
 use crate::parameters::{Parameters, Realization, VelocitySource};
-use crate::protection::{
-    NEVER, Plausibility, Protection, ProtectionInput, ProtectionParameters, StuckWatch, samples,
-};
+use crate::protection::{NEVER, Plausibility, Protection, ProtectionInput, StuckWatch, samples};
 use crate::status;
 use crate::velocity::Velocity;
 use belief::Believed;
@@ -321,34 +319,61 @@ macro_rules! constructor {
             /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz where something
             /// is learned. In a `const` each is a compile error.
             pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
+                let mut channel = Self::EMPTY;
+                check!(channel.fill(p));
+                Ok(channel)
+            }
+
+            /// As [`new`](Self::new), lent to `with`: a stack holds the channel once.
+            ///
+            /// # Errors
+            /// Those of [`new`](Self::new); `with` is not called then.
+            #[inline(always)]
+            pub fn lend<R>(p: &Parameters, with: impl FnOnce(&Self) -> R) -> Result<R, ConfigError> {
+                let mut channel = Self::EMPTY;
+                channel.fill(p)?;
+                Ok(with(&channel))
+            }
+
+            const EMPTY: Self = Self {
+                controller: Controller::<$t, N>::EMPTY,
+                velocity: Velocity::Sensor,
+                protection: None,
+                plausibility: None,
+                stuck: None,
+                gap_ticks: 0,
+                learns: false,
+                window_ticks: 0,
+                age_limit: 0,
+                realization: Realization::Digital,
+                looks_ahead: false,
+                plain: false,
+            };
+
+            /// Part by part in place: whoever designs it needs room for one of them only.
+            const fn fill(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 if p.learning.is_on() {
                     check!(within("sample_rate", p.sample_rate, LOWEST_RATE, LARGEST));
                 }
-                Ok(Self {
-                    controller: check!(Controller::<$t, N>::new(p)),
-                    velocity: check!(Velocity::<$t>::new(p)),
-                    protection: match &p.protection {
-                        Some(protection) => Some(check!(Protection::<$t>::new(protection, p.sample_rate))),
-                        None => None,
-                    },
-                    plausibility: match &p.protection {
-                        Some(protection @ ProtectionParameters { plausibility: Some(watch), .. }) => {
-                            Some(check!(Plausibility::<$t, N>::new(p, protection, watch)))
-                        }
-                        _ => None,
-                    },
-                    stuck: match p.stuck_samples {
-                        0 => None,
-                        samples => Some(check!(StuckWatch::new(samples))),
-                    },
-                    gap_ticks: check!(gap(p)),
-                    learns: p.learning.is_on(),
-                    window_ticks: window_ticks(p.sample_rate),
-                    age_limit: check!(age_limit(p)),
-                    realization: p.realization,
-                    looks_ahead: p.feedforward && p.look_ahead,
-                    plain: is_plain(p),
-                })
+                check!(self.controller.fill(p));
+                self.velocity = check!(Velocity::<$t>::new(p));
+                if let Some(protection) = &p.protection {
+                    self.protection = Some(check!(Protection::<$t>::new(protection, p.sample_rate)));
+                    if let Some(watch) = &protection.plausibility {
+                        check!(Plausibility::<$t, N>::put(&mut self.plausibility, p, protection, watch));
+                    }
+                }
+                if p.stuck_samples > 0 {
+                    self.stuck = Some(check!(StuckWatch::new(p.stuck_samples)));
+                }
+                self.gap_ticks = check!(gap(p));
+                self.learns = p.learning.is_on();
+                self.window_ticks = window_ticks(p.sample_rate);
+                self.age_limit = check!(age_limit(p));
+                self.realization = p.realization;
+                self.looks_ahead = p.feedforward && p.look_ahead;
+                self.plain = is_plain(p);
+                Ok(())
             }
         }
     };

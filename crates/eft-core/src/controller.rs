@@ -1,5 +1,7 @@
 //! The controller: compensation, feedforward, force loop and limits, for one rig or for several side by side.
 
+mod construction;
+
 use crate::compensation::{
     Calibration, Compensation, CompensationInput, CompensationState, Feedforward, FeedforwardState,
 };
@@ -366,34 +368,3 @@ impl<S: Scalar> ControllerState<S> {
         }
     }
 }
-
-macro_rules! constructor {
-    ($t:ty) => {
-        impl<const N: usize> Controller<$t, N> {
-            /// From the rig's parameters.
-            ///
-            /// # Errors
-            /// A parameter that is not finite or out of its range, by name.
-            pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
-                Ok(Self {
-                    compensation: check!(Compensation::<$t, N>::new(p)),
-                    feedforward: if p.feedforward {
-                        check!(Feedforward::<$t>::new(p))
-                    } else {
-                        Feedforward::<$t>::OFF
-                    },
-                    servovalve: check!(ServovalveController::<$t>::new(p)),
-                    limiter: check!(Limiter::<$t>::new(p.valve_command, p.valve_command_rate, p.sample_rate)),
-                    per_supply_pressure: (1.0 / p.supply_pressure) as $t,
-                    measures_supply: p.supply_correction,
-                    looks_ahead: p.feedforward && p.look_ahead,
-                    gap: check!(gap(p)),
-                    feeds_forward: p.feedforward,
-                    realization: p.realization,
-                })
-            }
-        }
-    };
-}
-constructor!(f32);
-constructor!(f64);

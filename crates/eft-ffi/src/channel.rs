@@ -157,13 +157,13 @@ there is no new one."
                 /// Checks the parameters and makes a configuration of them. On refusal the configuration stays as it was and
                 /// *why (may be null) says what was wrong. Not for the interrupt.
                 fn $configure(parameters: *const eft_parameters, channel: *mut $Channel, why: *mut eft_error) {
-                    configure(Channel::<$t, EFT_TABLE_CAPACITY>::new, parameters, channel, why)
+                    configure(|p, take| Channel::<$t, EFT_TABLE_CAPACITY>::lend(p, take), parameters, channel, why)
                 }
 
                 /// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as
                 /// after a memory fault. Not for the interrupt.
                 fn $check(channel: *const $Channel, parameters: *const eft_parameters) {
-                    check(Channel::<$t, EFT_TABLE_CAPACITY>::new, channel, parameters)
+                    check(|p, take| Channel::<$t, EFT_TABLE_CAPACITY>::lend(p, take), channel, parameters)
                 }
 
                 /// A rig at rest, nothing learned, tripped or asked for yet.

@@ -45,12 +45,12 @@ macro_rules! precision {
             functions! {
                 /// As eft_configure, for a learner; the parameters are the channel's.
                 fn $configure(parameters: *const eft_parameters, learner: *mut $Learner, why: *mut eft_error) {
-                    configure(Learner::<$t, EFT_TABLE_CAPACITY>::new, parameters, learner, why)
+                    configure(|p, take| Learner::<$t, EFT_TABLE_CAPACITY>::new(p).map(|made| take(&made)), parameters, learner, why)
                 }
 
                 /// As eft_check, for a learner.
                 fn $check(learner: *const $Learner, parameters: *const eft_parameters) {
-                    check(Learner::<$t, EFT_TABLE_CAPACITY>::new, learner, parameters)
+                    check(|p, take| Learner::<$t, EFT_TABLE_CAPACITY>::new(p).map(|made| take(&made)), learner, parameters)
                 }
 
                 /// Nothing learned yet.

@@ -262,48 +262,49 @@ impl eft_error {
     }
 }
 
-/// A configuration of the parameters.
+/// Lends a configuration of the core, of its parameters, or says why it is refused.
+pub(crate) type Lend<C> = fn(&Parameters, &mut dyn FnMut(&C)) -> Result<(), ConfigError>;
+
+/// Lends a configuration of the parameters.
 // By reference: moved into a closure, the core's parameters would be on the stack twice.
-fn made_of<C>(
-    parameters: &eft_parameters,
-    new: fn(&Parameters) -> Result<C, ConfigError>,
-) -> Result<C, ConfigError> {
+fn with<C>(parameters: &eft_parameters, lend: Lend<C>, take: &mut dyn FnMut(&C)) -> Result<(), ConfigError> {
     match &parameters.core() {
-        Ok(core) => new(core),
+        Ok(core) => lend(core, take),
         Err(error) => Err(*error),
     }
 }
 
 /// Makes a configuration, or says why not. Each pointer is null or valid.
-pub(crate) unsafe fn configure<O: Opaque>(
-    new: fn(&Parameters) -> Result<O::Value, ConfigError>,
+pub(crate) unsafe fn configure<O: Opaque<Value: Copy>>(
+    lend: Lend<O::Value>,
     parameters: *const eft_parameters,
     place: *mut O,
     why: *mut eft_error,
 ) -> Result<(), u8> {
+    let mut made = Ok(());
     // Safety: null or valid; where nobody asks for the reason none is given.
     unsafe {
-        match made_of(given(parameters)?, new) {
-            Ok(configuration) => make(place, configuration),
-            Err(error) => {
-                _ = give(why, eft_error::new(error));
-                Err(of(&error))
-            }
+        let refused = with(given(parameters)?, lend, &mut |configuration| made = make(place, *configuration));
+        if let Err(error) = refused {
+            _ = give(why, eft_error::new(error));
+            return Err(of(&error));
         }
     }
+    made
 }
 
 /// Whether a configuration is what its parameters make. Each pointer is null or valid.
 pub(crate) unsafe fn check<O: Opaque<Value: PartialEq> + 'static>(
-    new: fn(&Parameters) -> Result<O::Value, ConfigError>,
+    lend: Lend<O::Value>,
     place: *const O,
     parameters: *const eft_parameters,
 ) -> Result<(), u8> {
     // Safety: null or valid.
     let (there, parameters) = unsafe { (made(place)?, given(parameters)?) };
-    match made_of(parameters, new) {
-        Ok(again) if again == *there => Ok(()),
-        Ok(_) => Err(EFT_CORRUPT),
+    let mut equal = false;
+    match with(parameters, lend, &mut |again| equal = again == there) {
+        Ok(()) if equal => Ok(()),
+        Ok(()) => Err(EFT_CORRUPT),
         Err(error) => Err(of(&error)),
     }
 }

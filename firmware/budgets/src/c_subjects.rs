@@ -3,7 +3,10 @@
 use core::mem::MaybeUninit;
 use core::ptr::null_mut;
 
-use eft_core::{Input, Mode, Parameters, Realization, SignFrom, VelocitySource};
+use eft_core::{
+    Input, Mode, Parameters, PlausibilityParameters, ProtectionParameters, Realization, SignFrom,
+    VelocitySource,
+};
 use eft_ffi::*;
 use eft_rigs::guarded;
 use semihosting::println;
@@ -51,7 +54,13 @@ pub fn run() {
 
 /// What it takes to make a configuration and to check it, in a task.
 fn configure() {
-    let rig = Parameters { openings: CROWDED.openings, flows: CROWDED.flows, ..guarded::PARAMETERS };
+    // With every part that a channel may have.
+    let protection = ProtectionParameters {
+        plausibility: Some(PlausibilityParameters::DEFAULT),
+        ..ProtectionParameters::DEFAULT
+    };
+    let (openings, flows) = (CROWDED.openings, CROWDED.flows);
+    let rig = Parameters { openings, flows, protection: Some(protection), ..guarded::PARAMETERS };
     let parameters = parameters(&rig);
     macro_rules! costs {
         ($($configure:ident $check:ident $Opaque:ident;)*) => {$({
@@ -224,6 +233,17 @@ fn parameters(p: &Parameters) -> eft_parameters {
             enabled: 1,
             ..c.protection
         };
+        if let Some(p) = &p.plausibility {
+            c.protection.plausibility = eft_plausibility {
+                enabled: 1,
+                force_noise: p.force_noise,
+                displacement_noise: p.displacement_noise,
+                velocity_noise: p.velocity_noise,
+                spool_noise: p.spool_noise,
+                false_alarms: p.false_alarms,
+                settle_time: p.settle_time,
+            };
+        }
     }
     c
 }

@@ -77,28 +77,36 @@ macro_rules! constructor {
             /// A flow table that is refused; a gain, area or pressure not positive and finite; a level outside [0, 10];
             /// fewer than three points of capacity for the linear inverse.
             pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
+                let mut inverse = Self::EMPTY;
+                check!(inverse.fill(p));
+                Ok(inverse)
+            }
+
+            pub(crate) const EMPTY: Self = Self {
+                table: PiecewiseLinear::<$t, N>::EMPTY,
+                load_pressure: LoadPressure::<$t>::NONE,
+                sign_from_demand: false,
+            };
+
+            /// As [`new`](Self::new), in place.
+            pub(crate) const fn fill(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 let level = check!(within("level", p.level, 0.0, 10.0));
                 let flow_gain = check!(positive("flow_gain", p.flow_gain));
-                let load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
-                let mut inverse = Self {
-                    sign_from_demand: matches!(p.sign_from, SignFrom::Demand),
-                    load_pressure,
-                    table: PiecewiseLinear::<$t, N>::EMPTY,
-                };
+                self.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
+                self.sign_from_demand = matches!(p.sign_from, SignFrom::Demand);
                 // Whichever way it is used, it is refused as it was given.
-                check!(inverse.table.fill("openings", p.openings, "flows", p.flows));
+                check!(self.table.fill("openings", p.openings, "flows", p.flows));
                 if matches!(p.mode, Mode::Linear) {
                     // The straight line, as far as the whole stroke is asked for.
                     let reach = if level > 1.0e-3 { 1.0 / level } else { 1.0e3 };
                     let (flow, opening) = (reach * flow_gain, reach);
                     let (flows, openings) = ([-flow, 0.0, flow], [-opening, 0.0, opening]);
-                    check!(inverse.table.fill("flow_gain", &flows, "flow_gain", &openings));
-                    inverse.load_pressure = LoadPressure::<$t>::NONE;
+                    check!(self.table.fill("flow_gain", &flows, "flow_gain", &openings));
+                    self.load_pressure = LoadPressure::<$t>::NONE;
                 } else {
-                    check!(inverse.table.fill("flows", p.flows, "openings", p.openings));
+                    check!(self.table.fill("flows", p.flows, "openings", p.openings));
                 }
-                check!(inverse.table.scale_to_limit(level));
-                Ok(inverse)
+                self.table.scale_to_limit(level)
             }
         }
     };

@@ -85,6 +85,9 @@ impl<S: Scalar> LeadState<S> {
 macro_rules! constructor {
     ($t:ty) => {
         impl LeadNetwork<$t> {
+            /// No output.
+            pub(crate) const NONE: Self = Self { pole: 0.0, rate: 0.0, gain: 0.0 };
+
             /// From DC gain (V), response delay `T_d` (s), `α` (1) and sample rate (Hz); coefficients are computed
             /// in `f64` and rounded once.
             ///

@@ -207,21 +207,38 @@ macro_rules! constructor {
             /// # Errors
             /// A parameter that is not finite or out of its range, by name.
             pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
-                let inverse = check!(InverseFlow::<$t, N>::new(p));
-                let area = if matches!(p.mode, Mode::Off) { 0.0 } else { p.piston_area };
+                let mut compensation = Self::EMPTY;
+                check!(compensation.fill(p));
+                Ok(compensation)
+            }
+
+            pub(crate) const EMPTY: Self = Self {
+                inverse: InverseFlow::<$t, N>::EMPTY,
+                lead: LeadNetwork::<$t>::NONE,
+                response_delay: 0.0,
+                velocity_to_flow: 0.0,
+                velocity_range: 0.0,
+                force_range: 0.0,
+                spool_range: 0.0,
+                spool_warning: 0.0,
+                corrects: false,
+                grid: CurveGrid { per_flow: 0.0, step: 0.0 },
+            };
+
+            /// As [`new`](Self::new), in place.
+            pub(crate) const fn fill(&mut self, p: &Parameters) -> Result<(), ConfigError> {
+                check!(self.inverse.fill(p));
                 let grid = CurveGrid::over(p.greatest_flow());
-                Ok(Self {
-                    velocity_to_flow: area as $t,
-                    velocity_range: check!(range("velocity_range", p.velocity_range)) as $t,
-                    force_range: check!(range("force_range", p.force_range)) as $t,
-                    spool_range: check!(range("spool_range", p.spool_range)) as $t,
-                    spool_warning: check!(range("spool_warning", p.spool_warning)) as $t,
-                    corrects: p.learning.adaptive && p.learning.curve_correction,
-                    grid: CurveGrid { per_flow: grid.per_flow as $t, step: grid.step as $t },
-                    inverse,
-                    lead: check!(LeadNetwork::<$t>::by(p)),
-                    response_delay: p.response_delay as $t,
-                })
+                self.velocity_to_flow = if matches!(p.mode, Mode::Off) { 0.0 } else { p.piston_area as $t };
+                self.velocity_range = check!(range("velocity_range", p.velocity_range)) as $t;
+                self.force_range = check!(range("force_range", p.force_range)) as $t;
+                self.spool_range = check!(range("spool_range", p.spool_range)) as $t;
+                self.spool_warning = check!(range("spool_warning", p.spool_warning)) as $t;
+                self.corrects = p.learning.adaptive && p.learning.curve_correction;
+                self.grid = CurveGrid { per_flow: grid.per_flow as $t, step: grid.step as $t };
+                self.lead = check!(LeadNetwork::<$t>::by(p));
+                self.response_delay = p.response_delay as $t;
+                Ok(())
             }
         }
     };

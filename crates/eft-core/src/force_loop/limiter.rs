@@ -56,6 +56,9 @@ impl<S: Scalar> Limiter<S> {
 macro_rules! constructor {
     ($t:ty) => {
         impl Limiter<$t> {
+            /// Lets nothing through.
+            pub(crate) const CLOSED: Self = Self { amplitude: 0.0, change: 0.0 };
+
             /// From the largest command (V), the largest rate (V/s) and the sample rate (Hz); `f64::MAX` is no limit.
             ///
             /// # Errors

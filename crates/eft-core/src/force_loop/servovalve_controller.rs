@@ -58,6 +58,10 @@ impl<S: Scalar> ServovalveControllerState<S> {
 macro_rules! constructor {
     ($t:ty) => {
         impl ServovalveController<$t> {
+            /// No output.
+            pub(crate) const NONE: Self =
+                Self { force_sensitivity: 0.0, proportional_gain: 0.0, derivative_per_sample: 0.0 };
+
             /// From the rig's parameters.
             ///
             /// # Errors

@@ -97,7 +97,6 @@ macro_rules! constructor {
                 let sample = 1.0 / p.sample_rate;
                 let period = ticks as f64 * sample;
                 let tau = core::f64::consts::TAU;
-                let model = check!(FlowModel::<$t, N>::new(p));
                 let network = check!(LeadNetwork::<$t>::by(p));
                 // The actuator, seen once a window.
                 let area = check!(positive("piston_area", p.piston_area));
@@ -125,7 +124,7 @@ macro_rules! constructor {
                 let alpha = p.lead_alpha;
                 let low_pass = share(tau * t::LOW_PASS, period);
                 let grid = CurveGrid::over(p.greatest_flow());
-                Ok(Self {
+                let mut learner = Self {
                     adapts: l.adaptive,
                     corrects: l.adaptive && l.curve_correction,
                     guards: l.guard,
@@ -134,7 +133,7 @@ macro_rules! constructor {
                     piston_area: area as $t,
                     flow_per_force: leak as $t,
                     flow_per_change: volume as $t,
-                    model,
+                    model: FlowModel::<$t, N>::EMPTY,
                     lead: network,
                     filter: BandFilter {
                         low_pass: low_pass as $t,
@@ -194,7 +193,9 @@ macro_rules! constructor {
                         correction: (period / t::GUARD_TIME) as $t,
                         lowest: t::LOWEST_LEVEL as $t,
                     },
-                })
+                };
+                check!(learner.model.fill(p));
+                Ok(learner)
             }
         }
     };

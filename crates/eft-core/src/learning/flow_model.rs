@@ -42,26 +42,22 @@ impl<T: Real, const N: usize> FlowModel<T, N> {
 macro_rules! constructor {
     ($t:ty) => {
         impl<const N: usize> FlowModel<$t, N> {
-            /// Of the rig's parameters.
-            pub(crate) const fn new(p: &Parameters) -> Result<Self, ConfigError> {
+            /// Of the rig's parameters, in place.
+            pub(crate) const fn fill(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 if !matches!(p.mode, Mode::Linear) {
-                    return Self::of_table(p);
+                    return self.fill_table(p);
                 }
-                let mut model = Self::EMPTY;
                 let (openings, flows) = ([-1.0, 1.0], [-p.flow_gain, p.flow_gain]);
-                check!(model.curve.fill("flow_gain", &openings, "flow_gain", &flows));
-                Ok(model)
+                self.curve.fill("flow_gain", &openings, "flow_gain", &flows)
             }
 
             /// By the flow table, whatever the scheme.
-            pub(crate) const fn of_table(p: &Parameters) -> Result<Self, ConfigError> {
-                let mut model = Self::EMPTY;
-                check!(model.curve.fill("openings", p.openings, "flows", p.flows));
-                model.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
-                Ok(model)
+            pub(crate) const fn fill_table(&mut self, p: &Parameters) -> Result<(), ConfigError> {
+                self.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
+                self.curve.fill("openings", p.openings, "flows", p.flows)
             }
 
-            const EMPTY: Self =
+            pub(crate) const EMPTY: Self =
                 Self { load_pressure: LoadPressure::<$t>::NONE, curve: PiecewiseLinear::<$t, N>::EMPTY };
         }
     };

@@ -82,12 +82,14 @@ const fn level(trip: f64, scale: f64) -> f64 {
 macro_rules! constructor {
     ($t:ty) => {
         impl<const N: usize> Plausibility<$t, N> {
-            /// Of a rig and its protection.
-            pub(crate) const fn new(
+            /// Puts the watch of a rig and its protection into `place`: a stack has no room for a second one.
+            #[inline(never)]
+            pub(crate) const fn put(
+                place: &mut Option<Self>,
                 p: &Parameters,
                 protection: &ProtectionParameters,
                 watch: &PlausibilityParameters,
-            ) -> Result<Self, ConfigError> {
+            ) -> Result<(), ConfigError> {
                 let rate = check!(positive("sample_rate", p.sample_rate));
                 let area = check!(positive("piston_area", p.piston_area));
                 let pressure = check!(positive("supply_pressure", p.supply_pressure));
@@ -130,8 +132,11 @@ macro_rules! constructor {
                 let repeats = 3.0e-3 * rate;
                 let repeats = if repeats > 8.0 { repeats } else { 8.0 } + delays;
                 let lag = 0.5 * delay * rate + 0.5 * (1.0 + delays);
-                Ok(Self {
-                    model: check!(FlowModel::<$t, N>::of_table(p)),
+                let derivative = check!(FilteredDerivative::<$t>::new(CORNER, rate));
+                let leakage = check!(within("leakage", p.leakage, 0.0, LARGEST)) / area;
+                let valve_gain = check!(positive("valve_gain", p.valve_gain));
+                *place = Some(Self {
+                    model: FlowModel::<$t, N>::EMPTY,
                     gate: SensorGate {
                         jump: [
                             (HELD * (noise * force_noise + swing * force)) as $t,
@@ -151,16 +156,16 @@ macro_rules! constructor {
                         chance: exponential(-readings) as $t,
                         share: share(60.0, rate) as $t,
                     },
-                    derivative: check!(FilteredDerivative::<$t>::new(CORNER, rate)),
+                    derivative,
                     lost_samples: protection.lost_samples,
                     repeats: repeats as u32,
                     senses_velocity: matches!(p.velocity_source, VelocitySource::Sensor),
                     period: (1.0 / rate) as $t,
                     rate: rate as $t,
                     area: area as $t,
-                    leakage: (check!(within("leakage", p.leakage, 0.0, LARGEST)) / area) as $t,
+                    leakage: leakage as $t,
                     oil: (compressibility / area) as $t,
-                    valve_gain: check!(positive("valve_gain", p.valve_gain)) as $t,
+                    valve_gain: valve_gain as $t,
                     low: low as $t,
                     high: share(ABOVE, rate) as $t,
                     lag: (1.0 / (1.0 + lag)) as $t,
@@ -182,7 +187,11 @@ macro_rules! constructor {
                     null_drift: (OVERLAP * greatest) as $t,
                     astray: (10.0 * force_noise + 0.15 * force) as $t,
                     evidence: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],
-                })
+                });
+                match place {
+                    Some(watch) => watch.model.fill_table(p),
+                    None => Ok(()),
+                }
             }
         }
     };
