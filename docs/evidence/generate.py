@@ -3,8 +3,11 @@
 import sys
 from pathlib import Path
 
+import benchmark
 import fixed_against_adaptive
 import force_loop
+import laboratory_causes
+import laboratory_rigs
 import learning_cases
 import paper_figures
 import random_plants
@@ -18,6 +21,9 @@ FOLDER = Path(__file__).parent / "_generated"
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     paper_figures.write(FOLDER)
+    benchmark.report(FOLDER)
+    laboratory_rigs.report(FOLDER)
+    laboratory_causes.report(FOLDER)
     force_loop.report(FOLDER)
     learning_cases.report(FOLDER)
     random_plants.report(FOLDER)

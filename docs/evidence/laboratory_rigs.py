@@ -6,12 +6,14 @@ makes the same rigs on every machine.
 """
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from random_rigs import ADAPTIVE, BAND, Row, Schemes, read, write
 
 import eft
+from eft._files import write_text
 from eft.benchmark import Case, drawn_cases
 from eft.benchmark._criteria import slow_error
 from eft.benchmark._excitations import within_the_rig
@@ -32,6 +34,13 @@ SCHEMES: Schemes = {
 }
 DURATION = 16.0
 """Of the sweep and of what is taken of the record, s."""
+TITLES = {
+    "fixed": "fixed",
+    "adaptive": "adaptive",
+    "curve": "adaptive with curve",
+    "robust": "designed loop, adaptive",
+    "robust_curve": "designed loop, adaptive with curve",
+}
 UNSTABLE = 1.0
 """Force error (rms over rms) from which on a test counts as unstable."""
 
@@ -68,14 +77,56 @@ def tested(case: Case, amplitude: float) -> Row:
     return row
 
 
+def drawn(count: int) -> list[tuple[Case, float]]:
+    """Rigs, and the amplitude of the sweep of each (N)."""
+    amplitudes = np.random.default_rng(SEED + 1).choice(AMPLITUDES, count)
+    return list(zip(drawn_cases(count, SEED), map(float, amplitudes), strict=True))
+
+
 def run_missing(path: Path, count: int) -> None:
     """The rigs that have no row yet."""
-    cases = drawn_cases(count, SEED)
-    amplitudes = np.random.default_rng(SEED + 1).choice(AMPLITUDES, count)
+    rigs = drawn(count)
     done = len(read(path)["mass"]) if path.exists() else 0
     for number in range(done, count):
-        write(path, [tested(cases[number], float(amplitudes[number]))], further=number > 0)
+        write(path, [tested(*rigs[number])], further=number > 0)
         print(f"{number + 1} of {count}", flush=True)
+
+
+def shares(data: dict[str, np.ndarray]) -> str:
+    """What was asked, and the share of the rigs that reached it."""
+    asked: dict[str, tuple[str, Callable[[dict[str, np.ndarray]], np.ndarray]]] = {
+        "unstable, of those that the check lets pass": (
+            "none",
+            lambda one: one["unstable"][one["allowed"] > 0] > 0,
+        ),
+        "sweep: force over command within 0.93–1.07": (
+            "95 %",
+            lambda one: (one["lowest"] >= 0.93) & (one["highest"] <= 1.07),
+        ),
+        "earthquake: error below 20 Hz at most 3 %": ("90 %", lambda one: one["quake_error"] <= 0.03),
+        "earthquake: displacement error at most 5 %": ("90 %", lambda one: one["quake_displacement"] <= 0.05),
+    }
+    lines = [
+        f"| share of the rigs | {' | '.join(TITLES.values())} | goal |",
+        "| --- " * (2 + len(TITLES)) + "|",
+    ]
+    for what, (goal, reached) in asked.items():
+        cells = []
+        for scheme in TITLES:
+            prefix = f"{scheme}_"
+            of = {name.removeprefix(prefix): data[name] for name in data if name.startswith(prefix)}
+            cells.append(f"{100 * reached(of).mean():.0f} %")
+        lines.append(f"| {what} | {' | '.join(cells)} | {goal} |")
+    for name, what in (("quake_error", "earthquake: error below 20 Hz"), ("sweep_error", "sweep: the same")):
+        cells = [f"{100 * np.median(data[f'{scheme}_{name}']):.1f} %" for scheme in TITLES]
+        lines.append(f"| {what}, median | {' | '.join(cells)} | – |")
+    return "\n".join(lines) + "\n"
+
+
+def report(folder: Path) -> None:
+    """The table that the page includes."""
+    data = read(RESULTS)
+    write_text(folder / "laboratory_rigs.md", f"{data['mass'].size} rigs.\n\n{shares(data)}")
 
 
 if __name__ == "__main__":

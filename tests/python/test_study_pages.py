@@ -114,3 +114,39 @@ def test_the_readme_tells_what_was_kept(script):
     told = re.search(r"unstable rigs \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|", text).groups()
     for share, scheme in zip(told, plants.ALL, strict=True):
         assert 100 * plants.unstable(kept, scheme).mean() == pytest.approx(float(share), abs=0.05)
+
+
+def test_the_kept_benchmark_is_what_the_code_gives(script, tmp_path, monkeypatch):
+    import eft
+
+    monkeypatch.delenv("EFT_RECORDS", raising=False)
+    page = script("benchmark")
+    kept = eft.benchmark.Benchmark.load(page.RESULTS)
+    assert {row.controller for row in kept.rows} == set(eft.benchmark.COMPETITORS)
+    # Those that do not learn: what is learned moves with the learner, and its rows are made anew with it.
+    names = ["nonlinear", "robust", "loop-shaping-fixed"]
+    nominal = [case for case in eft.benchmark.named_cases() if case.name == "nominal"]
+    now = eft.benchmark.run(names, on=nominal)
+    before = {(row.controller, row.test): row for row in kept.rows if row.case == "nominal"}
+    assert len(now.rows) == 12
+    for row in now.rows:
+        old = before[row.controller, row.test]
+        same({k: str(v) for k, v in vars(old).items()}, {k: str(v) for k, v in vars(row).items()})
+    page.report(tmp_path)
+    table = (tmp_path / "benchmark_summary.md").read_text(encoding="utf-8").splitlines()
+    assert len(table) == 2 + len(eft.benchmark.COMPETITORS)
+
+
+def test_the_kept_laboratory_rigs_are_what_the_code_gives(script, monkeypatch, tmp_path):
+    study, rigs = script("laboratory_rigs"), script("random_rigs")
+    kept = rigs.read(study.RESULTS)
+    # An unstable test multiplies the last bit, and what is learned moves with the learner.
+    index = int((kept["fixed_unstable"] == 0).nonzero()[0][0])
+    monkeypatch.setattr(study, "SCHEMES", {"fixed": {}})
+    now = study.tested(*study.drawn(index + 1)[index])
+    same({name: kept[name][index] for name in now}, now)
+    for page in (study, script("laboratory_causes")):
+        page.report(tmp_path)
+    assert (
+        (tmp_path / "laboratory_rigs.md").read_text(encoding="utf-8").startswith(f"{kept['mass'].size} rigs.")
+    )

@@ -38,6 +38,8 @@ _FEEDFORWARD: dict[str, object] = {"compensation.feedforward": True, "compensati
 _ADAPTIVE = _FEEDFORWARD | {"compensation.adaptive": True}
 _CURVE: dict[str, object] = _ADAPTIVE | {"compensation.curve_correction": True}
 _ROBUST: dict[str, object] = {"controller.force_loop": "robust"}
+_COMPLIANCE: dict[str, object] = {"actuator.attachment_stiffness": 1.4e6, "sensors.motion_at": "structure"}
+"""A spring between actuator and specimen, N/m; the sensors are at the specimen."""
 
 
 def _table() -> dict[str, Competitor]:
@@ -53,6 +55,7 @@ def _table() -> dict[str, Competitor]:
         "loop-shaping-fixed": ("loop shaping, compensation", _peers.CompensatedLoopShaping),
         "loop-shaping-adaptive": ("loop shaping, adaptive with curve", _peers.AdaptiveLoopShaping),
     }
+    spring = "added compliance: a spring, eft designed loop"
     ours: dict[str, tuple[str, dict[str, object]]] = {
         "fixed": ("eft fixed, with feedforward", _FEEDFORWARD),
         "adaptive": ("eft adaptive", _ADAPTIVE),
@@ -65,6 +68,7 @@ def _table() -> dict[str, Competitor]:
     competitors += [Competitor(name, title, _DIGITAL, make) for name, (title, make) in peers.items()]
     repeated = "the paper, five repeats of drive iteration"
     competitors.append(Competitor("iteration", repeated, _DIGITAL, repeats=5))
+    competitors.append(Competitor("compliance", spring, _DIGITAL | _FEEDFORWARD | _ROBUST | _COMPLIANCE))
     competitors += [Competitor(name, title, _DIGITAL | keys) for name, (title, keys) in ours.items()]
     return {one.name: one for one in competitors}
 

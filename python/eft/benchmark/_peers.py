@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections import deque
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eft._native import Compensator, Controller, Rig
-from eft.benchmark._loop_shaping import shape_loop
+from eft.benchmark._loop_shaping import StateSpace, shape_loop
 
 _VOLTS = 10.0
 """Of the converter, to either side."""
@@ -16,25 +18,34 @@ _FEEDFORWARD: dict[str, object] = {"compensation.feedforward": True, "compensati
 _ADAPTIVE: dict[str, object] = {"compensation.adaptive": True, "compensation.curve_correction": True}
 
 
+@cache
+def _designed(rig: str, sample_rate: float) -> StateSpace:
+    """The controller for a rig by its text; the tests of a benchmark have few different ones."""
+    return shape_loop(Rig.from_dict(tomllib.loads(rig)), sample_rate).controller
+
+
 class LoopShaping:
     """Loop shaping alone, without velocity, designed for the plant with the piston at rest."""
 
     def __init__(self, rig: Rig, sample_rate: float) -> None:
         """Design the loop for what the controller knows of the rig."""
-        system = shape_loop(rig, sample_rate).controller
-        self._a, self._b, self._c, self._d = system
-        self._state = np.zeros(len(system.b))
+        a, b, c, d = _designed(rig.to_toml(), sample_rate)
+        # States and error in, next states and output out: one product a sample.
+        self._system = np.block([[a, b[:, None]], [c[None, :], np.array([[d]])]])
+        self._values = np.zeros(len(b) + 1)
         self._last = 0.0
 
     def step(self, command: float, velocity: float, force: float, spool: float, **further: float) -> float:
         """Return the valve command, V."""
-        error = command - force
-        wanted = float(self._c @ self._state) + self._d * error
-        wanted += self.compensation(command, velocity, force, spool, further["next_command"])
+        self._values[-1] = command - force
+        values = self._system @ self._values
+        wanted = float(values[-1]) + self.compensation(
+            command, velocity, force, spool, further["next_command"]
+        )
         self._last = min(max(wanted, -_VOLTS), _VOLTS)
         if self._last == wanted:
             # Where the converter is at its end, the integral part waits.
-            self._state = self._a @ self._state + self._b * error
+            self._values = values
         return self._last
 
     def compensation(
@@ -98,7 +109,8 @@ class AdaptiveTimeSeries:
         self._rate, self._count = sample_rate, 0
         self._coefficients = np.array([1.0, 0.0, 0.0])
         self._before = 0.0
-        self._smooth = np.zeros((2, 2))
+        # Sent command and measured force, behind one low-pass and behind both.
+        self._sent = self._force = (0.0, 0.0)
         self._share = 1.0 - float(np.exp(-2.0 * np.pi * self._CORNER / sample_rate))
         # Filtered measured force, the two before, and the filtered sent command, at the window's rate.
         self._recent: deque[tuple[float, float]] = deque(maxlen=3)
@@ -117,13 +129,12 @@ class AdaptiveTimeSeries:
         return self._inner.step(sent, velocity, force, spool, next_command=sent)
 
     def _learn(self, sent: float, force: float) -> None:
-        smooth = self._smooth
-        smooth[0] += self._share * (np.array([sent, force]) - smooth[0])
-        smooth[1] += self._share * (smooth[0] - smooth[1])
+        self._sent = self._smooth(self._sent, sent)
+        self._force = self._smooth(self._force, force)
         self._count += 1
         if self._count % self._EVERY:
             return
-        self._recent.append((float(smooth[1, 0]), float(smooth[1, 1])))
+        self._recent.append((self._sent[1], self._force[1]))
         if len(self._recent) < 3:
             return
         rate = self._rate / self._EVERY
@@ -137,6 +148,10 @@ class AdaptiveTimeSeries:
             return
         found = np.linalg.lstsq(self._normal, self._right, rcond=1e-12)[0]
         self._coefficients = np.clip(found, *self._BOUNDS)
+
+    def _smooth(self, before: tuple[float, float], value: float) -> tuple[float, float]:
+        first = before[0] + self._share * (value - before[0])
+        return first, before[1] + self._share * (first - before[1])
 
     def _add(self, regressor: NDArray[np.float64], told: float, sign: float) -> None:
         self._normal += sign * np.outer(regressor, regressor)

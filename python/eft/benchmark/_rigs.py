@@ -190,10 +190,11 @@ def _drawn(random: np.random.Generator, name: str, noise_seed: int) -> Case:
         drawn[f"{sensor}_delay"] = between(0.0, 1.5e-3)
         drawn[f"{sensor}_bandwidth"] = log_between(300.0, 3000.0)
         drawn[f"{sensor}_gain"] = between(0.98, 1.02)
-    return Case(name, _laboratory(drawn, noise_seed), drawn)
+    return Case(name, laboratory(drawn, noise_seed), drawn)
 
 
-def _laboratory(drawn: Mapping[str, float], noise_seed: int) -> Changes:
+def laboratory(drawn: Mapping[str, float], noise_seed: int) -> Changes:
+    """The changes of a rig whose numbers were drawn, and the seed of its noise."""
     stiffness = drawn["mass"] * (2.0 * np.pi * drawn["frequency"]) ** 2
     softer = _BASE["structure.softening.stiffness"] / _BASE["structure.stiffness"]
     changes: Changes = {

@@ -1,0 +1,92 @@
+"""What the worst of the laboratory rigs suffer from: each again without one of its deviations.
+
+``python docs/evidence/laboratory_causes.py [COUNT]`` writes ``data/laboratory_causes.csv``, a row a rig: the
+largest departure of force over command from 1 in the sweep, as drawn and with one group of deviations gone.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from laboratory_rigs import DURATION, RESULTS, SCHEMES, drawn
+from random_rigs import BAND, Row, read, write
+
+import eft
+from eft._files import write_text
+from eft.benchmark import Case
+from eft.benchmark._excitations import within_the_rig
+from eft.benchmark._rigs import RATE, laboratory
+
+CAUSES = Path(__file__).parent / "data" / "laboratory_causes.csv"
+COUNT = 10
+SCHEME = "robust_curve"
+SENSORS = ("force", "displacement", "spool", "velocity")
+GONE = {
+    "overlap": {"overlap": 0.0},
+    "friction": {"friction": 0.0},
+    "latencies": {f"{sensor}_delay": 0.0 for sensor in SENSORS},
+    "bandwidths": {f"{sensor}_bandwidth": 3000.0 for sensor in SENSORS},
+    "sensor gains and area": {f"{sensor}_gain": 1.0 for sensor in SENSORS} | {"piston_area": 1.0},
+    "flow curve": {"direction": 0.0, "bend": 0.0},
+    "oil": {"oil_stiffness": 1.0},
+    "pilot": {"pilot_time_constant": 1.0},
+    "supply": {"supply": 1.0},
+    "noise": {"noise": 0.0},
+}
+
+
+def departure(data: dict[str, np.ndarray], scheme: str = SCHEME) -> np.ndarray:
+    """Of force over command from 1; infinite where the rig is unstable."""
+    far = np.maximum(data[f"{scheme}_highest"] - 1.0, 1.0 - data[f"{scheme}_lowest"])
+    return np.where(data[f"{scheme}_unstable"] > 0.0, np.inf, far)
+
+
+def swept(case: Case, sweep: eft.Command) -> float:
+    """The departure of one rig in a sweep."""
+    run = eft.simulate(case.rig.replace(SCHEMES[SCHEME]), sweep)
+    if not run.success:
+        return np.inf
+    ratio = run.fft_ratio(*BAND).ratio
+    return float(max(ratio.max() - 1.0, 1.0 - ratio.min()))
+
+
+def row(number: int, case: Case, amplitude: float) -> Row:
+    """A rig as drawn, and without each group."""
+    known = case.rig.replace({"truth": None})
+    sweep = within_the_rig(known, eft.sine_sweep(amplitude, 0.0, 10.0, DURATION, RATE))
+    seed = case.rig.plant["sensors.seed"]
+    found: Row = {"rig": float(number), "frequency": case.drawn["frequency"]}
+    found |= {"damping_ratio": case.drawn["damping_ratio"], "amplitude": float(np.abs(sweep.values).max())}
+    found["as drawn"] = swept(case, sweep)
+    for name, gone in GONE.items():
+        found[name] = swept(Case(case.name, laboratory({**case.drawn, **gone}, seed)), sweep)
+    return found
+
+
+def report(folder: Path) -> None:
+    """The table that the page includes: what is left where a group of deviations is gone."""
+    data = read(CAUSES)
+    head = ["rig", "natural frequency", "damping", "sweep", "as drawn", *(f"no {name}" for name in GONE)]
+    lines = [f"| {' | '.join(head)} |", "| --- " * len(head) + "|"]
+    for i, number in enumerate(data["rig"]):
+        cells = [f"{number:.0f}", f"{data['frequency'][i]:.2f} Hz", f"{100 * data['damping_ratio'][i]:.1f} %"]
+        cells.append(f"{1e-3 * data['amplitude'][i]:.1f} kN")
+        left = [data[name][i] for name in GONE]
+        cells.append(f"{100 * data['as drawn'][i]:.0f} %")
+        cells += [f"**{100 * one:.0f} %**" if one == min(left) else f"{100 * one:.0f} %" for one in left]
+        lines.append(f"| {' | '.join(cells)} |")
+    write_text(folder / "laboratory_causes.md", "\n".join(lines) + "\n")
+
+
+def main(count: int, results: Path = RESULTS, causes: Path = CAUSES) -> None:
+    """The worst rigs of the study."""
+    far = departure(read(results))
+    rigs, rows = drawn(far.size), list[Row]()
+    for number in np.argsort(-far)[:count]:
+        rows.append(row(int(number), *rigs[number]))
+        print(rows[-1], flush=True)
+    write(causes, rows)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT, *(Path(path) for path in sys.argv[2:]))
