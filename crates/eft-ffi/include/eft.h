@@ -123,30 +123,30 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_CALIBRATION_EXPIRED (1u << 25) // the calibration is older than its age limit
 #define EFT_CAUSE (31u << 26u)     // bits of a status that hold the first cause of a trip
 #define EFT_CAUSE_SHIFT 26         // where they begin: (status & EFT_CAUSE) >> EFT_CAUSE_SHIFT is one of EFT_CAUSE_...
-#define EFT_CAUSE_NONE 0           // cause of a trip: nothing tripped
-#define EFT_CAUSE_REQUEST 1        // cause of a trip: a request from outside
-#define EFT_CAUSE_FORCE_LEVEL 2    // cause of a trip: a measurement beyond its trip level
-#define EFT_CAUSE_DISPLACEMENT_LEVEL 3 // cause of a trip: the same
-#define EFT_CAUSE_VELOCITY_LEVEL 4 // cause of a trip: the same
-#define EFT_CAUSE_SPOOL_LEVEL 5    // cause of a trip: the same
-#define EFT_CAUSE_COMMAND_LOST 6   // cause of a trip: the force command stayed lost
-#define EFT_CAUSE_MEASUREMENT_LOST 7 // cause of a trip: measurements stayed lost
-#define EFT_CAUSE_REFUSED 8        // cause of a trip: the controller kept refusing its samples
-#define EFT_CAUSE_MODEL_CONTRADICTED 9 // cause of a trip: the estimators' models stayed contradicted
-#define EFT_CAUSE_FORCE_LOST 10    // cause of a trip: this measurement stayed lost
-#define EFT_CAUSE_DISPLACEMENT_LOST 11 // cause of a trip: the same
-#define EFT_CAUSE_VELOCITY_LOST 12 // cause of a trip: the same
-#define EFT_CAUSE_SPOOL_LOST 13    // cause of a trip: the same
-#define EFT_CAUSE_FORCE_IMPLAUSIBLE 14 // cause of a trip: this measurement contradicts the others
-#define EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE 15 // cause of a trip: the same
-#define EFT_CAUSE_VELOCITY_IMPLAUSIBLE 16 // cause of a trip: the same
-#define EFT_CAUSE_SPOOL_IMPLAUSIBLE 17 // cause of a trip: the same
-#define EFT_CAUSE_FLOW_IMPLAUSIBLE 18 // cause of a trip: the valve's flow is not the piston's: supply, valve or curve
-#define EFT_CAUSE_VALVE_IMPLAUSIBLE 19 // cause of a trip: the spool does not follow its command
-#define EFT_CAUSE_STATE_CORRUPT 20 // cause of a trip: a latch in memory was changed from outside
-#define EFT_CAUSE_SAMPLES_OLD 21   // cause of a trip: the alive counter stood still or skipped
-#define EFT_CAUSE_SAMPLE_PERIOD 22 // cause of a trip: the measured sample period is off
-#define EFT_CAUSE_CALIBRATION_EXPIRED 23 // cause of a trip: the learner published nothing for too long
+#define EFT_CAUSE_NONE 0           // trip: none
+#define EFT_CAUSE_REQUEST 1        // trip: a request from outside
+#define EFT_CAUSE_FORCE_LEVEL 2    // trip: the force is beyond its trip level
+#define EFT_CAUSE_DISPLACEMENT_LEVEL 3 // trip: the displacement is beyond its trip level
+#define EFT_CAUSE_VELOCITY_LEVEL 4 // trip: the velocity is beyond its trip level
+#define EFT_CAUSE_SPOOL_LEVEL 5    // trip: the spool opening is beyond its trip level
+#define EFT_CAUSE_COMMAND_LOST 6   // trip: the force command stayed lost
+#define EFT_CAUSE_MEASUREMENT_LOST 7 // trip: measurements stayed lost
+#define EFT_CAUSE_REFUSED 8        // trip: the controller kept refusing its samples
+#define EFT_CAUSE_MODEL_CONTRADICTED 9 // trip: the measurements kept contradicting the learner's models
+#define EFT_CAUSE_FORCE_LOST 10    // trip: the force stayed lost
+#define EFT_CAUSE_DISPLACEMENT_LOST 11 // trip: the displacement stayed lost
+#define EFT_CAUSE_VELOCITY_LOST 12 // trip: the velocity stayed lost
+#define EFT_CAUSE_SPOOL_LOST 13    // trip: the spool opening stayed lost
+#define EFT_CAUSE_FORCE_IMPLAUSIBLE 14 // trip: the force contradicts the other measurements
+#define EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE 15 // trip: the displacement contradicts the others
+#define EFT_CAUSE_VELOCITY_IMPLAUSIBLE 16 // trip: the velocity contradicts the others
+#define EFT_CAUSE_SPOOL_IMPLAUSIBLE 17 // trip: the spool opening contradicts the others
+#define EFT_CAUSE_FLOW_IMPLAUSIBLE 18 // trip: the valve's flow is not the piston's; check supply, valve and flow curve
+#define EFT_CAUSE_VALVE_IMPLAUSIBLE 19 // trip: the spool does not follow its command
+#define EFT_CAUSE_STATE_CORRUPT 20 // trip: a latch in memory was changed from outside
+#define EFT_CAUSE_SAMPLES_OLD 21   // trip: the alive counter stood still or skipped
+#define EFT_CAUSE_SAMPLE_PERIOD 22 // trip: the measured sample period is off
+#define EFT_CAUSE_CALIBRATION_EXPIRED 23 // trip: the learner published nothing for too long
 #define EFT_NO_STEP (1u << 31)     // the step was refused, and its code says why; the output is 0 V
 
 /* ---------- Parameters ---------- */
@@ -173,7 +173,7 @@ typedef struct eft_learning {
   double flow_gain_bounds[2];        // 1; lowest and highest flow gain over the table's
   double valve_gain_bounds[2];       // 1; the same of the valve gain over the configured one
   double response_delay_bounds[2];   // 1; the same of the response delay over the configured one
-  double age_limit;                  // s; at least 0.02, without a new calibration, behind which it has expired
+  double age_limit;                  // s; a calibration expires after this time without a new one, at least 0.02
 } eft_learning;
 
 // Whether the measurements must agree with each other, and what the protection takes for granted then.
@@ -183,8 +183,8 @@ typedef struct eft_plausibility {
   double displacement_noise;         // m
   double velocity_noise;             // m/s
   double spool_noise;                // 1
-  double false_alarms;               // 1/h; that this noise may raise
-  double settle_time;                // s; in a shutdown, that the piston follows the specimen, damped
+  double false_alarms;               // 1/h; false alarms that this noise may raise
+  double settle_time;                // s; the piston follows the specimen for this time in a shutdown
 } eft_plausibility;
 
 // The protection of the specimen; DBL_MAX in a level or time means none.
@@ -201,8 +201,8 @@ typedef struct eft_protection {
   double start_time;                 // s; from zero to the whole command at the start, 0 for none
   double ramp_time;                  // s; from the whole command to zero after a trip or at the end
   double shutdown_time;              // s; from the whole valve command to zero in a shutdown
-  uint32_t lost_samples;             // samples; lost ones in a row that are waited for, at most 100000
-  double fault_time;                 // s; how long a fault may last that the controller reports
+  uint32_t lost_samples;             // samples; so many lost in a row do not trip, at most 100000
+  double fault_time;                 // s; a fault that the controller reports may last so long
   double period_tolerance;           // 1; share by which a measured sample period may be off
   eft_plausibility plausibility;     // Whether the measurements agree.
 } eft_protection;
@@ -225,7 +225,7 @@ typedef struct eft_parameters {
   double flows[EFT_TABLE_CAPACITY];  // m3/s; its flows, strictly increasing
   double flow_gain;                  // m3/s at opening 1; of the linear scheme
   double valve_gain;                 // opening per V
-  double response_delay;             // s; that the lead network makes up for
+  double response_delay;             // s; delay of the valve, for which the lead network compensates
   double lead_alpha;                 // 1; the lead network's alpha
   uint8_t velocity_source;           // EFT_VELOCITY_...
   double corner;                     // Hz; low-passes of EFT_VELOCITY_DERIVATIVE
@@ -233,7 +233,7 @@ typedef struct eft_parameters {
   double gain_on_velocity;           // 1/s
   double gain_on_drift;              // 1/s2
   double mass;                       // kg; that the force moves, of EFT_VELOCITY_OBSERVER
-  double velocity_delay;             // s; of the velocity itself; a learning lead network makes up for it as well
+  double velocity_delay;             // s; delay of the velocity; a learning lead network compensates for it as well
   uint32_t computation_delay;        // samples; delay of the compensation by computation, at most 1000
   uint8_t feedforward;               // 0 or 1; the command's own flow is demanded as well
   uint8_t look_ahead;                // 0 or 1; the feedforward is given the next tick's command
@@ -246,10 +246,10 @@ typedef struct eft_parameters {
   double velocity_range;             // m/s; beyond it a measurement is invalid
   double force_range;                // N
   double spool_range;                // 1
-  double gap_time;                   // s; without a valid sample, behind which the controller starts from rest
+  double gap_time;                   // s; after this time without a valid sample the controller starts from rest
   eft_learning learning;             // What is learned.
   eft_protection protection;         // The protection.
-  uint32_t stuck_samples;            // samples; that a measurement may repeat to the last bit, 0 does not look
+  uint32_t stuck_samples;            // samples; a measurement may repeat to the last bit so often, 0: not watched
 } eft_parameters;
 
 // Why a configuration was refused.

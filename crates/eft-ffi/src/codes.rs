@@ -53,30 +53,30 @@ const _: () =
     assert!(EFT_CAUSE == eft_core::status::CAUSE && EFT_CAUSE_SHIFT == eft_core::status::CAUSE_SHIFT);
 
 causes! {
-    EFT_CAUSE_NONE = 0, None, "cause of a trip: nothing tripped";
-    EFT_CAUSE_REQUEST = 1, Request, "cause of a trip: a request from outside";
-    EFT_CAUSE_FORCE_LEVEL = 2, ForceLevel, "cause of a trip: a measurement beyond its trip level";
-    EFT_CAUSE_DISPLACEMENT_LEVEL = 3, DisplacementLevel, "cause of a trip: the same";
-    EFT_CAUSE_VELOCITY_LEVEL = 4, VelocityLevel, "cause of a trip: the same";
-    EFT_CAUSE_SPOOL_LEVEL = 5, SpoolLevel, "cause of a trip: the same";
-    EFT_CAUSE_COMMAND_LOST = 6, CommandLost, "cause of a trip: the force command stayed lost";
-    EFT_CAUSE_MEASUREMENT_LOST = 7, MeasurementLost, "cause of a trip: measurements stayed lost";
-    EFT_CAUSE_REFUSED = 8, Refused, "cause of a trip: the controller kept refusing its samples";
-    EFT_CAUSE_MODEL_CONTRADICTED = 9, ModelContradicted, "cause of a trip: the estimators' models stayed contradicted";
-    EFT_CAUSE_FORCE_LOST = 10, ForceLost, "cause of a trip: this measurement stayed lost";
-    EFT_CAUSE_DISPLACEMENT_LOST = 11, DisplacementLost, "cause of a trip: the same";
-    EFT_CAUSE_VELOCITY_LOST = 12, VelocityLost, "cause of a trip: the same";
-    EFT_CAUSE_SPOOL_LOST = 13, SpoolLost, "cause of a trip: the same";
-    EFT_CAUSE_FORCE_IMPLAUSIBLE = 14, ForceImplausible, "cause of a trip: this measurement contradicts the others";
-    EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE = 15, DisplacementImplausible, "cause of a trip: the same";
-    EFT_CAUSE_VELOCITY_IMPLAUSIBLE = 16, VelocityImplausible, "cause of a trip: the same";
-    EFT_CAUSE_SPOOL_IMPLAUSIBLE = 17, SpoolImplausible, "cause of a trip: the same";
-    EFT_CAUSE_FLOW_IMPLAUSIBLE = 18, FlowImplausible, "cause of a trip: the valve's flow is not the piston's: supply, valve or curve";
-    EFT_CAUSE_VALVE_IMPLAUSIBLE = 19, ValveImplausible, "cause of a trip: the spool does not follow its command";
-    EFT_CAUSE_STATE_CORRUPT = 20, StateCorrupt, "cause of a trip: a latch in memory was changed from outside";
-    EFT_CAUSE_SAMPLES_OLD = 21, SamplesOld, "cause of a trip: the alive counter stood still or skipped";
-    EFT_CAUSE_SAMPLE_PERIOD = 22, SamplePeriod, "cause of a trip: the measured sample period is off";
-    EFT_CAUSE_CALIBRATION_EXPIRED = 23, CalibrationExpired, "cause of a trip: the learner published nothing for too long";
+    EFT_CAUSE_NONE = 0, None, "trip: none";
+    EFT_CAUSE_REQUEST = 1, Request, "trip: a request from outside";
+    EFT_CAUSE_FORCE_LEVEL = 2, ForceLevel, "trip: the force is beyond its trip level";
+    EFT_CAUSE_DISPLACEMENT_LEVEL = 3, DisplacementLevel, "trip: the displacement is beyond its trip level";
+    EFT_CAUSE_VELOCITY_LEVEL = 4, VelocityLevel, "trip: the velocity is beyond its trip level";
+    EFT_CAUSE_SPOOL_LEVEL = 5, SpoolLevel, "trip: the spool opening is beyond its trip level";
+    EFT_CAUSE_COMMAND_LOST = 6, CommandLost, "trip: the force command stayed lost";
+    EFT_CAUSE_MEASUREMENT_LOST = 7, MeasurementLost, "trip: measurements stayed lost";
+    EFT_CAUSE_REFUSED = 8, Refused, "trip: the controller kept refusing its samples";
+    EFT_CAUSE_MODEL_CONTRADICTED = 9, ModelContradicted, "trip: the measurements kept contradicting the learner's models";
+    EFT_CAUSE_FORCE_LOST = 10, ForceLost, "trip: the force stayed lost";
+    EFT_CAUSE_DISPLACEMENT_LOST = 11, DisplacementLost, "trip: the displacement stayed lost";
+    EFT_CAUSE_VELOCITY_LOST = 12, VelocityLost, "trip: the velocity stayed lost";
+    EFT_CAUSE_SPOOL_LOST = 13, SpoolLost, "trip: the spool opening stayed lost";
+    EFT_CAUSE_FORCE_IMPLAUSIBLE = 14, ForceImplausible, "trip: the force contradicts the other measurements";
+    EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE = 15, DisplacementImplausible, "trip: the displacement contradicts the others";
+    EFT_CAUSE_VELOCITY_IMPLAUSIBLE = 16, VelocityImplausible, "trip: the velocity contradicts the others";
+    EFT_CAUSE_SPOOL_IMPLAUSIBLE = 17, SpoolImplausible, "trip: the spool opening contradicts the others";
+    EFT_CAUSE_FLOW_IMPLAUSIBLE = 18, FlowImplausible, "trip: the valve's flow is not the piston's; check supply, valve and flow curve";
+    EFT_CAUSE_VALVE_IMPLAUSIBLE = 19, ValveImplausible, "trip: the spool does not follow its command";
+    EFT_CAUSE_STATE_CORRUPT = 20, StateCorrupt, "trip: a latch in memory was changed from outside";
+    EFT_CAUSE_SAMPLES_OLD = 21, SamplesOld, "trip: the alive counter stood still or skipped";
+    EFT_CAUSE_SAMPLE_PERIOD = 22, SamplePeriod, "trip: the measured sample period is off";
+    EFT_CAUSE_CALIBRATION_EXPIRED = 23, CalibrationExpired, "trip: the learner published nothing for too long";
 }
 
 /// the step was refused, and its code says why; the output is 0 V

@@ -38,7 +38,7 @@ data! {
         flow_gain_bounds: [f64; 2], "1; lowest and highest flow gain over the table's";
         valve_gain_bounds: [f64; 2], "1; the same of the valve gain over the configured one";
         response_delay_bounds: [f64; 2], "1; the same of the response delay over the configured one";
-        age_limit: f64, "s; at least 0.02, without a new calibration, behind which it has expired";
+        age_limit: f64, "s; a calibration expires after this time without a new one, at least 0.02";
     }
 }
 
@@ -50,8 +50,8 @@ data! {
         displacement_noise: f64, "m";
         velocity_noise: f64, "m/s";
         spool_noise: f64, "1";
-        false_alarms: f64, "1/h; that this noise may raise";
-        settle_time: f64, "s; in a shutdown, that the piston follows the specimen, damped";
+        false_alarms: f64, "1/h; false alarms that this noise may raise";
+        settle_time: f64, "s; the piston follows the specimen for this time in a shutdown";
     }
 }
 
@@ -70,8 +70,8 @@ data! {
         start_time: f64, "s; from zero to the whole command at the start, 0 for none";
         ramp_time: f64, "s; from the whole command to zero after a trip or at the end";
         shutdown_time: f64, "s; from the whole valve command to zero in a shutdown";
-        lost_samples: u32, "samples; lost ones in a row that are waited for, at most 100000";
-        fault_time: f64, "s; how long a fault may last that the controller reports";
+        lost_samples: u32, "samples; so many lost in a row do not trip, at most 100000";
+        fault_time: f64, "s; a fault that the controller reports may last so long";
         period_tolerance: f64, "1; share by which a measured sample period may be off";
         plausibility: eft_plausibility, "Whether the measurements agree.";
     }
@@ -96,7 +96,7 @@ data! {
         flows: [f64; EFT_TABLE_CAPACITY], "m3/s; its flows, strictly increasing";
         flow_gain: f64, "m3/s at opening 1; of the linear scheme";
         valve_gain: f64, "opening per V";
-        response_delay: f64, "s; that the lead network makes up for";
+        response_delay: f64, "s; delay of the valve, for which the lead network compensates";
         lead_alpha: f64, "1; the lead network's alpha";
         velocity_source: u8, "EFT_VELOCITY_...";
         corner: f64, "Hz; low-passes of EFT_VELOCITY_DERIVATIVE";
@@ -104,7 +104,7 @@ data! {
         gain_on_velocity: f64, "1/s";
         gain_on_drift: f64, "1/s2";
         mass: f64, "kg; that the force moves, of EFT_VELOCITY_OBSERVER";
-        velocity_delay: f64, "s; of the velocity itself; a learning lead network makes up for it as well";
+        velocity_delay: f64, "s; delay of the velocity; a learning lead network compensates for it as well";
         computation_delay: u32, "samples; delay of the compensation by computation, at most 1000";
         feedforward: u8, "0 or 1; the command's own flow is demanded as well";
         look_ahead: u8, "0 or 1; the feedforward is given the next tick's command";
@@ -117,10 +117,10 @@ data! {
         velocity_range: f64, "m/s; beyond it a measurement is invalid";
         force_range: f64, "N";
         spool_range: f64, "1";
-        gap_time: f64, "s; without a valid sample, behind which the controller starts from rest";
+        gap_time: f64, "s; after this time without a valid sample the controller starts from rest";
         learning: eft_learning, "What is learned.";
         protection: eft_protection, "The protection.";
-        stuck_samples: u32, "samples; that a measurement may repeat to the last bit, 0 does not look";
+        stuck_samples: u32, "samples; a measurement may repeat to the last bit so often, 0: not watched";
     }
 }
 
