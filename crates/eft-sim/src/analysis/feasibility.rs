@@ -1,4 +1,4 @@
-//! Before the pumps start: what a test asks of a rig beside what the rig has.
+//! The demands of a test on a rig, compared with the rig's capacity before the test.
 
 use eft_core::FlowTable;
 
@@ -23,14 +23,14 @@ const MEAN_FLOW: &str = "mean flow of the pump";
 /// Without compensation the force may fall by this much within 0.1 to 10 Hz before it counts.
 const TOLERATED_DROP: f64 = 0.05;
 
-/// One quantity the test asks for.
+/// The demand of a test on one quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demand {
     /// Its name.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// What the test asks for at most.
+    /// Largest demand of the test.
     pub required: f64,
     /// What the rig has.
     pub available: f64,

@@ -16,7 +16,7 @@ pub struct Controller {
     pub realization: Realization,
     /// Where its gains come from.
     pub force_loop: ForceLoop,
-    /// Sample rate where no command brings its own, Hz.
+    /// Sample rate for a command without its own, Hz.
     pub sample_rate: f64,
     /// Where the compensation's velocity comes from.
     pub velocity_source: VelocitySource,
@@ -107,7 +107,7 @@ pub struct Compensation {
 }
 
 impl Compensation {
-    /// Delay that a lead network which learns nothing makes up for, s: the valve's and the velocity's.
+    /// Delay for which the lead network compensates without self-calibration, s: the valve's and the velocity's.
     #[must_use]
     pub fn lead_delay(&self) -> f64 {
         self.response_delay + self.velocity_delay

@@ -79,7 +79,7 @@ pub struct Servovalve {
     pub spool_sensitivity: f64,
     /// Scale of the true flow against the curve the controller knows, dimensionless.
     pub flow_gain_scale: f64,
-    /// The flow curve f that the controller knows, Table 2.
+    /// The controller's flow curve f, Table 2.
     pub flow_table: FlowCurve,
     /// The true valve's flow curve, where it is not that one.
     pub true_flow_table: Option<FlowCurve>,
