@@ -127,8 +127,8 @@ impl<T: Real> ChannelState<T> {
 pub(super) struct Sound<T: Real> {
     kept: [Calibration<T>; 2],
     older: Slot,
-    /// Once the older one is in use, for good.
-    in_use: bool,
+    /// Once the channel has gone back to the older one, for good.
+    gone_back: bool,
 }
 
 /// Windows between two calibrations that are kept.
@@ -136,13 +136,13 @@ const KEPT_EVERY: u32 = 128;
 
 impl<T: Real> Sound<T> {
     pub(super) fn new(nominal: Calibration<T>) -> Self {
-        Self { kept: [nominal; 2], older: Slot::FIRST, in_use: false }
+        Self { kept: [nominal; 2], older: Slot::FIRST, gone_back: false }
     }
 
     /// Keeps a calibration whose turn it is, in the older one's place.
     #[inline(always)]
     pub(super) fn keep(&mut self, calibration: &Calibration<T>) {
-        if calibration.window.is_multiple_of(KEPT_EVERY) && !self.in_use {
+        if calibration.window.is_multiple_of(KEPT_EVERY) && !self.gone_back {
             self.older.put(&mut self.kept, calibration);
             self.older = self.older.other();
         }
@@ -151,7 +151,7 @@ impl<T: Real> Sound<T> {
     /// Goes back to the older one.
     #[inline(always)]
     pub(super) fn go_back(&mut self) {
-        self.in_use = true;
+        self.gone_back = true;
     }
 }
 
@@ -162,5 +162,5 @@ pub(super) fn in_use<'a, T: Real>(
     slot: Slot,
     sound: &'a Sound<T>,
 ) -> &'a Calibration<T> {
-    if sound.in_use { sound.older.of(&sound.kept) } else { slot.of(calibrations) }
+    if sound.gone_back { sound.older.of(&sound.kept) } else { slot.of(calibrations) }
 }
