@@ -40,6 +40,7 @@ static const eft_parameters EFT_RIG_ADAPTIVE = {
   5.6e-5, /* force_sensitivity, V/N */
   0.8059, /* proportional_gain, V/V */
   0.0002, /* derivative_gain, s */
+  0.0, /* integral_gain, 1/s */
   10.0, /* valve_command, V */
   20000.0, /* valve_command_rate, V/s */
   0.6, /* spool_warning, 1 */

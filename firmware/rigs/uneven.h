@@ -40,6 +40,7 @@ static const eft_parameters EFT_RIG_UNEVEN = {
   7.1e-5, /* force_sensitivity, V/N */
   0.61, /* proportional_gain, V/V */
   0.0002, /* derivative_gain, s */
+  0.0, /* integral_gain, 1/s */
   8.0, /* valve_command, V */
   4000.0, /* valve_command_rate, V/s */
   0.5, /* spool_warning, 1 */

@@ -40,6 +40,7 @@ static const eft_parameters EFT_RIG_ZHAO2005 = {
   5.6e-5, /* force_sensitivity, V/N */
   0.8059, /* proportional_gain, V/V */
   0.0002, /* derivative_gain, s */
+  0.0, /* integral_gain, 1/s */
   DBL_MAX, /* valve_command, V */
   DBL_MAX, /* valve_command_rate, V/s */
   0.6, /* spool_warning, 1 */

@@ -112,7 +112,9 @@ def tune_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoopTuni
     True
     """
     rate = rig["controller.sample_rate"] if sample_rate is None else sample_rate
-    coefficients = design_force_loop(rig, rate).coefficients
+    designed = design_force_loop(rig, rate).coefficients
+    keys = ("controller.proportional_gain", "controller.derivative_gain")
+    coefficients = {key: designed[key] for key in keys}
     robust = rig["controller.force_loop"] == "robust"
     advised_gain, advised_derivative = coefficients.values()
     own = (advised_gain, advised_derivative) if robust else (
@@ -123,14 +125,21 @@ def tune_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoopTuni
     longest = 2.0 * max(advised_derivative / advised_gain, own[1] / own[0])
     exact = (own[1] / own[0], advised_derivative / advised_gain)
     ratios = np.unique([*np.linspace(0.0, longest, _RATIOS), *exact])
-    limits = [_largest_gain(believed, ratio, advised_gain, rate) for ratio in ratios]
+    # An integral part goes along with the gains.
+    integral = designed["controller.integral_gain"] if robust else rig["controller.integral_gain"]
+    per_gain = integral / own[0]
+    limits = [_largest_gain(believed, ratio, per_gain, advised_gain, rate) for ratio in ratios]
     return ForceLoopTuning(coefficients, own[0], own[1], realization, ratios, np.array(limits))
 
 
-def _largest_gain(rig: Rig, ratio: float, start: float, rate: float) -> float:
-    """The proportional gain at which the loop with this ratio of the gains becomes unstable."""
+def _largest_gain(rig: Rig, ratio: float, integral: float, start: float, rate: float) -> float:
+    """The proportional gain at which the loop with these ratios of the other gains becomes unstable."""
     for _ in range(12):
-        gains = {"controller.proportional_gain": start, "controller.derivative_gain": ratio * start}
+        gains = {
+            "controller.proportional_gain": start,
+            "controller.derivative_gain": ratio * start,
+            "controller.integral_gain": integral * start,
+        }
         try:
             factor = stability_margins(rig.replace(gains), sampled=True, sample_rate=rate).loop_gain
         except ValueError:  # no compensation level makes it stable

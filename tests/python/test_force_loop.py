@@ -70,6 +70,18 @@ def test_rigs_that_the_paper_s_gains_cannot_hold(truth):
     assert eft.simulate(paper, command).metrics()["nrmse"] > 1.0
 
 
+@pytest.mark.parametrize("scheme", [{}, ADAPTIVE], ids=["fixed", "self-calibrating"])
+def test_a_null_bias_leaves_no_force(scheme):
+    rig = RIG.replace(scheme | {"controller.force_loop": "robust", "truth.servovalve.null_bias": 0.02})
+    command = eft.Command(np.zeros(32768), 4096.0)
+    run = eft.simulate(rig, command)
+    # The force that would hold the spool without an integral part, by hand.
+    gain = eft.design_force_loop(RIG).coefficients["controller.proportional_gain"]
+    without = 0.02 / (gain * RIG["compensation.valve_gain"] * RIG["controller.force_sensitivity"])
+    # The specimen still swings a little, about nothing.
+    assert abs(run.force[16384:].mean()) < 1e-3 * without
+
+
 def test_a_rate_that_is_too_low_is_refused_by_name(tmp_path, capsys):
     with pytest.raises(ValueError, match=r"controller\.force_loop = \"robust\".*controller\.sample_rate"):
         eft.design_force_loop(RIG, 40.0)

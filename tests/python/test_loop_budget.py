@@ -11,6 +11,7 @@ GOALS = {
     "compensation_step": 110,
     "paper_tick": 175,
     "self_calibrating_tick": 230,
+    "robust_tick": 300,
     "self_calibrating_curve_tick": 230,
     "learner_update": 2300,
     "learner_update, curve": 2300,

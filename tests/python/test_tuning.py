@@ -50,7 +50,8 @@ def test_the_truth_is_not_looked_at_and_the_picture_shows_both_gains():
     ax = advice.plot(ax=Figure().subplots())
     points = {tuple(np.round(line.get_xydata()[0], 6)) for line in ax.get_lines()}
     assert (0.8059, 0.2) in points
-    assert (advice.coefficients["controller.proportional_gain"], 0.8381) in points
+    advised = [advice.coefficients[f"controller.{gain}_gain"] for gain in ("proportional", "derivative")]
+    assert (advised[0], round(1e3 * advised[1], 6)) in points
 
 
 def test_design_draws_the_margin(tmp_path, monkeypatch):

@@ -57,10 +57,11 @@ struct Parts<'a, T: Real, const N: usize> {
     realization: Realization,
     measures_supply: bool,
     looks_ahead: bool,
+    integrates: bool,
 }
 
 impl<T: Real, const N: usize> Parts<'_, T, N> {
-    /// A measured velocity, a force loop of its own, and nothing else.
+    /// A measured velocity, a force loop of its own without an integral part, and nothing else.
     const NONE: Self = Self {
         velocity: &Velocity::Sensor,
         protection: None,
@@ -69,6 +70,7 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
         realization: Realization::Digital,
         measures_supply: false,
         looks_ahead: false,
+        integrates: false,
     };
 }
 
@@ -103,6 +105,7 @@ const fn is_plain(p: &Parameters) -> bool {
             ..
         }
     ) && !(p.feedforward && p.look_ahead)
+        && p.integral_gain == 0.0
 }
 
 impl<T: Real, const N: usize> Channel<T, N> {
@@ -218,6 +221,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let stood = state.controller.valve_command();
         let supply = if parts.measures_supply { self.controller.supply(&asked) } else { Supply::nominal() };
         let sample = self.controller.sample(&state.controller, &asked, supply);
+        let sample = Sample { integrates: parts.integrates, ..sample };
         let out = if !sample.good {
             if learns {
                 state.window.lose(true);
@@ -292,6 +296,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             realization: self.realization,
             measures_supply: self.controller.measures_supply,
             looks_ahead: self.looks_ahead,
+            integrates: self.controller.integrates(),
         }
     }
 

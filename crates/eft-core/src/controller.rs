@@ -6,7 +6,7 @@ use crate::compensation::{
     Calibration, Compensation, CompensationInput, CompensationState, Feedforward, FeedforwardState,
 };
 use crate::error::{ConfigError, LARGEST, check};
-use crate::force_loop::{Limiter, ServovalveController, ServovalveControllerState};
+use crate::force_loop::{Integral, Limiter, ServovalveController, ServovalveControllerState};
 use crate::number::{Flags, Mask, Scalar};
 use crate::parameters::{Parameters, Realization};
 use crate::protection::samples;
@@ -32,6 +32,7 @@ pub struct Controller<S: Scalar, const N: usize> {
     /// Whether any lane has a feedforward.
     feeds_forward: bool,
     realization: Realization,
+    integral: Integral<S>,
 }
 
 /// Samples without a valid one behind which the tick starts from rest: more than the time lasts.
@@ -82,6 +83,8 @@ pub(crate) struct Sample<'a, S: Scalar> {
     pub(crate) good: S::Mask,
     /// Where it comes behind a gap: a good one starts from rest.
     pub(crate) rests: S::Mask,
+    /// Whether any lane's force loop has an integral part.
+    pub(crate) integrates: bool,
 }
 
 /// What the controller remembers. `default()` is a rig at rest.
@@ -95,6 +98,8 @@ pub struct ControllerState<S: Scalar> {
     valve_command: S,
     /// Samples in a row that were refused.
     lost: S::Flags,
+    /// The force loop's integral (V).
+    integral: S,
 }
 
 /// One tick's result.
@@ -162,7 +167,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         supply: Supply<S>,
     ) -> Sample<'a, S> {
         let good = self.accepts(input) & supply.valid;
-        Sample { input, supply, good, rests: S::at_least(state.lost, self.gap) }
+        let rests = S::at_least(state.lost, self.gap);
+        Sample { input, supply, good, rests, integrates: self.integrates() }
     }
 
     /// What [`step`](Self::step) makes of a sample that is good somewhere.
@@ -174,7 +180,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let Sample { input, supply, good, rests } = sample;
+        let Sample { input, supply, good, rests, integrates } = sample;
         let rests = good & rests;
         let last = self.limiter.within(state.valve_command);
         if self.feeds_forward && rests.any() {
@@ -198,7 +204,10 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let mut servovalve = state.servovalve;
         let (valve_command, limits) = match self.realization {
             Realization::Digital => {
-                let raw = self.servovalve.step(&mut servovalve, command, force, compensation);
+                let mut raw = self.servovalve.step(&mut servovalve, command, force, compensation);
+                if integrates {
+                    raw = raw + self.integral.step(&mut state.integral, good, command - force);
+                }
                 self.limiter.apply(raw, last)
             }
             Realization::Analog => (compensation, S::Flags::default()),
@@ -249,36 +258,56 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         self.last(state, S::flag(S::Mask::splat(true), status::HELD), |compensation| compensation)
     }
 
-    /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
-    /// arguments gives this state's output, without a bump. An invalid input gives the state of a rig at rest.
-    pub fn prime(&self, input: &ControllerInput<S>, calibration: &Calibration<S>) -> ControllerState<S> {
+    /// The state of a rig that has long been at this operating point, with the force loop's integral of a state before:
+    /// the next [`step`](Self::step) with the same arguments gives this state's output, without a bump. An invalid input
+    /// gives the state of a rig at rest.
+    pub fn prime(
+        &self,
+        before: &ControllerState<S>,
+        input: &ControllerInput<S>,
+        calibration: &Calibration<S>,
+    ) -> ControllerState<S> {
         // Long at one command, the next one is the same.
         let input = &ControllerInput { next_command: input.command, ..*input };
         let good = self.accepts(input) & self.supply(input).valid;
-        ControllerState::select(good, self.settled(input, calibration), ControllerState::default())
+        ControllerState::select(good, self.settled(before, input, calibration), ControllerState::default())
     }
 
     /// The state after long at a valid input.
-    fn settled(&self, input: &ControllerInput<S>, calibration: &Calibration<S>) -> ControllerState<S> {
+    fn settled(
+        &self,
+        before: &ControllerState<S>,
+        input: &ControllerInput<S>,
+        calibration: &Calibration<S>,
+    ) -> ControllerState<S> {
         let feedforward = self.feedforward.at_rest(self.known_command(input));
         let supply = self.supply(input);
         let further_flow = self.further_flow(&mut { feedforward }, input);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
         let sample = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
         let compensation = self.compensation.prime(&sample, calibration);
-        let mut servovalve = self.servovalve.at_rest(command, force);
-        let raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
+        let (mut servovalve, integral) = (self.servovalve.at_rest(command, force), before.integral);
+        let mut raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
+        if self.integrates() {
+            raw = raw + integral;
+        }
         let valve_command = match self.realization {
             Realization::Digital => self.limiter.settled(raw),
             Realization::Analog => compensation.output(),
         };
-        ControllerState { compensation, feedforward, servovalve, valve_command, ..ControllerState::default() }
+        let lost = S::Flags::default();
+        ControllerState { compensation, feedforward, servovalve, integral, valve_command, lost }
     }
 
     /// The calibration by the configuration: the paper's scheme.
     #[inline(always)]
     pub fn nominal(&self) -> Calibration<S> {
         self.compensation.nominal()
+    }
+
+    /// Whether any lane's force loop has an integral part.
+    pub(crate) const fn integrates(&self) -> bool {
+        self.integral.is_present()
     }
 
     /// How the force loop is closed.
@@ -295,6 +324,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             compensation: Compensation::pack(|i| &lane(i).compensation),
             feedforward: Feedforward::pack(|i| &lane(i).feedforward),
             servovalve: ServovalveController::pack(|i| &lane(i).servovalve),
+            integral: Integral::pack(|i| &lane(i).integral),
             limiter: Limiter::pack(|i| &lane(i).limiter),
             per_supply_pressure: S::from_lanes(|i| lane(i).per_supply_pressure),
             measures_supply: S::Mask::from_lanes(|i| lane(i).measures_supply),
@@ -363,6 +393,7 @@ impl<S: Scalar> ControllerState<S> {
             compensation: CompensationState::select(mask, yes.compensation, no.compensation),
             feedforward: FeedforwardState::select(mask, yes.feedforward, no.feedforward),
             servovalve: ServovalveControllerState::select(mask, yes.servovalve, no.servovalve),
+            integral: S::select(mask, yes.integral, no.integral),
             valve_command: S::select(mask, yes.valve_command, no.valve_command),
             lost: S::select_flags(mask, yes.lost, no.lost),
         }

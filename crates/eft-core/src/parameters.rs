@@ -63,6 +63,8 @@ pub struct Parameters<'a> {
     pub proportional_gain: f64,
     /// Derivative gain `G_d` (s) of the force loop.
     pub derivative_gain: f64,
+    /// Integral gain `G_i` (1/s) of the force loop where it is closed in the channel; 0 for none.
+    pub integral_gain: f64,
     /// Largest valve command (V).
     pub valve_command: f64,
     /// Largest rate of the valve command (V/s).
@@ -233,6 +235,7 @@ impl Parameters<'static> {
         force_sensitivity: 5.6e-5,
         proportional_gain: 0.8059,
         derivative_gain: 2.0e-4,
+        integral_gain: 0.0,
         valve_command: f64::MAX,
         valve_command_rate: f64::MAX,
         spool_warning: 0.6,

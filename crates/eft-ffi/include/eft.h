@@ -240,6 +240,7 @@ typedef struct eft_parameters {
   double force_sensitivity;          // V/N
   double proportional_gain;          // V/V
   double derivative_gain;            // s
+  double integral_gain;              // 1/s; of a force loop that is closed in the channel, 0 for none
   double valve_command;              // V; limit of the valve command
   double valve_command_rate;         // V/s; limit of its rate
   double spool_warning;              // 1; opening that raises EFT_SPOOL_WARNING
@@ -264,7 +265,7 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t words[144]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t words[152]; } eft_channel_f32;
 
 // A window that has closed: what the learner is given.
 typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
@@ -442,7 +443,7 @@ EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_stat
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t words[256]; } eft_channel_f64;
+typedef struct eft_channel_f64 { uint64_t words[272]; } eft_channel_f64;
 typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; eft_turn turn; } eft_channels_f64;
 typedef struct eft_window_f64 { uint64_t words[16]; } eft_window_f64;
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; eft_turn turn; } eft_windows_f64;
@@ -498,9 +499,9 @@ EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const e
 EFT_STATIC_ASSERT(sizeof(eft_learning) == 72);
 EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 176);
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 848);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 856);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 1152);
+EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 1216);
 EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 1536);
 EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 44);
 EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 96);
@@ -509,7 +510,7 @@ EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 224);
 EFT_STATIC_ASSERT(sizeof(eft_learner_f32) == 640);
 EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1152);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 48);
-EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 2048);
+EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 2176);
 EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 3072);
 EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 88);
 EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 176);

@@ -275,7 +275,7 @@ there is no new one."
     };
 }
 precision!(
-    single, f32, words: 144 192 8 28,
+    single, f32, words: 152 192 8 28,
     eft_channel_f32 eft_state_f32 eft_window_f32 eft_calibration_f32 eft_input_f32 eft_output_f32
     eft_channels_f32 eft_windows_f32 eft_calibrations_f32
     eft_configure_f32 eft_check_f32 eft_reset_f32 eft_input_init_f32 eft_prime_f32 eft_step_f32 eft_hold_f32
@@ -284,7 +284,7 @@ precision!(
     eft_offer_calibration_f32 eft_take_calibration_f32
 );
 precision!(
-    double, f64, words: 256 384 16 56,
+    double, f64, words: 272 384 16 56,
     eft_channel_f64 eft_state_f64 eft_window_f64 eft_calibration_f64 eft_input_f64 eft_output_f64
     eft_channels_f64 eft_windows_f64 eft_calibrations_f64
     eft_configure_f64 eft_check_f64 eft_reset_f64 eft_input_init_f64 eft_prime_f64 eft_step_f64 eft_hold_f64

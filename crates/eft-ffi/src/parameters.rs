@@ -111,6 +111,7 @@ data! {
         force_sensitivity: f64, "V/N";
         proportional_gain: f64, "V/V";
         derivative_gain: f64, "s";
+        integral_gain: f64, "1/s; of a force loop that is closed in the channel, 0 for none";
         valve_command: f64, "V; limit of the valve command";
         valve_command_rate: f64, "V/s; limit of its rate";
         spool_warning: f64, "1; opening that raises EFT_SPOOL_WARNING";
@@ -204,6 +205,7 @@ impl eft_parameters {
             force_sensitivity: self.force_sensitivity,
             proportional_gain: self.proportional_gain,
             derivative_gain: self.derivative_gain,
+            integral_gain: self.integral_gain,
             valve_command: self.valve_command,
             valve_command_rate: self.valve_command_rate,
             spool_warning: self.spool_warning,

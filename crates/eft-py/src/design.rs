@@ -6,8 +6,8 @@ use crate::errors::to_python;
 use crate::linear::LinearModel;
 use crate::rig::Rig;
 
-/// Gains G_p (1) and G_d (s); margins gain (1), delay (s), damping (1), e_max (1); the loop opened and closed.
-type Designed = ([f64; 2], [f64; 4], LinearModel, LinearModel);
+/// Gains G_p (1), G_d (s) and G_i (1/s); margins gain (1), delay (s), damping (1), e_max (1); the loop opened and closed.
+type Designed = ([f64; 3], [f64; 4], LinearModel, LinearModel);
 
 /// Design the force loop of a rig; see `eft.design_force_loop`.
 #[pyfunction]
@@ -19,7 +19,7 @@ pub(crate) fn design_force_loop(py: Python<'_>, rig: &Rig, sample_rate: f64) -> 
     };
     let (designed, margins) = py.detach(design).map_err(to_python)?;
     Ok((
-        [designed.proportional_gain, designed.derivative_gain],
+        [designed.proportional_gain, designed.derivative_gain, designed.integral_gain],
         [margins.gain, margins.delay, margins.damping, margins.e_max],
         LinearModel { inner: designed.open_loop() },
         LinearModel { inner: designed.closed_loop() },

@@ -35,6 +35,7 @@ pub const PARAMETERS: Parameters = Parameters {
     force_sensitivity: 5.6e-5, // V/N
     proportional_gain: 0.8059, // V/V
     derivative_gain: 0.0002, // s
+    integral_gain: 0.0, // 1/s
     valve_command: 10.0, // V
     valve_command_rate: 20000.0, // V/s
     spool_warning: 0.6, // 1

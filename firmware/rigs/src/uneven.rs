@@ -34,6 +34,7 @@ pub const PARAMETERS: Parameters = Parameters {
     force_sensitivity: 7.1e-5, // V/N
     proportional_gain: 0.61, // V/V
     derivative_gain: 0.0002, // s
+    integral_gain: 0.0, // 1/s
     valve_command: 8.0, // V
     valve_command_rate: 4000.0, // V/s
     spool_warning: 0.5, // 1

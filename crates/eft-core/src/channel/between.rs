@@ -78,7 +78,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     }
 
     /// Goes to the state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
-    /// input has no bump. What was learned stays in use, the protection goes on where it is, and a window begins. A
+    /// input has no bump. What was learned and the force loop's integral stay in use, the protection goes on where it is, and a window begins. A
     /// velocity that is estimated is that of a displacement at rest. An invalid input gives the state of a rig at rest.
     pub fn prime(&self, state: &mut ChannelState<T>, input: &Input<T>) {
         let velocity;
@@ -91,7 +91,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             spool: input.spool,
             supply_pressure: input.supply_pressure,
         };
-        state.controller = self.controller.prime(&asked, state.calibration());
+        state.controller = self.controller.prime(&state.controller, &asked, state.calibration());
         state.stuck = StuckWatchState::default();
         state.velocity_gap = 0;
         if state.ticks_left == 0 {

@@ -122,11 +122,53 @@ fn a_plain_channel_has_the_bits_of_one_that_is_asked_for_parts() {
         RIG,
         look_ahead,
         Parameters { stuck_samples: 5, ..plain },
+        Parameters { integral_gain: 4.0, ..plain },
         Parameters { supply_correction: true, ..plain },
         Parameters { realization: Realization::Analog, ..plain },
         Parameters { velocity_source: VelocitySource::Accelerometer { gains }, ..plain },
     ] {
         assert!(!Channel::<f64, 21>::new(&parameters).unwrap().plain, "{parameters:?}");
+    }
+}
+
+#[test]
+fn an_integral_outlives_lost_samples_and_prime_without_a_bump() {
+    let integrating = Parameters { integral_gain: 4.0, feedforward: true, protection: None, ..RIG };
+    let channel = Channel::<f32, 21>::new(&integrating).unwrap();
+    let without = Channel::<f32, 21>::new(&Parameters { integral_gain: 0.0, ..integrating }).unwrap();
+    let resting = Input {
+        command: 3000.0,
+        next_command: 3000.0,
+        velocity: 0.0,
+        force: 2000.0,
+        spool: 0.0,
+        ..Input::default()
+    };
+    let mut state = channel.at_rest();
+    for _ in 0..400 {
+        channel.step(&mut state, &resting);
+    }
+    let held = channel.step(&mut state, &Input { force: 3000.0, ..resting }).voltage;
+    // Lost samples hold the output, and leave the integral.
+    let kept = channel.step(&mut state.clone(), &Input { force: 3000.0, ..resting }).voltage;
+    for _ in 0..100 {
+        assert_eq!(channel.step(&mut state, &Input { force: f32::NAN, ..resting }).voltage, held);
+    }
+    let behind = channel.step(&mut state, &Input { force: 3000.0, ..resting }).voltage;
+    assert!((behind - kept).abs() < 1e-3 * kept.abs(), "{behind} {kept}");
+    // Primed, the first output is that of a channel without it, and the integral: the same again and again.
+    let balanced = Input { force: 3000.0, ..resting };
+    channel.prime(&mut state, &balanced);
+    let mut plain = without.at_rest();
+    without.prime(&mut plain, &balanced);
+    let difference = |state: &mut ChannelState<f32>, plain: &mut ChannelState<f32>| {
+        channel.step(state, &balanced).voltage - without.step(plain, &balanced).voltage
+    };
+    let first = difference(&mut state, &mut plain);
+    // 4·C_F·1000 N over 401 ticks.
+    assert!((first / (4.0 * 5.6e-5 * 1000.0 * 401.0 / 4096.0) - 1.0).abs() < 0.01, "{first}");
+    for _ in 0..9 {
+        assert_eq!(difference(&mut state, &mut plain), first);
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::compensation::{Compensation, Feedforward};
 use crate::controller::{Controller, gap};
 use crate::error::{ConfigError, check};
-use crate::force_loop::{Limiter, ServovalveController};
+use crate::force_loop::{Integral, Limiter, ServovalveController};
 use crate::parameters::{Parameters, Realization};
 
 macro_rules! constructor {
@@ -30,6 +30,7 @@ macro_rules! constructor {
                 gap: 0,
                 feeds_forward: false,
                 realization: Realization::Digital,
+                integral: Integral::<$t>::NONE,
             };
 
             /// As [`new`](Self::new), in place.
@@ -47,6 +48,7 @@ macro_rules! constructor {
                 self.gap = check!(gap(p));
                 self.feeds_forward = p.feedforward;
                 self.realization = p.realization;
+                self.integral = check!(Integral::<$t>::new(p));
                 Ok(())
             }
         }

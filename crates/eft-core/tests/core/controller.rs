@@ -131,7 +131,7 @@ fn gaps_of_one_lane_are_none_of_the_others() {
             assert_eq!(out.valve_command.lane(lane), alone.valve_command, "lane {lane}, tick {tick}");
             assert_eq!(out.compensation.lane(lane), alone.compensation, "lane {lane}, tick {tick}");
             assert_eq!(out.status.lane(lane), alone.status, "lane {lane}, tick {tick}");
-            let rested = single[lane].prime(&ticks[lane], &calibrations[lane]);
+            let rested = single[lane].prime(&ControllerState::default(), &ticks[lane], &calibrations[lane]);
             let rests = step(&single[lane], &mut { rested }, &ticks[lane]).compensation == alone.compensation;
             resumed +=
                 u32::from(rests && alone.status & status::INVALID_MEASUREMENT == 0 && before != states[lane]);
@@ -243,7 +243,7 @@ macro_rules! totality {
                     let c = controller(&Parameters { valve_command: amplitude, valve_command_rate: rate, ..p });
                     // Long at one command, the next one is the same.
                     let tick = input::<$t>(&Input { next_command: tick.command, ..tick });
-                    let primed = c.prime(&tick, &c.nominal());
+                    let primed = c.prime(&ControllerState::default(), &tick, &c.nominal());
                     let mut state = primed;
                     let held = c.hold(&primed);
                     let out = step(&c, &mut state, &tick);

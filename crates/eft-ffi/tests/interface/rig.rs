@@ -125,6 +125,7 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
         force_sensitivity: p.force_sensitivity,
         proportional_gain: p.proportional_gain,
         derivative_gain: p.derivative_gain,
+        integral_gain: p.integral_gain,
         valve_command: p.valve_command,
         valve_command_rate: p.valve_command_rate,
         spool_warning: p.spool_warning,

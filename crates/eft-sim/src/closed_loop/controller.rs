@@ -109,6 +109,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         force_sensitivity: loop_.force_sensitivity,
         proportional_gain: loop_.proportional_gain,
         derivative_gain: loop_.derivative_gain,
+        integral_gain: loop_.integral_gain,
         valve_command: limits.valve_command.unwrap_or(f64::MAX),
         valve_command_rate: limits.valve_command_rate.unwrap_or(f64::MAX),
         spool_warning: limits.spool_warning,

@@ -82,12 +82,14 @@ impl RigConfig {
         self.given.get_or_insert(GivenForceLoop {
             proportional_gain: given.proportional_gain,
             derivative_gain: given.derivative_gain,
+            integral_gain: given.integral_gain,
             realization: given.realization,
         });
         let plant = self.truth.as_mut().map(|truth| &mut truth.plant.values);
         for values in [Some(&mut self.values), plant].into_iter().flatten() {
             values.controller.proportional_gain = designed.proportional_gain;
             values.controller.derivative_gain = designed.derivative_gain;
+            values.controller.integral_gain = designed.integral_gain;
             values.controller.realization = Realization::Digital;
         }
         Ok(())
@@ -117,6 +119,9 @@ impl RigConfig {
             }
             if controller.derivative_gain == designed.derivative_gain {
                 controller.derivative_gain = given.derivative_gain;
+            }
+            if controller.integral_gain == designed.integral_gain {
+                controller.integral_gain = given.integral_gain;
             }
             if controller.realization == designed.realization {
                 controller.realization = given.realization;

@@ -30,6 +30,8 @@ const NEEDS: &[IdleKey] = &[
     idle("compensation.curve_correction", "compensation.mode", &["off", "nonlinear"]),
     idle("controller.proportional_gain", "controller.force_loop", &["pd"]),
     idle("controller.derivative_gain", "controller.force_loop", &["pd"]),
+    idle("controller.integral_gain", "controller.force_loop", &["pd"]),
+    idle("controller.integral_gain", "controller.realization", &["digital"]),
     idle("protection.stuck_samples", "protection.enabled", ON),
     idle("protection.fault_time", "protection.enabled", ON),
     idle("protection.fault_time", "compensation.adaptive", ON),
@@ -43,7 +45,11 @@ impl fmt::Display for IdleKey {
 
 /// Those of a complete tree.
 pub(super) fn idle_keys(whole: &Table) -> Vec<IdleKey> {
-    let set = |key| !matches!(tree::get(whole, key), None | Some(Value::Boolean(false) | Value::Integer(0)));
+    let set = |key| match tree::get(whole, key) {
+        None | Some(Value::Boolean(false) | Value::Integer(0)) => false,
+        Some(Value::Float(number)) => *number != 0.0,
+        Some(_) => true,
+    };
     let stands = |key| match tree::get(whole, key) {
         Some(Value::String(word)) => word.clone(),
         other => other.map(ToString::to_string).unwrap_or_default(),

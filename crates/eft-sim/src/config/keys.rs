@@ -74,6 +74,7 @@ pub static KEYS: &[Key] = &[
     key("controller.force_sensitivity", "V/N", Float(1e-12, 1e3), Required, "force sensitivity C_F, Eq. (1)"),
     key("controller.proportional_gain", "", Float(1e-6, 1e6), Required, "proportional gain G_p, Eq. (1)"),
     key("controller.derivative_gain", "s", Float(0.0, 10.0), Required, "derivative gain G_d, Eq. (1)"),
+    key("controller.integral_gain", "1/s", Float(0.0, 1e6), float(0.0), "integral gain G_i of a digital force loop, against a null bias; 0 for none"),
     key("controller.realization", "", Choice(&["analog", "digital"]), Need::Default(Preset::Text("analog")), "where the force loop runs: in continuous time or sampled"),
     key("controller.force_loop", "", Choice(&["pd", "robust"]), Need::Default(Preset::Text("pd")), "gains of the force loop: the configured ones, or designed from the rig to damp the oil column; the designed loop is digital"),
     key("controller.sample_rate", "Hz", Float(1.0, 1e6), Required, "sample rate for a command without its own"),

@@ -55,6 +55,7 @@ pub struct RigConfig {
 struct GivenForceLoop {
     proportional_gain: f64,
     derivative_gain: f64,
+    integral_gain: f64,
     realization: Realization,
 }
 

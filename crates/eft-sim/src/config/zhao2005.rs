@@ -75,6 +75,7 @@ impl RigConfig {
                 force_sensitivity: 5.6e-5,
                 proportional_gain: 0.8059,
                 derivative_gain: 2.0e-4,
+                integral_gain: 0.0,
                 force_loop: ForceLoop::Pd,
                 realization: Realization::Analog,
                 sample_rate: 4096.0,

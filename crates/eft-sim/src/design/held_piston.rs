@@ -40,11 +40,24 @@ pub struct HeldPiston {
     pub sample_rate: f64,
 }
 
-/// Gains of a sampled proportional-derivative controller, Eq. (1).
+/// Gains of a sampled proportional-derivative controller, Eq. (1), with an integral part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gains {
     pub(super) proportional: f64,
     pub(super) derivative: f64,
+    /// 1/s.
+    pub(super) integral: f64,
+}
+
+impl Gains {
+    /// All times a factor (1).
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self {
+            proportional: factor * self.proportional,
+            derivative: factor * self.derivative,
+            integral: factor * self.integral,
+        }
+    }
 }
 
 /// The plant from one sample to the next: `x' = A·x + B·v`, measured force `C·x` (N).
@@ -146,19 +159,23 @@ impl Sampled {
         let state =
             (DMatrix::from_diagonal_element(n, n, z) - complex(&self.a)).lu().solve(&complex(&self.b))?;
         let plant = (complex(&self.c) * state)[(0, 0)];
-        let controller = (Complex::from(1.0) - z.inv()) * (gains.derivative * self.rate) + gains.proportional;
+        // The integral is that of the samples before.
+        let integral = (z - 1.0).inv() * (gains.integral / self.rate);
+        let controller =
+            (Complex::from(1.0) - z.inv()) * (gains.derivative * self.rate) + gains.proportional + integral;
         Some(plant * controller * self.force_sensitivity * z.powi(-(self.delay as i32)))
     }
 
     /// The loop, open or closed, from force command (N) to measured force (N).
     pub(super) fn model(&self, gains: Gains, closed: bool) -> StateSpace {
         let (n, delay) = (self.a.nrows(), self.delay);
-        let size = n + delay + 1;
-        let last_error = size - 1;
+        let size = n + delay + 2;
+        let (last_error, integral) = (size - 2, size - 1);
         // The valve command over the states and per volt of force error.
         let per_error = gains.proportional + gains.derivative * self.rate;
         let mut command = DMatrix::zeros(1, size);
         command[(0, last_error)] = -gains.derivative * self.rate;
+        command[(0, integral)] = 1.0;
         let mut error = DMatrix::zeros(1, size);
         if closed {
             error.view_mut((0, 0), (1, n)).copy_from(&(&self.c * -self.force_sensitivity));
@@ -169,6 +186,11 @@ impl Sampled {
         a.view_mut((0, 0), (n, n)).copy_from(&self.a);
         a.row_mut(last_error).copy_from(&error);
         b[(last_error, 0)] = self.force_sensitivity;
+        // Without an integral gain the state stays at rest and is forgotten, so that it adds no pole at 1.
+        let per_sample = gains.integral / self.rate;
+        a.row_mut(integral).copy_from(&(&error * per_sample));
+        a[(integral, integral)] = if per_sample > 0.0 { 1.0 } else { 0.0 };
+        b[(integral, 0)] = per_sample * self.force_sensitivity;
         let direct = per_error * self.force_sensitivity;
         if delay == 0 {
             let driven = a.view((0, 0), (n, size)) + &self.b * &command;
@@ -191,7 +213,7 @@ impl Sampled {
             b,
             c,
             d: DMatrix::zeros(1, 1),
-            states: states.chain(["force_error".to_owned()]).collect(),
+            states: states.chain(["force_error", "integral"].map(str::to_owned)).collect(),
             inputs: vec!["command".into()],
             outputs: vec!["force".into()],
             left_out: Vec::new(),
@@ -218,7 +240,7 @@ mod tests {
     use super::*;
     use crate::design::force_loop::tests::zhao2005;
 
-    const GAINS: Gains = Gains { proportional: 0.45, derivative: 6e-4 };
+    const GAINS: Gains = Gains { proportional: 0.45, derivative: 6e-4, integral: 0.0 };
 
     fn late() -> Sampled {
         HeldPiston { cell_bandwidth: Some(300.0), delay: 2, ..zhao2005() }.sampled()
@@ -267,7 +289,7 @@ mod tests {
             let expected = spool * oil / (s / (TAU * 300.0) + 1.0);
             assert!((got - expected).norm() < 1e-10 * expected.norm(), "{frequency}: {got} {expected}");
         }
-        let gains = Gains { proportional: 0.36, derivative: 1e-3 };
+        let gains = Gains { proportional: 0.36, derivative: 1e-3, integral: 0.0 };
         let with = plant.sampled().damping(gains).unwrap();
         let without = zhao2005().sampled().damping(gains).unwrap();
         assert!(with < 0.8 * without, "{with} {without}");

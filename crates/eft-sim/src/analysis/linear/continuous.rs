@@ -36,7 +36,8 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     let controllers: Vec<_> = (0..plant.actuators)
         .map(|i| {
             let lead = add(compensation.lead_delay() > 0.0, "lead", i);
-            (lead, add(velocity_lag.is_some(), "velocity_sensor", i))
+            let sensor = add(velocity_lag.is_some(), "velocity_sensor", i);
+            (lead, sensor, add(controller.integrates(), "integral", i))
         })
         .collect();
     let states = names.len();
@@ -53,7 +54,7 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     // ẋ = A·x + B·u + R·u̇; the demanded opening is that of velocity and command.
     let mut a = plant.a.clone().resize(states, states, 0.0);
     let (mut b, mut r) = (DMatrix::zeros(states, plant.actuators), DMatrix::zeros(states, plant.actuators));
-    for (i, (lead_state, velocity_state)) in controllers.into_iter().enumerate() {
+    for (i, (lead_state, velocity_state, integral_state)) in controllers.into_iter().enumerate() {
         let moving = widened(plant.velocity(i));
         let mut velocity = RowDVector::zeros(states);
         match (velocity_state, velocity_lag) {
@@ -83,6 +84,12 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
 
         let driven = plant.driven(i);
         let (force, force_rate) = (widened(plant.shown(i)), widened(plant.shown_rate(i)));
+        if let Some(state) = integral_state {
+            let per_newton = controller.integral_gain * controller.force_sensitivity;
+            a.set_row(state, &(&force * -per_newton));
+            b[(state, i)] = per_newton;
+            a[(driven, state)] += plant.per_volt;
+        }
         let fed_back = force * controller.proportional_gain + force_rate * controller.derivative_gain;
         let mut driven_row = a.row_mut(driven);
         driven_row += (compensated * controller.proportional_gain - fed_back * controller.force_sensitivity)

@@ -101,7 +101,13 @@ const LEAD_INPUT: usize = 0;
 const WASHOUT: usize = 1;
 const ERROR: usize = 2;
 const COMMAND: usize = 3;
-const CONTROLLER: [&str; 4] = ["lead_input", "lead_washout", "force_error", "last_command"];
+const INTEGRAL: usize = 4;
+const CONTROLLER: [&str; 5] = ["lead_input", "lead_washout", "force_error", "last_command", "integral"];
+
+/// The controller's states: without an integral gain there is no integral.
+fn controller_states(rig: &RigConfig) -> &'static [&'static str] {
+    if rig.controller.integrates() { &CONTROLLER } else { &CONTROLLER[..INTEGRAL] }
+}
 
 // Signals of an actuator within a sample: the command (N), its rate (N/s) and what is held (V).
 const SIGNALS: usize = 3;
@@ -116,17 +122,18 @@ impl<'a> Ticker<'a> {
         let mut digital = Vec::with_capacity(plant.actuators);
         for actuator in 0..plant.actuators {
             let at = names.len();
+            let own = controller_states(rig);
             let sensors = &rig.plant().sensors;
             let (velocity, force) = (&sensors.velocity, &sensors.force);
             let velocity =
-                Chain::new(at + CONTROLLER.len(), velocity.bandwidth, velocity.delay as usize, sample_rate);
+                Chain::new(at + own.len(), velocity.bandwidth, velocity.delay as usize, sample_rate);
             // The load cell's bandwidth is the plant's.
             let force = Chain::new(velocity.end(), None, force.delay as usize, sample_rate);
             let delay = rig.compensation.computation_delay as usize;
             let computation = Chain::new(force.end(), None, delay, sample_rate);
             let delay = rig.plant().dac.delay as usize;
             let converter = Chain::new(computation.end(), None, delay, sample_rate);
-            names.extend(CONTROLLER.iter().map(|name| plant.name(name, actuator)));
+            names.extend(own.iter().map(|name| plant.name(name, actuator)));
             let chains = [
                 velocity.names("velocity"),
                 force.names("force"),
@@ -182,7 +189,12 @@ impl<'a> Ticker<'a> {
                     let rate = (error - state[side.at + ERROR]) * self.sample_rate;
                     next[side.at + ERROR] = error;
                     let proportional = control.proportional_gain * (error + compensation);
-                    let output = proportional + control.derivative_gain * rate;
+                    let mut output = proportional + control.derivative_gain * rate;
+                    if control.integrates() {
+                        let held = state[side.at + INTEGRAL];
+                        next[side.at + INTEGRAL] = held + control.integral_gain / self.sample_rate * error;
+                        output += held;
+                    }
                     [0.0, 0.0, side.converter.pass(state, &mut next, output)]
                 }
             };

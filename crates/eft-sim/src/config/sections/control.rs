@@ -12,6 +12,8 @@ pub struct Controller {
     pub proportional_gain: f64,
     /// Derivative gain G_d, s.
     pub derivative_gain: f64,
+    /// Integral gain G_i of a digital force loop, 1/s; 0 for none.
+    pub integral_gain: f64,
     /// Where the force loop runs.
     pub realization: Realization,
     /// Where its gains come from.
@@ -32,6 +34,13 @@ pub struct Controller {
     pub observer_drift: f64,
     /// Rate at which the accelerometer's error changes, as the observer expects it, m/s³.
     pub accelerometer_drift: f64,
+}
+
+impl Controller {
+    /// Whether the force loop has an integral part: a digital one with a gain.
+    pub(crate) fn integrates(&self) -> bool {
+        self.realization == Realization::Digital && self.integral_gain > 0.0
+    }
 }
 
 /// Where the compensation's velocity comes from.
