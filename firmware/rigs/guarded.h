@@ -75,6 +75,7 @@ static const eft_parameters EFT_RIG_GUARDED = {
     5u, /* lost_samples, samples */
     0.5, /* fault_time, s */
     0.1, /* period_tolerance, 1 */
+    DBL_MAX, /* oscillation_limit, N */
     { /* plausibility */
       0, /* enabled */
       78.0, /* force_noise, N */

@@ -74,6 +74,7 @@ static const eft_parameters EFT_RIG_UNEVEN = {
     10u, /* lost_samples, samples */
     DBL_MAX, /* fault_time, s */
     0.1, /* period_tolerance, 1 */
+    DBL_MAX, /* oscillation_limit, N */
     { /* plausibility */
       0, /* enabled */
       78.0, /* force_noise, N */

@@ -113,6 +113,8 @@ class Cause(IntEnum):
     """The measured sample period was outside its tolerance."""
     CALIBRATION_EXPIRED = 23
     """The learner published nothing for longer than its age limit."""
+    FORCE_OSCILLATION = 24
+    """The force error from about 30 to 150 Hz persisted or grew: the force loop shook the oil column."""
 
 
 CAUSE_SHIFT = 26

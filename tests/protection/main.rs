@@ -14,6 +14,7 @@ use toml::Value;
 mod results;
 
 mod matrix;
+mod oscillation;
 use results::keep;
 
 const RATE: f64 = 4096.0;

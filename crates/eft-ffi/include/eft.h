@@ -147,6 +147,7 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_CAUSE_SAMPLES_OLD 21   // trip: the alive counter stood still or skipped
 #define EFT_CAUSE_SAMPLE_PERIOD 22 // trip: the measured sample period is off
 #define EFT_CAUSE_CALIBRATION_EXPIRED 23 // trip: the learner published nothing for too long
+#define EFT_CAUSE_FORCE_OSCILLATION 24 // trip: the force loop shakes the oil column
 #define EFT_NO_STEP (1u << 31)     // the step was refused, and its code says why; the output is 0 V
 
 /* ---------- Parameters ---------- */
@@ -204,6 +205,7 @@ typedef struct eft_protection {
   uint32_t lost_samples;             // samples; so many lost in a row do not trip, at most 100000
   double fault_time;                 // s; a fault that the controller reports may last so long
   double period_tolerance;           // 1; share by which a measured sample period may be off
+  double oscillation_limit;          // N; rms of the force error from 30 to 150 Hz that shuts down
   eft_plausibility plausibility;     // Whether the measurements agree.
 } eft_protection;
 
@@ -498,8 +500,8 @@ EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const e
 
 EFT_STATIC_ASSERT(sizeof(eft_learning) == 72);
 EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_protection) == 176);
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 856);
+EFT_STATIC_ASSERT(sizeof(eft_protection) == 184);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 864);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 1216);
 EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 1536);

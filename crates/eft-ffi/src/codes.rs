@@ -77,6 +77,7 @@ causes! {
     EFT_CAUSE_SAMPLES_OLD = 21, SamplesOld, "trip: the alive counter stood still or skipped";
     EFT_CAUSE_SAMPLE_PERIOD = 22, SamplePeriod, "trip: the measured sample period is off";
     EFT_CAUSE_CALIBRATION_EXPIRED = 23, CalibrationExpired, "trip: the learner published nothing for too long";
+    EFT_CAUSE_FORCE_OSCILLATION = 24, ForceOscillation, "trip: the force loop shakes the oil column";
 }
 
 /// the step was refused, and its code says why; the output is 0 V

@@ -73,6 +73,7 @@ data! {
         lost_samples: u32, "samples; so many lost in a row do not trip, at most 100000";
         fault_time: f64, "s; a fault that the controller reports may last so long";
         period_tolerance: f64, "1; share by which a measured sample period may be off";
+        oscillation_limit: f64, "N; rms of the force error from 30 to 150 Hz that shuts down";
         plausibility: eft_plausibility, "Whether the measurements agree.";
     }
 }
@@ -167,6 +168,7 @@ impl eft_parameters {
             lost_samples: p.lost_samples,
             fault_time: p.fault_time,
             period_tolerance: p.period_tolerance,
+            oscillation_limit: p.oscillation_limit,
             plausibility: switch("plausibility", p.plausibility.enabled)?.then_some(PlausibilityParameters {
                 force_noise: p.plausibility.force_noise,
                 displacement_noise: p.plausibility.displacement_noise,

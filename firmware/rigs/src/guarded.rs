@@ -64,6 +64,7 @@ pub const PARAMETERS: Parameters = Parameters {
         lost_samples: 5, // samples
         fault_time: 0.5, // s
         period_tolerance: 0.1, // 1
+        oscillation_limit: f64::MAX, // N
         plausibility: None,
     }),
     stuck_samples: 0, // samples

@@ -55,11 +55,13 @@ pub enum Cause {
     SamplePeriod = 22,
     /// The learner published nothing for longer than its age limit.
     CalibrationExpired = 23,
+    /// The force error from about 30 to 150 Hz persisted or grew: the force loop shakes the oil column.
+    ForceOscillation = 24,
 }
 
 impl Cause {
     /// Every cause with its name.
-    pub const NAMES: [(Self, &'static str); 24] = [
+    pub const NAMES: [(Self, &'static str); 25] = [
         (Self::None, "none"),
         (Self::Request, "request"),
         (Self::ForceLevel, "force_level"),
@@ -84,6 +86,7 @@ impl Cause {
         (Self::SamplesOld, "samples_old"),
         (Self::SamplePeriod, "sample_period"),
         (Self::CalibrationExpired, "calibration_expired"),
+        (Self::ForceOscillation, "force_oscillation"),
     ];
 
     /// Whether measurements are lost or contradict each other: nobody knows then what the specimen sees.

@@ -75,6 +75,9 @@ pub struct ProtectionParameters {
     pub fault_time: f64,
     /// Share (1) by which a measured sample period may differ from the configured one.
     pub period_tolerance: f64,
+    /// Root mean square (N) of the force error from about 30 to 150 Hz that shuts down where it persists or grows;
+    /// `f64::MAX` does not watch.
+    pub oscillation_limit: f64,
     /// Whether the measurements must agree with each other, and under which noise.
     pub plausibility: Option<PlausibilityParameters>,
 }
@@ -92,6 +95,7 @@ impl ProtectionParameters {
         lost_samples: 10,
         fault_time: f64::MAX,
         period_tolerance: 0.1,
+        oscillation_limit: f64::MAX,
         plausibility: None,
     };
 }

@@ -4,6 +4,7 @@ mod cause;
 mod gate;
 mod latch;
 mod limits;
+mod oscillation;
 mod plausibility;
 #[allow(clippy::module_inception, reason = "the room is named after what it holds")]
 mod protection;

@@ -11,6 +11,7 @@ use crate::number::Real;
 use crate::protection::cause::Cause;
 use crate::protection::latch::Latch;
 use crate::protection::limits::{Limit, NEVER, ProtectionParameters, samples};
+use crate::protection::oscillation::{OscillationWatch, OscillationWatchState};
 use crate::protection::ramp::{Position, Ramp};
 use crate::protection::timing::{Timing, TimingState, Untimely};
 use crate::status;
@@ -32,6 +33,7 @@ pub struct Protection<T> {
     lost_samples: u32,
     fault_samples: u32,
     timing: Timing<T>,
+    oscillation: Option<OscillationWatch<T>>,
 }
 
 /// Share of the velocity's compensation after a trip: less than the margin of a wrong calibration, so that it damps.
@@ -72,6 +74,7 @@ pub struct ProtectionState<T> {
     /// Once the end is asked for.
     ending: bool,
     timing: TimingState<T>,
+    oscillation: OscillationWatchState<T>,
 }
 
 /// One sample's command and measurements.
@@ -188,8 +191,15 @@ impl<T: Real> Protection<T> {
         let flag = |raised: bool, bit: u32| if raised { bit } else { 0 };
         let scale = state.scale.share::<T>();
         let shut_down = state.shut_down.is_set();
+        let command = if state.scale.is_zero() { zero } else { scale * state.command };
+        if let (Some(watch), false) = (&self.oscillation, shut_down) {
+            // A ramp would not calm a loop that is unstable by itself: it is opened at the next sample.
+            if watch.step(&mut state.oscillation, command - force) {
+                state.shut_down_by(Cause::ForceOscillation);
+            }
+        }
         Protected {
-            command: if state.scale.is_zero() { zero } else { scale * state.command },
+            command,
             authority: one - state.shut.share(),
             level,
             open: shut_down && self.settle.is_some(),
@@ -340,7 +350,8 @@ macro_rules! constructor {
             ///
             /// # Errors
             /// A level that is negative or not a number, a warning above its trip, a ramp longer than 10⁹ samples, more
-            /// than 10⁵ lost samples, a fault time beyond 2³² samples, a period's tolerance that is negative, a sample rate that is not positive.
+            /// than 10⁵ lost samples, a fault time beyond 2³² samples, a period's tolerance that is negative, an oscillation limit
+            /// or a sample rate that is not positive.
             pub const fn new(p: &ProtectionParameters, sample_rate: f64) -> Result<Self, ConfigError> {
                 let rate = check!(positive("sample_rate", sample_rate));
                 check!(within("lost_samples", p.lost_samples as f64, 0.0, 1e5));
@@ -361,6 +372,7 @@ macro_rules! constructor {
                     lost_samples: p.lost_samples,
                     fault_samples: check!(samples("fault_time", p.fault_time, rate)),
                     timing: check!(Timing::<$t>::new(p, rate)),
+                    oscillation: check!(OscillationWatch::<$t>::new(p.oscillation_limit, rate)),
                 })
             }
         }

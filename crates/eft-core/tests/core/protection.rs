@@ -25,6 +25,7 @@ fn protection() -> Protection<f64> {
         lost_samples: 3,
         fault_time: 0.005,
         period_tolerance: 0.1,
+        oscillation_limit: f64::MAX,
         plausibility: None,
     };
     Protection::<f64>::new(&parameters, RATE).unwrap()

@@ -32,6 +32,7 @@ const PROTECTION: ProtectionParameters = ProtectionParameters {
     lost_samples: 3,
     fault_time: f64::MAX,
     period_tolerance: 0.2,
+    oscillation_limit: 2.0e3,
     plausibility: None,
 };
 
@@ -159,6 +160,7 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
             lost_samples: g.lost_samples,
             fault_time: g.fault_time,
             period_tolerance: g.period_tolerance,
+            oscillation_limit: g.oscillation_limit,
             plausibility: eft_plausibility {
                 enabled: g.plausibility.is_some().into(),
                 force_noise: w.force_noise,

@@ -166,6 +166,7 @@ fn protection(rig: &RigConfig) -> Option<ProtectionParameters> {
         lost_samples: p.lost_samples,
         fault_time: p.fault_time.unwrap_or(f64::MAX),
         period_tolerance: p.period_tolerance,
+        oscillation_limit: p.oscillation_limit.unwrap_or(f64::MAX),
         plausibility: p.plausibility.then(|| plausibility(rig)),
     })
 }

@@ -33,6 +33,7 @@ const NEEDS: &[IdleKey] = &[
     idle("controller.integral_gain", "controller.force_loop", &["pd"]),
     idle("controller.integral_gain", "controller.realization", &["digital"]),
     idle("protection.stuck_samples", "protection.enabled", ON),
+    idle("protection.oscillation_limit", "protection.enabled", ON),
     idle("protection.fault_time", "protection.enabled", ON),
     idle("protection.fault_time", "compensation.adaptive", ON),
 ];

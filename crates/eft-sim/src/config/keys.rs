@@ -210,6 +210,7 @@ pub static KEYS: &[Key] = &[
     key("protection.settle_time", "s", Float(0.0, 1e4), float(1.5), "time of a shutdown during which the piston follows the specimen and damps it, before the valve closes"),
     key("protection.stuck_samples", "samples", Int(0, 1000000), int(0), "repetitions of a measurement to the last bit after which it counts as stuck; 0 disables the check"),
     key("protection.fault_time", "s", Float(0.0, 1e4), Optional, "time without learning after which the test trips, because measurements contradict the models or samples are lost; needs `protection.enabled` and `compensation.adaptive`"),
+    key("protection.oscillation_limit", "N", Float(1e-6, 1e12), Optional, "root mean square of the force error from about 30 to 150 Hz that opens the force loop if it persists or grows; absent means no check"),
     key("protection.period_tolerance", "", Float(0.0, 1e3), float(0.1), "allowed relative difference of the firmware's measured sample period from the configured one"),
 
     key("limits.valve_command", "V", Float(1e-6, 1e6), Optional, "largest valve command to either side"),

@@ -161,6 +161,7 @@ impl RigConfig {
                 settle_time: 1.5,
                 stuck_samples: 0,
                 fault_time: None,
+                oscillation_limit: None,
                 period_tolerance: 0.1,
             },
             limits: Limits {

@@ -84,6 +84,8 @@ pub struct Protection {
     pub stuck_samples: u32,
     /// How long the estimators may find their models contradicted before the test is tripped, s.
     pub fault_time: Option<f64>,
+    /// Root mean square of the force error from about 30 to 150 Hz that opens the force loop, N.
+    pub oscillation_limit: Option<f64>,
     /// Share by which a measured sample period may differ from the configured one, dimensionless.
     pub period_tolerance: f64,
 }

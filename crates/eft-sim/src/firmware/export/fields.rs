@@ -165,6 +165,7 @@ pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
         lost_samples,
         fault_time,
         period_tolerance,
+        oscillation_limit,
         plausibility,
     } = *p;
     vec![
@@ -174,6 +175,7 @@ pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
         ("lost_samples", Count(lost_samples), "samples"),
         ("fault_time", Number(fault_time), "s"),
         ("period_tolerance", Number(period_tolerance), "1"),
+        ("oscillation_limit", Number(oscillation_limit), "N"),
         ("plausibility", Value::Plausibility(plausibility), ""),
     ]
 }

@@ -1,0 +1,73 @@
+//! The watch on the oil column: it opens a force loop that shakes, and leaves a sound one alone.
+
+use eft::core::Cause;
+use eft::sim::excitation::{Command, sine_sweep};
+use toml::Value;
+
+use crate::matrix::{rig, run, seen};
+
+const RATE: f64 = 4096.0;
+/// 0.25 % of the capacity, N.
+const LIMIT: f64 = 400.0;
+/// Schemes: realization, self-calibration, force loop.
+const SCHEMES: [(&str, bool, &str); 5] = [
+    ("analog", false, "pd"),
+    ("analog", true, "pd"),
+    ("digital", false, "pd"),
+    ("digital", false, "robust"),
+    ("digital", true, "robust"),
+];
+
+fn shaken(
+    scheme: (&str, bool, &str),
+    limit: Option<f64>,
+    noisy: bool,
+    truth: &[(&str, Value)],
+) -> crate::matrix::Seen {
+    let (realization, adaptive, force_loop) = scheme;
+    let mut changes: Vec<(&str, Value)> = vec![("controller.force_loop", force_loop.into())];
+    changes.extend(limit.map(|limit| ("protection.oscillation_limit", limit.into())));
+    changes.extend(truth.iter().cloned());
+    seen(&run(&rig(realization, adaptive, noisy, &changes), &sweep()), 0.0)
+}
+
+/// Through the specimen's resonance to 10 Hz.
+fn sweep() -> Command {
+    sine_sweep(6000.0, 0.0, 10.0, 10.0, RATE).unwrap()
+}
+
+#[test]
+fn sound_tests_raise_no_alarm() {
+    for scheme in SCHEMES {
+        for noisy in [false, true] {
+            let seen = shaken(scheme, Some(LIMIT), noisy, &[]);
+            assert_eq!(seen.cause, Cause::None, "{scheme:?}, noise {noisy}: {:?} s", seen.noticed);
+        }
+    }
+}
+
+#[test]
+fn a_loop_that_shakes_the_oil_column_is_opened_before_any_level_is_reached() {
+    let cases: [&[(&str, Value)]; 4] = [
+        &[("truth.servovalve.torque_motor_frequency", Value::Float(150.0))],
+        &[("truth.servovalve.pilot_time_constant", Value::Float(2.8e-3))],
+        &[("truth.sensors.force.bandwidth", Value::Float(200.0))],
+        &[("truth.actuator.attachment_stiffness", Value::Float(2e8))],
+    ];
+    for truth in cases {
+        for scheme in &SCHEMES[..3] {
+            for noisy in [false, true] {
+                let watched = shaken(*scheme, Some(LIMIT), noisy, truth);
+                assert_eq!(watched.cause, Cause::ForceOscillation, "{scheme:?} {noisy} {truth:?}");
+                let unwatched = shaken(*scheme, None, noisy, truth);
+                // The level is 20 kN: the watch is there earlier, and most of the way.
+                assert!(
+                    watched.force < 16e3 && watched.force < 0.7 * unwatched.force,
+                    "{scheme:?} {noisy} {truth:?}: {} N, without the watch {} N",
+                    watched.force,
+                    unwatched.force
+                );
+            }
+        }
+    }
+}
