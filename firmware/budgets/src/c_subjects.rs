@@ -179,6 +179,7 @@ fn parameters(p: &Parameters) -> eft_parameters {
     (c.response_delay, c.lead_alpha, c.velocity_delay) = (p.response_delay, p.lead_alpha, p.velocity_delay);
     (c.force_sensitivity, c.proportional_gain, c.derivative_gain) =
         (p.force_sensitivity, p.proportional_gain, p.derivative_gain);
+    c.integral_gain = p.integral_gain;
     (c.valve_command, c.valve_command_rate) = (p.valve_command, p.valve_command_rate);
     (c.spool_warning, c.velocity_range) = (p.spool_warning, p.velocity_range);
     (c.force_range, c.spool_range, c.gap_time) = (p.force_range, p.spool_range, p.gap_time);
@@ -229,6 +230,7 @@ fn parameters(p: &Parameters) -> eft_parameters {
             shutdown_time: p.shutdown_time,
             fault_time: p.fault_time,
             period_tolerance: p.period_tolerance,
+            oscillation_limit: p.oscillation_limit,
             lost_samples: p.lost_samples,
             enabled: 1,
             ..c.protection

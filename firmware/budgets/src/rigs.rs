@@ -28,6 +28,9 @@ pub const SELF_CALIBRATING: Parameters =
 pub const CURVE: Parameters =
     Parameters { learning: Learning { curve_correction: true, ..Learning::ADAPTIVE }, ..SELF_CALIBRATING };
 
+/// The self-calibrating rig with an integral part in the force loop, as the designed loop has it.
+pub const ROBUST: Parameters = Parameters { integral_gain: 4.0, ..SELF_CALIBRATING };
+
 /// The worst table that is admissible: finer near null than the index of equal cells, in both directions; with all that
 /// is learned.
 pub const CROWDED: Parameters = Parameters { openings: &NEAR_NULL, flows: &FLOWS, ..CURVE };

@@ -9,7 +9,7 @@ use semihosting::println;
 use crate::blocks::*;
 use crate::inputs::{Random, rig};
 use crate::probe::{Cost, cost, probed, worst};
-use crate::rigs::{CROWDED, CURVE, LONGEST, PAPER, SELF_CALIBRATING, made};
+use crate::rigs::{CROWDED, CURVE, LONGEST, PAPER, ROBUST, SELF_CALIBRATING, made};
 
 /// Ticks after which a window's calibration is published, so that the tick itself goes on to the next window; now and then
 /// too many, so that it is late.
@@ -25,6 +25,7 @@ type Publish = extern "C" fn(&Channel<f32, N>, &mut ChannelState<f32>, &Calibrat
 pub fn run() {
     static PLAIN: Channel<f32, N> = made!(Channel::<f32, N>::new(&PAPER));
     static LEARNING: Channel<f32, N> = made!(Channel::<f32, N>::new(&SELF_CALIBRATING));
+    static INTEGRATING: Channel<f32, N> = made!(Channel::<f32, N>::new(&ROBUST));
     static CORRECTING: Channel<f32, N> = made!(Channel::<f32, N>::new(&CURVE));
     static NEAR_NULL: Channel<f32, N> = made!(Channel::<f32, N>::new(&CROWDED));
     static LEARNER: Learner<f32, N> = made!(Learner::<f32, N>::new(&SELF_CALIBRATING));
@@ -35,6 +36,7 @@ pub fn run() {
     for (name, step, channel, learner) in [
         ("paper_tick", paper_tick as Step, &PLAIN, None),
         ("self_calibrating_tick", self_calibrating_tick, &LEARNING, learner),
+        ("robust_tick", robust_tick, &INTEGRATING, learner),
         ("self_calibrating_curve_tick", self_calibrating_curve_tick, &CORRECTING, corrector),
         ("crowded_tick", crowded_tick, &NEAR_NULL, near_null),
         ("guarded_tick", guarded_tick, &guarded::CHANNEL, Some(&guarded::LEARNER)),
@@ -125,6 +127,13 @@ fn blocks() {
         Some(levels) => made!(Protection::<f32>::new(&levels, PAPER.sample_rate)),
         None => panic!("the rig has a protection"),
     };
+    // At a rate at which a window of the watch closes in every other tick.
+    static WATCHING: Protection<f32> = match LEVELS {
+        Some(levels) => {
+            made!(Protection::<f32>::new(&ProtectionParameters { oscillation_limit: 400.0, ..levels }, 60.0))
+        }
+        None => panic!("the rig has a protection"),
+    };
 
     let calibration = COMPENSATION.nominal();
     let mut state = CompensationState::default();
@@ -200,16 +209,19 @@ fn blocks() {
             f32,
         )
     );
-    worst("protection_step", |r| {
-        // A trip is for good: now and then from the start again.
-        tick += 1;
-        if tick % 64 == 0 {
-            state = ProtectionState::default();
-        }
-        let flags = r.next() & status::STUCK_MEASUREMENT;
-        let (c, f_, x, v, o) =
-            (r.sample(1.0e4), r.sample(3.0e4), r.sample(0.08), r.sample(1.0), r.sample(0.8));
-        let (n, t) = (r.sample(10.0), r.sample(2.5e-4));
-        f(&PROTECTION, &mut state, &mut protected, flags, c, f_, x, v, o, n, t);
-    });
+    for (name, protection) in [("protection_step", &PROTECTION), ("protection_step, oscillation", &WATCHING)]
+    {
+        worst(name, |r| {
+            // A trip is for good: now and then from the start again.
+            tick += 1;
+            if tick % 64 == 0 {
+                state = ProtectionState::default();
+            }
+            let flags = r.next() & status::STUCK_MEASUREMENT;
+            let (c, f_, x, v, o) =
+                (r.sample(1.0e4), r.sample(3.0e4), r.sample(0.08), r.sample(1.0), r.sample(0.8));
+            let (n, t) = (r.sample(10.0), r.sample(2.5e-4));
+            f(protection, &mut state, &mut protected, flags, c, f_, x, v, o, n, t);
+        });
+    }
 }
