@@ -245,6 +245,8 @@ class Compensator:
         displacement: float | None = None,
         acceleration: float | None = None,
         next_command: float | None = None,
+        alive: float | None = None,
+        period: float | None = None,
     ) -> float: ...
     def process(
         self,
@@ -258,6 +260,8 @@ class Compensator:
         displacement: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
         next_command: ArrayLike | None = None,
+        alive: ArrayLike | None = None,
+        period: ArrayLike | None = None,
     ) -> _Array: ...
     def prime(
         self,
@@ -311,6 +315,8 @@ class Controller:
         displacement: float | None = None,
         acceleration: float | None = None,
         next_command: float | None = None,
+        alive: float | None = None,
+        period: float | None = None,
     ) -> float: ...
     def process(
         self,
@@ -323,6 +329,8 @@ class Controller:
         displacement: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
         next_command: ArrayLike | None = None,
+        alive: ArrayLike | None = None,
+        period: ArrayLike | None = None,
     ) -> _Array: ...
     def prime(
         self,

@@ -167,3 +167,23 @@ def test_a_computation_delay_is_behind_the_compensator_and_refused_by_the_contro
         ValueError, match=r"compensation\.computation_delay = 3: must be 0 for eft\.Controller"
     ):
         eft.Controller(rig)
+
+
+@pytest.mark.parametrize("dtype", ["f64", "f32"])
+def test_samples_that_stand_still_or_come_at_the_wrong_time_trip(dtype: str) -> None:
+    rig = eft.Rig.zhao2005().replace({"protection.enabled": True})
+    rest, rate = np.zeros(60), rig["controller.sample_rate"]
+    for kind in (eft.Controller, eft.Compensator):
+        sound = kind(rig, dtype)
+        names = ("command", "velocity", "force", "spool")
+        sound.process(**dict.fromkeys(names, rest), alive=np.arange(60) % 16, period=np.full(60, 1 / rate))
+        assert (sound.cause, sound.status & eft.Status.MISSED_TICK) == (eft.Cause.NONE, 0)
+        for sample, cause in (
+            ({"alive": 3.0}, eft.Cause.SAMPLES_OLD),
+            ({"period": 2 / rate}, eft.Cause.SAMPLE_PERIOD),
+        ):
+            controller = kind(rig, dtype)
+            for _ in range(60):
+                controller.step(**dict.fromkeys(names, 0.0), **sample)
+            assert controller.cause == cause
+            assert controller.status & eft.Status.MISSED_TICK

@@ -58,6 +58,8 @@ pub(super) struct Further {
     pub(super) displacement: Option<f64>,
     pub(super) acceleration: Option<f64>,
     pub(super) next_command: Option<f64>,
+    pub(super) alive: Option<f64>,
+    pub(super) period: Option<f64>,
 }
 
 /// Nothing asked, nothing said yet.
@@ -173,7 +175,15 @@ impl Channel {
 
     /// The sample that a call brings, complete.
     fn sample(&self, values: [f64; 4], further: Further) -> PyResult<Input<f64>> {
-        let Further { supply_pressure, valve_command, displacement, acceleration, next_command } = further;
+        let Further {
+            supply_pressure,
+            valve_command,
+            displacement,
+            acceleration,
+            next_command,
+            alive,
+            period,
+        } = further;
         self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
         if self.looks_ahead() && next_command.is_none() {
             return Err(refuse("next_command", "None", "must be given: `compensation.look_ahead` is on"));
@@ -189,7 +199,8 @@ impl Channel {
             valve_command: valve_command.unwrap_or(0.0),
             supply_pressure: supply_pressure.unwrap_or(self.rig.supply.pressure),
             acceleration: acceleration.unwrap_or(0.0),
-            ..Input::default()
+            alive: alive.unwrap_or(f64::NAN),
+            period: period.unwrap_or(f64::NAN),
         })
     }
 
@@ -275,11 +286,11 @@ impl Channel {
         &mut self,
         py: Python<'py>,
         [command, velocity, force, spool]: [Option<&Bound<'py, PyAny>>; 4],
-        [supply_pressure, valve_command, displacement, acceleration, next_command]: [Option<&Bound<'py, PyAny>>;
-            5],
+        [supply_pressure, valve_command, displacement, acceleration, next_command, alive, period]: [Option<&Bound<'py, PyAny>>;
+            7],
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
-        let columns: [Column<'_, 'py>; 9] = [
+        let columns: [Column<'_, 'py>; 11] = [
             ("velocity", velocity, |s| &mut s.velocity),
             ("force", force, |s| &mut s.force),
             ("spool", spool, |s| &mut s.spool),
@@ -289,6 +300,8 @@ impl Channel {
             ("displacement", displacement, |s| &mut s.displacement),
             ("acceleration", acceleration, |s| &mut s.acceleration),
             ("next_command", next_command, |s| &mut s.next_command),
+            ("alive", alive, |s| &mut s.alive),
+            ("period", period, |s| &mut s.period),
         ];
         let rest = self.rest();
         let mut samples: Option<(&str, Vec<Input<f64>>)> = None;

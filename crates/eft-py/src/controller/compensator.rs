@@ -62,10 +62,15 @@ python_methods!(Compensator {
     /// next_command : float, optional
     ///     Force command of the next sample, N; needed if ``compensation.look_ahead`` is on. In `process` the
     ///     default is the command's own next sample; the last one is held.
+    /// alive : float, optional
+    ///     Alive counter: one more than in the last sample, or 0 behind its last value; the protection watches it from the
+    ///     first one that is given.
+    /// period : float, optional
+    ///     Measured time since the last sample, s; the protection watches it from the first one that is given.
     // The signature shows the default's value; a missing command must differ from one of zero.
     #[pyo3(
-        signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None),
-        text_signature = "($self, velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None)"
+        signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None),
+        text_signature = "($self, velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None)"
     )]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn step(
@@ -79,16 +84,26 @@ python_methods!(Compensator {
         displacement: Option<f64>,
         acceleration: Option<f64>,
         next_command: Option<f64>,
+        alive: Option<f64>,
+        period: Option<f64>,
     ) -> PyResult<f64> {
         self.channel.needs_command(command.is_some())?;
-        let further = Further { supply_pressure, valve_command, displacement, acceleration, next_command };
+        let further = Further {
+            supply_pressure,
+            valve_command,
+            displacement,
+            acceleration,
+            next_command,
+            alive,
+            period,
+        };
         self.channel.step([command.unwrap_or(0.0), velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the compensation signal in V; `status` collects their flags.
     ///
     /// The arrays are those of `step`.
-    #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None))]
+    #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None))]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn process<'py>(
         &mut self,
@@ -102,10 +117,13 @@ python_methods!(Compensator {
         displacement: Option<&Bound<'py, PyAny>>,
         acceleration: Option<&Bound<'py, PyAny>>,
         next_command: Option<&Bound<'py, PyAny>>,
+        alive: Option<&Bound<'py, PyAny>>,
+        period: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.channel.needs_command(command.is_some())?;
         let signals = [command, Some(velocity), Some(force), Some(spool)];
-        let further = [supply_pressure, valve_command, displacement, acceleration, next_command];
+        let further =
+            [supply_pressure, valve_command, displacement, acceleration, next_command, alive, period];
         self.channel.process(py, signals, further)
     }
 

@@ -60,7 +60,12 @@ python_methods!(Controller {
     /// next_command : float, optional
     ///     Force command of the next sample, N; needed if ``compensation.look_ahead`` is on. In `process` the
     ///     default is the command's own next sample; the last one is held.
-    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None))]
+    /// alive : float, optional
+    ///     Alive counter: one more than in the last sample, or 0 behind its last value; the protection watches it from the
+    ///     first one that is given.
+    /// period : float, optional
+    ///     Measured time since the last sample, s; the protection watches it from the first one that is given.
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn step(
         &mut self,
@@ -72,14 +77,23 @@ python_methods!(Controller {
         displacement: Option<f64>,
         acceleration: Option<f64>,
         next_command: Option<f64>,
+        alive: Option<f64>,
+        period: Option<f64>,
     ) -> PyResult<f64> {
-        let further =
-            Further { supply_pressure, displacement, acceleration, next_command, ..Further::default() };
+        let further = Further {
+            supply_pressure,
+            displacement,
+            acceleration,
+            next_command,
+            alive,
+            period,
+            ..Further::default()
+        };
         self.channel.step([command, velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the valve commands in V; `status` collects their flags.
-    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None))]
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn process<'py>(
         &mut self,
@@ -92,9 +106,12 @@ python_methods!(Controller {
         displacement: Option<&Bound<'py, PyAny>>,
         acceleration: Option<&Bound<'py, PyAny>>,
         next_command: Option<&Bound<'py, PyAny>>,
+        alive: Option<&Bound<'py, PyAny>>,
+        period: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let signals = [Some(command), Some(velocity), Some(force), Some(spool)];
-        self.channel.process(py, signals, [supply_pressure, None, displacement, acceleration, next_command])
+        let further = [supply_pressure, None, displacement, acceleration, next_command, alive, period];
+        self.channel.process(py, signals, further)
     }
 
     /// Go to the steady state of this operating point, so that the next step has no bump.
