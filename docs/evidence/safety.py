@@ -252,8 +252,10 @@ def sound(rigs: int) -> Iterator[dict[str, object]]:
         number, truth, scheme, test = plan[place]
         # The designed loop: with the paper's the oil column of some of these rigs is unstable.
         designed = {"controller.force_loop": "robust", "controller.realization": "digital"}
-        rig = random_rigs.true_rig(truth, number + 1).replace(
-            levels | EFFECTS[number % len(EFFECTS)] | random_rigs.SCHEMES[scheme] | designed
+        rig = (
+            eft.Rig.zhao2005()
+            .replace(random_rigs.truths(truth, number + 1))
+            .replace(levels | EFFECTS[number % len(EFFECTS)] | random_rigs.SCHEMES[scheme] | designed)
         )
         if test == "quake":
             return rig, quake(rig["structure.mass"])

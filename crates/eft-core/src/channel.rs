@@ -15,6 +15,7 @@ pub use state::ChannelState;
 
 use crate::controller::{Controller, ControllerInput, Sample, Supply, gap};
 use crate::error::{ConfigError, LARGEST, check, within};
+use crate::integrity::{integrity, word};
 use crate::learning::{LOWEST_RATE, Moment, window_ticks};
 use crate::number::Real;
 use crate::parameters::{Parameters, Realization, VelocitySource};
@@ -46,6 +47,7 @@ pub struct Channel<T: Real, const N: usize> {
     /// Whether it has none of the [`Parts`].
     plain: bool,
 }
+integrity!(Channel<T, N>: controller, velocity, protection, plausibility, stuck, gap_ticks, learns, window_ticks, age_limit, realization, looks_ahead, plain);
 
 /// What a channel may have besides controller and learner.
 #[derive(Clone, Copy)]
@@ -198,11 +200,15 @@ impl<T: Real, const N: usize> Channel<T, N> {
             );
             (command, authority, protection) =
                 (protected.command, protected.authority, protection | protected.status);
-            if parts.plausibility.is_some() {
-                if protected.open && self.doubts_velocity(state) {
+            if let Some(watch) = parts.plausibility {
+                let follows = protected.open && self.doubts_velocity(state);
+                if follows {
                     believed.velocity = state.plausibility.velocity();
                 }
-                believed.velocity = believed.velocity * protected.level;
+                let source = protected.status & (status::TRIPPED | status::SHUT_DOWN) | u32::from(follows);
+                let source = source | believed.status & status::VELOCITY_DISTRUSTED;
+                believed.velocity =
+                    watch.bridge(&mut state.plausibility, believed.velocity * protected.level, source);
                 if protected.open {
                     // Without an error the loop is open; the oil's spring is left to leakage.
                     believed.force = command;
@@ -307,6 +313,15 @@ impl<T: Real, const N: usize> Channel<T, N> {
             Some(p) => p.preview(&state.protection, next_command),
             None => next_command,
         }
+    }
+
+    /// A word over every number of the configuration: one that differs from the word of before says that memory has
+    /// changed.
+    ///
+    /// # Cost
+    /// Not for the tick: a rotation, an exclusive or and a multiplication for each number.
+    pub fn integrity(&self) -> u32 {
+        word(self)
     }
 
     /// Ticks of a window; 0 where nothing is learned.

@@ -7,6 +7,7 @@ use crate::compensation::{
 };
 use crate::error::{ConfigError, LARGEST, check};
 use crate::force_loop::{Integral, Limiter, ServovalveController, ServovalveControllerState};
+use crate::integrity::integrity;
 use crate::number::{Flags, Mask, Scalar};
 use crate::parameters::{Parameters, Realization};
 use crate::protection::samples;
@@ -34,6 +35,7 @@ pub struct Controller<S: Scalar, const N: usize> {
     realization: Realization,
     integral: Integral<S>,
 }
+integrity!(Controller<T, N>: compensation, feedforward, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral);
 
 /// Samples without a valid one behind which the tick starts from rest: more than the time lasts.
 pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
@@ -101,6 +103,7 @@ pub struct ControllerState<S: Scalar> {
     /// The force loop's integral (V).
     integral: S,
 }
+integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, lost, integral);
 
 /// One tick's result.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,6 +6,7 @@ mod compensation;
 mod controller;
 mod error;
 mod force_loop;
+mod integrity;
 mod learning;
 #[cfg(feature = "serde")]
 mod message;
@@ -25,6 +26,7 @@ pub use compensation::{
 pub use controller::{Controller, ControllerInput, ControllerOutput, ControllerState};
 pub use error::{ConfigError, LARGEST, SMALLEST, Short};
 pub use force_loop::{Limiter, ServovalveController, ServovalveControllerState};
+pub use integrity::{Integrity, Word};
 pub use learning::{Learner, LearnerState, Moment, Sums, Window};
 #[cfg(feature = "serde")]
 pub use message::StoredParameters;

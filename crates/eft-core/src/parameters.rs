@@ -1,6 +1,7 @@
 //! What a channel and its learner are made from: one set of numbers for firmware, C, export and simulator.
 
 use crate::compensation::{Mode, SignFrom};
+use crate::integrity::{Integrity, Word};
 use crate::protection::ProtectionParameters;
 
 /// The rig as its controller knows it, in SI units, and what of the controller is switched on.
@@ -97,6 +98,12 @@ pub enum Realization {
     Digital = 0,
     /// In an analog controller, as on the paper's rig: the channel's output is the compensation signal for it.
     Analog = 1,
+}
+
+impl Integrity for Realization {
+    fn add_to(&self, word: &mut Word) {
+        word.add(*self as u32);
+    }
 }
 
 /// Where the velocity comes from.

@@ -267,7 +267,7 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t words[152]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t words[156]; } eft_channel_f32;
 
 // A window that has closed: what the learner is given.
 typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
@@ -276,7 +276,7 @@ typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
 typedef struct eft_calibration_f32 { uint64_t words[28]; } eft_calibration_f32;
 
 // What a channel remembers: one for each actuator.
-typedef struct eft_state_f32 { uint64_t words[192]; } eft_state_f32;
+typedef struct eft_state_f32 { uint64_t words[200]; } eft_state_f32;
 
 // One tick's command and measurements. What is never given stays NaN, by eft_input_init: nothing looks at it, or the
 // tick is flagged.
@@ -313,6 +313,13 @@ EFT_NODISCARD uint8_t eft_configure_f32(const eft_parameters *parameters, eft_ch
 // Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as after a memory
 // fault. Not for the interrupt.
 EFT_NODISCARD uint8_t eft_check_f32(const eft_channel_f32 *channel, const eft_parameters *parameters);
+
+// Sets *word to a word over every number of a configuration: keep the one behind eft_configure, and compare each
+// second. One that differs says that memory has changed. Not for the interrupt.
+EFT_NODISCARD uint8_t eft_integrity_f32(const eft_channel_f32 *channel, uint32_t *word);
+
+// The same of a state, to compare behind one tick and before the next. In the context of the step.
+EFT_NODISCARD uint8_t eft_state_integrity_f32(const eft_state_f32 *state, uint32_t *word);
 
 // A rig at rest, nothing learned, tripped or asked for yet.
 EFT_NODISCARD uint8_t eft_reset_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
@@ -445,13 +452,13 @@ EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_stat
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t words[272]; } eft_channel_f64;
+typedef struct eft_channel_f64 { uint64_t words[280]; } eft_channel_f64;
 typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; eft_turn turn; } eft_channels_f64;
 typedef struct eft_window_f64 { uint64_t words[16]; } eft_window_f64;
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; eft_turn turn; } eft_windows_f64;
 typedef struct eft_calibration_f64 { uint64_t words[56]; } eft_calibration_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; eft_turn turn; } eft_calibrations_f64;
-typedef struct eft_state_f64 { uint64_t words[384]; } eft_state_f64;
+typedef struct eft_state_f64 { uint64_t words[400]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
     } eft_input_f64;
@@ -471,6 +478,8 @@ EFT_NODISCARD uint8_t eft_offer_calibration_f64(eft_calibrations_f64 *to, const 
 EFT_NODISCARD const eft_calibration_f64 *eft_take_calibration_f64(eft_calibrations_f64 *from);
 EFT_NODISCARD uint8_t eft_configure_f64(const eft_parameters *parameters, eft_channel_f64 *channel, eft_error *why);
 EFT_NODISCARD uint8_t eft_check_f64(const eft_channel_f64 *channel, const eft_parameters *parameters);
+EFT_NODISCARD uint8_t eft_integrity_f64(const eft_channel_f64 *channel, uint32_t *word);
+EFT_NODISCARD uint8_t eft_state_integrity_f64(const eft_state_f64 *state, uint32_t *word);
 EFT_NODISCARD uint8_t eft_reset_f64(const eft_channel_f64 *channel, eft_state_f64 *state);
 EFT_NODISCARD uint8_t eft_input_init_f64(eft_input_f64 *input);
 EFT_NODISCARD uint8_t eft_prime_f64(const eft_channel_f64 *channel, eft_state_f64 *state, const eft_input_f64 *input);
@@ -503,8 +512,8 @@ EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 184);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 864);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 1216);
-EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 1536);
+EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 1248);
+EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 1600);
 EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 44);
 EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 96);
 EFT_STATIC_ASSERT(sizeof(eft_window_f32) == 64);
@@ -512,8 +521,8 @@ EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 224);
 EFT_STATIC_ASSERT(sizeof(eft_learner_f32) == 640);
 EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1152);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 48);
-EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 2176);
-EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 3072);
+EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 2240);
+EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 3200);
 EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 88);
 EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 176);
 EFT_STATIC_ASSERT(sizeof(eft_window_f64) == 128);

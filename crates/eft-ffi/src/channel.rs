@@ -39,7 +39,7 @@ macro_rules! precision {
         $module:ident, $t:ty, words: $channel:literal $state:literal $window:literal $calibration:literal,
         $Channel:ident $State:ident $Window:ident $Calibration:ident $Input:ident $Output:ident
         $Channels:ident $Windows:ident $Calibrations:ident
-        $configure:ident $check:ident $reset:ident $input_init:ident $prime:ident $step:ident $hold:ident $missed:ident
+        $configure:ident $check:ident $integrity:ident $state_integrity:ident $reset:ident $input_init:ident $prime:ident $step:ident $hold:ident $missed:ident
         $publish:ident $calibration_in_use:ident $request_trip:ident $request_end:ident $is_down:ident $take_over:ident
         $offer_channel:ident $take_channel:ident $offer_window:ident $take_window:ident
         $offer_calibration:ident $take_calibration:ident
@@ -166,6 +166,17 @@ there is no new one."
                     check(|p, take| Channel::<$t, EFT_TABLE_CAPACITY>::lend(p, take), channel, parameters)
                 }
 
+                /// Sets *word to a word over every number of a configuration: keep the one behind eft_configure, and compare
+                /// each second. One that differs says that memory has changed. Not for the interrupt.
+                fn $integrity(channel: *const $Channel, word: *mut u32) {
+                    give(word, made(channel)?.integrity())
+                }
+
+                /// The same of a state, to compare behind one tick and before the next. In the context of the step.
+                fn $state_integrity(state: *const $State, word: *mut u32) {
+                    give(word, (*made(state)?.state.get()).integrity())
+                }
+
                 /// A rig at rest, nothing learned, tripped or asked for yet.
                 fn $reset(channel: *const $Channel, state: *mut $State) {
                     make(state, Running::new(made(channel)?.at_rest()))
@@ -275,19 +286,19 @@ there is no new one."
     };
 }
 precision!(
-    single, f32, words: 152 192 8 28,
+    single, f32, words: 156 200 8 28,
     eft_channel_f32 eft_state_f32 eft_window_f32 eft_calibration_f32 eft_input_f32 eft_output_f32
     eft_channels_f32 eft_windows_f32 eft_calibrations_f32
-    eft_configure_f32 eft_check_f32 eft_reset_f32 eft_input_init_f32 eft_prime_f32 eft_step_f32 eft_hold_f32
+    eft_configure_f32 eft_check_f32 eft_integrity_f32 eft_state_integrity_f32 eft_reset_f32 eft_input_init_f32 eft_prime_f32 eft_step_f32 eft_hold_f32
     eft_missed_f32 eft_publish_f32 eft_calibration_in_use_f32 eft_request_trip_f32 eft_request_end_f32
     eft_is_down_f32 eft_take_over_f32 eft_offer_channel_f32 eft_take_channel_f32 eft_offer_window_f32 eft_take_window_f32
     eft_offer_calibration_f32 eft_take_calibration_f32
 );
 precision!(
-    double, f64, words: 272 384 16 56,
+    double, f64, words: 280 400 16 56,
     eft_channel_f64 eft_state_f64 eft_window_f64 eft_calibration_f64 eft_input_f64 eft_output_f64
     eft_channels_f64 eft_windows_f64 eft_calibrations_f64
-    eft_configure_f64 eft_check_f64 eft_reset_f64 eft_input_init_f64 eft_prime_f64 eft_step_f64 eft_hold_f64
+    eft_configure_f64 eft_check_f64 eft_integrity_f64 eft_state_integrity_f64 eft_reset_f64 eft_input_init_f64 eft_prime_f64 eft_step_f64 eft_hold_f64
     eft_missed_f64 eft_publish_f64 eft_calibration_in_use_f64 eft_request_trip_f64 eft_request_end_f64
     eft_is_down_f64 eft_take_over_f64 eft_offer_channel_f64 eft_take_channel_f64 eft_offer_window_f64 eft_take_window_f64
     eft_offer_calibration_f64 eft_take_calibration_f64

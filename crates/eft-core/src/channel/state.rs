@@ -2,6 +2,7 @@
 
 use crate::compensation::Calibration;
 use crate::controller::ControllerState;
+use crate::integrity::{integrity, word};
 use crate::learning::Window;
 use crate::number::Real;
 use crate::protection::{Cause, PlausibilityState, ProtectionState, StuckWatchState};
@@ -32,6 +33,7 @@ pub struct ChannelState<T: Real> {
     pub(super) sound: Sound<T>,
     pub(super) stuck: StuckWatchState<T>,
 }
+integrity!(ChannelState<T>: calibrations, controller, velocity, protection, plausibility, velocity_gap, ticks_left, window, in_use, next, windows_left, sound, stuck);
 
 /// One of two places, by the lowest bit: a number that a memory fault has changed is one of them as well.
 // A word wide, so that a tick copies it with what stands beside it.
@@ -39,6 +41,7 @@ pub struct ChannelState<T: Real> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(transparent)]
 pub(super) struct Slot(u32);
+integrity!(Slot: 0);
 
 impl Slot {
     const FIRST: Self = Self(0);
@@ -70,11 +73,21 @@ pub(super) struct Choice {
     pub(super) slot: Slot,
     pub(super) flags: u32,
 }
+integrity!(Choice: slot, flags);
 
 impl<T: Real> ChannelState<T> {
     /// The calibration in use.
     pub fn calibration(&self) -> &Calibration<T> {
         in_use(&self.calibrations, self.in_use.slot, &self.sound)
+    }
+
+    /// A word over every number of the state, to compare behind one tick and before the next: between two ticks it
+    /// changes by [`publish`](crate::Channel::publish) and its siblings alone.
+    ///
+    /// # Cost
+    /// As [`Channel::integrity`](crate::Channel::integrity).
+    pub fn integrity(&self) -> u32 {
+        word(self)
     }
 
     /// Trips the protection from outside, at the last command: an emergency stop, or another actuator of the same
@@ -130,6 +143,7 @@ pub(super) struct Sound<T: Real> {
     /// Once the channel has gone back to the older one, for good.
     gone_back: bool,
 }
+integrity!(Sound<T>: kept, older, gone_back);
 
 /// Windows between two calibrations that are kept.
 const KEPT_EVERY: u32 = 128;

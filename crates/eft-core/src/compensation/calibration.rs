@@ -1,5 +1,6 @@
 //! What the learner has found out about the rig, as the tick uses it.
 
+use crate::integrity::integrity;
 use core::array;
 
 use crate::compensation::{CurvePiece, LeadNetwork, PIECES, table_itself};
@@ -37,6 +38,7 @@ pub struct Calibration<S: Scalar> {
     /// The flow table's correction, from the most negative flow up.
     pub curve: [CurvePiece<S>; PIECES],
 }
+integrity!(Calibration<T>: window, status, flow_gain, per_flow_gain, lead, response_delay, velocity_delay, valve_gain, level, deviations, test_ratio, curve);
 
 /// Standard deviations of the estimates, as noise of the sensors makes them; infinite where nothing was learned.
 ///
@@ -58,6 +60,7 @@ pub struct Deviations<S> {
     /// Of the velocity's delay (s).
     pub velocity_delay: S,
 }
+integrity!(Deviations<T>: flow_gain, valve_gain, response_delay, velocity_delay);
 
 impl<S: Scalar> Deviations<S> {
     /// Nothing learned.

@@ -5,6 +5,7 @@
 //! sum goes through the one inverse: the flow curve is concave, so two inverses do not add up.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
+use crate::integrity::integrity;
 use crate::number::Scalar;
 use crate::parameters::Parameters;
 
@@ -14,6 +15,7 @@ pub struct Feedforward<S> {
     flow_per_force: S,
     flow_per_change: S,
 }
+integrity!(Feedforward<T>: flow_per_force, flow_per_change);
 
 /// The last command (N).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -22,6 +24,7 @@ pub struct Feedforward<S> {
 pub struct FeedforwardState<S> {
     command: S,
 }
+integrity!(FeedforwardState<T>: command);
 
 impl<S: Scalar> FeedforwardState<S> {
     /// `yes` where the mask is true, `no` elsewhere.

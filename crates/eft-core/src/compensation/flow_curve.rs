@@ -3,6 +3,7 @@
 //!
 //! The map is a chain of straight pieces between nodes at equal steps of flow. The learner keeps it increasing.
 
+use crate::integrity::integrity;
 use crate::number::{Real, Scalar};
 
 /// Pieces, half of them in either direction.
@@ -22,6 +23,7 @@ pub struct CurvePiece<S> {
     /// Table flow per demanded flow (1).
     pub slope: S,
 }
+integrity!(CurvePiece<T>: offset, slope);
 
 /// The pieces where nothing is corrected.
 pub(crate) fn table_itself<S: Scalar>() -> [CurvePiece<S>; PIECES] {
@@ -36,6 +38,7 @@ pub(crate) struct CurveGrid<S> {
     /// Flow (m³/s) of a step.
     pub(crate) step: S,
 }
+integrity!(CurveGrid<T>: per_flow, step);
 
 impl<S: Scalar> CurveGrid<S> {
     /// As a table that is corrected in place would read a no-load flow (m³/s). Beyond the nodes, where the valve is

@@ -2,6 +2,7 @@
 
 use crate::compensation::{LoadPressure, Mode};
 use crate::error::{ConfigError, check, positive, within};
+use crate::integrity::integrity;
 use crate::number::{Mask as _, Scalar};
 use crate::parameters::Parameters;
 use crate::status;
@@ -27,6 +28,7 @@ pub struct InverseFlow<S: Scalar, const N: usize> {
     load_pressure: LoadPressure<S>,
     sign_from_demand: S::Mask,
 }
+integrity!(InverseFlow<T, N>: table, load_pressure, sign_from_demand);
 
 impl<S: Scalar, const N: usize> InverseFlow<S, N> {
     /// Required spool opening (1, within ±1) for a flow (m³/s), given the measured force (N) and spool (1), the supply at

@@ -1,6 +1,7 @@
 //! Inverse valve dynamics: the phase-lead network, Eq. (8) of the paper.
 
 use crate::error::{ConfigError, check, positive, within};
+use crate::integrity::integrity;
 use crate::number::Scalar;
 
 /// `H(s) = gain · (T_ld·s + 1)/(α·T_ld·s + 1)`, `T_ld = T_d/(1 − α)`, discretised by Tustin.
@@ -15,6 +16,7 @@ pub struct LeadNetwork<S> {
     rate: S,
     gain: S,
 }
+integrity!(LeadNetwork<T>: pole, rate, gain);
 
 /// What the lead network remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -24,6 +26,7 @@ pub struct LeadState<S> {
     input: S,
     washout: S,
 }
+integrity!(LeadState<T>: input, washout);
 
 impl<S: Scalar> LeadNetwork<S> {
     /// One sample: output in V for a required spool opening (1).

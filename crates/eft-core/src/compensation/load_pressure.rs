@@ -1,6 +1,7 @@
 //! The load pressure's influence on the flow, Eq. (6) of the paper, as a factor on the demanded flow.
 
 use crate::error::{ConfigError, check, positive};
+use crate::integrity::integrity;
 use crate::number::Scalar;
 
 /// The radicand is not let below this: there the valve cannot pass the flow anyway.
@@ -12,6 +13,7 @@ const RADICAND_FLOOR: f64 = 0.05;
 pub struct LoadPressure<S> {
     per_newton: S,
 }
+integrity!(LoadPressure<T>: per_newton);
 
 impl<S: Scalar> LoadPressure<S> {
     /// The factor (1) on the demanded flow for a force (N) and the direction the valve opens in (its sign counts),

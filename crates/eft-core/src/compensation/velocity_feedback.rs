@@ -2,6 +2,7 @@
 
 use crate::compensation::{Calibration, CurveGrid, InverseFlow, LeadNetwork, LeadState};
 use crate::error::{ConfigError, LARGEST, check, range};
+use crate::integrity::integrity;
 use crate::number::{Mask, Scalar};
 use crate::parameters::Parameters;
 use crate::status;
@@ -35,6 +36,7 @@ pub struct Compensation<S: Scalar, const N: usize> {
     corrects: S::Mask,
     grid: CurveGrid<S>,
 }
+integrity!(Compensation<T, N>: inverse, lead, response_delay, velocity_to_flow, velocity_range, force_range, spool_range, spool_warning, corrects, grid);
 
 /// One sample's measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,6 +61,7 @@ pub struct CompensationState<S> {
     lead: LeadState<S>,
     output: S,
 }
+integrity!(CompensationState<T>: lead, output);
 
 impl<S: Copy> CompensationState<S> {
     /// The last output (V).

@@ -1,6 +1,7 @@
 //! The integral part of the force loop: `G_i·∫C_F·(F_c − F)·dt`, against what holds the valve off null.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
+use crate::integrity::integrity;
 use crate::number::Scalar;
 use crate::parameters::Parameters;
 
@@ -17,6 +18,7 @@ pub(crate) struct Integral<S> {
     /// Whether any lane integrates.
     present: bool,
 }
+integrity!(Integral<T>: per_sample, limit, present);
 
 impl<S: Scalar> Integral<S> {
     /// Whether any lane integrates.

@@ -1,6 +1,7 @@
 //! Limits of the valve command: amplitude and rate.
 
 use crate::error::{ConfigError, check, positive, within};
+use crate::integrity::integrity;
 use crate::number::{Mask, Scalar};
 use crate::status;
 
@@ -10,6 +11,7 @@ pub struct Limiter<S> {
     amplitude: S,
     change: S,
 }
+integrity!(Limiter<T>: amplitude, change);
 
 impl<S: Scalar> Limiter<S> {
     /// The command (V) that may follow `last` (V), and [`status::COMMAND_LIMITED`] and [`status::RATE_LIMITED`].

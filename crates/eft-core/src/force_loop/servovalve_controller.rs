@@ -1,6 +1,7 @@
 //! The servovalve controller, Eq. (1) of the paper, sampled: `v = G_p·(C_F·(F_c − F) + v_c) + G_d·C_F·Δ(F_c − F)/Δt`.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
+use crate::integrity::integrity;
 use crate::number::Scalar;
 use crate::parameters::Parameters;
 
@@ -11,6 +12,7 @@ pub struct ServovalveController<S> {
     proportional_gain: S,
     derivative_per_sample: S,
 }
+integrity!(ServovalveController<T>: force_sensitivity, proportional_gain, derivative_per_sample);
 
 /// The last force error (V).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -19,6 +21,7 @@ pub struct ServovalveController<S> {
 pub struct ServovalveControllerState<S> {
     error: S,
 }
+integrity!(ServovalveControllerState<T>: error);
 
 impl<S: Scalar> ServovalveController<S> {
     /// One sample: the valve command (V) for a force command (N), the measured force (N) and the compensation (V).

@@ -2,6 +2,7 @@
 
 use crate::compensation::{LoadPressure, Mode};
 use crate::error::{ConfigError, check};
+use crate::integrity::integrity;
 use crate::number::Real;
 use crate::parameters::Parameters;
 use crate::table::PiecewiseLinear;
@@ -12,6 +13,7 @@ pub(crate) struct FlowModel<T: Real, const N: usize> {
     load_pressure: LoadPressure<T>,
     curve: PiecewiseLinear<T, N>,
 }
+integrity!(FlowModel<T, N>: load_pressure, curve);
 
 /// Flow through an opening, in parts.
 #[derive(Debug, Clone, Copy)]

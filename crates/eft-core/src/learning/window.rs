@@ -1,6 +1,7 @@
 //! Sums over a window of ticks, from which the learner lives.
 
 use crate::LARGEST;
+use crate::integrity::integrity;
 use crate::number::{Flags, Mask, Scalar};
 
 /// What is summed up.
@@ -21,6 +22,7 @@ pub struct Sums<T> {
     /// Spool openings (1) at the ticks whose valve command was lost.
     pub spool_without_command: T,
 }
+integrity!(Sums<T>: velocity, force, spool, command, valve_command, spool_without_command);
 
 /// What changes over a window, at one moment of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -32,6 +34,7 @@ pub struct Moment<T> {
     /// Force command (N).
     pub command: T,
 }
+integrity!(Moment<T>: force, command);
 
 /// A window of ticks, of one channel or of several side by side: all that the learner is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +56,7 @@ pub struct Window<S: Scalar> {
     /// Supply pressure over the configured one (1) at its last valid tick; 1 where none is measured.
     pub supply: S,
 }
+integrity!(Window<T>: number, lost, lost_commands, sums, start, end, supply);
 
 impl<S: Scalar> Window<S> {
     /// A window that nothing was measured before.

@@ -3,6 +3,7 @@
 //! Blocks select instead of branching, so the same source runs one rig or several side by side.
 //! No operation here fuses, reorders or calls a platform's mathematics library, so bits agree everywhere.
 
+use crate::integrity::Integrity;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use crate::table::piecewise::{CELLS, CROWDED, Row, search};
@@ -122,7 +123,7 @@ pub trait Scalar:
 
 /// A single floating-point number.
 pub trait Real:
-    Scalar<Element = Self, Mask = bool, Flags = u32, Cell = u8, Index = u32> + PartialOrd
+    Scalar<Element = Self, Mask = bool, Flags = u32, Cell = u8, Index = u32> + PartialOrd + Integrity
 {
     /// Rounded to this type.
     fn from_f64(value: f64) -> Self;

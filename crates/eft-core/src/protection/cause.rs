@@ -1,5 +1,7 @@
 //! What tripped a protection first: the one fact that is worth most afterwards.
 
+use crate::integrity::{Integrity, Word};
+
 /// What tripped a protection first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -57,6 +59,12 @@ pub enum Cause {
     CalibrationExpired = 23,
     /// The force error from about 30 to 150 Hz persisted or grew: the force loop shakes the oil column.
     ForceOscillation = 24,
+}
+
+impl Integrity for Cause {
+    fn add_to(&self, word: &mut Word) {
+        word.add(*self as u32);
+    }
 }
 
 impl Cause {

@@ -1,5 +1,6 @@
 //! The gate in front of the sensors: a reading that no rig could have reached since the last one counts as lost.
 
+use crate::integrity::integrity;
 use crate::number::Real;
 
 /// The signals, in the order of every array of them.
@@ -25,6 +26,7 @@ pub(crate) struct SensorGate<T> {
     /// Share of the way that the slopes go in a sample.
     pub(crate) share: T,
 }
+integrity!(SensorGate<T>: jump, friction, reversing, still, forgetting, chance, share);
 
 /// What the gate remembers of one signal. `default()` has seen nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -48,6 +50,7 @@ pub(crate) struct Signal<T> {
     pub(crate) jumped: bool,
     seen: bool,
 }
+integrity!(Signal<T>: last, slope, lost, repeats, liveliness, likelihood, step, jumped, seen);
 
 impl<T: Real> SensorGate<T> {
     /// One reading of a signal: itself, or NaN where it is not accepted.

@@ -1,5 +1,7 @@
 //! A fact that is never forgotten: stored twice, the second time inverted.
 
+use crate::integrity::integrity;
+
 /// Set once, for good; a pattern of bits that is neither counts as set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -8,6 +10,7 @@ pub(crate) struct Latch {
     set: u32,
     unset: u32,
 }
+integrity!(Latch: set, unset);
 
 impl Default for Latch {
     fn default() -> Self {

@@ -1,6 +1,7 @@
 //! What a protection is made from: levels, times, and what they are in its own precision.
 
 use crate::error::{ConfigError, check, range, within};
+use crate::integrity::integrity;
 
 /// A signal this many times its trip level shuts down at once.
 const SHUTDOWN_AT: f64 = 1.25;
@@ -107,6 +108,7 @@ pub(crate) struct Limit<T> {
     pub(crate) trip: T,
     pub(crate) shutdown: T,
 }
+integrity!(Limit<T>: warning, trip, shutdown);
 
 macro_rules! constructor {
     ($t:ty) => {

@@ -4,6 +4,7 @@
 //! the band of the error. Its mean square over windows of a sixtieth of a second is compared with a limit and with the
 //! window before.
 
+use crate::integrity::integrity;
 use core::f64::consts::TAU;
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
@@ -30,6 +31,7 @@ pub(super) struct OscillationWatch<T> {
     limit: T,
     ticks: u32,
 }
+integrity!(OscillationWatch<T>: high, low, limit, ticks);
 
 /// What it remembers. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -46,6 +48,7 @@ pub(super) struct OscillationWatchState<T> {
     beyond: u32,
     growing: u32,
 }
+integrity!(OscillationWatchState<T>: slow, band, sum, last, ticks, beyond, growing);
 
 impl<T: Real> OscillationWatch<T> {
     /// Takes in a force error (N), and says whether the loop shakes.

@@ -7,6 +7,7 @@
 //! shutdown must be slow against the specimen's period, or act with a bypass valve across the actuator.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
+use crate::integrity::integrity;
 use crate::number::Real;
 use crate::protection::cause::Cause;
 use crate::protection::latch::Latch;
@@ -35,6 +36,7 @@ pub struct Protection<T> {
     timing: Timing<T>,
     oscillation: Option<OscillationWatch<T>>,
 }
+integrity!(Protection<T>: force, displacement, velocity, spool, rise, fall, quick_fall, shut, settle, lost_samples, fault_samples, timing, oscillation);
 
 /// Share of the velocity's compensation after a trip: less than the margin of a wrong calibration, so that it damps.
 const TRIPPED_LEVEL: f64 = 0.95;
@@ -76,6 +78,7 @@ pub struct ProtectionState<T> {
     timing: TimingState<T>,
     oscillation: OscillationWatchState<T>,
 }
+integrity!(ProtectionState<T>: scale, shut, command, lost, unasked, refused, faulty, distrusted, blind, cause, tripped, shut_down, settled, ending, timing, oscillation);
 
 /// One sample's command and measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,7 @@
 //! Ramps that end on the sample they are meant to, however long they are: positions are counted, not summed up.
 
 use crate::error::{ConfigError, check, within};
+use crate::integrity::integrity;
 use crate::number::Real;
 
 /// The whole way, in steps of a ramp.
@@ -11,12 +12,14 @@ const LONGEST: f64 = 1e9;
 /// Part of the way (1/2⁶²) that a ramp goes in a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Ramp(u64);
+integrity!(Ramp: 0);
 
 /// Where a ramp is, from nothing to the whole way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Position(u64);
+integrity!(Position: 0);
 
 impl Ramp {
     /// Over a time (s) at a rate (Hz); one sample at the least.

@@ -1,6 +1,7 @@
 //! Notices a sensor that repeats itself: a frozen converter reads plausibly, and nothing else in the loop sees it.
 
 use crate::error::{ConfigError, within};
+use crate::integrity::integrity;
 use crate::number::Real;
 use crate::status;
 
@@ -12,6 +13,7 @@ use crate::status;
 pub struct StuckWatch {
     repeats: u32,
 }
+integrity!(StuckWatch: repeats);
 
 /// The last measurements and how often each has repeated itself. `default()` has seen nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -21,6 +23,7 @@ pub struct StuckWatchState<T> {
     last: [T; 3],
     repeats: [u32; 3],
 }
+integrity!(StuckWatchState<T>: last, repeats);
 
 impl StuckWatch {
     /// From the number of samples (1) that a measurement may repeat itself before it counts as stuck.

@@ -12,6 +12,14 @@ use crate::velocity::FilteredDerivative;
 const CORNER: f64 = 80.0;
 /// Corner (Hz) above which the force shows in the flow balance.
 const ABOVE: f64 = 15.0;
+/// Corner (Hz) below which the ratio of velocity and displacement is looked at.
+const FINE: f64 = 15.0;
+/// Time (s) by which a velocity may be late beyond what its share allows.
+const LATE: f64 = 5.0e-4;
+/// Share of the velocity's trip level below which its direction counts in part.
+const REVERSAL: f64 = 0.01;
+/// Share of friction's oil flow at which a force of the wrong sign counts: friction turns no sign.
+const TURNED: f64 = 0.25;
 /// Corner (Hz) below which the spool is compared with its command.
 const SLOW: f64 = 5.0;
 /// Highest frequency (Hz) at which a signal may swing between its trip levels and still pass the gate.
@@ -125,9 +133,11 @@ macro_rules! constructor {
                 // Three deviations of white noise behind the low-pass, and what the sums of the rest may reach.
                 let behind = 3.0 * root(1.0 + low) * 0.75 * root(1.0 + 2.0 * low) * low;
                 let wandering = readings * flow_noise / (6.0 * rate);
-                let travel = 16.0 * displacement_noise
-                    + 0.01 * displacement
-                    + readings * velocity_noise / (6.0 * rate);
+                // The low-passed noise of the displacement at a sum's two ends, seven deviations of it, and half as much
+                // of what is low-passed further.
+                let travel = 5.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
+                let ratio = 3.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
+                let balance = 16.0 * displacement_noise + 0.01 * displacement;
                 let delays = p.computation_delay as f64;
                 let repeats = 3.0e-3 * rate;
                 let repeats = if repeats > 8.0 { repeats } else { 8.0 } + delays;
@@ -179,11 +189,17 @@ macro_rules! constructor {
                         (behind * spool_noise + 0.03) as $t,
                     ],
                     limit: [
-                        (1.5 * area * travel + wandering) as $t,
+                        (1.5 * area * balance + wandering) as $t,
                         (FRICTION * capacity * compressibility / area + wandering) as $t,
                         travel as $t,
                         2.0e-3,
+                        (TURNED * FRICTION * capacity * compressibility / area + wandering) as $t,
+                        ratio as $t,
                     ],
+                    late: LATE as $t,
+                    fine: share(FINE, rate) as $t,
+                    per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
+                    fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
                     null_drift: (OVERLAP * greatest) as $t,
                     astray: (10.0 * force_noise + 0.15 * force) as $t,
                     evidence: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],

@@ -1,6 +1,7 @@
 //! Whether the samples come one after the other, each at its time: alive counter and measured period.
 
 use crate::error::{ConfigError, check, positive, within};
+use crate::integrity::integrity;
 use crate::number::Real;
 use crate::protection::cause::Cause;
 use crate::protection::limits::ProtectionParameters;
@@ -13,6 +14,7 @@ pub(crate) struct Timing<T> {
     /// What of [`trouble`](TimingState::trouble) is waited for.
     patience: u32,
 }
+integrity!(Timing<T>: rate, tolerance, patience);
 
 /// What it remembers. `default()` was never given anything.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,6 +29,7 @@ pub(crate) struct TimingState<T> {
     /// Two for each bad sample, one less for each good one: what is bad every second time trips as well.
     trouble: u32,
 }
+integrity!(TimingState<T>: last, counts, times, trouble);
 
 /// What is bad about a sample's timing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,6 +5,7 @@
 
 mod construction;
 
+use crate::integrity::integrity;
 use core::array;
 
 use crate::number::{Mask, Real, Scalar};
@@ -25,6 +26,7 @@ pub struct Row<S> {
     /// Slope up to the next knot.
     pub slope: S,
 }
+integrity!(Row<T>: start, value, slope);
 
 /// A strictly increasing map through up to `N` knots.
 // The rows come first: their address is then the table's own.
@@ -40,6 +42,7 @@ pub struct PiecewiseLinear<S: Scalar, const N: usize> {
     above: S,
     len: u32,
 }
+integrity!(PiecewiseLinear<T, N>: rows, cells, origin, cells_per_unit, middle, below, above, len);
 
 impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
     /// The value at `x`, held constant beyond the ends.

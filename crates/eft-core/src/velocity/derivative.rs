@@ -1,6 +1,7 @@
 //! Velocity as the filtered derivative of the displacement.
 
 use crate::error::{ConfigError, LARGEST, check, positive};
+use crate::integrity::integrity;
 use crate::number::Real;
 
 /// Difference from sample to sample, then two equal first-order low-passes.
@@ -9,6 +10,7 @@ pub struct FilteredDerivative<T> {
     sample_rate: T,
     pub(crate) share: T,
 }
+integrity!(FilteredDerivative<T>: sample_rate, share);
 
 /// What a filtered derivative remembers; made by [`FilteredDerivative::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -19,6 +21,7 @@ pub struct FilteredDerivativeState<T> {
     first: T,
     second: T,
 }
+integrity!(FilteredDerivativeState<T>: displacement, first, second);
 
 impl<T: Real> FilteredDerivative<T> {
     /// One sample: velocity (m/s) for the measured displacement (m).

@@ -9,8 +9,13 @@ mod observer;
 pub use derivative::{FilteredDerivative, FilteredDerivativeState};
 pub use observer::{VelocityObserver, VelocityObserverState};
 
+use core::hash::{Hash, Hasher};
+use core::hint::black_box;
+use core::mem::discriminant;
+
 use crate::channel::Input;
 use crate::error::{ConfigError, LARGEST, check, positive};
+use crate::integrity::{Integrity, Word, integrity};
 use crate::number::Real;
 use crate::parameters::{Parameters, VelocitySource};
 
@@ -24,6 +29,39 @@ pub(crate) enum Velocity<T> {
     Accelerometer(VelocityObserver<T>),
 }
 
+/// The number of a variant as it stands in memory, whatever the compiler knows of its range.
+#[derive(Default)]
+struct Number(u64);
+
+impl Hasher for Number {
+    fn write(&mut self, _: &[u8]) {}
+    fn write_isize(&mut self, number: isize) {
+        self.0 = black_box(number) as u64;
+    }
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
+
+impl<T: Real> Integrity for Velocity<T> {
+    /// Variant by variant, each looked at anew: a flipped variant must not lead into a table of jumps.
+    fn add_to(&self, word: &mut Word) {
+        let mut number = Number::default();
+        discriminant(black_box(self)).hash(&mut number);
+        number.finish().add_to(word);
+        if let Self::Derivative(derivative) = black_box(self) {
+            derivative.add_to(word);
+        }
+        if let Self::Observer(observer, delay) = black_box(self) {
+            observer.add_to(word);
+            delay.add_to(word);
+        }
+        if let Self::Accelerometer(observer) = black_box(self) {
+            observer.add_to(word);
+        }
+    }
+}
+
 /// What an estimate of the velocity remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -32,6 +70,7 @@ pub(crate) struct VelocityState<T> {
     derivative: FilteredDerivativeState<T>,
     observer: VelocityObserverState<T>,
 }
+integrity!(VelocityState<T>: derivative, observer);
 
 impl<T: Real> Velocity<T> {
     /// Before the sample behind `ticks` of which nothing could be estimated: goes on from the mean velocity meanwhile.

@@ -1,6 +1,7 @@
 //! Velocity by a steady-state Kalman observer of the displacement, with the force or a measured acceleration.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
+use crate::integrity::integrity;
 use crate::number::Real;
 
 /// Displacement, velocity and the acceleration that the input leaves out, each corrected by the displacement.
@@ -15,6 +16,7 @@ pub struct VelocityObserver<T> {
     on_velocity: T,
     on_drift: T,
 }
+integrity!(VelocityObserver<T>: period, half_square, on_displacement, on_velocity, on_drift);
 
 /// What an observer remembers; made by [`VelocityObserver::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -26,6 +28,7 @@ pub struct VelocityObserverState<T> {
     drift: T,
     acceleration: T,
 }
+integrity!(VelocityObserverState<T>: displacement, velocity, drift, acceleration);
 
 impl<T: Real> VelocityObserver<T> {
     /// One sample: velocity (m/s) for the measured displacement (m) and acceleration (m/s²), measured or the force over

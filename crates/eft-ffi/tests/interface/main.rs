@@ -4,6 +4,7 @@
 mod bits;
 mod contexts;
 mod header;
+mod integrity;
 mod layout;
 mod refusals;
 mod rig;

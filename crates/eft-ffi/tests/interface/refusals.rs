@@ -18,7 +18,8 @@ macro_rules! with_nulls {
 #[test]
 fn null_pointers_are_refused_by_every_function() {
     let codes = with_nulls!(
-        eft_configure_f32(null(), null_mut(), null_mut()) eft_check_f32(null(), null()) eft_reset_f32(null(), null_mut())
+        eft_configure_f32(null(), null_mut(), null_mut()) eft_check_f32(null(), null())
+        eft_integrity_f32(null(), null_mut()) eft_state_integrity_f32(null(), null_mut()) eft_reset_f32(null(), null_mut())
         eft_input_init_f32(null_mut()) eft_prime_f32(null(), null_mut(), null()) eft_step_f32(null(), null_mut(), null(), null_mut())
         eft_hold_f32(null(), null(), null_mut()) eft_missed_f32(null(), null(), null_mut()) eft_publish_f32(null(), null_mut(), null())
         eft_calibration_in_use_f32(null(), null_mut()) eft_take_over_f32(null(), null_mut()) eft_request_trip_f32(null_mut())
@@ -27,7 +28,8 @@ fn null_pointers_are_refused_by_every_function() {
         eft_learner_reset_f32(null(), null_mut()) eft_learn_f32(null(), null_mut(), null(), null_mut()) eft_read_calibration_f32(null(), null_mut())
         eft_found_flow_f32(null(), null(), 0.0, null_mut())
         eft_offer_channel_f32(null_mut(), null()) eft_offer_window_f32(null_mut(), null()) eft_offer_calibration_f32(null_mut(), null())
-        eft_configure_f64(null(), null_mut(), null_mut()) eft_check_f64(null(), null()) eft_reset_f64(null(), null_mut())
+        eft_configure_f64(null(), null_mut(), null_mut()) eft_check_f64(null(), null())
+        eft_integrity_f64(null(), null_mut()) eft_state_integrity_f64(null(), null_mut()) eft_reset_f64(null(), null_mut())
         eft_input_init_f64(null_mut()) eft_prime_f64(null(), null_mut(), null()) eft_step_f64(null(), null_mut(), null(), null_mut())
         eft_hold_f64(null(), null(), null_mut()) eft_missed_f64(null(), null(), null_mut()) eft_publish_f64(null(), null_mut(), null())
         eft_calibration_in_use_f64(null(), null_mut()) eft_take_over_f64(null(), null_mut()) eft_request_trip_f64(null_mut())

@@ -1,0 +1,99 @@
+//! A word over every number of a configuration or state, to compare with the one of before.
+
+/// What a word of integrity is made of, piece by piece.
+///
+/// Each piece goes through a step that has an inverse, as a function of the piece and of the word before: two values
+/// that differ in one piece of 32 bits have different words, always. Others have the same with a chance of about 2⁻³².
+#[derive(Debug, Clone, Copy)]
+pub struct Word(u32);
+
+/// Odd, so that the product has an inverse: 2³² over the golden ratio.
+const FACTOR: u32 = 0x9e37_79b1;
+
+impl Word {
+    /// Nothing yet.
+    pub(crate) const EMPTY: Self = Self(0);
+
+    /// One more piece.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, piece: u32) {
+        self.0 = (self.0.rotate_left(5) ^ piece).wrapping_mul(FACTOR);
+    }
+
+    /// As a number.
+    pub(crate) fn finish(self) -> u32 {
+        self.0
+    }
+}
+
+/// A value of which a word can be made. Its fields are visited one by one, since the bytes between them are nobody's.
+pub trait Integrity {
+    /// Adds its pieces.
+    fn add_to(&self, word: &mut Word);
+}
+
+/// The word of a value.
+pub(crate) fn word(of: &impl Integrity) -> u32 {
+    let mut word = Word::EMPTY;
+    of.add_to(&mut word);
+    word.finish()
+}
+
+macro_rules! pieces {
+    ($($t:ty: |$value:ident| $($piece:expr),+;)*) => {$(
+        impl Integrity for $t {
+            #[inline(always)]
+            fn add_to(&self, word: &mut Word) {
+                let $value = *self;
+                $(word.add($piece);)+
+            }
+        }
+    )*};
+}
+pieces! {
+    bool: |value| u32::from(value);
+    u8: |value| u32::from(value);
+    u32: |value| value;
+    u64: |value| value as u32, (value >> 32) as u32;
+    f32: |value| value.to_bits();
+    f64: |value| value.to_bits() as u32, (value.to_bits() >> 32) as u32;
+}
+
+impl<V: Integrity, const N: usize> Integrity for [V; N] {
+    fn add_to(&self, word: &mut Word) {
+        for value in self {
+            value.add_to(word);
+        }
+    }
+}
+
+impl<V: Integrity> Integrity for Option<V> {
+    fn add_to(&self, word: &mut Word) {
+        word.add(u32::from(self.is_some()));
+        if let Some(value) = self {
+            value.add_to(word);
+        }
+    }
+}
+
+/// `integrity!(Type<T>: field, ...)`: every field; one that is left out does not compile.
+macro_rules! integrity {
+    ($Type:ident: $($field:tt),+) => {
+        integrity!(@ [] $Type: $($field),+);
+    };
+    ($Type:ident<T>: $($field:tt),+) => {
+        integrity!(@ [T: $crate::number::Real] $Type<T>: $($field),+);
+    };
+    ($Type:ident<T, N>: $($field:tt),+) => {
+        integrity!(@ [T: $crate::number::Real, const N: usize] $Type<T, N>: $($field),+);
+    };
+    (@ [$($generics:tt)*] $Type:ty: $($field:tt),+) => {
+        impl<$($generics)*> $crate::integrity::Integrity for $Type {
+            fn add_to(&self, word: &mut $crate::integrity::Word) {
+                let Self { $($field: _),+ } = self;
+                $(self.$field.add_to(word);)+
+            }
+        }
+    };
+}
+pub(crate) use integrity;

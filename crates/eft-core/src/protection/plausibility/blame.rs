@@ -1,0 +1,140 @@
+//! Which sensor is named.
+
+use crate::channel::Input;
+use crate::number::Real;
+use crate::protection::cause::Cause;
+use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
+use crate::protection::plausibility::{
+    BALANCE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
+};
+
+/// Share of the greatest recent speed's square by which the velocity must fit the flow better than the displacement
+/// before the displacement is blamed for a ratio: as where one has the wrong sign.
+const CLEARLY: f64 = 0.25;
+
+impl<T: Real, const N: usize> Plausibility<T, N> {
+    /// A signal that stays lost.
+    #[inline(always)]
+    pub(super) fn lost(&self, state: &PlausibilityState<T>) -> Cause {
+        let gone = |n: usize| {
+            let (signal, distrusted) = (state.signals.get(n), state.distrusted.get(n));
+            match (signal, distrusted) {
+                (Some(signal), Some(false)) if signal.lost > self.lost_samples => Some(signal.jumped),
+                _ => None,
+            }
+        };
+        match (gone(FORCE), gone(VELOCITY), gone(SPOOL), gone(DISPLACEMENT)) {
+            (Some(true), ..) => Cause::ForceImplausible,
+            (Some(false), ..) => Cause::ForceLost,
+            (_, Some(true), ..) if self.senses_velocity => Cause::VelocityImplausible,
+            (_, Some(false), ..) if self.senses_velocity => Cause::VelocityLost,
+            (_, _, Some(true), _) => Cause::SpoolImplausible,
+            (_, _, Some(false), _) => Cause::SpoolLost,
+            (_, _, _, Some(true)) => Cause::DisplacementImplausible,
+            (_, _, _, Some(false)) => Cause::DisplacementLost,
+            _ => Cause::None,
+        }
+    }
+
+    /// A signal whose noise has stopped, or that repeats itself while it should have moved.
+    #[inline(always)]
+    pub(super) fn stuck(
+        &self,
+        state: &mut PlausibilityState<T>,
+        input: &Input<T>,
+        velocity: T,
+        command: T,
+    ) -> Cause {
+        let [force, _, speed, _] = &state.signals;
+        let [command_then, displacement_then] = &mut state.marks;
+        let [force_evidence, motion_evidence] = self.evidence;
+        if force.repeats == 0 {
+            *command_then = command;
+        }
+        if speed.repeats == 0 {
+            *displacement_then = input.displacement;
+        }
+        let travelled = input.displacement - *displacement_then;
+        let foreseen = T::from_u32(speed.repeats) * self.period * velocity;
+        let [of_force, of_displacement, of_velocity, of_spool] =
+            state.signals.each_ref().map(|signal| self.gate.is_still(signal));
+        if of_force {
+            Cause::ForceImplausible
+        } else if of_velocity & self.senses_velocity {
+            Cause::VelocityImplausible
+        } else if of_spool {
+            Cause::SpoolImplausible
+        } else if of_displacement {
+            Cause::DisplacementImplausible
+        } else if force.repeats >= self.repeats && (command - *command_then).abs() > force_evidence {
+            Cause::ForceImplausible
+        } else if self.senses_velocity
+            && speed.repeats >= self.repeats
+            && (travelled - foreseen).abs() > motion_evidence
+        {
+            Cause::VelocityImplausible
+        } else {
+            Cause::None
+        }
+    }
+
+    /// Which sensor the sums point to; where the force has left its command, a share of what counts elsewhere is enough.
+    #[inline(always)]
+    pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
+        let beyond = |n: usize, share: f64| self.is_beyond(state, n, share);
+        let frozen = |n: usize| state.signals.get(n).is_some_and(|signal| signal.repeats >= self.repeats);
+        let motion = || {
+            let displacement = !frozen(VELOCITY) && (frozen(DISPLACEMENT) || state.worse <= T::splat(0.0));
+            if displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible }
+        };
+        if beyond(TRAVEL, share) {
+            motion()
+        } else if beyond(RATIO, share) {
+            self.of_ratio(state)
+        } else if beyond(TURNED, share) || beyond(FAST, share) {
+            if frozen(SPOOL) {
+                Cause::SpoolImplausible
+            } else if beyond(TRAVEL, 0.3) || frozen(VELOCITY) {
+                motion()
+            } else {
+                Cause::ForceImplausible
+            }
+        } else if beyond(BALANCE, 1.0) {
+            if beyond(TRAVEL, 0.3) {
+                motion()
+            } else if beyond(STROKE, 0.05) || frozen(SPOOL) {
+                Cause::SpoolImplausible
+            } else {
+                Cause::FlowImplausible
+            }
+        } else if beyond(STROKE, 1.0) {
+            if beyond(BALANCE, 0.1) { Cause::SpoolImplausible } else { Cause::ValveImplausible }
+        } else {
+            Cause::None
+        }
+    }
+
+    /// Whether a sum is beyond a share of what counts.
+    #[inline(always)]
+    pub(super) fn is_beyond(&self, state: &PlausibilityState<T>, of: usize, share: f64) -> bool {
+        let late = if of == TRAVEL { state.late } else { T::splat(0.0) };
+        match (state.sums.get(of), self.limit.get(of)) {
+            (Some(sum), Some(limit)) => sum.size() > T::splat(share) * (*limit + late),
+            _ => false,
+        }
+    }
+
+    /// Velocity and displacement differ by a ratio. Where the flow does not tell, the larger one is not believed: a
+    /// velocity that is too small leaves damping.
+    #[inline(always)]
+    fn of_ratio(&self, state: &PlausibilityState<T>) -> Cause {
+        let [.., of_motion, _] = state.envelopes;
+        let [.., ratio] = &state.sums;
+        let told = state.worse < -(T::splat(CLEARLY) * self.area * (of_motion * of_motion));
+        if told | (ratio.below > ratio.above) {
+            Cause::DisplacementImplausible
+        } else {
+            Cause::VelocityImplausible
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! The residuals of the balances, and their sums.
+
+use crate::channel::Input;
+use crate::number::Real;
+use crate::protection::plausibility::sums::{envelope, follow, rest};
+use crate::protection::plausibility::{Known, Plausibility, PlausibilityState};
+
+/// Share of the flow that a wrong calibration may leave: the self-calibration's bounds, and what the curve adds.
+const FLOW: f64 = 0.5;
+/// The same above the motion's frequencies, where a wrong curve or gain leaves less in a few milliseconds.
+const FAST_FLOW: f64 = 0.2;
+/// Share of the oil's flow that a stiffness from 0.6 to 1.5 times the configured one leaves.
+const OIL: f64 = 0.6;
+/// Share by which velocity and displacement may differ.
+const MOTION: f64 = 0.05;
+/// Opening (1) within which an overlap counts.
+const NULL_REGION: f64 = 0.03;
+/// Share of an overlap's flow that counts against a force of the wrong sign: see [`Plausibility::turned`].
+const TURNED_NULL: f64 = 0.25;
+/// Share by which spool and command may differ: the bounds of the valve gain, and of the delay at a few hertz.
+const VALVE: f64 = 0.3;
+
+impl<T: Real, const N: usize> Plausibility<T, N> {
+    /// Takes the residuals of a tick into their sums.
+    #[inline(always)]
+    pub(super) fn sum_up(
+        &self,
+        state: &mut PlausibilityState<T>,
+        input: &Input<T>,
+        velocity: T,
+        known: &Known<T>,
+    ) {
+        let half = T::splat(0.5);
+        let [valve_low, piston_low, force_low, velocity_low, displacement_low] = &mut state.lows;
+        let model = self.model.flow(input.spool, input.spool, input.force, known.supply);
+        let flow = known.flow_gain * (model.root * model.at_no_load);
+        // The means over the tick, as the differences of force and displacement are.
+        let passed = follow(valve_low, self.low, half * (flow + state.flow));
+        let speed = half * (velocity + state.last_velocity);
+        (state.flow, state.last_velocity) = (flow, velocity);
+        let leaked = self.leakage * input.force;
+        let taken = follow(piston_low, self.low, self.area * speed + leaked);
+        let before = *force_low;
+        let oil = self.oil * self.rate * (follow(force_low, self.low, input.force) - before);
+        let moved = follow(velocity_low, self.low, speed);
+        if !state.goes_on {
+            // What was travelled before the first sample, or while some were lost, has no velocity beside it.
+            let travelled = input.displacement - state.displacement - self.period * speed;
+            *displacement_low = *displacement_low + travelled;
+        }
+        (state.displacement, state.goes_on) = (input.displacement, true);
+        let before = *displacement_low;
+        let travelled = self.rate * (follow(displacement_low, self.low, input.displacement) - before);
+
+        let [of_passed, of_taken, of_fast, of_oil, of_motion, of_valve] = &mut state.envelopes;
+        let [drift, fast_drift, motion_drift, valve_drift] = self.drift;
+        let [limit, fast_limit, motion_limit, valve_limit, turned_limit, ratio_limit] = self.limit;
+        let [balance, fast, motion, stroke, turned, ratio] = &mut state.sums;
+        let share = T::splat(FLOW);
+
+        let residual = taken + oil - passed;
+        let larger = |a: T, b: T| if a > b { a } else { b };
+        let seen = larger(envelope(of_passed, self.decay, passed), envelope(of_taken, self.decay, taken));
+        let tolerance = share * seen + T::splat(OIL) * oil.abs() + drift;
+        balance.add(self.period * residual, self.period * tolerance, limit);
+
+        let [of_residual, of_flow, of_force] = &mut state.highs;
+        let residual_above = rest(of_residual, self.high, residual);
+        let flow_above = envelope(of_fast, self.fast_decay, rest(of_flow, self.high, passed));
+        let measured = rest(of_force, self.high, oil);
+        let oil_above = envelope(of_oil, self.fast_decay, measured);
+        // Near null an overlap that is not in the table hides what passes.
+        let near = if input.spool.abs() < T::splat(NULL_REGION) { T::splat(1.0) } else { T::splat(0.0) };
+        let hidden = envelope(&mut state.near_null, T::splat(1.0) - self.high, near) * self.null_drift;
+        // No more than what a single high-pass leaves of the flow through it.
+        let [before, _] = &of_flow;
+        let through = (passed - *before).abs();
+        let hidden = if through < hidden { through } else { hidden };
+        let tolerance = T::splat(FAST_FLOW) * flow_above + T::splat(OIL) * oil_above + fast_drift + hidden;
+        if self.senses_velocity {
+            fast.add(self.period * residual_above, self.period * tolerance, fast_limit);
+            let tolerance = T::splat(FAST_FLOW) * flow_above + fast_drift + T::splat(TURNED_NULL) * hidden;
+            let opposed = opposed(measured, measured - residual_above);
+            turned.add(self.period * opposed, self.period * tolerance, turned_limit);
+            // That they agree is as it should be.
+            turned.below = T::splat(0.0);
+
+            let off = moved - travelled;
+            let seen = envelope(of_motion, self.decay, larger(moved.abs(), travelled.abs()));
+            let tolerance = T::splat(MOTION) * seen + motion_drift;
+            state.late = self.late * seen;
+            motion.add(self.period * off, self.period * tolerance, motion_limit + state.late);
+            let [speed_low, off_low, residual_low] = &mut state.fine;
+            let (speed, off) = (follow(speed_low, self.fine, moved), follow(off_low, self.fine, off));
+            let unbalanced = follow(residual_low, self.fine, residual);
+            // A velocity that is too large in either direction.
+            let one = T::splat(1.0);
+            let beyond = off * (self.per_reversal * speed).limit(-one, one);
+            ratio.add(self.period * beyond, self.period * (T::splat(MOTION) * speed.abs()), ratio_limit);
+            // Nothing is left of the flow's residual with the right one of the two.
+            let worse = off * (unbalanced - half * (self.area * off));
+            follow(&mut state.worse, self.slow, worse);
+        }
+
+        let [_, opening, asked_low, spool_low] = &mut state.valve;
+        if known.valve_command.is_finite() {
+            follow(asked_low, self.slow, *opening);
+            follow(spool_low, self.slow, input.spool);
+            let seen = envelope(of_valve, self.decay, larger(asked_low.abs(), spool_low.abs()));
+            let tolerance = T::splat(VALVE) * seen + valve_drift;
+            stroke.add(self.period * (*spool_low - *asked_low), self.period * tolerance, valve_limit);
+        }
+    }
+}
+
+/// By how much two signals are opposed: the smaller of their sizes, negative where they agree.
+#[inline(always)]
+fn opposed<T: Real>(a: T, b: T) -> T {
+    let (first, second) = (a.abs(), b.abs());
+    let size = if first < second { first } else { second };
+    if a * b < T::splat(0.0) { size } else { -size }
+}

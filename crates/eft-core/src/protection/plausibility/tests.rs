@@ -1,0 +1,150 @@
+//! The watch against signals whose balance is known in closed form.
+
+use super::*;
+use crate::parameters::Parameters;
+use crate::protection::limits::{Levels, PlausibilityParameters, ProtectionParameters};
+use crate::table::FlowTable;
+
+const RIG: Parameters = Parameters::ZHAO2005;
+const STEP: f64 = 1.0 / RIG.sample_rate;
+
+fn watch() -> Plausibility<f64, 21> {
+    let to = |trip: f64| Levels { warning: trip, trip };
+    let protection = ProtectionParameters {
+        force: to(20e3),
+        displacement: to(0.115),
+        velocity: to(1.2),
+        spool: to(0.8),
+        ..ProtectionParameters::DEFAULT
+    };
+    let mut place = None;
+    Plausibility::<f64, 21>::put(&mut place, &RIG, &protection, &PlausibilityParameters::DEFAULT).unwrap();
+    place.unwrap()
+}
+
+/// Force, displacement, velocity and spool of a sample.
+type Readings = [f64; 4];
+
+/// When (s) the watch names a cause for readings at each time, and which.
+fn named(seconds: f64, readings: impl Fn(f64) -> Readings) -> Option<(f64, Cause)> {
+    let watch = watch();
+    let mut state = PlausibilityState::default();
+    let known = Known { command: 0.0, valve_command: f64::NAN, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0 };
+    (0..(seconds * RIG.sample_rate) as u32).find_map(|n| {
+        let time = f64::from(n) * STEP;
+        let [force, displacement, velocity, spool] = readings(time);
+        let input = Input { command: 0.0, force, displacement, velocity, spool, ..Input::default() };
+        let input = watch.gate(&mut state, &input);
+        match watch.judge(&mut state, &input, input.velocity, &known) {
+            Cause::None => None,
+            cause => Some((time, cause)),
+        }
+    })
+}
+
+/// A piston that swings at 2 Hz and 0.2 m/s without force, in balance with the valve's flow.
+fn swing(time: f64) -> Readings {
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    let rate = core::f64::consts::TAU * 2.0;
+    let velocity = 0.2 * libm::sin(rate * time);
+    let displacement = 0.2 / rate * (1.0 - libm::cos(rate * time));
+    [0.0, displacement, velocity, table.opening(RIG.piston_area * velocity)]
+}
+
+/// The swing, from 1.05 s on with a factor on displacement and velocity that takes so long (s) to come.
+fn swing_by(displacement: f64, velocity: f64, within: f64) -> Option<(f64, Cause)> {
+    named(6.0, |time| {
+        let [force, x, v, spool] = swing(time);
+        let come = ((time - 1.05) / within).clamp(0.0, 1.0);
+        let [of_x, of_v] = [displacement, velocity].map(|factor| 1.0 + come * (factor - 1.0));
+        // From where it is, as a gate would ask for.
+        [force, of_x * x + (1.0 - of_x) * swing(1.05)[1], of_v * v, spool]
+    })
+}
+
+#[test]
+fn velocity_and_displacement_may_differ_by_four_hundredths_and_not_by_a_tenth() {
+    for factor in [0.96, 1.0, 1.04] {
+        assert_eq!((swing_by(1.0, factor, 1.0), swing_by(factor, 1.0, 1.0)), (None, None), "{factor}");
+    }
+    // The larger of the two is not believed, whichever it is.
+    let larger = [(1.0, 1.1, Cause::VelocityImplausible), (1.0, 0.9, Cause::DisplacementImplausible)];
+    for (displacement, velocity, cause) in larger {
+        let Some((time, named)) = swing_by(displacement, velocity, 0.2) else {
+            panic!("{velocity} is not noticed")
+        };
+        assert_eq!(named, cause);
+        assert!((1.05..1.4).contains(&time), "{velocity}: {time}");
+    }
+}
+
+#[test]
+fn a_wrong_sign_is_told_from_the_right_one_by_the_flow() {
+    let displacement = swing_by(-1.0, 1.0, STEP).unwrap();
+    let velocity = swing_by(1.0, -1.0, STEP).unwrap();
+    assert_eq!([displacement.1, velocity.1], [Cause::DisplacementImplausible, Cause::VelocityImplausible]);
+    assert!(displacement.0 < 1.07 && velocity.0 < 1.07, "{displacement:?} {velocity:?}");
+}
+
+/// A piston that is held, the spool swinging about null; what flows within an overlap (1) is lost, and the force's
+/// sensor reads a share of the force.
+fn held(overlap: f64, share: impl Fn(f64) -> f64) -> Option<(f64, Cause)> {
+    const SAMPLES: usize = 4096;
+    let spool = |time: f64| 0.015 * libm::sin(core::f64::consts::TAU * 25.0 * time);
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    let mut forces = [0.0_f64; SAMPLES];
+    for n in 1..SAMPLES {
+        let opening = spool((n as f64 - 0.5) * STEP);
+        let beyond = (opening.abs() - overlap).max(0.0).copysign(opening);
+        let flow = table.flow(beyond) - RIG.leakage / RIG.piston_area * forces[n - 1];
+        forces[n] = forces[n - 1] + STEP * flow * RIG.piston_area / RIG.compressibility;
+    }
+    named(1.0, |time| {
+        let force = forces[(time * RIG.sample_rate + 0.5) as usize];
+        [share(time) * force, 0.01, 0.0, spool(time)]
+    })
+}
+
+#[test]
+fn a_force_of_wrong_sign_is_noticed_near_null_and_an_overlap_is_not() {
+    for overlap in [0.0, 0.005, 0.01] {
+        assert_eq!(held(overlap, |_| 1.0), None, "{overlap}");
+    }
+    // Where the force is zero, so that no reading jumps.
+    let start = 0.4;
+    let (time, cause) = held(0.0, |time| if time > start { -1.0 } else { 1.0 }).unwrap();
+    assert_eq!(cause, Cause::ForceImplausible);
+    assert!((start..start + 0.02).contains(&time), "{time}");
+}
+
+#[test]
+fn from_one_velocity_to_another_there_is_no_step() {
+    let watch = watch();
+    let mut state = PlausibilityState::default();
+    for n in 0..100 {
+        assert_eq!(watch.bridge(&mut state, 0.5, 0).to_bits(), 0.5_f64.to_bits(), "{n}");
+    }
+    // In the valve's response delay a share of 1/e is left.
+    let ticks = (RIG.response_delay * RIG.sample_rate) as u32;
+    let passed = (0..=ticks).fold([0.5; 2], |[_, before], n| {
+        let now = watch.bridge(&mut state, 0.4, 1);
+        assert!(now < before && now > 0.4 && before - now < 0.006, "{n}: {before} {now}");
+        [before, now]
+    });
+    assert!((passed[1] - 0.4 - 0.1 / core::f64::consts::E).abs() < 3e-3, "{passed:?}");
+    // A lost velocity is lost, and changes nothing.
+    let before = state;
+    assert!(watch.bridge(&mut state, f64::NAN, 2).is_nan());
+    assert_eq!(state, before);
+}
+
+#[test]
+fn neither_a_start_off_the_middle_nor_samples_that_are_lost_look_like_motion() {
+    let watched = named(3.0, |time| {
+        let [force, x, v, spool] = swing(time);
+        // Nine samples of each quarter of a second.
+        let displacement = if time % 0.25 < 9.0 * STEP && time > 0.1 { f64::NAN } else { 0.05 + x };
+        [force, displacement, v, spool]
+    });
+    assert_eq!(watched, None);
+}
