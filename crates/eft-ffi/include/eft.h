@@ -372,7 +372,7 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 typedef struct eft_learner_f32 { uint64_t words[80]; } eft_learner_f32;
 
 // What a learner remembers: one for each channel.
-typedef struct eft_learner_state_f32 { uint64_t words[144]; } eft_learner_state_f32;
+typedef struct eft_learner_state_f32 { uint64_t words[152]; } eft_learner_state_f32;
 
 // What a calibration says.
 typedef struct eft_learned_f32 {
@@ -464,8 +464,8 @@ typedef struct eft_input_f64 { double command; double velocity; double force; do
     } eft_input_f64;
 typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;
     double authority; uint32_t status; uint32_t window_closed; eft_window_f64 window; } eft_output_f64;
-typedef struct eft_learner_f64 { uint64_t words[144]; } eft_learner_f64;
-typedef struct eft_learner_state_f64 { uint64_t words[288]; } eft_learner_state_f64;
+typedef struct eft_learner_f64 { uint64_t words[152]; } eft_learner_f64;
+typedef struct eft_learner_state_f64 { uint64_t words[304]; } eft_learner_state_f64;
 typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double velocity_delay;
     double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
     double velocity_delay_deviation; double level; double test_ratio; uint32_t window; uint32_t status;
@@ -519,7 +519,7 @@ EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 96);
 EFT_STATIC_ASSERT(sizeof(eft_window_f32) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 224);
 EFT_STATIC_ASSERT(sizeof(eft_learner_f32) == 640);
-EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1152);
+EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1216);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 48);
 EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 2240);
 EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 3200);
@@ -527,8 +527,8 @@ EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 88);
 EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 176);
 EFT_STATIC_ASSERT(sizeof(eft_window_f64) == 128);
 EFT_STATIC_ASSERT(sizeof(eft_calibration_f64) == 448);
-EFT_STATIC_ASSERT(sizeof(eft_learner_f64) == 1152);
-EFT_STATIC_ASSERT(sizeof(eft_learner_state_f64) == 2304);
+EFT_STATIC_ASSERT(sizeof(eft_learner_f64) == 1216);
+EFT_STATIC_ASSERT(sizeof(eft_learner_state_f64) == 2432);
 EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 88);
 
 #ifdef __cplusplus

@@ -110,13 +110,13 @@ macro_rules! precision {
     };
 }
 precision!(
-    single, f32, words: 80 144, eft_window_f32 eft_calibration_f32
+    single, f32, words: 80 152, eft_window_f32 eft_calibration_f32
     eft_learner_f32 eft_learner_state_f32 eft_learned_f32
     eft_learner_configure_f32 eft_learner_check_f32 eft_learner_reset_f32
     eft_learn_f32 eft_read_calibration_f32 eft_found_flow_f32
 );
 precision!(
-    double, f64, words: 144 288, eft_window_f64 eft_calibration_f64
+    double, f64, words: 152 304, eft_window_f64 eft_calibration_f64
     eft_learner_f64 eft_learner_state_f64 eft_learned_f64
     eft_learner_configure_f64 eft_learner_check_f64 eft_learner_reset_f64
     eft_learn_f64 eft_read_calibration_f64 eft_found_flow_f64

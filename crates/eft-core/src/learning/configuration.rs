@@ -164,9 +164,11 @@ macro_rules! constructor {
                     },
                     curve: FlowCurve {
                         grid: CurveGrid { per_flow: grid.per_flow as $t, step: grid.step as $t },
-                        forgotten: (period / t::DIRECTION_MEMORY) as $t,
+                        forgotten: (t::MEMORY / t::DIRECTION_MEMORY) as $t,
+                        average: (period / t::CURVE_AVERAGE) as $t,
+                        correlation: (t::CURVE_CORRELATION / period) as $t,
                         change: (t::FLOW_GAIN_RATE * period) as $t,
-                        forgotten_beside: (period / t::NODE_MEMORY) as $t,
+                        drift: (t::CURVE_DRIFT * t::CURVE_DRIFT * period) as $t,
                     },
                     valve: ValveEstimator {
                         valve_gain: p.valve_gain as $t,

@@ -43,13 +43,27 @@ impl<T: Real> FlowEstimator<T> {
     }
 
     /// Brings a window's mean flow that was taken, and another one, to one instant: the earlier one through a lag. A lag
-    /// never overshoots, as an extrapolation over more than a window would.
-    pub(crate) fn together(&self, state: &GainAndDelay<T>, lagged: [T; 2], now: [T; 2]) -> [T; 2] {
-        let (one, late) = (T::splat(1.0), state.delay.value * self.priors.per_period);
+    /// never overshoots, as an extrapolation over more than a window would. What it takes from the amplitude at the motion's
+    /// mean-square frequency (1/s²) is given back.
+    pub(crate) fn together(
+        &self,
+        state: &GainAndDelay<T>,
+        lagged: [T; 2],
+        now: [T; 2],
+        square: T,
+    ) -> ([T; 2], [T; 2]) {
+        let (one, delay) = (T::splat(1.0), state.delay.value);
+        let late = delay * self.priors.per_period;
         let share = one / (one + late.abs());
-        let shares = if late > T::splat(0.0) { [one, share] } else { [share, one] };
-        let [[taken, flow], [taken_share, flow_share], [taken_now, flow_now]] = [lagged, shares, now];
-        [taken + taken_share * (taken_now - taken), flow + flow_share * (flow_now - flow)]
+        let back = one + T::splat(0.5) * square * delay * delay;
+        let positive = late > T::splat(0.0);
+        let (shares, gains) =
+            if positive { ([one, share], [one, back]) } else { ([share, one], [back, one]) };
+        let ([taken, flow], [taken_share, flow_share], [taken_now, flow_now]) = (lagged, shares, now);
+        let [taken_gain, flow_gain] = gains;
+        let (taken, flow) =
+            (taken + taken_share * (taken_now - taken), flow + flow_share * (flow_now - flow));
+        ([taken, flow], [taken_gain * taken, flow_gain * flow])
     }
 
     /// Takes in a window, with its instruments: an opening (1) and its decrease over a window. `weight` is the window's time

@@ -1,10 +1,16 @@
 //! The flow table's correction by direction and band of flow, as it is learned.
 //!
 //! The flow gain `θ` is one number for the whole table. What it leaves is the error of the table's shape: the map from
-//! the flow that the valve passes at no load to the flow that the table has at its opening. Each direction has a gain
-//! of its own. It is found by least squares together with an offset of the opening, which is an error of the sensor and
-//! not of the table. Each node has a departure from that gain, which only flows in the two adjacent pieces move. A band
-//! that was never visited follows its direction. A direction that was never visited follows the table and `θ`.
+//! the no-load flow over `θ` to the flow that the table has at the opening which passes it.
+//!
+//! - The *asymmetry* sets the two directions' gains apart. It is found by least squares together with an offset of the
+//!   opening, which is an error of the sensor and not of the table.
+//! - Each node has a *departure* from that, which only flows in the two adjacent pieces move, by a Kalman filter of one
+//!   state. A band that was never visited follows its direction.
+//!
+//! Both start from the belief that the table is right. What they may depart from it follows from the variance of what
+//! they leave unexplained: where the sensors are noisy they hardly act. The sensors' noise does not pull them either:
+//! instruments and nodes follow the opening that was asked of the valve, not the measured one.
 //!
 //! Estimated is the inverse and not the curve: the nodes then stand where demands are, and a tick finds its piece by one
 //! multiplication.
@@ -12,16 +18,24 @@
 use crate::compensation::{CurveGrid, CurvePiece, FIRST_NODE, NODES, PIECES, node_below, table_itself};
 use crate::number::Real;
 
-/// Weight of the belief in the table (squared steps), against a direction's gain.
-const PRIOR: f64 = 1e-2;
-/// The same against a node's departure from its direction.
-const NODE_PRIOR: f64 = 1e-2;
-/// Bounds of a direction's gain against the table's, less 1.
+/// Belief in the table, as standard deviations: of a direction's gain (1).
+const GAIN_BELIEF: f64 = 0.03;
+/// Of the opening's offset (1).
+const OFFSET_BELIEF: f64 = 0.01;
+/// Of a node's departure from its direction, over the node's own flow.
+const NODE_BELIEF: f64 = 0.05;
+/// Least share of a window's squared error that is taken for noise and not for an error of the table.
+const NOISE: f64 = 0.02;
+/// Variance (squared steps) of the errors before any is known, and the windows that it counts for.
+const FIRST_ERRORS: [f64; 2] = [4.0e-4, 10.0];
+/// Bound of the asymmetry.
 const FARTHEST: f64 = 0.3;
 /// Largest departure of a node from its direction, over the node's own flow.
 const DEPARTURE: f64 = 0.2;
-/// Part of the departures that a direction looks past: what it can explain itself it takes over, slowly.
-const SHARED: f64 = 0.1;
+/// Parts of the departures that the asymmetry and the flow gain look past: what they can explain they take over, slowly.
+const SHARED: [f64; 2] = [0.5, 0.3];
+/// Weight (squared steps) of no departures at all in what they have in common.
+const COMMON_BELIEF: f64 = 1.0e-2;
 /// Least rise from node to node (steps).
 const RISE: f64 = 0.3;
 
@@ -32,15 +46,19 @@ const ZERO: usize = PIECES / 2;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowCurve<T> {
     pub(crate) grid: CurveGrid<T>,
-    /// Share of a direction's evidence that a further window of it displaces.
+    /// What the sums of the directions forget, over what those of the flow gain do.
     pub(crate) forgotten: T,
-    /// Largest change of a direction's gain at a time (1).
+    /// Share of the mean squared error that a further window displaces.
+    pub(crate) average: T,
+    /// Windows that an error lasts: as many say what one would.
+    pub(crate) correlation: T,
+    /// Largest change of the asymmetry at a time (1).
     pub(crate) change: T,
-    /// Share of a node's evidence that a further window in an adjacent piece displaces.
-    pub(crate) forgotten_beside: T,
+    /// Growth of a departure's variance in a window that moves it, over the square of the node's flow.
+    pub(crate) drift: T,
 }
 
-/// Sums over the windows of one direction, and what follows from them.
+/// Sums over the windows of one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -49,11 +67,9 @@ struct Direction<T> {
     slopes: T,
     slope_flows: T,
     slope_errors: T,
-    /// Of the flow squared, times error.
+    /// Of the instrument times flow, times error.
     flows: T,
     flow_errors: T,
-    /// The direction's gain, less 1.
-    gain: T,
 }
 
 /// What a checkpoint keeps of the curve.
@@ -63,8 +79,16 @@ struct Direction<T> {
 pub(crate) struct CurveEvidence<T> {
     /// Backwards, forwards.
     directions: [Direction<T>; 2],
+    /// How far the forward gain lies above the mean of both, and the backward one below, over that mean.
+    asymmetry: T,
     /// The nodes' departures (steps) from their direction.
     departures: [T; NODES],
+    /// Windows, and the squares of what they leave unexplained (steps).
+    windows: T,
+    squares: T,
+    /// Instrument times departures, and the part of the flow itself that the departures are on average (1).
+    instrument_departures: T,
+    common: T,
 }
 
 /// What the correction remembers besides; flows in steps.
@@ -75,22 +99,26 @@ pub(crate) struct CurveState<T> {
     /// Table flow at each node of no-load flow, and the pieces between them.
     nodes: [T; NODES],
     pub(crate) pieces: [CurvePiece<T>; PIECES],
-    /// Squared weights behind each departure.
-    known: [T; NODES],
+    /// Variance of each departure.
+    variances: [T; NODES],
     /// The spool sensor's offset (unit opening).
     offset: T,
-    /// How far a direction wanted to go beyond its bounds (1).
+    /// How far the asymmetry wanted to go beyond its bounds (1).
     pub(crate) beyond: T,
     /// The node that was brought up to date last.
     node: u32,
 }
 
-/// A window as the correction sees it.
+/// A window as the correction sees it; flows over the flow gain.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CurveSample<T> {
     /// Flow at no load, by the actuator.
     demand: T,
-    /// The same by the table at the measured opening, and its slope there (1/unit opening).
+    /// The same by the opening that was asked of the valve: free of the noise of spool and velocity.
+    instrument: T,
+    /// What the nodes' departures add to the demand.
+    departures: T,
+    /// The table's flow at the measured opening, and its slope there (1/unit opening).
     passed: T,
     slope: T,
     /// What the table has more than the correction says.
@@ -103,7 +131,7 @@ impl<T: Real> Default for CurveState<T> {
         Self {
             nodes: core::array::from_fn(start),
             pieces: table_itself(),
-            known: [zero; NODES],
+            variances: core::array::from_fn(|node| belief(start(node))),
             offset: zero,
             beyond: zero,
             node: 0,
@@ -125,42 +153,73 @@ impl<T: Real> FlowCurve<T> {
         found
     }
 
-    /// A window: flow (m³/s) that the actuator took under the root of its pressure drop (1), flow (m³/s) by the table at
-    /// no load and its slope (m³/s per unit opening).
+    /// A window: flow (m³/s) that the actuator took, at no load and over the flow gain; flow (m³/s) by the table at no load
+    /// and its slope (m³/s per unit opening); how far the asked opening (1) lies above the measured one.
     pub(crate) fn sample(
         &self,
-        state: &CurveState<T>,
+        (state, evidence): (&CurveState<T>, &CurveEvidence<T>),
         flow: T,
-        root: T,
-        passed: T,
-        slope: T,
+        [passed, slope]: [T; 2],
+        asked: T,
     ) -> CurveSample<T> {
         let per_flow = self.grid.per_flow;
-        let (demand, passed) = (flow / root * per_flow, passed * per_flow);
-        let error = passed - self.grid.apply(&state.pieces, flow / root) * per_flow;
-        CurveSample { demand, passed, slope: slope * per_flow, error }
+        let corrected = self.grid.apply(&state.pieces, flow) * per_flow;
+        let (demand, passed, slope) = (flow * per_flow, passed * per_flow, slope * per_flow);
+        let added = corrected - demand;
+        CurveSample {
+            demand,
+            instrument: passed + slope * asked - added,
+            departures: added - evidence.asymmetry * demand.abs(),
+            passed,
+            slope,
+            error: passed - corrected,
+        }
     }
 
-    /// The flow (m³/s) of a window as the table would have it at the same openings, for the estimator of `θ`.
-    pub(crate) fn straightened(&self, state: &CurveState<T>, flow: T, root: T, flow_gain: T) -> T {
-        self.grid.apply(&state.pieces, flow / root / flow_gain) * flow_gain * root
+    /// A window's flow (m³/s, at no load and over the flow gain) as the table would have it at the same openings, for the
+    /// estimator of the flow gain.
+    pub(crate) fn straightened(&self, state: &CurveState<T>, evidence: &CurveEvidence<T>, flow: T) -> T {
+        let corrected = self.grid.apply(&state.pieces, flow);
+        let [_, shared] = SHARED;
+        corrected - T::splat(shared) * evidence.common * flow
     }
 
-    /// Learns of a window that counts.
+    /// Learns of a window that counts, at a flow gain (1). `keep` is the share of the older ones that the flow gain's
+    /// estimator keeps.
     pub(crate) fn learn(
         &self,
         state: &mut CurveState<T>,
         evidence: &mut CurveEvidence<T>,
         s: &CurveSample<T>,
+        flow_gain: T,
+        keep: T,
     ) {
-        let below = node_below(s.demand);
+        let variance = self.observe(state, evidence, s);
+        let below = node_below(s.instrument);
         let above = below.wrapping_add(1);
-        self.depart(state, evidence, s, below);
-        self.depart(state, evidence, s, above);
-        self.gather(evidence, s);
+        self.depart(state, evidence, s, below, variance);
+        self.depart(state, evidence, s, above, variance);
+        let keep = T::splat(1.0) - self.forgotten * (T::splat(1.0) - keep);
+        Self::gather(evidence, s, flow_gain, keep);
         state.refresh(evidence, below);
         state.refresh(evidence, above);
-        self.solve(state, evidence);
+        self.solve(state, evidence, variance);
+    }
+
+    /// Takes in what a window leaves unexplained, and gives its variance (squared steps), as of errors that do not last.
+    fn observe(&self, state: &CurveState<T>, evidence: &mut CurveEvidence<T>, s: &CurveSample<T>) -> T {
+        let error = s.error - state.offset * s.slope;
+        let square = error * error;
+        // What the table may be wrong by is no noise.
+        let (noise, least) = (square - belief(s.instrument), T::splat(NOISE) * square);
+        let noise = if noise > least { noise } else { least };
+        let keep = T::splat(1.0) - self.average;
+        evidence.windows = keep * evidence.windows + T::splat(1.0);
+        evidence.squares = keep * evidence.squares + noise;
+        let [first, windows] = FIRST_ERRORS;
+        let (sum, count) =
+            (evidence.squares + T::splat(first * windows), evidence.windows + T::splat(windows));
+        self.correlation * sum / count
     }
 
     /// Moves a node's departure towards the flows seen in the adjacent pieces.
@@ -170,40 +229,45 @@ impl<T: Real> FlowCurve<T> {
         evidence: &mut CurveEvidence<T>,
         s: &CurveSample<T>,
         node: usize,
+        noise: T,
     ) {
         // The nodes at zero and beyond the ends of the table stay where they are.
         if node == ZERO || node == 0 || node >= NODES - 1 {
             return;
         }
-        let (Some(departure), Some(known)) = (evidence.departures.get_mut(node), state.known.get_mut(node))
+        let (Some(departure), Some(variance)) =
+            (evidence.departures.get_mut(node), state.variances.get_mut(node))
         else {
             return;
         };
         let at = start::<T>(node);
-        let weight = T::splat(1.0) - (s.demand - at).abs();
+        let weight = T::splat(1.0) - (s.instrument - at).abs();
         let error = s.error - state.offset * s.slope;
-        let square = weight * weight;
-        *known = *known + square - self.forgotten_beside * square * *known;
-        let wanted = *departure + weight * error / (*known + T::splat(NODE_PRIOR));
+        let (grown, most) = (*variance + self.drift * (at * at), belief(at));
+        let grown = if grown < most { grown } else { most };
+        let share = grown / (weight * weight * grown + noise);
+        *variance = share * noise;
         let reach = T::splat(DEPARTURE) * at.abs();
-        *departure = wanted.limit(-reach, reach);
+        *departure = (*departure + share * weight * error).limit(-reach, reach);
     }
 
     /// Adds the window to its direction's sums.
-    fn gather(&self, evidence: &mut CurveEvidence<T>, s: &CurveSample<T>) {
+    fn gather(evidence: &mut CurveEvidence<T>, s: &CurveSample<T>, flow_gain: T, keep: T) {
         let [back, forth] = &mut evidence.directions;
-        let d = if s.demand < T::splat(0.0) { back } else { forth };
-        // Against the table and most of the nodes' departures: what a direction can explain becomes its own in
-        // the end.
-        let explained = d.gain * s.demand;
-        let departures = s.passed - s.error - s.demand - explained;
-        let error = s.error + explained + T::splat(SHARED) * departures;
-        let keep = T::splat(1.0) - self.forgotten;
+        let d = if s.instrument < T::splat(0.0) { back } else { forth };
+        // Of the flow itself, since the flow gain moves faster than these sums; and against most of the departures.
+        let (flow, instrument) = (flow_gain * s.demand, flow_gain * s.instrument);
+        let [shared, _] = SHARED;
+        let error = s.passed - T::splat(1.0 - shared) * s.departures - flow;
         d.slopes = keep * d.slopes + s.slope * s.slope;
-        d.slope_flows = keep * d.slope_flows + s.slope * s.demand;
+        d.slope_flows = keep * d.slope_flows + s.slope * flow;
         d.slope_errors = keep * d.slope_errors + s.slope * error;
-        d.flows = keep * d.flows + s.demand * s.demand;
-        d.flow_errors = keep * d.flow_errors + s.demand * error;
+        d.flows = keep * d.flows + instrument * flow;
+        d.flow_errors = keep * d.flow_errors + instrument * error;
+        evidence.instrument_departures = keep * evidence.instrument_departures + instrument * s.departures;
+        let [back, forth] = &evidence.directions;
+        let flows = back.flows + forth.flows + T::splat(COMMON_BELIEF);
+        evidence.common = flow_gain * evidence.instrument_departures / flows;
     }
 
     /// Brings the next node, round and round, up to its direction's gain, and the pieces up to their nodes.
@@ -217,41 +281,57 @@ impl<T: Real> FlowCurve<T> {
         }
     }
 
-    /// The offset that both directions share and either direction's gain, by least squares, the gains at a limited rate.
-    fn solve(&self, state: &mut CurveState<T>, evidence: &mut CurveEvidence<T>) {
-        let prior = T::splat(PRIOR);
-        let [back, forth] = &mut evidence.directions;
+    /// The offset that both directions share and either direction's gain, by least squares; the asymmetry goes there at a
+    /// limited rate. `variance` is that of the errors.
+    fn solve(&self, state: &mut CurveState<T>, evidence: &mut CurveEvidence<T>, variance: T) {
+        let one = T::splat(1.0);
+        let weight = |belief: f64| T::splat(1.0 / (belief * belief)) * variance;
+        let (gain_weight, offset_weight) = (weight(GAIN_BELIEF), weight(OFFSET_BELIEF));
         let parts = |d: &Direction<T>| {
-            let share = d.slope_flows / (d.flows + prior);
-            (d.slope_errors - share * d.flow_errors, d.slopes - share * d.slope_flows)
+            let per = one / (d.flows + gain_weight);
+            let share = d.slope_flows * per;
+            (
+                d.flow_errors * per,
+                share,
+                d.slope_errors - share * d.flow_errors,
+                d.slopes - share * d.slope_flows,
+            )
         };
-        let ((error, slopes), (further, more)) = (parts(back), parts(forth));
-        let offset = (error + further) / (slopes + more + prior);
-        let most = T::splat(FARTHEST);
-        let settle = |d: &mut Direction<T>| {
-            let raw = (d.flow_errors - offset * d.slope_flows) / (d.flows + prior);
-            let target = raw.limit(-most, most);
-            d.gain = target.limit(d.gain - self.change, d.gain + self.change);
-            (raw - target).abs()
-        };
+        let [back, forth] = &evidence.directions;
+        let ((back, back_share, error, slopes), (forth, forth_share, further, more)) =
+            (parts(back), parts(forth));
+        let offset = (error + further) / (slopes + more + offset_weight);
+        let (back, forth) = (one + back - offset * back_share, one + forth - offset * forth_share);
+        let found = (forth - back) / (forth + back);
+        let (most, now) = (T::splat(FARTHEST), evidence.asymmetry);
+        let target = found.limit(-most, most);
+        evidence.asymmetry = target.limit(now - self.change, now + self.change);
         state.offset = offset;
-        state.beyond = settle(back) + settle(forth);
+        state.beyond = (found - target).abs();
     }
 }
 
 impl<T: Real> CurveState<T> {
+    /// After what was learned turned out wrong: the departures are believed no more than at the start.
+    pub(crate) fn doubt(&mut self) {
+        self.variances = Self::default().variances;
+    }
+
     /// Brings a node up to what is known, between its neighbours. The ends stay where they are.
     fn refresh(&mut self, evidence: &CurveEvidence<T>, node: usize) {
-        let [back, forth] = &evidence.directions;
-        let gain = if node < ZERO { back.gain } else { forth.gain };
         let (Some([below, here, above]), Some(&departure)) =
             (self.nodes.get_mut(node.wrapping_sub(1)..node.wrapping_add(2)), evidence.departures.get(node))
         else {
             return;
         };
         let (at, rise) = (start::<T>(node), T::splat(RISE));
-        *here = (at + gain * at + departure).limit(*below + rise, *above - rise);
+        *here = (at + evidence.asymmetry * at.abs() + departure).limit(*below + rise, *above - rise);
     }
+}
+
+/// Variance of the belief in the table at a flow (steps).
+fn belief<T: Real>(flow: T) -> T {
+    T::splat(NODE_BELIEF * NODE_BELIEF) * (flow * flow)
 }
 
 /// No-load flow (steps) at a node.
@@ -264,8 +344,14 @@ fn start<T: Real>(node: usize) -> T {
 mod tests {
     use super::*;
 
-    const CURVE: FlowCurve<f64> =
-        FlowCurve { grid: CurveGrid::over(8.0), forgotten: 1e-3, change: 0.01, forgotten_beside: 0.02 };
+    const CURVE: FlowCurve<f64> = FlowCurve {
+        grid: CurveGrid::over(8.0),
+        forgotten: 0.05,
+        average: 1e-3,
+        correlation: 30.0,
+        change: 0.01,
+        drift: 1e-6,
+    };
 
     #[derive(Default)]
     struct Learned {
@@ -285,8 +371,9 @@ mod tests {
         let mut l = Learned::default();
         for n in 0..8000_u32 {
             let table = swing * (0.05 * f64::from(n)).sin();
-            let sample = CURVE.sample(&l.state, 0.9 * true_flow(table), 0.9, table + offset, 1.0);
-            CURVE.learn(&mut l.state, &mut l.evidence, &sample);
+            let sample =
+                CURVE.sample((&l.state, &l.evidence), true_flow(table), [table + offset, 1.0], -offset);
+            CURVE.learn(&mut l.state, &mut l.evidence, &sample, 1.0, 0.984);
             CURVE.refresh(&mut l.state, &l.evidence);
         }
         l
@@ -338,6 +425,6 @@ mod tests {
             before = value;
         }
         assert!(state.apply(f64::NAN).is_nan());
-        assert!(state.state.beyond > 0.0 || state.evidence.directions[1].gain.abs() < FARTHEST);
+        assert!(state.state.beyond > 0.0 || state.evidence.asymmetry.abs() < FARTHEST);
     }
 }

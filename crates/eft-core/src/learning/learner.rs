@@ -65,7 +65,7 @@ pub struct LearnerState<T> {
     /// The same as it is.
     share: T,
     filters: Filters<T>,
-    /// Flow (m³/s) that the actuator took, and the table's at no load, at one instant.
+    /// Flow (m³/s) that the actuator took and the table's, both at no load and at one instant.
     flows: [T; 2],
     gate: GateState<T>,
     flow: GainAndDelay<T>,
@@ -139,7 +139,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// The same for every window but those of a checkpoint.
     #[inline(never)]
     pub fn update(&self, state: &mut LearnerState<T>, window: &Window<T>) -> Calibration<T> {
-        let zero = T::splat(0.0);
+        let (zero, one) = (T::splat(0.0), T::splat(1.0));
 
         // What was measured.
         let whole = window.lost == 0;
@@ -165,12 +165,17 @@ impl<T: Real, const N: usize> Learner<T, N> {
         // The asked opening has no offset of a sensor.
         let model = self.model.flow(means.spool, state.valve.opening(), means.force, window.supply);
         let predicted = filter.step(&mut filters.predicted, model.at_no_load * model.root, share, restart);
-        let flows = [taken, model.at_no_load];
-        let lagged = if restart { flows } else { state.flows };
-        state.flows = self.flow.together(&state.flow, lagged, flows);
+        let flow_gain = state.flow.gain.value;
         let mut straightened = taken;
+        let mut flows = [zero; 2];
         if self.corrects {
-            straightened = self.curve.straightened(&state.curve, taken, model.root, state.flow.gain.value);
+            let now = [taken / model.root, model.at_no_load];
+            let [at_no_load, _] = now;
+            let flow = self.curve.straightened(&state.curve, &state.evidence.curve, at_no_load / flow_gain);
+            straightened = flow_gain * model.root * flow;
+            let lagged = if restart { now } else { state.flows };
+            let square = self.valve.mean_square_frequency(&state.evidence.valve);
+            (state.flows, flows) = self.flow.together(&state.flow, lagged, now, square);
         }
         let flow = filter.step(&mut filters.flow, straightened, share, restart);
         let flow = self.flow.sample(&state.flow, flow.into(), predicted.into());
@@ -200,6 +205,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let verdict = self.gate.judge(&mut state.gate, &signals, usable);
         if let Verdict::Rejected { learned } = verdict {
             state.checkpoints.restore(&mut state.evidence);
+            state.curve.doubt();
             // Where nothing was learned since the last time it may be the means that are wrong.
             state.means_go_on = !learned;
         }
@@ -209,7 +215,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         self.guard.follow_offset(&mut state.guard, state.share);
 
         // What the window teaches.
-        let mut weights = [zero, T::splat(1.0)];
+        let mut weights = [zero, one];
         if verdict == Verdict::Accepted {
             let openings = [means.spool, state.valve.opening()];
             weights = self.gate.weigh(&mut state.gate, &mut state.evidence.amount, openings, &signals);
@@ -223,9 +229,12 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 self.flow.take(&mut evidence.flow, &flow, asked, weights);
                 self.valve.take(&state.valve, &mut evidence.valve, asked, spool, weights);
                 if self.corrects {
-                    let [taken, passed] = state.flows;
-                    let sample = self.curve.sample(&state.curve, taken, model.root, passed, model.slope);
-                    self.curve.learn(&mut state.curve, &mut evidence.curve, &sample);
+                    let [taken, passed] = flows;
+                    let asked = state.valve.opening() - means.spool;
+                    let curve = (&state.curve, &evidence.curve);
+                    let sample = self.curve.sample(curve, taken / flow_gain, [passed, model.slope], asked);
+                    let [_, keep] = weights;
+                    self.curve.learn(&mut state.curve, &mut evidence.curve, &sample, flow_gain, keep);
                 }
             }
             self.flow.priors.solve(&mut state.flow, &state.evidence.flow);

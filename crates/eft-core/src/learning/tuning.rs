@@ -41,10 +41,14 @@ pub(crate) const VALVE_GAIN_PRIOR: f64 = 1.0e-6;
 pub(crate) const RESPONSE_DELAY_PRIOR: f64 = 6.0e-5;
 /// The same of the velocity's delay.
 pub(crate) const VELOCITY_DELAY_PRIOR: f64 = 6.0e-4;
-/// Memory (s of motion in it) of a direction's correction of the table.
+/// Memory (s) of the two directions' gains, at strong motion.
 pub(crate) const DIRECTION_MEMORY: f64 = 5.0;
-/// The same of a node.
-pub(crate) const NODE_MEMORY: f64 = 0.2;
+/// Time (s) over which the errors of the flow curve are averaged.
+pub(crate) const CURVE_AVERAGE: f64 = 4.0;
+/// Time (s) that an error of the flow curve is taken to last: half a period of a tone of some hertz.
+pub(crate) const CURVE_CORRELATION: f64 = 0.12;
+/// Drift of a node over its own flow (1/√s of motion beside it).
+pub(crate) const CURVE_DRIFT: f64 = 0.016;
 
 /// Overcompensation (1) at which the guard begins to act.
 pub(crate) const TOLERATED: f64 = 1.0e-2;

@@ -97,15 +97,20 @@ impl<T: Real> ValveEstimator<T> {
         let [shortest, _] = self.priors.delay.bounds;
         let delay = found.delay.value + velocity_delay;
         let delay = if delay > shortest { delay } else { shortest };
-        let [[openings, _], [_, changes]] = sums.matrix;
-        let [prior, _] = self.priors.weights;
-        let per_period = self.priors.per_period;
-        let square = changes / (openings + prior) * (per_period * per_period);
+        let square = self.mean_square_frequency(sums);
         let added = self.amplitude(delay, square) / self.amplitude(found.delay.value, square);
         let lag = self.lag_per_delay * delay;
         let per = T::splat(1.0) / (lag + self.sample);
         let gain = self.lead_gain * level / (found.gain.value * added.sqrt());
         LeadNetwork::of((lag - self.sample) * per, (delay + delay) * per, gain)
+    }
+
+    /// The motion's mean-square frequency (1/s²).
+    pub(crate) fn mean_square_frequency(&self, sums: &LeastSquares<T>) -> T {
+        let [[openings, _], [_, changes]] = sums.matrix;
+        let [prior, _] = self.priors.weights;
+        let per_period = self.priors.per_period;
+        changes / (openings + prior) * (per_period * per_period)
     }
 
     /// Square of a lead network's amplitude (1) for a delay (s), at the square of a frequency (1/s²).
