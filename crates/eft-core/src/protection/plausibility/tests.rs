@@ -1,5 +1,7 @@
 //! The watch against signals whose balance is known in closed form.
 
+#![allow(clippy::indexing_slicing, reason = "a test may panic")]
+
 use super::*;
 use crate::parameters::Parameters;
 use crate::protection::limits::{Levels, PlausibilityParameters, ProtectionParameters};
