@@ -26,7 +26,7 @@ TICKS = {
     "nonlinear": "paper_tick",
     "analog": "paper_tick",
     "adaptive": "self_calibrating_tick",
-    "robust-adaptive": "self_calibrating_tick",
+    "robust-adaptive": "robust_tick",
     "curve": "self_calibrating_curve_tick",
     "robust-curve": "self_calibrating_curve_tick",
 }
