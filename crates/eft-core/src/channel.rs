@@ -224,7 +224,6 @@ impl<T: Real, const N: usize> Channel<T, N> {
             spool: believed.spool,
             supply_pressure: input.supply_pressure,
         };
-        let stood = state.controller.valve_command();
         let supply = if parts.measures_supply { self.controller.supply(&asked) } else { Supply::nominal() };
         let sample = self.controller.sample(&state.controller, &asked, supply);
         let sample = Sample { integrates: parts.integrates, ..sample };
@@ -238,34 +237,36 @@ impl<T: Real, const N: usize> Channel<T, N> {
             }
             self.controller.refuse(&mut state.controller, sample, path)
         } else {
-            if learns && parts.plausibility.is_some() && state.protection.is_tripped() {
-                state.window.lose(true);
-            } else if learns {
-                // The sums come before the controller, so that their numbers need not be kept until it is done.
-                state.window.add(true, velocity, asked.spool, Moment { force: asked.force, command });
-                if parts.measures_supply {
-                    state.window.supply = supply.ratio;
-                }
-                match parts.realization {
-                    Realization::Digital => state.window.add_command(true, stood),
-                    Realization::Analog => {
-                        state.window.add_sampled_command(true, input.valve_command, asked.spool);
-                    }
-                }
-            }
             let calibration = if parts.plausibility.is_some() {
                 in_use(&state.calibrations, state.in_use.slot, &state.sound)
             } else {
                 state.in_use.slot.of(&state.calibrations)
             };
+            let summed = learns && !(parts.plausibility.is_some() && state.protection.is_tripped());
+            if summed && parts.realization == Realization::Digital {
+                // The controller replaces it.
+                state.window.add_command(true, state.controller.valve_command());
+            }
             // One source, compiled twice: the ticks that follow another do not pay for the one behind a gap.
-            if sample.rests {
+            let out = if sample.rests {
                 let sample = Sample { good: true, rests: true, ..sample };
                 self.controller.follow(&mut state.controller, sample, calibration, path)
             } else {
                 let sample = Sample { good: true, rests: false, ..sample };
                 self.controller.follow(&mut state.controller, sample, calibration, path)
+            };
+            if summed {
+                state.window.add(true, velocity, asked.spool, Moment { force: asked.force, command });
+                if parts.measures_supply {
+                    state.window.supply = supply.ratio;
+                }
+                if parts.realization == Realization::Analog {
+                    state.window.add_sampled_command(true, input.valve_command, asked.spool);
+                }
+            } else if learns {
+                state.window.lose(true);
             }
+            out
         };
         let status = out.status | state.in_use.flags | stuck;
         let mut voltage = out.valve_command;
