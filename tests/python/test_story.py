@@ -58,7 +58,7 @@ def test_the_page_s_numbers_are_those_of_its_commands(rigs, capsys):
     page = Path("large.html").read_text(encoding="utf-8")
     assert all(reason in page for reason in large["reasons"])
     small = answer(capsys, "check", "--rig", "small.toml", *QUAKE)
-    assert outputs[2] == f"{small['verdict']}: {small['summary']}\n"
+    assert outputs[2] == f"{small['verdict']}: {' '.join([*small['reasons'], small['summary']])}\n"
 
 
 @pytest.mark.parametrize("rig", ["large", "small"])
