@@ -16,7 +16,7 @@ import eft
 from eft.opensees import Site, serve
 
 if importlib.util.find_spec("openseespy") is None:
-    pytest.skip("openseespy is not installed", allow_module_level=True)
+    pytest.skip("openseespy is not installed: pip install openseespy", allow_module_level=True)
 
 RATE = 2048.0
 RIG = eft.Rig.zhao2005().replace({"structure.kind": "linear"})
