@@ -111,7 +111,10 @@ TICKS = {
     "curve": "self_calibrating_curve_tick",
     "crowded": "crowded_tick",
     "guarded": "guarded_tick",
+    "watched": "watched_tick",
 }
+# What they run in a task, beside the learner.
+TASK = ("configure", "check", "integrity")
 
 
 def ways(rows: dict[str, Cost], budgets: dict[str, dict[str, int]]) -> list[str]:
@@ -128,14 +131,14 @@ def loop_table(rows: dict[str, Cost], budgets: dict[str, dict[str, int]]) -> str
     """What the interrupt and the learner cost, as Markdown."""
     tick, update = rows["self_calibrating_curve_tick"], rows["learner_update, curve"]
     once_a_window = update.instructions + rows["channel_publish"].instructions
-    task = [name for name in rows if "configure" in name or "check" in name]
+    task = [name for name in rows if any(word in name for word in TASK)]
     learner = [name for name in rows if "learn" in function(name) and name not in task]
     once = [name for name in rows if "publish" in name or "offer" in name]
     ticks = [name for name in rows if name.startswith(("channel_step", "eft_step")) or name.endswith("_tick")]
     parts = [name for name in rows if name not in task + learner + once + ticks]
     stacks = {end: max(rows[name].stack for name in task if name.endswith(end)) for end in ("f32", "f64")}
     text = (HERE / "loop-budget.md.in").read_text()
-    plain = [kind for kind in TICKS if kind != "guarded"]
+    plain = [kind for kind in TICKS if kind not in ("guarded", "watched")]
 
     def further(name: str, than: Callable[[str], str]) -> list[str]:
         more = [rows[f"{name}, {kind}"].instructions - rows[than(kind)].instructions for kind in plain]

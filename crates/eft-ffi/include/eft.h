@@ -397,6 +397,12 @@ EFT_NODISCARD uint8_t eft_learner_configure_f32(const eft_parameters *parameters
 // As eft_check, for a learner.
 EFT_NODISCARD uint8_t eft_learner_check_f32(const eft_learner_f32 *learner, const eft_parameters *parameters);
 
+// As eft_integrity, for a learner.
+EFT_NODISCARD uint8_t eft_learner_integrity_f32(const eft_learner_f32 *learner, uint32_t *word);
+
+// The same of a learner's state, to compare behind one eft_learn and before the next.
+EFT_NODISCARD uint8_t eft_learner_state_integrity_f32(const eft_learner_state_f32 *state, uint32_t *word);
+
 // Nothing learned yet.
 EFT_NODISCARD uint8_t eft_learner_reset_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state);
 
@@ -498,6 +504,8 @@ EFT_NODISCARD uint8_t eft_take_over_f64(const eft_channel_f64 *channel, eft_stat
 EFT_NODISCARD uint8_t eft_learner_configure_f64(const eft_parameters *parameters, eft_learner_f64 *learner,
     eft_error *why);
 EFT_NODISCARD uint8_t eft_learner_check_f64(const eft_learner_f64 *learner, const eft_parameters *parameters);
+EFT_NODISCARD uint8_t eft_learner_integrity_f64(const eft_learner_f64 *learner, uint32_t *word);
+EFT_NODISCARD uint8_t eft_learner_state_integrity_f64(const eft_learner_state_f64 *state, uint32_t *word);
 EFT_NODISCARD uint8_t eft_learner_reset_f64(const eft_learner_f64 *learner, eft_learner_state_f64 *state);
 EFT_NODISCARD uint8_t eft_learn_f64(const eft_learner_f64 *learner, eft_learner_state_f64 *state,
     const eft_window_f64 *window, eft_calibration_f64 *calibration);

@@ -12,7 +12,7 @@ macro_rules! precision {
     (
         $module:ident, $t:ty, words: $learner:literal $state:literal, $Window:ident $Calibration:ident
         $Learner:ident $State:ident $Learned:ident
-        $configure:ident $check:ident $reset:ident $learn:ident $read:ident $flow:ident
+        $configure:ident $check:ident $integrity:ident $state_integrity:ident $reset:ident $learn:ident $read:ident $flow:ident
     ) => {
         mod $module {
             use super::*;
@@ -51,6 +51,16 @@ macro_rules! precision {
                 /// As eft_check, for a learner.
                 fn $check(learner: *const $Learner, parameters: *const eft_parameters) {
                     check(|p, take| Learner::<$t, EFT_TABLE_CAPACITY>::new(p).map(|made| take(&made)), learner, parameters)
+                }
+
+                /// As eft_integrity, for a learner.
+                fn $integrity(learner: *const $Learner, word: *mut u32) {
+                    give(word, made(learner)?.integrity())
+                }
+
+                /// The same of a learner's state, to compare behind one eft_learn and before the next.
+                fn $state_integrity(state: *const $State, word: *mut u32) {
+                    give(word, made(state)?.integrity())
                 }
 
                 /// Nothing learned yet.
@@ -112,12 +122,12 @@ macro_rules! precision {
 precision!(
     single, f32, words: 80 152, eft_window_f32 eft_calibration_f32
     eft_learner_f32 eft_learner_state_f32 eft_learned_f32
-    eft_learner_configure_f32 eft_learner_check_f32 eft_learner_reset_f32
+    eft_learner_configure_f32 eft_learner_check_f32 eft_learner_integrity_f32 eft_learner_state_integrity_f32 eft_learner_reset_f32
     eft_learn_f32 eft_read_calibration_f32 eft_found_flow_f32
 );
 precision!(
     double, f64, words: 152 304, eft_window_f64 eft_calibration_f64
     eft_learner_f64 eft_learner_state_f64 eft_learned_f64
-    eft_learner_configure_f64 eft_learner_check_f64 eft_learner_reset_f64
+    eft_learner_configure_f64 eft_learner_check_f64 eft_learner_integrity_f64 eft_learner_state_integrity_f64 eft_learner_reset_f64
     eft_learn_f64 eft_read_calibration_f64 eft_found_flow_f64
 );

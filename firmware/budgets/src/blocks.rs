@@ -8,7 +8,7 @@ use eft_core::{
 };
 use eft_rigs::guarded;
 
-use crate::rigs::{CROWDED, CURVE, PAPER, ROBUST, SELF_CALIBRATING, made};
+use crate::rigs::{CROWDED, CURVE, PAPER, ROBUST, SELF_CALIBRATING, WATCHED, made};
 
 /// Points of the flow table.
 pub const N: usize = guarded::POINTS;
@@ -64,6 +64,7 @@ tick!(robust_tick, ROBUST);
 tick!(self_calibrating_curve_tick, CURVE);
 tick!(crowded_tick, CROWDED);
 tick!(guarded_tick, guarded::PARAMETERS);
+tick!(watched_tick, WATCHED);
 
 /// The next calibration.
 #[unsafe(no_mangle)]

@@ -13,7 +13,7 @@ use semihosting::println;
 
 use crate::inputs::{Random, rig};
 use crate::probe::{CONFIGURE, Cost, cost, probed};
-use crate::rigs::{CROWDED, CURVE, PAPER, SELF_CALIBRATING};
+use crate::rigs::{CROWDED, CURVE, PAPER, SELF_CALIBRATING, WATCHED};
 use crate::subjects::later;
 
 type Step = unsafe extern "C" fn(
@@ -40,6 +40,7 @@ pub fn run() {
         ("curve", &CURVE),
         ("crowded", &CROWDED),
         ("guarded", &guarded::PARAMETERS),
+        ("watched", &WATCHED),
     ] {
         let [step, learn, publish, offer] = costs(rig);
         println!("eft_step_f32, {setting} {step}");
@@ -52,7 +53,7 @@ pub fn run() {
     configure();
 }
 
-/// What it takes to make a configuration and to check it, in a task.
+/// What it takes to make a configuration, to check it and to make a word of it and of a state, in a task.
 fn configure() {
     // With every part that a channel may have.
     let protection = ProtectionParameters {
@@ -63,7 +64,7 @@ fn configure() {
     let rig = Parameters { openings, flows, protection: Some(protection), ..guarded::PARAMETERS };
     let parameters = parameters(&rig);
     macro_rules! costs {
-        ($($configure:ident $check:ident $Opaque:ident;)*) => {$({
+        ($($configure:ident $check:ident $integrity:ident $reset:ident $state_integrity:ident $Opaque:ident $State:ident;)*) => {$({
             type Configure = unsafe extern "C" fn(*const eft_parameters, *mut $Opaque, *mut eft_error) -> u8;
             type Check = unsafe extern "C" fn(*const $Opaque, *const eft_parameters) -> u8;
             let mut made = MaybeUninit::uninit();
@@ -75,13 +76,29 @@ fn configure() {
             // Safety: every pointer is valid.
             assert!(unsafe { check(made.as_ptr(), &parameters) } == EFT_OK, "corrupt");
             println!("{} {}", stringify!($check), cost());
+            type Integrity<V> = unsafe extern "C" fn(*const V, *mut u32) -> u8;
+            let (mut state, mut word) = (MaybeUninit::uninit(), 0);
+            let integrity = probed!($integrity, Integrity<$Opaque>);
+            // Safety: every pointer is valid.
+            assert!(unsafe { integrity(made.as_ptr(), &mut word) } == EFT_OK, "refused");
+            println!("{} {}", stringify!($integrity), cost());
+            // Safety: every pointer is valid.
+            assert!(unsafe { $reset(made.as_ptr(), state.as_mut_ptr()) } == EFT_OK, "refused");
+            let integrity = probed!($state_integrity, Integrity<$State>);
+            // Safety: every pointer is valid.
+            assert!(unsafe { integrity(state.as_ptr(), &mut word) } == EFT_OK, "refused");
+            println!("{} {}", stringify!($state_integrity), cost());
         })*};
     }
     costs! {
-        eft_configure_f32 eft_check_f32 eft_channel_f32;
-        eft_learner_configure_f32 eft_learner_check_f32 eft_learner_f32;
-        eft_configure_f64 eft_check_f64 eft_channel_f64;
-        eft_learner_configure_f64 eft_learner_check_f64 eft_learner_f64;
+        eft_configure_f32 eft_check_f32 eft_integrity_f32 eft_reset_f32 eft_state_integrity_f32
+            eft_channel_f32 eft_state_f32;
+        eft_learner_configure_f32 eft_learner_check_f32 eft_learner_integrity_f32 eft_learner_reset_f32
+            eft_learner_state_integrity_f32 eft_learner_f32 eft_learner_state_f32;
+        eft_configure_f64 eft_check_f64 eft_integrity_f64 eft_reset_f64 eft_state_integrity_f64
+            eft_channel_f64 eft_state_f64;
+        eft_learner_configure_f64 eft_learner_check_f64 eft_learner_integrity_f64 eft_learner_reset_f64
+            eft_learner_state_integrity_f64 eft_learner_f64 eft_learner_state_f64;
     }
 }
 

@@ -1,6 +1,7 @@
 //! The rigs that are measured.
 
-use eft_core::{Learning, Parameters};
+use eft_core::{Learning, Parameters, PlausibilityParameters, ProtectionParameters};
+use eft_rigs::guarded;
 
 macro_rules! made {
     ($e:expr) => {
@@ -27,6 +28,17 @@ pub const SELF_CALIBRATING: Parameters =
 /// The same with the flow table corrected.
 pub const CURVE: Parameters =
     Parameters { learning: Learning { curve_correction: true, ..Learning::ADAPTIVE }, ..SELF_CALIBRATING };
+
+/// The same with a protection that watches whether the measurements agree.
+pub const WATCHED: Parameters = Parameters {
+    protection: match guarded::PARAMETERS.protection {
+        Some(protection) => {
+            Some(ProtectionParameters { plausibility: Some(PlausibilityParameters::DEFAULT), ..protection })
+        }
+        None => None,
+    },
+    ..CURVE
+};
 
 /// The self-calibrating rig with an integral part in the force loop, as the designed loop has it.
 pub const ROBUST: Parameters = Parameters { integral_gain: 4.0, ..SELF_CALIBRATING };

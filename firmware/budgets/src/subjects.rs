@@ -9,7 +9,7 @@ use semihosting::println;
 use crate::blocks::*;
 use crate::inputs::{Random, rig};
 use crate::probe::{Cost, cost, probed, worst};
-use crate::rigs::{CROWDED, CURVE, LONGEST, PAPER, ROBUST, SELF_CALIBRATING, made};
+use crate::rigs::{CROWDED, CURVE, LONGEST, PAPER, ROBUST, SELF_CALIBRATING, WATCHED, made};
 
 /// Ticks after which a window's calibration is published, so that the tick itself goes on to the next window; now and then
 /// too many, so that it is late.
@@ -28,6 +28,7 @@ pub fn run() {
     static INTEGRATING: Channel<f32, N> = made!(Channel::<f32, N>::new(&ROBUST));
     static CORRECTING: Channel<f32, N> = made!(Channel::<f32, N>::new(&CURVE));
     static NEAR_NULL: Channel<f32, N> = made!(Channel::<f32, N>::new(&CROWDED));
+    static WATCHING: Channel<f32, N> = made!(Channel::<f32, N>::new(&WATCHED));
     static LEARNER: Learner<f32, N> = made!(Learner::<f32, N>::new(&SELF_CALIBRATING));
     static CORRECTOR: Learner<f32, N> = made!(Learner::<f32, N>::new(&CURVE));
     static NEAR_NULL_LEARNER: Learner<f32, N> = made!(Learner::<f32, N>::new(&CROWDED));
@@ -40,11 +41,13 @@ pub fn run() {
         ("self_calibrating_curve_tick", self_calibrating_curve_tick, &CORRECTING, corrector),
         ("crowded_tick", crowded_tick, &NEAR_NULL, near_null),
         ("guarded_tick", guarded_tick, &guarded::CHANNEL, Some(&guarded::LEARNER)),
+        ("watched_tick", watched_tick, &WATCHING, corrector),
         ("channel_step, paper", channel_step, &PLAIN, None),
         ("channel_step, self-calibrating", channel_step, &LEARNING, learner),
         ("channel_step, curve", channel_step, &CORRECTING, corrector),
         ("channel_step, crowded", channel_step, &NEAR_NULL, near_null),
         ("channel_step, guarded", channel_step, &guarded::CHANNEL, Some(&guarded::LEARNER)),
+        ("channel_step, watched", channel_step, &WATCHING, corrector),
     ] {
         let cost = ticks(step, channel, learner);
         println!("{name} {}", cost.step);

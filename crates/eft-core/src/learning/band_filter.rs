@@ -1,6 +1,7 @@
 //! The band in which the estimators look at their signals: one filter for all of them, so that what it does to one it
 //! does to the others, and no estimate depends on it.
 
+use crate::integrity::integrity;
 use crate::number::Real;
 
 /// Two equal first-order low-passes, then a first-order high-pass against offsets.
@@ -11,6 +12,7 @@ pub(crate) struct BandFilter<T> {
     /// Share of the way that the mean goes to its input in a step, long after the start.
     pub(crate) high_pass: T,
 }
+integrity!(BandFilter<T>: low_pass, high_pass);
 
 /// What one signal's filter remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -21,6 +23,7 @@ pub(crate) struct BandState<T> {
     second: T,
     mean: T,
 }
+integrity!(BandState<T>: first, second, mean);
 
 impl<T: Real> BandFilter<T> {
     /// The filtered signal in the middle between the last step and this one, and its change between them: both

@@ -4,6 +4,7 @@
 //! then. So there is a checkpoint from time to time, and when the models cease to explain what is measured the older of
 //! the last two is restored.
 
+use crate::integrity::integrity;
 use crate::learning::flow_curve::CurveEvidence;
 use crate::learning::least_squares::LeastSquares;
 
@@ -26,6 +27,7 @@ pub(crate) struct Evidence<T> {
     /// For the flow curve.
     pub(crate) curve: CurveEvidence<T>,
 }
+integrity!(Evidence<T>: flow, valve, amount, newer_openings, time, flow_errors, spool_errors, curve);
 
 /// The last two checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -35,6 +37,7 @@ pub(crate) struct Checkpoints<T> {
     older: Evidence<T>,
     newer: Evidence<T>,
 }
+integrity!(Checkpoints<T>: older, newer);
 
 impl<T: Copy> Checkpoints<T> {
     /// Makes a checkpoint.

@@ -2,6 +2,7 @@
 //! of what the models leave unexplained of it.
 
 use crate::compensation::Deviations;
+use crate::integrity::integrity;
 use crate::learning::checkpoint::Evidence;
 use crate::learning::least_squares::{Estimate, GainAndDelay, Priors};
 use crate::number::Real;
@@ -12,6 +13,7 @@ pub(crate) struct Deviation<T> {
     /// Time (s) for which an error lasts in the estimators' band: as many windows of noise say what one would.
     pub(crate) correlation: T,
 }
+integrity!(Deviation<T>: correlation);
 
 impl<T: Real> Deviation<T> {
     /// Takes in the asked opening (1) of one window and what the models missed of it: of the flow (m³/s) and of the

@@ -6,6 +6,7 @@
 //! The model's own spool and its rate are the instruments. They follow the valve command, so the noise of spool and
 //! velocity sensors is not in them, and does not pull the estimates down as it would in plain least squares.
 
+use crate::integrity::integrity;
 use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors};
 use crate::number::Real;
 
@@ -14,6 +15,7 @@ use crate::number::Real;
 pub(crate) struct FlowEstimator<T> {
     pub(crate) priors: Priors<T>,
 }
+integrity!(FlowEstimator<T>: priors);
 
 /// A window's flows (m³/s) in the estimators' band.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -16,6 +16,7 @@
 //! multiplication.
 
 use crate::compensation::{CurveGrid, CurvePiece, FIRST_NODE, NODES, PIECES, node_below, table_itself};
+use crate::integrity::integrity;
 use crate::number::Real;
 
 /// Belief in the table, as standard deviations: of a direction's gain (1).
@@ -57,6 +58,7 @@ pub(crate) struct FlowCurve<T> {
     /// Growth of a departure's variance in a window that moves it, over the square of the node's flow.
     pub(crate) drift: T,
 }
+integrity!(FlowCurve<T>: grid, forgotten, average, correlation, change, drift);
 
 /// Sums over the windows of one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -71,6 +73,7 @@ struct Direction<T> {
     flows: T,
     flow_errors: T,
 }
+integrity!(Direction<T>: slopes, slope_flows, slope_errors, flows, flow_errors);
 
 /// What a checkpoint keeps of the curve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -90,6 +93,7 @@ pub(crate) struct CurveEvidence<T> {
     instrument_departures: T,
     common: T,
 }
+integrity!(CurveEvidence<T>: directions, asymmetry, departures, windows, squares, instrument_departures, common);
 
 /// What the correction remembers besides; flows in steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,6 +112,7 @@ pub(crate) struct CurveState<T> {
     /// The node that was brought up to date last.
     node: u32,
 }
+integrity!(CurveState<T>: nodes, pieces, variances, offset, beyond, node);
 
 /// A window as the correction sees it; flows over the flow gain.
 #[derive(Debug, Clone, Copy)]

@@ -3,6 +3,7 @@
 //! The test ratio is what the models leave unexplained over what is allowed, both averaged. Above 1 nothing is learned;
 //! where the signal is large enough to judge by, a hold-off follows.
 
+use crate::integrity::integrity;
 use crate::learning::flow::FlowSample;
 use crate::number::Real;
 
@@ -34,6 +35,7 @@ pub(crate) struct Gate<T> {
     /// Windows without learning after lost samples, until the low-passes have settled.
     pub(crate) settling: u32,
 }
+integrity!(Gate<T>: linear_range, excitation, change_weight, per_square_flow, average, threshold, period, kept, half, forgotten, hold_off, settling);
 
 /// What the gate remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -49,6 +51,7 @@ pub(crate) struct GateState<T> {
     /// Whether nothing was learned since a rejection: what is half explained then would be rejected again.
     cautious: bool,
 }
+integrity!(GateState<T>: signal, error, hold_off, learned, cautious);
 
 /// The two models' signals of a window, in the estimators' band.
 #[derive(Debug, Clone, Copy)]

@@ -5,6 +5,7 @@
 //! itself, so it needs neither the structure's frequency nor its damping, and it sees the pump before the motion
 //! has had time to grow.
 
+use crate::integrity::integrity;
 use crate::number::Real;
 
 /// Constants of the guard.
@@ -33,6 +34,7 @@ pub(crate) struct Guard<T> {
     /// Lowest level (1) the guard goes to.
     pub(crate) lowest: T,
 }
+integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, low_pass, average, slow_average, quiet, tolerated, correction, lowest);
 
 /// What the guard remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +50,7 @@ pub(crate) struct GuardState<T> {
     slow_squares: T,
     pub(crate) level: T,
 }
+integrity!(GuardState<T>: error, velocity, mean_error, pumped, squares, slow_squares, level);
 
 /// Two equal first-order low-passes in series.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -57,6 +60,7 @@ struct LowPass<T> {
     first: T,
     second: T,
 }
+integrity!(LowPass<T>: first, second);
 
 impl<T: Real> LowPass<T> {
     fn after(self, input: T, share: T) -> Self {

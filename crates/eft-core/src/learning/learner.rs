@@ -1,6 +1,7 @@
 //! The learner: one straight-line function from a window to the calibration that it makes.
 
 use crate::compensation::{Calibration, LeadNetwork};
+use crate::integrity::{integrity, word};
 use crate::learning::band_filter::{BandFilter, BandState};
 use crate::learning::checkpoint::{Checkpoints, Evidence};
 use crate::learning::deviation::Deviation;
@@ -43,6 +44,7 @@ pub struct Learner<T: Real, const N: usize> {
     /// The lead network by the configuration.
     pub(super) lead: LeadNetwork<T>,
 }
+integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead);
 
 /// Everything a learner remembers; made by [`Learner::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,6 +77,7 @@ pub struct LearnerState<T> {
     checkpoints: Checkpoints<T>,
     curve: CurveState<T>,
 }
+integrity!(LearnerState<T>: number, since_checkpoint, since_start, filtered, means_go_on, means, mean_share, share, filters, flows, gate, flow, valve, guard, evidence, checkpoints, curve);
 
 /// Means and changes over the last whole window.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -89,6 +92,7 @@ struct Means<T> {
     force_change: T,
     command_change: T,
 }
+integrity!(Means<T>: velocity, force, spool, valve_command, command, force_change, command_change);
 
 /// The signals' filters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -100,11 +104,30 @@ struct Filters<T> {
     predicted: BandState<T>,
     flow: BandState<T>,
 }
+integrity!(Filters<T>: asked, spool, predicted, flow);
 
 /// Windows at the start in which lost samples need no settling: a rig starts at rest, or primed.
 const START: u32 = 3;
 
+impl<T: Real> LearnerState<T> {
+    /// A word over every number of the state, to compare behind one update and before the next.
+    ///
+    /// # Cost
+    /// As [`Channel::integrity`](crate::Channel::integrity).
+    pub fn integrity(&self) -> u32 {
+        word(self)
+    }
+}
+
 impl<T: Real, const N: usize> Learner<T, N> {
+    /// A word over every number of the configuration, as [`Channel::integrity`](crate::Channel::integrity).
+    ///
+    /// # Cost
+    /// As there.
+    pub fn integrity(&self) -> u32 {
+        word(self)
+    }
+
     /// Nothing learned yet.
     pub fn at_rest(&self) -> LearnerState<T> {
         let one = T::splat(1.0);

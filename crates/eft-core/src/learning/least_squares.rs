@@ -1,5 +1,6 @@
 //! A gain and a delay by least squares with forgetting, and how the estimates go towards what is found.
 
+use crate::integrity::integrity;
 use crate::number::Real;
 
 /// Sums over the windows that count: instruments × regressors, and instruments × what is to be explained.
@@ -13,6 +14,7 @@ pub(crate) struct LeastSquares<T> {
     pub(crate) matrix: [[T; 2]; 2],
     right: [T; 2],
 }
+integrity!(LeastSquares<T>: matrix, right);
 
 impl<T: Real> LeastSquares<T> {
     /// Takes in one window at a weight, the older ones kept by the share `keep`.
@@ -45,6 +47,7 @@ pub(crate) struct Range<T> {
     /// Largest change in a step.
     pub(crate) change: T,
 }
+integrity!(Range<T>: bounds, change);
 
 /// An estimate in use.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +60,7 @@ pub(crate) struct Estimate<T> {
     /// How far it is from the value.
     pub(crate) away: T,
 }
+integrity!(Estimate<T>: value, beyond, away);
 
 impl<T: Real> Estimate<T> {
     fn at(value: T) -> Self {
@@ -87,6 +91,7 @@ pub(crate) struct Priors<T> {
     /// Of the delay (s).
     pub(crate) delay: Range<T>,
 }
+integrity!(Priors<T>: period, per_period, nominal_delay, weights, gain, delay);
 
 /// A gain (1) and a delay (s) as they are estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +101,7 @@ pub(crate) struct GainAndDelay<T> {
     pub(crate) gain: Estimate<T>,
     pub(crate) delay: Estimate<T>,
 }
+integrity!(GainAndDelay<T>: gain, delay);
 
 impl<T: Real> Priors<T> {
     /// Nothing found yet.

@@ -5,6 +5,7 @@
 //! the command, which carries no sensor noise of the spool, so noise does not pull the delay down.
 
 use crate::compensation::LeadNetwork;
+use crate::integrity::integrity;
 use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors};
 use crate::number::Real;
 
@@ -24,6 +25,7 @@ pub(crate) struct ValveEstimator<T> {
     /// Of the spool's gain over the configured one, and of its delay behind the lead network's output.
     pub(crate) priors: Priors<T>,
 }
+integrity!(ValveEstimator<T>: valve_gain, lead_gain, lag_per_delay, sample, sampling_delay, priors);
 
 /// What the estimator remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +36,7 @@ pub(crate) struct ValveState<T> {
     washout: T,
     pub(crate) found: GainAndDelay<T>,
 }
+integrity!(ValveState<T>: opening, washout, found);
 
 impl<T: Real> ValveState<T> {
     /// The opening (1) that was last asked.

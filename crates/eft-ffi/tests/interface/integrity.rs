@@ -3,7 +3,9 @@
 use std::hint::black_box;
 use std::mem::MaybeUninit;
 
-use eft_core::{Channel, ChannelState, Parameters, PlausibilityParameters, ProtectionParameters};
+use eft_core::{
+    Channel, ChannelState, Learner, LearnerState, Parameters, PlausibilityParameters, ProtectionParameters,
+};
 use eft_ffi::*;
 
 use crate::rig::{GUARDED, LEARNING, at_rest, for_c};
@@ -69,6 +71,17 @@ fn every_flipped_bit_of_a_state_changes_its_word() {
     assert!(noticed >= different && different > 8 * 400, "{different} {noticed}");
 }
 
+// SR-17
+#[test]
+fn every_flipped_bit_of_a_learner_changes_its_word() {
+    let learner = Learner::<f32, EFT_TABLE_CAPACITY>::new(&GUARDED).unwrap();
+    let (different, noticed) = flipped(&learner, Learner::integrity);
+    assert!(noticed >= different && different > 8 * 21 * 12, "{different} {noticed}");
+    let state: LearnerState<f32> = learner.at_rest();
+    let (different, noticed) = flipped(&state, LearnerState::integrity);
+    assert!(noticed >= different && different > 8 * 400, "{different} {noticed}");
+}
+
 #[test]
 fn the_words_of_c_are_those_of_the_core() {
     let parameters = for_c(&GUARDED);
@@ -86,5 +99,16 @@ fn the_words_of_c_are_those_of_the_core() {
         assert_eq!(eft_request_trip_f32(&raw mut *state), EFT_OK);
         assert_eq!(eft_state_integrity_f32(&*state, &mut later), EFT_OK);
         assert_eq!(later, of_state, "what is asked for is no part of it");
+        let mut learner = MaybeUninit::uninit();
+        let mut learned = MaybeUninit::uninit();
+        assert_eq!(
+            eft_learner_configure_f32(&parameters, learner.as_mut_ptr(), std::ptr::null_mut()),
+            EFT_OK
+        );
+        assert_eq!(eft_learner_reset_f32(learner.as_ptr(), learned.as_mut_ptr()), EFT_OK);
+        assert_eq!(eft_learner_integrity_f32(learner.as_ptr(), &mut word), EFT_OK);
+        assert_eq!(eft_learner_state_integrity_f32(learned.as_ptr(), &mut of_state), EFT_OK);
+        let core = Learner::<f32, EFT_TABLE_CAPACITY>::new(&GUARDED).unwrap();
+        assert_eq!((word, of_state), (core.integrity(), core.at_rest().integrity()));
     }
 }
