@@ -1,10 +1,10 @@
-//! Argument checks that the excitations, records and metrics share.
+//! Argument checks of the excitations, records and metrics.
 
 use eft_core::Short;
 
 use crate::error::{Error, Result};
 
-/// Rejects a number that is not finite; `unit` only serves the message.
+/// Rejects a number that is not finite; `unit` is used in the message only.
 pub(crate) fn finite(parameter: &str, value: f64, unit: &str) -> Result<()> {
     if value.is_finite() {
         Ok(())
@@ -13,7 +13,7 @@ pub(crate) fn finite(parameter: &str, value: f64, unit: &str) -> Result<()> {
     }
 }
 
-/// Rejects a number that is not positive and finite; `unit` only serves the message.
+/// Rejects a number that is not positive and finite; `unit` is used in the message only.
 pub(crate) fn positive(parameter: &str, value: f64, unit: &str) -> Result<()> {
     if value.is_finite() && value > 0.0 {
         Ok(())
@@ -22,12 +22,12 @@ pub(crate) fn positive(parameter: &str, value: f64, unit: &str) -> Result<()> {
     }
 }
 
-/// Rejects a sample rate (Hz) that no measurement has: what is computed from it would overflow.
+/// Rejects a sample rate (Hz) outside the range of real measurements, which could overflow.
 pub(crate) fn sample_rate(parameter: &str, value: f64) -> Result<()> {
     within(parameter, value, 1e-6, 1e9, "Hz")
 }
 
-/// Rejects a time step (s) that no record has.
+/// Rejects a time step (s) outside the range of real records.
 pub(crate) fn time_step(parameter: &str, value: f64) -> Result<()> {
     within(parameter, value, 1e-9, 1e6, "s")
 }
@@ -46,7 +46,7 @@ pub(crate) fn signal(parameter: &str, values: &[f64]) -> Result<()> {
     if values.is_empty() {
         return Err(Error::value(parameter, "no samples", "must have at least one"));
     }
-    // Counted first, which the compiler does several at a time.
+    // Counting comes first, because the compiler vectorizes it.
     if values.iter().filter(|v| !v.is_finite()).count() == 0 {
         return Ok(());
     }

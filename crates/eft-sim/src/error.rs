@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// What went wrong, in one line a user can act on.
+/// An error with a message of one line.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -21,10 +21,10 @@ pub enum Error {
     UnknownKey {
         /// The key as given.
         key: String,
-        /// The nearest known key, if one is near.
+        /// The most similar known key, if there is one.
         nearest: Option<String>,
     },
-    /// A physical key without which the rig is not defined.
+    /// A required key that is absent.
     #[error("missing key `{key}` ({meaning})")]
     MissingKey {
         /// The dotted key.
@@ -35,12 +35,12 @@ pub enum Error {
     /// A configuration file that is not valid TOML; the message carries line and column.
     #[error("{0}")]
     Toml(String),
-    /// A file whose content is not what its format promises.
+    /// A file whose content does not match its format.
     #[error("{path}: {message}")]
     File {
         /// The file, as the user named it.
         path: PathBuf,
-        /// What is wrong and where.
+        /// The problem and its place.
         message: String,
     },
     /// A file that could not be read or written.
@@ -63,7 +63,7 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// The same of a key that stands within a section.
+    /// The same error for a key within a section.
     pub(crate) fn within(self, section: &str) -> Self {
         match self {
             Self::Value { parameter, value, allowed } => {

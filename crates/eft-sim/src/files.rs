@@ -1,4 +1,4 @@
-//! The content of a file that somebody else made.
+//! Reading of files from outside.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,11 +6,11 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// Reads an ordinary file of at most `largest` bytes; memory follows what the file holds.
+/// Reads an ordinary file of at most `largest` bytes; the used memory is proportional to its size.
 pub(crate) fn read(path: &Path, largest: u64) -> Result<Vec<u8>> {
     let io = |source| Error::Io { path: path.to_path_buf(), source };
     let refused = |message: String| Error::File { path: path.to_path_buf(), message };
-    // Before it is opened: the system waits for the other end of a pipe.
+    // Checked before opening, because opening a pipe waits for its other end.
     let kind = std::fs::metadata(path).map_err(io)?.file_type();
     if !kind.is_file() && !kind.is_dir() {
         return Err(refused("is a pipe or a device, must be an ordinary file".into()));

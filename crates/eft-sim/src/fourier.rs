@@ -1,4 +1,4 @@
-//! Real Fourier transforms, forward and back, refusing what `eft-fft` refuses in this crate's words.
+//! Real Fourier transforms, forward and back, with the errors of `eft-fft` as errors of this crate.
 
 pub(crate) use eft_fft::Complex64;
 use eft_fft::FftError;
@@ -10,12 +10,13 @@ pub(crate) fn spectrum(signal: &[f64]) -> Result<Vec<Complex64>> {
     padded_spectrum(signal, signal.len())
 }
 
-/// [`spectrum`] of a signal followed by zeros up to `length`.
+/// [`spectrum`] of a signal padded with zeros to `length`.
 pub(crate) fn padded_spectrum(signal: &[f64], length: usize) -> Result<Vec<Complex64>> {
     eft_fft::spectrum(signal, length).map_err(|error| wrong_size(length, &error))
 }
 
-/// The real signal of `length` samples that has a one-sided spectrum; `length` times too large, as FFTs are.
+/// The real signal of `length` samples that has a one-sided spectrum; `length` times too large, as usual for
+/// an FFT.
 pub(crate) fn signal_of(spectrum: Vec<Complex64>, length: usize) -> Result<Vec<f64>> {
     eft_fft::signal(spectrum, length).map_err(|error| wrong_size(length, &error))
 }

@@ -18,9 +18,9 @@ const LINEAR_OPENING: f64 = 0.1;
 const LINEAR_PRESSURE: f64 = 0.05;
 /// Share of the stall force beyond which the valve passes little flow.
 const ADVISED_FORCE: f64 = 0.67;
-/// What the actuators ask for together.
+/// The demand of all actuators together.
 const MEAN_FLOW: &str = "mean flow of the pump";
-/// Without compensation the force may fall by this much within 0.1 to 10 Hz before it counts.
+/// Drop of the force between 0.1 and 10 Hz without compensation up to which no compensation is needed.
 const TOLERATED_DROP: f64 = 0.05;
 
 /// The demand of a test on one quantity.
@@ -32,31 +32,32 @@ pub struct Demand {
     pub unit: &'static str,
     /// Largest demand of the test.
     pub required: f64,
-    /// What the rig has.
+    /// Capacity of the rig.
     pub available: f64,
-    /// What one should stay below.
+    /// Advised limit.
     pub advised: f64,
 }
 
-/// The answer.
+/// The result of [`check_feasibility`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Feasibility {
-    /// Force, displacement, velocity, flow, opening, power and, where the pump's flow is known, its mean.
+    /// Force, displacement, velocity, flow, opening and power; also the mean flow if the pump's flow is
+    /// known.
     pub demands: Vec<Demand>,
     /// The simplest scheme that suffices.
     pub scheme: Mode,
-    /// The largest stable compensation level at the command's sample rate (1); none where no level is.
+    /// The largest stable compensation level at the command's sample rate (1); `None` if no level is stable.
     pub margin: Option<f64>,
-    /// The smallest sample rate (Hz) of those tried from which on the loop stays stable with at least half of the
-    /// margin it has at the highest; none if there is none.
+    /// The smallest tried sample rate (Hz) above which every rate keeps at least half of the margin of the
+    /// highest rate; `None` if there is no such rate.
     pub smallest_sample_rate: Option<f64>,
 }
 
-/// Sets what force commands, one an actuator, ask for beside what a rig has. Where the controller calibrates itself or
-/// guards its level, margin and sample rate are those of the loop before it does so.
+/// Compares the demands of force commands, one per actuator, with the capacities of a rig. With
+/// self-calibration or the guard, margin and sample rate are those of the loop before any calibration.
 ///
 /// # Errors
-/// An invalid command, or not one command an actuator.
+/// An invalid command, or a wrong number of commands.
 pub fn check_feasibility(rig: &RigConfig, commands: &[Command]) -> Result<Feasibility> {
     let (demands, pressure) = asked(rig, commands)?;
     let rate = Time::Sampled(commands.first().map_or(rig.controller.sample_rate, |first| first.sample_rate));
@@ -68,8 +69,8 @@ pub fn check_feasibility(rig: &RigConfig, commands: &[Command]) -> Result<Feasib
     })
 }
 
-/// What force commands, one an actuator, ask for, from the structure's response to exactly those forces. It is that of
-/// the actuator that is asked for most; the pump's mean flow is that of all together.
+/// The demands of force commands, one per actuator, from the structure's response to exactly those forces.
+/// Each demand is that of the actuator with the largest; the pump's mean flow is that of all actuators.
 ///
 /// # Errors
 /// As [`check_feasibility`].
@@ -77,7 +78,7 @@ pub fn demands(rig: &RigConfig, commands: &[Command]) -> Result<Vec<Demand>> {
     Ok(asked(rig, commands)?.0)
 }
 
-/// [`demands`], and the largest share of the stall force.
+/// [`demands`], and the largest force over the stall force.
 fn asked(rig: &RigConfig, commands: &[Command]) -> Result<(Vec<Demand>, f64)> {
     let options = SimulateOptions::default();
     let ideals = ideal_responses(rig, commands, &options)?;
@@ -91,7 +92,7 @@ fn asked(rig: &RigConfig, commands: &[Command]) -> Result<(Vec<Demand>, f64)> {
     Ok((demands, pressure))
 }
 
-/// Takes what another actuator asks for into account.
+/// Includes the demands of another actuator.
 fn merge(all: &mut Vec<Demand>, asked: Vec<Demand>) {
     if all.is_empty() {
         *all = asked;
@@ -105,7 +106,7 @@ fn merge(all: &mut Vec<Demand>, asked: Vec<Demand>) {
 }
 
 fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Result<(Vec<Demand>, f64)> {
-    // What the test asks for and what is there, whatever the controller believes of it.
+    // Demand and capacity are those of the true plant, not of the controller's model.
     let rig = rig.plant();
     let actuator = &rig.actuator;
     let valve = &rig.servovalve;
@@ -126,7 +127,7 @@ fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Resul
         let q = actuator.piston_area * v[i] + pushed;
         let (side, factor) = if q < 0.0 { (actuator.area_ratio, pushing) } else { (1.0, pulling) };
         let radicand = 1.0 - q.signum() * now / (side * stall);
-        // Opening beyond 1 stands for what no opening passes.
+        // An opening beyond 1 means a flow that no opening passes.
         let no_load = q / factor / radicand.max(1e-6).sqrt();
         let end = if no_load < 0.0 { least } else { most };
         let beyond = no_load / end;
@@ -199,7 +200,7 @@ fn smallest_sample_rate(rig: &RigConfig) -> Result<Option<f64>> {
     let mut smallest = None;
     for rate in rates.into_iter().rev() {
         let here = surplus(rate)?;
-        // An infinite margin is as good as another one.
+        // Two infinite margins are equal.
         if here == f64::NEG_INFINITY || here < 0.5 * highest && here.is_finite() {
             break;
         }

@@ -1,4 +1,4 @@
-//! What can be said of a rig before a test.
+//! Analyses of a rig before a test.
 
 pub mod feasibility;
 pub mod linear;

@@ -17,18 +17,18 @@ pub(super) struct Floor<S: Num> {
     norms: Norms<S>,
     extremes: Extremes<S>,
     drift: S,
-    /// Whether any test learns something.
+    /// Whether any test learns.
     learns: bool,
     estimates: Estimates<S>,
     status: S::Flags,
     /// Forces (N) and displacements (m) of one block.
     forces: Vec<S>,
     displacements: Vec<S>,
-    /// A test each, where the traces are kept, until it ends.
+    /// The runs of the tests that keep traces, until each test ends.
     runs: Vec<Option<TestRun>>,
-    /// The ticks that were not handed over to them yet.
+    /// The ticks that are not yet in the runs.
     block: Option<Box<Block<S>>>,
-    /// Whole forces (N) and displacements (m), a test each, where only the costly metrics need them.
+    /// Whole forces (N) and displacements (m) of each test, if only the costly metrics need them.
     whole: Vec<[Vec<f64>; 2]>,
 }
 
@@ -61,7 +61,7 @@ impl<S: Num> Floor<S> {
         }
     }
 
-    /// For the next ticks of a block, from so many on.
+    /// The recorder for the next ticks of a block, from tick `done` on.
     pub(super) fn recorder(&mut self, done: usize) -> FloorRecorder<'_, S> {
         FloorRecorder {
             forces: &mut self.forces[done..],
@@ -74,7 +74,7 @@ impl<S: Num> Floor<S> {
         }
     }
 
-    /// Takes the first ticks of what the recorder kept into the tests' traces.
+    /// Moves the first recorded ticks into the tests' traces.
     pub(super) fn keep(&mut self, ticks: usize) {
         if let Some(block) = &self.block {
             let runs = self.runs.iter_mut().enumerate();
@@ -82,7 +82,7 @@ impl<S: Num> Floor<S> {
         }
     }
 
-    /// Takes a finished block of `ticks` into every floor.
+    /// Adds a finished block of `ticks` to every floor.
     pub(super) fn add(floors: &mut [Self], commands: &[Vec<S>], ticks: usize) {
         let mut below: Option<&[S]> = None;
         for (floor, commands) in floors.iter_mut().zip(commands) {
@@ -172,7 +172,7 @@ pub(super) struct Ended {
 }
 
 impl Ended {
-    /// Of a lane at every actuator, `ticks` into a block that was not taken in.
+    /// The result of one lane at every actuator, `ticks` into a block that is not yet added.
     pub(super) fn of<S: Num>(
         floors: &mut [Floor<S>],
         lane: usize,

@@ -1,7 +1,8 @@
-//! Many tests at once, on all cores: what studies run on.
+//! Many tests at once, on all cores, as studies run them.
 //!
-//! Tests of one kind run side by side, a processor's width of them at a time, through the same plant and the same
-//! controller as one alone. A test's outcome does not depend on the tests beside it, on their order or on the number of threads.
+//! Tests of one kind run side by side in the processor's vector registers, with the same plant and controller
+//! as a single test. A test's outcome does not depend on the tests beside it, on their order or on the number
+//! of threads.
 
 mod floor;
 mod outcome;
@@ -21,9 +22,9 @@ pub use outcome::Outcome;
 /// One test of a batch.
 #[derive(Debug, Clone, Copy)]
 pub struct Test<'a> {
-    /// The rig to be tested.
+    /// The tested rig.
     pub rig: &'a RigConfig,
-    /// The force (N) to be applied, one an actuator, the ground floor's first.
+    /// The force commands (N), one per actuator, the ground floor's first.
     pub commands: &'a [Command],
 }
 
@@ -32,22 +33,22 @@ pub struct Test<'a> {
 pub struct BatchOptions {
     /// How each test is run.
     pub simulate: SimulateOptions,
-    /// Threads; `None` is one a core.
+    /// Number of threads; `None` means one per core.
     pub threads: Option<usize>,
     /// Whether the outcomes carry the traces.
     pub traces: bool,
-    /// Whether to compute the metrics that need a Fourier transform, which take longer than the test.
+    /// Whether to compute the metrics that need a Fourier transform; they take longer than the test.
     pub fft: bool,
 }
 
-/// Runs every test, the controllers in the precision `P`; one outcome each, in order. A test that fails is an error
-/// in its place and loses no other.
+/// Runs every test, with the controllers in the precision `P`, and returns their outcomes in order. A test
+/// that fails gives an error in its place and does not affect the others.
 ///
-/// `go_on(done, total)` is asked a few times a second, on the calling thread; when it says no, the batch ends
-/// with [`Error::Interrupted`].
+/// `go_on(done, total)` is called a few times a second on the calling thread. If it returns `false`, the
+/// batch ends with [`Error::Interrupted`].
 ///
 /// # Errors
-/// No threads; an interruption.
+/// Zero threads, or an interruption.
 pub fn simulate_batch<P: Precision>(
     tests: &[Test<'_>],
     options: &BatchOptions,
@@ -72,7 +73,7 @@ pub fn simulate_batch<P: Precision>(
             match wide.run_widest(P::WIDTH) {
                 Some(Ok(outcomes)) => return piece.places.iter().copied().zip(outcomes).collect(),
                 Some(Err(_)) if stopped() => return Vec::new(),
-                // One of them is refused; each alone says which.
+                // One of the tests is refused; each test alone then gives its own error.
                 _ => {}
             }
         }

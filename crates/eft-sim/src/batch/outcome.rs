@@ -1,4 +1,4 @@
-//! What is left of one test of a batch.
+//! The result of one test of a batch.
 
 use eft_core::status;
 
@@ -9,25 +9,25 @@ use crate::config::RigConfig;
 use crate::error::Result;
 use crate::metrics::{Actuator, Row, Summed, judge, summed};
 
-/// How a test went.
+/// The result of a test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// Every metric, of a building that of the floor where it is largest; NaN those of the force where that of a test that
-    /// diverged is too large to square.
+    /// Every metric; for a building the value of the floor with the largest. Metrics of the force are NaN if
+    /// the test diverged and the force is too large to square.
     pub metrics: Row,
     /// Every flag of [`status`] that was raised at any time.
     pub status: u32,
-    /// What the controller believed at the end, by the names of [`TestRun`]'s traces, of a building that of the floor
-    /// where it moved farthest. None of a rig that neither adapts nor guards.
+    /// The controller's estimates at the end, by the names of [`TestRun`]'s traces. For a building each is
+    /// that of the floor where it changed most. `None` without self-calibration and guard.
     pub estimates: Option<Vec<(&'static str, f64)>>,
-    /// Samples that were run: the command's, or fewer where the test diverged.
+    /// Number of simulated samples: that of the command, or fewer if the test diverged.
     pub samples: usize,
-    /// The traces of every actuator, where they were asked for.
+    /// The traces of every actuator, if requested.
     pub runs: Vec<TestRun>,
 }
 
 impl Outcome {
-    /// Judges a test by its traces.
+    /// Computes the outcome of a test from its traces.
     ///
     /// # Errors
     /// As [`judged`](Self::judged).
@@ -50,11 +50,11 @@ impl Outcome {
         Ok(Self { runs: if options.traces { runs } else { Vec::new() }, ..judged })
     }
 
-    /// Judges a test by what was summed up, by whole signals where the costly metrics are wanted, and by what each
-    /// actuator's controller believed at the end.
+    /// Computes the outcome of a test from its sums and from the final estimates of each actuator's
+    /// controller. The costly metrics need whole signals.
     ///
     /// # Errors
-    /// Commands that are zero throughout, which no error can be related to.
+    /// Commands that are zero throughout, because a relative error is then undefined.
     pub(super) fn judged(
         rig: &RigConfig,
         sample_rate: f64,

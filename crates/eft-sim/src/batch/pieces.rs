@@ -1,4 +1,4 @@
-//! Which tests of a batch can run side by side.
+//! Selects the tests of a batch that can run side by side.
 
 use std::collections::HashMap;
 use std::ptr;
@@ -11,14 +11,14 @@ use crate::instruments::are_ideal;
 use crate::lanes::width;
 use crate::plant::{TimeGrid, needs_detail};
 
-/// Tests that one thread takes at once, by their places in the batch.
+/// Tests that one thread runs together, by their places in the batch.
 pub(super) struct Piece {
     pub(super) places: Vec<usize>,
-    /// What they have in common, where they run side by side.
+    /// Their common properties, if they run side by side.
     pub(super) side_by_side: Option<Kind>,
 }
 
-/// What tests side by side share; any other parameter may differ.
+/// The properties that tests side by side share; any other parameter may differ.
 #[derive(Debug, PartialEq, Eq, Hash, Clone, Copy)]
 pub(super) struct Kind {
     sample_rate: u64,
@@ -30,12 +30,12 @@ pub(super) struct Kind {
     digital: bool,
     channel: ChannelKind,
     ideal_sensors: bool,
-    /// The tick at which the protections are asked for the soft end.
+    /// The tick at which the soft end of the protections begins.
     pub(super) soft_end: Option<usize>,
 }
 
 impl Kind {
-    /// Of a test of sound commands; none of one that is refused.
+    /// The kind of a test with valid commands; `None` for a test that is refused.
     fn of(test: &Test<'_>, options: &BatchOptions) -> Option<Self> {
         let Test { rig, commands } = test;
         let first = commands.first()?;
@@ -53,19 +53,19 @@ impl Kind {
         })
     }
 
-    /// How time is cut.
+    /// The ticks and integration steps.
     pub(super) fn grid(&self) -> TimeGrid {
         TimeGrid::new(f64::from_bits(self.sample_rate), self.steps)
     }
 }
 
-/// Cuts a batch into pieces, the larger ones first.
+/// Divides a batch into pieces, the larger ones first.
 pub(super) fn pieces(tests: &[Test<'_>], options: &BatchOptions) -> Vec<Piece> {
     let mut pieces = Vec::new();
     let mut alone = Vec::new();
     let mut kinds: Vec<(Kind, Vec<usize>)> = Vec::new();
     let mut known = HashMap::new();
-    // Commands that tests of as many stories share are looked through once.
+    // Commands shared by several tests with the same number of stories are checked once.
     let mut sound = HashMap::new();
     for (place, test) in tests.iter().enumerate() {
         let looked_through = (ptr::from_ref(test.commands), test.rig.structure.floors());
@@ -83,8 +83,8 @@ pub(super) fn pieces(tests: &[Test<'_>], options: &BatchOptions) -> Vec<Piece> {
     }
     let width = width();
     for (kind, mut places) in kinds {
-        // A step that one lane needs in small pieces costs all of them: rigs that
-        // are compensated alike meet their limits together.
+        // A step that one lane must subdivide costs time in all lanes. Rigs with similar compensation reach
+        // their limits together.
         let alike = |place: usize| {
             let rig = tests[place].rig;
             let (compensation, valve) = (&rig.compensation, &rig.plant().servovalve);
@@ -95,7 +95,7 @@ pub(super) fn pieces(tests: &[Test<'_>], options: &BatchOptions) -> Vec<Piece> {
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         });
         for places in places.chunks(width) {
-            // A row of lanes costs about as much as two tests, however few of its lanes are filled.
+            // A set of lanes costs about as much as two tests, even if few of its lanes are used.
             if places.len() > 2 {
                 pieces.push(Piece { places: places.to_vec(), side_by_side: Some(kind) });
             } else {

@@ -1,4 +1,4 @@
-//! Threads that take one piece of work after the other, while the caller looks on.
+//! Worker threads that process pieces of work while the calling thread reports progress.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
 
-/// Between two looks at whether to go on.
+/// Time between two calls of `go_on`.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Runs `work(0)` to `work(pieces - 1)`; each gives some of the `total` results, with their places. `work` is handed
-/// what tells whether to stop.
+/// Runs `work(0)` to `work(pieces - 1)`. Each returns some of the `total` results with their places. `work`
+/// also receives the flag that tells it to stop.
 ///
 /// # Errors
-/// [`Error::Interrupted`] where `go_on(done, total)`, asked on the calling thread, said no.
+/// [`Error::Interrupted`] if `go_on(done, total)`, called on the calling thread, returned `false`.
 pub(super) fn run<T: Send>(
     threads: usize,
     pieces: usize,

@@ -61,7 +61,8 @@ fn building(stories: usize, changes: &[(&str, toml::Value)]) -> RigConfig {
     rig(&[&structure, changes].concat())
 }
 
-/// Every test of a batch against the same test by `simulate`, in a precision; `wide` pieces at least run side by side.
+/// Compares every test of a batch with the same test by `simulate`, in one precision. At least `wide` pieces
+/// must run side by side.
 fn compare_in<P: Precision>(
     rigs: &[RigConfig],
     commands: &[Vec<Command>],
@@ -75,7 +76,7 @@ fn compare_in<P: Precision>(
     for (n, (outcome, test)) in outcomes.into_iter().zip(&tests).enumerate() {
         let alone = simulate_actuators::<P>(test.rig, test.commands, &options.simulate, |_, _| true).unwrap();
         let (outcome, alone) = (outcome.unwrap(), Outcome::new(test.rig, alone, options).unwrap());
-        // As text, where NaN equals NaN: every bit of every number shows in it.
+        // Compared as text, in which NaN equals NaN and every bit of a number is visible.
         assert!(
             format!("{outcome:?}") == format!("{alone:?}"),
             "test {n}: {:?} {:?}",
@@ -119,7 +120,7 @@ fn tests_of_many_kinds_find_their_own_outcomes() {
     compare(&rigs, &commands, &BatchOptions { threads: Some(3), ..BatchOptions::default() });
 }
 
-/// Adaptive rigs, one of which diverges, with noise where it is given.
+/// Adaptive rigs, one of which diverges, with further changes such as noise.
 fn adaptive(further: &[(&str, toml::Value)]) -> Vec<RigConfig> {
     let changes: [&[(&str, toml::Value)]; 8] = [
         &[],

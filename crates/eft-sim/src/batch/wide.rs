@@ -1,4 +1,4 @@
-//! Several tests side by side, judged as they run.
+//! Several tests side by side; their metrics are summed while they run.
 
 use eft_core::{Mask, status};
 
@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::lanes::{Num, WideWork, Work, dispatch, dispatch_wide};
 use crate::metrics::BLOCK;
 
-/// Tests of one kind, as many as fit side by side or fewer.
+/// Tests of one kind, at most as many as there are lanes.
 #[derive(Clone, Copy)]
 pub(super) struct SideBySide<'a> {
     pub(super) tests: &'a [Test<'a>],
@@ -31,7 +31,7 @@ impl<P: Precision> WideWork for InPrecision<'_, P> {
 
     fn run<S: Num>(self) -> Self::Output {
         let Self(work, _) = self;
-        // Lanes that are left over run the last test once more.
+        // Unused lanes repeat the last test.
         let rig = |lane: usize| work.tests[lane.min(work.tests.len() - 1)].rig;
         let grid = work.kind.grid();
         if work.kind.detailed {
@@ -45,10 +45,10 @@ impl<P: Precision> WideWork for InPrecision<'_, P> {
 }
 
 impl SideBySide<'_> {
-    /// The outcome of each, in order; none on a processor that gains nothing by it.
+    /// The outcome of each test, in order; `None` on a processor without vector instructions for it.
     ///
     /// # Errors
-    /// A controller that the core refuses, or an interruption.
+    /// Parameters that the core refuses, or an interruption.
     // Not generic, so that it is compiled here once.
     pub(super) fn run_widest(self, width: Width) -> Option<Result<Vec<Result<Outcome>>>> {
         match width {
@@ -115,7 +115,7 @@ impl SideBySide<'_> {
     }
 }
 
-/// Flags the last tick of a test that ended.
+/// Sets a flag in the last tick of a test that has ended.
 fn with_flag(mut floors: Vec<Ended>, flag: u32) -> Vec<Ended> {
     for floor in &mut floors {
         floor.status |= flag;
@@ -126,7 +126,7 @@ fn with_flag(mut floors: Vec<Ended>, flag: u32) -> Vec<Ended> {
     floors
 }
 
-/// Puts the commands of a block side by side, and the one behind it.
+/// Gathers the commands of a block, and the first one after it, into lanes.
 struct Gather<'a, S, F> {
     values: F,
     start: usize,

@@ -1,4 +1,5 @@
-//! A rig's channel and the learner beside it, as the simulator and Python run them: the learner inline behind the tick.
+//! A rig's channel with its learner, as the simulator and Python run them. The learner runs inline after the
+//! tick.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +13,7 @@ use crate::plant::TABLE_CAPACITY;
 
 type Channel<P> = eft_core::Channel<P, TABLE_CAPACITY>;
 
-/// A channel, its learner where something is learned, and what both remember.
+/// A channel, its learner if the rig learns, and the states of both.
 #[derive(Debug, Clone)]
 pub struct RigChannel<P: Precision> {
     channel: Box<Channel<P>>,
@@ -20,33 +21,33 @@ pub struct RigChannel<P: Precision> {
     learning: Option<Box<Learning<P>>>,
 }
 
-/// A learner and what it remembers.
+/// A learner and its state.
 #[derive(Debug, Clone)]
 pub(super) struct Learning<P: Precision> {
     pub(super) learner: Learner<P, TABLE_CAPACITY>,
     pub(super) state: LearnerState<P>,
-    /// What the last window taught, to be published before the next tick: until then the calibration in use stays.
+    /// The calibration from the last window, which is published before the next tick.
     learned: Option<Calibration<P>>,
 }
 
 impl<P: Precision> Learning<P> {
-    /// Nothing learned yet.
+    /// A learner at rest.
     ///
     /// # Errors
-    /// What `eft-core` refuses.
+    /// Parameters that `eft-core` refuses.
     pub(super) fn new(parameters: &Parameters) -> Result<Self> {
         let learner = P::learner(parameters)?;
         Ok(Self { state: learner.at_rest(), learner, learned: None })
     }
 
-    /// No-load flows (m³/s) that a calibration's valve passes at these openings.
+    /// No-load flows (m³/s) of a calibration's valve at these openings.
     pub(super) fn found_flows(&self, calibration: &Calibration<P>, openings: &[f64]) -> Vec<f64> {
         let flow = |opening: &f64| self.learner.found_flow(calibration, P::from_f64(*opening)).to_f64();
         openings.iter().map(flow).collect()
     }
 }
 
-/// What a channel and its learner remember, to be written and read again.
+/// The state of a channel and its learner, which can be stored and restored.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct RigChannelState<P: Precision> {
@@ -58,7 +59,7 @@ impl<P: Precision> RigChannel<P> {
     /// At rest.
     ///
     /// # Errors
-    /// What `eft-core` refuses.
+    /// Parameters that `eft-core` refuses.
     pub fn new(parameters: &Parameters) -> Result<Self> {
         let channel = Box::new(P::channel(parameters)?);
         let learning =
@@ -71,7 +72,7 @@ impl<P: Precision> RigChannel<P> {
         self.step_via(input, |compensation| compensation)
     }
 
-    /// One tick, the compensation signal passed through `path` on its way to the force loop.
+    /// One tick, with the compensation signal passed through `path` before the force loop.
     pub(crate) fn step_via(&mut self, input: &Input<f64>, path: impl FnOnce(P) -> P) -> Output<f64> {
         if let Some(calibration) = self.learning.as_mut().and_then(|learning| learning.learned.take()) {
             self.channel.publish(&mut self.state, calibration);
@@ -83,18 +84,18 @@ impl<P: Precision> RigChannel<P> {
         widened(&out)
     }
 
-    /// The last output once more; the state stays.
+    /// Returns the last output again and leaves the state unchanged.
     pub fn hold(&self) -> Output<f64> {
         widened(&self.channel.hold(&self.state))
     }
 
-    /// Goes to the state of a rig that has long been at this operating point: the next step with the same input has no
-    /// bump. What was learned stays, the protection goes on where it is.
+    /// Sets the state of a rig that has long been at this operating point, so that the next step with the
+    /// same input has no bump. The calibration and the state of the protection are kept.
     pub fn prime(&mut self, input: &Input<f64>) {
         self.channel.prime(&mut self.state, &rounded(input));
     }
 
-    /// Back to rest, nothing learned.
+    /// Returns to rest and forgets the calibration.
     pub fn reset(&mut self) {
         *self.state = self.channel.at_rest();
         if let Some(learning) = &mut self.learning {
@@ -103,16 +104,16 @@ impl<P: Precision> RigChannel<P> {
         }
     }
 
-    /// What it remembers now.
+    /// The present state.
     pub fn state(&self) -> RigChannelState<P> {
         let learning = self.learning.as_ref().map(|learning| (learning.state, learning.learned));
         RigChannelState { channel: *self.state, learning }
     }
 
-    /// Goes on from what a channel of the same parameters remembered.
+    /// Restores the state of a channel with the same parameters.
     ///
     /// # Errors
-    /// A state of a channel that learns for one that does not, or the other way round.
+    /// A state with a learner for a channel without one, or the reverse.
     pub fn go_to(&mut self, state: &RigChannelState<P>) -> Result<()> {
         match (&mut self.learning, &state.learning) {
             (None, None) => {}
@@ -127,7 +128,8 @@ impl<P: Precision> RigChannel<P> {
         Ok(())
     }
 
-    /// What the learner has found, by the names of the traces; of a rig that does not learn what it is configured to.
+    /// The learner's estimates by the names of the traces; for a rig that does not learn, the configured
+    /// values.
     pub fn estimates(&self, rig: &RigConfig) -> Vec<(&'static str, f64)> {
         Estimates::<f64>::nominal(|_| rig).or(|_| self.calibration()).named()
     }
@@ -137,33 +139,33 @@ impl<P: Precision> RigChannel<P> {
         *self.state == self.channel.at_rest()
     }
 
-    /// Trips the protection, where there is one, from outside.
+    /// Trips the protection, if there is one, on request.
     pub fn trip(&mut self) {
         self.state.trip();
     }
 
-    /// Asks the protection, where there is one, for the soft end.
+    /// Starts the soft end of the protection, if there is one.
     pub fn end(&mut self) {
         self.state.end();
     }
 
-    /// What the protection will make of the next tick's command (N) if nothing new happens.
+    /// The command (N) that the protection will permit at the next tick if nothing new happens.
     pub(crate) fn preview(&self, next_command: f64) -> f64 {
         self.channel.preview(&self.state, P::from_f64(next_command)).to_f64()
     }
 
-    /// The calibration in use, where something is learned.
+    /// The calibration in use, if the rig learns.
     pub fn calibration(&self) -> Option<&Calibration<P>> {
         self.learning.as_ref().map(|_| self.state.calibration())
     }
 
-    /// No-load flows (m³/s) that the valve was found to pass at these openings, where something is learned.
+    /// Learned no-load flows (m³/s) of the valve at these openings, if the rig learns.
     pub fn found_flows(&self, openings: &[f64]) -> Option<Vec<f64>> {
         Some(self.learning.as_ref()?.found_flows(self.state.calibration(), openings))
     }
 }
 
-/// In the controller's precision.
+/// The input in the controller's precision.
 pub(super) fn rounded<P: Precision>(i: &Input<f64>) -> Input<P> {
     Input {
         command: P::from_f64(i.command),

@@ -1,4 +1,4 @@
-//! Channels of several rigs, one after the other.
+//! Channels of several rigs, run one after another.
 
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::controller::{Precision, adapts};
@@ -6,7 +6,7 @@ use crate::config::{RigConfig, VelocitySource};
 use crate::instruments::{DelayLines, Signals};
 use crate::lanes::{Num, WIDEST};
 
-/// What a rig's channel is made of.
+/// The parts of a rig's channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum ChannelKind {
     /// The controller alone.
@@ -18,7 +18,7 @@ pub(crate) enum ChannelKind {
 }
 
 impl ChannelKind {
-    /// Of a rig.
+    /// The kind for a rig.
     pub(crate) fn of(rig: &RigConfig) -> Self {
         if rig.protection.enabled || rig.controller.velocity_source != VelocitySource::Sensor {
             Self::Whole
@@ -30,7 +30,7 @@ impl ChannelKind {
     }
 }
 
-/// What channels answer to one tick, one number a lane.
+/// The outputs of the channels at one tick, one number per lane.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Answers {
     pub(crate) voltage: [f64; WIDEST],
@@ -42,8 +42,9 @@ pub(crate) struct Answers {
     pub(crate) status: [u32; WIDEST],
 }
 
-/// One tick of a channel a lane, at commands (N) now and at the next tick and the valve command (V) that stands.
-// Not inlined: the code of a whole channel is compiled once, whatever is side by side.
+/// One tick of one channel per lane, with the commands (N) of this tick and the next, and the present valve
+/// command (V).
+// Not inlined, so that the code of a whole channel is compiled once for all numbers of lanes.
 #[inline(never)]
 pub(crate) fn step_channels<S: Num, P: Precision>(
     channels: &mut [RigChannel<P>],

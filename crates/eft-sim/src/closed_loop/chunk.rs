@@ -1,4 +1,4 @@
-//! The fast path through some ticks of a test, of one rig or of several side by side.
+//! The fast path for a number of ticks of a test, for one rig or several side by side.
 
 use eft_core::{Mask, Scalar};
 
@@ -80,13 +80,14 @@ where
                 self.recorder.record(done, &tick, self.test.estimates());
                 self.test.advance_by_runge_kutta(&mut state, &tick.decision.driver);
             } else if S::LANES == 1 {
-                // What waits for the controller's root and division stays short, and the rest fills the time.
+                // Only a short chain of operations waits for the controller's root and division; the other
+                // work runs meanwhile.
                 let ahead = self.test.look_ahead(&state);
                 let tick = self.test.sample::<IDEAL, LEARNS>(&mut state, command, next);
                 self.test.advance(&mut state, ahead, &tick.decision.driver);
                 self.recorder.record(done, &tick, self.test.estimates());
             } else {
-                // Several side by side fill it alone, and then fewer numbers have to be kept at a time.
+                // Several rigs side by side fill that time anyway; in this order they need fewer registers.
                 let tick = self.test.sample::<IDEAL, LEARNS>(&mut state, command, next);
                 self.recorder.record(done, &tick, self.test.estimates());
                 let ahead = self.test.look_ahead(&state);

@@ -1,6 +1,6 @@
-//! The controller of a rig: what the configuration says about it, handed to `eft-core`.
+//! The controller of a rig: its parameters for `eft-core` from the configuration.
 //!
-//! Only what a controller can know goes in: nothing of the true plant does.
+//! The parameters contain only what a controller can know, and nothing of the true plant.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -20,32 +20,32 @@ pub type RigController<S> = Controller<S, TABLE_CAPACITY>;
 
 /// A precision the controller can run in.
 pub trait Precision: Real + Serialize + DeserializeOwned + 'static {
-    /// Which it is.
+    /// The width of this precision.
     const WIDTH: Width;
-    /// The numbers of controllers beside a plant of several lanes: as many, or one where each lane has a channel of its
-    /// own.
+    /// The number type of the controllers for a plant of several lanes. It has as many lanes, or one lane if
+    /// each lane has its own channel.
     type Lanes<S: Num>: Scalar<Element = Self> + 'static;
 
     /// The controller alone.
     ///
     /// # Errors
-    /// What `eft-core` refuses.
+    /// Parameters that `eft-core` refuses.
     fn controller(parameters: &Parameters) -> Result<RigController<Self>>;
 
     /// The whole tick.
     ///
     /// # Errors
-    /// What `eft-core` refuses.
+    /// Parameters that `eft-core` refuses.
     fn channel(parameters: &Parameters) -> Result<Channel<Self, TABLE_CAPACITY>>;
 
-    /// The learner beside it.
+    /// The learner of the channel.
     ///
     /// # Errors
-    /// What `eft-core` refuses.
+    /// Parameters that `eft-core` refuses.
     fn learner(parameters: &Parameters) -> Result<Learner<Self, TABLE_CAPACITY>>;
 }
 
-/// How wide a precision's numbers are.
+/// The width of a precision's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
     /// `f32`.
@@ -54,12 +54,12 @@ pub enum Width {
     Double,
 }
 
-/// Whether something of the controller is learned during a test.
+/// Whether the controller learns during a test.
 pub fn adapts(rig: &RigConfig) -> bool {
     rig.compensation.adaptive || rig.compensation.guard
 }
 
-/// Everything a rig's controller is made from, at a sample rate (Hz).
+/// All parameters of a rig's controller at a sample rate (Hz).
 ///
 /// # Errors
 /// An observer without its gains, or an invalid sample rate.
@@ -67,8 +67,8 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
     crate::checks::sample_rate("sample_rate", sample_rate)?;
     let designed = rig.at_rate(sample_rate)?;
     let (c, loop_, limits) = (&rig.compensation, &designed.controller, &rig.limits);
-    // Before the valve command that an analog controller makes; behind the one that the channel makes itself, and then
-    // the estimator of the valve sees it.
+    // With an analog controller the delay is before the valve command. With a digital one it is after the
+    // channel's valve command, so the valve estimator sees it.
     let converter = match loop_.realization {
         config::Realization::Analog => rig.dac.delay,
         config::Realization::Digital => 0,
@@ -98,7 +98,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         flows: &rig.servovalve.flow_table.flows,
         flow_gain: c.flow_gain,
         valve_gain: c.valve_gain,
-        // What learns keeps the two apart, to find the valve's.
+        // A learning controller keeps the two delays separate, to estimate that of the valve.
         response_delay: if c.adaptive { c.response_delay } else { c.lead_delay() },
         lead_alpha: c.lead_alpha,
         velocity_source: velocity_source(rig, sample_rate)?,
@@ -132,7 +132,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
     })
 }
 
-/// Where a rig's controller takes the velocity from.
+/// The velocity source of a rig's controller.
 fn velocity_source(rig: &RigConfig, sample_rate: f64) -> Result<VelocitySource> {
     let c = &rig.controller;
     Ok(match c.velocity_source {
@@ -148,7 +148,7 @@ fn velocity_source(rig: &RigConfig, sample_rate: f64) -> Result<VelocitySource> 
     })
 }
 
-/// The protection of a rig's specimen, where it is on.
+/// The protection of a rig's specimen, if it is enabled.
 fn protection(rig: &RigConfig) -> Option<ProtectionParameters> {
     let p = &rig.protection;
     let levels = |warning: Option<f64>, trip: Option<f64>| {
@@ -171,7 +171,7 @@ fn protection(rig: &RigConfig) -> Option<ProtectionParameters> {
     })
 }
 
-/// What the plausibility takes for granted: where nothing is said, noise of 0.05 % of what each sensor has to reach.
+/// Parameters of the plausibility check. The default noise is 0.05 % of the range that each sensor must have.
 fn plausibility(rig: &RigConfig) -> PlausibilityParameters {
     const SHARE: f64 = 5.0e-4;
     let (p, a) = (&rig.protection, &rig.actuator);

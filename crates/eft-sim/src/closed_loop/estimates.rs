@@ -1,4 +1,4 @@
-//! What the learner found out, as traces: the learner's lines of the table of traces.
+//! The learner's estimates as traces: its lines of the table of traces.
 
 use eft_core::Calibration;
 
@@ -6,8 +6,8 @@ use crate::closed_loop::controller::Precision;
 use crate::config::RigConfig;
 use crate::lanes::Num;
 
-/// Hands its lines, `name: unit, description, value of a calibration => value of a rig that does not learn`, to a macro, in
-/// front of what else that one takes.
+/// Passes its lines, `name: unit, description, value of a calibration => value of a rig that does not learn`,
+/// to a macro, before the macro's other arguments.
 macro_rules! estimates {
     ($then:ident! { $($more:tt)* }) => {
         $then! {
@@ -43,20 +43,20 @@ macro_rules! define {
     (learner |$calibration:ident| {
         $($learned:ident: $learned_unit:literal, $learned_doc:literal, $found:expr => $nominal:expr;)*
     }) => {
-        /// What the learner found out, as the controller uses it.
+        /// The learner's estimates as the controller uses them.
         #[derive(Debug, Clone, Copy)]
         pub(crate) struct Estimates<S> {
             $(pub(crate) $learned: S,)*
         }
 
         impl<S: Num> Estimates<S> {
-            /// Of rigs that do not learn, one a lane.
+            /// The values of rigs that do not learn, one per lane.
             pub(crate) fn nominal<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
                 let of = |nominal: fn(&RigConfig) -> f64| S::from_lanes(|lane| nominal(rig(lane)));
                 Self { $($learned: of($nominal),)* }
             }
 
-            /// Of the calibrations in use; these where a lane has none.
+            /// The estimates of the calibrations in use; `self` for lanes without one.
             #[inline(always)]
             pub(crate) fn or<'a, P: Precision>(self, of: impl Fn(usize) -> Option<&'a Calibration<P>>) -> Self {
                 Self {
@@ -67,12 +67,12 @@ macro_rules! define {
                 }
             }
 
-            /// One lane's.
+            /// The estimates of one lane.
             pub(crate) fn lane(&self, lane: usize) -> Estimates<f64> {
                 Estimates { $($learned: self.$learned.lane(lane),)* }
             }
 
-            /// Of a controller elsewhere, which does not tell.
+            /// The estimates of an external controller, which are unknown.
             pub(crate) fn unknown() -> Self {
                 Self { $($learned: S::splat(f64::NAN),)* }
             }
@@ -84,7 +84,7 @@ macro_rules! define {
                 vec![$((stringify!($learned), self.$learned),)*]
             }
 
-            /// Of several floors each where it is farthest from these.
+            /// Of several floors, each estimate from the floor where it differs most from `self`.
             pub(crate) fn farthest(self, floors: &[Self]) -> Self {
                 Self {
                     $($learned: floors.iter().map(|floor| floor.$learned).fold(self.$learned, |most, value| {

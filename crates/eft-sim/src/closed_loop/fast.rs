@@ -1,4 +1,4 @@
-//! Plant and digital side tied together on the fast path, the paper's rig: one tick at a time.
+//! Plant and digital side of the paper's rig on the fast path, one tick at a time.
 
 use eft_core::{ControllerState, Scalar};
 
@@ -21,12 +21,12 @@ where
     /// Sensors and controller.
     pub(super) digital: DigitalSide<S, C>,
     grid: TimeGrid,
-    /// How the plant is carried from tick to tick.
+    /// The integration method between ticks.
     pub(super) method: Method,
     pub(super) state: LoopState<S, C>,
 }
 
-/// The force and pressure of a plant in a state, as its drive gets them.
+/// Force and pressure of a plant in a state, as inputs of its drive.
 struct FastFeedback<'a, S: Num> {
     plant: &'a Exponential<S>,
     state: &'a FastState<S>,
@@ -43,7 +43,7 @@ impl<S: Num> Feedback<S> for FastFeedback<'_, S> {
     }
 }
 
-/// Everything that changes from tick to tick and fits into registers.
+/// The state of the loop, small enough for registers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LoopState<S, C: Scalar> {
     plant: FastState<S>,
@@ -67,7 +67,7 @@ impl<S: Num, C: Scalar> FastLoop<S, C>
 where
     C::Element: Precision,
 {
-    /// The loops of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization.
+    /// The loops of `rig(0)`, `rig(1)`, … at rest, one per lane, all with the same realization.
     pub(crate) fn new<'a>(
         rig: impl Fn(usize) -> &'a RigConfig,
         grid: TimeGrid,
@@ -79,14 +79,14 @@ where
         Ok(Self { plant, digital, grid, method, state })
     }
 
-    /// What the learners have found by the last sample.
+    /// The learners' estimates at the last sample.
     #[inline(always)]
     pub(crate) fn estimates(&self) -> &Estimates<S> {
         self.digital.estimates()
     }
 
-    /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
-    /// `IDEAL` and `LEARNS` are of the [`path`](Self::path).
+    /// Samples, and returns the drive of the valve until the next tick. `next_command` is the command at that
+    /// tick. `IDEAL` and `LEARNS` must match the [`path`](Self::path).
     #[inline(always)]
     pub(crate) fn sample<const IDEAL: bool, const LEARNS: bool>(
         &mut self,
@@ -104,13 +104,13 @@ where
         Tick::new(command, *now.plant(), force, &truth, blocks.at_limits(now.plant()), decision)
     }
 
-    /// What of the way to the next tick can be computed beside the sample.
+    /// The part of the step to the next tick that does not depend on the sample.
     #[inline(always)]
     pub(crate) fn look_ahead(&self, state: &LoopState<S, C>) -> Prediction<S> {
         self.plant.predict(&state.plant)
     }
 
-    /// Takes the plant to the next tick under what the last sample decided.
+    /// Advances the plant to the next tick under the drive of the last sample.
     #[inline(always)]
     pub(crate) fn advance(&self, state: &mut LoopState<S, C>, ahead: Prediction<S>, driver: &Driver<S>) {
         let (plant, now, grid) = (&self.plant, state.plant, self.grid);

@@ -1,4 +1,4 @@
-//! Plant and digital sides tied together for rigs with any effect and any number of actuators.
+//! Plant and digital sides of rigs with any effect and any number of actuators.
 
 use eft_core::{ControllerState, Flags, Mask, Scalar, status};
 
@@ -18,19 +18,19 @@ where
     C::Element: Precision,
 {
     plant: Plant<S>,
-    /// One an actuator.
+    /// One per actuator.
     pub(super) digital: Vec<DigitalSide<S, C>>,
     states: Vec<ControllerState<C>>,
     drivers: Vec<Driver<S>>,
-    /// A structure outside, where the rig's own does not follow.
+    /// An external structure that replaces the rig's own.
     follower: Option<Box<dyn Follows<S>>>,
     grid: TimeGrid,
-    /// Whether any lane has a protection, and lanes of which one has tripped.
+    /// Whether any lane has a protection. `tripped` marks the lanes in which one has tripped.
     protected: bool,
     tripped: S::Mask,
 }
 
-/// The force and pressure of one actuator, as its driver gets them.
+/// Force and pressure of one actuator, as inputs of its driver.
 struct ActuatorFeedback<'a, S: Num> {
     plant: &'a Plant<S>,
     number: usize,
@@ -47,7 +47,8 @@ impl<S: Num, C: Scalar> GeneralLoop<S, C>
 where
     C::Element: Precision,
 {
-    /// The loops of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization and of as many stories.
+    /// The loops of `rig(0)`, `rig(1)`, … at rest, one per lane, all with the same realization and number of
+    /// stories.
     pub(crate) fn new<'a>(rig: impl Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
         let plant = Plant::pack(&rig)?;
         let actuators = 0..plant.actuators();
@@ -64,17 +65,17 @@ where
         })
     }
 
-    /// The same without an account of the plant's energy.
+    /// The same loop without an energy balance.
     pub(crate) fn without_account(self) -> Self {
         Self { plant: self.plant.without_account(), ..self }
     }
 
-    /// Tick `i` of these commands.
+    /// Runs tick `i` of these commands.
     #[inline(always)]
     fn tick(&mut self, i: usize, commands: &[&[S]], recorder: &mut [impl Recorder<S>]) {
         let Self { plant, digital, states, drivers, follower, grid, protected, tripped } = self;
         if *protected && tripped.any() {
-            // One floor let down alone would twist the others off it.
+            // Removing the force of one floor alone would overload the others.
             digital.iter_mut().for_each(|side| side.trip(*tripped));
             plant.open_bypass(*grid, *tripped);
         }
@@ -128,7 +129,7 @@ where
     fn found_flows(&self, actuator: usize, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
         self.digital[actuator].found_flows(openings, lane)
     }
-    // What a structure outside takes up is in no book of ours.
+    // The energy of an external structure is unknown.
     fn balance(&self, lane: usize) -> Option<EnergyBalance> {
         self.follower.is_none().then(|| self.plant.balance(lane))
     }
@@ -141,7 +142,7 @@ impl<C: Scalar> GeneralLoop<f64, C>
 where
     C::Element: Precision,
 {
-    /// Lets a structure outside follow instead of the rig's own.
+    /// Replaces the rig's structure by an external one.
     pub(crate) fn followed_by(&mut self, specimen: Specimen) {
         self.follower = Some(Box::new(Follower::new(specimen, self.plant.actuators())));
     }

@@ -1,4 +1,4 @@
-//! What the structure would do under exactly the commanded force: the answer every scheme is judged by.
+//! The response of the structure to exactly the commanded force, with which every scheme is compared.
 
 use crate::closed_loop::simulate::{SimulateOptions, check_commands, one_actuator};
 use crate::config::RigConfig;
@@ -15,11 +15,11 @@ pub struct IdealResponse {
     pub velocity: Vec<f64>,
 }
 
-/// The structure's response to the command itself, linear between samples; Runge–Kutta steps no longer than the
-/// options' largest step.
+/// The structure's response to the command, which is linear between samples. Runge–Kutta steps are at most as
+/// long as the options' largest step.
 ///
 /// # Errors
-/// As [`ideal_responses`]; a building, which takes one command a story.
+/// As [`ideal_responses`], or a building, which needs one command per story.
 pub fn ideal_response(
     rig: &RigConfig,
     command: &Command,
@@ -29,11 +29,12 @@ pub fn ideal_response(
     Ok(ideal_responses(rig, std::slice::from_ref(command), options)?.swap_remove(0))
 }
 
-/// As [`ideal_response`], under one command an actuator, the ground floor's first; one response each.
+/// As [`ideal_response`], under one command per actuator, the ground floor's first. It returns one response
+/// per actuator.
 ///
 /// # Errors
-/// An invalid command, not one an actuator, commands of different lengths or rates; a structure too stiff for the step,
-/// whose motion grows without bound.
+/// An invalid command, a wrong number of commands, commands of different lengths or rates, or a structure too
+/// stiff for the step, whose motion grows without bound.
 pub fn ideal_responses(
     rig: &RigConfig,
     commands: &[Command],
@@ -61,8 +62,8 @@ pub fn ideal_responses(
     }
 }
 
-/// The motion of a structure from `start` on under forces: `force(i, floor)` is that on a floor at sample `i` (N) and its
-/// rate until the next (N/s).
+/// The motion of a structure from `start` on under forces. `force(i, floor)` returns the force on a floor at
+/// sample `i` (N) and its rate until the next sample (N/s).
 pub(crate) fn motions(
     structure: &Structure<f64>,
     start: &[Motion<f64>],

@@ -1,4 +1,4 @@
-//! Channels side by side that learn: the tick in lanes, a learner a lane once a window.
+//! Learning channels side by side: the tick runs in lanes, and one learner per lane runs once per window.
 
 use eft_core::{
     Calibration, ChannelLanes, ChannelLanesState, ControllerInput, ControllerOutput, Parameters, Scalar,
@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::lanes::{Num, Work, dispatch};
 use crate::plant::TABLE_CAPACITY;
 
-/// Channels of rigs that learn, without a protection and with a sensor of the velocity, one a lane.
+/// Channels of rigs that learn, without protection and with a measured velocity, one per lane.
 pub(crate) struct LearningLanes<S: Num, C: Scalar>
 where
     C::Element: Precision,
@@ -19,9 +19,9 @@ where
     channels: Box<ChannelLanes<C, TABLE_CAPACITY>>,
     state: Box<ChannelLanesState<C>>,
     learners: Vec<Learning<C::Element>>,
-    /// In use, and at the next window's start, a lane each.
+    /// For each lane the calibration in use and the one of the next window.
     calibrations: Vec<[Calibration<C::Element>; 2]>,
-    /// Of the calibrations in use.
+    /// The estimates of the calibrations in use.
     pub(crate) estimates: Estimates<S>,
     /// Whether the last tick closed a window.
     closed: bool,
@@ -34,7 +34,7 @@ where
     /// At rest.
     ///
     /// # Errors
-    /// What `eft-core` refuses.
+    /// Parameters that `eft-core` refuses.
     pub(crate) fn new(parameters: &[Parameters], controllers: &[RigController<C::Element>]) -> Result<Self> {
         let window_ticks = C::Element::channel(&parameters[0])?.window_ticks();
         let channels = Box::new(ChannelLanes::new(RigController::pack(|i| &controllers[i]), window_ticks));
@@ -51,7 +51,7 @@ where
         })
     }
 
-    /// One tick; the compensation signal goes through `path` on its way to the force loop.
+    /// One tick; the compensation signal passes through `path` before the force loop.
     #[inline(always)]
     pub(crate) fn step(
         &mut self,
@@ -67,7 +67,7 @@ where
         out
     }
 
-    /// What the window that has closed teaches, to be used a window later.
+    /// Updates the learners from the closed window; the calibration is used one window later.
     #[inline(never)]
     fn learn(&mut self) {
         for (lane, (learning, [in_use, next])) in
@@ -79,7 +79,7 @@ where
         dispatch::<S, _>(Publish(self));
     }
 
-    /// As [`RigChannel::found_flows`](crate::closed_loop::channel::RigChannel::found_flows), of a lane.
+    /// As [`RigChannel::found_flows`](crate::closed_loop::channel::RigChannel::found_flows), for one lane.
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
         let [in_use, _] = self.calibrations.get(lane)?;
         Some(self.learners.get(lane)?.found_flows(in_use, openings))

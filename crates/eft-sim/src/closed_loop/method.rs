@@ -1,11 +1,12 @@
 //! The choice of the integration method.
 
-/// How the plant is carried from tick to tick.
+/// The integration method of the plant between ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// The linear part exactly, the load flow once a step: two to three times the error of a Runge–Kutta step of
-    /// the same length, from a quarter of its flow evaluations.
+    /// Integrates the linear part exactly and evaluates the load flow once per step. Compared with a
+    /// Runge–Kutta step of the same length it has two to three times the error and a quarter of the flow
+    /// evaluations.
     Exponential,
-    /// Classical Runge–Kutta of fourth order.
+    /// The classical Runge–Kutta method of fourth order.
     RungeKutta,
 }

@@ -1,4 +1,4 @@
-//! A recorded test fed to the learner: what it would have learned.
+//! The learner's estimates from a recorded test.
 
 use eft_core::{Calibration, Deviations, Input, Learning, Parameters, Realization};
 
@@ -6,7 +6,7 @@ use crate::closed_loop::controller::{Precision, parameters};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 
-/// What was learned, one value per window of ticks.
+/// The estimates, one value per window of ticks.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Replay {
     /// Time since the start (s) at which the window closed.
@@ -15,11 +15,11 @@ pub struct Replay {
     pub flow_gain_estimate: Vec<f64>,
     /// Delay (s) of the spool, by its sensor.
     pub response_delay_estimate: Vec<f64>,
-    /// Delay (s) of the velocity behind the spool, each by its sensor.
+    /// Delay (s) of the velocity after the spool, each by its sensor.
     pub velocity_delay_estimate: Vec<f64>,
     /// The spool's gain over the configured one (1).
     pub valve_gain_estimate: Vec<f64>,
-    /// Standard deviation of the flow gain (1), as noise of the sensors makes it; infinite where nothing was learned.
+    /// Standard deviation of the flow gain (1) from sensor noise; infinite if nothing was learned.
     pub flow_gain_deviation: Vec<f64>,
     /// The same of the response delay (s).
     pub response_delay_deviation: Vec<f64>,
@@ -29,11 +29,11 @@ pub struct Replay {
     pub valve_gain_deviation: Vec<f64>,
     /// The guard's factor on the compensation level (1).
     pub level: Vec<f64>,
-    /// The gate's test ratio (1): above 1 the models do not explain what was measured, and nothing is learned.
+    /// The gate's test ratio (1). Above 1 the models do not explain the measurements, and nothing is learned.
     pub test_ratio: Vec<f64>,
     /// Bits of [`eft_core::status`] about the learning.
     pub status: Vec<u32>,
-    /// No-load flows (m³/s) that the valve was found to pass by the end, at the openings of the rig's flow table.
+    /// Learned no-load flows (m³/s) of the valve at the end, at the openings of the rig's flow table.
     pub found_flows: Vec<f64>,
 }
 
@@ -55,8 +55,8 @@ impl Replay {
     }
 }
 
-/// Feeds a recorded test, one input a tick at a sample rate (Hz), to the learner of a rig, whether or not the rig itself
-/// adapts. Every input needs the valve command (V) that stood when it was sampled.
+/// Runs the learner of a rig on a recorded test, with one input per tick at a sample rate (Hz). The rig
+/// itself need not adapt. Every input needs the valve command (V) at its sampling time.
 ///
 /// # Errors
 /// No inputs; parameters that the learner refuses.
@@ -70,7 +70,7 @@ pub fn replay<P: Precision<Flags = u32>>(
     }
     let of_rig = parameters(rig, sample_rate)?;
     let parameters = Parameters {
-        // The valve command is a measurement here, whoever made it.
+        // The valve command is a measurement here, independent of its source.
         realization: Realization::Analog,
         learning: Learning { adaptive: true, guard: true, ..of_rig.learning },
         protection: None,
@@ -125,7 +125,7 @@ mod tests {
         ];
         let (rig, inputs, seen) = recorded(&changes);
         let replay = replay::<f64>(&rig, 4096.0, &inputs).unwrap();
-        // What window k taught was in use in window k + 2.
+        // The calibration from window k is in use in window k + 2.
         let windows = replay.time.len() - 2;
         let taught = |k: usize| (replay.flow_gain_estimate[k] - seen[16 * (k + 2)]).abs();
         assert!((0..windows).all(|k| taught(k) < 1e-4), "{:?}", (0..windows).map(taught).fold(0.0, f64::max));

@@ -1,4 +1,4 @@
-//! Signals on their way into the controller: in its precision, and one rig's apart from those beside it.
+//! Conversion of the controller's input signals to its precision, and selection of one lane.
 
 use std::any::Any;
 
@@ -22,7 +22,7 @@ impl<S: Num> Signals<S> {
 }
 
 impl Signals<f64> {
-    /// A channel's input, with the command (N) now and at the next tick, and the valve command (V) that stands.
+    /// A channel's input, with the commands (N) of this tick and the next, and the present valve command (V).
     pub(super) fn input(&self, command: f64, next_command: f64, valve_command: f64) -> Input<f64> {
         Input {
             command,
@@ -39,7 +39,7 @@ impl Signals<f64> {
     }
 }
 
-/// The same flags beside other numbers.
+/// The same flags for another number type.
 #[inline(always)]
 pub(crate) fn convert_flags<A: Flags, B: Flags>(from: A) -> B {
     match (&from as &dyn Any).downcast_ref() {

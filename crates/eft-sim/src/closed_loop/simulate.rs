@@ -18,8 +18,8 @@ use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
 use crate::plant::{EnergyBalance, TimeGrid, longest_step, needs_detail};
 
-/// The largest integration step by default (s): with it the force is within 1e-4 of its peak of the converged
-/// answer for the paper's tests, at any sample rate.
+/// The default of the largest integration step (s). For the paper's tests the force then differs from the
+/// converged solution by less than 1e-4 of its peak, at any sample rate.
 pub const DEFAULT_STEP: f64 = 1.0 / 4096.0;
 
 /// The largest integration step (s) of a converged run.
@@ -28,14 +28,14 @@ pub const CONVERGED_STEP: f64 = 1.0 / 65_536.0;
 /// How a test is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimulateOptions {
-    /// Largest integration step (s); a tick is cut into equal steps no longer than this.
+    /// Largest integration step (s); a tick is divided into equal steps no longer than this.
     pub largest_step: f64,
     /// The integration method.
     pub method: Method,
 }
 
 impl SimulateOptions {
-    /// A converged run: Runge–Kutta steps a sixteenth of the default step.
+    /// Settings of a converged run: Runge–Kutta steps of a sixteenth of the default step.
     pub const CONVERGED: Self = Self { largest_step: CONVERGED_STEP, method: Method::RungeKutta };
 }
 
@@ -49,13 +49,13 @@ impl SimulateOptions {
     /// Steps per tick at a sample rate (Hz).
     ///
     /// # Errors
-    /// A step that is not positive and finite, or so small that a tick would take more than a million.
+    /// A step that is not positive and finite, or so small that a tick would need more than a million steps.
     pub(crate) fn steps(&self, sample_rate: f64) -> Result<u32> {
         let allowed = "must be positive, and no less than a millionth of the sample period";
         if !(self.largest_step > 0.0 && self.largest_step.is_finite()) {
             return Err(Error::value("largest_step", self.largest_step, allowed));
         }
-        // The quotient of two rounded rates may lie a hair above a whole number.
+        // By rounding, the quotient may be slightly above a whole number.
         let steps = (1.0 / (sample_rate * self.largest_step) - 1e-9).ceil().max(1.0);
         if steps > 1e6 {
             return Err(Error::value("largest_step", self.largest_step, allowed));
@@ -65,7 +65,7 @@ impl SimulateOptions {
 }
 
 impl SimulateOptions {
-    /// How time is cut for a rig, whose effects may need shorter steps.
+    /// The ticks and integration steps for a rig, whose effects may need shorter steps.
     ///
     /// # Errors
     /// As [`steps`](Self::steps).
@@ -76,16 +76,17 @@ impl SimulateOptions {
     }
 }
 
-/// Runs `command` on `rig`, the controller in the precision `P`; the digital side runs at the command's sample rate.
+/// Runs `command` on `rig` with the controller in the precision `P`. The digital side runs at the command's
+/// sample rate.
 ///
-/// `go_on(done, total)` is asked every thousand ticks or so; when it says no, the run ends with
+/// `go_on(done, total)` is called about every thousand ticks. If it returns `false`, the run ends with
 /// [`Error::Interrupted`].
 ///
-/// A run whose state grows beyond 1e100, or stops being a number, ends there, its last tick flagged
-/// [`status::DIVERGED`]: every trace is finite up to it.
+/// A run ends if its state grows beyond 1e100 or becomes NaN. Its last tick has the flag
+/// [`status::DIVERGED`], and every trace is finite.
 ///
 /// # Errors
-/// An invalid command, an interruption, or a building, which takes one command a story.
+/// An invalid command, an interruption, or a building, which needs one command per story.
 pub fn simulate<P: Precision>(
     rig: &RigConfig,
     command: &Command,
@@ -97,12 +98,12 @@ pub fn simulate<P: Precision>(
     Ok(simulate_actuators::<P>(rig, commands, options, go_on)?.swap_remove(0))
 }
 
-/// As [`simulate`], under one command an actuator; one [`TestRun`] each, the ground floor's first. Each floor of a
-/// building has the rig's actuator, and noise of its own; all share the supply. When the protection of one trips, all
-/// others trip at the next sample.
+/// As [`simulate`], under one command per actuator. It returns one [`TestRun`] per actuator, the ground
+/// floor's first. Each floor of a building has the rig's actuator and its own noise; all floors share the
+/// supply. If the protection of one trips, the others trip at the next sample.
 ///
 /// # Errors
-/// As [`simulate`]; not one command an actuator, or commands of different lengths or rates.
+/// As [`simulate`]; a wrong number of commands, or commands of different lengths or rates.
 pub fn simulate_actuators<P: Precision>(
     rig: &RigConfig,
     commands: &[Command],
@@ -112,8 +113,8 @@ pub fn simulate_actuators<P: Precision>(
     in_width::<P>(rig, commands, options, None, &mut go_on)
 }
 
-/// As [`simulate_actuators`] with a structure outside in the place of the rig's own. Where it cannot go on, the test
-/// ends there, tripped, and [`TestRun::stopped`] says why.
+/// As [`simulate_actuators`] with an external structure instead of the rig's own. If it cannot continue, the
+/// test ends as tripped, and [`TestRun::stopped`] has the reason.
 ///
 /// # Errors
 /// As [`simulate_actuators`].
@@ -140,8 +141,8 @@ fn in_width<P: Precision>(
     }
 }
 
-/// As [`simulate`] in single precision; a controller from outside takes the place of the rig's own, and so may a
-/// structure.
+/// As [`simulate`] in single precision, with an external controller instead of the rig's own, and optionally
+/// an external structure.
 pub(crate) fn simulate_controlled(
     rig: &RigConfig,
     command: &Command,
@@ -176,7 +177,7 @@ fn in_double(
     through::<f64>(rig, commands, options, (None, specimen), go_on)
 }
 
-/// Where the energy of such a test went, all actuators together.
+/// The energy balance of such a test, for all actuators together.
 ///
 /// # Errors
 /// As [`simulate_actuators`].
@@ -191,10 +192,10 @@ pub fn energy_balance(
     Ok(test.balance(0).unwrap_or_default())
 }
 
-/// Refuses a building, which takes one command a story.
+/// Refuses a building, which needs one command per story.
 ///
 /// # Errors
-/// A structure of that kind.
+/// The structure is a building.
 pub(crate) fn one_actuator(rig: &RigConfig) -> Result<()> {
     if rig.structure.kind != StructureKind::ShearBuilding {
         return Ok(());
@@ -203,10 +204,10 @@ pub(crate) fn one_actuator(rig: &RigConfig) -> Result<()> {
     Err(Error::value("structure.kind", "\"shear_building\"", allowed))
 }
 
-/// Sample rate (Hz) and length of sound commands, one an actuator.
+/// Sample rate (Hz) and length of valid commands, one per actuator.
 ///
 /// # Errors
-/// An invalid command, not one an actuator, or commands of different lengths or rates.
+/// An invalid command, a wrong number of commands, or commands of different lengths or rates.
 pub(crate) fn check_commands(rig: &RigConfig, commands: &[Command]) -> Result<(f64, usize)> {
     let actuators = rig.structure.floors();
     let count = || Error::value("commands", commands.len(), one_each(actuators));
@@ -225,13 +226,13 @@ pub(crate) fn check_commands(rig: &RigConfig, commands: &[Command]) -> Result<(f
     Ok((first.sample_rate, first.values.len()))
 }
 
-/// How many values a rig of so many actuators takes.
+/// The required number of values for a number of actuators, as a phrase for messages.
 pub(crate) fn one_each(actuators: usize) -> String {
     let stories = if actuators == 1 { "story" } else { "stories" };
     format!("must be one for each of {actuators} {stories}")
 }
 
-/// Ticks that the soft end takes, and one to be at rest in.
+/// Number of ticks of the soft end, and one at rest.
 pub(crate) fn soft_end_ticks(rig: &RigConfig, sample_rate: f64) -> usize {
     ((rig.protection.ramp_time * sample_rate).ceil() as usize).saturating_add(1)
 }
@@ -270,7 +271,7 @@ fn through<P: Precision>(
     run_through(&mut test, rig, commands, go_on)
 }
 
-/// Takes a loop through a test under commands that were checked.
+/// Runs a loop through a test under checked commands.
 fn run_through(
     test: &mut impl ClosedLoop<f64>,
     rig: &RigConfig,
@@ -327,7 +328,7 @@ fn run_through(
     Ok(runs)
 }
 
-/// Marks a status as tripped by request, where nothing else tripped before.
+/// Marks a status as tripped by request, unless another cause tripped before.
 fn trip(status: &mut u32) {
     if *status & status::CAUSE == 0 {
         *status |= status::TRIPPED | ((Cause::Request as u32) << status::CAUSE_SHIFT);

@@ -1,22 +1,23 @@
-//! A structure that is computed outside of this program, in the place of a rig's own.
+//! An external structure that replaces a rig's own.
 
 use crate::lanes::Num;
 use crate::plant::{Driver, Plant, TimeGrid};
 
-/// Displacements (m) and velocities (m/s), one of each an actuator.
+/// Displacements (m) and velocities (m/s), one of each per actuator.
 pub type Motions = (Vec<f64>, Vec<f64>);
 
-/// A structure outside of this program. From the mean forces (N) on it over a sample, one an actuator, and the sample's
-/// length (s) it makes the motions at its end, or says in a sentence why it cannot go on.
+/// An external structure. Its inputs are the mean forces (N) over a sample, one per actuator, and the length
+/// of the sample (s). It returns the motions at the end of the sample, or one sentence on why it cannot
+/// continue.
 pub type Specimen = Box<dyn FnMut(&[f64], f64) -> Result<Motions, String> + Send>;
 
-/// Leads the pistons of a plant after a structure outside. Over a sample they move with the velocity extrapolated from
-/// its last two answers, so the exchange is of second order in the sample period.
+/// Moves the pistons of a plant with an external structure. Within a sample their velocity is extrapolated
+/// from the last two answers, so the exchange is of second order in the sample period.
 #[derive(Debug, Clone)]
 pub(crate) struct Exchange {
-    /// Those of the answer before the last one (m/s), one an actuator.
+    /// Velocities (m/s) of the answer before the last one, one per actuator.
     last_velocities: Vec<f64>,
-    /// Mean accelerations (m/s²) of the sample that ends now, one an actuator.
+    /// Mean accelerations (m/s²) of the sample that ends now, one per actuator.
     accelerations: Option<Vec<f64>>,
 }
 
@@ -32,18 +33,18 @@ impl Exchange {
         self.accelerations = None;
     }
 
-    /// The rig's own structure has followed instead.
+    /// Notes that the rig's own structure moved instead.
     pub(crate) fn passed(&mut self) {
         self.accelerations = None;
     }
 
-    /// Mean acceleration (m/s²) of an actuator over the sample that ends now; none where the rig's own structure
-    /// follows.
+    /// Mean acceleration (m/s²) of an actuator over the sample that ends now; `None` if the rig's own
+    /// structure moves.
     pub(crate) fn acceleration(&self, actuator: usize) -> Option<f64> {
         self.accelerations.as_ref().and_then(|all| all.get(actuator).copied())
     }
 
-    /// Takes the hydraulics through one sample; the mean forces (N) on the structure over it.
+    /// Advances the hydraulics by one sample and returns the mean forces (N) on the structure.
     pub(crate) fn push(
         &mut self,
         plant: &mut Plant<f64>,
@@ -66,7 +67,7 @@ impl Exchange {
         sums.into_iter().map(|sum| sum / f64::from(grid.steps)).collect()
     }
 
-    /// Takes over the motions (m, m/s) that the structure has reached, one an actuator.
+    /// Sets the motions (m, m/s) that the structure has reached, one per actuator.
     pub(crate) fn follow(
         &mut self,
         plant: &mut Plant<f64>,
@@ -78,24 +79,24 @@ impl Exchange {
         self.accelerations = Some(self.changes(velocities, grid));
     }
 
-    /// Mean accelerations (m/s²) from the velocities (m/s) of the last answer to these.
+    /// Mean accelerations (m/s²) from the last answer's velocities to these velocities (m/s).
     fn changes(&self, velocities: &[f64], grid: TimeGrid) -> Vec<f64> {
         let changes = velocities.iter().zip(&self.last_velocities);
         changes.map(|(now, last)| (now - last) * grid.sample_rate).collect()
     }
 }
 
-/// What moves the pistons in the place of a rig's own structure.
+/// The motion of the pistons with an external structure.
 pub(crate) trait Follows<S: Num> {
-    /// Takes the plant through a sample.
+    /// Advances the plant by one sample.
     fn advance(&mut self, plant: &mut Plant<S>, drivers: &[Driver<S>], grid: TimeGrid);
     /// Mean acceleration (m/s²) of an actuator over the sample that ends now.
     fn acceleration(&self, actuator: usize) -> Option<S>;
-    /// Why it could not go on.
+    /// Reason why it could not continue.
     fn failure(&self) -> Option<&str>;
 }
 
-/// A structure outside that follows a plant until it cannot go on.
+/// An external structure that moves with a plant until it cannot continue.
 pub(crate) struct Follower {
     specimen: Specimen,
     exchange: Exchange,
@@ -103,14 +104,14 @@ pub(crate) struct Follower {
 }
 
 impl Follower {
-    /// At rest, for so many actuators.
+    /// At rest, for a number of actuators.
     pub(crate) fn new(specimen: Specimen, actuators: usize) -> Self {
         Self { specimen, exchange: Exchange::new(actuators), failure: None }
     }
 }
 
 impl Follows<f64> for Follower {
-    // After a failure nobody is asked again, and the plant stays.
+    // After a failure the structure is not called again, and the plant does not change.
     fn advance(&mut self, plant: &mut Plant<f64>, drivers: &[Driver<f64>], grid: TimeGrid) {
         if self.failure.is_some() {
             return;
@@ -135,7 +136,7 @@ impl Follows<f64> for Follower {
     }
 }
 
-/// The motions, where there is a finite one an actuator.
+/// The motions, if there is a finite one for each actuator.
 fn sound(motions: Motions, actuators: usize) -> Result<Motions, String> {
     for (name, unit, values) in [("displacement", "m", &motions.0), ("velocity", "m/s", &motions.1)] {
         if values.len() != actuators {

@@ -1,4 +1,4 @@
-//! The plant alone, one sample at a time, for controllers and structures from outside.
+//! The plant alone, one sample at a time, for external controllers and structures.
 
 use eft_core::status;
 
@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::instruments::Signals;
 use crate::plant::{ActuatorState, Driver, Plant, TimeGrid};
 
-/// What is true of the plant at one tick.
+/// The true state of the plant at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlantReading {
     /// Time since the start (s).
@@ -26,15 +26,15 @@ pub struct PlantReading {
     pub load_pressure: f64,
     /// Supply pressure (Pa).
     pub supply_pressure: f64,
-    /// Acceleration (m/s²); of a structure from outside the mean of the sample that ends now.
+    /// Acceleration (m/s²); with an external structure the mean over the sample that ends now.
     pub acceleration: f64,
     /// [`status::SPOOL_STOP`], [`status::STROKE_EXCEEDED`] and [`status::DIVERGED`].
     pub status: u32,
 }
 
 impl PlantReading {
-    /// At a time (s): state, force (N), supply pressure (Pa) and acceleration (m/s²), and whether the spool is at a
-    /// stop and the piston beyond its stroke.
+    /// The reading at a time (s) from state, force (N), supply pressure (Pa) and acceleration (m/s²). The
+    /// last argument tells whether the spool is at a stop and the piston beyond its stroke.
     pub(crate) fn new(
         time: f64,
         core: &ActuatorState<f64>,
@@ -63,12 +63,13 @@ impl PlantReading {
     }
 }
 
-/// A plant that is taken from sample to sample under one held valve command an actuator, the ground floor's first.
+/// A plant that advances by one sample per call under one held valve command per actuator, the ground floor's
+/// first.
 ///
-/// Instead of the rig's own structure another one may follow the actuators: [`push`](Self::push) takes the hydraulics
-/// through one sample and gives the mean forces of that sample, [`follow`](Self::follow) takes the motion that the
-/// other structure answered with. Over a sample the pistons move with the velocity extrapolated from the last two
-/// answers, so the exchange is of second order in the sample period: half the period, a quarter of the error.
+/// An external structure may replace the rig's own. [`push`](Self::push) advances the hydraulics by one
+/// sample and returns the mean forces of that sample. [`follow`](Self::follow) then sets the motion of the
+/// external structure. Within a sample the velocity of the pistons is extrapolated from the last two answers.
+/// The exchange is of second order: half the sample period gives a quarter of the error.
 #[derive(Debug, Clone)]
 pub struct PlantStepper {
     plant: Plant<f64>,
@@ -78,7 +79,7 @@ pub struct PlantStepper {
 }
 
 impl PlantStepper {
-    /// The plant of a rig at rest, to be stepped at a sample rate (Hz).
+    /// The plant of a rig at rest, for steps at a sample rate (Hz).
     ///
     /// # Errors
     /// An invalid sample rate.
@@ -96,7 +97,7 @@ impl PlantStepper {
         self.exchange.reset();
     }
 
-    /// What is true now, one reading an actuator.
+    /// The true state, one reading per actuator.
     pub fn readings(&self) -> Vec<PlantReading> {
         let time = self.ticks as f64 / self.grid.sample_rate;
         let reading = |i| {
@@ -108,10 +109,11 @@ impl PlantStepper {
         (0..self.plant.actuators()).map(reading).collect()
     }
 
-    /// One sample with the rig's structure under a valve command (V) an actuator, and what is true after it.
+    /// Advances by one sample with the rig's structure under one valve command (V) per actuator, and returns
+    /// the true state after it.
     ///
     /// # Errors
-    /// Not one command an actuator, or one that is not finite.
+    /// A wrong number of commands, or one that is not finite.
     pub fn step(&mut self, valve_commands: &[f64]) -> Result<Vec<PlantReading>> {
         let drivers = self.held(valve_commands)?;
         self.plant.advance(&drivers, self.grid);
@@ -120,8 +122,9 @@ impl PlantStepper {
         Ok(self.readings())
     }
 
-    /// One sample of the hydraulics under a valve command (V) an actuator, the pistons led by the structure outside; the
-    /// mean forces (N) on that structure over the sample. [`follow`](Self::follow) must come next.
+    /// Advances the hydraulics by one sample under one valve command (V) per actuator, with the pistons moved
+    /// by the external structure. It returns the mean forces (N) on that structure over the sample.
+    /// [`follow`](Self::follow) must come next.
     ///
     /// # Errors
     /// As [`step`](Self::step).
@@ -131,10 +134,10 @@ impl PlantStepper {
         Ok(self.exchange.push(&mut self.plant, &drivers, self.grid))
     }
 
-    /// The motions (m, m/s) that the structure outside has reached at the end of the sample, one an actuator.
+    /// Sets the motions (m, m/s) of the external structure at the end of the sample, one per actuator.
     ///
     /// # Errors
-    /// Not one an actuator, or one that is not finite.
+    /// A wrong number of motions, or one that is not finite.
     pub fn follow(&mut self, displacements: &[f64], velocities: &[f64]) -> Result<()> {
         self.check("displacement", "m", displacements)?;
         self.check("velocity", "m/s", velocities)?;

@@ -1,4 +1,4 @@
-//! What a test leaves behind: one value per command sample and trace.
+//! The result of a test: one value per command sample and trace.
 
 use std::hint::black_box;
 use std::ops::{Deref, DerefMut};
@@ -10,23 +10,24 @@ use crate::config::{Mode, RigConfig};
 use crate::error::{Error, Result};
 use crate::plant::EnergyBalance;
 
-/// One test. Value `i` of a [trace](Traces) is the plant's true value at time `i / sample_rate`, before that tick's
-/// output acts; what the sensors reported stands beside it as `measured_…`.
+/// One test. Value `i` of a [trace](Traces) is the plant's true value at time `i / sample_rate`, before that
+/// tick's output acts; the sensors' readings are the traces `measured_…`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TestRun {
     /// The rig that was tested.
     pub rig: RigConfig,
     /// Ticks per second (Hz).
     pub sample_rate: f64,
-    /// The traces, whose fields are the run's.
+    /// The traces; their fields are also fields of the run.
     pub traces: Traces,
-    /// No-load flows (m³/s) that the valve was found to pass by the end, at the openings of the rig's flow table; the
-    /// table's own where nothing is learned, a straight line's where the linear scheme learns; empty where they stayed
-    /// with a controller from outside.
+    /// Learned no-load flows (m³/s) of the valve at the end, at the openings of the rig's flow table. Without
+    /// learning they are the table's own. If the linear scheme learns they lie on a straight line. They are
+    /// empty if an external controller has learned.
     pub found_flows: Vec<f64>,
-    /// Where the energy went, with a rig that has effects beyond the paper's model; of a building, all floors together.
+    /// The energy balance, of a rig with effects beyond the paper's model; for a building of all floors
+    /// together.
     pub energy: Option<EnergyBalance>,
-    /// Why a structure outside ended the test, in one sentence; the test ends with the sample before.
+    /// Reason in one sentence why an external structure ended the test; the test ends with the sample before.
     pub stopped: Option<String>,
 }
 
@@ -44,10 +45,10 @@ impl DerefMut for TestRun {
     }
 }
 
-/// Has the allocator keep some tens of megabytes that were freed: the traces of the next test then stand in memory that
-/// the system need not clear again, which takes as long as a third of the test.
-// The GNU allocator keeps twice the largest block that it ever mapped and unmapped, up to this size; no page of it is
-// touched. Others ignore it.
+/// Makes the allocator keep some tens of megabytes of freed memory for the traces of the next test. Otherwise
+/// the system clears it again, which takes as long as a third of the test.
+// The GNU allocator keeps twice the largest block that it ever mapped and unmapped, up to this size; no page
+// of it is touched. Other allocators ignore it.
 fn keep_memory() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| drop(black_box(Vec::<u8>::with_capacity(31 << 20))));
@@ -66,7 +67,7 @@ impl TestRun {
         }
     }
 
-    /// Takes over the flows (m³/s) that were found at openings, where any were.
+    /// Sets the learned flows (m³/s) at openings, if there are any.
     pub(crate) fn learn(&mut self, found: impl FnOnce(&[f64]) -> Option<Vec<f64>>) {
         if let Some(flows) = found(&self.rig.servovalve.flow_table.openings) {
             self.found_flows = flows;
@@ -81,12 +82,12 @@ impl TestRun {
         }
     }
 
-    /// The rig with the flow curve that was found as its controller's; the valve itself stays what it was.
+    /// The rig with the learned flow curve in its controller; the true valve is unchanged.
     ///
     /// # Errors
-    /// A test in which an adaptive controller or a guard compensated by the linear scheme: what was found is the slope
-    /// of its straight line, and says nothing of the table. A controller from outside, with which they stayed. Flows that do not increase, which a controller in single
-    /// precision can leave behind where the table all but stands still.
+    /// The test had self-calibration or the guard with the linear scheme, which learns a slope and no table.
+    /// Or an external controller has learned. Or the flows do not increase, which single precision can cause
+    /// where the table is almost flat.
     pub fn corrected_rig(&self) -> Result<RigConfig> {
         if adapts(&self.rig) && self.rig.compensation.mode == Mode::Linear {
             let allowed =

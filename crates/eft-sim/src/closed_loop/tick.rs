@@ -1,4 +1,4 @@
-//! One tick of a closed loop, and what is kept of it.
+//! One tick of a closed loop, and its recording.
 
 use eft_core::{Scalar, status};
 
@@ -7,10 +7,10 @@ use crate::instruments::Signals;
 use crate::lanes::Num;
 use crate::plant::{ActuatorState, Driver};
 
-/// What the digital side made of one tick.
+/// The result of the digital side at one tick.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Decision<S: Num> {
-    /// What the sensors reported; the truth where they are ideal.
+    /// The sensors' readings; the true values if they are ideal.
     pub(crate) measured: Signals<S>,
     pub(crate) valve_command: S,
     pub(crate) compensation: S,
@@ -19,7 +19,7 @@ pub(crate) struct Decision<S: Num> {
     pub(crate) driver: Driver<S>,
 }
 
-/// The true state at one tick, before the tick's output acts, and what the digital side made of it.
+/// The true state at one tick, before the tick's output acts, and the result of the digital side.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tick<S: Num> {
     pub(crate) command: S,
@@ -32,7 +32,8 @@ pub(crate) struct Tick<S: Num> {
 }
 
 impl<S: Num> Tick<S> {
-    /// Of a command (N) and a force (N) on the structure, a spool that may be at a stop and a piston that may be beyond its stroke.
+    /// A tick from the command (N), the force (N) on the structure, and whether the spool is at a stop and
+    /// the piston beyond its stroke.
     #[inline(always)]
     pub(crate) fn new(
         command: S,
@@ -55,9 +56,9 @@ impl<S: Num> Tick<S> {
     }
 }
 
-/// Keeps what a test records of its ticks.
+/// Records the ticks of a test.
 pub(crate) trait Recorder<S: Num> {
-    /// Takes the `i`-th tick of a chunk, and what the learner has found by then.
+    /// Records the `i`-th tick of a chunk, and the learner's estimates at that tick.
     fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>);
 }
 

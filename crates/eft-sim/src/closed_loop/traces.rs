@@ -1,5 +1,5 @@
-//! The traces of a test as one table: what each is called, its unit, and how it is got. A line here is all that a new
-//! trace needs, in Rust and in Python.
+//! The traces of a test as one table: name, unit and source of each. A new trace needs one line here, for
+//! Rust and Python.
 
 use crate::closed_loop::controller::adapts;
 use crate::closed_loop::estimates::{Estimates, estimates};
@@ -12,31 +12,31 @@ use crate::plant::needs_detail;
 /// One line of the [table](TRACES).
 #[derive(Debug, Clone, Copy)]
 pub struct Trace {
-    /// What it is called, here, in Python and in files.
+    /// Its name in Rust, in Python and in files.
     pub name: &'static str,
-    /// Its SI unit; empty where it has none.
+    /// Its SI unit; empty for a dimensionless trace.
     pub unit: &'static str,
-    /// What it is.
+    /// Description.
     pub doc: &'static str,
-    /// What it is in a test that does not record it.
+    /// Its value in a test that does not record it.
     pub otherwise: Otherwise,
 }
 
 impl Trace {
-    /// Whether it is of what a controller learns.
+    /// Whether it is an estimate of the learner.
     pub fn is_learned(&self) -> bool {
         matches!(self.otherwise, Nominal(_))
     }
 }
 
-/// What a trace is in a test that does not record it.
+/// The value of a trace in a test that does not record it.
 #[derive(Debug, Clone, Copy)]
 pub enum Otherwise {
     /// Every test records it.
     Recorded,
-    /// One value throughout, of the rig.
+    /// One constant value from the rig.
     Constant(fn(&RigConfig) -> f64),
-    /// One value throughout, as the controller is configured: the trace is of what is learned.
+    /// One constant value from the configured controller; for traces of the learner.
     Nominal(fn(&RigConfig) -> f64),
     /// The trace of this name.
     Same(&'static str),
@@ -46,7 +46,7 @@ pub enum Otherwise {
 
 use Otherwise::{Absent, Constant, Nominal, Recorded, Same};
 
-/// Which groups of traces a test records: a value that cannot change costs no memory and no time.
+/// The groups of traces that a test records. A value that cannot change costs no memory and no time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Groups {
     plant: bool,
@@ -79,7 +79,7 @@ impl Groups {
     }
 }
 
-/// `name: unit, description, value of a tick => otherwise`, by the groups that a test records together; behind the
+/// `name: unit, description, value of a tick => otherwise`, in groups that a test records together, after the
 /// learner's [`estimates`].
 macro_rules! traces {
     (
@@ -101,7 +101,7 @@ macro_rules! traces {
             },)*
         ];
 
-        /// The samples of a test, by the [table](TRACES); a trace that the test does not record is empty.
+        /// The samples of a test by the [table](TRACES). A trace that the test does not record is empty.
         #[derive(Debug, Clone, PartialEq)]
         pub struct Traces {
             groups: Groups,
@@ -123,7 +123,7 @@ macro_rules! traces {
                 }
             }
 
-            /// Where the samples of a trace are kept, and whether this test records it; none of an unknown name.
+            /// The samples of a trace, and whether this test records it; `None` for an unknown name.
             fn place(&self, name: &str) -> Option<(&Vec<f64>, bool)> {
                 match name {
                     $($(stringify!($name) => Some((&self.$name, self.groups.$group)),)*)*
@@ -147,20 +147,20 @@ macro_rules! traces {
                 }
             )*)*
 
-            /// Last value of what the learner found; none where nothing is learned.
+            /// The learner's last estimates; `None` if the rig does not learn.
             pub(crate) fn last_estimates(&self) -> Option<Estimates<f64>> {
                 let last = |trace: &Vec<f64>| trace.last().copied().unwrap_or(f64::NAN);
                 self.groups.learner.then(|| Estimates { $($learned: last(&self.$learned),)* })
             }
 
-            /// Their names and values.
+            /// Names and values of the last estimates.
             pub fn estimates(&self) -> Option<Vec<(&'static str, f64)>> {
                 self.last_estimates().map(|estimates| estimates.named())
             }
         }
 
-        /// The last ticks of every trace, of one rig or of several side by side. It is short enough to stay in the
-        /// processor's cache until the traces take it over.
+        /// The last ticks of every trace, of one rig or of several side by side. It fits into the processor's
+        /// cache until it is copied into the traces.
         pub(crate) struct Block<S: Num> {
             groups: Groups,
             $($($name: [S; BLOCK_TICKS],)*)*
@@ -169,7 +169,7 @@ macro_rules! traces {
         }
 
         impl<S: Num> Block<S> {
-            /// For what any of these rigs records.
+            /// A block for all traces that any of these rigs records.
             pub(crate) fn new<'a>(rigs: impl Iterator<Item = &'a RigConfig>) -> Box<Self> {
                 let none = [S::splat(0.0); BLOCK_TICKS];
                 Box::new(Self {
@@ -244,11 +244,11 @@ estimates!(traces! {
 /// Ticks of a [`Block`].
 pub(crate) const BLOCK_TICKS: usize = 128;
 
-/// Hands the first ticks of a block over.
+/// Copies the first ticks of a block.
 struct HandOver<'a, S: Num, T> {
     block: &'a Block<S>,
     ticks: usize,
-    /// A lane, and its traces.
+    /// A lane and its traces.
     to: T,
 }
 
@@ -264,18 +264,18 @@ impl<'t, S: Num, T: Iterator<Item = (usize, &'t mut Traces)>> Work for HandOver<
 }
 
 impl<S: Num> Block<S> {
-    /// Hands the first ticks over to the traces of these lanes.
+    /// Copies the first ticks to the traces of these lanes.
     pub(crate) fn hand_over<'t>(&self, ticks: usize, to: impl Iterator<Item = (usize, &'t mut Traces)>) {
         dispatch::<S, _>(HandOver { block: self, ticks, to });
     }
 }
 
-/// What a trace is in one test.
+/// The value of a trace in one test.
 #[derive(Debug, PartialEq)]
 pub enum Values<'a> {
-    /// One value a sample.
+    /// One value per sample.
     Samples(&'a mut Vec<f64>),
-    /// One value throughout.
+    /// One constant value.
     Constant(f64),
     /// The samples of the trace of this name.
     Same(&'static str),
@@ -284,7 +284,7 @@ pub enum Values<'a> {
 }
 
 impl Traces {
-    /// What a trace of the table is in this test of a rig.
+    /// The value of a trace of the table in this test of a rig.
     pub fn values(&mut self, trace: &Trace, rig: &RigConfig) -> Values<'_> {
         if self.place(trace.name).is_some_and(|(_, recorded)| recorded) {
             return self.place_mut(trace.name).map_or(Values::Absent, Values::Samples);
@@ -296,7 +296,7 @@ impl Traces {
         }
     }
 
-    /// The samples of a trace, or of the one that it is the same as; empty where there are none.
+    /// The samples of a trace, or of the trace with the same values; empty if there are none.
     pub fn samples(&self, name: &str) -> &[f64] {
         match self.place(name) {
             Some((samples, true)) => samples,
@@ -307,8 +307,8 @@ impl Traces {
         }
     }
 
-    /// Where they differ by a bit from other traces for the first time, as trace and sample; none where they are equal.
-    /// Samples that only one of them has are a difference; a trace that one of them does not know is none.
+    /// Trace and sample of the first bit that differs from other traces; `None` if they are equal. Samples
+    /// that only one of them has are a difference. A trace that only one of them has is ignored.
     pub fn first_difference(&self, other: &Self) -> Option<(&'static str, usize)> {
         fn first<T>(a: &[T], b: &[T], bits: impl Fn(&T) -> u64) -> Option<usize> {
             let differ = a.iter().zip(b).position(|(a, b)| bits(a) != bits(b));

@@ -9,10 +9,10 @@ use crate::error::{Error, Result};
 use crate::instruments::{Dac, Sensors, Signals};
 use crate::plant::{ActuatorState, Driver, Exponential, FastState, Plant, TimeGrid, needs_detail};
 
-/// What is true of a virtual rig at one tick, and what its sensors report.
+/// The true state of a virtual rig at one tick, and its sensors' readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigReading {
-    /// What is true; with [`status::COMMAND_LIMITED`] where the converter cut the last valve command.
+    /// The true state; with [`status::COMMAND_LIMITED`] if the converter limited the last valve command.
     pub truth: PlantReading,
     /// Force as the load cell reports it (N).
     pub measured_force: f64,
@@ -28,11 +28,11 @@ pub struct RigReading {
     pub measured_acceleration: f64,
 }
 
-/// Plant, sensors and converters of a rig, under the valve commands of a controller from outside.
+/// Plant, sensors and converters of a rig under the valve commands of an external controller.
 ///
-/// A controller that is stepped with the readings of a tick, and whose outputs are handed to [`step`](Self::step), gives the
-/// traces of [`simulate_actuators`](crate::simulate_actuators) on the rig with `controller.realization = "digital"`, bit for
-/// bit.
+/// If a controller is stepped with the readings of each tick and its outputs are passed to
+/// [`step`](Self::step), the traces are those of [`simulate_actuators`](crate::simulate_actuators) on the rig
+/// with `controller.realization = "digital"`, bit for bit.
 #[derive(Debug, Clone)]
 pub struct VirtualRig {
     plant: Integrated,
@@ -47,14 +47,14 @@ pub struct VirtualRig {
 /// Sensors and converter of an actuator.
 #[derive(Debug, Clone)]
 struct Instruments {
-    /// None where they report the truth.
+    /// `None` if they are ideal.
     sensors: Option<Sensors<f64>>,
     dac: Dac<f64>,
     clipped: u32,
     measured: Signals<f64>,
 }
 
-/// The plant and what carries it on, chosen as for a whole test.
+/// The plant and its integration, chosen as for a whole test.
 #[derive(Debug, Clone)]
 enum Integrated {
     Fast(Box<Exponential<f64>>, FastState<f64>),
@@ -73,8 +73,8 @@ impl Integrated {
         }
     }
 
-    /// Of an actuator: valve, oil and piston, the force (N) on the structure, what sensors look at, and whether the spool is
-    /// at a stop and the piston beyond its stroke.
+    /// The state of an actuator, the force (N) on the structure, the true signals of its sensors, and whether
+    /// the spool is at a stop and the piston beyond its stroke.
     fn look(&self, i: usize) -> (ActuatorState<f64>, f64, Signals<f64>, (bool, bool)) {
         match self {
             Self::Fast(plant, state) => {
@@ -87,12 +87,12 @@ impl Integrated {
 }
 
 impl VirtualRig {
-    /// The plant of a rig at rest, with its sensors and its converters, at `controller.sample_rate`.
+    /// The plant of a rig at rest, with its sensors and converters, at `controller.sample_rate`.
     ///
     /// # Errors
     /// A flow curve that the core refuses.
     pub fn new(rig: &RigConfig) -> Result<Self> {
-        // A controller from outside is sampled: the valve command is held.
+        // An external controller is sampled, so the valve command is held.
         let rig = &rig.replace(&[("controller.realization", "digital".into())])?;
         let (sample_rate, actuators) = (rig.controller.sample_rate, rig.structure.floors());
         let grid = SimulateOptions::default().grid(rig, sample_rate)?;
@@ -119,7 +119,7 @@ impl VirtualRig {
         1.0 / self.grid.sample_rate
     }
 
-    /// What is true of each actuator now, and what its sensors report; the ground floor's first.
+    /// The true state of each actuator and its sensors' readings, the ground floor's first.
     pub fn readings(&self) -> impl Iterator<Item = RigReading> {
         let time = self.ticks as f64 / self.grid.sample_rate;
         self.instruments.iter().enumerate().map(move |(i, Instruments { clipped, measured, .. })| {
@@ -139,11 +139,12 @@ impl VirtualRig {
         })
     }
 
-    /// One tick under a valve command (V) an actuator; `tripped` says whether the controller's protection has tripped,
-    /// behind which the bypass valves open.
+    /// Advances by one tick under one valve command (V) per actuator. `tripped` tells whether the
+    /// controller's protection has tripped; the bypass valves then open.
     ///
     /// # Errors
-    /// Not one command an actuator, or one that is not finite, which leaves the rig as it was; a plant that has diverged.
+    /// A wrong number of commands, or one that is not finite; the rig is then unchanged. A plant that has
+    /// diverged.
     pub fn step(&mut self, valve_commands: &[f64], tripped: bool) -> Result<()> {
         if valve_commands.len() != self.instruments.len() {
             let allowed = one_each(self.instruments.len());
@@ -182,17 +183,17 @@ impl VirtualRig {
         }
     }
 
-    /// Every number that the rig remembers.
+    /// Every number of the rig's state.
     pub fn state(&self) -> Vec<f64> {
         let (mut numbers, mut visited) = (Vec::new(), self.clone());
         visited.numbers(&mut |number| numbers.push(*number));
         numbers
     }
 
-    /// Goes on from what a rig of the same configuration remembered.
+    /// Restores the state of a rig with the same configuration.
     ///
     /// # Errors
-    /// Not as many numbers as it remembers; it stays as it was.
+    /// A wrong number of values; the rig is then unchanged.
     pub fn go_to(&mut self, state: &[f64]) -> Result<()> {
         let count = self.state().len();
         if state.len() != count {

@@ -1,4 +1,4 @@
-//! From a tree as someone wrote it to a complete and valid one.
+//! From a tree of given values to a complete and valid one.
 
 use eft_core::Short;
 use toml::{Table, Value};
@@ -8,7 +8,7 @@ use super::schema::{Key, Kind, Need, PLANT};
 use super::{KEYS, tree};
 use crate::{Error, Result};
 
-/// Keys that call for another beside them.
+/// Keys that need another key.
 const BESIDE: &[(&str, &str)] = &[
     ("sensors.force.bits", "sensors.force.range"),
     ("sensors.velocity.bits", "sensors.velocity.range"),
@@ -60,7 +60,7 @@ pub(super) fn accepted(given: &Table) -> Result<Table> {
     Ok(accepted)
 }
 
-/// Fills in the defaults of accepted values, and checks what they must have in common.
+/// Fills in the defaults of accepted values, and checks the relations between them.
 pub(super) fn complete(mut whole: Table) -> Result<Table> {
     for row in KEYS {
         if tree::get(&whole, row.key).is_none() {
@@ -84,7 +84,7 @@ pub(super) fn complete(mut whole: Table) -> Result<Table> {
     Ok(whole)
 }
 
-/// A complete tree with accepted values of its plant in the place of its own, checked as any other.
+/// A complete tree whose plant has other accepted values, checked in the same way.
 pub(super) fn plant(believed: &Table, truth: &Table) -> Result<Table> {
     let mut plant = believed.clone();
     for (key, value) in tree::leaves(truth) {
@@ -100,7 +100,7 @@ pub(super) fn plant(believed: &Table, truth: &Table) -> Result<Table> {
     Ok(plant)
 }
 
-/// Truth has as many actuators as there are controllers.
+/// The true plant must have as many actuators as there are controllers.
 fn same_actuators(believed: &Table, plant: &Table) -> Result<()> {
     const KIND: &str = "structure.kind";
     const MASSES: &str = "structure.stories.masses";
@@ -158,7 +158,7 @@ fn accept(key: &str, row: &Key, value: &Value) -> Result<Value> {
     }
 }
 
-/// Keys that mean something only together.
+/// Checks keys that depend on each other.
 fn together(whole: &Table) -> Result<()> {
     for &(given, needed) in BESIDE {
         if tree::get(whole, given).is_some() && tree::get(whole, needed).is_none() {
@@ -172,7 +172,7 @@ fn together(whole: &Table) -> Result<()> {
     Ok(())
 }
 
-/// A flow curve: as many flows as openings, both strictly increasing, through (0, 0), with both
+/// Checks a flow curve: as many flows as openings, both strictly increasing, through (0, 0), with both
 /// directions of flow.
 fn flow_table(whole: &Table, section: &str) -> Result<()> {
     let openings_key = &*format!("{section}.openings");
@@ -214,7 +214,7 @@ fn flow_table(whole: &Table, section: &str) -> Result<()> {
     Ok(())
 }
 
-/// The supply's schedule: as many pressures as times, the times strictly increasing.
+/// Checks the supply's schedule: as many pressures as times, the times strictly increasing.
 fn supply_schedule(whole: &Table) -> Result<()> {
     const TIMES: &str = "supply.schedule.times";
     const PRESSURES: &str = "supply.schedule.pressures";
@@ -232,7 +232,7 @@ fn supply_schedule(whole: &Table) -> Result<()> {
     Ok(())
 }
 
-/// The stories: as many dampings and stiffnesses as masses.
+/// Checks the stories: as many dampings and stiffnesses as masses.
 fn stories(whole: &Table) -> Result<()> {
     const MASSES: &str = "structure.stories.masses";
     let count = list(whole, MASSES).len();
@@ -246,13 +246,13 @@ fn stories(whole: &Table) -> Result<()> {
     Ok(())
 }
 
-/// The numbers of a list, none where it is absent.
+/// The numbers of a list; empty if it is absent.
 fn list(whole: &Table, key: &str) -> Vec<f64> {
     let items = tree::get(whole, key).and_then(Value::as_array);
     items.map(|items| items.iter().filter_map(Value::as_float).collect()).unwrap_or_default()
 }
 
-/// A number in SI units, which may be given with a unit of its own.
+/// A number in SI units, from a number or a text with a unit.
 fn number(value: &Value, unit: &str) -> Option<f64> {
     match value {
         Value::Float(number) => Some(*number),
@@ -262,7 +262,7 @@ fn number(value: &Value, unit: &str) -> Option<f64> {
     }
 }
 
-/// What a key allows, with what a text must be where one was given for a number.
+/// The allowed values of a key; for a text in the place of a number also the form of such a text.
 fn allowed(row: &Key, value: &Value) -> String {
     let number = matches!(row.kind, Kind::Float(..) | Kind::Floats(..));
     if number && value.is_str() && !row.unit.is_empty() {
@@ -276,7 +276,7 @@ fn missing(row: &Key) -> Error {
     Error::MissingKey { key: row.key.to_owned(), meaning: row.meaning() }
 }
 
-/// A value as the user would recognise it, cut where it is long.
+/// A value as the user wrote it, shortened if it is long.
 fn show(value: &Value) -> String {
     let text = match value {
         Value::Float(number) => Short(*number).to_string(),

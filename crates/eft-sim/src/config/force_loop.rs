@@ -1,4 +1,4 @@
-//! The force loop that is designed from a rig, in place of the gains that stand in its configuration.
+//! The designed force loop, which replaces the gains of the configuration.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use crate::error::Result;
 /// A valve about rest, at no load.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AtRest {
-    /// Slopes (m³/s per unit opening) to either side; equal within an underlap.
+    /// Slopes (m³/s per unit opening) on both sides; equal within an underlap.
     pub(crate) shallower: f64,
     pub(crate) steeper: f64,
     /// Leakage (m³/(s·Pa)) through the ports that an underlap leaves open.
@@ -17,19 +17,19 @@ pub(crate) struct AtRest {
 }
 
 impl RigConfig {
-    /// The force loop designed from what the controller believes of this rig, at a sample rate (Hz), whether it is in
-    /// use or not.
+    /// The force loop designed from the configured rig without its `truth`, at a sample rate (Hz). It need
+    /// not be in use.
     ///
     /// # Errors
-    /// A flow curve without a slope at the origin; a rig for which no robust gains exist.
+    /// The flow curve has no slope at the origin, or no robust gains exist for the rig.
     pub fn designed_force_loop(&self, sample_rate: f64) -> Result<design::ForceLoop> {
         let rest = self.at_rest(&self.servovalve.flow_table)?;
         let piston = self.held_piston(&rest, rest.steeper, self.measured_compressibility());
         design::design(&HeldPiston { sample_rate, ..piston })
     }
 
-    /// Valve, oil and load cell of these values with the piston at rest: with a flow gain (m³/s per unit opening) and a
-    /// compressibility (m³/Pa).
+    /// Valve, oil and load cell of these values with the piston at rest, for a flow gain (m³/s per unit
+    /// opening) and a compressibility (m³/Pa).
     pub(crate) fn held_piston(&self, rest: &AtRest, flow_gain: f64, compressibility: f64) -> HeldPiston {
         let (valve, sensor) = (&self.servovalve, &self.sensors.force);
         HeldPiston {
@@ -60,13 +60,14 @@ impl RigConfig {
             return Ok(AtRest { shallower, steeper, leakage: 0.0 });
         }
         let both = slope + slope_back;
-        // −∂Q_L/∂P_L of the roots, of which the pushing one is that of the area ratio.
+        // −∂Q_L/∂P_L of the two square roots; that of the pushing side contains the area ratio.
         let ports = pulling * pulled - pushing * pushed / self.actuator.area_ratio;
         let leakage = self.servovalve.flow_gain_scale * ports / (2.0 * self.supply.pressure);
         Ok(AtRest { shallower: both, steeper: both, leakage })
     }
 
-    /// Compressibility (m³/Pa) that goes with the measured motion: at the structure the attachment's as well.
+    /// Compressibility (m³/Pa) for the measured motion. If the motion is measured at the structure, it
+    /// includes the attachment.
     pub(crate) fn measured_compressibility(&self) -> f64 {
         let attached = match self.sensors.motion_at {
             MotionAt::Piston => 0.0,
@@ -75,7 +76,7 @@ impl RigConfig {
         self.actuator.compressibility + attached
     }
 
-    /// Puts the designed force loop in use, in controller and plant alike: an analog one runs in the plant.
+    /// Uses the designed force loop in controller and plant, because an analog loop is part of the plant.
     pub(super) fn design_force_loop(&mut self, sample_rate: f64) -> Result<()> {
         let designed = self.designed_force_loop(sample_rate)?;
         let given = &self.values.controller;
@@ -95,7 +96,7 @@ impl RigConfig {
         Ok(())
     }
 
-    /// This rig with the force loop that is designed for a sample rate (Hz), where one is in use.
+    /// This rig with the force loop designed for a sample rate (Hz), if it uses a designed loop.
     ///
     /// # Errors
     /// As [`designed_force_loop`](Self::designed_force_loop).
@@ -109,7 +110,8 @@ impl RigConfig {
         Ok(Cow::Owned(rig))
     }
 
-    /// Values of this rig, perhaps changed, with the force loop as it was given where the designed one still stands.
+    /// Possibly changed values of this rig, in which an unchanged designed loop is replaced by the configured
+    /// gains.
     pub(super) fn as_given(&self, values: &RigValues) -> RigValues {
         let mut values = values.clone();
         if let Some(given) = &self.given {

@@ -1,4 +1,4 @@
-//! Keys that are set and do nothing as the others stand.
+//! Keys that are set but have no effect with the other values.
 
 use std::fmt;
 
@@ -6,16 +6,16 @@ use toml::{Table, Value};
 
 use super::tree;
 
-/// A key that is set and does nothing as long as another is not set to what it needs.
+/// A key that is set but has no effect until another key has one of certain values.
 ///
-/// No error: each is a switch of its own, and a study turns one of them without touching the rest.
+/// This is not an error, because a study may vary one key without the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct IdleKey {
-    /// The key that does nothing.
+    /// The key without effect.
     pub key: &'static str,
-    /// The key that it needs.
+    /// The other key.
     pub needs: &'static str,
-    /// What it needs it to be, any of these.
+    /// Values of the other key with which the key has an effect.
     pub values: &'static [&'static str],
 }
 
@@ -44,7 +44,7 @@ impl fmt::Display for IdleKey {
     }
 }
 
-/// Those of a complete tree.
+/// The idle keys of a complete tree.
 pub(super) fn idle_keys(whole: &Table) -> Vec<IdleKey> {
     let set = |key| match tree::get(whole, key) {
         None | Some(Value::Boolean(false) | Value::Integer(0)) => false,

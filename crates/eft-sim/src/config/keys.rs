@@ -1,6 +1,6 @@
-//! The schema itself: one row per value, in the order in which files are written.
+//! The schema: one row per value, in the order of written files.
 //!
-//! The ranges are far wider than any rig; they refuse unit mistakes (psi for Pa) and values whose
+//! The ranges are far wider than any rig needs. They refuse mistakes of units (psi for Pa) and values whose
 //! products would overflow.
 
 use super::schema::{Key, Kind, Need, Preset};

@@ -1,8 +1,7 @@
 //! The rig's configuration: one schema for TOML, dictionaries and dotted keys.
 //!
-//! [`KEYS`] is the schema: key, unit, range, default and meaning of every value. The structs of
-//! this module hold the values; a test keeps the two equal. A new effect of the rig is one struct
-//! field and one row.
+//! [`KEYS`] is the schema: key, unit, range, default and meaning of every value. The structs of this module
+//! hold the values; a test compares the two. A new effect of the rig needs one struct field and one row.
 
 mod check;
 mod force_loop;
@@ -37,20 +36,21 @@ use crate::{Error, Result};
 
 /// A whole rig: plant, controller, sensors and limits, in SI units.
 ///
-/// It is valid: every way to one checks names, types and ranges. Its [values](RigValues) are read as its own fields, and
-/// [`replace`](Self::replace) and [`with`](Self::with) give a rig with other ones.
+/// A rig that exists is valid, because every constructor checks names, types and ranges. Its
+/// [values](RigValues) are read as its own fields. [`replace`](Self::replace) and [`with`](Self::with) return
+/// a rig with other values.
 ///
-/// The values are what the controller believes. What is true of the plant instead stands in them under `truth`, and
-/// [`plant`](Self::plant) is the rig with it.
+/// The values describe the rig as the controller knows it. Values under `truth` describe the true plant where
+/// it differs, and [`plant`](Self::plant) is the rig with them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigConfig {
     values: RigValues,
-    /// What stands in the configuration in place of a designed force loop.
+    /// The configured gains that a designed force loop replaces.
     given: Option<GivenForceLoop>,
     truth: Option<Box<Truth>>,
 }
 
-/// The force loop as it was given, where the one in use is designed.
+/// The configured force loop, if a designed one is in use.
 #[derive(Clone, Debug, PartialEq)]
 struct GivenForceLoop {
     proportional_gain: f64,
@@ -59,12 +59,12 @@ struct GivenForceLoop {
     realization: Realization,
 }
 
-/// Where the plant is not what the controller believes.
+/// Differences of the true plant from the configured one.
 #[derive(Clone, Debug, PartialEq)]
 struct Truth {
     /// The values that differ, as a tree of sections.
     values: toml::Table,
-    /// The rig with them.
+    /// The rig with these values.
     plant: RigConfig,
 }
 
@@ -86,7 +86,7 @@ pub struct RigValues {
     pub actuator: Actuator,
     /// The hydraulic supply.
     pub supply: Supply,
-    /// The servovalve as it truly is.
+    /// The true servovalve.
     pub servovalve: Servovalve,
     /// The servovalve controller, Eq. (1).
     pub controller: Controller,
@@ -94,15 +94,15 @@ pub struct RigValues {
     pub compensation: Compensation,
     /// The test structure, Fig. 7.
     pub structure: Structure,
-    /// What the sensors do to the signals; ideal by default.
+    /// The errors of the sensors; ideal by default.
     pub sensors: Sensors,
-    /// What the converter does to the controller's output; ideal by default.
+    /// The errors of the output converter; ideal by default.
     pub dac: Dac,
     /// Protection of the specimen; none by default.
     pub protection: Protection,
     /// Limits and plausible measurement ranges; none by default.
     pub limits: Limits,
-    /// What a test must reach to count.
+    /// The limits of the verdict.
     pub verdict: Verdict,
 }
 
@@ -133,7 +133,7 @@ impl RigConfig {
         text::write(&self.to_tree(), false)
     }
 
-    /// As [`Self::to_toml`], with unit, range and meaning of every key beside it.
+    /// As [`Self::to_toml`], with unit, range and meaning of every key in a comment.
     pub fn to_commented_toml(&self) -> String {
         text::write(&self.to_tree(), true)
     }
@@ -161,8 +161,7 @@ impl RigConfig {
     }
 
     fn from_complete(complete: toml::Table, truth: Option<Box<Truth>>) -> Result<Self> {
-        // The checks have settled names, types and ranges; what serde still refuses is a
-        // disagreement between KEYS and the structs.
+        // Names, types and ranges are already checked. Serde fails only if KEYS and the structs disagree.
         let values = RigValues::deserialize(toml::Value::Table(complete))
             .map_err(|error| Error::Toml(error.message().to_owned()))?;
         Ok(Self { values, given: None, truth })
@@ -170,12 +169,12 @@ impl RigConfig {
 
     /// The configuration as a tree of sections, defaults included.
     pub fn to_tree(&self) -> toml::Table {
-        // Plain structs of numbers, strings and lists always serialize; the one whole number that TOML cannot hold, a
-        // seed above 2^63, is in no valid rig.
+        // Plain structs of numbers, strings and lists always serialize. The only exception, a seed above
+        // 2^63, is not allowed in a rig.
         self.tree_of(&self.values).unwrap_or_default()
     }
 
-    /// A tree of these values, and of what is true of this rig's plant.
+    /// A tree of these values and of this rig's `truth`.
     fn tree_of(&self, values: &RigValues) -> Result<toml::Table> {
         let values = self.as_given(values);
         let mut tree = toml::Table::try_from(&values).map_err(|error| Error::Toml(error.to_string()))?;
@@ -185,8 +184,8 @@ impl RigConfig {
         Ok(tree)
     }
 
-    /// The rig as it truly is: this one with the values of its `truth` in the place of what the controller believes. Plant,
-    /// sensors and converter are made from it, controllers from the rig itself.
+    /// The true rig: this one with the values of its `truth`. Plant, sensors and converter are made from it,
+    /// controllers from the rig itself.
     pub fn plant(&self) -> &Self {
         self.truth.as_ref().map_or(self, |truth| &truth.plant)
     }
@@ -199,7 +198,7 @@ impl RigConfig {
         self.edit(&[], changes)
     }
 
-    /// A new configuration without some optional values (those with a default return to it).
+    /// A new configuration without some optional values; values with a default return to it.
     ///
     /// # Errors
     /// As [`Self::from_tree`]; [`Error::UnknownKey`] for a key that the schema does not know.
@@ -207,7 +206,7 @@ impl RigConfig {
         self.edit(keys, &[])
     }
 
-    /// [`Self::without`] and [`Self::replace`] in one, checked once after both.
+    /// [`Self::without`] and [`Self::replace`] together, checked once after both.
     ///
     /// # Errors
     /// As those.
@@ -231,7 +230,7 @@ impl RigConfig {
         Ok(tree::get(&self.to_tree(), key).cloned())
     }
 
-    /// The keys that are set and do nothing as the others stand, with what each needs.
+    /// The keys that are set but have no effect with the other values, with what each needs.
     pub fn idle_keys(&self) -> Vec<IdleKey> {
         idle::idle_keys(&self.to_tree())
     }
@@ -246,7 +245,8 @@ impl RigConfig {
         Self::from_tree(self.tree_of(&values)?)
     }
 
-    /// With fields changed, those of the plant alike, and unchecked: what an analysis looks at may lie beyond the ranges.
+    /// The rig with changed fields, also in the plant, without checks, because an analysis may leave the
+    /// ranges.
     pub(crate) fn varied(&self, change: impl Fn(&mut RigValues)) -> Self {
         let mut varied = self.clone();
         change(&mut varied.values);

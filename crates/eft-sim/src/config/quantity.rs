@@ -28,7 +28,8 @@ const ACCELERATION: Dimension = [0, 1, -2, 0];
 const POWER: Dimension = [1, 2, -3, 0];
 const VOLTAGE: Dimension = [0, 0, 0, 1];
 
-/// Every unit by name. `lb` is a mass and `lbf` a force; `g` is standard gravity, `gal` the gallon of the United States.
+/// All units by name. `lb` is a mass and `lbf` a force; `g` is standard gravity, `gal` the gallon of the
+/// United States.
 const UNITS: &[(&str, f64, Dimension)] = &[
     ("1", 1.0, NUMBER),
     ("%", 1e-2, NUMBER),
@@ -79,10 +80,10 @@ const UNITS: &[(&str, f64, Dimension)] = &[
 /// The SI value of a text with a number and a unit, if the unit has the dimension of `si`.
 ///
 /// A unit is a product of powers: `kip/in`, `kN·s/m`, `m³/(s·Pa)`, `in^2`. A text without a unit is a pure number.
-/// `None` where the text is no quantity, a unit is unknown, or its dimension is another one.
+/// `None` if the text is not a quantity, a unit is unknown, or its dimension differs.
 pub fn quantity(text: &str, si: &str) -> Option<f64> {
     let text = text.trim();
-    // The longest beginning that is a number: "1e3 m" has an exponent, "1 e" has none.
+    // The longest prefix that is a number: "1e3 m" has an exponent, "1 e" has none.
     let (number, rest) =
         (1..=text.len()).rev().filter(|end| text.is_char_boundary(*end)).find_map(|end| {
             let (head, tail) = text.split_at(end);
@@ -101,12 +102,12 @@ pub fn units_of(si: &str) -> String {
     if names.is_empty() { si.to_owned() } else { names.join(", ") }
 }
 
-/// Exponents of kg, m, s and V of an SI unit such as `m³/(s·Pa)`; none where it is no unit, or not of factor 1.
+/// Exponents of kg, m, s and V of an SI unit such as `m³/(s·Pa)`; `None` if it is not a unit with factor 1.
 pub fn dimension(si: &str) -> Option<[i8; 4]> {
     unit(si).filter(|(factor, _)| *factor == 1.0).map(|(_, dimension)| dimension)
 }
 
-/// A product of powers of units; nothing at all is a pure number.
+/// A product of powers of units; an empty text is a pure number.
 fn unit(text: &str) -> Option<Unit> {
     let text: Vec<char> = text.chars().collect();
     if text.is_empty() {
@@ -143,7 +144,7 @@ fn factor(text: &[char]) -> Option<(Unit, &[char])> {
         }
     } else {
         let letters = text.iter().take_while(|one| one.is_alphabetic() || **one == '%').count();
-        // A one above a fraction bar, as in 1/s, is the only number that stands for a unit.
+        // The numerator 1, as in 1/s, is the only number allowed as a unit.
         let length = if letters == 0 && text.first() == Some(&'1') { 1 } else { letters };
         let name: String = text.get(..length)?.iter().collect();
         let &(_, factor, dimension) = UNITS.iter().find(|(known, ..)| *known == name)?;
@@ -155,7 +156,7 @@ fn factor(text: &[char]) -> Option<(Unit, &[char])> {
         rest => (1, rest),
     };
     let spaces = rest.iter().take_while(|one| **one == ' ').count();
-    // A space before a sign belongs to the sign; one between two units multiplies.
+    // A space before a sign belongs to the sign; a space between two units multiplies.
     let rest = match rest.get(spaces..)? {
         tight @ ([] | ['/' | '·' | '*' | '-' | ')', ..]) => tight,
         _ => rest,

@@ -1,4 +1,4 @@
-//! What a row of the schema says.
+//! The rows of the schema.
 
 use eft_core::Short;
 
@@ -11,7 +11,7 @@ pub struct Key {
     pub unit: &'static str,
     /// Type and allowed range.
     pub kind: Kind,
-    /// Whether it must be given.
+    /// Whether the value must be given.
     pub need: Need,
     /// Meaning in one line, with the paper's symbol.
     pub doc: &'static str,
@@ -39,11 +39,11 @@ pub enum Kind {
 pub enum Need {
     /// It must.
     Required,
-    /// It must where another key has a certain value.
+    /// It must be given if another key has a certain value.
     When(&'static str, &'static str),
-    /// It may be left out, and this value holds then.
+    /// It may be left out; this is its default.
     Default(Preset),
-    /// It may be left out, and the effect is absent then.
+    /// It may be left out; the rig then does not have the effect.
     Optional,
 }
 
@@ -60,16 +60,16 @@ pub enum Preset {
     Text(&'static str),
 }
 
-/// Sections that describe the plant, its sensors and its converter: what the rest of a rig has beliefs about.
+/// Sections that describe the plant, its sensors and its converter. Only their keys may be under `truth`.
 pub(super) const PLANT: [&str; 6] = ["actuator", "supply", "servovalve", "structure", "sensors", "dac"];
 
 impl Key {
-    /// Whether the key describes the plant, and may stand under `truth` as well.
+    /// Whether the key describes the plant, and may also be under `truth`.
     pub fn is_of_the_plant(&self) -> bool {
         self.key.split_once('.').is_some_and(|(section, _)| PLANT.contains(&section))
     }
 
-    /// What the key allows, as a phrase for error messages and documents.
+    /// The allowed values of the key, as a phrase for error messages and documents.
     pub fn allowed(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         match self.kind {

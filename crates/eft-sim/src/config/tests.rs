@@ -16,7 +16,7 @@ pub(super) fn everything() -> Table {
             Kind::Bool => Value::Boolean(true),
             Kind::Choice(words) => Value::String(words[0].into()),
             Kind::Text => Value::String("some text".into()),
-            // A curve has rules of its own, which the known one keeps.
+            // A curve has further rules, so the known one is used.
             Kind::Floats(..) if row.key.contains("true_flow_table") => {
                 tree::get(&whole, &row.key.replace("true_", "")).unwrap().clone()
             }
@@ -55,7 +55,7 @@ fn the_schema_and_the_structs_have_the_same_keys() {
     }
     let config = RigConfig::from_tree(everything()).unwrap();
     let mut fields = BTreeSet::new();
-    // JSON writes absent options as null, so that a field without a row shows up here.
+    // JSON writes absent options as null, so a field without a row is found here.
     leaves("", &serde_json::to_value(&*config).unwrap(), &mut fields);
     let rows: BTreeSet<_> = KEYS.iter().map(|row| row.key.to_owned()).collect();
     assert_eq!(rows.len(), KEYS.len(), "a key stands twice");
@@ -152,7 +152,7 @@ fn nothing_physical_has_a_silent_default() {
         }
         tree::remove(&mut whole, row.key).unwrap();
         match RigConfig::from_tree(whole) {
-            // A whole part that is missing is named by its first key.
+            // For a missing section the error names its first key.
             Err(Error::MissingKey { key, .. }) => {
                 assert_eq!(key.rsplit_once('.').map(|k| k.0), row.key.rsplit_once('.').map(|k| k.0));
             }
@@ -361,13 +361,13 @@ fn files_that_cannot_be_read() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// A key with a value; half of those that describe the plant stand under `truth`.
+/// A key with a value; half of the keys of the plant are under `truth`.
 fn any_row() -> impl Strategy<Value = (String, Value)> {
     (0..KEYS.len(), 0.0..=1.0_f64, any::<u64>(), ".*", any::<bool>()).prop_map(
         |(row, share, bits, text, truth)| {
             let row = &KEYS[row];
             let value = match row.kind {
-                // Spread over the decades of the range rather than over its length.
+                // Distributed evenly over the decades of the range.
                 Kind::Float(low, high) if low > 0.0 => {
                     Value::Float((low * (high / low).powf(share)).clamp(low, high))
                 }
@@ -380,7 +380,7 @@ fn any_row() -> impl Strategy<Value = (String, Value)> {
                 Kind::Text => Value::String(text),
                 Kind::Floats(..) => tree::get(&everything(), row.key).unwrap().clone(),
             };
-            // Two that have to agree with others.
+            // Two values that must agree with others.
             let bound = row.key == "structure.kind" || row.key.starts_with("servovalve.flow_table");
             let truth = if truth && row.is_of_the_plant() && !bound { "truth." } else { "" };
             (format!("{truth}{}", row.key), value)
@@ -396,7 +396,7 @@ proptest! {
             tree::set(&mut whole, &key, value).unwrap();
         }
         let config = match RigConfig::from_tree(whole) {
-            // Not every rig has a robust force loop.
+            // For some rigs no robust force loop exists.
             Err(error) if error.to_string().contains("robust") => return Ok(()),
             made => made.unwrap(),
         };

@@ -10,14 +10,14 @@ use super::{KEYS, tree};
 use crate::{Error, Result, files};
 use eft_core::Short;
 
-/// A rig file of the whole schema is 5 kB; what is larger by far is another file.
+/// A rig file with all keys is 5 kB; a far larger file is not a rig.
 const LARGEST_FILE: u64 = 1 << 20;
 
 /// Parses TOML text; the error carries line and column.
 pub(super) fn parse(text: &str) -> Result<Table> {
     text.parse::<Table>().map_err(|error| {
         let message = match error.message() {
-            // The only whole numbers that are of no valid type.
+            // Whole numbers of this size have no valid type.
             message if message.starts_with("invalid type: integer") => {
                 "a whole number must fit 64 bits".into()
             }
@@ -40,8 +40,8 @@ pub(super) fn read(path: &Path) -> Result<String> {
     })
 }
 
-/// Writes a complete tree in the order of the schema, with the meaning of each key if wanted; what is true of the plant
-/// comes last.
+/// Writes a complete tree in the order of the schema, optionally with the meaning of each key; the section
+/// `truth` is last.
 pub(super) fn write(whole: &Table, commented: bool) -> String {
     let mut text = String::new();
     let mut open = "";
@@ -84,7 +84,7 @@ fn show(value: &Value) -> String {
     match value {
         Value::Float(number) => {
             let text = Short(*number).to_string();
-            // TOML tells floats from whole numbers by their look.
+            // In TOML a float needs a point or an exponent.
             if text.contains(['.', 'e']) { text } else { text + ".0" }
         }
         Value::Array(items) => format!("[{}]", items.iter().map(show).collect::<Vec<_>>().join(", ")),

@@ -9,7 +9,7 @@ use super::KEYS;
 use super::schema::Key;
 use crate::{Error, Result};
 
-/// The section of what is true of the plant where it is not what the controller believes.
+/// The section for values of the true plant that differ from the controller's.
 pub(super) const TRUTH: &str = "truth";
 
 /// The value at a dotted key.
@@ -22,7 +22,7 @@ pub(super) fn get<'a>(tree: &'a Table, key: &str) -> Option<&'a Value> {
     Some(value)
 }
 
-/// Puts a value at a dotted key, making sections on the way. Whether there is such a key is not looked at.
+/// Sets the value of a dotted key and adds missing sections. It does not check that the schema has the key.
 pub(super) fn set(tree: &mut Table, key: &str, value: Value) -> Result<()> {
     let mut section = tree;
     let (path, leaf) = key.rsplit_once('.').map_or((None, key), |(path, leaf)| (Some(path), leaf));
@@ -40,7 +40,7 @@ pub(super) fn set(tree: &mut Table, key: &str, value: Value) -> Result<()> {
     Ok(())
 }
 
-/// Takes away what stands at a dotted key.
+/// Removes the value or section of a dotted key.
 pub(super) fn remove(tree: &mut Table, key: &str) -> Result<()> {
     known(key)?;
     let mut section = tree;
@@ -61,7 +61,7 @@ pub(super) fn leaves(tree: &Table) -> Vec<(String, &Value)> {
         for (name, value) in tree {
             let key = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
             match value {
-                // A table under a key that holds a value is left whole, so that the error names it.
+                // A table in the place of a value is kept whole, so that the error names it.
                 Value::Table(inner) if !inner.is_empty() && !is_leaf(&key) => walk(&key, inner, found),
                 _ => found.push((key, value)),
             }
@@ -72,9 +72,9 @@ pub(super) fn leaves(tree: &Table) -> Vec<(String, &Value)> {
     found
 }
 
-/// What the schema says of a key; a key under `truth` is that of the plant.
+/// The row of a key in the schema; a key under `truth` has the row of the plant's key.
 pub(super) fn row(key: &str) -> Option<&'static Key> {
-    // Studies check thousands of rigs of a hundred keys each.
+    // A map is faster, because studies check thousands of rigs of a hundred keys each.
     static ROWS: LazyLock<HashMap<&str, &Key>> =
         LazyLock::new(|| KEYS.iter().map(|row| (row.key, row)).collect());
     let row = |key| ROWS.get(key).copied();
@@ -84,7 +84,7 @@ pub(super) fn row(key: &str) -> Option<&'static Key> {
     }
 }
 
-/// What stands behind `truth.` in a key, if it begins so.
+/// The part of a key after `truth.`, if it begins with that.
 pub(super) fn under_truth(key: &str) -> Option<&str> {
     key.strip_prefix(TRUTH)?.strip_prefix('.')
 }
@@ -106,13 +106,13 @@ pub(super) fn known(key: &str) -> Result<()> {
     if is_leaf(key) || is_section(key) { Ok(()) } else { Err(unknown(key)) }
 }
 
-/// The error for a key outside the schema, with the nearest one inside it.
+/// The error for a key outside the schema, with the nearest known key.
 pub(super) fn unknown(key: &str) -> Error {
     fn last(key: &str) -> &str {
         key.rsplit('.').next().unwrap_or(key)
     }
-    // The name decides, wherever it stands: a right name in the wrong section is the commonest
-    // mistake next to a typo. The section breaks ties.
+    // The last name is compared in all sections, because a correct name in a wrong section is a common
+    // mistake. The section decides between equal distances.
     let of_the_plant = KEYS.iter().filter(|row| row.is_of_the_plant());
     let true_keys = of_the_plant.map(|row| format!("{TRUTH}.{}", row.key));
     let nearest = KEYS
@@ -120,7 +120,7 @@ pub(super) fn unknown(key: &str) -> Error {
         .map(|row| row.key.to_owned())
         .filter(|_| under_truth(key).is_none())
         .chain(true_keys)
-        // The distance takes a time in proportion to the length of the key.
+        // The time for a distance is proportional to the length of the key.
         .filter(|known| key.len() <= 4 * known.len())
         .map(|known| {
             let name = strsim::normalized_damerau_levenshtein(last(key), last(&known));
@@ -133,7 +133,7 @@ pub(super) fn unknown(key: &str) -> Error {
     Error::UnknownKey { key: shortened(key), nearest }
 }
 
-/// A text for a message, cut where it is long.
+/// A text for a message, shortened if it is long.
 pub(super) fn shortened(text: &str) -> String {
     match text.char_indices().nth(80) {
         Some((end, _)) => format!("{}…", &text[..end]),

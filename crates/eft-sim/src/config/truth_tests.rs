@@ -11,7 +11,7 @@ fn message(changes: &[(&str, Value)]) -> String {
     zhao2005(changes).unwrap_err().to_string()
 }
 
-/// A value that a key does not have by default, and may have beside any others.
+/// A value other than the default that is valid with any other values.
 fn another(row: &Key, whole: &Table) -> Value {
     match row.kind {
         Kind::Float(low, high) => (0.7 * low + 0.3 * high).into(),

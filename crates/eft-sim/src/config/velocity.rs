@@ -1,4 +1,4 @@
-//! How a rig's controller makes the velocity of the displacement, and what that delays.
+//! The velocity estimate of a rig's controller, and its delay.
 
 use nalgebra::Complex;
 
@@ -6,7 +6,7 @@ use super::{RigConfig, VelocitySource};
 use crate::design::{ObserverNoises, VelocityEstimate, observer_gains};
 use crate::error::Result;
 
-/// Band (Hz) over which the delay of an estimate is taken.
+/// Band (Hz) for the delay of an estimate.
 const BAND: (f64, f64) = (0.5, 10.0);
 
 impl RigConfig {
@@ -14,7 +14,8 @@ impl RigConfig {
     /// drift (1/s²).
     ///
     /// # Errors
-    /// An invalid sample rate; noises so unlike that the observer's equation is not solved.
+    /// An invalid sample rate, or noises of so different size that the observer's equation has no numerical
+    /// solution.
     pub fn observer_gains(&self, sample_rate: f64) -> Result<[f64; 3]> {
         let c = &self.controller;
         let (drift_key, drift) = match c.velocity_source {
@@ -30,7 +31,7 @@ impl RigConfig {
         observer_gains(&noises, sample_rate)
     }
 
-    /// How the controller makes the velocity of the displacement; none where a sensor measures it.
+    /// The velocity estimate of the controller; `None` if a sensor measures the velocity.
     ///
     /// # Errors
     /// As [`observer_gains`](Self::observer_gains).
@@ -46,18 +47,19 @@ impl RigConfig {
         })
     }
 
-    /// The delay (s), from 0.5 to 10 Hz, of the velocity that a controller makes of the displacement, as it can know it:
-    /// that of its own filters; 0 where a sensor measures the velocity.
+    /// The delay (s), from 0.5 to 10 Hz, of the controller's velocity estimate, as far as the controller
+    /// knows it. This is the delay of its own filters. It is 0 if a sensor measures the velocity.
     ///
-    /// An observer that is given the acceleration is late by no more than its sampling, less than a microsecond at
-    /// 4096 Hz. Given the force over a mass, it is so for a free mass; what spring and damper add is the specimen's,
-    /// which the controller does not know, and stands in the delay budget alone.
+    /// An observer with a measured acceleration has only the delay of its sampling, less than a microsecond
+    /// at 4096 Hz. An observer with force over mass has the same delay for a free mass. The effect of spring
+    /// and damper depends on the specimen, which the controller does not know; it is in the delay budget
+    /// only.
     ///
     /// # Errors
     /// As [`observer_gains`](Self::observer_gains).
     pub fn velocity_delay(&self, sample_rate: f64) -> Result<f64> {
         let Some(estimate) = self.velocity_estimate(sample_rate)? else { return Ok(0.0) };
-        // A lead network takes no lead back.
+        // A lead network cannot compensate for a lead.
         Ok(estimate.delay(sample_rate, BAND, |_| [Complex::ONE; 2])?.max(0.0))
     }
 }

@@ -1,8 +1,8 @@
-//! The robust force loop: the paper's controller, Eq. (1), with an integral part, and gains that keep the oil column
-//! damped on every rig near the one it is designed for.
+//! The robust force loop: the paper's controller, Eq. (1), with an integral part. Its gains keep the oil
+//! column damped on the given rig and on all rigs that deviate from it by [`Deviation`].
 //!
-//! With `T_D = G_d/G_p` given, `G_p` is as large as the worst of [`Deviation`]'s rigs allows; of all `T_D` the one
-//! with the least peak of the sensitivity `|1/(1 + L)|` is taken.
+//! For each `T_D = G_d/G_p`, `G_p` is the largest that all deviating rigs allow. The chosen `T_D` has the
+//! lowest peak of the sensitivity `|1/(1 + L)|`.
 
 use nalgebra::Complex;
 
@@ -10,32 +10,35 @@ use super::held_piston::{Gains, HeldPiston, Sampled};
 use crate::error::{Error, Result};
 use crate::state_space::StateSpace;
 
-/// Damping ratio (1) of the oil column that the worst rig keeps.
+/// Least damping ratio (1) of the oil column on the worst rig.
 const LEAST_DAMPING: f64 = 0.03;
 /// Least damping ratio (1) and gain margin (1) of the rig itself.
 const NOMINAL_DAMPING: f64 = 0.2;
 const NOMINAL_GAIN_MARGIN: f64 = 3.0;
-/// Least static gain (1) of the loop: with less it is no force control.
+/// Least static gain (1) of the loop; with less the loop does not control the force.
 const LEAST_STATIC_GAIN: f64 = 5.0;
-/// Proportional gains (1) are sought between these, `T_D` (s) from a tenth to ten times the valve's time scale.
+/// Range of the search for the proportional gain (1). `T_D` (s) is sought from a tenth to ten times the
+/// valve's time scale.
 const GAINS: (f64, f64) = (1e-6, 1e3);
 const GAIN_STEPS: usize = 20;
 const TIME_STEPS: usize = 12;
-/// Time of the integral part over the valve's time scale (1): 83 ms and 1.9 Hz on the paper's rig, far below the loop's
-/// crossover and above the specimen's frequency, where it takes back what the compensation leaves.
+/// Time of the integral part over the valve's time scale (1): 83 ms and 1.9 Hz on the paper's rig, far below
+/// the loop's crossover and above the specimen's frequency. There it removes the residual error of the
+/// compensation.
 const INTEGRAL_TIME: f64 = 16.0;
-/// Longest delay (samples) of the loop: each is a state, and the oil column is no longer held behind so many.
+/// Longest delay (samples) of the loop. Each sample is a state, and longer delays leave the oil column
+/// undamped.
 const LONGEST_DELAY: u32 = 16;
 /// Points of a frequency response, from 0.1 Hz to half the sample rate.
 const FREQUENCIES: usize = 160;
 
-/// How far a rig may be off the one that the loop is designed for, all at once.
+/// Simultaneous deviations of a rig from the one that the loop is designed for.
 struct Deviation {
     oil_stiffness: f64,
     pilot_time_constant: f64,
 }
 
-/// The corners of what is drawn for the study of random rigs; flow gain and delay are at their worse end in all.
+/// The extremes of the study of random rigs. Flow gain and delay have their worst values in all four.
 const DEVIATIONS: [Deviation; 4] = [
     Deviation { oil_stiffness: 1.5, pilot_time_constant: 2.0 },
     Deviation { oil_stiffness: 1.5, pilot_time_constant: 0.5 },
@@ -58,12 +61,13 @@ pub struct ForceLoop {
     plant: Sampled,
 }
 
-/// How robust a force loop is on the rig it is designed for, with the piston at rest.
+/// Robustness of a force loop on the rig it is designed for, with the piston at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceLoopMargins {
     /// Largest stable factor (1) on the loop's gain.
     pub gain: f64,
-    /// Largest stable delay (s) in addition: the phase margin over the frequency where the loop's gain falls to 1.
+    /// Largest stable additional delay (s): the phase margin over the angular frequency where the loop's gain
+    /// falls to 1.
     pub delay: f64,
     /// Damping ratio (1) of the oil column's mode.
     pub damping: f64,
@@ -75,7 +79,7 @@ pub struct ForceLoopMargins {
 /// Designs a force loop.
 ///
 /// # Errors
-/// No gains keep the oil column of every rig nearby damped; more than 16 samples of delay.
+/// No gains keep the oil column of all deviating rigs damped, or the delay is more than 16 samples.
 pub fn design(plant: &HeldPiston) -> Result<ForceLoop> {
     if plant.delay > LONGEST_DELAY {
         let allowed = format!("a robust force loop is designed for at most {LONGEST_DELAY} samples");
@@ -133,7 +137,7 @@ fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<
         Ok(true)
     };
     let (mut low, mut high) = GAINS;
-    // With little leakage the integral part swings slowly on the least gains.
+    // With little leakage the integral part causes a slow oscillation at the smallest gains.
     while !damped(low)? {
         low *= 10.0;
         if low > high {
@@ -144,7 +148,7 @@ fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<
         let middle = (low * high).sqrt();
         if damped(middle)? { low = middle } else { high = middle }
     }
-    // Four digits: what another machine's last bits make of it.
+    // Four digits are independent of rounding differences between machines.
     let Gains { proportional, derivative, integral } = with(low);
     let [proportional, derivative, integral] = [proportional, derivative, integral].map(four_digits);
     Ok(Some(Gains { proportional, derivative, integral }))
@@ -157,7 +161,7 @@ fn four_digits(value: f64) -> f64 {
 }
 
 impl HeldPiston {
-    /// The loop's gain at rest per proportional gain (1).
+    /// The loop's static gain per unit of proportional gain (1).
     fn static_gain(&self) -> f64 {
         self.force_sensitivity * self.piston_area * self.flow_gain / (self.spool_voltage * self.leakage)
     }
@@ -174,7 +178,7 @@ impl HeldPiston {
 }
 
 impl ForceLoop {
-    /// The loop from force command (N) to measured force (N), opened behind the load cell.
+    /// The loop from force command (N) to measured force (N), opened after the load cell.
     pub fn open_loop(&self) -> StateSpace {
         self.plant.model(self.gains(), false)
     }
@@ -237,7 +241,7 @@ fn delay_margin(response: &[(f64, Complex<f64>)]) -> f64 {
         let share = low / (low - high);
         let mean = |a: f64, b: f64| a + share * (b - a);
         let frequency = mean(before.0.ln(), after.0.ln()).exp();
-        // Phase above −180°, of a short arc.
+        // Phase above −180°, interpolated on a short arc.
         let turned = (after.1 / before.1).arg() * share + before.1.arg();
         let phase = (turned + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU);
         phase / (std::f64::consts::TAU * frequency)
@@ -269,7 +273,7 @@ pub(super) mod tests {
 
     const CUBIC_INCH: f64 = 1.6387064e-5;
 
-    /// The paper's rig at 4096 Hz, by MODEL numbers and not by a configuration.
+    /// The paper's rig at 4096 Hz, from numbers and not from a configuration.
     pub(in crate::design) fn zhao2005() -> HeldPiston {
         HeldPiston {
             pilot_time_constant: 1.4e-3,
@@ -378,7 +382,7 @@ pub(super) mod tests {
         assert_eq!(RigConfig::from_toml(&robust.to_toml()).unwrap(), robust);
         let back = robust.replace(&[("controller.force_loop", "pd".into())]).unwrap();
         assert_eq!(back, base);
-        // What is true of the plant changes nothing of the design.
+        // `truth` does not change the design.
         let stiffer = robust.replace(&[("truth.actuator.compressibility", 5e-13.into())]).unwrap();
         assert_eq!(stiffer.plant().controller, robust.controller);
     }
@@ -397,7 +401,7 @@ pub(super) mod tests {
             linearize(rig, FlowGain::Nominal, Time::Sampled(rate)).unwrap().growth_rate().unwrap()
         };
         assert!(growth(&paper, 4096.0) > 10.0);
-        // At another rate the loop is designed anew.
+        // Another sample rate gives another design.
         for rate in [2048.0, 4096.0, 10_000.0] {
             assert!(growth(&robust, rate) < 0.0, "{rate}");
         }

@@ -1,5 +1,5 @@
-//! The plant that a force loop sees where the compensation supplies the flow of the motion: valve, oil and load cell
-//! with the piston at rest, sampled with the hold and the delays of the loop.
+//! The plant of a force loop whose compensation supplies the flow of the motion. It consists of valve, oil
+//! and load cell with the piston at rest, sampled with the hold and the delays of the loop.
 
 use std::f64::consts::TAU;
 
@@ -14,27 +14,27 @@ use crate::state_space::matrices::exponential;
 pub struct HeldPiston {
     /// Pilot time constant `τ` (s), Eq. (2).
     pub pilot_time_constant: f64,
-    /// Natural frequency (Hz) and damping ratio (1) of the torque motor before it, where there is one.
+    /// Natural frequency (Hz) and damping ratio (1) of the torque motor, if there is one.
     pub torque_motor: Option<(f64, f64)>,
     /// Pilot flow gain `K_vp` (m³/(s·V)).
     pub pilot_flow_gain: f64,
     /// Voltage of the spool's feedback at full opening, `K_3·x_vmax` (V).
     pub spool_voltage: f64,
-    /// Oil that moves the spool from null to full opening, `A_v·x_vmax` (m³).
+    /// Oil volume that moves the spool from null to full opening, `A_v·x_vmax` (m³).
     pub spool_volume: f64,
     /// Slope of the flow curve at the origin (m³/s per unit opening).
     pub flow_gain: f64,
     /// Oil compressibility of the chambers `K_a` (m³/Pa).
     pub compressibility: f64,
-    /// Leakage `C_l` (m³/(s·Pa)), that of the valve included.
+    /// Leakage `C_l` (m³/(s·Pa)), including that of the valve.
     pub leakage: f64,
     /// Piston area `A` (m²).
     pub piston_area: f64,
     /// Force sensitivity `C_F` (V/N).
     pub force_sensitivity: f64,
-    /// Bandwidth of the load cell (Hz), where it has one.
+    /// Bandwidth of the load cell (Hz), if it is limited.
     pub cell_bandwidth: Option<f64>,
-    /// Delay between load cell and valve (samples), that of the hold not included.
+    /// Delay between load cell and valve (samples), without that of the hold.
     pub delay: u32,
     /// Sample rate (Hz).
     pub sample_rate: f64,
@@ -50,7 +50,7 @@ pub(super) struct Gains {
 }
 
 impl Gains {
-    /// All times a factor (1).
+    /// All gains times a factor (1).
     pub(super) fn scaled(self, factor: f64) -> Self {
         Self {
             proportional: factor * self.proportional,
@@ -76,9 +76,9 @@ pub(super) struct Sampled {
 #[derive(Debug, Clone)]
 pub(crate) struct Continuous {
     pub(crate) a: DMatrix<f64>,
-    /// The state whose rate the valve command changes, and by how much a volt.
+    /// Index of the state that the valve command drives, and the state's rate per volt.
     pub(crate) driven: (usize, f64),
-    /// The state that the controller sees as the force, and the force (N) of its unit.
+    /// Index of the state that the controller measures as the force, and the force (N) per unit of it.
     pub(crate) shown: (usize, f64),
     /// Names of the states; the first three always exist.
     pub(crate) names: Vec<&'static str>,
@@ -151,7 +151,7 @@ impl HeldPiston {
 }
 
 impl Sampled {
-    /// The loop's gain from force error to measured force (1), opened, at a frequency (Hz) without a pole.
+    /// The open loop's gain from force error to measured force (1) at a frequency (Hz) that is not a pole.
     pub(super) fn open_loop_at(&self, gains: Gains, frequency: f64) -> Option<Complex<f64>> {
         let z = Complex::from_polar(1.0, TAU * frequency / self.rate);
         let complex = |m: &DMatrix<f64>| m.map(|entry| Complex::new(entry, 0.0));
@@ -159,7 +159,7 @@ impl Sampled {
         let state =
             (DMatrix::from_diagonal_element(n, n, z) - complex(&self.a)).lu().solve(&complex(&self.b))?;
         let plant = (complex(&self.c) * state)[(0, 0)];
-        // The integral is that of the samples before.
+        // The integral contains the earlier samples only.
         let integral = (z - 1.0).inv() * (gains.integral / self.rate);
         let controller =
             (Complex::from(1.0) - z.inv()) * (gains.derivative * self.rate) + gains.proportional + integral;
@@ -171,7 +171,7 @@ impl Sampled {
         let (n, delay) = (self.a.nrows(), self.delay);
         let size = n + delay + 2;
         let (last_error, integral) = (size - 2, size - 1);
-        // The valve command over the states and per volt of force error.
+        // The valve command as a row over the states, and per volt of force error.
         let per_error = gains.proportional + gains.derivative * self.rate;
         let mut command = DMatrix::zeros(1, size);
         command[(0, last_error)] = -gains.derivative * self.rate;
@@ -186,7 +186,7 @@ impl Sampled {
         a.view_mut((0, 0), (n, n)).copy_from(&self.a);
         a.row_mut(last_error).copy_from(&error);
         b[(last_error, 0)] = self.force_sensitivity;
-        // Without an integral gain the state stays at rest and is forgotten, so that it adds no pole at 1.
+        // Without an integral gain the unused state decays at once, so that it adds no pole at 1.
         let per_sample = gains.integral / self.rate;
         a.row_mut(integral).copy_from(&(&error * per_sample));
         a[(integral, integral)] = if per_sample > 0.0 { 1.0 } else { 0.0 };

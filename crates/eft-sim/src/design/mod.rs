@@ -1,6 +1,6 @@
 //! Controllers designed from a rig.
 //!
-//! Everything here takes plain numbers, so that the configuration can ask them for a controller.
+//! All functions take plain numbers, so that the configuration can call them.
 
 mod force_loop;
 mod held_piston;

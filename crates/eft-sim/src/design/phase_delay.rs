@@ -1,4 +1,4 @@
-//! The delay that a phase amounts to.
+//! The delay from the slope of a phase.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use crate::checks;
 use crate::error::{Error, Result};
 
-/// Frequencies at which a phase is fitted.
+/// Number of frequencies of the fit.
 const POINTS: usize = 400;
 
 /// The delay (s) of a response over a band (Hz): the slope of its phase against frequency, fitted with an intercept
@@ -38,7 +38,7 @@ pub fn phase_delay(response: impl Fn(f64) -> Complex<f64>, band: (f64, f64)) -> 
         product += (frequency - middle) * unwrapped;
         square += (frequency - middle) * (frequency - middle);
     }
-    // No delay is 0, not −0.
+    // Gives 0 and not −0 without delay.
     Ok((0.0 - product) / square / TAU)
 }
 

@@ -1,4 +1,4 @@
-//! The velocity that is made of a displacement: the observer's gains, and what an estimate answers and delays.
+//! Velocity estimates from the displacement: gains of the observer, frequency response and delay.
 
 use std::f64::consts::TAU;
 
@@ -8,28 +8,28 @@ use super::phase_delay;
 use crate::checks;
 use crate::error::{Error, Result};
 
-/// What an observer of the velocity goes by.
+/// The noises that a velocity observer assumes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ObserverNoises {
     /// Of the displacement (m).
     pub(crate) displacement: f64,
     /// Of the acceleration (m/s²).
     pub(crate) acceleration: f64,
-    /// How fast the acceleration's offset drifts (m/s³).
+    /// Drift rate of the acceleration's offset (m/s³).
     pub(crate) drift: f64,
     /// The configuration's key of the drift.
     pub(crate) drift_key: &'static str,
 }
 
-/// How a velocity is made of the displacement.
+/// The method of a velocity estimate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum VelocityEstimate {
-    /// By differences, behind two low passes of this corner (Hz).
+    /// Differences of the displacement after two low-pass filters with this corner (Hz).
     Derivative {
         /// Hz.
         corner: f64,
     },
-    /// By an observer with gains on displacement (1), velocity (1/s) and drift (1/s²).
+    /// An observer with gains on displacement (1), velocity (1/s) and drift (1/s²).
     Observer([f64; 3]),
 }
 
@@ -38,15 +38,16 @@ fn transition(period: f64) -> Matrix3<f64> {
     Matrix3::new(1.0, period, 0.5 * period * period, 0.0, 1.0, period, 0.0, 0.0, 1.0)
 }
 
-/// What an acceleration held over a sample does to them.
+/// Effect of an acceleration held over a sample on the states.
 fn input(period: f64) -> Vector3<f64> {
     Vector3::new(0.5 * period * period, period, 0.0)
 }
 
-/// The steady-state gains of an observer at a sample rate (Hz): from the discrete Riccati equation, by doubling.
+/// The steady-state gains of an observer at a sample rate (Hz): the solution of the discrete Riccati equation
+/// by doubling.
 ///
 /// # Errors
-/// An invalid sample rate; noises so unlike that the equation is not solved.
+/// An invalid sample rate; noises of so different size that the equation has no numerical solution.
 pub(crate) fn observer_gains(noises: &ObserverNoises, sample_rate: f64) -> Result<[f64; 3]> {
     checks::sample_rate("sample_rate", sample_rate)?;
     let period = 1.0 / sample_rate;
@@ -73,8 +74,8 @@ pub(crate) fn observer_gains(noises: &ObserverNoises, sample_rate: f64) -> Resul
 }
 
 impl VelocityEstimate {
-    /// The estimated velocity over the true one at a frequency (Hz). `seen` is what the estimate gets for displacement
-    /// and acceleration, over the true ones.
+    /// The estimated velocity over the true one at a frequency (Hz). `seen` has the ratios of its inputs,
+    /// displacement and acceleration, to the true ones.
     pub(crate) fn response(&self, sample_rate: f64, frequency: f64, seen: [Complex<f64>; 2]) -> Complex<f64> {
         let [displacement, acceleration] = seen;
         let period = 1.0 / sample_rate;
@@ -101,8 +102,8 @@ impl VelocityEstimate {
         }
     }
 
-    /// The delay (s) of the estimate over a band (Hz) where it gets this at a frequency (Hz) for displacement and
-    /// acceleration, over the true ones; negative where it leads.
+    /// The delay (s) of the estimate over a band (Hz); negative if it leads. `seen` gives for a frequency
+    /// (Hz) the ratios of its inputs, displacement and acceleration, to the true ones.
     ///
     /// # Errors
     /// An invalid band.
@@ -125,7 +126,7 @@ mod tests {
         for drift in [200.0, 10.0] {
             let noises = ObserverNoises { displacement: 1e-6, acceleration: 0.05, drift, drift_key: "drift" };
             let gains = observer_gains(&noises, 4096.0).unwrap();
-            // By iteration, the long way.
+            // The same gains by plain iteration.
             let (a, b) = (transition(1.0 / 4096.0), input(1.0 / 4096.0) * noises.acceleration);
             let step = drift / 4096.0;
             let q = b * b.transpose() + Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, step * step));

@@ -1,4 +1,4 @@
-//! From a rig to its firmware, and firmware in a simulated test.
+//! Export of a rig for firmware, and firmware in a simulated test.
 
 pub mod export;
 pub mod processor_in_the_loop;

@@ -1,4 +1,4 @@
-//! A real processor, or an emulated one, closes the loop with the plant: nothing of the controller runs here.
+//! A real or emulated processor runs the controller; this program runs the plant.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -16,19 +16,20 @@ use crate::error::{Error, Result};
 use crate::firmware::export::exportable;
 use crate::ground_motion::excitation::Command;
 
-/// A firmware that has not answered for so long is given up.
+/// Time without an answer after which the firmware counts as stopped.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Runs `command` on the plant of `rig` with a controller from outside: `tick` takes the force command (N) and what the
-/// sensors report of velocity (m/s), force (N), spool opening (1), displacement (m), supply pressure (Pa) and
-/// acceleration (m/s²), and the next tick's command (N), each rounded to `f32`. Velocity estimate, adaptation and protection are the controller's. All else is what
-/// [`simulate`](crate::simulate) does, so that a controller with the answers of the rig's own in `f32` gives the traces
-/// of `simulate::<f32>` bit for bit; only the flows that were found stay with it. A structure outside may take the place
-/// of the rig's own.
+/// Runs `command` on the plant of `rig` with an external controller. The arguments of `tick` are the force
+/// command (N), the readings of velocity (m/s), force (N), spool opening (1), displacement (m), supply
+/// pressure (Pa) and acceleration (m/s²), and the next tick's command (N), each rounded to `f32`. Velocity
+/// estimate, adaptation and protection are tasks of the controller. Everything else is as in
+/// [`simulate`](crate::simulate): a controller with the answers of the rig's own in `f32` gives the traces of
+/// `simulate::<f32>` bit for bit. The learned flows stay in the controller. An external structure may replace
+/// the rig's own.
 ///
 /// # Errors
-/// An invalid command; an analog controller, a computation delay, a soft end; what `tick` reports, which
-/// ends the run; and an interruption, as in [`simulate`](crate::simulate).
+/// An invalid command, an analog controller, a computation delay, a soft end, an error of `tick`, or an
+/// interruption as in [`simulate`](crate::simulate).
 pub fn run_with(
     rig: &RigConfig,
     command: &Command,
@@ -43,7 +44,7 @@ pub fn run_with(
     let mut last = Answer::default();
     let outside = Box::new(move |signals| {
         let mut failure = seen.lock().unwrap_or_else(PoisonError::into_inner);
-        // After a failure nobody is asked again; the run ends at its next look around.
+        // After a failure `tick` is not called again; the run ends at its next check.
         if failure.is_none() {
             match tick(signals) {
                 Ok(answer) => last = answer,
@@ -62,7 +63,7 @@ pub fn run_with(
     }
 }
 
-/// Refuses a rig whose controller firmware cannot be.
+/// Refuses a rig whose controller cannot run in firmware.
 fn check(rig: &RigConfig) -> Result<()> {
     exportable(rig)?;
     if rig.protection.enabled && rig.protection.soft_end {
@@ -107,7 +108,7 @@ pub fn run_in_qemu(
         .stdin(Stdio::null())
         .spawn()
         .map_err(|source| Error::Io { path: "qemu-system-arm".into(), source })?;
-    // Odd while the firmware is waited for.
+    // Odd while waiting for the firmware.
     let exchanges = Arc::new(AtomicU64::new(1));
     let seen = Arc::clone(&exchanges);
     let pipes = [to.clone(), from.clone()];
@@ -126,7 +127,7 @@ pub fn run_in_qemu(
                 drop(child.kill());
             }
         };
-        // When the processor has ended, early or not, nobody must wait for it at either pipe.
+        // When the processor has ended, no thread may wait for it at a pipe.
         for pipe in pipes {
             drop(OpenOptions::new().read(true).write(true).open(pipe));
         }
@@ -158,7 +159,7 @@ pub fn run_in_qemu(
             level,
         })
     };
-    // The pipe to the firmware closes with the run: that ends the firmware.
+    // The end of the run closes the pipe to the firmware, which ends the firmware.
     let run = run_with(rig, command, options, tick, specimen, go_on);
     let ended = watch.join().map_err(|_| Error::value("machine", machine, "its watch ended early"))?;
     let run = run?;
@@ -170,7 +171,7 @@ pub fn run_in_qemu(
     }
 }
 
-/// A folder of our own that goes when we go.
+/// A temporary folder that is removed at the end.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -224,7 +225,7 @@ mod tests {
                 ..Input::default()
             };
             let out = channel.step(&mut state, &input);
-            // What was in use in this tick.
+            // The calibration of this tick.
             let calibration = *state.calibration();
             if let Some(window) = out.window {
                 channel.publish(&mut state, learner.update(&mut learned, &window));
@@ -264,9 +265,9 @@ mod tests {
             assert_eq!(simulated.first_difference(&outside), None);
             let seen = simulated.status.iter().fold(0, |seen, bits| seen | bits);
             assert_eq!(seen & status::TRIPPED != 0, trips, "{seen:#x}");
-            // Something was learned on the way: this valve is as its table says.
+            // The controller has learned during the test.
             assert!(simulated.flow_gain_estimate.iter().any(|gain| (gain - 1.0).abs() > 1e-3));
-            // What a firmware has found stays with it, and is not taken for the table.
+            // Learned flows stay in the firmware; the run does not report its table instead.
             assert!(!simulated.found_flows.is_empty() && outside.found_flows.is_empty());
             let refused = outside.corrected_rig().unwrap_err().to_string();
             assert!(refused.starts_with("found_flows = none: must have been found here"), "{refused}");
@@ -288,7 +289,7 @@ mod tests {
             let simulated = simulate::<f32>(&rig, &command, &options, |_, _| true).unwrap();
             let outside = run_with(&rig, &command, &options, firmware(&rig), None, |_, _| true).unwrap();
             assert_eq!(simulated.first_difference(&outside), None);
-            // Another controller than the rig's makes another run.
+            // A controller other than the rig's gives a different run.
             let other = rig.replace(&[("compensation.level", 1.000_001.into())]).unwrap();
             let outside = run_with(&rig, &command, &options, firmware(&other), None, |_, _| true).unwrap();
             assert!(simulated.first_difference(&outside).is_some());

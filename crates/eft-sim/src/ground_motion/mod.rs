@@ -1,4 +1,4 @@
-//! From a file with a ground motion to the force that the actuators are asked for.
+//! From a file with a ground motion to the force command of the actuators.
 
 pub mod excitation;
 pub mod preparation;

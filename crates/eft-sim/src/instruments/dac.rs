@@ -7,10 +7,10 @@ use crate::instruments::DelayLines;
 use crate::instruments::quantizer::Quantizer;
 use crate::lanes::Num;
 
-/// Range, resolution and delay of the output, each lane its own.
+/// Range, resolution and delay of the output in each lane.
 #[derive(Debug, Clone)]
 pub(crate) struct Dac<S> {
-    /// Empty where every lane's is ideal.
+    /// Empty if the converter of every lane is ideal.
     lanes: Vec<Option<Quantizer>>,
     delay: DelayLines,
     number: std::marker::PhantomData<S>,
@@ -27,12 +27,12 @@ impl<S: Num> Dac<S> {
         Self { lanes, delay, number: std::marker::PhantomData }
     }
 
-    /// Whether every lane's is ideal.
+    /// Whether the converter of every lane is ideal.
     pub(crate) fn is_ideal(&self) -> bool {
         self.lanes.is_empty() && self.delay.is_none()
     }
 
-    /// The voltage that comes out now, and [`status::COMMAND_LIMITED`] where the range cut what went in.
+    /// The present output voltage, and [`status::COMMAND_LIMITED`] if the input was outside the range.
     #[inline(always)]
     pub(crate) fn convert(&mut self, voltage: S) -> (S, S::Flags) {
         if self.lanes.is_empty() {
@@ -44,7 +44,7 @@ impl<S: Num> Dac<S> {
         (self.delay.pass(out), S::flag(clipped, status::COMMAND_LIMITED))
     }
 
-    /// Visits every number that it remembers, to keep it or to put another one there.
+    /// Visits every number of the state, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         self.delay.numbers(visit);
     }

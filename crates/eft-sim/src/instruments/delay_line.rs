@@ -1,11 +1,11 @@
-//! Delays of whole samples, a length of its own in every lane.
+//! Delays of whole samples, with a separate length for each lane.
 
 use eft_core::{Real, Scalar};
 
-/// Rings of the last samples, one a lane.
+/// Ring buffers of the last samples, one per lane.
 #[derive(Debug, Clone)]
 pub(crate) struct DelayLines {
-    /// Empty where nothing is delayed.
+    /// Empty if no lane has a delay.
     lines: Vec<DelayLine>,
 }
 
@@ -16,7 +16,7 @@ struct DelayLine {
 }
 
 impl DelayLines {
-    /// At rest; `delay(i)` is lane `i`'s delay in samples, of as many lanes as are passed.
+    /// At rest, for a number of lanes; `delay(i)` is the delay of lane `i` in samples.
     pub(crate) fn new(lanes: usize, delay: impl Fn(usize) -> usize) -> Self {
         let line = |i| DelayLine { samples: vec![0.0; delay(i)], next: 0 };
         let mut lines: Vec<_> = (0..lanes).map(line).collect();
@@ -26,12 +26,12 @@ impl DelayLines {
         Self { lines }
     }
 
-    /// Whether no lane delays anything.
+    /// Whether no lane has a delay.
     pub(crate) fn is_none(&self) -> bool {
         self.lines.is_empty()
     }
 
-    /// Takes a sample in and gives the delayed one out, in every lane.
+    /// Stores a sample and returns the delayed one, in every lane.
     #[inline]
     pub(crate) fn pass<S: Scalar>(&mut self, sample: S) -> S {
         if self.lines.is_empty() {
@@ -49,7 +49,7 @@ impl DelayLines {
         delayed
     }
 
-    /// Visits every number that the lines remember, to keep it or to put another one there.
+    /// Visits every number of the state, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         for line in &mut self.lines {
             line.samples.iter_mut().for_each(&mut *visit);

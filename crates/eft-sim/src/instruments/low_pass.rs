@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-/// Exact between samples for a signal that is straight between them.
+/// The filter is exact for a signal that is linear between samples.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LowPass {
     pole: f64,
@@ -13,7 +13,7 @@ pub(crate) struct LowPass {
 }
 
 impl LowPass {
-    /// From the bandwidth (Hz) and the sample rate (Hz), at rest at a signal.
+    /// A filter with a bandwidth (Hz) at a sample rate (Hz), at rest at a signal.
     pub(crate) fn new(bandwidth: f64, sample_rate: f64, signal: f64) -> Self {
         let z = TAU * bandwidth / sample_rate;
         let pole = (-z).exp();
@@ -27,7 +27,7 @@ impl LowPass {
         self.output
     }
 
-    /// Visits every number that it remembers, to keep it or to put another one there.
+    /// Visits every number of the state, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         visit(&mut self.input);
         visit(&mut self.output);
@@ -48,7 +48,7 @@ mod tests {
             let phase = TAU * frequency * f64::from(n) / rate;
             let out = filter.pass(phase.sin());
             if n > 4096 {
-                // The chord of a sine lies (2πf/f_s)²/12 below it on average.
+                // The chord of a sine is below it by (2πf/f_s)²/12 on average.
                 assert!((out - gain * (phase - lag).sin()).abs() < 1e-4);
             }
         }

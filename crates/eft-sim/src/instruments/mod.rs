@@ -1,4 +1,4 @@
-//! What the controller gets to see: the sensors between the plant and the digital side.
+//! The sensors between the plant and the digital side.
 
 mod dac;
 mod delay_line;
@@ -46,12 +46,12 @@ pub(crate) struct Sensors<S: Num> {
     tick: u64,
 }
 
-/// Streams of noise that an actuator's sensors may draw from.
+/// Number of noise streams of an actuator's sensors.
 const STREAMS: u64 = 16;
 
 impl<S: Num> Sensors<S> {
-    /// The true sensors of actuator number `actuator` of `rig(0)`, `rig(1)`, … one a lane, or none where each of them is
-    /// ideal.
+    /// The true sensors of actuator number `actuator` of `rig(0)`, `rig(1)`, …, one per lane; `None` if all
+    /// of them are ideal.
     pub(crate) fn new<'a>(
         rig: impl Fn(usize) -> &'a RigConfig,
         sample_rate: f64,
@@ -60,8 +60,8 @@ impl<S: Num> Sensors<S> {
         if (0..S::LANES).all(|i| are_ideal(rig(i))) {
             return None;
         }
-        // The load cell's bandwidth acts in continuous time, before an analog controller sees the force: the plant has
-        // it.
+        // The load cell's bandwidth acts in continuous time, before the input of an analog controller, so it
+        // is part of the plant.
         let cells: Vec<_> = (0..S::LANES)
             .map(|i| config::Sensor { bandwidth: None, ..rig(i).plant().sensors.force.clone() })
             .collect();
@@ -88,7 +88,8 @@ impl<S: Num> Sensors<S> {
         })
     }
 
-    /// The readings at the next tick, and the wire from the load cell to an analog controller until the one after.
+    /// The readings at the next tick, and the load cell's analog output to the controller until the tick
+    /// after that.
     #[inline(always)]
     pub(crate) fn read(&mut self, truth: &Signals<S>) -> (Signals<S>, AnalogOutput<S>) {
         let tick = self.tick;
@@ -105,7 +106,7 @@ impl<S: Num> Sensors<S> {
         (readings, wire)
     }
 
-    /// Visits every number that sensors remember which have read once, to keep it or to put another one there.
+    /// Visits every number of the state after the first reading, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         let Self { displacement, velocity, force, spool, supply_pressure, acceleration, tick } = self;
         let mut number = *tick as f64;
@@ -118,7 +119,7 @@ impl<S: Num> Sensors<S> {
     }
 }
 
-/// Whether every sensor reports the structure's motion and the rest of the truth.
+/// Whether every sensor is ideal and measures at the structure.
 pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
     let config::Sensors {
         seed: _,
@@ -136,7 +137,7 @@ pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
     all.into_iter().all(is_ideal) && fault.is_none() && !piston_moves_alone(rig)
 }
 
-/// Whether a rig has an accelerometer: one that the observer reads, or one that is described.
+/// Whether a rig has an accelerometer: the observer reads it, or the configuration describes it.
 pub(crate) fn has_accelerometer(rig: &RigConfig) -> bool {
     let sensors = &rig.plant().sensors;
     rig.controller.velocity_source == VelocitySource::Accelerometer
@@ -151,7 +152,7 @@ fn is_ideal(sensor: &config::Sensor) -> bool {
 }
 
 fn in_ticks(fault: &SensorFault, sample_rate: f64) -> Fault {
-    // Saturating: later than any run is never.
+    // The conversion saturates, because a fault after the end of any run never occurs.
     let tick = |time: f64| (time * sample_rate - 1e-9).ceil().max(0.0) as u64;
     let end = fault.duration.map_or(u64::MAX, |duration| tick(fault.start + duration));
     Fault { kind: fault.kind, first: tick(fault.start), end, gain: fault.gain.unwrap_or(1.0) }

@@ -1,5 +1,5 @@
-//! Noise whose value is a function of seed, stream and index alone: no state, so no thread, order or restart
-//! can change it.
+//! Noise as a function of seed, stream and index. It has no state, so threads, order and restarts do not
+//! change it.
 
 use std::f64::consts::{LN_2, SQRT_2, TAU};
 
@@ -14,12 +14,13 @@ pub(crate) struct Noise {
     key: u64,
 }
 
-/// Normal deviates that are made at once.
+/// Number of normal deviates computed together.
 const BLOCK: usize = 16;
 const PAIRS: usize = BLOCK / 2;
 
 impl Noise {
-    /// Stream `stream` of a seed. Streams are stretches of SplitMix64's one cycle, 2⁶⁴ long, from scattered starts.
+    /// Stream `stream` of a seed. A stream is a part of SplitMix64's cycle of length 2⁶⁴, from a scattered
+    /// start.
     pub(crate) fn new(seed: u64, stream: u64) -> Self {
         Self { key: mix(mix(seed.wrapping_add(WEYL)) ^ mix(stream.wrapping_mul(WEYL))) }
     }
@@ -39,15 +40,16 @@ impl Noise {
         normals[(index % blocks) as usize]
     }
 
-    /// Those at the indices from `BLOCK·block` on (Box and Muller): indices 2n and 2n + 1 share two words.
-    // One loop over independent pairs, which the compiler turns into the processor's lanes.
+    /// Normal deviates at the indices from `BLOCK·block` on (Box and Muller): indices 2n and 2n + 1 share two
+    /// words.
+    // One loop over independent pairs, which the compiler vectorizes.
     #[inline(always)]
     fn normals(&self, block: u64, normals: &mut [f64; BLOCK]) {
         let first = block.wrapping_mul(BLOCK as u64);
         let (mut cosines, mut sines) = ([0.0; PAIRS], [0.0; PAIRS]);
         for (pair, (cosine, sine)) in cosines.iter_mut().zip(&mut sines).enumerate() {
             let even = first.wrapping_add(2 * pair as u64);
-            // Away from 0, whose logarithm is infinite.
+            // Never 0, because its logarithm is infinite.
             let radius = (-2.0 * logarithm(1.0 - self.uniform(even))).sqrt();
             let (c, s) = turn(self.uniform(even.wrapping_add(1)));
             (*cosine, *sine) = (radius * c, radius * s);
@@ -71,12 +73,12 @@ fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Natural logarithm of a normal number in (0, 1], to 6·10⁻¹⁶ of it, or of 0.5 near 1.
-// By the series of the area tangent, without a branch, a table or a call.
+/// Natural logarithm of a normal number in (0, 1]. The error is 6·10⁻¹⁶ of the logarithm, or of 0.5 near 1.
+// By the series of the inverse hyperbolic tangent, without a branch, a table or a call.
 #[inline(always)]
 fn logarithm(x: f64) -> f64 {
     const MANTISSA: u64 = (1 << 52) - 1;
-    // Numbers of this exponent are whole, so an integer can be written into their lowest bits.
+    // Numbers with this exponent are integers, so an integer can be written into their lowest bits.
     const WHOLE: f64 = 4_503_599_627_370_496.0;
     let bits = x.to_bits();
     let exponent = f64::from_bits(WHOLE.to_bits() | (bits >> 52)) - (WHOLE + 1023.0);
@@ -92,10 +94,11 @@ fn logarithm(x: f64) -> f64 {
     2.0 * t + (2.0 * t * square * sum + exponent * LN_2)
 }
 
-/// Cosine and sine of a share of a turn in [0, 1).
+/// Cosine and sine of a fraction of a turn in [0, 1).
 #[inline(always)]
 fn turn(share: f64) -> (f64, f64) {
-    // Added to it, a small number is rounded to a whole one, whose last bits are the sum's.
+    // The sum of this and a small number rounds the number to an integer, which is in the last bits of the
+    // sum.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     const SIGN: u64 = 1 << 63;
     let rounded = 4.0 * share + ROUND;
@@ -114,7 +117,7 @@ fn turn(share: f64) -> (f64, f64) {
     (turned(c, bits.wrapping_add(1)), turned(s, bits))
 }
 
-/// The noise of one sensor a lane, in turn from index 0.
+/// The noise of one sensor per lane, in sequence from index 0.
 #[derive(Debug, Clone)]
 pub(crate) struct NoiseLanes<S> {
     lanes: Vec<Noise>,
@@ -126,7 +129,7 @@ impl<S: Num> NoiseLanes<S> {
         Self { lanes: (0..S::LANES).map(lane).collect(), block: [S::splat(0.0); BLOCK] }
     }
 
-    /// Normals at an index that is 0, or the last one's next.
+    /// Normal deviates at an index, which must be 0 or the one after the last.
     #[inline(always)]
     pub(crate) fn at(&mut self, index: u64) -> S {
         let place = index as usize % BLOCK;
@@ -136,7 +139,7 @@ impl<S: Num> NoiseLanes<S> {
         self.block[place]
     }
 
-    /// Goes to an index, the next one that is asked for.
+    /// Sets the index of the next call.
     pub(crate) fn go_to(&mut self, index: u64) {
         self.fill(index / BLOCK as u64);
     }
@@ -186,11 +189,11 @@ mod tests {
         for i in 0..100_000 {
             let share = noise.uniform(i);
             let x = (1.0 - share) * 2f64.powi(-(i as i32 % 50));
-            // Three roundings here, one there.
+            // This logarithm has three roundings, the library's has one.
             assert!((logarithm(x) - x.ln()).abs() <= 6e-16 * x.ln().abs().max(0.5), "{x}");
             let (c, s) = turn(share);
             let (sine, cosine) = (TAU * share).sin_cos();
-            // The library's angle is itself rounded.
+            // The angle passed to the library is itself rounded.
             assert!((c - cosine).abs() < 1e-15 && (s - sine).abs() < 1e-15, "{share}");
         }
         assert_eq!((logarithm(1.0), turn(0.0), turn(0.5).0), (0.0, (1.0, 0.0), -1.0));

@@ -9,7 +9,7 @@ pub(crate) struct Quantizer {
 }
 
 impl Quantizer {
-    /// From the range to either side and, where there is one, the number of bits over both sides.
+    /// A quantizer with a range on both sides of zero and, if given, a number of bits over the whole range.
     pub(crate) fn new(range: f64, bits: Option<u32>) -> Self {
         match bits {
             None => Self { step: 0.0, lowest: -range, highest: range },
@@ -26,7 +26,7 @@ impl Quantizer {
         if self.step > 0.0 { (clipped / self.step).round() * self.step } else { clipped }
     }
 
-    /// Whether a value is cut at an end of the range.
+    /// Whether a value is outside the range.
     pub(crate) fn clips(&self, value: f64) -> bool {
         value > self.highest + 0.5 * self.step || value < self.lowest - 0.5 * self.step
     }

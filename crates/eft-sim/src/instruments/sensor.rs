@@ -1,7 +1,7 @@
-//! The sensors of one signal, of one rig or of several side by side: from the truth to what the controllers read.
+//! The sensors of one signal, for one rig or several side by side: from true values to readings.
 //!
-//! In this order: bandwidth, gain, bias and noise, range and resolution, fault, delay, lost samples. What only some rigs
-//! have is done lane by lane, the rest in lanes.
+//! The order is bandwidth, gain, bias and noise, range and resolution, fault, delay, lost samples. Effects of
+//! some rigs only are computed lane by lane, the others in vector lanes.
 
 use std::collections::VecDeque;
 
@@ -19,36 +19,36 @@ pub(crate) struct Fault {
     pub(crate) kind: FaultKind,
     pub(crate) first: u64,
     pub(crate) end: u64,
-    /// What a wrong gain reads over what it should.
+    /// Ratio of the reading to the correct one, for a wrong gain.
     pub(crate) gain: f64,
 }
 
-/// What stands between a signal and the analog electronics that it is wired to: `gain·signal + offset`.
+/// The analog output of a sensor to analog electronics: `gain·signal + offset`.
 ///
-/// Converter, delay and lost samples belong to the digital side and do not reach it.
+/// Converter, delay and lost samples belong to the digital side and do not affect it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct AnalogOutput<S> {
     pub(crate) gain: S,
     pub(crate) offset: S,
 }
 
-/// One sensor a lane.
+/// One sensor per lane.
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor<S: Num> {
-    /// Lanes that report the truth.
+    /// Lanes with an ideal sensor.
     exact: S::Mask,
-    /// Empty where no lane has a bandwidth.
+    /// Empty if no lane has a bandwidth.
     filters: Vec<Filter>,
     gain: S,
     bias: S,
     deviation: S,
-    /// None where every lane is silent.
+    /// `None` if no lane has noise.
     noise: Option<NoiseLanes<S>>,
-    /// Empty where every lane's analog output is what is read.
+    /// Empty if in every lane the reading equals the analog output.
     ends: Vec<End>,
 }
 
-/// A bandwidth, and its filter from the first tick on.
+/// A bandwidth and its filter, which exists from the first tick on.
 #[derive(Debug, Clone)]
 struct Filter {
     bandwidth: Option<f64>,
@@ -64,7 +64,7 @@ impl Filter {
     }
 }
 
-/// What comes behind one sensor's analog output.
+/// The digital part of a sensor, after its analog output.
 #[derive(Debug, Clone)]
 struct End {
     converter: Option<Quantizer>,
@@ -76,11 +76,11 @@ struct End {
     lost: Noise,
 }
 
-/// What one sensor is: its configuration, its fault and the seed of its noise.
+/// A sensor: its configuration, its fault and the seed of its noise.
 pub(crate) type Described<'a> = (&'a config::Sensor, Option<Fault>, u64);
 
 impl<S: Num> Sensor<S> {
-    /// The sensors `of(0)`, `of(1)`, … one a lane, whose noise is drawn from the streams `stream` and `stream + 1`.
+    /// The sensors `of(0)`, `of(1)`, … one per lane, with noise from the streams `stream` and `stream + 1`.
     pub(crate) fn new<'a>(of: impl Fn(usize) -> Described<'a>, sample_rate: f64, stream: u64) -> Self {
         let lanes: Vec<_> = (0..S::LANES).map(of).collect();
         let number = |value: fn(&config::Sensor) -> f64| S::from_lanes(|i| value(lanes[i].0));
@@ -106,8 +106,8 @@ impl<S: Num> Sensor<S> {
         }
     }
 
-    /// The readings at tick `tick` of a signal, and the wire to the analog side until the next; the ticks come in turn,
-    /// from 0. A lost sample reads NaN. Before the first tick the signal counts as having stood still.
+    /// The readings of a signal at tick `tick`, and the analog output until the next tick. Ticks must come in
+    /// sequence from 0. A lost sample reads NaN. Before the first tick the signal was constant.
     #[inline(always)]
     pub(crate) fn read(&mut self, tick: u64, signal: S) -> (S, AnalogOutput<S>) {
         if self.exact.all() {
@@ -136,7 +136,7 @@ impl<S: Num> Sensor<S> {
         (S::select(self.exact, signal, reading), wire)
     }
 
-    /// Visits every number that sensors remember which have read once, to keep it or to put another one there.
+    /// Visits every number of the state after the first reading, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         self.filters
             .iter_mut()
@@ -148,7 +148,7 @@ impl<S: Num> Sensor<S> {
         }
     }
 
-    /// Goes to another tick, the next one to be read.
+    /// Sets the tick of the next reading.
     pub(crate) fn go_to(&mut self, tick: u64) {
         if let Some(noise) = &mut self.noise {
             noise.go_to(tick);

@@ -27,7 +27,7 @@ fn run(changes: &[(&str, toml::Value)]) -> TestRun {
     simulate::<f64>(&rig(changes), &command, &SimulateOptions::default(), |_, _| true).unwrap()
 }
 
-/// Readings of a force that rises by 1 N a tick.
+/// Readings of a force that rises by 1 N per tick.
 fn ramp(changes: &[(&str, toml::Value)], ticks: usize) -> Vec<f64> {
     let mut sensors = sensors(changes, 0).unwrap();
     let truth = |tick: usize| Signals { force: tick as f64, supply_pressure: 1.9e7, ..STILL };
@@ -126,7 +126,7 @@ fn same_seed_same_bits_other_seed_other_noise() {
         ])
     };
     let first = with(1);
-    // Each on a thread of its own.
+    // Each on a separate thread.
     let again = std::thread::spawn(move || with(1)).join().unwrap();
     assert_eq!(first, again);
     assert_ne!(first.force, with(2).force);
@@ -191,11 +191,12 @@ fn a_late_converter_gives_what_it_was_given_samples_before() {
     let test = |changes: &[(&str, toml::Value)]| {
         simulate::<f64>(&rig(changes), &command, &SimulateOptions::default(), |_, _| true).unwrap()
     };
-    // Of an analog loop it is the compensation, as by a computation that takes as long.
+    // With an analog loop it delays the compensation, as a computation delay does.
     let late = test(&[("dac.delay", 3.into())]);
     assert_eq!(late.first_difference(&test(&[("compensation.computation_delay", 3.into())])), None);
     assert!(late.first_difference(&test(&[])).is_some());
-    // Of a digital one the whole valve command, which the first force makes before anything moves.
+    // With a digital loop it delays the whole valve command, which responds to the first force before any
+    // motion.
     let digital = ("controller.realization", toml::Value::from("digital"));
     let [now, late] = [0, 3].map(|delay| test(&[digital.clone(), ("dac.delay", delay.into())]));
     let first = |run: &crate::TestRun| run.valve_command.iter().position(|v| *v != 0.0).unwrap();

@@ -1,5 +1,5 @@
-//! Code compiled for the processor it runs on, chosen at run time. The bits are the same everywhere: nothing here
-//! lets the compiler fuse or reorder, and what [`Num::plus`] fuses is fused on every processor.
+//! Selection at run time of code compiled for the processor. The bits are the same everywhere, because the
+//! compiler neither fuses nor reorders operations, and [`Num::plus`] is fused on every processor.
 
 #[cfg(target_arch = "x86_64")]
 use std::any::TypeId;
@@ -10,7 +10,7 @@ use crate::lanes::Num;
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::eight::Eight;
 
-/// Something to be compiled several times. `run` and all it calls must be `#[inline(always)]`.
+/// Work that is compiled for several processors. `run` and all it calls must be `#[inline(always)]`.
 pub(crate) trait Work {
     type Output;
     fn run(self) -> Self::Output;
@@ -21,13 +21,14 @@ pub(crate) trait Work {
 pub(crate) fn dispatch<S: Num, W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     if TypeId::of::<S>() == TypeId::of::<Eight>() || has_avx2() {
-        // SAFETY: the processor has the instructions that the function may use, or there would be no `Eight`.
+        // SAFETY: the processor has the instructions that the function may use, because otherwise no `Eight`
+        // exists.
         return unsafe { with_avx2(work) };
     }
     work.run()
 }
 
-/// Whether the processor has AVX2 and, as all that have it do, the fused multiplication and addition.
+/// Whether the processor has AVX2 and fused multiply-add, which all processors with AVX2 have.
 #[cfg(target_arch = "x86_64")]
 fn has_avx2() -> bool {
     is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
@@ -39,13 +40,13 @@ fn with_avx2<W: Work>(work: W) -> W::Output {
     work.run()
 }
 
-/// Something to be done with several rigs side by side, the number of them chosen at run time.
+/// Work for several rigs side by side, with their number chosen at run time.
 pub(crate) trait WideWork {
     type Output;
     fn run<S: Num>(self) -> Self::Output;
 }
 
-/// How many rigs run side by side on this processor: one where nothing is gained by more.
+/// Number of rigs that run side by side on this processor: 1 if more are not faster.
 pub(crate) fn width() -> usize {
     #[cfg(target_arch = "x86_64")]
     return if has_avx2() { Eight::LANES } else { 1 };
@@ -53,11 +54,11 @@ pub(crate) fn width() -> usize {
     Four::LANES
 }
 
-/// Two to a register on processors of other kinds.
+/// Two per register on other processors.
 #[cfg(not(target_arch = "x86_64"))]
 type Four = eft_core::Lanes<f64, 4>;
 
-/// Runs `work` with [`width`] numbers side by side; none where that is one.
+/// Runs `work` with [`width`] numbers side by side; `None` if the width is 1.
 pub(crate) fn dispatch_wide<W: WideWork>(work: W) -> Option<W::Output> {
     #[cfg(target_arch = "x86_64")]
     return has_avx2().then(|| work.run::<Eight>());

@@ -1,5 +1,5 @@
-//! Eight double-precision numbers side by side in two AVX2 registers: the widest that the long chains of one tick
-//! fill.
+//! Eight double-precision numbers side by side in two AVX2 registers. More numbers would not be faster,
+//! because the chains of one tick are long.
 //!
 //! The bits are those of [`f64`]: each operation is the scalar one, lane by lane.
 
@@ -12,7 +12,7 @@ use eft_core::{CELLS, Flags, Mask, Row, Scalar};
 
 use crate::lanes::Num;
 
-/// Eight numbers. Only [`dispatch`](crate::lanes::dispatch) hands the type out, after it has asked the processor.
+/// Eight numbers. Only [`dispatch`](crate::lanes::dispatch) uses the type, after a check of the processor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Eight([__m256d; 2]);
 
@@ -24,16 +24,16 @@ pub(crate) struct EightMask([__m256d; 2]);
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EightFlags([__m256d; 2]);
 
-/// The intrinsics need a processor with AVX2, which is there wherever these types are.
+/// The intrinsics need a processor with AVX2. These types exist only on such a processor.
 macro_rules! avx2 {
     ($call:expr) => {
-        // SAFETY: `dispatch` names the types of this module only on a processor that has AVX2.
+        // SAFETY: `dispatch` uses the types of this module only on a processor with AVX2.
         unsafe { $call }
     };
 }
 
-/// The same for either half. Not a closure: where the compiler thinks that code is seldom run, it inlines none, and
-/// outside of `dispatch` an intrinsic is a call.
+/// The same for both halves. It is not a closure, because the compiler may not inline closures in code that
+/// it considers rare. An intrinsic outside `dispatch` is then a call.
 macro_rules! both {
     (|$half:pat_param| $number:expr) => {
         [
@@ -60,7 +60,7 @@ fn words(halves: [__m256d; 2]) -> [u64; 8] {
     // SAFETY: as above.
     unsafe { transmute(halves) }
 }
-/// Put together in registers: through memory, eight narrow stores would hold up one wide load.
+/// Combined in registers, because eight narrow stores to memory would stall one wide load.
 #[inline(always)]
 fn from_doubles(a: [f64; 8]) -> [__m256d; 2] {
     avx2!([_mm256_set_pd(a[3], a[2], a[1], a[0]), _mm256_set_pd(a[7], a[6], a[5], a[4])])
@@ -91,7 +91,8 @@ impl Num for Eight {
     }
     #[inline(always)]
     fn append(to: &mut Vec<f64>, from: &[Self], lane: usize) {
-        // SAFETY: a number is as large as eight doubles, aligned for more, and every bit pattern is one.
+        // SAFETY: a number has the size of eight doubles and a larger alignment, and every bit pattern is
+        // valid.
         let doubles: &[[f64; 8]] = unsafe { core::slice::from_raw_parts(from.as_ptr().cast(), from.len()) };
         assert!(lane < 8);
         to.extend(doubles.iter().map(|lanes| lanes[lane]));
@@ -205,17 +206,17 @@ impl Flags for EightFlags {
     }
 }
 
-/// The mark of a crowded cell: every bit, and no row's beginning has them all.
+/// The mark of a cell with several rows: all bits set, which no row's beginning has.
 const CROWDED: u16 = u16::MAX;
-/// A row of the index and the one behind it are among so many.
+/// Number of rows that contain each indexed row and the one after it.
 const ROWS: usize = 64;
-/// From row to row, in numbers.
+/// Distance between rows, in numbers.
 const STRIDE: usize = 3 * 8;
 
-/// One number of a row of its own in each lane, `at` behind the row's first.
+/// One number per lane, from a separate row in each lane, at offset `at` from the row's first number.
 ///
 /// # Safety
-/// `ROWS` rows of three times eight numbers stand behind `table`, and `rows` are of the index, not crowded.
+/// `table` points to `ROWS` rows of three times eight numbers. `rows` are from the index and not [`CROWDED`].
 #[inline(always)]
 unsafe fn column(table: *const f64, rows: &[u16; 8], at: usize) -> Eight {
     let mut lanes = [0.0; 8];
@@ -230,7 +231,7 @@ impl Scalar for Eight {
     type Element = f64;
     type Mask = EightMask;
     type Flags = EightFlags;
-    /// Where each lane's row begins in its table; [`CROWDED`] where none is.
+    /// Beginning of each lane's row in its table, or [`CROWDED`].
     type Cell = [u16; 8];
     type Index = [u32; 8];
     const LANES: usize = 8;
@@ -282,7 +283,7 @@ impl Scalar for Eight {
     }
     #[inline(always)]
     fn at_least(words: EightFlags, least: EightFlags) -> EightMask {
-        // As whole numbers of 64 bits, in which words of 32 are never negative.
+        // As 64-bit integers, in which 32-bit words are never negative.
         !EightMask(both!(|i| avx2!({
             let (words, least) = (_mm256_castpd_si256(words.0[i]), _mm256_castpd_si256(least.0[i]));
             _mm256_castsi256_pd(_mm256_cmpgt_epi64(least, words))
@@ -292,14 +293,15 @@ impl Scalar for Eight {
     fn cell_from_lanes(mut f: impl FnMut(usize) -> u8) -> [u16; 8] {
         array::from_fn(|lane| {
             let row = usize::from(f(lane));
-            // The row behind it must be there as well.
+            // The row after it must exist as well.
             if row < ROWS - 1 { (row * STRIDE) as u16 } else { CROWDED }
         })
     }
     #[inline(always)]
     fn cell(self) -> ([u32; 8], EightMask) {
         let half = |i: usize| {
-            // What no 32-bit integer holds, NaN included, becomes the smallest one, and then no cell either.
+            // Values outside the 32-bit integers, including NaN, become the smallest integer, which is not a
+            // cell.
             avx2!({
                 let cell = _mm_sub_epi32(_mm256_cvttpd_epi32(self.0[i]), _mm_set1_epi32(1));
                 let nearest = _mm_min_epu32(cell, _mm_set1_epi32(CELLS as i32 - 1));
@@ -330,8 +332,8 @@ impl Scalar for Eight {
             return Row::search(rows, self);
         }
         let table: *const f64 = rows.as_ptr().cast();
-        // SAFETY: there are ROWS rows or more, each of three times eight doubles in the order of its fields; and cells
-        // are made by `cell_from_lanes` alone.
+        // SAFETY: there are at least ROWS rows, each of three times eight doubles in the order of its fields.
+        // Only `cell_from_lanes` makes cells.
         let column = |at| unsafe { column(table, &first, at) };
         let far = column(STRIDE);
         let here = self.lt(far);

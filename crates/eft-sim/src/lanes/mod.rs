@@ -1,4 +1,4 @@
-//! Several rigs side by side: the numbers that hold them, and the processor's instructions for them.
+//! Several rigs side by side: their number types, and the processor's instructions for them.
 
 mod dispatch;
 #[cfg(target_arch = "x86_64")]
@@ -8,18 +8,18 @@ use eft_core::{Flags, Lanes, Scalar};
 
 pub(crate) use dispatch::{WideWork, Work, dispatch, dispatch_wide, width};
 
-/// Most rigs side by side.
+/// Largest number of rigs side by side.
 pub(crate) const WIDEST: usize = 8;
 
-/// The plant's numbers: double precision, one or several side by side.
+/// The number type of the plant: double precision, one or several side by side.
 pub trait Num: Scalar<Element = f64> + 'static {
     /// `self + factor·other`, rounded once.
     ///
     /// # Cost
-    /// One instruction where the processor has it; without it, many times as long for the same bits.
+    /// One instruction if the processor has it; otherwise many times as long for the same bits.
     fn plus(self, factor: Self, other: Self) -> Self;
 
-    /// Appends one lane of some numbers.
+    /// Appends one lane of each number.
     #[inline(always)]
     fn append(to: &mut Vec<f64>, from: &[Self], lane: usize) {
         to.extend(from.iter().map(|numbers| numbers.lane(lane)));

@@ -1,4 +1,4 @@
-//! How much of a measured signal is linear in the command, by Welch's averaged periodograms.
+//! The part of a measured signal that is linear in the command, by Welch's averaged periodograms.
 
 use super::pair::{check, in_range};
 use crate::checks;
@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::fourier::{Complex64, spectrum};
 use std::f64::consts::TAU;
 
-/// Bins with less than this part of the largest power are rounding, not signal.
+/// Bins with less than this part of the largest power contain rounding errors only.
 const EMPTY_BIN: f64 = 1e-24;
 
 /// Magnitude-squared coherence over frequency.
@@ -18,15 +18,16 @@ pub struct Coherence {
     pub coherence: Vec<f64>,
 }
 
-/// Magnitude-squared coherence of command and measured signal, dimensionless, from `segment` samples at once.
+/// Magnitude-squared coherence of command and measured signal, dimensionless, from segments of `segment`
+/// samples.
 ///
-/// Segments overlap by half, lose their mean, and are weighted by Hann's window (periodic form). Bins in
-/// which either signal holds nothing (below 1e-24 of its largest power) are left out.
+/// Segments overlap by half. Their mean is removed, and they are weighted by Hann's window (periodic form).
+/// Bins in which either signal has less than 1e-24 of its largest power are left out.
 ///
 /// # Errors
 /// When the signals are empty, unequal in length or not finite, the command is zero throughout, the sample
-/// rate is not positive and finite, or `segment` is below 2 or leaves fewer than two segments: one alone is
-/// always coherent.
+/// rate is not positive and finite, or `segment` is below 2 or leaves fewer than two segments, because one
+/// segment always has the coherence 1.
 pub fn coherence(command: &[f64], measured: &[f64], sample_rate: f64, segment: usize) -> Result<Coherence> {
     check(command, measured)?;
     checks::sample_rate("sample_rate", sample_rate)?;
@@ -54,7 +55,7 @@ pub fn coherence(command: &[f64], measured: &[f64], sample_rate: f64, segment: u
     for k in (0..bins).filter(|k| cc[*k] > least_c && mm[*k] > least_m) {
         let ratio = in_range("coherence", cm[k].norm_sqr() / (cc[k] * mm[k]))?;
         answer.frequency.push(k as f64 * sample_rate / segment as f64);
-        // Rounding may exceed what Cauchy and Schwarz allow.
+        // By rounding, the ratio may exceed the limit of the Cauchy–Schwarz inequality.
         answer.coherence.push(if ratio > 1.0 { 1.0 } else { ratio });
     }
     if answer.frequency.is_empty() {

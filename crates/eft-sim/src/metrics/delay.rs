@@ -1,23 +1,24 @@
-//! How far a measured force lags its command, and the error that remains without the lag.
+//! The lag of a measured force behind its command, and the error without the lag.
 
 use super::pair::{check, in_range};
 use crate::checks;
 use crate::error::{Error, Result};
 use crate::fourier::{padded_spectrum, signal_of};
 
-/// A lag counts only while the overlap keeps this part of both signals' energy.
+/// A lag counts only if the overlap has this part of both signals' energy.
 const LEAST_OVERLAP: f64 = 0.25;
-/// Of several peaks of the correlation within this part of the highest, the nearest to zero is the delay.
+/// Peaks of the correlation of at least this part of the highest count as equal. The one nearest to zero is
+/// the delay.
 const EQUAL_PEAKS: f64 = 0.95;
-/// Differences of the normalised correlation below this are rounding.
+/// Differences of the normalised correlation below this are rounding errors.
 const FLAT: f64 = 1e-12;
 
 /// Delay of the measured signal against the command in s, positive when it lags.
 ///
-/// The lag with the highest cross-correlation, normalised by the energy of both signals in the overlap (or a
-/// finite record would pull it towards zero), within half the record; between samples by a cosine through
-/// the three highest points, which is exact for a sine. A periodic command has many lags of equal
-/// correlation: the smallest is reported.
+/// The delay is the lag with the highest cross-correlation within half the record. The correlation is
+/// normalised by the energy of both signals in the overlap; without that, a finite record would bias the lag
+/// towards zero. Between samples a cosine through the three highest points is used, which is exact for a
+/// sine. A periodic command has many lags of equal correlation: the smallest is reported.
 ///
 /// # Errors
 /// When the signals are empty, unequal in length or not finite, either is zero throughout, or the sample
@@ -35,7 +36,7 @@ pub fn nrmse_delay_removed(command: &[f64], measured: &[f64]) -> Result<f64> {
     nrmse_at_lag(command, measured, lag(command, measured)?)
 }
 
-/// NRMSE against the measured signal `lag` samples later; the signals must have passed [`check`].
+/// NRMSE against the measured signal `lag` samples later; the caller must have called [`check`].
 pub(super) fn nrmse_at_lag(command: &[f64], measured: &[f64], lag: f64) -> Result<f64> {
     let last = measured.len() as f64 - 1.0;
     let (mut error, mut reference) = (0.0, 0.0);
@@ -59,7 +60,7 @@ fn lag(command: &[f64], measured: &[f64]) -> Result<f64> {
     })
 }
 
-/// The delay in samples, if any lag correlates positively; the signals must have passed [`check`].
+/// The delay in samples, if any lag correlates positively; the caller must have called [`check`].
 pub(super) fn lag_if_any(command: &[f64], measured: &[f64]) -> Result<Option<f64>> {
     let correlation = Correlation::new(command, measured)?;
     let peaks = |sign: isize| {

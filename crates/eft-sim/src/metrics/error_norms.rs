@@ -1,4 +1,4 @@
-//! Errors in the time domain, relative to the command and without a unit.
+//! Errors in the time domain, relative to the command and dimensionless.
 
 use super::norms::Norms;
 use super::pair::check;
@@ -13,7 +13,7 @@ pub fn nrmse(command: &[f64], measured: &[f64]) -> Result<f64> {
     Norms::of(command, measured).nrmse()
 }
 
-/// Standard deviation of the error over that of the command, dimensionless: [`nrmse`] blind to an offset.
+/// Standard deviation of the error over that of the command, dimensionless: [`nrmse`] without the offset.
 ///
 /// # Errors
 /// As [`nrmse`], and when the command is constant.

@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 /// Amplitude, delay and frequency of the frequency-domain evaluation index with exponent l = 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fei {
-    /// Modulus of `ΣX_m·conj(X_c) / Σ|X_c|²`, dimensionless: 1 is the command's own amplitude.
+    /// Modulus of `ΣX_m·conj(X_c) / Σ|X_c|²`, dimensionless: 1 means the amplitude of the command.
     pub amplitude: f64,
-    /// Argument of the same over `−2π·frequency`, in s: positive when the measured signal lags.
+    /// Argument of the same quotient over `−2π·frequency`, in s: positive when the measured signal lags.
     pub delay: f64,
     /// Equivalent frequency `Σ|X_c|²·f / Σ|X_c|²`, in Hz.
     pub frequency: f64,

@@ -5,7 +5,7 @@ use crate::checks;
 use crate::error::{Error, Result};
 use crate::fourier::spectrum;
 
-/// Bins in which the command holds less than this part of its largest bin are rounding, not excitation.
+/// Bins in which the command has less than this part of its largest bin contain rounding errors only.
 const EMPTY_BIN: f64 = 1e-12;
 
 /// |FFT(force)| / |FFT(command)| over a band, as in the paper's Figs. 9 and 11.
@@ -39,7 +39,7 @@ impl FftRatio {
 /// Magnitude of the force's spectrum over the command's, dimensionless, at the bins in `f_low..=f_high` (Hz).
 ///
 /// Both spectra are taken over the whole record, without window or padding, so a bin is `1 / duration` wide.
-/// Bins in which the command holds nothing (below 1e-12 of its largest) are left out.
+/// Bins in which the command has less than 1e-12 of its largest bin are left out.
 ///
 /// # Errors
 /// When the signals are empty, unequal in length or not finite, the command is zero throughout, the band is
@@ -57,7 +57,7 @@ pub fn fft_ratio(
     let largest = x_c.iter().fold(0.0, |largest: f64, x| largest.max(x.norm_sqr())).sqrt();
     in_range("|FFT(command)|", largest)?;
     let bin_width = sample_rate / command.len() as f64;
-    // A bin that lies on the edge of the band but for rounding belongs to it.
+    // A bin on the edge of the band apart from rounding belongs to it.
     let first = (f_low / bin_width - 1e-6).ceil().max(0.0) as usize;
     let last = ((f_high / bin_width + 1e-6).floor() as usize).min(x_c.len() - 1);
     let mut answer = FftRatio { frequency: Vec::new(), ratio: Vec::new() };

@@ -1,7 +1,7 @@
-//! How well a measured force followed its command; every function takes two equal slices.
+//! Metrics of a measured force and its command; every function takes two slices of equal length.
 //!
-//! Input that has no answer (empty, unequal, not finite, a command that is zero throughout) is an error;
-//! nothing here returns a NaN.
+//! Invalid input (empty, unequal, not finite, a command that is zero throughout) is an error; no function
+//! returns NaN.
 
 mod coherence;
 mod delay;

@@ -1,13 +1,13 @@
-//! The metrics that need no Fourier transform, taken sample by sample: of one test, or of several side by side.
+//! The metrics without a Fourier transform, computed sample by sample for one test or several side by side.
 
 use super::pair::in_range;
 use crate::error::Result;
 use crate::lanes::Num;
 
-/// Samples whose mean is taken at once.
+/// Number of samples with a common mean.
 pub(crate) const BLOCK: usize = 1024;
 
-/// What is summed up on the way; memory does not grow with the length of the test.
+/// Sums during a test; memory does not grow with the length of the test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Norms<S> {
     samples: f64,
@@ -21,14 +21,14 @@ pub(crate) struct Norms<S> {
     last: [S; 2],
 }
 
-/// Mean, and sum of the squares about it.
+/// Mean, and sum of squares about the mean.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Spread<S> {
     mean: S,
     squares: S,
 }
 
-/// The error of a measured signal, or without a command the signal itself.
+/// The error of a measured signal, or the signal itself if there is no command.
 struct Values<'a, S> {
     measured: &'a [S],
     command: Option<&'a [S]>,
@@ -45,8 +45,9 @@ impl<S: Num> Values<'_, S> {
 }
 
 impl<S: Num> Spread<S> {
-    /// With `more` values after the `samples` there are. About the mean of each block, and the blocks put together
-    /// (Chan, Golub and LeVeque 1983): squares about zero would cancel where the mean is large.
+    /// The spread with `more` values after the first `samples`. Squares are summed about the mean of each
+    /// block, and the blocks are combined (Chan, Golub and LeVeque 1983). Squares about zero would cancel for
+    /// a large mean.
     #[inline(always)]
     fn after(self, samples: f64, more: &Values<'_, S>) -> Self {
         let count = more.measured.len() as f64;
@@ -88,7 +89,7 @@ impl<S: Num> Norms<S> {
         }
     }
 
-    /// Takes the next samples of command and measured force (N): [`BLOCK`] of them, fewer only at the end.
+    /// Adds the next samples of command and measured force (N): [`BLOCK`] of them, fewer only at the end.
     #[inline(always)]
     pub(crate) fn add(&mut self, command: &[S], measured: &[S]) {
         let larger = |a: S, b: S| S::select(b.gt(a), b, a);
@@ -114,12 +115,12 @@ impl<S: Num> Norms<S> {
         };
     }
 
-    /// How many were taken in.
+    /// Number of samples until now.
     pub(crate) fn samples(&self) -> usize {
         self.samples as usize
     }
 
-    /// One lane's.
+    /// The sums of one lane.
     pub(crate) fn lane(&self, lane: usize) -> Norms<f64> {
         Norms {
             samples: self.samples,
@@ -136,7 +137,7 @@ impl<S: Num> Norms<S> {
 }
 
 impl Norms<f64> {
-    /// Of whole signals.
+    /// The sums of whole signals.
     pub(crate) fn of(command: &[f64], measured: &[f64]) -> Self {
         let mut norms = Self::new();
         for (command, measured) in command.chunks(BLOCK).zip(measured.chunks(BLOCK)) {

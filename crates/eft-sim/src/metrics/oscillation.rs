@@ -1,4 +1,4 @@
-//! Swings of the oil column in the force.
+//! Oscillation of the oil column in the force.
 
 use super::pair::in_range;
 use crate::error::Result;
@@ -7,8 +7,9 @@ use crate::fourier::Complex64;
 /// Band (Hz) of the oil column's mode on rigs of the paper's size.
 pub const OIL_COLUMN: (f64, f64) = (30.0, 150.0);
 
-/// Rms of the force error within [`OIL_COLUMN`] over the rms of the command, dimensionless, from the one-sided spectra
-/// of `samples` samples of both; none below a sample rate (Hz) that sees all of the band.
+/// Rms of the force error within [`OIL_COLUMN`] over the rms of the command, dimensionless, from the
+/// one-sided spectra of `samples` samples of both; `None` if the sample rate (Hz) is too low for the whole
+/// band.
 ///
 /// # Errors
 /// Numbers that leave the range of `f64`.
@@ -25,7 +26,7 @@ pub(super) fn oscillation_of(
     let inside = |k: usize| (OIL_COLUMN.0..=OIL_COLUMN.1).contains(&(k as f64 * sample_rate / n));
     let pairs = command.iter().zip(measured).enumerate().filter(|(k, _)| inside(*k));
     let energy: f64 = pairs.map(|(_, (c, m))| (m - c).norm_sqr()).sum();
-    // Parseval: each bin stands for two, of positive and of negative frequency.
+    // By Parseval's theorem each bin counts twice, for positive and negative frequency.
     in_range("oscillation", (2.0 * energy / n / command_energy).sqrt()).map(Some)
 }
 

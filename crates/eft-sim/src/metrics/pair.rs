@@ -1,9 +1,9 @@
-//! The checks that every metric starts with.
+//! The input checks of every metric.
 
 use crate::checks;
 use crate::error::{Error, Result};
 
-/// Rejects a command and a measured signal that no metric is defined for.
+/// Rejects a command and a measured signal for which the metrics are undefined.
 pub(super) fn check(command: &[f64], measured: &[f64]) -> Result<()> {
     checks::signal("command", command)?;
     if measured.len() != command.len() {
@@ -14,7 +14,7 @@ pub(super) fn check(command: &[f64], measured: &[f64]) -> Result<()> {
     not_silent(command)
 }
 
-/// Rejects a command that no error can be related to.
+/// Rejects a command of zeros, for which a relative error is undefined.
 pub(super) fn not_silent(command: &[f64]) -> Result<()> {
     if command.iter().all(|c| *c == 0.0) {
         return Err(Error::value("command", "zero at every sample", "must differ from zero somewhere"));
@@ -22,7 +22,7 @@ pub(super) fn not_silent(command: &[f64]) -> Result<()> {
     Ok(())
 }
 
-/// Rejects a quotient that left the range of `f64` (the signals were too large to square, or too small).
+/// Rejects a quotient outside the range of `f64` (the signals were too large or too small to square).
 pub(super) fn in_range(name: &str, value: f64) -> Result<f64> {
     if value.is_finite() {
         Ok(value)

@@ -1,4 +1,4 @@
-//! The single numbers of a test, force and motion: one table for a run, a batch and a study.
+//! The metrics of a test, force and motion: one table for a run, a batch and a study.
 
 use super::norms::Norms;
 use super::pair::not_silent;
@@ -11,13 +11,13 @@ use crate::ground_motion::excitation::Command;
 /// One line of the [table](METRICS).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Metric {
-    /// What it is called, here, in Python and in files.
+    /// Its name in Rust, in Python and in files.
     pub name: &'static str,
-    /// Its SI unit; empty where it has none.
+    /// Its SI unit; empty for a dimensionless metric.
     pub unit: &'static str,
-    /// What it is.
+    /// Description.
     pub doc: &'static str,
-    /// Whether it takes Fourier transforms or the ideal response, and so longer than the test.
+    /// Whether it needs Fourier transforms or the ideal response, and so longer than the test.
     pub costly: bool,
 }
 
@@ -47,7 +47,7 @@ pub const METRICS: [Metric; 14] = [
     quick("min_supply_pressure", "Pa", "smallest supply pressure"),
 ];
 
-/// What one actuator did in a test.
+/// The signals of one actuator in a test.
 #[derive(Debug, Clone, Copy)]
 pub struct Actuator<'a> {
     /// Force command (N).
@@ -62,7 +62,7 @@ pub struct Actuator<'a> {
     pub min_supply_pressure: f64,
 }
 
-/// What is summed up on the way through a test.
+/// Sums and extremes during a test.
 #[derive(Clone, Copy)]
 pub(crate) struct Sums {
     pub(crate) norms: Norms<f64>,
@@ -74,20 +74,21 @@ pub(crate) struct Sums {
     pub(crate) min_supply_pressure: f64,
 }
 
-/// What is judged of one actuator's test: its command (N), what was summed up, and whole force (N) and displacement (m),
-/// at which only the costly metrics look.
+/// The data for the metrics of one actuator: its command (N), the sums, and for the costly metrics the whole
+/// force (N) and displacement (m).
 pub(crate) struct Summed<'a> {
     pub(crate) command: &'a [f64],
     pub(crate) sums: Sums,
     pub(crate) whole: [&'a [f64]; 2],
 }
 
-/// The metrics of one actuator's test. Rows are equal where all their bits are, no answer to no answer.
+/// The metrics of one actuator's test. Rows are equal if all their bits are equal; undefined metrics are
+/// equal.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// In the order of the table; NaN where a metric has no answer.
+    /// In the order of the table; NaN for an undefined metric.
     values: [f64; METRICS.len()],
-    /// Whether the costly ones were asked for.
+    /// Whether the costly metrics were computed.
     costly: bool,
 }
 
@@ -98,14 +99,14 @@ impl PartialEq for Row {
 }
 
 impl Row {
-    /// Name and value of every metric that was asked for; NaN where it has no answer.
+    /// Name and value of every computed metric; NaN for an undefined one.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let values = METRICS.iter().zip(self.values);
         let asked = self.costly;
         values.filter(move |(metric, _)| asked || !metric.costly).map(|(metric, value)| (metric.name, value))
     }
 
-    /// The value of one metric; none where it was not asked for.
+    /// The value of one metric; `None` if it was not computed.
     pub fn get(&self, name: &str) -> Option<f64> {
         self.iter().find(|(known, _)| *known == name).map(|(_, value)| value)
     }
@@ -116,7 +117,7 @@ impl Row {
         }
     }
 
-    /// Of a test whose force has no answer to its command: none was given, or the numbers left their range.
+    /// The row of a test without metrics of the force: there was no command, or the numbers left their range.
     fn without_force(sums: &Sums, costly: bool) -> Self {
         let mut row = Self { values: [f64::NAN; METRICS.len()], costly };
         row.set("max_spool", sums.max_spool);
@@ -125,7 +126,7 @@ impl Row {
         row
     }
 
-    /// Judges what was summed up; the costly metrics, where they are wanted, against the ideal displacement (m).
+    /// Computes the metrics from the sums, and optionally the costly ones with the ideal displacement (m).
     ///
     /// # Errors
     /// A command that is zero throughout; signals whose squares leave the range of `f64`.
@@ -149,7 +150,7 @@ impl Row {
         Ok(row)
     }
 
-    /// Of several floors each metric where it is largest, by its amount.
+    /// Of several floors, each metric of the floor with the largest absolute value.
     pub(crate) fn worst(rows: &[Self]) -> Self {
         let mut worst = Self { values: [f64::NAN; METRICS.len()], costly: rows.iter().any(|row| row.costly) };
         for row in rows {
@@ -163,7 +164,7 @@ impl Row {
     }
 }
 
-/// Rms error of a displacement (m) over the rms of the ideal one; NaN where that is nothing.
+/// Rms error of a displacement (m) over the rms of the ideal one; NaN if that is zero.
 fn displacement_error(displacement: &[f64], ideal: &[f64]) -> f64 {
     let pairs = displacement.iter().zip(ideal);
     let (error, whole) = pairs.fold((0.0, 0.0), |(error, whole), (x, ideal)| {
@@ -173,8 +174,8 @@ fn displacement_error(displacement: &[f64], ideal: &[f64]) -> f64 {
     if ratio.is_finite() { ratio } else { f64::NAN }
 }
 
-/// Displacements (m) that a rig's structure has under exactly these commands (N), one an actuator; empty where they
-/// have no end, as of a structure that is too stiff for the step.
+/// Displacements (m) of a rig's structure under exactly these commands (N), one per actuator. Empty if they
+/// grow without bound, as for a structure too stiff for the step.
 fn ideal_displacements(rig: &RigConfig, sample_rate: f64, commands: &[&[f64]]) -> Vec<Vec<f64>> {
     let options = SimulateOptions::default();
     let commands: Vec<_> =
@@ -185,13 +186,13 @@ fn ideal_displacements(rig: &RigConfig, sample_rate: f64, commands: &[&[f64]]) -
     }
 }
 
-/// Judges a test on a rig, one row an actuator, the ground floor's first; of an actuator whose command is zero
-/// throughout, all that is judged by it is NaN, and of some actuators of a building alone so are drift and displacement
-/// error.
+/// Computes the metrics of a test on a rig, one row per actuator, the ground floor's first. If the command of
+/// an actuator is zero throughout, its metrics of the force are NaN. Drift and displacement error are NaN
+/// without the data of all actuators of a building.
 ///
 /// # Errors
-/// Commands that are all zero throughout, signals that are not finite or of different lengths, or whose squares leave
-/// the range of `f64`; a sample rate that no test has.
+/// Commands that are all zero throughout, signals that are not finite or of different lengths, or whose
+/// squares leave the range of `f64`; a sample rate outside its range.
 pub fn rows(rig: &RigConfig, sample_rate: f64, actuators: &[Actuator<'_>], costly: bool) -> Result<Vec<Row>> {
     crate::checks::sample_rate("sample_rate", sample_rate)?;
     let commands: Vec<&[f64]> = actuators.iter().map(|actuator| actuator.command).collect();
@@ -211,7 +212,7 @@ pub fn rows(rig: &RigConfig, sample_rate: f64, actuators: &[Actuator<'_>], costl
     judge(rig, sample_rate, &summed(rig, actuators), costly, false)
 }
 
-/// What is judged of actuators, the ground floor's first.
+/// The data for the metrics of actuators, the ground floor's first.
 pub(crate) fn summed<'a>(rig: &RigConfig, actuators: &[Actuator<'a>]) -> Vec<Summed<'a>> {
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |most: f64, x| most.max(x.abs()));
     let all = actuators.len() == rig.structure.floors();
@@ -231,8 +232,8 @@ pub(crate) fn summed<'a>(rig: &RigConfig, actuators: &[Actuator<'a>]) -> Vec<Sum
     actuators.iter().map(of).collect()
 }
 
-/// Judges what was summed up, one row an actuator; of a test that diverged, numbers that are too large to square have no
-/// answer.
+/// Computes the metrics from sums, one row per actuator. In a test that diverged, metrics with numbers too
+/// large to square are undefined.
 ///
 /// # Errors
 /// Commands that are all zero throughout; signals whose squares leave the range of `f64`.

@@ -1,4 +1,4 @@
-//! All single numbers of a test at once.
+//! All metrics of a force and its command together.
 
 use super::norms::Norms;
 use super::pair::{check, in_range};
@@ -7,9 +7,9 @@ use crate::checks;
 use crate::error::Result;
 use crate::fourier::spectrum;
 
-/// The single numbers that judge how a measured force followed its command.
+/// The metrics of a measured force and its command.
 ///
-/// What has no answer is absent: the delay of a force that stays zero, the bias-free error and the
+/// Undefined metrics are `None`: the delay of a force that stays zero, and the bias-free error and the
 /// frequency-domain index of a constant command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Metrics {
@@ -29,18 +29,20 @@ pub struct Metrics {
     pub fei_delay: Option<f64>,
     /// Equivalent frequency of the frequency-domain evaluation index, in Hz.
     pub fei_frequency: Option<f64>,
-    /// Rms of the force error from 30 to 150 Hz over the rms of the command, dimensionless; none below 300 Hz.
+    /// Rms of the force error from 30 to 150 Hz over the rms of the command, dimensionless; `None` for a
+    /// sample rate below 300 Hz.
     pub oscillation: Option<f64>,
     /// Mercan's tracking indicator at the end of the test, in N².
     pub tracking_indicator: f64,
 }
 
-/// The single numbers that need no Fourier transform; each is the one of the same name in [`Metrics`].
+/// The metrics without a Fourier transform, with the names of [`Metrics`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeMetrics {
     /// Root-mean-square error over the command's root mean square, dimensionless.
     pub nrmse: f64,
-    /// Standard deviation of the error over that of the command, dimensionless; none of a constant command.
+    /// Standard deviation of the error over that of the command, dimensionless; `None` for a constant
+    /// command.
     pub nrmse_bias_free: Option<f64>,
     /// Largest error over the largest command, dimensionless.
     pub peak_error: f64,
@@ -49,7 +51,7 @@ pub struct TimeMetrics {
 }
 
 impl TimeMetrics {
-    /// Judges a measured force (N) against its command (N).
+    /// Compares a measured force (N) with its command (N).
     ///
     /// # Errors
     /// When the signals are empty, unequal in length or not finite, or the command is zero throughout.
@@ -58,7 +60,7 @@ impl TimeMetrics {
         Self::of(&Norms::of(command, measured), command)
     }
 
-    /// Those of a command that were summed up.
+    /// The metrics from sums.
     ///
     /// # Errors
     /// Signals whose squares leave the range of `f64`.
@@ -84,7 +86,7 @@ impl TimeMetrics {
 }
 
 impl Metrics {
-    /// Judges a measured force (N) against its command (N), both sampled at `sample_rate` (Hz).
+    /// Compares a measured force (N) with its command (N), both sampled at `sample_rate` (Hz).
     ///
     /// # Errors
     /// When the signals are empty, unequal in length or not finite, the command is zero throughout, or the
@@ -95,7 +97,7 @@ impl Metrics {
         Self::with_transforms(time, command, measured, sample_rate)
     }
 
-    /// The rest of the metrics to those of the same signals, which have passed every check.
+    /// Adds the other metrics of the same, already checked signals.
     ///
     /// # Errors
     /// As [`new`](Self::new), where the numbers leave the range of `f64`.

@@ -5,9 +5,9 @@ use crate::error::Result;
 
 /// The tracking indicator in the square of the signals' unit (N²), at each sample from the beginning.
 ///
-/// Half the difference of the areas under measured-over-command and command-over-measured, each summed by
-/// trapezoids. It falls while the measurement lags (by `π·a·b·sin φ` per cycle of amplitudes a, b and lag φ)
-/// and rises while it leads.
+/// The indicator is half the difference of the areas under measured over command and command over measured,
+/// each by the trapezoidal rule. It falls while the measurement lags, by `π·a·b·sin φ` per cycle for the
+/// amplitudes a and b and the lag φ. It rises while the measurement leads.
 ///
 /// # Errors
 /// When the signals are empty, unequal in length, not finite, or the command is zero throughout.
@@ -22,7 +22,7 @@ pub fn tracking_indicator(command: &[f64], measured: &[f64]) -> Result<Vec<f64>>
     in_range("tracking_indicator", sum).map(|_| history)
 }
 
-/// What each step adds: ¼(m₁+m₀)(c₁−c₀) − ¼(c₁+c₀)(m₁−m₀) is half the cross product of two points.
+/// Increment of each step: ¼(m₁+m₀)(c₁−c₀) − ¼(c₁+c₀)(m₁−m₀) is half the cross product of two points.
 fn steps(command: &[f64], measured: &[f64]) -> impl Iterator<Item = f64> {
     command.windows(2).zip(measured.windows(2)).map(|(c, m)| 0.5 * (m[0] * c[1] - m[1] * c[0]))
 }

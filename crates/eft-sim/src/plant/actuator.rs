@@ -10,16 +10,17 @@ use crate::lanes::Num;
 pub(crate) struct Actuator<S> {
     area: S,
     leakage: S,
-    /// 1 over the compressibility (Pa/m³) of oil and attachment: behind a spring `k` the piston's own velocity is
-    /// `ẋ + A·Ṗ_L/k`, so that the load flow takes `(K_a + A²/k)·Ṗ_L`.
+    /// 1 over the compressibility (Pa/m³) of oil and attachment. With an attachment of stiffness `k` the
+    /// piston's own velocity is `ẋ + A·Ṗ_L/k`, so the load flow contains `(K_a + A²/k)·Ṗ_L`.
     per_compressibility: S,
-    /// The oil's share (1) of it.
+    /// The oil's share (1) of the compressibility.
     share_of_oil: S,
-    /// Whether any lane's motion is measured at a piston that moves against the structure; `A/k` (m/Pa).
+    /// Whether any lane's motion is measured at a piston that moves relative to the structure. `yielding` is
+    /// `A/k` (m/Pa).
     yields: bool,
     yielding: S,
     stroke: S,
-    /// Whether the volume of any lane's chambers counts.
+    /// Whether any lane has chambers of variable volume.
     has_chambers: bool,
     per_chamber_length: S,
 }
@@ -59,14 +60,15 @@ impl<S: Num> Actuator<S> {
         self.area * load_pressure
     }
 
-    /// Whether any lane's motion is measured at a piston that moves against the structure.
+    /// Whether any lane's motion is measured at a piston that moves relative to the structure.
     #[inline(always)]
     pub(crate) fn yields(&self) -> bool {
         self.yields
     }
 
-    /// Displacement (m) and velocity (m/s) where they are measured, at the structure's, the load pressure (Pa) and its
-    /// rate (Pa/s). The piston has no mass of its own, and seals and stops act on the structure's side.
+    /// Displacement (m) and velocity (m/s) at the measured side, from those of the structure, the load
+    /// pressure (Pa) and its rate (Pa/s). The piston has no mass, and seals and stops act on the structure's
+    /// side.
     #[inline(always)]
     pub(crate) fn measured_motion(&self, at: [S; 2], load_pressure: S, pressure_rate: S) -> [S; 2] {
         let [displacement, velocity] = at;
@@ -79,8 +81,9 @@ impl<S: Num> Actuator<S> {
         displacement.abs().gt(self.stroke)
     }
 
-    /// As [`rate`](Self::rate), with chambers whose volumes depend on the displacement (m): `V_0 ± A·x` in series
-    /// give `K_a(x) = K_a·(1 − (x/l)²)`, `l = V_0/A` being the stroke and the dead length (Merritt 1967).
+    /// As [`rate`](Self::rate), with chambers whose volumes depend on the displacement (m): `V_0 ± A·x` in
+    /// series give `K_a(x) = K_a·(1 − (x/l)²)`, where `l = V_0/A` is the sum of stroke and dead length
+    /// (Merritt 1967).
     #[inline(always)]
     pub(crate) fn rate_at(&self, load_flow: S, load_pressure: S, displacement: S, velocity: S) -> S {
         let rate = self.rate(load_flow, load_pressure, velocity);
@@ -100,8 +103,7 @@ impl<S: Num> Actuator<S> {
             * load_pressure
     }
 
-    /// Power (W) `½·K_a′(x)·ẋ·P_L²` that the oil's energy changes by because the chambers do, which Eq. (7) does
-    /// not carry.
+    /// Power (W) `½·K_a′(x)·ẋ·P_L²` by the change of the chambers' volume, which Eq. (7) does not contain.
     #[inline(always)]
     pub(crate) fn swept_power(&self, load_pressure: S, displacement: S, velocity: S) -> S {
         if !self.has_chambers {
@@ -116,7 +118,7 @@ impl<S: Num> Actuator<S> {
             / self.per_compressibility
     }
 
-    /// The compressibility over that in the middle; beyond the stroke it stays as it is there.
+    /// The compressibility over that in the middle; beyond the stroke it is constant.
     #[inline(always)]
     fn relative_compressibility(&self, displacement: S) -> S {
         let part = displacement.limit(-self.stroke, self.stroke) * self.per_chamber_length;
@@ -124,7 +126,7 @@ impl<S: Num> Actuator<S> {
     }
 }
 
-/// Whether the measured motion is that of a piston on a spring.
+/// Whether the motion is measured at a piston with an elastic attachment.
 pub(crate) fn piston_moves_alone(rig: &RigConfig) -> bool {
     rig.actuator.attachment_stiffness.is_some() && rig.sensors.motion_at == MotionAt::Piston
 }
@@ -140,7 +142,7 @@ mod tests {
         let actuator = Actuator::<f64>::pack(|_| &rig);
         let (area, half) = (rig.actuator.piston_area, 0.14);
         let compressibility = |x: f64| {
-            // K_a of the middle gives the bulk modulus: K_a = V_0/(2β).
+            // K_a in the middle gives the bulk modulus: K_a = V_0/(2β).
             let modulus = area * half / (2.0 * rig.actuator.compressibility);
             let (near, far) = (area * (half + x) / modulus, area * (half - x) / modulus);
             1.0 / (1.0 / near + 1.0 / far)
@@ -163,11 +165,11 @@ mod tests {
         let rig = changed(&[("actuator.attachment_stiffness", stiffness.into())]);
         let (actuator, a) = (Actuator::<f64>::pack(|_| &rig), &rig.actuator);
         let oil = a.piston_area * a.piston_area / a.compressibility;
-        // A blocked valve: the pressure that a motion of the structure makes is that of both springs.
+        // With a closed valve the pressure from a motion of the structure is that of both springs in series.
         let rate = actuator.rate(0.0, 0.0, -0.2);
         let series = 1.0 / (1.0 / oil + 1.0 / stiffness);
         assert!((a.piston_area * rate / (0.2 * series) - 1.0).abs() < 1e-12);
-        // What the piston then moves by is what the oil gives way by.
+        // The motion of the piston then equals the compression of the oil.
         let [displacement, velocity] = actuator.measured_motion([0.01, -0.2], 3e6, rate);
         assert!((velocity * oil + a.piston_area * rate).abs() < 1e-9 * oil);
         assert!((displacement - 0.01 - a.piston_area * 3e6 / stiffness).abs() < 1e-15);

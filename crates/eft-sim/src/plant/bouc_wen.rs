@@ -4,13 +4,13 @@
 use crate::config::{RigConfig, StructureKind};
 use crate::lanes::Num;
 
-/// The part of the spring that yields.
+/// The yielding part of the spring.
 #[derive(Debug, Clone)]
 pub(crate) struct BoucWen<S> {
     yield_force: S,
     per_yield_displacement: S,
     shape: S,
-    /// One a lane; empty where no lane yields.
+    /// One per lane; empty if no lane yields.
     exponents: Vec<f64>,
 }
 
@@ -34,7 +34,7 @@ impl<S: Num> BoucWen<S> {
         }
     }
 
-    /// Force (N) of the part that yields at `z`.
+    /// Force (N) of the yielding part at `z`.
     #[inline(always)]
     pub(crate) fn force(&self, z: S) -> S {
         self.yield_force * z
@@ -72,7 +72,7 @@ mod tests {
         BoucWen::pack(|_| &rig)
     }
 
-    /// `z` after a way (m) at constant velocity from `z`.
+    /// `z` after a displacement (m) at constant velocity from the initial `z`.
     fn after(part: &BoucWen<f64>, mut z: f64, way: f64) -> f64 {
         let steps = 20_000;
         let step = way.abs() / f64::from(steps);

@@ -1,24 +1,24 @@
-//! A bypass valve across the piston: `Q_b = C·P_L/(P_L² + P_0²)^¼`, an orifice that turns laminar below `P_0`.
+//! A bypass valve across the piston: `Q_b = C·P_L/(P_L² + P_0²)^¼`, an orifice with laminar flow below `P_0`.
 //!
-//! It is closed in a test and opens after a trip, by its own spring: it needs no controller and no supply.
+//! It is closed during a test. After a trip its own spring opens it, without controller and supply.
 
 use crate::config::RigConfig;
 use crate::lanes::Num;
 
-/// Load pressure (Pa) of the flow that is given.
+/// Load pressure (Pa) of the configured flow.
 const RATED: f64 = 1.0e6;
-/// Load pressure (Pa) below which the orifice is laminar.
+/// Load pressure (Pa) below which the flow is laminar.
 const LAMINAR: f64 = 2.0e5;
 
-/// One valve across each piston; all open together.
+/// One valve across each piston; all valves open together.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BypassValve<S> {
-    /// Whether there is one in any lane.
+    /// Whether any lane has a valve.
     present: bool,
     coefficient: S,
-    /// Share of the way that it opens in a second.
+    /// Opening rate (1/s).
     rate: S,
-    /// How far it is open (1).
+    /// Opening (1).
     opening: S,
 }
 
@@ -34,23 +34,23 @@ impl<S: Num> BypassValve<S> {
         }
     }
 
-    /// Goes on opening for a time (s) where `at`.
+    /// Opens further for a time (s) in the lanes of `at`.
     pub(crate) fn open(&mut self, time: f64, at: S::Mask) {
         let further = (self.opening + self.rate * S::splat(time)).limit(S::splat(0.0), S::splat(1.0));
         self.opening = S::select(at, further, self.opening);
     }
 
-    /// Shuts at once where `at`, for a new test.
+    /// Closes at once in the lanes of `at`, for a new test.
     pub(crate) fn close(&mut self, at: S::Mask) {
         self.opening = S::select(at, S::splat(0.0), self.opening);
     }
 
-    /// How far they are open (1).
+    /// The opening (1) of the valves.
     pub(crate) fn opening(&mut self) -> &mut S {
         &mut self.opening
     }
 
-    /// Flow (m³/s) from the chamber of the higher pressure to the other at a load pressure (Pa).
+    /// Flow (m³/s) between the chambers at a load pressure (Pa).
     #[inline(always)]
     pub(crate) fn flow(&self, load_pressure: S) -> S {
         if !self.present {
@@ -61,7 +61,7 @@ impl<S: Num> BypassValve<S> {
     }
 }
 
-/// Fastest rate (1/s) at which an open valve takes the pressure off a locked piston.
+/// Fastest rate (1/s) at which an open valve relieves the pressure of a locked piston.
 pub(crate) fn fastest_rate(rig: &RigConfig) -> f64 {
     rig.actuator.bypass_flow / (RATED.sqrt() * LAMINAR.sqrt() * rig.actuator.compressibility)
 }
@@ -81,7 +81,7 @@ mod tests {
         valve.open(0.02, true);
         valve.close(false);
         assert!((valve.flow(4e6) / half - 2.0).abs() < 1e-12);
-        // Four times the pressure, twice the flow.
+        // Four times the pressure gives twice the flow.
         assert!((valve.flow(1.6e7) / valve.flow(4e6) - 2.0).abs() < 1e-2);
         assert!((valve.flow(4e6) / 4e-6 / 2e3 - 1.0).abs() < 1e-2);
         assert!((valve.flow(-4e6) + valve.flow(4e6)).abs() < 1e-18);

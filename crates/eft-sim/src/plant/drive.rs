@@ -1,4 +1,4 @@
-//! What stands in front of the servovalve between two samples.
+//! The drive of the servovalve between two samples.
 
 use eft_core::Mask;
 
@@ -7,29 +7,29 @@ use crate::lanes::Num;
 
 /// A source of the valve command between two samples.
 pub(crate) trait Drive<S: Num>: Copy {
-    /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then, before any limit:
-    /// linear in time, force and rate.
+    /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then, before any
+    /// limit. It is linear in time, force and rate.
     fn demand(&self, time: S, force: S, force_rate: S) -> S;
 
-    /// What the demand (V) without force and rate a time (s) after the sample is above a level (V).
+    /// Difference of the demand (V) at zero force and rate, a time (s) after the sample, from a level (V).
     #[inline(always)]
     fn above(&self, level: S, time: S) -> S {
         self.demand(time, S::splat(0.0), S::splat(0.0)) - level
     }
 
-    /// How fast (V/s) the demand changes at constant force.
+    /// Rate (V/s) of the demand at constant force.
     fn slope(&self) -> S;
 
-    /// Where the demand hangs on force and rate as it does behind a load cell of this gain (1) that is sound.
+    /// Lanes in which the demand depends on force and rate as with a working load cell of this gain (1).
     fn is_sound(&self, cell_gain: S) -> S::Mask;
 
-    /// What a demand (V) becomes at the output.
+    /// The limited demand (V).
     fn limit(&self, demand: S) -> S;
 
     /// Whether [`limit`](Self::limit) may change a demand.
     fn limits(&self) -> bool;
 
-    /// Where [`limit`](Self::limit) leaves a demand (V) as it is.
+    /// Lanes in which [`limit`](Self::limit) does not change a demand (V).
     fn passes(&self, demand: S) -> S::Mask;
 
     /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
@@ -39,7 +39,7 @@ pub(crate) trait Drive<S: Num>: Copy {
     }
 }
 
-/// What makes a valve command of the force and its rate at one time.
+/// A valve command as a function of the force and its rate at one time.
 pub(crate) trait Valve<S> {
     /// Valve command (V) for a force (N) and its rate (N/s).
     fn command(&self, force: S, force_rate: S) -> S;
@@ -52,7 +52,7 @@ impl<S, F: Fn(S, S) -> S> Valve<S> for F {
     }
 }
 
-/// A drive a time (s) after its sample.
+/// A drive at a time (s) after its sample.
 pub(crate) struct At<'a, D, S> {
     pub(crate) drive: &'a D,
     pub(crate) time: S,
@@ -96,7 +96,7 @@ impl<S: Num> Drive<S> for Held<S> {
     }
 }
 
-/// The analog realization, Eq. (1) in continuous time: the command is linear between samples, only the
+/// The analog realization, Eq. (1) in continuous time: the command is linear between samples, and only the
 /// compensation is held.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Analog<S> {
@@ -104,7 +104,7 @@ pub(crate) struct Analog<S> {
     derivative: S,
     gain: S,
     amplitude: S,
-    /// Whether any lane has an amplitude at all.
+    /// Whether any lane has a limit of the amplitude.
     limited: bool,
     command: S,
     command_rate: S,
@@ -130,7 +130,7 @@ impl<S: Num> Analog<S> {
         }
     }
 
-    /// The same controller in the next interval: command (N) and its rate (N/s), compensation (V).
+    /// The same controller in the next interval, with command (N), its rate (N/s) and compensation (V).
     #[inline(always)]
     pub(crate) fn at(mut self, command: S, command_rate: S, compensation: S) -> Self {
         self.command = command;
@@ -141,9 +141,10 @@ impl<S: Num> Analog<S> {
 }
 
 impl<S: Num> Analog<S> {
-    /// What the demand (V) a time (s) after the sample is above a level (V) where the cell shows an offset (N) only.
-    // The compensation comes last and costs one operation: a test waits for it. One formula for every cell, so that an
-    // ideal one changes no bit.
+    /// Difference of the demand (V), a time (s) after the sample, from a level (V) if the cell reads an
+    /// offset (N) only.
+    // The compensation is added last by one operation, because the loop waits for it. All cells use one
+    // formula, so that an ideal cell changes no bit.
     #[inline(always)]
     fn above_beside(&self, level: S, time: S, offset: S) -> S {
         let error = self.command + self.command_rate * time - offset;
@@ -151,14 +152,14 @@ impl<S: Num> Analog<S> {
         (known - level).plus(self.gain, self.compensation)
     }
 
-    /// The same controller behind a load cell that reports `gain·force + offset`.
+    /// The same controller with a load cell that reads `gain·force + offset`.
     #[inline(always)]
     pub(crate) fn through(self, (gain, offset): (S, S)) -> ThroughCell<S> {
         ThroughCell { analog: self, gain, offset, authority: S::splat(1.0) }
     }
 }
 
-/// The analog realization behind a load cell that is not ideal; the offset (N) is held between samples.
+/// The analog realization with a load cell that is not ideal; the offset (N) is held between samples.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ThroughCell<S> {
     analog: Analog<S>,
@@ -168,14 +169,14 @@ pub(crate) struct ThroughCell<S> {
 }
 
 impl<S: Num> ThroughCell<S> {
-    /// The same with a share (1) of the valve command.
+    /// The same with a factor (1) on the valve command.
     #[inline(always)]
     pub(crate) fn limited_to(mut self, authority: S) -> Self {
         self.authority = authority;
         self
     }
 
-    /// The controller behind the cell.
+    /// The controller without the cell.
     #[inline(always)]
     pub(crate) fn analog(&self) -> Analog<S> {
         self.analog
@@ -247,14 +248,14 @@ impl<S: Num> Drive<S> for Analog<S> {
     }
 }
 
-/// Any of the drives; the choice is made outside the step through time.
-// One struct for all, for an enum of them would be copied through memory every tick.
+/// Any of the drives. The kind is selected outside the integration step.
+// One struct for all kinds, because an enum would be copied through memory every tick.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Driver<S> {
     pub(crate) kind: DriverKind,
-    /// The valve command (V) of [`DriverKind::Held`], zero elsewhere.
+    /// The valve command (V) of [`DriverKind::Held`], zero for the other kinds.
     pub(crate) held: Held<S>,
-    /// The controller of the two others.
+    /// The controller of the other two kinds.
     pub(crate) cell: ThroughCell<S>,
 }
 
@@ -263,7 +264,7 @@ pub(crate) struct Driver<S> {
 pub(crate) enum DriverKind {
     /// The command is held.
     Held,
-    /// An analog controller behind an ideal load cell.
+    /// An analog controller with an ideal load cell.
     Analog,
     /// An analog controller.
     ThroughCell,
@@ -297,7 +298,7 @@ impl<S: Num> Driver<S> {
         }
     }
 
-    /// An analog controller, behind an ideal load cell where there is no other.
+    /// An analog controller with its load cell, which may be ideal.
     #[inline(always)]
     pub(crate) fn analog(cell: ThroughCell<S>, ideal: bool) -> Self {
         let kind = if ideal { DriverKind::Analog } else { DriverKind::ThroughCell };

@@ -1,7 +1,8 @@
 //! The ends of the stroke: `F_s = k_s·δ·(1 + d·δ̇)`, never a pull.
 //!
-//! `δ` is how far the piston is beyond its stroke. The damping grows with the penetration, so the force is
-//! continuous at contact (Hunt and Crossley, *J. Appl. Mech.* 42, 1975): a body that arrives at `v` leaves at
+//! `δ` is the distance of the piston beyond its stroke. The damping grows with the penetration, so the force
+//! is continuous at contact (Hunt and Crossley, *J. Appl. Mech.* 42, 1975): a body that arrives at `v` leaves
+//! at
 //! `v·(1 − ⅔·d·v)` to first order.
 
 use crate::config::RigConfig;
@@ -51,7 +52,7 @@ impl<S: Num> EndStop<S> {
         S::select(pushing, rate, zero)
     }
 
-    /// Power (W) lost in it.
+    /// Power (W) lost in the stop.
     #[inline(always)]
     pub(crate) fn loss(&self, displacement: S, velocity: S) -> S {
         if !self.present {
@@ -60,7 +61,7 @@ impl<S: Num> EndStop<S> {
         (self.force(displacement, velocity) - self.elastic(displacement)) * velocity
     }
 
-    /// Energy (J) stored in it.
+    /// Energy (J) stored in the stop.
     pub(crate) fn stored(&self, displacement: S) -> S {
         S::splat(0.5) * self.elastic(displacement) * self.beyond(displacement)
     }
@@ -87,7 +88,7 @@ mod tests {
     use super::*;
     use crate::plant::changed;
 
-    /// Velocity at which a body of 7040 kg leaves the stop that it met at `arrival` (m/s).
+    /// Velocity (m/s) at which a body of 7040 kg leaves the stop after it arrived with `arrival` (m/s).
     fn rebound(damping: f64, arrival: f64, side: f64) -> f64 {
         let rig =
             changed(&[("actuator.stop_stiffness", 1e9.into()), ("actuator.stop_damping", damping.into())]);

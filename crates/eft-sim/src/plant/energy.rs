@@ -1,13 +1,14 @@
-//! Where the energy goes: powers, and their integrals over a test.
+//! The energy balance: powers, and their integrals over a test.
 
 use crate::lanes::Num;
 
-/// Where the hydraulic work of a test went (J), all actuators together.
+/// The energy balance of a test (J), for all actuators together.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct EnergyBalance<S = f64> {
     /// Work of the pump.
     pub supplied: S,
-    /// Work of chambers that change their volume while under pressure, `½·K_a′·ẋ·P_L²`, which Eq. (7) leaves out.
+    /// Work of chambers that change their volume under pressure, `½·K_a′·ẋ·P_L²`, which Eq. (7) does not
+    /// contain.
     pub swept: S,
     /// Lost by the droop of the supply.
     pub droop: S,
@@ -21,13 +22,13 @@ pub struct EnergyBalance<S = f64> {
     pub stops: S,
     /// Lost in the structure's dampers.
     pub damping: S,
-    /// Taken by the part of the structure that yields, most of it for good.
+    /// Energy of the yielding part of the structure, most of it dissipated.
     pub hysteresis: S,
-    /// What oil, accumulator, structure and stops hold more than at the start.
+    /// Increase of the energy in oil, accumulator, structure and stops.
     pub stored: S,
 }
 
-/// How many of the numbers are integrals of powers: all but the last.
+/// Number of values that are integrals of powers: all but the last.
 pub(crate) const POWERS: usize = 9;
 
 impl<S: Num> EnergyBalance<S> {
@@ -41,18 +42,18 @@ impl<S: Num> EnergyBalance<S> {
 }
 
 impl EnergyBalance {
-    /// From the integrals, and what is stored more than at the start (J).
+    /// A balance from the integrals and the increase of the stored energy (J).
     pub(crate) fn new(integrals: [f64; POWERS], stored: f64) -> Self {
         let [supplied, swept, droop, valve, leakage, friction, stops, damping, hysteresis] = integrals;
         Self { supplied, swept, droop, valve, leakage, friction, stops, damping, hysteresis, stored }
     }
 
-    /// What was lost on the way (J).
+    /// Dissipated energy (J).
     pub fn dissipated(&self) -> f64 {
         self.droop + self.valve + self.leakage + self.friction + self.stops + self.damping + self.hysteresis
     }
 
-    /// What the books leave open, relative to the work supplied (1); zero but for the error of the integration.
+    /// Imbalance relative to the supplied work (1), which is the error of the integration.
     pub fn gap(&self) -> f64 {
         (self.supplied + self.swept - self.dissipated() - self.stored) / self.supplied.abs()
     }

@@ -1,7 +1,7 @@
 //! Friction of the piston's seals: `F_f = F_c·ẋ/√(ẋ² + v_0²)`.
 //!
-//! Coulomb's law with its step at standstill replaced by a slope: below `v_0` the piston creeps instead of
-//! sticking (Armstrong-Hélouvry and others, *Automatica* 30, 1994, on such regularisations).
+//! This is Coulomb's law with a slope instead of the step at standstill. Below `v_0` the piston creeps
+//! instead of sticking (Armstrong-Hélouvry and others, *Automatica* 30, 1994, on such regularisations).
 
 use crate::config::RigConfig;
 use crate::lanes::Num;

@@ -1,6 +1,6 @@
 //! The plant: servovalves and actuators on one structure, fed by one supply, with every effect.
 //!
-//! Effects that are off change no bit. A single rig is a building of one story.
+//! An effect that is switched off changes no bit. A single rig is a building of one story.
 
 use eft_core::{Mask, Scalar};
 
@@ -19,37 +19,38 @@ use crate::plant::structure::{Motion, Structure, is_plain};
 use crate::plant::supply::Supply;
 use crate::plant::{ActuatorState, TimeGrid};
 
-/// Servovalves, actuators, structure and supply in a state, one rig or several side by side.
+/// Servovalves, actuators, structure and supply with their state, one rig or several side by side.
 #[derive(Debug, Clone)]
 pub(crate) struct Plant<S: Num> {
     parts: Parts<S>,
-    /// [`EACH`] numbers an actuator, then [`SHARED`] ones.
+    /// [`EACH`] numbers per actuator, then [`SHARED`] numbers.
     state: Vec<S>,
     stages: Stages<Vec<S>>,
-    /// On the floors in this state (N).
+    /// Forces on the floors in this state (N).
     forces: Vec<S>,
-    /// Of the floors in this state (m/s²).
+    /// Accelerations of the floors in this state (m/s²).
     accelerations: Vec<S>,
 }
 
-/// What has equations of its own; every actuator is the same.
+/// The parts with equations; all actuators have the same parts.
 #[derive(Debug, Clone)]
 struct Parts<S: Num> {
     servo_actuator: ServoActuator<S>,
     supply: Supply<S>,
     structure: Structure<S>,
-    /// Whether the plant keeps account of its energy; without it the integrals stay zero, and nothing else changes.
+    /// Whether the plant computes its energy balance. Otherwise the integrals stay zero, and nothing else
+    /// changes.
     keeps_account: bool,
 }
 
-/// Numbers of an actuator: those of [`ActuatorState`], what its load cell shows (N), the hysteresis of its story, the
-/// flow that its torque motor drives the pilot to (m³/s) and the rate of that.
+/// Numbers of an actuator: those of [`ActuatorState`], the load cell's state (N), the hysteresis of its
+/// story, the flow of its torque motor (m³/s) and the rate of that flow.
 const EACH: usize = STATES + 4;
 
-/// Numbers that all share: the accumulator's pressure (Pa), the time of the test (s), where the energy went (J).
+/// Shared numbers: the accumulator's pressure (Pa), the time of the test (s) and the energies (J).
 const SHARED: usize = 2 + POWERS;
 
-/// A look at the numbers of a state.
+/// A view of the numbers of a state.
 struct View<'a, S> {
     actuators: &'a [[S; EACH]],
     shared: [S; SHARED],
@@ -115,7 +116,7 @@ impl<S: Num> Parts<S> {
 struct Dynamics<'a, S: Num> {
     parts: &'a Parts<S>,
     drivers: &'a [Driver<S>],
-    /// Accelerations (m/s²) that a structure from outside imposes; none where the rig's own follows.
+    /// Accelerations (m/s²) of an external structure; `None` for the rig's own structure.
     imposed: Option<&'a [S]>,
     forces: &'a mut [S],
     accelerations: &'a mut [S],
@@ -178,7 +179,8 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
 }
 
 impl<S: Num> Plant<S> {
-    /// The true plants of `rig(0)`, `rig(1)`, … at rest side by side, one a lane, of as many stories each.
+    /// The true plants of `rig(0)`, `rig(1)`, … at rest side by side, one per lane, with the same number of
+    /// stories.
     ///
     /// # Errors
     /// A flow curve that the core refuses.
@@ -194,7 +196,7 @@ impl<S: Num> Plant<S> {
         Ok(Self { stages: Stages::new(&state), state, forces: none.clone(), accelerations: none, parts })
     }
 
-    /// The same without an account of its energy.
+    /// The same plant without an energy balance.
     pub(crate) fn without_account(mut self) -> Self {
         self.parts.keeps_account = false;
         self
@@ -212,7 +214,7 @@ impl<S: Num> Plant<S> {
         self.settle();
     }
 
-    /// Puts the plants of some lanes back to rest.
+    /// Returns the plants of some lanes to rest.
     pub(crate) fn restart(&mut self, at: S::Mask) {
         self.parts.servo_actuator.bypass_valve().close(at);
         for (number, rest) in self.state.iter_mut().zip(self.parts.at_rest()) {
@@ -221,7 +223,7 @@ impl<S: Num> Plant<S> {
         self.settle();
     }
 
-    /// Puts the floors to displacements (m) and velocities (m/s).
+    /// Sets displacements (m) and velocities (m/s) of the floors.
     pub(crate) fn set_motion(&mut self, displacements: &[S], velocities: &[S]) {
         let motions = displacements.iter().zip(velocities);
         for ([.., x, v, _, _, _, _], motion) in self.state.as_chunks_mut::<EACH>().0.iter_mut().zip(motions) {
@@ -230,7 +232,7 @@ impl<S: Num> Plant<S> {
         self.settle();
     }
 
-    /// Where the energy of one lane went since rest.
+    /// The energy balance of one lane since rest.
     pub(crate) fn balance(&self, lane: usize) -> EnergyBalance {
         let [_, _, integrals @ ..] = self.view().shared;
         let stored = self.parts.stored(&self.state) - self.parts.stored(&self.parts.at_rest());
@@ -249,7 +251,7 @@ impl<S: Num> Plant<S> {
         self.forces[i]
     }
 
-    /// What an actuator's sensors look at.
+    /// The true signals of an actuator's sensors.
     #[inline(always)]
     pub(crate) fn signals(&self, i: usize) -> Signals<S> {
         let actuator = self.actuator(i);
@@ -265,13 +267,13 @@ impl<S: Num> Plant<S> {
         }
     }
 
-    /// Where a spool stands at a stop, and where a piston is beyond its stroke.
+    /// Lanes with a spool at a stop, and lanes with a piston beyond its stroke.
     #[inline(always)]
     pub(crate) fn at_limits(&self, i: usize) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
         self.parts.servo_actuator.at_limits(&self.actuator(i))
     }
 
-    /// The valve command (V) that a driver gives an actuator now.
+    /// The present valve command (V) of a driver for an actuator.
     #[inline(always)]
     pub(crate) fn valve_command(&self, i: usize, driver: &Driver<S>) -> S {
         let (actuator, servo_actuator) = (self.actuator(i), &self.parts.servo_actuator);
@@ -280,12 +282,12 @@ impl<S: Num> Plant<S> {
         servo_actuator.valve_command(&actuator, forces, &hydraulics, self.accelerations[i], driver, now)
     }
 
-    /// Lets the bypass valves go on opening for a tick, as a trip does.
+    /// Opens the bypass valves further for a tick, as after a trip.
     pub(crate) fn open_bypass(&mut self, grid: TimeGrid, at: S::Mask) {
         self.parts.servo_actuator.bypass_valve().open(1.0 / grid.sample_rate, at);
     }
 
-    /// Takes the plant through a tick, under a driver an actuator.
+    /// Advances the plant by a tick, with one driver per actuator.
     #[inline(always)]
     pub(crate) fn advance(&mut self, drivers: &[Driver<S>], grid: TimeGrid) {
         for n in 0..grid.steps {
@@ -294,8 +296,8 @@ impl<S: Num> Plant<S> {
         self.settle();
     }
 
-    /// One integration step (s) from a time (s) after the tick; where accelerations (m/s²) are given the pistons follow
-    /// them and not the structure.
+    /// One integration step (s) from a time (s) after the tick. With given accelerations (m/s²) the pistons
+    /// follow them instead of the structure.
     #[inline(always)]
     pub(crate) fn step(&mut self, drivers: &[Driver<S>], from: f64, step: f64, imposed: Option<&[S]>) {
         let Self { parts, state, stages, forces, accelerations } = self;
@@ -305,7 +307,7 @@ impl<S: Num> Plant<S> {
         state[..actuators].as_chunks_mut::<EACH>().0.iter_mut().for_each(|actuator| Spool::stop_in(actuator));
     }
 
-    /// Brings forces and accelerations up to the state.
+    /// Updates forces and accelerations from the state.
     #[inline(always)]
     pub(crate) fn settle(&mut self) {
         let Self { parts, state, forces, accelerations, .. } = self;
@@ -331,7 +333,7 @@ impl<S: Num> Plant<S> {
 }
 
 impl Plant<f64> {
-    /// Visits every number that it remembers, to keep it or to put another one there.
+    /// Visits every number of the state, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         self.state.iter_mut().for_each(&mut *visit);
         visit(self.parts.servo_actuator.bypass_valve().opening());

@@ -1,7 +1,7 @@
 //! The load cell between piston rod and structure: `F_s` follows `F − m_p·ẍ` with its bandwidth.
 //!
-//! What the cell passes on accelerates the structure; the mass `m_p` between cell and piston, which is part of
-//! `structure.mass`, takes its share of the actuator's force before.
+//! The force through the cell accelerates the structure. The mass `m_p` between cell and piston is part of
+//! `structure.mass` and takes its share of the actuator's force before the cell.
 
 use std::f64::consts::TAU;
 
@@ -10,10 +10,10 @@ use eft_core::Mask;
 use crate::config::RigConfig;
 use crate::lanes::Num;
 
-/// Mass before the cell, and the cell's bandwidth.
+/// Mass between cell and piston, and the cell's bandwidth.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LoadCell<S: Num> {
-    /// Whether any lane's lags.
+    /// Whether any lane's cell has a lag.
     present: bool,
     mass: S,
     lags: S::Mask,
@@ -30,13 +30,14 @@ impl<S: Num> LoadCell<S> {
         }
     }
 
-    /// Rate (N/s) of what the cell shows, at the actuator's force (N), the acceleration (m/s²) and what it shows (N).
+    /// Rate (N/s) of the cell's reading, from the actuator's force (N), the acceleration (m/s²) and the
+    /// reading (N).
     #[inline(always)]
     pub(crate) fn rate(&self, force: S, acceleration: S, shown: S) -> S {
         if self.present { self.corner * (force - self.mass * acceleration - shown) } else { S::splat(0.0) }
     }
 
-    /// What an electronic circuit behind the cell sees: the cell's own state where it lags, the force elsewhere.
+    /// The cell's analog output: its state in lanes with a lag, the force in the others.
     #[inline(always)]
     pub(crate) fn select(&self, shown: S, force: S) -> S {
         if self.present { S::select(self.lags, shown, force) } else { force }
@@ -53,7 +54,7 @@ mod tests {
         let rig = changed(&[("sensors.cell_mass", 50.0.into()), ("sensors.force.bandwidth", 500.0.into())]);
         let cell = LoadCell::<f64>::pack(|_| &rig);
         assert_eq!(cell.rate(9e3, 2.0, 9e3 - 100.0), 0.0);
-        // A step is gone to 1/e after the time constant of the bandwidth.
+        // A step decays to 1/e after the time constant of the bandwidth.
         assert!((cell.rate(1.0, 0.0, 0.0) - TAU * 500.0).abs() < 1e-9);
         assert_eq!((cell.select(1.0, 2.0)), 1.0);
         let plain = changed(&[]);

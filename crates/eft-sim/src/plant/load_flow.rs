@@ -17,8 +17,8 @@ pub(crate) struct LoadFlow<S: Num> {
     /// Whether the lands of any lane overlap or underlap.
     laps: bool,
     overlap: S,
-    /// Whether the areas of any lane's piston differ; area of the side that pushes over the other (1), and the factor
-    /// (1) on the flow.
+    /// Whether the areas of any lane's piston differ. The next fields are the area of the pushing side over
+    /// the other (1), and the factor (1) on the flow.
     unequal: bool,
     area_ratio: S,
     factor: S,
@@ -40,9 +40,9 @@ impl<S: Num> LoadFlow<S> {
         })
     }
 
-    /// Load flow (m³/s) at a spool opening (1), a load pressure (Pa) and a supply pressure over the one at which the
-    /// curve was measured (1), and its slope over the opening (m³/s per unit opening). Where the load pressure exceeds
-    /// the supply the flow runs backwards: the root keeps the sign of its radicand.
+    /// Load flow (m³/s) and its slope over the opening (m³/s per unit opening). The arguments are a spool
+    /// opening (1), a load pressure (Pa), and the supply pressure over that of the curve's measurement (1).
+    /// If the load pressure exceeds the supply the flow is reversed: the root has the sign of its radicand.
     #[inline(always)]
     pub(crate) fn flow_and_gain(&self, opening: S, load_pressure: S, supplied: S) -> (S, S) {
         let ratio = (load_pressure * self.per_supply_pressure).times_sign_of(opening);
@@ -52,9 +52,9 @@ impl<S: Num> LoadFlow<S> {
         (self.scale * flow * root, self.scale * slope * root)
     }
 
-    /// Load flow (m³/s) at a supply pressure (Pa), and the flow (m³/s) drawn from the supply. With an overlap `o` of the
-    /// lands the ports that let the piston pull open by `max(x_v − o, 0)`, those that let it push by `min(x_v + o, 0)`;
-    /// within an underlap, `o < 0`, both are open (Merritt 1967).
+    /// Load flow (m³/s) at a supply pressure (Pa), and the flow (m³/s) drawn from the supply. With an overlap
+    /// `o` of the lands, the ports for pulling are open by `max(x_v − o, 0)` and those for pushing by
+    /// `min(x_v + o, 0)`. Within an underlap, `o < 0`, both are open (Merritt 1967).
     #[inline(always)]
     pub(crate) fn flow_at(&self, opening: S, load_pressure: S, supply_pressure: S) -> (S, S) {
         let supplied = supply_pressure / self.supply_pressure;
@@ -69,9 +69,10 @@ impl<S: Num> LoadFlow<S> {
         (pulled.0 + pushed.0, pulled.1 + pushed.1)
     }
 
-    /// The same of the ports of one direction. With an area ratio `n` the flow `A·ẋ` of the side that pulls is
-    /// `√(2/(1 + n³))·f(x_v)` times `√(P/P_s − P_L/P_s)` or, where the piston pushes, `√(n·P/P_s + P_L/P_s)`, `P_L` being
-    /// the force over `piston_area`: the chambers' pressures share themselves out at once.
+    /// The same for the ports of one direction. With an area ratio `n` the flow `A·ẋ` of the pulling side is
+    /// `√(2/(1 + n³))·f(x_v)` times a root. The root is `√(P/P_s − P_L/P_s)` for pulling and `√(n·P/P_s +
+    /// P_L/P_s)` for pushing, where `P_L` is the force over `piston_area`. The pressures of the chambers are
+    /// in equilibrium.
     #[inline(always)]
     fn through_ports(&self, opening: S, load_pressure: S, supplied: S) -> (S, S) {
         if !self.unequal {
@@ -88,7 +89,7 @@ impl<S: Num> LoadFlow<S> {
 /// The true valve's flow curve in double precision.
 ///
 /// # Errors
-/// What the core refuses, with the configuration's key.
+/// The errors of the core, with the configuration's key.
 fn flow_table(rig: &RigConfig) -> Result<FlowTable<f64, TABLE_CAPACITY>> {
     let table = rig.servovalve.true_curve();
     Ok(FlowTable::<f64, TABLE_CAPACITY>::new(&table.openings, &table.flows)?)
@@ -133,7 +134,8 @@ mod tests {
         let rig = changed(&[("servovalve.overlap", (-lap).into())]);
         let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();
         let supply = 1.9e7;
-        // The bridge of four lands, Merritt's open-centre valve: what each lets pass at the chambers' pressures.
+        // The bridge of four lands, Merritt's open-centre valve, with the flow of each land at the pressures
+        // of the chambers.
         for (opening, load) in
             [(0.0, 0.0), (0.0, 4e6), (0.012, -3e6), (-0.019, 6e6), (0.05, 2e6), (-0.3, 5e6)]
         {
@@ -151,7 +153,7 @@ mod tests {
             let (flow, taken) = valve.flow_at(opening, load, supply);
             assert!((flow - expected).abs() < 1e-15 && (taken - drawn).abs() < 1e-15, "{opening} {load}");
         }
-        // The gain at null is that of both, and the load pressure leaks.
+        // The gain at null is the sum of both ports, and they leak with the load pressure.
         let rest = rig.at_rest(&rig.servovalve.flow_table).unwrap();
         let flow = |opening, load| valve.flow_at(opening, load, supply).0;
         assert!(((flow(1e-6, 0.0) - flow(-1e-6, 0.0)) / 2e-6 / rest.steeper - 1.0).abs() < 1e-9);
@@ -166,7 +168,8 @@ mod tests {
         for opening in [0.3, -0.3] {
             for load in [-8e6, 0.0, 5e6] {
                 let (flow, drawn) = valve.flow_at(opening, load, supply);
-                // Each land takes (Q/g)² of pressure, g = f(x_v)/√(P_s/2); the other side's flow is the ratio's.
+                // Each land takes (Q/g)² of pressure, g = f(x_v)/√(P_s/2); the flow of the other side is
+                // scaled by the area ratio.
                 let conductance = valve.curve.flow(opening).abs() / (supply / 2.0_f64).sqrt();
                 let drop = |flow: f64| (flow / conductance).powi(2);
                 let (near, far) = (drop(flow), drop(ratio * flow));

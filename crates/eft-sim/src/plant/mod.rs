@@ -1,7 +1,7 @@
-//! The virtual rig: each block of Fig. 1 a file, put together in `Plant` for any number of actuators.
+//! The virtual rig: one file for each block of Fig. 1, combined in `Plant` for any number of actuators.
 //!
-//! Parts that a rig does not have are switched off by data. `fast` is the paper's rig alone, which most tests run on.
-//! Blocks are written over `lanes::Num`, so the same plant runs one rig or several side by side.
+//! Parts that a rig does not have are switched off by data. `fast` is the paper's rig only, and most tests
+//! use it. Blocks are generic over `lanes::Num`, so the same plant runs one rig or several side by side.
 
 mod actuator;
 mod bouc_wen;
@@ -45,5 +45,5 @@ fn changed(changes: &[(&str, toml::Value)]) -> crate::RigConfig {
     crate::RigConfig::zhao2005().replace(changes).unwrap()
 }
 
-/// Most points a flow curve may have.
+/// Largest number of points of a flow curve.
 pub const TABLE_CAPACITY: usize = 64;

@@ -33,9 +33,8 @@ impl<S: Num> PilotValve<S> {
         self.rate_towards(self.asked(valve_command, spool), pilot_flow)
     }
 
-    /// Flow (m³/s) asked of the pilot at a valve command (V) and the spool opening (1). The torque motor is driven no
-    /// further than its rated flow `q_max` (m³/s), if it has one: `sat(K_vp·e, q_max)`, so that the spool is no faster
-    /// than `q_max/(A_v·x_vmax)`.
+    /// Demanded pilot flow (m³/s) at a valve command (V) and the spool opening (1). A rated flow `q_max`
+    /// (m³/s) limits it to `sat(K_vp·e, q_max)`, so the spool is no faster than `q_max/(A_v·x_vmax)`.
     #[inline(always)]
     pub(crate) fn asked(&self, valve_command: S, spool: S) -> S {
         let error = valve_command - self.spool_feedback * spool;
@@ -64,7 +63,7 @@ mod tests {
             assert_eq!(pilot.rate(command, 0.0, side * limit), 0.0);
             assert!(side * pilot.rate(command, 0.0, 0.0) > 0.0);
         }
-        // Small commands do not notice.
+        // Small commands are not limited.
         let plain = changed(&[]);
         assert_eq!(pilot.rate(0.1, 0.0, 1e-7), PilotValve::<f64>::pack(|_| &plain).rate(0.1, 0.0, 1e-7));
     }

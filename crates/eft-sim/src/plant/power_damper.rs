@@ -1,6 +1,6 @@
 //! A fluid damper with a power law: `F_d = C·|ẋ|^a·sgn(ẋ)` (Constantinou and Symans, NCEER-92-0032, 1992).
 //!
-//! Written as `C·ẋ·(ẋ² + v_0²)^((a−1)/2)`, whose slope stays finite at standstill where `a < 1`.
+//! It is computed as `C·ẋ·(ẋ² + v_0²)^((a−1)/2)`, whose slope at standstill is finite for `a < 1`.
 
 use crate::config::{RigConfig, StructureKind};
 use crate::lanes::Num;
@@ -11,7 +11,7 @@ const STANDSTILL: f64 = 1e-4;
 /// A damper in parallel with the viscous one.
 #[derive(Debug, Clone)]
 pub(crate) struct PowerDamper<S> {
-    /// Coefficient and exponent, one pair a lane; empty where no lane has such a damper.
+    /// Coefficient and exponent, one pair per lane; empty if no lane has such a damper.
     lanes: Vec<(f64, f64)>,
     number: std::marker::PhantomData<S>,
 }

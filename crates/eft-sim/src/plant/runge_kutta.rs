@@ -8,7 +8,7 @@ pub(crate) trait Equations<S> {
     fn rate(&mut self, state: &[S], time: S, rate: &mut [S]);
 }
 
-/// The stages of a step, made once a test; `X` holds as many numbers as the state.
+/// The stages of a step, allocated once per test; `X` has as many numbers as the state.
 #[derive(Debug, Clone)]
 pub(crate) struct Stages<X> {
     at: X,
@@ -16,15 +16,15 @@ pub(crate) struct Stages<X> {
 }
 
 impl<X: Clone> Stages<X> {
-    /// For states like this one.
+    /// Stages for states like this one.
     pub(crate) fn new(like: &X) -> Self {
         Self { at: like.clone(), rates: std::array::from_fn(|_| like.clone()) }
     }
 }
 
-/// Takes `state` from a time `start` (s) to a time `step` (s) later.
+/// Advances `state` from a time `start` (s) by `step` (s).
 ///
-/// Kinks of the equations inside the step are stepped over: they bound the order locally.
+/// Kinks of the equations within the step are not located; they reduce the order locally.
 #[inline(always)]
 pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
     state: &mut [S],
@@ -35,7 +35,7 @@ pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
 ) {
     let Stages { at, rates } = stages;
     let at = at.as_mut();
-    // The equations are asked in one place: they are much code, and are compiled once.
+    // The equations are called in one place only, so that their long code is compiled once.
     for (stage, ahead) in [0.0, step / 2.0, step / 2.0, step].into_iter().enumerate() {
         at.copy_from_slice(state);
         if let Some(last) = stage.checked_sub(1) {

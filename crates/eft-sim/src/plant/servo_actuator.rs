@@ -25,7 +25,7 @@ pub(crate) struct ServoActuator<S: Num> {
     torque_motor: TorqueMotor<S>,
     pilot_valve: PilotValve<S>,
     spool: Spool<S>,
-    /// Spool opening (1) at which the lands stand as a valve without bias has them at 0: `Q_L = f(x_v − b)·√…`.
+    /// Spool opening `b` (1) at which the valve is at null: `Q_L = f(x_v − b)·√…`.
     null_bias: S,
     load_flow: LoadFlow<S>,
     valve_leakage: ValveLeakage<S>,
@@ -36,7 +36,7 @@ pub(crate) struct ServoActuator<S: Num> {
     load_cell: LoadCell<S>,
 }
 
-/// What the oil does at one state.
+/// Flows of the oil at one state.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Hydraulics<S> {
     load_flow: S,
@@ -87,7 +87,7 @@ impl<S: Num> ServoActuator<S> {
         &mut self.bypass_valve
     }
 
-    /// What the oil does at a supply pressure (Pa).
+    /// Flows of the oil at a supply pressure (Pa).
     #[inline(always)]
     pub(crate) fn hydraulics(&self, state: &ActuatorState<S>, supply_pressure: S) -> Hydraulics<S> {
         let opening = Spool::stop(state.spool) - self.null_bias;
@@ -103,7 +103,8 @@ impl<S: Num> ServoActuator<S> {
         Hydraulics { load_flow, leak, drawn, bypassed, pressure_rate }
     }
 
-    /// The valve command (V) that `driver` gives a time (s) into its interval, at the force and the load cell's state (N).
+    /// The valve command (V) of `driver` a time (s) into its interval, at the force and the load cell's state
+    /// (N).
     #[inline(always)]
     pub(crate) fn valve_command(
         &self,
@@ -145,7 +146,7 @@ impl<S: Num> ServoActuator<S> {
         (state, motor)
     }
 
-    /// The rates of pilot, spool and torque motor under a valve command (V), whatever the oil does.
+    /// The rates of pilot, spool and torque motor under a valve command (V); they do not depend on the oil.
     #[inline(always)]
     pub(crate) fn valve_rate(
         &self,
@@ -163,7 +164,7 @@ impl<S: Num> ServoActuator<S> {
         (rate, self.torque_motor.rate(motor, asked))
     }
 
-    /// Displacement (m) and velocity (m/s) where they are measured, at a supply pressure (Pa).
+    /// Displacement (m) and velocity (m/s) at the measured side, at a supply pressure (Pa).
     #[inline(always)]
     pub(crate) fn measured_motion(&self, state: &ActuatorState<S>, supply_pressure: S) -> [S; 2] {
         let at_structure = [state.displacement, state.velocity];
@@ -180,7 +181,7 @@ impl<S: Num> ServoActuator<S> {
         self.load_cell.rate(force, acceleration, shown)
     }
 
-    /// What the load cell shows (N): its state where it lags, the force elsewhere.
+    /// The load cell's reading (N): its state in lanes with a lag, the force in the others.
     #[inline(always)]
     pub(crate) fn shown(&self, [force, shown]: [S; 2]) -> S {
         self.load_cell.select(shown, force)
@@ -212,7 +213,7 @@ impl<S: Num> ServoActuator<S> {
             + self.end_stop.stored(state.displacement)
     }
 
-    /// Where the spool stands at a stop, and where the piston is beyond its stroke.
+    /// Lanes with the spool at a stop, and lanes with the piston beyond its stroke.
     #[inline(always)]
     pub(crate) fn at_limits(&self, state: &ActuatorState<S>) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
         (Spool::at_stop(state.spool), self.actuator.beyond_stroke(state.displacement))

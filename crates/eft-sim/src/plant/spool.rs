@@ -20,7 +20,7 @@ impl<S: Num> Spool<S> {
         }
     }
 
-    /// Rate of the opening (1/s) for the pilot flow (m³/s): zero where the flow pushes against a stop.
+    /// Rate of the opening (1/s) for the pilot flow (m³/s); zero if the flow pushes against a stop.
     #[inline(always)]
     pub(crate) fn rate(&self, pilot_flow: S, opening: S) -> S {
         let (zero, one) = (S::splat(0.0), S::splat(1.0));
@@ -28,13 +28,13 @@ impl<S: Num> Spool<S> {
         S::select(against_stop, zero, pilot_flow * self.opening_per_volume)
     }
 
-    /// The opening within its stops; a step may have carried it past one by less than the step.
+    /// The opening limited to its stops, because an integration step may exceed them.
     #[inline(always)]
     pub(crate) fn stop(opening: S) -> S {
         opening.limit(S::splat(-1.0), S::splat(1.0))
     }
 
-    /// The same in the numbers of an [`ActuatorState`](crate::plant::ActuatorState).
+    /// The same for the numbers of an [`ActuatorState`](crate::plant::ActuatorState).
     #[inline(always)]
     pub(crate) fn stop_in(state: &mut [S]) {
         if let [_, opening, ..] = state {
@@ -42,7 +42,7 @@ impl<S: Num> Spool<S> {
         }
     }
 
-    /// Where the spool stands at a stop.
+    /// Lanes with the spool at a stop.
     #[inline(always)]
     pub(crate) fn at_stop(opening: S) -> <S as Scalar>::Mask {
         opening.abs().ge(S::splat(1.0))

@@ -2,7 +2,7 @@
 
 use crate::lanes::Num;
 
-/// What valve, oil and piston remember; `default()` is at rest.
+/// The state of valve, oil and piston; `default()` is at rest.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct ActuatorState<S> {
     /// Pilot flow `q` (m³/s).
@@ -17,10 +17,11 @@ pub(crate) struct ActuatorState<S> {
     pub(crate) velocity: S,
 }
 
-/// Where a test is stopped, in the unit of each number: what gains, rates and squares make of it is still finite.
+/// Limit of each number, in its unit, at which a test is stopped. Gains, rates and squares of it are still
+/// finite.
 const BEYOND: f64 = 1e100;
 
-/// How many numbers they are.
+/// Number of values of the state.
 pub(crate) const STATES: usize = 5;
 
 impl<S: Num> ActuatorState<S> {
@@ -36,13 +37,13 @@ impl<S: Num> ActuatorState<S> {
         Self { pilot_flow, spool, load_pressure, displacement, velocity }
     }
 
-    /// From the first numbers of a slice that has as many.
+    /// The state from the first numbers of a slice.
     #[inline(always)]
     pub(crate) fn from_slice(numbers: &[S]) -> Self {
         Self::from_array(numbers.first_chunk().copied().unwrap_or_default())
     }
 
-    /// `yes` where the mask is true, `no` elsewhere.
+    /// `yes` in lanes where the mask is true, `no` in the others.
     #[inline(always)]
     pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
         Self {
@@ -71,8 +72,8 @@ impl<S: Num> ActuatorState<S> {
         }
     }
 
-    /// Where a test can go on: no number is NaN or [`BEYOND`] any rig.
-    // A sum, which costs less than looking at each: numbers that large, and opposite to the last digit, do not happen.
+    /// Lanes in which a test can continue: no number is NaN or beyond [`BEYOND`].
+    // One sum costs less than a check of each number. Numbers of that size that cancel exactly do not occur.
     #[inline(always)]
     pub(crate) fn is_bounded(self) -> S::Mask {
         let sum = (self.pilot_flow + self.spool) + (self.load_pressure + self.displacement) + self.velocity;

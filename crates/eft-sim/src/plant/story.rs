@@ -8,9 +8,9 @@ use crate::lanes::Num;
 pub(crate) struct Story<S> {
     per_mass: S,
     damping: S,
-    /// Slope to the softening displacement.
+    /// Stiffness up to the softening displacement.
     stiffness: S,
-    /// What the spring loses at the softening displacement.
+    /// Decrease of the stiffness at the softening displacement.
     lost_stiffness: S,
     softening_displacement: S,
 }
@@ -21,7 +21,7 @@ impl<S: Num> Story<S> {
         let story = |i: usize| rig(i).structure.story(n);
         let softening = |i: usize| match (rig(i).structure.kind, &rig(i).structure.softening) {
             (StructureKind::Bilinear, Some(s)) => (s.displacement, s.stiffness),
-            // The elastic part; the one that yields is a block of its own.
+            // The elastic part; the yielding part is a separate block.
             (StructureKind::BoucWen, _) => {
                 let elastic = rig(i).structure.bouc_wen.as_ref().map_or(1.0, |b| b.post_yield_ratio);
                 (0.0, elastic * story(i).stiffness)
@@ -49,8 +49,8 @@ impl<S: Num> Story<S> {
         (force - self.damping * velocity - self.stiffness * displacement) * self.per_mass
     }
 
-    /// What softening adds to the spring's force (N) at a displacement (m): zero up to the softening displacement,
-    /// continuous there.
+    /// Change of the spring's force (N) by softening at a displacement (m). It is zero up to the softening
+    /// displacement and continuous there.
     #[inline(always)]
     pub(crate) fn softening_force(&self, displacement: S) -> S {
         self.lost_stiffness * (self.straight(displacement) - displacement)
@@ -79,7 +79,7 @@ impl<S: Num> Story<S> {
         S::splat(0.5) * (self.stiffness * displacement * displacement - self.lost_stiffness * beyond * beyond)
     }
 
-    /// The part of a displacement (m) before the softening one.
+    /// The part of a displacement (m) up to the softening displacement.
     #[inline(always)]
     fn straight(&self, displacement: S) -> S {
         displacement.limit(-self.softening_displacement, self.softening_displacement)

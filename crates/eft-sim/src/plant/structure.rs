@@ -1,7 +1,7 @@
-//! The test structure: stories above each other, of which a single structure is one.
+//! The test structure: stories above each other. A single structure has one story.
 //!
 //! `m_i·ẍ_i + f_i − f_{i+1} = F_i`, `f_i = c_i·ḋ_i + C·|ḋ_i|^a·sgn(ḋ_i) + r(d_i, z_i)` with the drift
-//! `d_i = x_i − x_{i−1}`. Story 1 stands on the ground; `f_i` is the force of what holds floor `i` to the one below.
+//! `d_i = x_i − x_{i−1}`. Story 1 is on the ground; `f_i` is the force between floor `i` and the floor below.
 
 use crate::config::{RigConfig, StructureKind};
 use crate::lanes::Num;
@@ -16,7 +16,7 @@ pub(crate) struct Structure<S> {
     floors: Vec<Floor<S>>,
 }
 
-/// A floor and what holds it to the one below.
+/// A floor and its connection to the floor below.
 #[derive(Debug, Clone)]
 struct Floor<S> {
     story: Story<S>,
@@ -43,7 +43,8 @@ impl<S: Copy> Motion<S> {
 }
 
 impl<S: Num> Structure<S> {
-    /// The true structures of `rig(0)`, `rig(1)`, … side by side, one a lane, of as many stories each.
+    /// The true structures of `rig(0)`, `rig(1)`, … side by side, one per lane, with the same number of
+    /// stories.
     pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
         let rig = |i| rig(i).plant();
         let floor = |n| Floor {
@@ -86,7 +87,7 @@ impl<S: Num> Structure<S> {
         self.floors[i].bouc_wen.rate(drift.velocity, drift.hysteresis)
     }
 
-    /// Adds the powers (W) that the dampers and the parts that yield take.
+    /// Adds the powers (W) of the dampers and the yielding parts.
     #[inline(always)]
     pub(crate) fn add_powers(&self, powers: &mut EnergyBalance<S>, motion: impl Fn(usize) -> Motion<S>) {
         for (i, floor) in self.floors.iter().enumerate() {
@@ -106,7 +107,7 @@ impl<S: Num> Structure<S> {
     }
 }
 
-/// What a floor's motion has more than that of the floor below.
+/// Motion of a floor relative to the floor below.
 #[inline(always)]
 fn drift<S: Num>(motion: impl Fn(usize) -> Motion<S>, i: usize) -> Motion<S> {
     let above = motion(i);
@@ -117,7 +118,7 @@ fn drift<S: Num>(motion: impl Fn(usize) -> Motion<S>, i: usize) -> Motion<S> {
     Motion {
         displacement: above.displacement - below.displacement,
         velocity: above.velocity - below.velocity,
-        // That of the columns already.
+        // It already belongs to the columns.
         hysteresis: above.hysteresis,
     }
 }
@@ -128,14 +129,14 @@ pub(crate) fn is_plain(rig: &RigConfig) -> bool {
     rig.structure.power_damper.is_none() && matches!(rig.structure.kind, Linear | Bilinear)
 }
 
-/// The fastest rate (1/s) that the parts beyond the plain structure bring.
+/// The fastest rate (1/s) of the parts beyond the plain structure.
 pub(crate) fn fastest_rate(rig: &RigConfig) -> f64 {
     let structure = &rig.structure;
     if structure.kind != StructureKind::ShearBuilding {
         let damper = structure.power_damper.as_ref();
         return damper.map_or(0.0, |d| steepest(d.coefficient, d.exponent) / structure.mass);
     }
-    // No mode of a building is faster than Gershgorin's circles.
+    // Gershgorin's circles limit the frequency of every mode of a building.
     let stories: Vec<_> = (0..structure.floors()).map(|n| structure.story(n)).collect();
     let bound = |(i, story): (usize, &crate::config::Story)| {
         let (k, c) = stories.get(i + 1).map_or((0.0, 0.0), |above| (above.stiffness, above.damping));

@@ -1,15 +1,15 @@
-//! The hydraulic supply: `C·Ṗ = Q_pump − Q_drawn`, `Q_pump = (P_set(t) − P)/R` within what the pump gives.
+//! The hydraulic supply: `C·Ṗ = Q_pump − Q_drawn`, `Q_pump = (P_set(t) − P)/R` within the range of the pump.
 //!
-//! The pump holds its set pressure less the droop `R·Q`; the accumulator of capacity `C = V_gas/(n·P)` (its gas
-//! volume, the polytropic exponent and the pressure; Merritt, *Hydraulic Control Systems*, 1967) lends the flow
-//! that the pump cannot give at once. Without both, the set pressure is the pressure.
+//! The pump keeps its set pressure less the droop `R·Q`. The accumulator of capacity `C = V_gas/(n·P)` (its
+//! gas volume, the polytropic exponent and the pressure; Merritt, *Hydraulic Control Systems*, 1967) supplies
+//! the flow that the pump cannot deliver at once. Without both, the pressure is the set pressure.
 
 use eft_core::Mask;
 
 use crate::config::RigConfig;
 use crate::lanes::Num;
 
-/// Pump, accumulator and what the set pressure does during a test.
+/// Pump, accumulator and schedule of the set pressure.
 #[derive(Debug, Clone)]
 pub(crate) struct Supply<S: Num> {
     schedules: Vec<Option<(Vec<f64>, Vec<f64>)>>,
@@ -59,7 +59,7 @@ impl<S: Num> Supply<S> {
         })
     }
 
-    /// The pressure (Pa) at the valve, from the accumulator's where there is one.
+    /// The pressure (Pa) at the valve; with an accumulator, the pressure of the accumulator.
     #[inline(always)]
     pub(crate) fn pressure(&self, setting: S, accumulator: S) -> S {
         if self.has_accumulator { S::select(self.yields, accumulator, setting) } else { setting }
@@ -87,7 +87,7 @@ impl<S: Num> Supply<S> {
     }
 }
 
-/// Straight between the points, constant beyond them.
+/// Linear between the points, constant beyond them.
 fn interpolate(times: &[f64], values: &[f64], time: f64) -> f64 {
     let after = times.partition_point(|t| *t <= time);
     let value = |i: usize| values.get(i).copied().unwrap_or_default();
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn beyond_the_pump_the_accumulator_empties() {
         let supply = supply(&[("supply.pump_flow", 1e-3.into())]);
-        // The pump is at its end once the droop calls for more; from there the pressure falls in a straight line.
+        // At its largest flow the pump cannot follow the droop, and the pressure falls linearly.
         let rate = |p| supply.rate(supply.pump_flow(1.9e7, p, 5e-3), 5e-3);
         assert_eq!(rate(1.8e7), (1e-3 - 5e-3) / CAPACITY);
         assert_eq!(rate(1.7e7), rate(1.8e7));

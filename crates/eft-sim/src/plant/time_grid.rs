@@ -1,4 +1,4 @@
-//! The ticks of a test, the integration steps between them, and how short a rig's effects want these.
+//! The ticks of a test, the integration steps between them, and the longest step for a rig's effects.
 
 use std::f64::consts::TAU;
 
@@ -10,13 +10,13 @@ use crate::plant::{bypass_valve, structure};
 pub(crate) struct TimeGrid {
     /// Ticks per second (Hz).
     pub(crate) sample_rate: f64,
-    /// Integration steps a tick.
+    /// Integration steps per tick.
     pub(crate) steps: u32,
     step: f64,
 }
 
 impl TimeGrid {
-    /// Ticks per second (Hz), and integration steps a tick.
+    /// A grid with ticks per second (Hz) and integration steps per tick.
     pub(crate) fn new(sample_rate: f64, steps: u32) -> Self {
         Self { sample_rate, steps, step: 1.0 / sample_rate / f64::from(steps) }
     }
@@ -41,6 +41,7 @@ pub(crate) fn longest_step(rig: &RigConfig) -> f64 {
     let bypass = bypass_valve::fastest_rate(rig);
     let motor = rig.servovalve.torque_motor_frequency.map_or(0.0, |f| TAU * f);
     let fastest = [friction, stop, accumulator, cell, motor, bypass, structure::fastest_rate(rig)];
-    // A fifth of the fastest time constant: well inside the stability limit of 2.8, and accurate to 1e-5 a step.
+    // A fifth of the fastest time constant: well within the stability limit of 2.8, and accurate to 1e-5 per
+    // step.
     0.2 / fastest.into_iter().fold(0.0, f64::max)
 }

@@ -1,4 +1,5 @@
-//! The torque motor before the pilot stage: `ẅ + 2ζω·ẇ + ω²·w = ω²·K_vp·e`, `w` being the flow that the pilot is driven to.
+//! The torque motor before the pilot stage: `ẅ + 2ζω·ẇ + ω²·w = ω²·K_vp·e`, where `w` is the demanded pilot
+//! flow.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +11,7 @@ use crate::lanes::Num;
 /// Natural frequency and damping of the motor's armature.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TorqueMotor<S: Num> {
-    /// Whether any lane's lags.
+    /// Whether any lane's motor has a lag.
     present: bool,
     lags: S::Mask,
     squared_frequency: S,
@@ -28,13 +29,14 @@ impl<S: Num> TorqueMotor<S> {
         }
     }
 
-    /// The flow (m³/s) that the pilot is driven to: the motor's own where it lags, the flow asked for elsewhere.
+    /// The demanded pilot flow (m³/s) after the motor: the motor's state in lanes with a lag, the unchanged
+    /// demand in the others.
     #[inline(always)]
     pub(crate) fn passes(&self, [flow, _]: [S; 2], asked: S) -> S {
         if self.present { S::select(self.lags, flow, asked) } else { asked }
     }
 
-    /// Rates of the motor's flow (m³/s²) and of its rate (m³/s³) for the flow (m³/s) asked for.
+    /// Rates of the motor's flow (m³/s²) and of its rate (m³/s³) for the demanded flow (m³/s).
     #[inline(always)]
     pub(crate) fn rate(&self, [flow, rate]: [S; 2], asked: S) -> [S; 2] {
         if self.present {

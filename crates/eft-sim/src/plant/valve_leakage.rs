@@ -1,11 +1,12 @@
 //! Leakage of the main stage, the second part of Eq. (5).
 //!
-//! Oil seeps through the clearances of the closed ports, from the pressurised chamber to the return line and from
-//! the supply to the other chamber, which takes `Q_lv = ½·G·(sgn(x_v)·P + P_L)` from the load flow. `G`, laminar,
-//! is that of the mean length of overlap; the paper's own, `1/x_v`, has no value at null. The two parts are told
-//! apart: a proportional one, `C_p·P_L`, which acts as damping, and a constant one that follows the supply,
-//! `C_c·P·σ(x_v)`, which the load pressure cannot tell from motion. `σ` is the sign of the spool, through a straight
-//! line near null, where both pairs of clearances leak alike.
+//! Oil seeps through the clearances of the closed ports, from the pressurised chamber to the return line and
+//! from the supply to the other chamber. This reduces the load flow by `Q_lv = ½·G·(sgn(x_v)·P + P_L)`. The
+//! laminar conductance `G` is that of the mean length of overlap; the paper's `1/x_v` is undefined at null.
+//! The two parts have separate parameters. The proportional part `C_p·P_L` acts as damping. The constant part
+//! `C_c·P·σ(x_v)` is proportional to the supply pressure, and in the load pressure it looks like motion. `σ`
+//! is the sign of the spool opening, with a linear transition near null, where both pairs of clearances leak
+//! equally.
 
 use crate::config::RigConfig;
 use crate::lanes::Num;
@@ -13,14 +14,14 @@ use crate::lanes::Num;
 /// Clearances of the main stage.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ValveLeakage<S> {
-    /// Whether anything leaks in any lane.
+    /// Whether any lane leaks.
     present: bool,
     proportional: S,
     constant: S,
     per_null_region: S,
 }
 
-/// What leaks.
+/// The leakage flows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leak<S> {
     /// Taken from the load flow (m³/s).
@@ -40,7 +41,7 @@ impl<S: Num> ValveLeakage<S> {
         }
     }
 
-    /// What leaks at a spool opening (1), a load pressure and a supply pressure (Pa).
+    /// The leakage at a spool opening (1), a load pressure and a supply pressure (Pa).
     #[inline(always)]
     pub(crate) fn leak(&self, opening: S, load_pressure: S, supply_pressure: S) -> Leak<S> {
         let (zero, one) = (S::splat(0.0), S::splat(1.0));

@@ -1,7 +1,7 @@
 //! Eigenvalues and exponentials of matrices whose rows differ by many powers of ten.
 //!
-//! Pressures in Pa beside pilot flows in m³/s spread the entries over twenty decades: balancing by powers of two
-//! first costs no rounding and keeps the relative error of both near the machine's.
+//! With pressures in Pa and pilot flows in m³/s the entries extend over twenty decades. Balancing by powers
+//! of two causes no rounding error, and keeps the relative error of both results near machine precision.
 
 use nalgebra::linalg::balancing::{balance_parlett_reinsch, unbalance};
 use nalgebra::{Complex, DMatrix, DVector, Hessenberg};
@@ -17,7 +17,7 @@ pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
     }
     let mut balanced = matrix.clone();
     balance_parlett_reinsch(&mut balanced);
-    // Rows that nothing couples back have no partner to balance with; a common scale is still wanted.
+    // Rows without feedback from other rows cannot be balanced with them, so the matrix gets a common scale.
     let largest = balanced.amax();
     let scale = if largest > 0.0 { largest } else { 1.0 };
     let Some(mut values) = hessenberg_eigenvalues(Hessenberg::new(balanced / scale).unpack_h()) else {
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn a_badly_scaled_oscillator_keeps_its_poles_and_its_exponential() {
-        // x'' + 2ζω·x' + ω²·x = 0 with the velocity counted in units of 1e-12.
+        // x'' + 2ζω·x' + ω²·x = 0 with the velocity in units of 1e-12.
         let (zeta, omega, unit) = (0.03, 10.0, 1e12);
         let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0 / unit, -omega * omega * unit, -2.0 * zeta * omega]);
         let poles = eigenvalues(&a).unwrap();

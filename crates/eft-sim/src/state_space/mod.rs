@@ -1,4 +1,4 @@
-//! A linear model and what can be asked of it.
+//! Linear models in state space and their analysis.
 
 pub(crate) mod matrices;
 mod qr;
@@ -11,11 +11,12 @@ use self::matrices::eigenvalues;
 use crate::checks;
 use crate::error::{Error, Result};
 
-/// `ẋ = A·x + B·u`, `y = C·x + D·u`, or the same with the next sample on the left; `u` is the force command (N), of a
-/// building one a floor.
+/// `ẋ = A·x + B·u`, `y = C·x + D·u`, or the same with the next sample on the left side. `u` is the force
+/// command (N); a building has one per floor.
 ///
-/// Outputs: force (N), displacement (m), velocity (m/s), spool opening (1), load pressure (Pa); of a sampled model
-/// also the compensation signal (V). A building's names have the actuator's number behind them, from 1.
+/// Outputs: force (N), displacement (m), velocity (m/s), spool opening (1), load pressure (Pa); of a sampled
+/// model also the compensation signal (V). The names of a building end with the number of the actuator, from
+/// 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateSpace {
     /// State matrix.
@@ -32,25 +33,25 @@ pub struct StateSpace {
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// Keys of the rig whose effect on small signals the model does not have.
+    /// Keys of the rig whose effect on small signals the model does not contain.
     pub left_out: Vec<String>,
-    /// Time between samples (s); none in continuous time.
+    /// Time between samples (s); `None` in continuous time.
     pub sample_time: Option<f64>,
 }
 
 /// One pole, as an oscillation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
-    /// The pole in continuous time (1/s): of a sampled model the logarithm of its pole over the sample time.
+    /// The pole in continuous time (1/s); for a sampled model the logarithm of its pole over the sample time.
     pub pole: Complex<f64>,
     /// Natural frequency `|s|/2π` (Hz).
     pub frequency: f64,
-    /// Damping ratio `−Re s/|s|` (1); negative where the mode grows.
+    /// Damping ratio `−Re s/|s|` (1); negative if the mode grows.
     pub damping: f64,
 }
 
 impl StateSpace {
-    /// Poles (1/s), of a sampled model in the z-plane (1), by magnitude.
+    /// Poles (1/s), by magnitude; those of a sampled model are in the z-plane (1).
     ///
     /// # Errors
     /// Entries beyond double precision, or a QR iteration that does not converge on them.
@@ -78,7 +79,7 @@ impl StateSpace {
         Ok(modes)
     }
 
-    /// Growth rate (1/s) of the least damped mode: the loop is stable where it is negative.
+    /// Growth rate (1/s) of the least damped mode: the loop is stable if it is negative.
     ///
     /// # Errors
     /// As [`poles`](Self::poles).
@@ -102,7 +103,8 @@ impl StateSpace {
     /// Response of an output to an input at a frequency (Hz), in the output's unit per N.
     ///
     /// # Errors
-    /// An input or output that the model has not; a frequency that is not finite, negative, or on a pole.
+    /// An input or output that the model does not have, or a frequency that is not finite, negative, or on a
+    /// pole.
     pub fn response_to(&self, input: &str, output: &str, frequency: f64) -> Result<Complex<f64>> {
         let place = |kind: &str, name: &str, names: &[String]| {
             let allowed = || Error::value(kind, name, format!("must be one of {}", names.join(", ")));
@@ -130,7 +132,8 @@ impl StateSpace {
 mod tests {
     use super::*;
 
-    /// A mass of 2 kg on a spring of 800 N/m with 5 % of critical damping: displacement under force.
+    /// A mass of 2 kg on a spring of 800 N/m with 5 % of critical damping, with force as input and
+    /// displacement as output.
     fn oscillator() -> StateSpace {
         let (m, c, k) = (2.0, 2.0 * 0.05 * 40.0, 800.0);
         StateSpace {

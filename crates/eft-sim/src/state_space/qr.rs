@@ -1,23 +1,25 @@
 //! Eigenvalues of an upper Hessenberg matrix by Francis's double-shift QR iteration.
 //!
-//! nalgebra's Schur decomposition finds no end where the stories of a building share a pole: it forms the polynomial
-//! of the shifts from products that cancel, and knows no exceptional shifts. Here, as in LAPACK's `dlahqr`, the
-//! polynomial is formed from differences, and every tenth step on an eigenvalue has shifts of its own.
+//! nalgebra's Schur decomposition does not converge if the stories of a building share a pole. It computes
+//! the polynomial of the shifts from products that cancel, and has no exceptional shifts. This version
+//! computes the polynomial from differences, as LAPACK's `dlahqr`, and uses exceptional shifts in every tenth
+//! step on an eigenvalue.
 
 use nalgebra::{Complex, DMatrix};
 
-/// Steps on one eigenvalue before the iteration is given up; it takes two or three.
+/// Largest number of steps on one eigenvalue; two or three are typical.
 const MOST_STEPS: usize = 300;
-/// Every so many steps in vain the shifts are replaced by some that no cycle keeps to.
+/// After this number of steps without convergence the shifts are replaced, to leave a cycle.
 const EXCEPTIONAL: usize = 10;
 
-/// The eigenvalues in no order, complex ones in exact pairs; none where the iteration does not converge.
+/// The eigenvalues in no particular order, complex ones in exact pairs; `None` if the iteration does not
+/// converge.
 ///
-/// The entries are finite; what becomes of them means nothing.
+/// The entries must be finite. The matrix is overwritten.
 pub(super) fn hessenberg_eigenvalues(mut h: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     let largest = h.amax();
     let mut values = Vec::with_capacity(h.nrows());
-    // The block at work ends before `end`.
+    // The active block ends before `end`.
     let (mut end, mut steps) = (h.nrows(), 0);
     while end > 0 {
         let start = block_start(&mut h, end, largest);
@@ -37,8 +39,8 @@ pub(super) fn hessenberg_eigenvalues(mut h: DMatrix<f64>) -> Option<Vec<Complex<
     Some(values)
 }
 
-/// Where the block begins that ends before `end` and couples throughout; the entry that ties it to what lies before is
-/// negligible, and made zero.
+/// Start of the coupled block that ends before `end`. The entry that couples it to the rows before is
+/// negligible and set to zero.
 fn block_start(h: &mut DMatrix<f64>, end: usize, largest: f64) -> usize {
     for k in (1..end).rev() {
         let beside = h[(k - 1, k - 1)].abs() + h[(k, k)].abs();
@@ -63,16 +65,17 @@ fn eigenvalues_of_two([a, b, c, d]: [f64; 4]) -> [Complex<f64>; 2] {
         let value = Complex::new(d + half, (-discriminant).sqrt());
         return [value, value.conj()];
     }
-    // Their distances to `d`: the larger without cancellation, the other from the product of both.
+    // Distances of the eigenvalues to `d`: the larger is computed without cancellation, the other from the
+    // product of both.
     let far = half + discriminant.sqrt().copysign(half);
     let near = if far == 0.0 { 0.0 } else { -b * c / far };
     [Complex::new(d + far, 0.0), Complex::new(d + near, 0.0)]
 }
 
-/// The eigenvalues of the last two rows; of two real ones the nearer to the last entry, twice.
+/// The eigenvalues of the last two rows. If they are real, the one nearer to the last entry is used twice.
 fn shifts(h: &DMatrix<f64>, start: usize, end: usize, steps: usize) -> [Complex<f64>; 2] {
     if steps.is_multiple_of(EXCEPTIONAL) {
-        // LAPACK's: by turns about the first and about the last entry.
+        // The exceptional shifts of LAPACK, alternately about the first and the last entry.
         let (at, below) = if (steps / EXCEPTIONAL).is_multiple_of(2) {
             (end - 1, [(end - 1, end - 2), (end - 2, end - 3)])
         } else {
@@ -93,7 +96,7 @@ fn shifts(h: &DMatrix<f64>, start: usize, end: usize, steps: usize) -> [Complex<
     }
 }
 
-/// One step: chases the bulge that the two shifts raise through the block.
+/// One step, which moves the bulge of the two shifts through the block.
 fn sweep(h: &mut DMatrix<f64>, start: usize, end: usize, shifts: [Complex<f64>; 2]) {
     let (first, mut bulge) = bulge_start(h, start, end, shifts);
     for k in first..end - 1 {
@@ -101,7 +104,8 @@ fn sweep(h: &mut DMatrix<f64>, start: usize, end: usize, shifts: [Complex<f64>; 
         if k > first {
             bulge = [h[(k, k - 1)], h[(k + 1, k - 1)], if rows == 3 { h[(k + 2, k - 1)] } else { 0.0 }];
         }
-        // The reflection I − tau·v·vᵀ, v beginning with 1, that leaves the bulge its first entry.
+        // The reflection I − tau·v·vᵀ, with 1 as first element of v, which removes all entries of the bulge
+        // but the first.
         let norm = bulge[0].hypot(bulge[1]).hypot(bulge[2]);
         if norm == 0.0 {
             continue;
@@ -128,7 +132,7 @@ fn sweep(h: &mut DMatrix<f64>, start: usize, end: usize, shifts: [Complex<f64>; 
     }
 }
 
-/// The row in which the bulge may be raised, that is behind two small entries in succession, and its first column.
+/// The row in which the bulge may start, after two consecutive small entries, and its first column.
 fn bulge_start(h: &DMatrix<f64>, start: usize, end: usize, shifts: [Complex<f64>; 2]) -> (usize, [f64; 3]) {
     let [one, other] = shifts;
     let mut m = end - 3;
@@ -161,14 +165,15 @@ mod tests {
 
     use super::*;
 
-    /// The eigenvalues, which must have residuals, sum and sum of squares as they should to rounding.
+    /// The eigenvalues, after checks of residuals, sum and sum of squares.
     fn checked(matrix: &DMatrix<f64>) -> Vec<Complex<f64>> {
         let n = matrix.nrows();
         let values = hessenberg_eigenvalues(Hessenberg::new(matrix.clone()).unpack_h()).unwrap();
         assert_eq!(values.len(), n);
         let (norm, round) = (matrix.norm(), 1e-14 * n as f64);
         for value in &values {
-            // A vector that (A − λ·1)⁻¹ stretches as far as only a matrix that is singular to rounding does.
+            // The factor by which (A − λ·1)⁻¹ enlarges a vector, which is this large only for a matrix that
+            // is singular apart from rounding.
             let shifted =
                 matrix.map(|entry| Complex::new(entry, 0.0)) - DMatrix::from_diagonal_element(n, n, *value);
             let start = DMatrix::from_fn(n, 1, |i, _| Complex::new(1.0 + (i as f64).sin(), 0.0));
@@ -191,7 +196,7 @@ mod tests {
             seed in prop::collection::vec(-1.0_f64..1.0, 24 * 24),
             decades in 0.0_f64..6.0,
         ) {
-            // Rows fall off by so many decades, and every third entry is zero.
+            // The rows decrease by a number of decades, and every third entry is zero.
             checked(&DMatrix::from_fn(n, n, |i, j| {
                 let fall = 10.0_f64.powf(-decades * i as f64 / n as f64);
                 if (i + 2 * j) % 3 == 0 { 0.0 } else { fall * seed[24 * i + j] }
@@ -205,7 +210,7 @@ mod tests {
             seed in prop::collection::vec(-1.0_f64..1.0, 24 * 24),
             coupling in 1e-16_f64..1e-9,
         ) {
-            // As many like stories have them: the same three poles each, coupled by next to nothing.
+            // As for many equal stories: each has the same three poles, with a very weak coupling.
             let n = 3 * blocks;
             let values = checked(&DMatrix::from_fn(n, n, |i, j| {
                 let block = [[shared, 0.3, 0.0], [-0.2, 0.1, 0.5], [0.0, 0.0, shared]];

@@ -1,19 +1,19 @@
-//! A signal's way through a sampled filter and a delay of whole samples, as part of a larger linear state.
+//! A sampled filter and a delay of whole samples in a signal's path, as part of a larger linear state.
 
 use std::f64::consts::TAU;
 
 use nalgebra::DVector;
 
-/// First-order lag, if any, then a delay.
+/// An optional first-order lag, followed by a delay.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Chain {
-    /// Where its states begin.
+    /// Index of its first state.
     at: usize,
     lag: Option<Lag>,
     delay: usize,
 }
 
-/// The lag of [`crate::instruments`], exact for a signal that is straight between samples.
+/// The lag of [`crate::instruments`], exact for a signal that is linear between samples.
 #[derive(Debug, Clone, Copy)]
 struct Lag {
     pole: f64,
@@ -33,7 +33,7 @@ impl Chain {
         Self { at, lag, delay }
     }
 
-    /// The index behind its states.
+    /// The index after its last state.
     pub(super) fn end(&self) -> usize {
         self.ring() + self.delay
     }
@@ -52,7 +52,7 @@ impl Chain {
         lag.into_iter().chain((1..=self.delay).map(|age| format!("{signal}_{age}"))).collect()
     }
 
-    /// What comes out at a tick; what is remembered goes into `next`.
+    /// The output at a tick; the new states are written to `next`.
     pub(super) fn pass(&self, state: &DVector<f64>, next: &mut DVector<f64>, signal: f64) -> f64 {
         let seen = match self.lag {
             None => signal,

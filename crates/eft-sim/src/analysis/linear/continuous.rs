@@ -1,4 +1,4 @@
-//! The loop in continuous time: no hold, no delay by samples.
+//! The loop in continuous time, without a hold and without delays of whole samples.
 
 use std::f64::consts::TAU;
 
@@ -10,15 +10,15 @@ use crate::config::RigConfig;
 use crate::error::Result;
 use crate::state_space::StateSpace;
 
-/// The closed loop about rest in continuous time, from one force command (N) an actuator.
+/// The closed loop about rest in continuous time, from one force command (N) per actuator.
 ///
-/// Derivative action and feedforward see the command's rate, which is no input of a state-space model: the states
-/// are the rig's less what the command itself puts into them (the pilot flow less `K_vp·G_d·C_F/τ` times the
-/// command, for example). Without a command they are the rig's. A response delay of zero leaves the lead network
-/// without a state.
+/// Derivative action and feedforward depend on the command's rate, which is not an input of a state-space
+/// model. The direct effect of the command is therefore subtracted from the states: the pilot flow, for
+/// example, lacks `K_vp·G_d·C_F/τ` times the command. Without a command they are the states of the rig. A
+/// response delay of zero leaves the lead network without a state.
 ///
 /// # Errors
-/// A flow curve without the slope asked for.
+/// A flow curve that does not have the requested slope.
 pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> {
     let gains = gain.gains(rig)?;
     let plant = LinearPlant::new(rig, &gains);
@@ -51,7 +51,7 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
     let dc_gain = 1.0 / (controller.proportional_gain * compensation.valve_gain);
     let washout = (1.0 - compensation.lead_alpha) / compensation.lead_alpha;
 
-    // ẋ = A·x + B·u + R·u̇; the demanded opening is that of velocity and command.
+    // ẋ = A·x + B·u + R·u̇; the demanded opening depends on velocity and command.
     let mut a = plant.a.clone().resize(states, states, 0.0);
     let (mut b, mut r) = (DMatrix::zeros(states, plant.actuators), DMatrix::zeros(states, plant.actuators));
     for (i, (lead_state, velocity_state, integral_state)) in controllers.into_iter().enumerate() {
@@ -187,7 +187,8 @@ mod tests {
             for frequency in [0.1, 1.0, 1.58, 5.0, 20.0, 64.7, 300.0] {
                 let s = Complex::new(0.0, std::f64::consts::TAU * frequency);
                 let spool_area = valve.spool_area;
-                // The torque motor stands in the inner loop: its inverse before the pilot's and the spool's lags.
+                // The torque motor is part of the inner loop: its inverse before the pilot's and the spool's
+                // lags.
                 let armature = motor.map_or(Complex::ONE, |natural| {
                     let relative = s / (TAU * natural);
                     relative * relative + relative + 1.0
@@ -226,8 +227,8 @@ mod tests {
 
     #[test]
     fn with_feedforward_the_command_s_own_flow_is_there_without_an_error() {
-        // Where valve and lead cancel, a force loop whose flow is all demanded has nothing left to do: at low
-        // frequency the response is 1 but for the load cell's own loop, not 1 − 1/47.
+        // If valve and lead cancel and all flow is fed forward, the force error vanishes. At low frequency
+        // the response is then 1 apart from the load cell's own loop, and not 1 − 1/47.
         let rig = changed(|rig| rig.compensation.valve_gain = valve_response_at_rest(rig));
         let droop = |rig: &RigConfig| {
             (continuous(rig, FlowGain::Nominal).unwrap().response("force", 0.0).unwrap().re - 1.0).abs()
@@ -235,7 +236,7 @@ mod tests {
         assert!((droop(&rig) - 1.0 / 48.0).abs() < 2e-3, "{}", droop(&rig));
         let fed = rig.with(|rig| rig.compensation.feedforward = true).unwrap();
         assert!(droop(&fed) < 1e-9, "{}", droop(&fed));
-        // And at 5 Hz the command's rate counts.
+        // At 5 Hz the command's rate matters.
         let error = |rig: &RigConfig| {
             (continuous(rig, FlowGain::Nominal).unwrap().response("force", 5.0).unwrap()
                 - Complex::new(1.0, 0.0))
@@ -269,7 +270,8 @@ mod tests {
 
     #[test]
     fn a_load_cell_with_a_mass_before_it_is_the_block_between_force_and_loop() {
-        // The loop sees F·(1 − m_p·s·Y)/(s/ω + 1), Y the structure's mobility: closed by hand.
+        // The measured force is F·(1 − m_p·s·Y)/(s/ω + 1), with the structure's mobility Y; the loop is
+        // closed by hand.
         let rig = changed(|rig| {
             rig.compensation.mode = Mode::Off;
             (rig.sensors.force.bandwidth, rig.sensors.cell_mass) = (Some(200.0), Some(300.0));
@@ -342,7 +344,8 @@ mod tests {
         let plain = model(|_| (), FlowGain::Nominal);
         assert_eq!((&one.a, &one.b, &one.c, &one.d), (&plain.a, &plain.b, &plain.c, &plain.d));
         assert_eq!((one.inputs[0].as_str(), one.outputs[0].as_str()), ("command_1", "force_1"));
-        // Actuators that hardly push leave the building its own modes: 2·√(k/m)·sin((2j − 1)π/(2(2n + 1))).
+        // With actuators of almost no area the building keeps its own modes: 2·√(k/m)·sin((2j − 1)π/(2(2n +
+        // 1))).
         let loose = building(3).with(|rig| {
             rig.compensation.mode = Mode::Off;
             rig.actuator.piston_area = 1e-7;

@@ -1,4 +1,4 @@
-//! Where the delay comes from that the lead network has to give back.
+//! The parts of the delay that the lead network must compensate for.
 
 use super::inverse_dynamics::valve_response;
 use super::velocity::sensed_velocity_delay;
@@ -7,30 +7,30 @@ use crate::config::RigConfig;
 use crate::design::phase_delay;
 use crate::error::Result;
 
-/// The parts of the delay between a velocity and the spool opening that answers it, in s.
+/// The parts of the delay between a velocity and the spool opening that compensates it, in s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DelayBudget {
     /// The servovalve: slope of its phase over the band.
     pub valve: f64,
-    /// The converter behind the compensation: half a sample of hold, and its delay.
+    /// The converter after the compensation: half a sample of hold, and the converter's delay.
     pub hold: f64,
     /// Computation: whole samples.
     pub computation: f64,
-    /// The velocity sensor: the slope of its phase over the band, by filter and samples of delay; where the velocity is
-    /// estimated, that of the estimate behind the sensors it is made of, negative where it leads.
+    /// The velocity sensor: the slope of its phase over the band, from filter and samples of delay. For an
+    /// estimated velocity it is the slope of the estimate with its sensors, negative if the estimate leads.
     pub sensor: f64,
-    /// Derivative action: `−G_d/G_p`, the lead that the paper takes off the valve's delay.
+    /// Derivative action: `−G_d/G_p`, the lead that the paper subtracts from the valve's delay.
     pub derivative: f64,
-    /// What the compensation itself passes through: valve, hold, computation and sensor.
+    /// Delay of the compensation's own path: valve, hold, computation and sensor.
     pub path: f64,
-    /// All parts, as the paper counts.
+    /// The sum of all parts, as in the paper.
     pub total: f64,
 }
 
-/// The delay budget of a rig at a sample rate (Hz), delays taken as phase slopes over a band (Hz).
+/// The delay budget of a rig at a sample rate (Hz). Delays are phase slopes over a band (Hz).
 ///
-/// It changes nothing: `compensation.response_delay` stays as it is. The derivative acts on the force error only,
-/// so the motion is cancelled best with `path`; the paper's own tuning is `total`.
+/// The function does not change `compensation.response_delay`. The derivative acts on the force error only,
+/// so `path` cancels the motion best; the paper's own tuning is `total`.
 ///
 /// # Errors
 /// An invalid sample rate or band.

@@ -1,20 +1,20 @@
-//! Which slope of the flow curve stands for it near rest.
+//! The slope of the flow curve that a linear model uses near rest.
 
 use crate::config::{AtRest, Mode, RigConfig};
 use crate::error::Result;
 
-/// The flow gain of a linear model. Plant and nonlinear compensation take the same slope, so that it cancels where
-/// the compensation is exact.
+/// The flow gain of a linear model. Plant and nonlinear compensation use the same slope, so it cancels if the
+/// compensation is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FlowGain {
-    /// `K_v` of the configuration on plant and compensation, as in the paper.
+    /// The configured `K_v` in plant and compensation, as in the paper.
     #[default]
     Nominal,
     /// The flow curve's steeper slope at the origin.
     Steeper,
     /// The flow curve's shallower slope at the origin.
     Shallower,
-    /// The mean of the two slopes: what a small symmetric signal sees.
+    /// The mean of the two slopes, which is the gain for a small symmetric signal.
     Mean,
 }
 
@@ -25,7 +25,7 @@ pub(super) struct Gains {
     pub(super) flow: f64,
     /// The true valve about rest.
     pub(super) rest: AtRest,
-    /// Required opening per demanded flow (s/m³), the level included.
+    /// Required opening per demanded flow (s/m³), including the level.
     pub(super) opening_per_flow: f64,
     /// Area (m²) whose motion is compensated.
     pub(super) compensated_area: f64,

@@ -24,8 +24,8 @@ pub fn valve_response(rig: &RigConfig, frequency: f64) -> Complex<f64> {
     forward / (forward * (valve.spool_sensitivity * valve.spool_stroke) + 1.0)
 }
 
-/// Valve command per required opening (V) at a frequency (Hz), Eq. (8): the lead network, without the `1/G_p` that
-/// stands for the servovalve controller.
+/// Valve command per required opening (V) at a frequency (Hz), Eq. (8): the lead network, without the factor
+/// `1/G_p` for the servovalve controller.
 #[must_use]
 pub fn lead_response(rig: &RigConfig, frequency: f64) -> Complex<f64> {
     let compensation = &rig.compensation;
@@ -42,7 +42,8 @@ mod tests {
     fn lead_times_valve_is_nearly_one_to_20_hz() {
         let rig = RigConfig::zhao2005();
         let combined = |frequency| lead_response(&rig, frequency) * valve_response(&rig, frequency);
-        // Relative to rest, where the valve's gain is 0.1001 and not quite the K_s that the lead divides by.
+        // Relative to rest, where the valve's gain is 0.1001, slightly different from the K_s by which the
+        // lead divides.
         let rest = combined(0.0).norm();
         for (frequency, gain, degrees) in [(10.0, 1.033, -1.27), (20.0, 1.107, -5.4)] {
             let both: Complex<f64> = combined(frequency);

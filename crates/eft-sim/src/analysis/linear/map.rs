@@ -7,16 +7,16 @@ use super::{FlowGain, Time, linearize};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 
-/// What a stability map shows at each of its points.
+/// The quantity of a stability map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapQuantity {
     /// Growth rate (1/s) of the least damped mode; the loop is stable where it is negative.
     GrowthRate,
-    /// The largest stable compensation level (1); NaN where no level makes the loop stable.
+    /// The largest stable compensation level (1); NaN if no level makes the loop stable.
     Level,
 }
 
-/// A setting, by its dotted key, and the values it takes along an axis.
+/// A setting, by its dotted key, and its values along an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapAxis {
     /// The dotted key of the configuration.
@@ -25,12 +25,12 @@ pub struct MapAxis {
     pub values: Vec<Value>,
 }
 
-/// A quantity of the exactly sampled loop over two settings, at each rig's own `controller.sample_rate`: one row for
-/// each value of `vertical`. `go_on` is asked after each row.
+/// A quantity of the exactly sampled loop over two settings, at each rig's own `controller.sample_rate`. The
+/// result has one row for each value of `vertical`. `go_on` is called after each row; `false` ends the map.
 ///
 /// # Errors
-/// A key that is not known, or given twice; a value that it does not allow; an axis without values;
-/// [`Error::Interrupted`].
+/// An unknown key, the same key twice, a value that the key does not allow, an axis without values,
+/// or [`Error::Interrupted`].
 pub fn stability_map(
     rig: &RigConfig,
     horizontal: &MapAxis,

@@ -8,28 +8,30 @@ use super::{Time, linearize};
 use crate::config::{RigConfig, RigValues};
 use crate::error::{Error, Result};
 
-/// Growth (1/s) that still counts as rest: a structure without a spring has a pole at the origin.
+/// Growth rate (1/s) below which the loop counts as stable: a structure without a spring has a pole at the
+/// origin.
 const AT_REST: f64 = 1e-9;
 /// The largest level that a controller takes.
 const HIGHEST_LEVEL: f64 = 10.0;
 /// The longest response delay (s) that a controller takes.
 const LONGEST_RESPONSE_DELAY: f64 = 1.0;
-/// Factors on a gain are tried between these.
+/// Largest and smallest factor on a gain that is tried.
 const LARGEST_FACTOR: f64 = 1e3;
 const SMALLEST_FACTOR: f64 = 1e-3;
 /// Additional samples of delay that are tried.
 const MOST_SAMPLES: u32 = 64;
-/// Relative length of a step on the way to the edge: an unstable island shorter than this can be missed.
+/// Relative length of a step of the search: an unstable range shorter than this can be missed.
 const STEP: f64 = 0.02;
 
-/// What the linear loop tolerates, each setting changed alone; infinite where nothing destabilises it.
+/// The stable range of each setting of the linear loop, changed alone; infinite if no value destabilises the
+/// loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Margins {
-    /// Growth rate (1/s) of the least damped mode as configured.
+    /// Growth rate (1/s) of the least damped mode of the configured rig.
     pub growth_rate: f64,
     /// The largest stable compensation level (1).
     pub level: f64,
-    /// The rest is about a loop that is stable as configured.
+    /// The other margins; `None` if the configured loop is unstable.
     pub around: Option<MarginsAround>,
 }
 
@@ -38,9 +40,9 @@ pub struct Margins {
 pub struct MarginsAround {
     /// Stable range of the response delay (s) given to the lead network.
     pub response_delay: (f64, f64),
-    /// Shortest additional delay (s) that is no longer stable, in whole samples, of the compensation alone or of the whole
-    /// valve command behind it; infinite where none of up to 64 is, or of as many as a model of the building's size can
-    /// hold.
+    /// Shortest additional delay (s), in whole samples, that makes the loop unstable. It is a delay of the
+    /// compensation alone or of the whole valve command. It is infinite if up to 64 samples are stable, or as
+    /// many as the model of a building can hold.
     pub dead_time: f64,
     /// Largest stable factor (1) on the force loop's gain.
     pub loop_gain: f64,
@@ -48,7 +50,7 @@ pub struct MarginsAround {
     pub flow_gain: (f64, f64),
 }
 
-/// How far margins are looked for.
+/// Range in which margins are searched for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
     /// Factor (1) on the rig's compensation level.
@@ -59,12 +61,12 @@ pub struct Reach {
     pub loop_gain: f64,
 }
 
-/// The largest stable compensation level (1) of the linear model: the upper end of the stable range that the rig's
-/// own level lies in or above, else of the next one above. Infinite where no level up to 10 is unstable, as with
-/// compensation switched off.
+/// The largest stable compensation level (1) of the linear model: the upper end of the stable range at or
+/// below the rig's own level, or else of the next one above. It is infinite if no level up to 10 is unstable,
+/// as without compensation.
 ///
 /// # Errors
-/// A loop that no level makes stable.
+/// No level makes the loop stable.
 pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
     let rig = &*designed_for(rig, time)?;
     if let Some(level) = largest_stable_level(rig, gain, time)? {
@@ -75,7 +77,7 @@ pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f
     Err(Error::value("growth rate", format!("{rate:.3} 1/s"), allowed))
 }
 
-/// As [`stability_margin`]; none where no level makes the loop stable.
+/// As [`stability_margin`], but `None` if no level makes the loop stable.
 pub(crate) fn largest_stable_level(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Option<f64>> {
     let growth = |level: f64| growth_with(rig, gain, time, |rig| rig.compensation.level = level);
     let own = rig.compensation.level;
@@ -103,11 +105,11 @@ pub fn stability_margins(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<
     Ok(Margins { growth_rate, level, around })
 }
 
-/// The margins that lie within a reach, infinite beyond it; none about a loop that is unstable as configured, with its
-/// growth rate (1/s). Much faster than [`stability_margins`] where nothing lies within.
+/// The margins within a reach, infinite beyond it, and the growth rate (1/s). An unstable configured loop has
+/// no margins. The search is much faster than [`stability_margins`] if no margin lies within the reach.
 ///
 /// # Errors
-/// What [`linearize`] refuses.
+/// As [`linearize`].
 pub fn margins_within(
     rig: &RigConfig,
     gain: FlowGain,
@@ -129,7 +131,7 @@ pub fn margins_within(
     Ok((growth_rate, Some(found)))
 }
 
-/// The rig before anything is varied: a loop that is designed stays what it is then.
+/// The rig before a setting is varied, with its designed force loop fixed.
 pub(crate) fn designed_for(rig: &RigConfig, time: Time) -> Result<Cow<'_, RigConfig>> {
     match time {
         Time::Continuous => Ok(Cow::Borrowed(rig)),
@@ -166,15 +168,15 @@ fn loop_gain(rig: &RigConfig, gain: FlowGain, time: Time, most: f64) -> Result<f
     Ok(found.map_or(f64::INFINITY, |(_, last_stable)| last_stable))
 }
 
-/// The shortest unstable delay up to `most` (s). In continuous time the sampled loop at the rig's own rate answers: a
-/// delay has no finite continuous model.
+/// The shortest unstable delay up to `most` (s). For continuous time the loop sampled at the rig's own rate
+/// is used, because a delay has no finite continuous model.
 fn dead_time(rig: &RigConfig, gain: FlowGain, time: Time, most: f64) -> Result<f64> {
     let rate = match time {
         Time::Continuous => rig.controller.sample_rate,
         Time::Sampled(rate) => rate,
     };
     let time = Time::Sampled(rate);
-    // A sample of delay is a state of each actuator.
+    // Each sample of delay adds one state per actuator.
     let now = linearize(rig, gain, time)?;
     let room = (MOST_STATES - now.states.len()) / now.inputs.len();
     for more in (0..=MOST_SAMPLES).take(room + 1).take_while(|more| f64::from(*more) <= most * rate) {
@@ -197,7 +199,7 @@ enum Stability {
     Unstable,
 }
 
-/// What [`edge`] looks for, and the value at and below which its steps get no shorter.
+/// The stability that [`edge`] searches for, and the value below which its steps get no shorter.
 #[derive(Debug, Clone, Copy)]
 struct Search {
     smallest: f64,
@@ -207,8 +209,8 @@ struct Search {
 /// Towards an unstable factor, from 1.
 const UNSTABLE: Search = Search { smallest: 1.0, seek: Stability::Unstable };
 
-/// The first value on the way `from` … `to` where the loop is as sought, and the last one where it was not yet, the
-/// two bisected until they meet; nothing if there is none.
+/// The first value from `from` to `to` at which the loop has the sought stability, and the last one before
+/// it, found by bisection; `None` if there is no such value.
 fn edge(
     from: f64,
     to: f64,
@@ -256,8 +258,8 @@ mod tests {
 
     #[test]
     fn margin_grows_with_damping_as_to_first_order() {
-        // The level's margin grows by c/c_add, c_add = A²/(C_l + C_F·G_p·K_s·K_v·A); what is left over without
-        // damping comes from the phase that the lead network leaves.
+        // The level's margin grows by c/c_add, c_add = A²/(C_l + C_F·G_p·K_s·K_v·A); the rest without damping
+        // is the phase error of the lead network.
         let rig = RigConfig::zhao2005();
         let (a, c) = (&rig.actuator, &rig.controller);
         let yielding = a.leakage + c.force_sensitivity * c.proportional_gain * 0.1 * 1.64e-2 * a.piston_area;
@@ -322,7 +324,7 @@ mod tests {
         let samples = (around.dead_time * 4096.0).round() as u32;
         assert!(growth(&|rig| rig.compensation.computation_delay = samples) > 0.0);
         assert!(growth(&|rig| rig.compensation.computation_delay = samples - 1) < 0.0);
-        // A reach finds the same where it goes far enough, and else nothing.
+        // A large enough reach gives the same margins, a smaller one none.
         let within = |reach| margins_within(&rig, FlowGain::Nominal, time, reach).unwrap();
         let far = Reach { level: 1.1, dead_time: 0.1, loop_gain: 2.0 };
         let (growth_rate, found) = within(far);

@@ -1,7 +1,7 @@
 //! The rig linearised about rest: poles, transfer functions, stability.
 //!
-//! Two models of the same loop: in continuous time, as the paper treats it, and exactly sampled, with the hold, the
-//! computation delay and the realization of the force loop that the simulator has.
+//! There are two models of the same loop. One is in continuous time, as in the paper. The other is exactly
+//! sampled, with the hold, the computation delay and the realization of the force loop of the simulator.
 
 mod chain;
 mod continuous;
@@ -28,19 +28,20 @@ pub use nalgebra::DMatrix;
 use crate::config::RigConfig;
 use crate::error::Result;
 
-/// In which time a rig is linearised.
+/// Continuous or sampled time of a linear model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Time {
-    /// Continuous: neither hold nor computation delay.
+    /// Continuous time, without hold and computation delay.
     Continuous,
     /// Exactly sampled at a rate (Hz).
     Sampled(f64),
 }
 
-/// The rig's closed loop linearised about rest, from one force command (N) an actuator to the outputs of [`StateSpace`].
+/// The rig's closed loop linearised about rest, from one force command (N) per actuator to the outputs of
+/// [`StateSpace`].
 ///
 /// # Errors
-/// An invalid sample rate; a building of so many stories that the sampled model grows too large.
+/// An invalid sample rate; a building with too many stories for a sampled model.
 pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
     match time {
         Time::Continuous => continuous::continuous(rig, gain),

@@ -7,33 +7,34 @@ use crate::config::{AtRest, MotionAt, RigConfig, Story, StructureKind, VelocityS
 use crate::design::PRESSURE;
 use crate::plant::Supply;
 
-/// Order of an actuator's states: pilot flow, spool and load pressure, displacement and velocity, then what else valve
-/// and load cell have.
+/// Order of an actuator's states: pilot flow, spool, load pressure, displacement, velocity, then further
+/// states of valve and load cell.
 const SPOOL: usize = 1;
 const DISPLACEMENT: usize = 3;
 const VELOCITY: usize = 4;
 
-/// `ẋ = A·x + B·v` of the plant under one valve command `v` (V) an actuator; the states actuator by actuator.
+/// `ẋ = A·x + B·v` of the plant under one valve command `v` (V) per actuator. The states of one actuator
+/// follow those of another.
 #[derive(Debug, Clone)]
 pub(super) struct LinearPlant {
     pub(super) a: DMatrix<f64>,
-    /// Rate of the state that a valve command drives (its unit/s per V).
+    /// Rate of the state that the valve command drives, in the state's unit per s and V.
     pub(super) per_volt: f64,
     pub(super) actuators: usize,
-    /// An actuator's state that a valve command drives, and the one that shows the force with what it shows (N) of its
-    /// unit.
+    /// Index of an actuator's state that the valve command drives. `shown` has the index of the state that
+    /// the load cell measures, and the force (N) per unit of that state.
     driven: usize,
     shown: (usize, f64),
     /// Names of an actuator's states.
     names: Vec<&'static str>,
     piston_area: f64,
-    /// How far (m/Pa) a measured piston moves against the structure.
+    /// Motion (m/Pa) of a measured piston relative to the structure.
     yielding: f64,
     numbered: bool,
 }
 
 impl LinearPlant {
-    /// Eqs. (2), (3), (6) without its root, (7), the leakage of Eq. (5) that is proportional, torque motor, underlap,
+    /// Eqs. (2), (3), (6) without its root, (7), the proportional leakage of Eq. (5), torque motor, underlap,
     /// attachment and load cell, and the structure's slope at rest.
     pub(super) fn new(rig: &RigConfig, gains: &Gains) -> Self {
         let rig = rig.plant();
@@ -59,7 +60,7 @@ impl LinearPlant {
             a[(at(PRESSURE), at(VELOCITY))] = -actuator.piston_area / compressibility;
             a[(at(DISPLACEMENT), at(VELOCITY))] = 1.0;
             a[(at(VELOCITY), at(PRESSURE))] = actuator.piston_area / story.mass;
-            // The columns below this floor, and those above it, which stand on it.
+            // The columns below this floor, and those above it.
             let held = [(i, Some(story)), (i + 1, stories.get(i + 1))];
             for (upper, columns) in held.into_iter().filter_map(|(upper, columns)| Some((upper, columns?))) {
                 let sign = if upper == i { -1.0 } else { 1.0 };
@@ -115,19 +116,19 @@ impl LinearPlant {
         row
     }
 
-    /// What the load cell shows (N) as a row over the states.
+    /// The measured force (N) as a row over the states.
     pub(super) fn shown(&self, actuator: usize) -> RowDVector<f64> {
         let mut row = RowDVector::zeros(self.states());
         row[self.index(actuator, self.shown.0)] = self.shown.1;
         row
     }
 
-    /// Its rate (N/s): no valve command reaches it at once.
+    /// Rate (N/s) of the measured force; the valve command has no direct effect on it.
     pub(super) fn shown_rate(&self, actuator: usize) -> RowDVector<f64> {
         self.shown(actuator) * &self.a
     }
 
-    /// A name for one of an actuator's signals; with several actuators it has the actuator's number, from 1.
+    /// The name of an actuator's signal. With several actuators it ends with the actuator's number, from 1.
     pub(super) fn name(&self, signal: &str, actuator: usize) -> String {
         if self.numbered { format!("{signal}_{}", actuator + 1) } else { signal.to_owned() }
     }
@@ -138,8 +139,8 @@ impl LinearPlant {
         (0..self.actuators).flat_map(of).collect()
     }
 
-    /// The rows that every model shows, over `states` states: force (N), displacement (m), velocity (m/s), spool
-    /// opening (1) and load pressure (Pa) of each actuator.
+    /// The output rows of every model, over `states` states: force (N), displacement (m), velocity (m/s),
+    /// spool opening (1) and load pressure (Pa) of each actuator.
     pub(super) fn outputs(&self, states: usize) -> (DMatrix<f64>, Vec<String>) {
         let signals = [
             ("force", PRESSURE, self.piston_area),
@@ -170,15 +171,16 @@ fn stories(rig: &RigConfig) -> Vec<Story> {
     let s = &rig.structure;
     let mut stories: Vec<_> = (0..s.floors()).map(|n| s.story(n)).collect();
     if let (Some(damper), false) = (&s.power_damper, s.kind == StructureKind::ShearBuilding) {
-        // A power law of the first degree is a viscous damper; of a higher one it has no slope at rest.
+        // A power law with exponent 1 is a viscous damper; with a higher exponent its slope at rest is zero.
         let slope = if damper.exponent == 1.0 { damper.coefficient } else { 0.0 };
         stories.iter_mut().for_each(|story| story.damping += slope);
     }
     stories
 }
 
-/// Keys of a rig whose effect on small signals no linear model has: a dead zone, an offset, a friction, a constant leakage, a
-/// damper that is infinitely steep at rest, estimates that move, a velocity that is not its sensor's.
+/// Keys of a rig with an effect on small signals that no linear model contains. These are dead zone, offset,
+/// friction, constant leakage, a damper that is infinitely steep at rest, changing estimates, and an
+/// estimated velocity.
 pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let (plant, compensation) = (rig.plant(), &rig.compensation);
     let (valve, structure) = (&plant.servovalve, &plant.structure);

@@ -1,4 +1,5 @@
-//! The loop as it runs: the plant exactly carried from sample to sample, the controller one tick at a time.
+//! The sampled loop: the plant is integrated exactly from sample to sample, the controller runs one tick at a
+//! time.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -11,18 +12,20 @@ use crate::error::{Error, Result};
 use crate::state_space::StateSpace;
 use crate::state_space::matrices::exponential;
 
-/// More states than this make the model too large to be of use; delays by samples and stories are what adds them.
+/// Largest number of states of a model. Samples of delay and stories add states.
 pub(super) const MOST_STATES: usize = 400;
 
-/// The closed loop about rest, exactly sampled at a rate (Hz), from the samples of one force command (N) an actuator.
+/// The closed loop about rest, exactly sampled at a rate (Hz), from the samples of one force command (N) per
+/// actuator.
 ///
-/// In the digital realization the valve command is held; in the analog one the force loop runs in continuous time on
-/// a command that is linear between samples, and the compensation is held. The command's next sample then acts within
-/// the step; the states are therefore those of the rig less their share of the present sample of the command.
+/// In the digital realization the valve command is held; in the analog one the force loop runs in continuous
+/// time on a command that is linear between samples, and the compensation is held. The next sample of the
+/// command then acts within the step. The effect of the present sample is therefore subtracted from the
+/// states of the rig.
 ///
 /// # Errors
-/// A sample rate that is not positive and finite; delays of too many samples; a flow curve without the slope asked
-/// for.
+/// A sample rate that is not positive and finite; delays of too many samples; a flow curve that does
+/// not have the requested slope.
 pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<StateSpace> {
     checks::sample_rate("sample_rate", sample_rate)?;
     let ticker = Ticker::new(rig, gain, sample_rate)?;
@@ -57,7 +60,7 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
     c = c.resize_vertically(last + inputs, 0.0);
     c.rows_mut(last, inputs).copy_from(&compensated);
     outputs.extend((0..inputs).map(|actuator| ticker.plant.name("compensation", actuator)));
-    // X' = A·X + now·u + ahead·u' becomes ordinary with the state X − ahead·u.
+    // X' = A·X + now·u + ahead·u' takes the standard form with the state X − ahead·u.
     let mut d = &c * &ahead;
     let mut last_rows = d.rows_mut(last, inputs);
     last_rows += at_once;
@@ -81,13 +84,13 @@ struct Ticker<'a> {
     gains: Gains,
     sample_rate: f64,
     carried: DMatrix<f64>,
-    /// What the signals within a sample, as [`within_a_sample`] orders them, add to the plant's states.
+    /// Effect of the signals within a sample, in the order of [`within_a_sample`], on the plant's states.
     driven: DMatrix<f64>,
     digital: Vec<DigitalSide>,
     names: Vec<String>,
 }
 
-/// Where a controller's states begin, and the ways of its signals.
+/// Index of a controller's first state, and the chains of its signals.
 struct DigitalSide {
     at: usize,
     velocity: Chain,
@@ -96,7 +99,7 @@ struct DigitalSide {
     converter: Chain,
 }
 
-// A controller's states, then come the chains'.
+// Index of the first of a controller's states; the states of the chains follow.
 const LEAD_INPUT: usize = 0;
 const WASHOUT: usize = 1;
 const ERROR: usize = 2;
@@ -104,12 +107,12 @@ const COMMAND: usize = 3;
 const INTEGRAL: usize = 4;
 const CONTROLLER: [&str; 5] = ["lead_input", "lead_washout", "force_error", "last_command", "integral"];
 
-/// The controller's states: without an integral gain there is no integral.
+/// Names of the controller's states. The integral exists only with an integral gain.
 fn controller_states(rig: &RigConfig) -> &'static [&'static str] {
     if rig.controller.integrates() { &CONTROLLER } else { &CONTROLLER[..INTEGRAL] }
 }
 
-// Signals of an actuator within a sample: the command (N), its rate (N/s) and what is held (V).
+// Number of an actuator's signals within a sample: the command (N), its rate (N/s) and the held voltage (V).
 const SIGNALS: usize = 3;
 
 impl<'a> Ticker<'a> {
@@ -127,7 +130,7 @@ impl<'a> Ticker<'a> {
             let (velocity, force) = (&sensors.velocity, &sensors.force);
             let velocity =
                 Chain::new(at + own.len(), velocity.bandwidth, velocity.delay as usize, sample_rate);
-            // The load cell's bandwidth is the plant's.
+            // The bandwidth of the load cell is part of the plant.
             let force = Chain::new(velocity.end(), None, force.delay as usize, sample_rate);
             let delay = rig.compensation.computation_delay as usize;
             let computation = Chain::new(force.end(), None, delay, sample_rate);
@@ -207,7 +210,7 @@ impl<'a> Ticker<'a> {
         (next, compensations)
     }
 
-    /// The compensation (V) computed at this tick by the controller whose states begin `at`.
+    /// The compensation (V) computed at this tick by the controller with its first state at index `at`.
     fn compensation(
         &self,
         at: usize,
@@ -238,8 +241,8 @@ impl<'a> Ticker<'a> {
     }
 }
 
-/// What runs between two ticks: the plant's states, then of each actuator the command (N), its rate (N/s) and what is
-/// held (V).
+/// The equations between two ticks: the plant's states, then for each actuator the command (N), its rate
+/// (N/s) and the held voltage (V).
 fn within_a_sample(rig: &RigConfig, plant: &LinearPlant) -> DMatrix<f64> {
     let control = &rig.controller;
     let states = plant.states();

@@ -1,4 +1,4 @@
-//! What the velocity of a rig is late by, with its sensors and its structure.
+//! The delay of a rig's velocity signal, including its sensors and its structure.
 
 use std::f64::consts::TAU;
 
@@ -8,8 +8,8 @@ use crate::config::{RigConfig, Sensor, VelocitySource};
 use crate::design::phase_delay;
 use crate::error::Result;
 
-/// Force over the observer's mass at a frequency (Hz), over the true acceleration, for the rig's structure at small
-/// motion.
+/// Ratio of force over the observer's mass to the true acceleration at a frequency (Hz), for small motion of
+/// the rig's structure.
 fn acceleration_of_force(rig: &RigConfig, frequency: f64) -> Complex<f64> {
     let structure = &rig.plant().structure;
     let mass = rig.controller.observer_mass.unwrap_or(rig.structure.mass);
@@ -17,9 +17,9 @@ fn acceleration_of_force(rig: &RigConfig, frequency: f64) -> Complex<f64> {
     (s * structure.mass + structure.damping + Complex::from(structure.stiffness) / s) / (s * mass)
 }
 
-/// The delay (s) of the velocity over a band (Hz), with the filters and delays of the sensors before it, and for an
-/// observer of the force with what the rig's structure does; negative where an observer's mass that is too small has it
-/// lead.
+/// The delay (s) of the velocity over a band (Hz), including the filters and delays of its sensors. For an
+/// observer of the force it includes the effect of the rig's structure. It is negative if the observer's mass
+/// is too small, so that the estimate leads.
 ///
 /// # Errors
 /// As [`RigConfig::observer_gains`]; an invalid band.
@@ -90,7 +90,7 @@ mod tests {
         let rig = rig.with(|rig| rig.controller.observer_mass = Some(0.5 * mass)).unwrap();
         let lead = sensed_velocity_delay(&rig, 4096.0, band).unwrap();
         assert!(lead < -1e-3, "{lead}");
-        // By the phases of simulated sines, whose delay is its slope.
+        // The delay is the slope of the phases of simulated sines.
         let phase =
             |frequency: f64| simulated(&rig, 4096.0, frequency, acceleration_of_force(&rig, frequency)).arg();
         let points: Vec<f64> = (3..=100).map(|i| 0.1 * f64::from(i)).collect();
@@ -98,12 +98,12 @@ mod tests {
         let slope = points.iter().map(|f| (f - middle) * phase(*f)).sum::<f64>()
             / points.iter().map(|f| (f - middle).powi(2)).sum::<f64>();
         assert!((-slope / TAU - lead).abs() < 0.05e-3, "{} {lead}", -slope / TAU);
-        // What the controller knows of is no lead.
+        // The delay known to the controller is never a lead.
         assert!(rig.velocity_delay(4096.0).unwrap() >= 0.0);
     }
 
-    /// The estimate that `eft-core` makes of a sine's velocity, over it; `given` is what it gets for the acceleration,
-    /// over the true one.
+    /// The estimate that `eft-core` makes of a sine's velocity, over the true velocity; `given` is the ratio
+    /// of the acceleration that it receives to the true one.
     fn simulated(rig: &RigConfig, rate: f64, frequency: f64, given: Complex<f64>) -> Complex<f64> {
         let observer = VelocityObserver::<f64>::new(rig.observer_gains(rate).unwrap(), rate).unwrap();
         let derivative = FilteredDerivative::<f64>::new(rig.controller.velocity_corner, rate).unwrap();
@@ -147,7 +147,7 @@ mod tests {
     fn behind_an_accelerometer_the_delay_is_its_own() {
         let rig = rig(VelocitySource::Accelerometer);
         assert!(rig.velocity_delay(4096.0).unwrap() < 1e-6);
-        // Far above the few hertz up to which the observer follows the displacement.
+        // This band is far above the few hertz up to which the observer follows the displacement.
         let band = (50.0, 100.0);
         let rig = rig.with(|rig| rig.sensors.acceleration.delay = 4).unwrap();
         let late = sensed_velocity_delay(&rig, 4096.0, band).unwrap();

@@ -1,5 +1,5 @@
-//! What decides on the valve command: controllers or learning channels side by side, a channel a lane, or a controller
-//! from outside.
+//! Computes the valve command: by controllers or learning channels side by side, by one channel per lane, or
+//! by an external controller.
 
 use eft_core::{ControllerInput, ControllerOutput, ControllerState, Flags, Mask, Real, Scalar};
 
@@ -17,7 +17,7 @@ use crate::instruments::{DelayLines, Signals};
 use crate::lanes::{Num, WIDEST};
 use crate::plant::Driver;
 
-/// The controllers' input, in their precision.
+/// The input of the controllers in their precision.
 #[inline(always)]
 fn input<S: Num, C: Scalar>([command, next_command]: [S; 2], measured: &Signals<S>) -> ControllerInput<C>
 where
@@ -33,7 +33,7 @@ where
     }
 }
 
-/// What controllers without a protection put out.
+/// The outputs of controllers without a protection.
 #[inline(always)]
 fn outputs<S: Num, C: Scalar>(
     commands: [S; 2],
@@ -50,7 +50,7 @@ fn outputs<S: Num, C: Scalar>(
     }
 }
 
-/// Lets channels side by side that learn decide; `stood` is the valve command (V) until now.
+/// Runs learning channels side by side; `stood` is the valve command (V) until now.
 #[inline(always)]
 pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar>(
     learning: &mut LearningLanes<S, C>,
@@ -69,7 +69,7 @@ where
     outputs([convert(input.command), convert(input.next_command)], measured, &out)
 }
 
-/// Lets a channel a lane decide.
+/// Runs one channel per lane.
 #[inline(always)]
 pub(super) fn run_channels<S: Num, P: Precision>(
     channels: &mut [RigChannel<P>],
@@ -82,7 +82,7 @@ pub(super) fn run_channels<S: Num, P: Precision>(
 ) -> Outputs<S> {
     step_channels(channels, answers, &measured, [command, next_command, stood], computation);
     let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
-    // A controller alone passes on what it was given, in double precision.
+    // A controller without protection passes its command on in double precision.
     let mut commands = [command, next_command];
     if kind != ChannelKind::Controller {
         measured.velocity = of(&answers.velocity);
@@ -102,7 +102,7 @@ impl<S: Num, C: Scalar> DigitalSide<S, C>
 where
     C::Element: Precision,
 {
-    /// Lets the controllers side by side decide, by the configuration.
+    /// Runs controllers side by side with the configured calibration.
     #[inline(always)]
     pub(super) fn control<const IDEAL: bool>(
         &mut self,
@@ -116,7 +116,7 @@ where
         outputs(commands, measured, &out)
     }
 
-    /// Lets the controller from outside decide.
+    /// Runs the external controller.
     #[inline(never)]
     pub(super) fn ask(&mut self, [command, next_command]: [S; 2], mut measured: Signals<S>) -> Decision<S> {
         let Signals { velocity, force, spool, displacement, supply_pressure, acceleration } = measured;

@@ -1,4 +1,4 @@
-//! From the controllers' output to what drives the valves.
+//! From the controllers' outputs to the drives of the valves.
 
 use eft_core::{Flags, Mask, Scalar, status};
 
@@ -10,18 +10,18 @@ use crate::instruments::Signals;
 use crate::lanes::Num;
 use crate::plant::Driver;
 
-/// What the controllers put out.
+/// The outputs of the controllers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Outputs<S: Num> {
-    /// Commands (N) that they follow now and, if nothing new happens, at the next tick.
+    /// Commands (N) that they follow at this tick and, if nothing new happens, at the next.
     pub(super) commands: [S; 2],
-    /// What was measured, with the velocity that they took.
+    /// The measurements, with the velocity that the controllers used.
     pub(super) measured: Signals<S>,
-    /// To the converter (V).
+    /// Voltage to the converter (V).
     pub(super) voltage: S,
     /// The compensation signal (V).
     pub(super) compensation: S,
-    /// Factor (1) that protections put on an analog controller's valve command.
+    /// Factor (1) of the protections on an analog controller's valve command.
     pub(super) authority: S,
     pub(super) status: S::Flags,
 }
@@ -30,7 +30,7 @@ impl<S: Num, C: Scalar> DigitalSide<S, C>
 where
     C::Element: Precision,
 {
-    /// The valve command (V) that analog controllers made until now, under a command (N) at the first tick; zero of
+    /// The valve command (V) of analog controllers until now, with a command (N) at the first tick; zero for
     /// digital ones.
     #[inline(always)]
     pub(super) fn stood<const IDEAL: bool>(
@@ -57,8 +57,9 @@ where
         plant.command(&Driver::analog(analog.through((cell.gain, cell.offset)), IDEAL || cell.ideal))
     }
 
-    /// The converter, and what drives the valve until the next tick under the permitted commands (N). `IDEAL` is a copy for
-    /// ideal instruments and an analog loop, `REMEMBERS` one for what asks for [`stood`](Self::stood).
+    /// Applies the converter, and returns the drive of the valve until the next tick under the permitted
+    /// commands (N). `IDEAL` selects the copy for ideal instruments and an analog loop, `REMEMBERS` the copy
+    /// for callers of [`stood`](Self::stood).
     #[inline(always)]
     pub(super) fn drive<const IDEAL: bool, const REMEMBERS: bool>(
         &mut self,
@@ -71,14 +72,14 @@ where
             if IDEAL { (out.voltage, S::Flags::default()) } else { self.dac.convert(out.voltage) };
         let (driver, valve_command, compensation) = if IDEAL || self.realization == Realization::Analog {
             let mut rate = (next_command - command) * S::splat(self.sample_rate);
-            // Only a protection opens the loop.
+            // Only a protection can open the loop.
             let watched = !IDEAL && matches!(self.decides, Decides::Channels(..));
             let is_open = |i: usize| watched && out.status.lane(i) & status::FORCE_LOOP_OPEN != 0;
             let open = watched && (0..S::LANES).any(is_open);
             let behind = if !open {
                 self.analog.at(command, rate, output).through((cell.gain, cell.offset))
             } else {
-                // Its force error is switched off.
+                // An open loop ignores the force error.
                 let of = |value: S| S::from_lanes(|i| if is_open(i) { 0.0 } else { value.lane(i) });
                 rate = of(rate);
                 self.analog.at(of(command), rate, output).through((of(cell.gain), of(cell.offset)))

@@ -1,4 +1,4 @@
-//! Sensors, controller and converter: from the plant's signals to what drives its valve.
+//! Sensors, controller and converter: from the plant's signals to the drive of its valve.
 
 mod decide;
 mod drive;
@@ -20,9 +20,10 @@ use crate::lanes::{Num, Work, dispatch};
 use crate::plant::{Analog, Driver};
 
 /// A plant in its present state.
-// A trait and not a closure: a closure that is called twice is not inlined, and loses the processor's instructions.
+// A trait instead of a closure: a closure called twice is not inlined, and then does not use the processor's
+// vector instructions.
 pub(crate) trait Feedback<S: Num> {
-    /// The valve command (V) that a drive makes of the plant's state now.
+    /// The valve command (V) of a drive for the plant's present state.
     fn command(&self, driver: &Driver<S>) -> S;
 }
 
@@ -41,29 +42,29 @@ impl<S: Num> CellReading<S> {
     }
 }
 
-/// Which copy of the sample serves a digital side.
+/// Which copy of `sample` a digital side uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Path {
     /// Ideal instruments and an analog loop behind the compensation.
     Ideal,
     /// The same with learners.
     IdealLearning,
-    /// Anything.
+    /// Any rig.
     General,
 }
 
-/// What decides on the valve command.
+/// The source of the valve command.
 enum Decides<S: Num, C: Scalar>
 where
     C::Element: Precision,
 {
-    /// Controllers side by side, of rigs of which nothing is learned, protected or estimated.
+    /// Controllers side by side, without learning, protection or velocity estimate.
     SideBySide,
-    /// Channels side by side that learn.
+    /// Learning channels side by side.
     Learning(Box<LearningLanes<S, C>>),
-    /// A channel a lane.
+    /// One channel per lane.
     Channels(Vec<RigChannel<C::Element>>, Box<Answers>),
-    /// A controller that runs elsewhere, for one rig.
+    /// An external controller, for one rig.
     Outside(Outside),
 }
 
@@ -71,7 +72,7 @@ impl<S: Num, C: Scalar> Decides<S, C>
 where
     C::Element: Precision,
 {
-    /// The channels, where they decide.
+    /// The channels, if they compute the valve command.
     fn channels(&mut self) -> &mut [RigChannel<C::Element>] {
         if let Self::Channels(channels, _) = self { channels } else { &mut [] }
     }
@@ -89,17 +90,18 @@ where
     ideal: bool,
     /// The controllers side by side.
     controller: RigController<C>,
-    /// What their configuration gives them.
+    /// Their configured calibration.
     calibration: Box<Calibration<C>>,
     estimates: Estimates<S>,
-    /// Command (N) that the analog controllers arrive at, its rate (N/s) and their compensation (V) since the last tick.
+    /// For analog controllers since the last tick: the command (N) at the end of the interval, its rate (N/s)
+    /// and the compensation (V).
     before: Option<[S; 3]>,
     estimates_velocity: bool,
     adapts: bool,
     computation: DelayLines,
     realization: Realization,
     analog: Analog<S>,
-    /// None where every lane's are ideal.
+    /// `None` if the sensors of every lane are ideal.
     sensors: Option<Sensors<S>>,
     dac: Dac<S>,
     sample_rate: f64,
@@ -109,8 +111,8 @@ impl<S: Num, C: Scalar> DigitalSide<S, C>
 where
     C::Element: Precision,
 {
-    /// The digital sides of `rig(0)`, `rig(1)`, … at rest, one a lane; all of one realization and [`ChannelKind`].
-    /// `actuator` is the actuator's number in its rig; each has noise of its own.
+    /// The digital sides of `rig(0)`, `rig(1)`, … at rest, one per lane, all with the same realization and
+    /// [`ChannelKind`]. `actuator` is the actuator's number in its rig; each actuator has its own noise.
     pub(crate) fn new<'a>(
         rig: impl Fn(usize) -> &'a RigConfig,
         sample_rate: f64,
@@ -154,7 +156,7 @@ where
         })
     }
 
-    /// The fastest copy of [`sample`](Self::sample) that may serve.
+    /// The fastest copy of [`sample`](Self::sample) that is valid.
     pub(crate) fn path(&self) -> Path {
         match self.decides {
             Decides::SideBySide if self.ideal => Path::Ideal,
@@ -163,8 +165,8 @@ where
         }
     }
 
-    /// Samples, and decides what drives the valve until the next tick; `next_command` is the command then.
-    /// `IDEAL` and `LEARNS` are of the [`path`](Self::path).
+    /// Samples, and returns the drive of the valve until the next tick. `next_command` is the command at that
+    /// tick. `IDEAL` and `LEARNS` must match the [`path`](Self::path).
     #[inline(always)]
     pub(crate) fn sample<const IDEAL: bool, const LEARNS: bool>(
         &mut self,
@@ -192,7 +194,7 @@ where
     }
 
     /// The same with every instrument and channel.
-    // Apart, for it is much code, and would be compiled into every loop.
+    // A separate function, because otherwise its long code would be compiled into every loop.
     #[inline(never)]
     fn sample_with_all(
         &mut self,
@@ -235,7 +237,7 @@ where
         self.drive::<false, true>(out, cell, plant)
     }
 
-    /// What the learners have found by the last sample, as the controllers use it.
+    /// The estimates that the controllers used at the last sample.
     #[inline(always)]
     pub(crate) fn estimates(&self) -> &Estimates<S> {
         match &self.decides {
@@ -244,20 +246,20 @@ where
         }
     }
 
-    /// Puts a controller from outside in the place of the rig's own; of a digital side, one rig.
+    /// Replaces the rig's controller by an external one; for a digital side of one rig.
     pub(crate) fn controlled_by(&mut self, outside: Outside) {
         self.decides = Decides::Outside(outside);
     }
 
-    /// Puts a channel and its learner in the place of the ones side by side; of a digital side, one rig.
+    /// Replaces the channels side by side by one channel and its learner; for a digital side of one rig.
     #[cfg(test)]
     pub(crate) fn run_by_channel(&mut self, rig: &RigConfig) {
         let channel = parameters(rig, self.sample_rate).and_then(|one| RigChannel::new(&one)).unwrap();
         self.decides = Decides::Channels(vec![channel], Box::default());
     }
 
-    /// No-load flows (m³/s) that the valve of a lane was found to pass at these openings; none where nothing is
-    /// learned, empty where it is learned outside.
+    /// Learned no-load flows (m³/s) of a lane's valve at these openings. `None` if the rig does not learn,
+    /// empty if an external controller learns.
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
         match &self.decides {
             Decides::SideBySide => None,
@@ -267,19 +269,19 @@ where
         }
     }
 
-    /// Asks the protections, where there are any, for the soft end.
+    /// Starts the soft end of the protections, if there are any.
     pub(crate) fn end(&mut self) {
         self.decides.channels().iter_mut().for_each(RigChannel::end);
     }
 
-    /// Trips the protections of some lanes, where there are any, from outside.
+    /// Trips the protections of some lanes, if there are any, on request.
     pub(crate) fn trip(&mut self, at: S::Mask) {
         let channels = self.decides.channels().iter_mut().enumerate();
         channels.filter(|(lane, _)| at.lane(*lane)).for_each(|(_, channel)| channel.trip());
     }
 
-    /// What the sensors make of the truth, and the load cell (gain and offset in N) as an analog controller sees it,
-    /// where it is not ideal.
+    /// The sensors' readings of the true signals, and the load cell's gain and offset (N) for an analog
+    /// controller.
     #[inline(always)]
     fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, CellReading<S>) {
         match &mut self.sensors {

@@ -37,7 +37,7 @@ fn a_building_of_one_story_is_the_single_rig_to_the_last_bit() {
     for changes in [analog, digital, all_effects] {
         let building = building(1, &changes);
         let single = building.replace(&[("structure.kind", toml::Value::from("linear"))]).unwrap();
-        // The building's own method, or the two would differ by the error of both.
+        // The method of buildings, because two methods differ by their errors.
         let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
         let commands = std::slice::from_ref(&command);
         let [one, alone] = [&building, &single]

@@ -27,7 +27,7 @@ fn building(stories: usize) -> RigConfig {
 #[test]
 fn stepping_under_the_commands_of_a_test_gives_the_test() {
     let command = sine_sweep(8900.0, 0.0, 10.0, 4.0, 4096.0).unwrap();
-    // The stepper's own method, or the two would differ by the error of both.
+    // The method of the stepper, because two methods differ by their errors.
     let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
     let run = simulate::<f64>(&digital(), &command, &options, |_, _| true).unwrap();
     let mut plant = PlantStepper::new(&digital(), 4096.0, &options).unwrap();
@@ -55,7 +55,8 @@ fn stepping_a_building_under_the_commands_of_a_test_gives_the_test() {
     assert_eq!(plant.readings()[1].force, 0.0);
 }
 
-/// Largest error of the forces (N) with the rig's own stories outside, exchanged at a rate (Hz).
+/// Largest error of the forces (N) with the rig's own stories as external structure, exchanged at a rate
+/// (Hz).
 fn exchange_error(rig: &RigConfig, rate: f64) -> f64 {
     let options = SimulateOptions::default();
     let mut inside = PlantStepper::new(rig, rate, &options).unwrap();
@@ -63,7 +64,7 @@ fn exchange_error(rig: &RigConfig, rate: f64) -> f64 {
     let stories = inside.readings().len();
     let (mut x, mut v, mut worst) = (vec![0.0; stories], vec![0.0; stories], 0.0_f64);
     for i in 0..(4.0 * rate) as u32 {
-        // Held at the coarsest rate's samples, so that every rate runs the same test.
+        // Held over the samples of the lowest rate, so that every rate runs the same test.
         let t = (f64::from(i) / rate * 512.0).floor() / 512.0;
         let commands = [0.1 * (10.0 * t).sin(), 0.05 * (11.0 * t).sin()];
         let truth = inside.step(&commands[..stories]).unwrap();

@@ -60,7 +60,7 @@ fn controller_and_rig_in_turn_give_the_test() {
         let (mut controller, mut stand) = (channels(), VirtualRig::new(&rig).unwrap());
         let mut tripped = false;
         for i in 0..commands[0].values.len() {
-            // Stored and brought back on the way, into others.
+            // The state is stored and restored into other objects during the test.
             if i % 1000 == 777 {
                 let state = stand.state();
                 stand = VirtualRig::new(&rig).unwrap();

@@ -12,7 +12,7 @@ pub struct Controller {
     pub proportional_gain: f64,
     /// Derivative gain G_d, s.
     pub derivative_gain: f64,
-    /// Integral gain G_i of a digital force loop, 1/s; 0 for none.
+    /// Integral gain G_i of a digital force loop, 1/s; 0 means no integral.
     pub integral_gain: f64,
     /// Where the force loop runs.
     pub realization: Realization,
@@ -37,7 +37,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// Whether the force loop has an integral part: a digital one with a gain.
+    /// Whether the force loop has an integral part: it must be digital with an integral gain.
     pub(crate) fn integrates(&self) -> bool {
         self.realization == Realization::Digital && self.integral_gain > 0.0
     }
@@ -63,7 +63,7 @@ pub enum VelocitySource {
 pub enum ForceLoop {
     /// The configuration: the paper's controller.
     Pd,
-    /// [`crate::design`], from what the controller believes of the rig; the loop is digital then.
+    /// [`crate::design`], from the rig as the controller knows it; the loop is then digital.
     Robust,
 }
 
@@ -99,19 +99,19 @@ pub struct Compensation {
     pub computation_delay: u32,
     /// Which signal gives the sign of the load-pressure term.
     pub sign_from: SignFrom,
-    /// Whether the command's own flow is demanded as well.
+    /// Whether the flow of the command itself is added.
     pub feedforward: bool,
-    /// Whether the feedforward takes the next sample's command, known in advance.
+    /// Whether the feedforward uses the command of the next sample.
     pub look_ahead: bool,
     /// Whether flow gain and valve are estimated during the test.
     pub adaptive: bool,
-    /// Whether the flow curve is corrected by direction and band of opening as well, where the rig adapts.
+    /// Whether an adaptive rig also corrects the flow curve by direction and band of opening.
     pub curve_correction: bool,
     /// Whether a measured supply pressure scales the flow.
     pub supply_correction: bool,
-    /// Whether overcompensation takes the level back without estimates as well.
+    /// Whether the guard reduces the level on overcompensation, also without estimates.
     pub guard: bool,
-    /// What may be learned.
+    /// The bounds of the learner.
     pub learning: Learning,
 }
 
@@ -123,7 +123,7 @@ impl Compensation {
     }
 }
 
-/// `[compensation.learning]`: from what on something is learned, and within which bounds.
+/// `[compensation.learning]`: the excitation that learning needs, and the bounds of the estimates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Learning {
@@ -141,7 +141,7 @@ pub struct Learning {
     pub shortest_delay: f64,
     /// Longest response delay over the configured one, dimensionless.
     pub longest_delay: f64,
-    /// Time without a new calibration behind which the one in use counts as expired, s.
+    /// Time without a new calibration after which the one in use has expired, s.
     pub age_limit: f64,
 }
 

@@ -16,22 +16,22 @@ pub struct Actuator {
     pub leakage: f64,
     /// Stroke to either side of the middle, m.
     pub stroke: f64,
-    /// What is left of a chamber at the end of the stroke, its volume over the piston area, m; constant volumes
-    /// where absent.
+    /// Remaining length of a chamber at the end of the stroke, volume over piston area, m; constant volumes
+    /// if absent.
     pub dead_length: Option<f64>,
     /// Area of the side that pushes over that of the side that pulls, dimensionless.
     pub area_ratio: f64,
-    /// Stiffness of clevises and load cell between piston and structure, N/m; rigid where absent.
+    /// Stiffness of clevises and load cell between piston and structure, N/m; rigid if absent.
     pub attachment_stiffness: Option<f64>,
     /// Coulomb friction of the seals, N.
     pub friction: f64,
     /// Velocity below which the friction falls to zero, m/s.
     pub friction_velocity: f64,
-    /// Flow of the open bypass valve across the piston at a load pressure of 1 MPa, m³/s; 0 for none.
+    /// Flow of the open bypass valve across the piston at a load pressure of 1 MPa, m³/s; 0 means no valve.
     pub bypass_flow: f64,
     /// Time from a trip to the open bypass valve, s.
     pub bypass_time: f64,
-    /// Stiffness of the stops at the ends of the stroke, N/m; no stops where absent.
+    /// Stiffness of the stops at the ends of the stroke, N/m; no stops if absent.
     pub stop_stiffness: Option<f64>,
     /// Damping of the stops relative to their elastic force, s/m.
     pub stop_damping: f64,
@@ -49,11 +49,11 @@ pub struct Supply {
     pub accumulator: Option<f64>,
     /// The pump's largest flow, m³/s.
     pub pump_flow: Option<f64>,
-    /// What the set pressure does during a test.
+    /// The set pressure against time.
     pub schedule: Option<SupplySchedule>,
 }
 
-/// `[supply.schedule]`: the set pressure against time, straight between its points.
+/// `[supply.schedule]`: the set pressure against time, with linear interpolation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SupplySchedule {
@@ -77,19 +77,19 @@ pub struct Servovalve {
     pub spool_stroke: f64,
     /// Sensitivity of the spool position sensor K_3, V/m.
     pub spool_sensitivity: f64,
-    /// Scale of the true flow against the curve the controller knows, dimensionless.
+    /// Ratio of the true flow to that of the valve's curve, dimensionless.
     pub flow_gain_scale: f64,
     /// The controller's flow curve f, Table 2.
     pub flow_table: FlowCurve,
-    /// The true valve's flow curve, where it is not that one.
+    /// The true valve's flow curve, if it differs.
     pub true_flow_table: Option<FlowCurve>,
     /// Largest flow of the pilot stage, m³/s.
     pub pilot_flow_limit: Option<f64>,
-    /// Natural frequency of the torque motor before the pilot stage, Hz; none where absent.
+    /// Natural frequency of the torque motor before the pilot stage, Hz; no motor if absent.
     pub torque_motor_frequency: Option<f64>,
     /// Damping ratio of the torque motor, dimensionless.
     pub torque_motor_damping: f64,
-    /// Overlap of the spool's lands, an opening, underlap where negative, dimensionless.
+    /// Overlap of the spool's lands as an opening; negative means underlap, dimensionless.
     pub overlap: f64,
     /// Spool opening at which the valve passes nothing at no load, dimensionless.
     pub null_bias: f64,
@@ -115,9 +115,9 @@ impl Actuator {
         self.attachment_stiffness.map_or(0.0, |stiffness| self.piston_area * self.piston_area / stiffness)
     }
 
-    /// Factors (1) on the flow curve where the piston pulls and where it pushes without load. The oil that one side
-    /// gives is the area ratio `n` times what the other takes, so that the ports share the pressure unevenly:
-    /// `√(2/(1 + n³))`, and `√n` of it.
+    /// Factors (1) on the flow curve for a pulling and a pushing piston without load. The outflow of one side
+    /// is the area ratio `n` times the inflow of the other, so the ports share the pressure unevenly. The
+    /// factor is `√(2/(1 + n³))` for pulling, and `√n` times that for pushing.
     pub(crate) fn flow_factors(&self) -> [f64; 2] {
         let pulling = (2.0 / (1.0 + self.area_ratio.powi(3))).sqrt();
         [pulling, pulling * self.area_ratio.sqrt()]
@@ -142,17 +142,18 @@ pub struct FlowCurve {
 }
 
 impl FlowCurve {
-    /// The slopes (m³/s) to either side of the origin, the shallower first.
+    /// The slopes (m³/s) on both sides of the origin, the shallower first.
     pub(crate) fn slopes(&self) -> Result<(f64, f64)> {
         let [(_, pulling), (_, pushing)] = self.around(0.0)?;
         Ok((pulling.min(pushing), pulling.max(pushing)))
     }
 
-    /// Flow (m³/s) and slope (m³/s) at an opening (1) not below 0, outward, and the same at minus the opening.
+    /// Flow (m³/s) and outward slope (m³/s) at an opening (1) of at least 0, and the same at minus the
+    /// opening.
     pub(crate) fn around(&self, opening: f64) -> Result<[(f64, f64); 2]> {
         let last = self.openings.len() - 1;
         let beyond = |side: f64| {
-            // The stretch whose outer end lies beyond the opening.
+            // The segment whose outer end is beyond the opening.
             let outer = (0..=last).filter(|i| side * self.openings[*i] > opening);
             let end = outer.min_by(|a, b| self.openings[*a].abs().total_cmp(&self.openings[*b].abs()))?;
             let start =

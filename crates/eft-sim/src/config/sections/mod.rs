@@ -1,4 +1,4 @@
-//! One struct per section. Ranges and defaults stand in [`super::KEYS`], not here.
+//! One struct per section. Ranges and defaults are in [`super::KEYS`].
 
 mod control;
 mod hydraulics;

@@ -30,7 +30,7 @@ pub struct Limits {
     pub velocity_range: Option<f64>,
     /// Largest plausible measured spool opening to either side, dimensionless.
     pub spool_range: Option<f64>,
-    /// Time without a valid sample behind which the controller starts from rest, s.
+    /// Time without a valid sample after which the controller starts from rest, s.
     pub gap_time: f64,
 }
 
@@ -60,15 +60,15 @@ pub struct Protection {
     pub start_time: f64,
     /// Ramp to zero force after a trip and at the soft end, s.
     pub ramp_time: f64,
-    /// Whether the command fades along the ramp at its end.
+    /// Whether the command ends with the ramp.
     pub soft_end: bool,
     /// Ramp of the valve command to zero in a shutdown, s.
     pub shutdown_time: f64,
-    /// Lost or refused samples in a row that are waited for.
+    /// Number of lost or refused samples in a row before the shutdown.
     pub lost_samples: u32,
     /// Whether the measurements must agree with each other.
     pub plausibility: bool,
-    /// Noise of the force per sample that the watch expects, N.
+    /// Noise of the force per sample in the plausibility, N.
     pub force_noise: Option<f64>,
     /// The same of the displacement, m.
     pub displacement_noise: Option<f64>,
@@ -76,16 +76,16 @@ pub struct Protection {
     pub velocity_noise: Option<f64>,
     /// The same of the spool opening, dimensionless.
     pub spool_noise: f64,
-    /// False alarms that this noise may raise, 1/h.
+    /// Allowed rate of false alarms by this noise, 1/h.
     pub false_alarms: f64,
-    /// Time in which a shutdown lets the piston follow the specimen, damped, s.
+    /// Time of a shutdown during which the piston follows and damps the specimen, s.
     pub settle_time: f64,
-    /// Times that a measurement may repeat itself to the last bit; 0 does not look.
+    /// Repetitions of a measurement to the last bit after which it counts as stuck; 0 disables the check.
     pub stuck_samples: u32,
-    /// How long the estimators may find their models contradicted before the test is tripped, s.
+    /// Time without learning, because the models are contradicted, after which the test trips, s.
     pub fault_time: Option<f64>,
     /// Root mean square of the force error from about 30 to 150 Hz that opens the force loop, N.
     pub oscillation_limit: Option<f64>,
-    /// Share by which a measured sample period may differ from the configured one, dimensionless.
+    /// Allowed relative difference of the measured sample period from the configured one, dimensionless.
     pub period_tolerance: f64,
 }

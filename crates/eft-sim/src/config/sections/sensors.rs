@@ -1,4 +1,4 @@
-//! What the sensors do to the signals.
+//! The sensors and their errors.
 
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +32,7 @@ pub struct Sensors {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionAt {
-    /// The piston, as transducers in the actuator see it.
+    /// The piston, for transducers in the actuator.
     Piston,
     /// The structure.
     Structure,
@@ -42,7 +42,7 @@ pub enum MotionAt {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
-    /// What it reads over what is true, dimensionless.
+    /// Reading over true value, dimensionless.
     pub gain: f64,
     /// Standard deviation of the noise per sample, in the signal's unit.
     pub noise: f64,
@@ -56,11 +56,11 @@ pub struct Sensor {
     pub delay: u32,
     /// Constant offset, in the signal's unit.
     pub bias: f64,
-    /// Share of samples that get lost, dimensionless.
+    /// Share of lost samples, dimensionless.
     pub dropout: f64,
 }
 
-/// `[sensors.fault]`: a failure put in.
+/// `[sensors.fault]`: a simulated failure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorFault {
@@ -70,9 +70,9 @@ pub struct SensorFault {
     pub kind: FaultKind,
     /// When it fails, s from the start of the test.
     pub start: f64,
-    /// How long, s; to the end of the test where absent.
+    /// Duration of the failure, s; to the end of the test if absent.
     pub duration: Option<f64>,
-    /// What it then reads over what it should, dimensionless; of [`FaultKind::Gain`].
+    /// Reading over correct reading during the failure, dimensionless; only for [`FaultKind::Gain`].
     pub gain: Option<f64>,
 }
 
@@ -98,7 +98,7 @@ pub enum FaultSignal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
-    /// No valid reading, and the electronics know.
+    /// No valid reading, detected by the electronics.
     Lost,
     /// Reads zero.
     Zero,

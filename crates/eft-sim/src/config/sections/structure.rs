@@ -18,7 +18,7 @@ pub struct Structure {
     pub softening: Option<Softening>,
     /// Yielding of the Bouc–Wen kind.
     pub bouc_wen: Option<BoucWen>,
-    /// A power-law damper beside the viscous one, with any kind but the shear building.
+    /// A power-law damper in parallel with the viscous one, for any kind except the shear building.
     pub power_damper: Option<PowerDamper>,
     /// The stories of a shear building.
     pub stories: Option<Stories>,
@@ -58,7 +58,7 @@ pub struct BoucWen {
     pub post_yield_ratio: f64,
     /// Sharpness of the yield point n, dimensionless.
     pub exponent: f64,
-    /// Share β of the loop's shape, 1 − β being γ, dimensionless.
+    /// Shape β of the loop, with γ = 1 − β, dimensionless.
     pub shape: f64,
 }
 
@@ -84,7 +84,7 @@ pub struct PowerDamper {
     pub exponent: f64,
 }
 
-/// Mass of a floor, and what holds it to the floor below.
+/// Mass of a floor, and its connection to the floor below.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Story {
     /// Mass, kg.
@@ -100,12 +100,12 @@ impl Structure {
         self.stories.as_ref().filter(|_| self.kind == StructureKind::ShearBuilding)
     }
 
-    /// Number of stories, each with an actuator; one of any kind but the shear building.
+    /// Number of stories, each with an actuator; 1 for any kind except the shear building.
     pub fn floors(&self) -> usize {
         self.several().map_or(1, |stories| stories.masses.len())
     }
 
-    /// Story `n` from the ground up; a structure of any kind but the shear building is all of its only one.
+    /// Story `n` from the ground up; any structure except the shear building has one story.
     pub fn story(&self, n: usize) -> Story {
         let of = |list: &[f64]| list.get(n).copied().unwrap_or(f64::NAN);
         match self.several() {

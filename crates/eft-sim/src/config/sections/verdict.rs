@@ -1,4 +1,4 @@
-//! What a test must reach to count.
+//! The limits of the verdict.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Verdict {
-    /// Limits of a caution.
+    /// Limits of the verdict "caution".
     pub caution: VerdictLimits,
-    /// Limits of a no.
+    /// Limits of the verdict "no".
     pub no: VerdictLimits,
 }
 

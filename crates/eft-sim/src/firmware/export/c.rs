@@ -10,8 +10,8 @@ use super::{Parts, Target};
 
 const NONE: &str = "DBL_MAX";
 
-/// The whole file. The values stand in the order of `eft_parameters`, which is the core's: C++17 knows no initialisers by
-/// name.
+/// Writes the whole file. The values are in the order of `eft_parameters`, because C++17 has no initialisers
+/// by name.
 pub(super) fn write(out: &mut String, parts: &Parts) -> Result {
     let constant = constant(parts.name);
     for (n, line) in lines(parts, Target::C).iter().enumerate() {
@@ -25,7 +25,7 @@ pub(super) fn write(out: &mut String, parts: &Parts) -> Result {
     writeln!(out, "}};\n\n#endif")
 }
 
-/// The constant's name: `EFT_RIG`, and behind it the rig's as far as C takes it.
+/// The constant's name: `EFT_RIG`, followed by the rig's name with the letters that C allows.
 fn constant(rig: &str) -> String {
     let of = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' };
     match rig {
@@ -99,7 +99,7 @@ fn screaming(name: &str) -> String {
     out
 }
 
-/// A source, and the numbers of all of them: 0 where this one has no such number.
+/// The velocity source, and the numbers of all sources; numbers of other sources are 0.
 fn velocity(out: &mut String, source: &VelocitySource, indent: &str) -> Result {
     let (name, corner, gains, mass) = match *source {
         VelocitySource::Sensor => ("SENSOR", 0.0, [0.0; 3], 0.0),

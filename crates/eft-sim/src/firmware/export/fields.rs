@@ -10,7 +10,7 @@ pub(super) enum Value<'a> {
     Number(f64),
     Count(u32),
     Switch(bool),
-    /// One of an enumeration, by the enumeration's name and its own.
+    /// A value of an enumeration: name of the enumeration and name of the value.
     Choice(&'static str, &'static str),
     Numbers(&'a [f64]),
     Bounds([f64; 2]),
@@ -24,7 +24,7 @@ pub(super) enum Value<'a> {
 pub(super) type Field<'a> = (&'static str, Value<'a>, &'static str);
 
 /// Every parameter, in the order of the struct.
-// Taken apart by name, so that a new one cannot be forgotten.
+// Destructured by name, so that the compiler reports a missing new one.
 pub(super) fn fields<'a>(p: &Parameters<'a>) -> Vec<Field<'a>> {
     use Value::{Choice, Count, Number, Numbers, Switch};
     let Parameters {
@@ -116,7 +116,7 @@ pub(super) fn fields<'a>(p: &Parameters<'a>) -> Vec<Field<'a>> {
     ]
 }
 
-/// What is learned.
+/// The parameters of learning.
 pub(super) fn learning(l: &Learning) -> Vec<Field<'static>> {
     use Value::{Bounds, Number, Switch};
     let Learning {
@@ -151,7 +151,7 @@ pub(super) fn levels(p: &ProtectionParameters) -> [(&'static str, Levels, &'stat
     ]
 }
 
-/// The rest of a protection.
+/// The other parameters of a protection.
 pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
     use Value::{Count, Number};
     let ProtectionParameters {
@@ -180,7 +180,7 @@ pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
     ]
 }
 
-/// What a plausibility watch takes for granted.
+/// The parameters of a plausibility check.
 pub(super) fn plausibility(p: &PlausibilityParameters) -> Vec<Field<'static>> {
     use Value::Number;
     let PlausibilityParameters {
@@ -201,7 +201,7 @@ pub(super) fn plausibility(p: &PlausibilityParameters) -> Vec<Field<'static>> {
     ]
 }
 
-/// A number that reads back as itself, in both languages; `none` where it is no limit.
+/// A number that both languages read back exactly; `none` for an infinite limit.
 pub(super) fn number(value: f64, none: &str) -> String {
     if value < f64::MAX { format!("{value:?}") } else { none.to_owned() }
 }

@@ -1,4 +1,4 @@
-//! From a rig to a ready configuration for firmware, as source text.
+//! Export of a rig's controller parameters as source text for firmware.
 
 mod c;
 mod fields;
@@ -34,22 +34,23 @@ impl std::str::FromStr for Target {
     }
 }
 
-/// All that a rig's firmware is made from.
+/// The data of an exported file.
 struct Parts<'a> {
     rig: &'a RigConfig,
     name: &'a str,
     parameters: Parameters<'a>,
 }
 
-/// The parameters of a rig's channel as a source file; the digital side runs at `controller.sample_rate`. What a constant
-/// cannot hold, such as the supply pressure that has to be given or when the soft end begins, the first comment says.
+/// The parameters of a rig's channel as a source file; the digital side runs at `controller.sample_rate`. The
+/// first comment lists duties of the firmware that a constant cannot hold, such as measuring the supply
+/// pressure or starting the soft end.
 ///
-/// In C the constant is `EFT_RIG_` and the name, so that two rigs of different names fit into one program. Without a name
-/// it is the rig's own, as far as C takes its letters.
+/// In C the constant is `EFT_RIG_` and the name, so that one program can contain several rigs. The default
+/// name is that of the rig, with the letters that C allows.
 ///
 /// # Errors
-/// A name that is no identifier; a rig that the channel or its learner refuses, in `f32` or at all; a computation delay,
-/// which the firmware's own timing makes; for C, a flow table of more than 21 points.
+/// The name is not an identifier, the channel or its learner refuses the rig, or the rig has a computation
+/// delay, which the timing of the firmware determines. For C, the flow table has more than 21 points.
 pub fn export(rig: &RigConfig, name: Option<&str>, target: Target) -> Result<String> {
     let name = match name {
         Some(name) => identifier(name)?,
@@ -75,7 +76,7 @@ pub fn export(rig: &RigConfig, name: Option<&str>, target: Target) -> Result<Str
     Ok(out)
 }
 
-/// Refuses a name that neither language takes.
+/// Refuses a name that is not an identifier.
 fn identifier(name: &str) -> Result<&str> {
     let digit_first = name.starts_with(|first: char| first.is_ascii_digit());
     let takes = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -89,7 +90,7 @@ fn identifier(name: &str) -> Result<&str> {
     Ok(name)
 }
 
-/// Refuses what only the firmware itself can make.
+/// Refuses settings that only the firmware itself can realize.
 pub(crate) fn exportable(rig: &RigConfig) -> Result<()> {
     match rig.compensation.computation_delay {
         0 => Ok(()),

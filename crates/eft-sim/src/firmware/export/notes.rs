@@ -1,4 +1,4 @@
-//! What the constants cannot hold: what the firmware around them has to do, said in the exported file's first comment.
+//! Duties of the firmware that constants cannot hold, for the first comment of the exported file.
 
 use eft_core::Realization;
 
@@ -6,7 +6,7 @@ use crate::closed_loop::soft_end_ticks;
 
 use super::{Parts, Target};
 
-/// Widest line of a comment, without what marks it as one.
+/// Longest line of a comment, without comment marks.
 const WIDTH: usize = 96;
 
 /// The lines of the first comment.
@@ -63,7 +63,7 @@ fn notes(parts: &Parts, target: Target) -> Vec<String> {
     notes
 }
 
-/// A name on one line, which no comment of either language ends or begins in.
+/// A name on one line, without character sequences that begin or end a comment in either language.
 fn printable(name: &str) -> String {
     let mut out = String::new();
     for c in name.chars() {
@@ -75,7 +75,7 @@ fn printable(name: &str) -> String {
     out.replace("*/", "* /").replace("/*", "/ *")
 }
 
-/// A text in lines that are not too long.
+/// A text wrapped to the width.
 fn wrapped(text: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {

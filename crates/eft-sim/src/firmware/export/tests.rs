@@ -1,12 +1,12 @@
-//! What is exported, and what is refused.
+//! Tests of exported and refused rigs.
 
 use crate::config::{KEYS, Key, Kind};
 
 use super::*;
 
-/// Keys, or what they begin with, of the plant alone: no export may depend on them.
+/// Keys, or prefixes of keys, of the plant only; no export may depend on them.
 const OF_THE_PLANT: [&str; 22] = [
-    // What judges a test is as far from the controller.
+    // The limits of the verdict do not affect the controller either.
     "verdict.",
     "actuator.stroke",
     "actuator.dead_length",
@@ -25,16 +25,16 @@ const OF_THE_PLANT: [&str; 22] = [
     "servovalve.null_bias",
     "servovalve.torque_motor_",
     "actuator.area_ratio",
-    // What it adds to a believed compressibility counts where `sensors.motion_at` is "structure" alone.
+    // Its share of the compressibility affects the controller only if `sensors.motion_at` is "structure".
     "actuator.attachment_stiffness",
     "servovalve.leakage.",
     "structure.",
     "sensors.",
 ];
-/// The converter is hardware behind the controller; the name is an argument of its own.
+/// The converter is hardware after the controller; the name is a separate argument.
 const OF_NEITHER: [&str; 3] = ["dac.range", "dac.bits", "name"];
 
-/// Rigs in which every key of the controller counts at least once.
+/// Rigs in which every key of the controller has an effect at least once.
 fn rigs() -> Vec<RigConfig> {
     let all = RigConfig::from_toml(
         &std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/rigs/guarded.toml"))
@@ -51,7 +51,7 @@ fn rigs() -> Vec<RigConfig> {
     ])
     .unwrap();
     let mut rigs = vec![RigConfig::zhao2005(), all.clone()];
-    // Of an analog controller the delay of the converter is the compensation's.
+    // With an analog controller the delay of the converter acts on the compensation.
     rigs.push(all.replace(&[("controller.realization", "analog".into())]).unwrap());
     for source in ["sensor", "derivative", "accelerometer"] {
         rigs.push(all.replace(&[("controller.velocity_source", source.into())]).unwrap());
@@ -59,7 +59,7 @@ fn rigs() -> Vec<RigConfig> {
     rigs
 }
 
-/// The rig with another value of a key, itself or under `truth`, where that is a rig.
+/// The rig with another value of a key, itself or under `truth`, if that is valid.
 fn with_another(rig: &RigConfig, row: &Key, truth: &str) -> Option<RigConfig> {
     let now = rig.get(row.key).unwrap();
     let nudged = |value: f64| if value == 0.0 { 1e-3 } else { 0.99 * value };
@@ -118,7 +118,7 @@ fn no_export_sees_the_truth() {
             }
         }
     }
-    // Some keys make no rig without others beside them.
+    // Some keys are valid only together with others.
     assert!(seen > 50, "{seen} keys");
 }
 
@@ -158,7 +158,7 @@ fn the_comment_says_what_a_constant_cannot_hold() {
     }
 }
 
-/// To take over a change: `EFT_WRITE_EXPORTS=1 cargo test -p eft-sim firmware_holds`.
+/// To accept a change: `EFT_WRITE_EXPORTS=1 cargo test -p eft-sim firmware_holds`.
 #[test]
 fn firmware_holds_what_its_rigs_export() {
     let firmware = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/rigs");
@@ -221,7 +221,7 @@ fn a_name_that_is_no_identifier_is_refused() {
     }
     let text = export(&rig, Some("north_2"), Target::C).unwrap();
     assert!(text.contains("#ifndef EFT_RIG_NORTH_2_H") && text.contains("EFT_RIG_NORTH_2 = {"), "{text}");
-    // Any name of a rig is one that C takes.
+    // Any rig name becomes a valid name in C.
     let named = rig.replace(&[("name", "my rig/2".into())]).unwrap();
     assert!(export(&named, None, Target::C).unwrap().contains("EFT_RIG_MY_RIG_2 = {"));
 }
@@ -233,7 +233,7 @@ fn what_firmware_must_build_itself_is_refused() {
     assert_eq!(refusal, "compensation.computation_delay = 2: must be 0 for firmware");
 }
 
-/// The fields of the structs in `eft.h` in their order, nested ones in their place.
+/// The fields of the structs in `eft.h` in their order, with nested ones expanded.
 fn fields_of_the_header() -> Vec<String> {
     let header =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../eft-ffi/include/eft.h")).unwrap();

@@ -1,4 +1,5 @@
-//! The effective force of a ground motion: what gives a mass on a fixed base the same relative motion.
+//! The effective force of a ground motion: the force that gives a mass on a fixed base the same relative
+//! motion.
 
 use super::{Command, within_memory};
 use crate::checks;
@@ -7,12 +8,12 @@ use crate::ground_motion::records::Record;
 
 /// The effective force `−mass·scale·a_g` in N, of a record resampled linearly to `sample_rate` in Hz.
 ///
-/// `mass` in kg; `scale` is a factor on the acceleration. The command ends with the last sample that lies
+/// `mass` in kg; `scale` is a factor on the acceleration. The last sample of the command is the last one
 /// within the record.
 ///
 /// # Errors
-/// When the record is empty or not finite, `mass` is not positive and finite, no measurement has the
-/// `sample_rate` or the record's step, `scale` is not finite, the force overflows, or the command would exceed
+/// If the record is empty or not finite, `mass` is not positive and finite, the `sample_rate` or the record's
+/// step is outside its range, `scale` is not finite, the force overflows, or the command would exceed
 /// [`super::MAX_SAMPLES`].
 pub fn effective_force(record: &Record, mass: f64, sample_rate: f64, scale: f64) -> Result<Command> {
     record.validate()?;
@@ -22,7 +23,7 @@ pub fn effective_force(record: &Record, mass: f64, sample_rate: f64, scale: f64)
     let ag = &record.acceleration;
     let last = ag.len() - 1;
     let steps_per_sample = 1.0 / (record.dt * sample_rate);
-    // The margin keeps the record's own last point where the rates divide evenly but for rounding.
+    // The margin keeps the record's last point if the rates divide evenly apart from rounding.
     let samples = within_memory((last as f64 / steps_per_sample + 1e-6).floor() + 1.0)?;
     let factor = -mass * scale;
     let value = |i: usize| {

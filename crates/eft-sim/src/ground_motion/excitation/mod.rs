@@ -1,4 +1,4 @@
-//! What the actuator is asked for: force commands sampled at the controller's rate.
+//! Force commands, sampled at the controller's rate.
 
 mod effective_force;
 mod signals;
@@ -12,10 +12,10 @@ use crate::checks;
 use crate::error::{Error, Result};
 use eft_core::Short;
 
-/// The longest command that is built: 10⁸ samples (0.8 GB), nearly seven hours at 4096 Hz.
+/// The longest command: 10⁸ samples (0.8 GB), nearly seven hours at 4096 Hz.
 pub const MAX_SAMPLES: usize = 100_000_000;
 
-/// A force command in N, sampled at `sample_rate` in Hz; sample `i` belongs to the time `i / sample_rate`.
+/// A force command in N, sampled at `sample_rate` in Hz; the time of sample `i` is `i / sample_rate`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Command {
     /// Commanded force at each sample, in N.
@@ -28,14 +28,14 @@ impl Command {
     /// A command from force samples in N and their rate in Hz.
     ///
     /// # Errors
-    /// When there are no values, one of them is not finite, or no measurement has the rate.
+    /// If there are no values, one of them is not finite, or the rate is outside its range.
     pub fn new(values: Vec<f64>, sample_rate: f64) -> Result<Self> {
         let command = Self { values, sample_rate };
         command.validate()?;
         Ok(command)
     }
 
-    /// Checks what [`Command::new`] checks: the fields are public, and may have been changed since.
+    /// Repeats the checks of [`Command::new`], because the public fields may have changed.
     ///
     /// # Errors
     /// As [`Command::new`].

@@ -1,4 +1,4 @@
-//! Commands of everyday: step, sine, burst, multisine, noise.
+//! Common commands: step, sine, burst, multisine, noise.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,11 +8,11 @@ use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of};
 use crate::instruments::Noise;
 
-/// A force (N) of nothing up to `start` (s), and of `amplitude` from there to the end of `duration` (s).
+/// A force (N) of zero up to `start` (s), and of `amplitude` from there to the end of `duration` (s).
 ///
 /// # Errors
-/// When an argument is not finite, `duration` is not positive, `start` is not within it, or no measurement has the
-/// `sample_rate` (Hz).
+/// If an argument is not finite, `duration` is not positive, `start` is not within it, or the `sample_rate`
+/// (Hz) is outside its range.
 pub fn step(amplitude: f64, start: f64, duration: f64, sample_rate: f64) -> Result<Command> {
     checks::finite("amplitude", amplitude, "N")?;
     if !(0.0..=duration).contains(&start) {
@@ -36,7 +36,7 @@ pub fn sine(amplitude: f64, frequency: f64, duration: f64, sample_rate: f64) -> 
     sampled(duration, sample_rate, |t| amplitude * (TAU * frequency * t).sin())
 }
 
-/// So many `cycles` of a sine under a raised cosine, and nothing behind them until `duration` (s); force in N.
+/// A number of `cycles` of a sine under a raised cosine, then zero until `duration` (s); force in N.
 ///
 /// # Errors
 /// As [`sine`]; cycles that are not positive, or longer than the duration.
@@ -62,11 +62,12 @@ pub fn burst(
     })
 }
 
-/// Sines of the same amplitude at every multiple of `1/duration` in the band (Hz), with Schroeder's phases, which keep
-/// the peak low; the largest force is `amplitude` (N). It repeats itself without a jump.
+/// Sines of the same amplitude at every multiple of `1/duration` in the band (Hz), with Schroeder's phases,
+/// which give a low peak. The largest force is `amplitude` (N). The signal can be repeated without a jump.
 ///
 /// # Errors
-/// A band that is not within 0 and half the `sample_rate` (Hz), or holds no line; arguments that are not finite.
+/// A band that is not within 0 and half the `sample_rate` (Hz), or contains no multiple; arguments that are
+/// not finite.
 pub fn multisine(amplitude: f64, band: (f64, f64), duration: f64, sample_rate: f64) -> Result<Command> {
     checks::finite("amplitude", amplitude, "N")?;
     let values = lines(band, duration, sample_rate, |n, count| {
@@ -78,8 +79,8 @@ pub fn multisine(amplitude: f64, band: (f64, f64), duration: f64, sample_rate: f
     Command::new(values.iter().map(|value| factor * value).collect(), sample_rate)
 }
 
-/// Gaussian noise within a band (Hz), of so much rms force (N); the same for the same `seed`. It repeats itself without
-/// a jump.
+/// Gaussian noise within a band (Hz) with the rms force `rms` (N). The same `seed` gives the same signal,
+/// which can be repeated without a jump.
 ///
 /// # Errors
 /// As [`multisine`].
@@ -109,7 +110,7 @@ fn lines(
     let samples = within_memory((duration * sample_rate).round())?;
     let spacing = sample_rate / samples as f64;
     let mut spectrum = vec![Complex64::default(); samples / 2 + 1];
-    // Neither the mean nor the last bin of an even length, which has no phase.
+    // Without the mean and the last bin of an even length, which have no phase.
     let first = ((low / spacing).ceil() as usize).max(1);
     let last = ((high / spacing).floor() as usize).min((samples - 1) / 2);
     if first > last {

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 ///
 /// # Errors
 /// When an argument is not finite, a frequency is negative or above half the sample rate, `duration` is not
-/// positive, no measurement has the `sample_rate`, or the sweep would be empty or longer than
+/// positive, the `sample_rate` is outside its range, or the sweep would be empty or longer than
 /// [`super::MAX_SAMPLES`].
 pub fn sine_sweep(
     amplitude: f64,
@@ -36,7 +36,7 @@ pub fn sine_sweep(
     let value = |i: usize| {
         let t = i as f64 / sample_rate;
         let cycles = (f_start + 0.5 * rate_of_change * t) * t;
-        // Not the platform's, whose last bit differs from one to the next.
+        // The sine of `libm`, because the last bit of the platform's sine differs between platforms.
         amplitude * libm::sin(TAU * cycles)
     };
     Ok(Command { values: (0..samples).map(value).collect(), sample_rate })

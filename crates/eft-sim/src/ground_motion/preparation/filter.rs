@@ -1,14 +1,15 @@
-//! Band-pass without phase: a Butterworth filter run forwards and backwards.
+//! Zero-phase band-pass: a Butterworth filter run forwards and backwards.
 
 use crate::error::{Error, Result};
 use crate::fourier::{padded_spectrum, signal_of};
 use crate::ground_motion::records::Record;
 
-/// Most zeros behind a record: seconds of work, and a lower corner that no record is long enough to hold.
+/// Largest number of zeros appended to a record. More would take seconds, for a corner far below the
+/// frequencies of any record.
 const MOST_ZEROS: f64 = 1e7;
 
-/// The record within `low` to `high` (Hz): a Butterworth filter of an order, applied both ways, so that the phase
-/// stays and the gain is 1/2 at the corners.
+/// The record filtered to `low` to `high` (Hz) by a Butterworth filter of an order, applied forwards and
+/// backwards. The phase is unchanged, and the gain is 1/2 at the corners.
 ///
 /// # Errors
 /// An invalid record, corners that are not ordered within 0 and half its rate, a lower corner below two millionths of its
@@ -23,7 +24,7 @@ pub fn band_passed(record: &Record, low: f64, high: f64, order: i32) -> Result<R
     if !(1..=10).contains(&order) {
         return Err(Error::value("order", order, "must be from 1 to 10"));
     }
-    // Zeros behind the record take up what the filter smears, so that nothing wraps around to the start.
+    // Zeros after the record hold the decay of the filter, so that it does not wrap around to the start.
     let zeros = 20.0 / (low * record.dt);
     if zeros > MOST_ZEROS {
         let allowed = format!("must begin at {} Hz or above", 20.0 / (MOST_ZEROS * record.dt));

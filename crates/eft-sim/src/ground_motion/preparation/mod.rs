@@ -1,4 +1,4 @@
-//! Records as an engineer prepares them before a test; every function gives a new record.
+//! Preparation of records for a test; every function returns a new record.
 
 mod filter;
 mod resample;
@@ -14,7 +14,7 @@ use crate::checks;
 use crate::error::{Error, Result};
 use crate::ground_motion::records::Record;
 
-/// The record less the polynomial of a degree that fits its acceleration best: an offset (0), a drift (1), …
+/// The record minus the polynomial of a degree that fits its acceleration best: an offset (0), a drift (1), …
 ///
 /// # Errors
 /// An invalid record; a degree above 5 or not below the number of points.

@@ -1,4 +1,4 @@
-//! Another sample rate, without folding frequencies back.
+//! Resampling without aliasing.
 
 use std::f64::consts::PI;
 
@@ -7,12 +7,13 @@ use crate::error::{Error, Result};
 use crate::ground_motion::excitation::MAX_SAMPLES;
 use crate::ground_motion::records::Record;
 
-/// Zero crossings of the kernel to either side.
+/// Zero crossings of the kernel on each side.
 const CROSSINGS: f64 = 32.0;
-/// The kernel's corner, as a part of the lower of both half rates: the rest is its slope.
+/// The kernel's corner over the lower of the two half rates; the transition band is above it.
 const CORNER: f64 = 0.93;
 
-/// The record at another rate (Hz): a windowed sinc passes what lies below both half rates and stops the rest.
+/// The record at another rate (Hz): a windowed sinc passes frequencies below both half rates and stops the
+/// others.
 ///
 /// # Errors
 /// An invalid record, a rate that is not positive and finite, or more samples than a command may have.

@@ -4,10 +4,10 @@ use super::numbers::{number, push_row, shown};
 use super::text::{Fault, Line, find_phrase};
 use super::{Draft, Unit};
 
-/// The header has four lines; a few more are allowed for the notes that some files carry.
+/// The header has four lines. More are allowed, because some files contain notes.
 const HEADER_LINES: usize = 20;
 
-/// Whether a line among the first few is the header's line with NPTS; a comment is not.
+/// Whether one of the first lines is the header's line with NPTS; comments do not count.
 pub(super) fn recognises(lines: &[Line<'_>]) -> bool {
     count_line(lines).is_some()
 }
@@ -52,7 +52,7 @@ fn counts_of(line: &Line<'_>) -> Result<(u64, f64), Fault> {
     let (npts, dt) = match (leads(npts_at), leads(dt_at)) {
         (Some(npts), Some(dt)) => (npts, dt),
         _ => {
-            // The numbers stand in front, in the order of the names behind them.
+            // The numbers come first, in the order of the names after them.
             let mut front = words.iter().copied().filter(|word| starts_number(word));
             let (Some(first), Some(second)) = (front.next(), front.next()) else {
                 return Err(Fault::at(line, "must give a number for both NPTS and DT"));
@@ -62,7 +62,7 @@ fn counts_of(line: &Line<'_>) -> Result<(u64, f64), Fault> {
     };
     let npts = npts.parse::<u64>().ok().filter(|n| *n > 0);
     let npts = npts.ok_or_else(|| Fault::at(line, "NPTS must be a whole number above zero"))?;
-    // The unit may be stuck to the number: `.0100SEC`.
+    // The unit may follow the number without a space: `.0100SEC`.
     let dt = number(dt.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == '.'))
         .map_err(|message| Fault::at(line, format!("DT: {message}")))?;
     if dt > 0.0 { Ok((npts, dt)) } else { Err(Fault::at(line, format!("DT = {dt}: must be positive, in s"))) }
@@ -72,7 +72,7 @@ fn starts_number(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+'))
 }
 
-/// The unit of `ACCELERATION TIME SERIES IN UNITS OF G`; g where no line says.
+/// The unit of `ACCELERATION TIME SERIES IN UNITS OF G`; g if no line names it.
 fn unit_of(header: &[Line<'_>]) -> Result<Unit, Fault> {
     const PHRASE: &str = "units of";
     for line in header {

@@ -1,9 +1,9 @@
-//! A counted block of numbers, as both V2 formats have it.
+//! A block of numbers with a declared count, as in both V2 formats.
 
 use super::numbers::{push_row, shown};
 use super::text::{Fault, Line};
 
-/// The count in front of a block's title.
+/// The count before a block's title.
 pub(super) fn declared(line: &Line<'_>, before_title: &str) -> Result<u64, Fault> {
     let word = before_title.split_whitespace().next_back().unwrap_or_default();
     word.parse().ok().filter(|points| *points > 0).ok_or_else(|| {
@@ -11,9 +11,10 @@ pub(super) fn declared(line: &Line<'_>, before_title: &str) -> Result<u64, Fault
     })
 }
 
-/// The values up to the next line of text, and the number of lines they took.
+/// The values up to the next line of text, and their number of lines.
 ///
-/// Memory follows what the file holds; the declared count is only compared with it afterwards.
+/// The used memory depends on the content of the file. The declared count is only compared with it
+/// afterwards.
 pub(super) fn read(
     title: &Line<'_>,
     declared: u64,
@@ -32,7 +33,7 @@ pub(super) fn read(
     }
 }
 
-/// Whether a line is text: it has a word. `NaN` and `Inf` are no words, but numbers gone wrong.
+/// Whether a line is text, that is, contains a word. `NaN` and `Inf` are invalid numbers and not words.
 pub(super) fn is_text(line: &Line<'_>) -> bool {
     let starts_text = |c: char| matches!(c, '|' | '/' | '#');
     line.text.trim_start().starts_with(starts_text)
@@ -42,7 +43,7 @@ pub(super) fn is_text(line: &Line<'_>) -> bool {
         })
 }
 
-/// The parts of a name that were found, single-spaced, with a comma between them.
+/// The found parts of a name with single spaces, separated by a comma.
 pub(super) fn joined(parts: [Option<&str>; 2]) -> Option<String> {
     let squeezed = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
     let found: Vec<String> =

@@ -1,15 +1,15 @@
-//! What a column file says about itself: header names, and `key = value` notes in comments.
+//! Information in a column file: header names, and `key = value` notes in comments.
 
 use super::Unit;
 use super::numbers::{number, shown};
 use super::text::{Fault, Line};
 
-/// Relative difference beyond which a stated step and that of the times contradict each other.
+/// Largest relative difference between a stated step and the step of the times.
 const STEP_TOLERANCE: f64 = 1e-3;
-/// The same for the whole length of the record, in steps: what print rounding does to a short one.
+/// The same for the whole length of the record, in steps: print rounding affects a short record.
 const LENGTH_TOLERANCE: f64 = 0.1;
 
-/// As many names are listed where a column must be chosen.
+/// Largest number of names listed when a column must be chosen.
 const SHOWN_NAMES: usize = 12;
 
 /// The columns of interest, counted from zero.
@@ -18,7 +18,7 @@ pub(super) struct Columns {
     pub(super) time: Option<usize>,
     /// Length of the time column's unit, in s.
     pub(super) time_unit: f64,
-    /// Nothing where all fields belong to one series.
+    /// `None` if all fields belong to one series.
     pub(super) acceleration: Option<usize>,
     pub(super) unit: Option<Unit>,
 }
@@ -62,7 +62,7 @@ impl Columns {
     }
 }
 
-/// Why no column could be chosen, with the names to choose among.
+/// Reason why no column could be chosen, with the candidate names.
 fn no_choice(likely: &[usize], names: &[&str]) -> String {
     let listed = |candidates: &[&str]| {
         let mut short: Vec<String> = candidates.iter().take(SHOWN_NAMES).map(|name| shown(name)).collect();
@@ -79,10 +79,10 @@ fn no_choice(likely: &[usize], names: &[&str]) -> String {
     }
 }
 
-/// What comments state: the step, the number of points and the unit.
+/// Information in comments: the step, the number of points and the unit.
 #[derive(Debug, Default)]
 pub(super) struct Declared {
-    /// The last line that stated something.
+    /// The last line with such information.
     pub(super) line: Option<usize>,
     dt: Option<f64>,
     npts: Option<(usize, u64)>,
@@ -91,7 +91,7 @@ pub(super) struct Declared {
 }
 
 impl Declared {
-    /// Takes note of `dt = 0.02 s`, `npts=3000` and `units: m/s^2` in a line.
+    /// Reads `dt = 0.02 s`, `npts=3000` and `units: m/s^2` from a line.
     pub(super) fn note(&mut self, line: &Line<'_>) -> Result<(), Fault> {
         for (key, value, after) in assignments(line.text) {
             match key.to_ascii_lowercase().as_str() {
@@ -116,7 +116,7 @@ impl Declared {
                 }
                 "unit" | "units" => match Unit::from_name(value) {
                     Some(unit) => self.unit = Some(unit),
-                    // `units: s, g` says less than the header's names may; it must only not be overheard.
+                    // `units: s, g` may be less specific than the header's names, but it must not be ignored.
                     None => self.unknown_unit = Some((line.number, shown(value))),
                 },
                 _ => continue,
@@ -136,7 +136,7 @@ impl Declared {
         }
     }
 
-    /// The step in s; a stated one is exact, one from printed times is rounded.
+    /// The step in s. A stated step is exact; a step from printed times is rounded.
     pub(super) fn reconcile_dt(&self, from_times: Option<f64>, points: usize) -> Result<Option<f64>, Fault> {
         let tolerance = STEP_TOLERANCE.max(LENGTH_TOLERANCE / points as f64);
         match (self.dt, from_times) {
@@ -180,7 +180,7 @@ fn words(name: &str) -> Vec<String> {
     name.split(separator).filter(|word| !word.is_empty()).map(str::to_lowercase).collect()
 }
 
-/// The parts of a name behind its first word, which may be a unit.
+/// The parts of a name after its first word, which may be a unit.
 fn unit_words(name: &str) -> impl Iterator<Item = String> {
     words(name).into_iter().skip(1)
 }
@@ -205,7 +205,7 @@ fn is_other_quantity(name: &str) -> bool {
 /// The unit at the end of a name: `g` in `ag_g`, `m/s^2` in `Acceleration (m/s^2)`, or the whole name.
 fn unit_of(name: &str) -> Option<Unit> {
     let ends = name.char_indices().filter(|(_, c)| matches!(c, '_' | '(' | '[' | ' ' | ','));
-    // No unit is longer than that: a header of a megabyte must not take the square of it.
+    // No unit is longer, and a limit avoids quadratic time for a header of a megabyte.
     let tails = std::iter::once(0).chain(ends.map(|(at, _)| at + 1)).filter(|at| name.len() - at <= 20);
     tails.map(|at| &name[at..]).find_map(Unit::from_name)
 }

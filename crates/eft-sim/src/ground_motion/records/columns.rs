@@ -1,14 +1,15 @@
-//! Columns of text: CSV with or without a header, `#` comments, and rows of nothing but acceleration.
+//! Columns of text: CSV with or without a header, `#` comments, and rows of acceleration only.
 
 use super::Draft;
 use super::column_header::{Columns, Declared};
 use super::numbers::{number, push_row, shown};
 use super::text::{Fault, Line};
 
-/// How far a time may lie off the regular grid, in steps: beyond print rounding, a sample is missing.
+/// Largest difference of a time from the regular grid, in steps. A larger one is no print rounding but a
+/// missing sample.
 const TIME_TOLERANCE: f64 = 0.1;
 
-/// Reads columns; step and unit stay open where the file states none.
+/// Reads columns. Step and unit are `None` if the file states none.
 pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     let mut declared = Declared::default();
     let mut header = None;
@@ -55,7 +56,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     Ok(Draft { name: None, values, dt, unit, column: Some(column) })
 }
 
-/// A row whose first field is no number, though it may start like one.
+/// Whether the first field is not a number, though it may start like one.
 fn is_header(line: &Line<'_>) -> bool {
     let mut unused = Vec::new();
     let starts_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+');
@@ -87,14 +88,14 @@ fn column_of(rows: &[&Line<'_>], column: usize, width: usize) -> Result<Vec<f64>
             return Err(Fault::at(row, message));
         }
         let field = fields.get(column).copied().unwrap_or_default();
-        // Commas remain inside a field only where semicolons separate: there they are decimal points.
+        // A field contains commas only if semicolons separate the fields; the commas are then decimal points.
         let value = if field.contains(',') { number(&field.replace(',', ".")) } else { number(field) };
         value.map_err(|message| Fault::at(row, format!("column {}: {message}", column + 1)))
     };
     rows.iter().map(value).collect()
 }
 
-/// Rows that all belong to one series, read like a page.
+/// Rows of one series, read from left to right and from top to bottom.
 fn series(rows: &[&Line<'_>]) -> Result<Vec<f64>, Fault> {
     let mut values = Vec::new();
     for row in rows {
@@ -103,7 +104,7 @@ fn series(rows: &[&Line<'_>]) -> Result<Vec<f64>, Fault> {
     Ok(values)
 }
 
-/// The step of times that must rise evenly; nothing where there is only one.
+/// The step of times, which must rise evenly; `None` for a single time.
 fn step_of(rows: &[&Line<'_>], times: &[f64]) -> Result<Option<f64>, Fault> {
     let (Some(first), Some(last)) = (times.first(), times.last()) else { return Ok(None) };
     if times.len() < 2 {
@@ -120,6 +121,6 @@ fn step_of(rows: &[&Line<'_>], times: &[f64]) -> Result<Option<f64>, Fault> {
             return Err(Fault::at(row, message));
         }
     }
-    // Subtraction leaves rounding in the last digits (0.019999999999999997), which the file never had.
+    // Subtraction causes rounding errors in the last digits (0.019999999999999997).
     Ok(Some(format!("{step:.11e}").parse().unwrap_or(step)))
 }

@@ -9,7 +9,7 @@ const REAL_HEADER: &str = "real-header values follow on";
 /// Position of the sampling interval (s) among the real header values, counted from 1.
 const STEP: usize = 34;
 
-/// Whether some line announces data or a header in the words of COSMOS.
+/// Whether a line has the words of COSMOS for data or a header.
 pub(super) fn recognises(lines: &[Line<'_>]) -> bool {
     lines.iter().any(|line| line.has(DATA) || line.has(REAL_HEADER))
 }
@@ -23,7 +23,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Vec<Draft>, Fault> {
             step = Some(step_of(line, &lines[at + 1..])?);
         }
         let Some(position) = find_phrase(line.text, DATA) else { continue };
-        // `End-of-data for Chan 1 acceleration` has no count in front, a title no count either.
+        // `End-of-data for Chan 1 acceleration` and titles do not begin with a count.
         if !line.text.trim_start().starts_with(|c: char| c.is_ascii_digit()) {
             continue;
         }
@@ -32,7 +32,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Vec<Draft>, Fault> {
         let width = field_width(line.text);
         let (values, consumed) = block::read(line, points, &lines[at + 1..], width)?;
         let name = name_of(&lines[header_start..at]);
-        // A step belongs to its own channel: a channel without a real header must not inherit one.
+        // A step belongs to one channel: a channel without a real header must not use the step of another.
         channels.push(Draft { name, values, dt: step.take(), unit: Some(unit), column: None });
         header_start = at + 1 + consumed;
     }

@@ -6,7 +6,7 @@ use super::{Draft, Unit, block};
 
 const MARK: &str = "points of accel data equally spaced at";
 
-/// Whether some line announces acceleration in CSMIP's words.
+/// Whether a line has CSMIP's words for acceleration data.
 pub(super) fn recognises(lines: &[Line<'_>]) -> bool {
     lines.iter().any(|line| line.has(MARK))
 }

@@ -16,7 +16,7 @@ pub(super) fn recognises(lines: &[Line<'_>]) -> bool {
     find(lines, RATE).is_some() && find(lines, FACTOR).is_some()
 }
 
-/// The record less its mean: the counts have an offset, which K-NET's own peak leaves out as well.
+/// The record without its mean, because the counts have an offset. K-NET's own peak is also without it.
 pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     let rate = positive(lines, RATE, |text| text.trim_end_matches(|c: char| c.is_ascii_alphabetic()))?;
     let factor = factor(lines)?;
@@ -28,7 +28,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
         push_row(line, None, &mut values)?;
     }
     let expected = positive(lines, "duration time", |text| text)? * rate;
-    // The duration is in whole seconds.
+    // The header rounds the duration to whole seconds.
     if (values.len() as f64 - expected).abs() > rate {
         let message =
             format!("duration and sampling frequency make {expected} values, {} follow", values.len());
@@ -42,7 +42,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     Ok(Draft { name, values, dt: Some(1.0 / rate), unit, column: None })
 }
 
-/// The line with a key among the first ones, and the text behind the key.
+/// The line with a key among the first lines, and the text after the key.
 fn find<'a>(lines: &[Line<'a>], key: &str) -> Option<(usize, &'a str)> {
     lines.iter().take(HEADER_LINES).enumerate().find_map(|(at, line)| {
         let begin = line.text.get(..key.len())?;

@@ -1,8 +1,8 @@
-//! Ground motions: acceleration records and the files they come in.
+//! Ground motions: acceleration records and their file formats.
 //!
 //! [`read_record`] looks at the content and recognises PEER's AT2, CSMIP's and COSMOS's V2, K-NET's ASCII,
-//! and columns of text (CSV). Each reader compares the number of points that a file declares with what it holds, and takes
-//! memory only for what it holds.
+//! and columns of text (CSV). Each reader compares the declared number of points with the content, and
+//! allocates memory for the content only.
 
 mod at2;
 mod block;
@@ -22,13 +22,13 @@ pub use unit::Unit;
 use crate::checks;
 use crate::error::Result;
 
-/// Standard gravity in m/s², by which records in units of g are converted.
+/// Standard gravity in m/s², for the conversion of records in units of g.
 pub const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// One component of a ground motion: acceleration in m/s² at a constant step in s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
-    /// What the file calls the record, or the file's own name.
+    /// The name of the record in the file, or the name of the file.
     pub name: String,
     /// Ground acceleration, in m/s².
     pub acceleration: Vec<f64>,
@@ -40,14 +40,14 @@ impl Record {
     /// A record from accelerations in m/s² and their step in s.
     ///
     /// # Errors
-    /// When there are no points, one of them is not finite, or no record has the step.
+    /// If there are no points, one of them is not finite, or the step is outside its range.
     pub fn new(name: impl Into<String>, acceleration: Vec<f64>, dt: f64) -> Result<Self> {
         let record = Self { name: name.into(), acceleration, dt };
         record.validate()?;
         Ok(record)
     }
 
-    /// Checks what [`Record::new`] checks: the fields are public, and may have been changed since.
+    /// Repeats the checks of [`Record::new`], because the public fields may have changed.
     ///
     /// # Errors
     /// As [`Record::new`].
@@ -63,14 +63,14 @@ impl Record {
     }
 }
 
-/// What a reader found: values in the file's unit, and what the file says of itself.
+/// The result of a reader: values in the file's unit, and the information in the file.
 #[derive(Debug)]
 struct Draft {
     name: Option<String>,
     values: Vec<f64>,
     dt: Option<f64>,
     unit: Option<Unit>,
-    /// What holds the values, where the file may leave their unit open.
+    /// Name of the column with the values, for formats that may omit the unit.
     column: Option<String>,
 }
 

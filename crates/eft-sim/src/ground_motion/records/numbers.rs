@@ -1,11 +1,11 @@
-//! Rows of numbers as Fortran wrote them.
+//! Rows of numbers in Fortran's formats.
 
 use super::text::{Fault, Line};
 
-/// Longest piece of a faulty line that a message repeats.
+/// Longest part of a faulty line in a message.
 const SHOWN: usize = 24;
 
-/// One number: Fortran's `D` exponent and leading dot are fine, infinities and NaN are not.
+/// One finite number; Fortran's `D` exponent and a leading dot are allowed.
 pub(super) fn number(text: &str) -> Result<f64, String> {
     let parsed = match text.parse::<f64>() {
         Ok(value) => Some(value),
@@ -20,8 +20,8 @@ pub(super) fn number(text: &str) -> Result<f64, String> {
 
 /// Appends the numbers of a row that are separated by blanks or commas, or by nothing but their signs.
 ///
-/// Where that fails and the row's field width is known, the row is cut into fields of that width instead:
-/// Fortran leaves no blank before a number that fills its field.
+/// If that fails and the field width is known, the row is split into fields of that width. Fortran writes no
+/// blank before a number that fills its field.
 pub(super) fn push_row(line: &Line<'_>, width: Option<usize>, values: &mut Vec<f64>) -> Result<(), Fault> {
     let start = values.len();
     let by_blanks = line
@@ -48,7 +48,7 @@ pub(super) fn field_width(line: &str) -> Option<usize> {
     digits.parse().ok().filter(|width| (1..=80).contains(width))
 }
 
-/// Splits `1.234-5.678` before each sign that does not follow an exponent's letter.
+/// Splits `1.234-5.678` before each sign, except a sign after an exponent's letter.
 fn push_stuck(token: &str, values: &mut Vec<f64>) -> Result<(), String> {
     if let Ok(value) = number(token) {
         values.push(value);
@@ -62,7 +62,7 @@ fn push_stuck(token: &str, values: &mut Vec<f64>) -> Result<(), String> {
                 && !matches!(bytes[i - 1], b'e' | b'E' | b'd' | b'D')
                 && !is_bare_exponent(&bytes[i..]);
         if ends {
-            // Both ends are next to ASCII, but other text may sit between: `get` instead of indexing.
+            // `get` instead of indexing, because there may be other than ASCII text between the ends.
             values.push(number(token.get(start..i).unwrap_or(token))?);
             start = i;
         }
@@ -85,7 +85,7 @@ fn push_fields(row: &str, width: usize, values: &mut Vec<f64>) -> Result<(), Str
     Ok(())
 }
 
-/// Numbers that only Fortran writes: `1.5D-03`, and `.1234567-100` without a letter.
+/// Number formats of Fortran only: `1.5D-03`, and `.1234567-100` without a letter.
 fn fortran(text: &str) -> Option<f64> {
     let is_plain = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'd' | 'D');
     if !text.chars().all(is_plain) {
@@ -102,7 +102,7 @@ fn fortran(text: &str) -> Option<f64> {
     format!("{mantissa}e{exponent}").parse().ok()
 }
 
-/// The beginning of a text, for a message: a faulty line may be a megabyte long.
+/// The beginning of a text for a message, because a faulty line may be a megabyte long.
 pub(super) fn shown(text: &str) -> String {
     let mut short: String = text.chars().take(SHOWN).collect();
     if short.len() < text.len() {

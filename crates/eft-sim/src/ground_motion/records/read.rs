@@ -1,4 +1,4 @@
-//! From a path or bytes to a record: recognising the format, and what the file leaves open.
+//! Reading of a record from a path or bytes: recognition of the format, and options for missing information.
 
 use super::text::{self, Fault, Line};
 use super::{Draft, Record, Unit, at2, block, columns, cosmos_v2, csmip_v2, knet};
@@ -6,51 +6,52 @@ use crate::error::Error;
 use crate::files;
 use std::path::Path;
 
-/// The largest file that is read, in bytes: 24 MiB, some two million points.
+/// The largest file that is read, in bytes: 24 MiB, about two million points.
 ///
-/// With [`MAX_LINES`] it keeps what reading takes beyond the record below 64 MiB.
+/// With [`MAX_LINES`] it limits the memory for reading, beyond the record itself, to 64 MiB.
 pub const MAX_FILE_SIZE: u64 = 24 << 20;
 
-/// The most lines of a file that are read: an hour at 200 Hz, one point a line.
+/// The largest number of lines: an hour at 200 Hz with one point per line.
 pub const MAX_LINES: usize = 750_000;
 
-/// Relative difference beyond which a given step contradicts the file's own.
+/// Largest relative difference between a given step and the file's own.
 const STEP_TOLERANCE: f64 = 1e-6;
 
-/// The longest name that is taken from a file, in characters; headers without line ends exist.
+/// The longest name from a file, in characters; some headers have no line ends.
 const NAME_LENGTH: usize = 120;
 
-/// As many channels are listed where one must be chosen.
+/// Largest number of channels listed when one must be chosen.
 const SHOWN_CHANNELS: usize = 12;
 
-/// What the caller knows beyond the file.
+/// Information that the file may lack.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Step in s, for a file that states none (columns of nothing but acceleration).
+    /// Step in s, for a file without one (columns of acceleration only).
     pub dt: Option<f64>,
     /// Unit of the values, for a column file that states none.
     pub unit: Option<Unit>,
-    /// Which channel of a V2 file, counted from 1; needed where there are several.
+    /// Which channel of a V2 file, counted from 1; required if there are several.
     pub channel: Option<usize>,
 }
 
 /// Reads a ground motion; acceleration in m/s², step in s.
 ///
-/// The format is recognised by content; the suffix decides only where that leaves a choice. Columns that state
-/// no unit are refused unless the options do, or the file's suffix is `.at2`, whose unit is g.
+/// The format is recognised by content, and by the suffix if the content is ambiguous. Columns without a unit
+/// are refused, unless the options state one or the suffix is `.at2`, whose unit is g.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; [`Error::File`], with the line where there is one, when it is
-/// a pipe or a device, empty, larger than [`MAX_FILE_SIZE`], not text, or not what its format promises: a count that disagrees
-/// with the data, a value that is no finite number, an unknown unit, uneven times, no step, several channels.
+/// [`Error::Io`] if the file cannot be read. [`Error::File`], with the line if there is one, if it is a pipe
+/// or a device, empty, larger than [`MAX_FILE_SIZE`], not text, or not valid in its format. Invalid are a
+/// count that differs from the data, a value that is not a finite number, an unknown unit, uneven times, a
+/// missing step, and several channels without a choice.
 pub fn read_record(path: impl AsRef<Path>) -> Result<Record, Error> {
     read_record_with(path, &ReadOptions::default())
 }
 
-/// [`read_record`] with what the caller knows beyond the file.
+/// [`read_record`] with options for missing information.
 ///
 /// # Errors
-/// As [`read_record`], and when an option contradicts the file.
+/// As [`read_record`], and if an option contradicts the file.
 pub fn read_record_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Record, Error> {
     let path = path.as_ref();
     let mut bytes = files::read(path, MAX_FILE_SIZE)?;
@@ -58,7 +59,8 @@ pub fn read_record_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result
     record(&bytes, path, options).map_err(|fault| fault.of(path))
 }
 
-/// A ground motion from the content of a file; `file_name` serves messages, the record's name and as a hint.
+/// A ground motion from the content of a file. `file_name` is used for messages, for the record's name and
+/// for its suffix.
 ///
 /// # Errors
 /// [`Error::File`], as [`read_record`].
@@ -66,10 +68,10 @@ pub fn parse(bytes: &[u8], file_name: &str) -> Result<Record, Error> {
     parse_with(bytes, file_name, &ReadOptions::default())
 }
 
-/// [`parse`] with what the caller knows beyond the file.
+/// [`parse`] with options for missing information.
 ///
 /// # Errors
-/// As [`parse`], and when an option contradicts the file.
+/// As [`parse`], and if an option contradicts the file.
 pub fn parse_with(bytes: &[u8], file_name: &str, options: &ReadOptions) -> Result<Record, Error> {
     let path = Path::new(file_name);
     record(bytes, path, options).map_err(|fault| fault.of(path))
@@ -102,7 +104,7 @@ fn record(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<Record, Fa
     Record::new(name, acceleration, dt).map_err(|error| Fault::new(error.to_string()))
 }
 
-/// Content first; the suffix only tells what a file without any marks was meant to be.
+/// The content decides first; the suffix decides for a file without marks of a format.
 fn recognise(lines: &[Line<'_>], suffix: &str) -> Result<Vec<Draft>, Fault> {
     let begins_with_text = lines
         .iter()

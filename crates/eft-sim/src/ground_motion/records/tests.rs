@@ -1,4 +1,4 @@
-//! Each format by a small file of the same twelve points, and what is said of spoilt ones.
+//! A small file with the same twelve points in each format, and the messages for damaged files.
 
 use super::*;
 
@@ -21,7 +21,7 @@ fn message(content: impl AsRef<[u8]>, name: &str) -> String {
     parse(content.as_ref(), name).unwrap_err().to_string()
 }
 
-/// Holds a record against the twelve points times `factor`, within `tolerance` in g.
+/// Compares a record with the twelve points times `factor`, within `tolerance` in g.
 fn check(record: &Record, dt: f64, factor: f64, tolerance: f64) {
     assert_eq!(record.dt, dt, "{}", record.name);
     assert_eq!(record.acceleration.len(), 12, "{}", record.name);

@@ -1,10 +1,10 @@
-//! From bytes to numbered lines, and the fault that names one of them.
+//! Numbered lines from bytes, and faults with a line number.
 
 use crate::error::Error;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// What is wrong with a file, and on which line.
+/// A problem of a file, and its line.
 #[derive(Debug)]
 pub(super) struct Fault(String);
 
@@ -33,25 +33,25 @@ pub(super) struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Whether the line contains a phrase, letter case aside; the phrase must be in lower case.
+    /// Whether the line contains a phrase in any letter case; the phrase must be in lower case.
     pub(super) fn has(&self, phrase: &str) -> bool {
         find_phrase(self.text, phrase).is_some()
     }
 
-    /// Whether nothing is written on the line (an end-of-file mark of DOS is nothing).
+    /// Whether the line is blank; an end-of-file mark of DOS counts as blank.
     pub(super) fn is_blank(&self) -> bool {
         self.text.trim_matches(|c: char| c.is_whitespace() || c == '\u{1a}').is_empty()
     }
 }
 
-/// Byte offset of a lower-case ASCII phrase in a text, letter case aside.
+/// Byte offset of a lower-case ASCII phrase in a text of any letter case.
 pub(super) fn find_phrase(text: &str, phrase: &str) -> Option<usize> {
     let (text, phrase) = (text.as_bytes(), phrase.as_bytes());
     text.windows(phrase.len().max(1)).position(|window| window.eq_ignore_ascii_case(phrase))
 }
 
-/// Puts a `?` for each byte beyond ASCII where the bytes are no UTF-8 (accents in old headers), in place: a
-/// file must not take its size twice.
+/// Replaces each byte beyond ASCII by `?` if the bytes are not UTF-8 (accents in old headers). It works in
+/// place, to avoid a second copy of the file.
 pub(super) fn make_utf8(bytes: &mut [u8]) {
     if std::str::from_utf8(bytes).is_err() && !is_utf16(bytes) {
         bytes.iter_mut().filter(|byte| !byte.is_ascii()).for_each(|byte| *byte = b'?');
@@ -74,7 +74,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, Fault> {
     Ok(String::from_utf8_lossy(bytes))
 }
 
-/// The lines of a text, with the line ends of Unix, DOS or the old Mac.
+/// The lines of a text with line ends of Unix, DOS or old Mac systems.
 pub(super) fn lines(text: &str) -> Vec<Line<'_>> {
     let mut lines = Vec::with_capacity(line_count(text));
     let number = |(i, text)| Line { number: i + 1, text };

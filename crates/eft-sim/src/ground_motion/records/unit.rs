@@ -1,4 +1,4 @@
-//! Units of acceleration as files name them.
+//! Units of acceleration and their names in files.
 
 use super::STANDARD_GRAVITY;
 

@@ -6,17 +6,17 @@ use crate::checks;
 use crate::error::{Error, Result};
 use crate::ground_motion::records::Record;
 
-/// Steps per period below which a peak between two of them could be missed by more than half a percent.
+/// Least steps per period. With fewer, a peak between two steps could be underestimated by more than 0.5 %.
 const STEPS_PER_PERIOD: f64 = 40.0;
 
 /// The largest relative displacement (m) of oscillators of given periods (s) and damping ratio (1) on the ground motion.
 ///
-/// The oscillator is carried exactly for a ground acceleration that is linear between its points; times `ω²` it is the
-/// pseudo-acceleration.
+/// The oscillator is integrated exactly for a ground acceleration that is linear between its points. The
+/// displacement times `ω²` is the pseudo-acceleration.
 ///
 /// # Errors
-/// A record that is not valid; a period that is not positive and finite, is less than a 2500th of the record's step, or
-/// half of which takes more than 1e7 steps; a damping outside 0 to 0.99.
+/// An invalid record. A period that is not positive and finite, is less than a 2500th of the record's step,
+/// or needs more than 1e7 steps for half of it. A damping outside 0 to 0.99.
 pub fn displacement_spectrum(record: &Record, periods: &[f64], damping: f64) -> Result<Vec<f64>> {
     record.validate()?;
     if !(0.0..=0.99).contains(&damping) {
@@ -40,7 +40,8 @@ fn peak(record: &Record, period: f64, zeta: f64) -> Result<f64> {
     let root = (1.0 - zeta * zeta).sqrt();
     let (sin, cos) = (omega * root * step).sin_cos();
     let decay = (-zeta * omega * step).exp();
-    // One step of u'' + 2ζω·u' + ω²·u = p0 + (p1 − p0)·t/h: the particular solution is a line, the rest vibrates.
+    // One step of u'' + 2ζω·u' + ω²·u = p0 + (p1 − p0)·t/h: a linear particular solution plus a free
+    // vibration.
     let advance = |u: f64, v: f64, p0: f64, p1: f64| {
         let slope = (p1 - p0) / step / (omega * omega);
         let offset = p0 / (omega * omega) - 2.0 * zeta / omega * slope;
@@ -58,7 +59,7 @@ fn peak(record: &Record, period: f64, zeta: f64) -> Result<f64> {
             largest = largest.max(u.abs());
         }
     }
-    // The motion goes on after the ground has come to rest.
+    // The oscillator continues to move after the ground has come to rest.
     for _ in 0..half_period as usize {
         (u, v) = advance(u, v, 0.0, 0.0);
         largest = largest.max(u.abs());
@@ -82,7 +83,7 @@ mod tests {
             let omega = TAU / 0.8;
             let overshoot = (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
             let found = displacement_spectrum(&record, &[0.8], zeta).unwrap()[0];
-            // The undamped oscillator swings on after the ground stops, at most twice as far.
+            // The undamped oscillator continues to move after the ground stops.
             let expected = (1.0 + overshoot) / (omega * omega);
             let most = if zeta == 0.0 { 2.0 * expected } else { expected };
             assert!(found > 0.998 * expected && found < 1.002 * most, "{zeta}: {found}, {expected}");

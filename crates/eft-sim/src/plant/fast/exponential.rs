@@ -1,13 +1,13 @@
-//! The step through time that tests run on: the linear part exactly, the load flow once a step.
+//! The integration step of ordinary tests: the linear part is exact, and the load flow is evaluated once per
+//! step.
 //!
-//! An exponential multistep method (predict, evaluate, correct). With the propagators of [`Propagator`] the linear
-//! part costs no accuracy; load flow and softening enter as parabolas through their values at the step's ends and
-//! one step before. The value ahead is taken at a state predicted without the jump that the demand makes at the
-//! sample and its growth from there, and both are made good to first order afterwards. So the flow is evaluated once
-//! a step, in parallel with the controller instead of after it.
+//! An exponential multistep method (predict, evaluate, correct). With the propagators of [`Propagator`] the
+//! linear part is exact. Load flow and softening are parabolas through their values at the ends of the step
+//! and one step before. The value at the end is computed at a predicted state, without the jump of the demand
+//! at the sample and its growth after it. Both are corrected to first order afterwards. The flow is therefore
+//! evaluated once per step, in parallel with the controller.
 //!
-//! Steps that the method is not made for (spool at a stop, demand at its limit, a faulty load cell) are taken by
-//! Runge–Kutta.
+//! Steps with a spool at a stop, a demand at its limit or a faulty load cell use Runge–Kutta.
 
 use eft_core::Mask;
 
@@ -21,7 +21,7 @@ use crate::plant::fast::propagator::Propagator;
 use crate::plant::spool::Spool;
 use crate::plant::{ActuatorState, TimeGrid};
 
-/// Runge–Kutta steps in place of one step of the method in which the spool meets or leaves a stop.
+/// Runge–Kutta steps instead of one step in which the spool reaches or leaves a stop.
 const SUBSTEPS: u32 = 2;
 
 /// The plant with the method's coefficients, one rig or several side by side.
@@ -29,36 +29,36 @@ const SUBSTEPS: u32 = 2;
 pub(crate) struct Exponential<S: Num> {
     plant: PlainPlant<S>,
     propagator: Propagator<S>,
-    /// Gain (1) of a sound load cell, behind which the propagator's controller stands.
+    /// Gain (1) of the working load cell that the propagator assumes.
     cell_gain: S,
 }
 
-/// The plant's state, and the memory of the method.
+/// The state of the plant and of the method.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FastState<S> {
     plant: ActuatorState<S>,
     memory: Memory<S>,
 }
 
-/// What the method remembers of the steps before.
+/// Values of the previous steps that the method needs.
 #[derive(Debug, Clone, Copy, Default)]
 struct Memory<S> {
     /// Load flow (m³/s) now and one step before.
     flow: [S; 2],
     /// Softening force (N) now and one step before.
     softening: [S; 2],
-    /// Demand (V) at constant force that the last step ended with.
+    /// Demand (V) at constant force at the end of the last step.
     demand: S,
 }
 
-/// A step before it is known what drives the valve.
+/// A predicted step, before the drive of the valve is known.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prediction<S> {
     plant: ActuatorState<S>,
     /// Load flow (m³/s) there, and its slope over the spool opening (m³/s per unit opening).
     flow: S,
     gain: S,
-    /// Softening force (N) there, and whether there has been any.
+    /// Softening force (N) there, and whether it was ever nonzero.
     softening: S,
     soft: bool,
 }
@@ -101,7 +101,7 @@ impl<S: Num> Exponential<S> {
         self.plant.driven_command(&state.plant, state.memory.flow[0], drive)
     }
 
-    /// The state one tick later, whose first part was looked ahead to.
+    /// The state one tick later, from the prediction of its first step.
     #[inline(always)]
     pub(crate) fn advance(
         &self,
@@ -132,8 +132,8 @@ impl<S: Num> Exponential<S> {
         FastState { plant, memory }
     }
 
-    /// The steps of a tick but for the first.
-    // Apart, for a loop would keep the numbers of the first from staying in registers.
+    /// The steps of a tick after the first.
+    // A separate function, because with a loop here the values of the first step would not stay in registers.
     #[inline(never)]
     fn more_steps<D: Drive<S>>(&self, from: &(FastState<S>, D), grid: TimeGrid) -> FastState<S> {
         dispatch::<S, _>(MoreSteps { integrator: self, state: from.0, drive: from.1, grid })
@@ -153,14 +153,14 @@ impl<S: Num> Exponential<S> {
         if regular.all() {
             next
         } else {
-            // Copies, for what a reference leads to cannot stay in registers.
+            // Copies, because values behind a reference cannot stay in registers.
             let copies = (state, *drive);
             FastState::select(regular, next, self.fall_back(&copies, from, step))
         }
     }
 
-    /// The state a step ahead if the demand stayed what the last step ended with and the flow changed as it last did:
-    /// what of a step can be computed before it is known what drives the valve.
+    /// The state one step ahead for a constant demand and an unchanged trend of the flow. This part of a step
+    /// can be computed before the drive of the valve is known.
     #[inline(always)]
     pub(crate) fn predict(&self, state: &FastState<S>) -> Prediction<S> {
         let (p, m) = (&self.propagator, &state.memory);
@@ -173,7 +173,7 @@ impl<S: Num> Exponential<S> {
         for (number, column) in state.plant.to_array().into_iter().zip(&p.state) {
             plant = plant.plus(*column, number);
         }
-        // Small motions leave the spring straight for most of a test, and then this is nothing.
+        // In most of a test the motion is too small for softening, and this term is zero.
         let soft = !(m.softening[0].abs().le(zero) & m.softening[1].abs().le(zero)).all();
         if soft {
             let (constant, ramp) = (p.softening.constant, p.softening.ramp);
@@ -183,7 +183,7 @@ impl<S: Num> Exponential<S> {
         Prediction { plant, flow, gain, softening: self.plant.softening_force(&plant), soft }
     }
 
-    /// The same with what drives the valve.
+    /// The corrected step, with the drive of the valve.
     #[inline(always)]
     fn correct(
         &self,
@@ -198,7 +198,7 @@ impl<S: Num> Exponential<S> {
         let growth = drive.slope() * S::splat(step);
         let per_jump = ahead.gain * p.demand.constant.spool;
         let per_growth = ahead.gain * p.demand.ramp.spool;
-        // What hangs on the jump, which comes last, stays short.
+        // Few operations depend on the jump, which is known last.
         let expected = |values: &[S; 2]| values[0] + (values[0] - values[1]);
         let expected_flow = expected(&m.flow);
         let unexpected = (ahead.flow - expected_flow).plus(per_growth, growth);
@@ -218,7 +218,7 @@ impl<S: Num> Exponential<S> {
         FastState { plant, memory }
     }
 
-    /// Where the equations were linear over the whole step.
+    /// Lanes in which the equations were linear over the whole step.
     #[inline(always)]
     fn is_regular(&self, ends: [&FastState<S>; 2], drive: &impl Drive<S>, from: f64, step: f64) -> S::Mask {
         let mut regular = drive.is_sound(self.cell_gain);
@@ -239,7 +239,7 @@ impl<S: Num> Exponential<S> {
     }
 }
 
-/// The steps of a tick but for the first.
+/// The steps of a tick after the first.
 struct MoreSteps<'a, S: Num, D> {
     integrator: &'a Exponential<S>,
     state: FastState<S>,
@@ -282,7 +282,7 @@ impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
         for steps in [1, SUBSTEPS] {
             let taken = integrator.plant.advance(state.plant, &drive, from, step, steps);
             plant = ActuatorState::select(open, taken, plant);
-            // Meeting or leaving a stop is a kink, over which a long step is inaccurate.
+            // Reaching or leaving a stop is a kink, at which a long step is inaccurate.
             let after = Spool::at_stop(plant.spool);
             open = (before | after) & !(before & after);
             if !open.any() {
@@ -306,7 +306,7 @@ impl<S: Num> FastState<S> {
         &self.plant
     }
 
-    /// Every number that it remembers.
+    /// Every number of the state.
     pub(crate) fn numbers(&mut self) -> [&mut S; 10] {
         let ActuatorState { pilot_flow, spool, load_pressure, displacement, velocity } = &mut self.plant;
         let Memory { flow: [flow, flow_before], softening: [softening, softening_before], demand } =
@@ -325,7 +325,7 @@ impl<S: Num> FastState<S> {
         ]
     }
 
-    // Field by field: where the compiler thinks that it is seldom called, it inlines no closure.
+    // Field by field, because the compiler does not inline closures in code that it considers rare.
     #[inline(always)]
     pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
         let (a, b) = (yes.memory, no.memory);

@@ -1,4 +1,5 @@
-//! The paper's rig without other effects, one or several side by side: the linear part stepped exactly.
+//! The paper's rig without further effects, one or several side by side, with an exact step of the linear
+//! part.
 
 mod exponential;
 mod plain;

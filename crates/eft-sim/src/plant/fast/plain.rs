@@ -1,4 +1,4 @@
-//! The paper's rig, Fig. 1, without other effects: one valve, one actuator, one structure.
+//! The paper's rig, Fig. 1, without further effects: one valve, one actuator, one structure.
 
 use eft_core::Scalar;
 
@@ -15,12 +15,12 @@ use crate::plant::spool::Spool;
 use crate::plant::state::ActuatorState;
 use crate::plant::story::Story;
 
-/// What the plant's equations are not linear in.
+/// The nonlinear terms of the plant's equations.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Terms<S> {
     /// Load flow (m³/s).
     pub(crate) flow: S,
-    /// What softening adds to the spring's force (N).
+    /// Change of the spring's force by softening (N).
     pub(crate) softening: S,
 }
 
@@ -58,7 +58,7 @@ impl<S: Num> PlainPlant<S> {
         self.actuator.force(state.load_pressure)
     }
 
-    /// What the sensors look at.
+    /// The true signals of the sensors.
     #[inline(always)]
     pub(crate) fn signals(&self, state: &ActuatorState<S>) -> Signals<S> {
         let ActuatorState { spool, displacement, velocity, .. } = *state;
@@ -68,7 +68,7 @@ impl<S: Num> PlainPlant<S> {
         Signals { displacement, velocity, force, spool, supply_pressure, acceleration }
     }
 
-    /// Where the spool stands at a stop, and where the piston is beyond its stroke.
+    /// Lanes with the spool at a stop, and lanes with the piston beyond its stroke.
     #[inline(always)]
     pub(crate) fn at_limits(&self, state: &ActuatorState<S>) -> (<S as Scalar>::Mask, <S as Scalar>::Mask) {
         (Spool::at_stop(state.spool), self.actuator.beyond_stroke(state.displacement))
@@ -80,19 +80,19 @@ impl<S: Num> PlainPlant<S> {
         self.load_flow.flow_and_gain(Spool::stop(state.spool), state.load_pressure, S::splat(1.0))
     }
 
-    /// What softening adds to the spring's force (N) in this state.
+    /// Change of the spring's force (N) by softening in this state.
     #[inline(always)]
     pub(crate) fn softening_force(&self, state: &ActuatorState<S>) -> S {
         self.story.softening_force(state.displacement)
     }
 
-    /// The valve command (V) that `drive` gives at the start of its interval, where the load flow is `flow` (m³/s).
+    /// The valve command (V) of `drive` at the start of its interval, for a load flow `flow` (m³/s).
     #[inline(always)]
     pub(crate) fn driven_command(&self, state: &ActuatorState<S>, flow: S, drive: &impl Drive<S>) -> S {
         drive.limit(self.driven_demand(state, flow, drive, S::splat(0.0)))
     }
 
-    /// What `drive` would give a time (s) after its sample without its limit (V).
+    /// The valve command (V) of `drive` without its limit, a time (s) after its sample.
     #[inline(always)]
     pub(crate) fn driven_demand(
         &self,
@@ -105,8 +105,8 @@ impl<S: Num> PlainPlant<S> {
         drive.demand(time, self.force(state), self.actuator.force(pressure_rate))
     }
 
-    /// The state a time `period` (s) later, in `steps` Runge–Kutta steps, the first of which starts a time `from` (s)
-    /// after the sample.
+    /// The state a time `period` (s) later, by `steps` Runge–Kutta steps. The first step starts a time `from`
+    /// (s) after the sample.
     #[inline(always)]
     pub(crate) fn advance(
         &self,
@@ -127,8 +127,8 @@ impl<S: Num> PlainPlant<S> {
         ActuatorState::from_array(numbers)
     }
 
-    /// The state's rate where the terms are given and `valve` makes the valve command (V) of force (N) and force
-    /// rate (N/s). Off the spool's stops it is linear in state, terms and command.
+    /// The rate of the state for given terms, with the valve command (V) of `valve` from force (N) and force
+    /// rate (N/s). It is linear in state, terms and command if the spool is not at a stop.
     #[inline(always)]
     pub(crate) fn rate_under(
         &self,
@@ -181,7 +181,7 @@ mod tests {
         let rig = changed(&[]);
         let (plain, mut plant) = (PlainPlant::<f64>::pack(|_| &rig).unwrap(), Plant::pack(|_| &rig).unwrap());
         let mut state = ActuatorState::default();
-        // To the stop of the spool and into the softening of the spring, and back.
+        // The motion reaches a stop of the spool and the softening of the spring, and returns.
         for n in 0..2048 {
             let command = 5.0 * (0.01 * f64::from(n)).sin();
             state = plain.advance(state, &Held(command), 0.0, 1.0 / 1024.0, 2);

@@ -1,8 +1,9 @@
-//! The linear part of the plant, stepped exactly: matrix exponentials, computed once a test.
+//! The exact step of the plant's linear part, by matrix exponentials computed once per test.
 //!
-//! Between samples the plant is `u̇ = L·u + b_v·w(t) + b_q·Q_L(u) + b_r·r(u)`: a constant matrix, the valve's demand
-//! `w`, linear in time, and the two forces that are not linear, the load flow and the spring's softening. `L` and the
-//! `b` are read off the plant's own equations, one unit vector at a time, so they are written nowhere else.
+//! Between samples the plant is `u̇ = L·u + b_v·w(t) + b_q·Q_L(u) + b_r·r(u)`: a constant matrix, the valve's
+//! demand `w`, which is linear in time, and the two nonlinear terms, load flow and softening of the spring.
+//! `L` and the `b` are computed from the plant's own equations with unit vectors, so the equations exist only
+//! once.
 
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{SMatrix, SVector};
@@ -15,28 +16,28 @@ use crate::plant::state::{ActuatorState, STATES};
 /// State, and an input with its rate and half its second derivative.
 const AUGMENTED: usize = STATES + 3;
 
-/// What one step adds to the state for a unit of each of its causes.
+/// Effect of one step on the state, per unit of each input.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Propagator<S> {
-    /// Of each number of the state.
+    /// For each number of the state.
     pub(crate) state: [ActuatorState<S>; STATES],
-    /// Of the valve's demand (V).
+    /// For the valve's demand (V).
     pub(crate) demand: Moments<S>,
-    /// Of the load flow (m³/s).
+    /// For the load flow (m³/s).
     pub(crate) flow: Moments<S>,
-    /// Of the softening force (N).
+    /// For the softening force (N).
     pub(crate) softening: Moments<S>,
 }
 
-/// What an input adds to the state in one step.
+/// Effect of an input on the state in one step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Moments<S> {
-    /// Constant over the step.
+    /// For an input that is constant over the step.
     pub(crate) constant: ActuatorState<S>,
-    /// Growing from zero by one over the step.
+    /// For an input that grows from zero to one over the step.
     pub(crate) ramp: ActuatorState<S>,
-    /// Zero at both ends and at one step before: the part that a parabola through three values adds to the straight
-    /// line through the first two, a unit being the third value's distance from that line.
+    /// For the difference between a parabola through three values and the line through the first two. The
+    /// unit is the distance of the third value from that line.
     pub(crate) bend: ActuatorState<S>,
 }
 
@@ -61,7 +62,8 @@ impl<S: Num> Propagator<S> {
 }
 
 impl Propagator<f64> {
-    /// For steps of `step` s of a plant under a drive; of the drive only what it makes of the force counts.
+    /// The propagator for steps of `step` s of a plant under a drive. Only the drive's dependence on the
+    /// force matters.
     pub(crate) fn new(plant: &PlainPlant<f64>, drive: &impl Drive<f64>, step: f64) -> Self {
         let at_rest = ActuatorState::default();
         let none = Terms { flow: 0.0, softening: 0.0 };
@@ -72,11 +74,12 @@ impl Propagator<f64> {
         };
         let mut linear = SMatrix::<f64, STATES, STATES>::zeros();
         for n in 0..STATES {
-            // Half a unit, so that no spool stop is met.
+            // Half a unit, so that the spool reaches no stop.
             let state = ActuatorState::from_array(std::array::from_fn(|i| if i == n { 0.5 } else { 0.0 }));
             linear.set_column(n, &(2.0 * rate(&state, &none, 0.0)));
         }
-        // Pressures are millions and pilot flows millionths: the exponential needs comparable numbers.
+        // Pressures are in the millions and pilot flows in the millionths, and the exponential needs numbers
+        // of similar size.
         let scale = balance_parlett_reinsch(&mut linear);
         let moments = |input: SVector<f64, STATES>| Moments::new(&linear, &scale, input, step);
         let (demand, whole) = moments(rate(&at_rest, &none, 1.0));
@@ -93,8 +96,9 @@ impl Propagator<f64> {
 }
 
 impl Moments<f64> {
-    /// From the exponential of `[[L, b, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]`, time counted in steps:
-    /// its last columns integrate `b`, `b·s` and `b·s²/2` against the propagator. The exponential comes along.
+    /// From the exponential of `[[L, b, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]`, with time in
+    /// steps. Its last columns are the integrals of `b`, `b·s` and `b·s²/2` with the propagator. The
+    /// exponential itself is returned as well.
     fn new(
         linear: &SMatrix<f64, STATES, STATES>,
         scale: &SVector<f64, STATES>,
@@ -145,7 +149,7 @@ mod tests {
         let (demand, growth) = (0.3, 0.7);
         let flow = [4e-3, 5e-4, -3e-4];
         let softening = [3e3, 1e2, 2e2];
-        // What the moments stand for, at a time counted in steps.
+        // The input of the moments at a time in steps.
         let course =
             |[constant, ramp, bend]: [f64; 3], t: f64| constant + ramp * t + bend * (t + t * t) / 2.0;
 
