@@ -1,7 +1,7 @@
 """Effective force testing: the controller, the virtual rig and the analysis between them.
 
-All quantities are in SI units. Positive force pulls the structure (+x). What every test needs stands here;
-the rest is in `eft.data_sheets`, `eft.records`, `eft.linear`, `eft.identification`, `eft.studies`,
+All quantities are in SI units. Positive force pulls the structure (+x). This module has what every test
+needs; the rest is in `eft.data_sheets`, `eft.records`, `eft.linear`, `eft.identification`, `eft.studies`,
 `eft.benchmark`, `eft.firmware`, `eft.opensees`, `eft.rths`, `eft.traces`, `eft.report` and `eft.plots`.
 """
 
@@ -121,7 +121,7 @@ __all__ = [
 teach_native()
 
 if not TYPE_CHECKING:
-    # A type checker says of a name that moved that it is not here.
+    # For a type checker, names that moved do not exist here.
     def __getattr__(name: str) -> Any:
         from eft._moved import moved
 

@@ -1,4 +1,4 @@
-"""``python -m eft`` is the command `eft`, where its script is not on the path."""
+"""``python -m eft`` is the command `eft`, for systems where its script is not on the path."""
 
 import sys
 

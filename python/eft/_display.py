@@ -56,13 +56,13 @@ _DIMENSIONS = {
     "Pa": "pressure", "m³/s": "flow", "m3/s": "flow", "kg": "mass", "W": "power", "s": "time", "V": "voltage",
     "1": "ratio", "N/m": "stiffness", "N·s/m": "damping",
 }  # fmt: skip
-"""What is measured in an SI unit."""
+"""The quantity with an SI unit."""
 
 _current: UnitSystem = "si"
 
 
 class _Restore:
-    """Gives the former units back at the end of a ``with``."""
+    """Restores the previous units at the end of a ``with``."""
 
     def __init__(self, former: UnitSystem) -> None:
         self._former = former
@@ -79,7 +79,7 @@ class _Restore:
 def use_units(system: UnitSystem) -> _Restore:
     """Choose the units of tables, plots and reports.
 
-    Values in Python, and those that files and ``--json`` hold, stay in SI units.
+    Values in Python, in files and in the output of ``--json`` stay in SI units.
 
     Parameters
     ----------

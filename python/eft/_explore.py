@@ -11,7 +11,7 @@ from eft._native import Rig
 __all__ = ["explore", "page", "settings"]
 
 FILE = Path(__file__).parent / "data" / "explore.html"
-"""The page, which `make explore` puts there."""
+"""The page, which `make explore` builds."""
 
 SLIDERS = {
     "l": ("compensation.level", 0.01),
@@ -42,18 +42,18 @@ function render({ model, el }) {
 }
 export default { render };
 """
-"""What the notebook's own page runs: a frame with the page, and the test that it tells of."""
+"""The script in the notebook: it shows the page in a frame and receives the test from it."""
 
 
 def settings(rig: Rig) -> str:
-    """What differs from the paper's rig, a line ``key = value`` each, as the page reads it."""
+    """The differences from the paper's rig, one line ``key = value`` each, as the page reads them."""
     paper = leaves(Rig.zhao2005().to_dict())
     own = leaves(rig.to_dict())
     name = own.get("name", "")
     if not name.isprintable() or '"' in name:
         del own["name"]
     lines = [f"{key} = none" for key in paper if key not in own]
-    # What a text of TOML and one of JSON have in common is all that a configuration holds.
+    # A configuration has only values that are written alike in TOML and JSON.
     lines += [
         f"{key} = {json.dumps(value, ensure_ascii=False)}"
         for key, value in own.items()
@@ -85,7 +85,7 @@ def page(rig: Rig) -> str:
         )
     values = {}
     for name, (key, factor) in SLIDERS.items():
-        # What is true of the plant where that is said, and else what stands for it.
+        # The true value of the plant if the rig has one, otherwise the configured value.
         value = rig[key] if rig[key] is not None else rig[key.removeprefix("truth.")]
         values[name] = float(value) / factor
     start = {

@@ -81,7 +81,7 @@ def export(
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as fmu:
         for path, data in entries:
-            # The same bytes for the same rig: no time of day.
+            # Without the time of day, so that the same rig gives the same bytes.
             entry = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
             fmu.writestr(entry, data, zipfile.ZIP_DEFLATED)
     return file.getvalue()

@@ -1,4 +1,4 @@
-"""Packages that only some functions need; the error for a missing one names the extra to install."""
+"""Optional packages; the error for a missing one names the extra to install."""
 
 import re
 import sys
@@ -9,13 +9,13 @@ DISTRIBUTION = "effective-force-testing"
 
 
 def need(package: str, *preferred: str) -> None:
-    """Raise `ModuleNotFoundError` unless a package is installed; the message names an extra that has it."""
+    """Raise `ModuleNotFoundError` unless a package is installed; the message names its extra."""
     if sys.modules.get(package) is None and util.find_spec(package) is None:
         raise ModuleNotFoundError(missing(package, preferred), name=package)
 
 
 def missing(package: str, preferred: Sequence[str] = ()) -> str:
-    """The message for a package that is not installed, with a preferred extra that has it, or the first."""
+    """The message for a missing package, with a preferred extra that installs it, or the first."""
     of = re.compile(rf"{re.escape(package)}\b.*extra == ['\"](\w+)['\"]", re.IGNORECASE)
     extras = [found[1] for line in metadata.requires(DISTRIBUTION) or () if (found := of.match(line))]
     extra = next((name for name in (*preferred, package, "files", "cluster") if name in extras), None)

@@ -1,4 +1,4 @@
-"""Files that are either the old ones or the new ones, whatever happens in between."""
+"""Atomic writing of files: after an interruption a file is either the old or the new one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def beside(path: Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        If `path` is there and no ordinary file, such as a device, whose place the file would take.
+        If `path` exists and is not an ordinary file, for example a device, which would be replaced.
     """
     check_replaceable(path)
     handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
@@ -24,7 +24,7 @@ def beside(path: Path) -> Iterator[Path]:
     temporary = Path(name)
     try:
         yield temporary
-        # mkstemp keeps others out; a report is for everyone whom the folder lets in.
+        # mkstemp allows access for the owner only; a report has the access rights of ordinary files.
         umask = os.umask(0)
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)
@@ -34,7 +34,7 @@ def beside(path: Path) -> Iterator[Path]:
 
 
 def check_replaceable(path: Path) -> None:
-    """Refuse a target that is there and no ordinary file: a folder, a device, a pipe."""
+    """Refuse a target that exists and is not an ordinary file: a folder, a device, a pipe."""
     if path.is_dir():
         raise IsADirectoryError(21, "is a folder, must be a file", str(path))
     if path.exists() and not path.is_file():

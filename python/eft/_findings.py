@@ -1,4 +1,4 @@
-"""What speaks against a test: each limit of the rig's ``verdict`` section, in one sentence with its cause."""
+"""Findings against a test: one sentence for each exceeded limit of the rig's ``verdict`` section."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ LARGEST_OF_STROKE = 0.95
 LARGEST_OF_STALL = 0.67
 
 NO_FORCE = 1.0
-"""Rms error over rms command of a force that stays zero: one no better is no answer to the command."""
+"""Rms error over rms command of a force that stays zero."""
 
 SAME_MASS = 1e-3
 """Relative difference up to which the masses of command and structure are the same."""
 
 _FLOWS = ("velocity", "flow", "hydraulic power")
-"""Demands that are one and the same: the largest of them is told."""
+"""Demands of the same kind; only the largest of them is reported."""
 _NAMED = 3
-"""Values that the controller is not told, at most so many of them by name."""
+"""Largest number of names in the list of values that the controller does not have."""
 
 SELF_CALIBRATION: Changes = (
     ("compensation.mode", "nonlinear"),
@@ -41,7 +41,7 @@ SELF_CALIBRATION: Changes = (
 
 
 class Finding(NamedTuple):
-    """One thing that speaks against a test."""
+    """One finding against a test."""
 
     grade: Grade
     sentence: str
@@ -49,13 +49,13 @@ class Finding(NamedTuple):
 
 
 class Facts(NamedTuple):
-    """What a test leaves to be judged: of a run, or of a row of a study."""
+    """The data for the verdict on a test, from a run or a row of a study."""
 
     rig: Rig
     sample_rate: float
     flags: Status
     metrics: Mapping[str, float]
-    """Each of the actuator where it is largest, the supply pressure where it is least; NaN where unknown."""
+    """Metrics of the actuator with the largest value; the lowest supply pressure; NaN if unknown."""
     peak_command: float
     """Largest force command, N."""
     peak_displacement: float
@@ -65,9 +65,9 @@ class Facts(NamedTuple):
     controlled: bool = False
     """Whether an external controller replaced the rig's; its margins are unknown."""
     mass: Any = None
-    """Mass for which the command was made, kg, of a building one a floor."""
+    """Mass for which the command was made, kg; for a building one per floor."""
     floor: int | None = None
-    """Which actuator of a building this is; None for all of them."""
+    """Number of the actuator of a building; None for all of them."""
     peak_force: float = np.nan
     """Largest force, N."""
     saturated: float = np.nan
@@ -121,7 +121,7 @@ def of_demand(name: str, unit: str, required: float, available: float, advised: 
 
 
 def of_demands(demands: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
-    """The findings on demands; of velocity, flow and power only on the largest."""
+    """The findings on demands; only the largest of velocity, flow and power counts."""
     demands = list(demands)
     flows = [one for one in demands if one["name"] in _FLOWS]
     most = max(flows, key=lambda one: one["required"] / one["available"], default=None)
@@ -131,7 +131,7 @@ def of_demands(demands: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
 
 
 def _mass(facts: Facts) -> Iterator[Finding]:
-    """A caution on a command that was made for another mass than the structure's."""
+    """A caution about a command for a mass other than that of the structure."""
     if facts.mass is None:
         return
     building = facts.rig["structure.kind"] == "shear_building"
@@ -164,7 +164,7 @@ def _reach(facts: Facts) -> Iterator[Finding]:
 
 
 def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
-    """Stability and its margins about rest; of a controller that learns, with a sound calibration."""
+    """Stability and margins about rest; with self-calibration, those after the calibration."""
     learns = rig["compensation.adaptive"]
     judged = _learned(rig) if learns else rig
     names = ("level_margin", "dead_time", "gain_margin")
@@ -173,7 +173,7 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
         growth, within = _native.margins_within(judged, rate, *reach)
         before = _native.margins_within(rig, rate, 1.0, -1.0, 1.0)[0] if learns else growth
     except ValueError:
-        return  # no linear model: too many delays, or no slope at rest
+        return  # there is no linear model: too many delays, or no slope at rest
     if not outside and max(before, growth) > 0.0:
         yield _unstable(rig, rate, before, growth if learns else None)
     if within is None:
@@ -322,7 +322,7 @@ def _errors(facts: Facts) -> Iterator[Finding]:
         sentence = f"The force misses the command by {error:.1%} (rms), more than {allowed:.0%}.{untold}"
         yield Finding(grade, sentence, SELF_CALIBRATION)
         untold = ""
-    # Of a structure from outside the ideal motion is not known.
+    # For an external structure the ideal motion is unknown.
     motion = facts.metrics["displacement_error"]
     if not facts.outside and (grade := above(rig, "displacement_error", motion)):
         allowed = rig[f"verdict.{grade}.displacement_error"]

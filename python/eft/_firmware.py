@@ -1,4 +1,4 @@
-"""Firmware in the loop: an emulated processor runs the controller, this machine the plant."""
+"""Firmware in the loop: an emulated processor runs the controller, and this program runs the plant."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class ProcessorInTheLoop:
             If the rig's controller is analog, or has a computation delay or a soft end. The message names the
             key.
         OSError
-            If the image or QEMU is not there.
+            If the image or QEMU is missing.
         """
         outside = {} if structure is None else {"structure": structure}
         outcome = _native.processor_in_the_loop(rig, command, self.image, self.machine, progress, **outside)

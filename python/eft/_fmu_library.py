@@ -18,10 +18,10 @@ FOLDER = Path(__file__).parent / "data" / "fmu"
 
 
 class Library(NamedTuple):
-    """Where a library stands in an FMU."""
+    """Place of a library in an FMU."""
 
     folders: tuple[str, str]
-    """By FMI 2.0 and 3.0; the former has names for x86-64 alone."""
+    """Names in FMI 2.0 and 3.0; FMI 2.0 has names for x86-64 only."""
     ending: str
 
 
@@ -40,7 +40,7 @@ _SECTION, _SEGMENT, _SYMBOL = "<IIQQQQIIQQ", "<IIQQQQQQ", "<IBBHQQ"
 
 
 def libraries() -> list[tuple[Library, bytes]]:
-    """Return this package's libraries, and where each of them stands in an FMU.
+    """Return this package's libraries and their places in an FMU.
 
     Raises
     ------
@@ -65,14 +65,14 @@ def libraries() -> list[tuple[Library, bytes]]:
 def own() -> bytes:
     """Return the extension module as a library that importers without Python can load.
 
-    It holds the functions of FMI beside those of Python. Its references to Python are made weak: one that
-    nothing resolves is null, and the loader goes on. No function of FMI follows one.
+    It contains the functions of FMI and those of Python. Its references to Python become weak: the loader
+    accepts unresolved ones as null. No function of FMI uses them.
     """
     return weakened(Path(_native.__file__).read_bytes())
 
 
 def weakened(elf: bytes) -> bytes:
-    """Make an ELF library's references to Python weak, and leave out what only debuggers read."""
+    """Make an ELF library's references to Python weak, and remove the data for debuggers."""
     data = bytearray(elf)
     (segments, sections) = struct.unpack_from("<QQ", data, 32)
     size, count = struct.unpack_from("<HH", data, 58)
@@ -88,7 +88,7 @@ def weakened(elf: bytes) -> bytes:
     size, count = struct.unpack_from("<HH", data, 54)
     loaded = (struct.unpack_from(_SEGMENT, data, segments + size * i) for i in range(count))
     end = max(offset + length for _, _, offset, _, _, length, *_ in loaded)
-    # The sections stand behind what is loaded, and a loader needs none.
+    # The sections are after the loaded part, and a loader does not need them.
     struct.pack_into("<Q", data, 40, 0)
     struct.pack_into("<HHH", data, 58, 0, 0, 0)
     return bytes(data[:end])

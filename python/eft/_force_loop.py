@@ -19,12 +19,12 @@ __all__ = ["ForceLoop", "ForceLoopMargins", "design_force_loop"]
 
 @dataclass(frozen=True)
 class ForceLoopMargins:
-    """How robust a force loop is on the rig it is designed for, with the piston at rest."""
+    """Robustness of a force loop on the rig it is designed for, with the piston at rest."""
 
     gain: float
     """Largest stable factor on the loop's gain."""
     delay: float
-    """Largest stable delay in addition, s."""
+    """Largest stable additional delay, s."""
     damping: float
     """Damping ratio of the oil column's mode."""
     e_max: float
@@ -36,14 +36,14 @@ class ForceLoop:
     """A designed force loop; made by `design_force_loop`."""
 
     coefficients: dict[str, float]
-    """Keys and values that `Rig.replace` takes, ``controller.proportional_gain``,
+    """Keys and values for `Rig.replace`, ``controller.proportional_gain``,
     ``controller.derivative_gain`` (s) and ``controller.integral_gain`` (1/s)."""
     margins: ForceLoopMargins
-    """Its margins."""
+    """The margins of the loop."""
     open_loop: LinearModel
     """From force command to measured force (N), opened after the load cell and sampled."""
     closed_loop: LinearModel
-    """The same, closed."""
+    """The closed loop from force command to measured force (N)."""
 
     def poles(self) -> NDArray[np.complex128]:
         """Return the poles of the closed loop in the z-plane, by magnitude."""

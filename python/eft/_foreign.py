@@ -1,4 +1,4 @@
-"""Files that somebody else made: ordinary ones only, in bounded memory, one sentence for what is wrong."""
+"""Reading of files from outside: ordinary files only, in bounded memory, with errors of one sentence."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 FREE = 64 * 1024**2
-"""Bytes that a file may take in memory however small it is."""
+"""Memory in bytes that even a small file may use."""
 LARGEST = 2 * 1024**3
-"""Bytes that a file may take in memory however large it is: a slip of the finger must not fill the memory."""
+"""Memory in bytes that no file may exceed, to protect against a wrong file."""
 _RATIO = 100
-"""Bytes in memory for each byte of a file, at most: compression of measurements hardly reaches that."""
+"""Largest ratio of bytes in memory to bytes of the file. Compressed measurements hardly reach it."""
 _SHOWN = 200
-"""Characters of another library's message that are repeated."""
+"""Largest number of characters of another library's message."""
 
 
 class WrongFileError(ValueError):
-    """A file that is not what it should be; the message is a whole sentence and names the file."""
+    """An invalid file; the message is a sentence and names the file."""
 
 
 class Budget:
-    """The memory that the content of one file may take; taken before it is allocated."""
+    """The memory budget of one file; it is charged before memory is allocated."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._left = self.whole = min(LARGEST, FREE + _RATIO * ordinary_size(path))
 
     def take(self, size: int) -> None:
-        """Take `size` bytes for what is kept."""
+        """Charge `size` bytes for data that is kept."""
         self._left -= size
         if self._left < 0:
             declared = (self.whole - self._left) / 1024**2
@@ -63,7 +63,7 @@ def _checked(path: Path, about: os.stat_result) -> int:
 
 
 def check_no_links(folder: Path) -> None:
-    """Refuse a folder with symbolic links in it: what is written and removed there must stay there."""
+    """Refuse a folder with symbolic links: writing and removing could affect other folders."""
     with os.scandir(folder) as entries:
         for entry in entries:
             if entry.is_symlink():
@@ -73,8 +73,8 @@ def check_no_links(folder: Path) -> None:
 
 
 def descriptor(path: Path, flags: int) -> int:
-    """Open an ordinary file, and nothing else; the number that the system gives it."""
-    # Without O_NONBLOCK the system waits for the other end of a pipe.
+    """Open an ordinary file only; return its file descriptor."""
+    # Without O_NONBLOCK the call waits for the other end of a pipe.
     number = os.open(path, flags | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0), 0o666)
     try:
         _checked(path, os.fstat(number))
@@ -92,7 +92,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
 
 
 def read_text(path: Path, largest: int, kind: str) -> str:
-    """A text in UTF-8 of at most `largest` bytes; `kind` says what is never larger."""
+    """A text in UTF-8 of at most `largest` bytes; `kind` names the kind of file for the message."""
     with opened(path) as file:
         data = file.read(largest + 1)
     if len(data) > largest:
@@ -106,9 +106,9 @@ def read_text(path: Path, largest: int, kind: str) -> str:
 
 @contextmanager
 def understood(path: Path, wrong: str) -> Iterator[None]:
-    """Turn what a parser raises at a damaged file into one sentence: the path, `wrong`, and the reason.
+    """Replace any exception of a parser by one sentence: the path, `wrong`, and the reason.
 
-    The libraries behind this raise whatever their parsers stumble over, far beyond ValueError and OSError.
+    For a damaged file the libraries raise many kinds of exceptions, not only ValueError and OSError.
     """
     try:
         with warnings.catch_warnings():
@@ -125,7 +125,7 @@ def understood(path: Path, wrong: str) -> Iterator[None]:
 
 
 def read_json(path: Path, kind: str) -> Any:
-    """A JSON text, where its structure does not take much more memory than its characters."""
+    """Parse a JSON text, unless its structure would need much more memory than its characters."""
     text = read_text(path, FREE, kind)
     objects = 72 * (text.count("[") + text.count("{")) + 40 * text.count(",")
     if objects > FREE + 4 * len(text):
@@ -135,7 +135,7 @@ def read_json(path: Path, kind: str) -> Any:
 
 
 def read_arrays(file: BinaryIO, names: Collection[str]) -> dict[str, NDArray[Any]]:
-    """Arrays of a NumPy archive by name, those that are there, in memory bounded by the file's size."""
+    """Read arrays of a NumPy archive by name, if they exist, in memory bounded by the file's size."""
     size = os.fstat(file.fileno()).st_size
     if _directory_size(file, size) > 1024**2:
         raise ValueError("the directory of the archive is larger than 1 MiB")
@@ -158,7 +158,7 @@ def _array(archive: zipfile.ZipFile, name: str, member: zipfile.ZipInfo) -> NDAr
             np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         )
         shape, _, dtype = read(stream)
-        # NumPy allocates what the header declares.
+        # NumPy allocates the size that the header declares.
         declared = math.prod(shape) * dtype.itemsize
         if dtype.hasobject or declared != member.file_size - stream.tell() or min(shape, default=0) < 0:
             raise ValueError(f"{name} declares {declared} bytes of {dtype}, and has others")
@@ -168,7 +168,7 @@ def _array(archive: zipfile.ZipFile, name: str, member: zipfile.ZipInfo) -> NDAr
 
 
 def _directory_size(file: BinaryIO, size: int) -> int:
-    """Bytes of a ZIP archive's directory, by its end record; `zipfile` makes an object of each entry."""
+    """Bytes of a ZIP archive's directory by its end record; `zipfile` makes an object of each entry."""
     length = min(size, 22 + 65535 + 76)
     file.seek(size - length)
     tail = file.read(length)
@@ -184,7 +184,7 @@ def _directory_size(file: BinaryIO, size: int) -> int:
 def check_unpacked(about: Any, size: int) -> None:
     """Refuse a Parquet file whose pages unpack to far more than its rows need; `about` is its metadata.
 
-    The metadata of single columns is not asked: where that is damaged, Arrow ends the process.
+    The metadata of single columns is not read, because Arrow ends the process if it is damaged.
     """
     declared = sum(about.row_group(place).total_byte_size for place in range(about.num_row_groups))
     if declared > FREE + 4 * size + 16 * about.num_rows * about.num_columns:

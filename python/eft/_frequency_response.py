@@ -20,7 +20,7 @@ from eft.data_sheets._valve import second_order
 __all__ = ["ValveEstimate", "identify_valve", "read_frequency_response"]
 
 _LARGEST = 4 * 1024**2
-"""Bytes of a file of a frequency response."""
+"""Largest size of a file with a frequency response, in bytes."""
 
 _COLUMNS = {
     "frequency": (("frequency", "freq", "f"), {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / math.pi}),
@@ -30,7 +30,7 @@ _COLUMNS = {
     ),
     "phase": (("phase", "lag"), {"deg": math.pi / 180.0, "°": math.pi / 180.0, "rad": 1.0}),
 }
-"""What a column may be called, and its units; dB is no factor."""
+"""Allowed names and units of a column; dB is logarithmic."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class ValveEstimate:
     response_delay: Estimate
     """Limit at low frequency, ``2ζ/ω_n``, s."""
     misfit: float
-    """Rms of the response less the fit, over that of the response."""
+    """Rms of the difference between response and fit, over rms of the response."""
     frequency: NDArray[np.float64]
     """Of the data, Hz."""
     response: NDArray[np.complex128]
@@ -88,7 +88,7 @@ def identify_valve(frequency: ArrayLike, amplitude: ArrayLike, phase: ArrayLike)
     Raises
     ------
     ValueError
-        If the data cannot carry an answer; the message says why.
+        If the data do not determine the valve; the message says why.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def identify_valve(frequency: ArrayLike, amplitude: ArrayLike, phase: ArrayLike)
         raise ValueError(f"frequency = {len(np.unique(f))} different values: must be at least 4")
     measured = size * np.exp(1j * angle)
     omega = 2.0 * np.pi * f
-    scale = float(np.exp(np.log(omega).mean()))  # keeps the columns of a size
+    scale = float(np.exp(np.log(omega).mean()))  # scales the columns to a similar size
     s = omega / scale
     columns = np.vstack(
         [np.column_stack([np.ones_like(s), 0.0 * s, -(s**2)]), np.column_stack([0.0 * s, s, 0.0 * s])]
@@ -165,14 +165,14 @@ def read_frequency_response(
     Returns
     -------
     tuple of ndarray
-        Frequency, amplitude ratio and phase, as `identify_valve` takes them.
+        Frequency, amplitude ratio and phase, for `identify_valve`.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     ValueError
-        If a column or a unit is missing, or a cell is no number; the message names line and column.
+        If a column or a unit is missing, or a cell is not a number; the message names line and column.
 
     Examples
     --------

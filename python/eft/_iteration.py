@@ -1,4 +1,4 @@
-"""Drive files: a command, found by repeating a test, whose force is the desired one."""
+"""Drive files: commands, found by repeated tests, that give the desired force."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _ENERGY = 0.9999
 """Share of the command's energy up to the highest frequency that is corrected."""
 
 _RESIDUAL = 0.05
-"""Displacement left at the end over its peak, from where on a measured specimen counts as yielded."""
+"""Residual displacement over peak displacement above which a measured specimen counts as yielded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,10 @@ class DriveIteration:
     errors: tuple[float, ...]
     """Rms force error over rms command, of the worst actuator; the first is without iteration."""
     frequency: Array
-    """Of the spectra, Hz."""
+    """Frequencies of the spectra, Hz."""
     response: NDArray[np.complex128]
-    """Force over drive, of the last repeat; of several actuators with a leading axis, as the next two."""
+    """Force over drive, of the last repeat; with a leading axis for several actuators, as in the next two
+    fields."""
     coherence: Array
     """Of force and drive, of the last repeat, from 0 to 1."""
     corrected: NDArray[np.bool_]
@@ -171,7 +172,7 @@ class _Step:
         return frequency, found, bounded
 
     def corrected(self, frequency: Array, coherence: Array) -> NDArray[np.bool_]:
-        """Where the drive is corrected."""
+        """The corrected frequencies."""
         inside = (frequency >= self.band[0]) & (frequency <= self.band[1])
         good: NDArray[np.bool_] = inside & (coherence >= self.least_coherence)
         return good
@@ -179,7 +180,7 @@ class _Step:
     def next(
         self, drive: Array, force: Array
     ) -> tuple[Command, Array, NDArray[np.complex128], Array, NDArray[np.bool_]]:
-        """The next drive, and what it was made from."""
+        """The next drive, and the data of its correction."""
         frequency, response, coherence = self.estimate(drive, force)
         chosen = self.corrected(frequency, coherence) & (abs(response) > 0.0)
         left = np.fft.rfft(self.wanted.values - force, self._length)
@@ -191,7 +192,7 @@ class _Step:
 
     @property
     def _length(self) -> int:
-        """Samples with zeros behind, so that the end does not act on the beginning."""
+        """Samples padded with zeros, so that the end does not affect the beginning."""
         return 1 << math.ceil(math.log2(1.25 * len(self.wanted)))
 
 
@@ -240,7 +241,7 @@ def _from_measured(measured: TestRun | Traces, step: _Step) -> DriveIteration:
     wanted = step.wanted
     if isinstance(measured, TestRun):
         drive, force, rate = measured.command, measured.force, measured.sample_rate
-        # Of a structure that the rig describes it is known whether it can yield.
+        # For a structure of the rig it is known whether it can yield.
         yields = measured._outside or measured.rig.plant["structure.kind"] == "bouc_wen"
         moved: Array | None = measured.displacement if yields else None
     else:
@@ -264,7 +265,7 @@ def _from_measured(measured: TestRun | Traces, step: _Step) -> DriveIteration:
 
 
 def _left_over(displacement: Array) -> float:
-    """Mean of the last twentieth less that before the test, over the peak."""
+    """Mean of the last twentieth minus that before the test, over the peak."""
     part = max(len(displacement) // 20, 1)
     start = float(displacement[: max(part // 20, 1)].mean())
     peak = float(np.abs(displacement - start).max())

@@ -60,7 +60,7 @@ class Identification:
 
     @property
     def _drawn(self) -> int:
-        """Panels that its picture has."""
+        """Number of panels of its picture."""
         return (self.response_delay is not None) + (self.flow_curve is not None)
 
 
@@ -178,7 +178,7 @@ def identify(
 
 @contextmanager
 def _about(*traces: Traces) -> Iterator[None]:
-    """Put the files' names before what is wrong with their data."""
+    """Put the names of the files before the message of an error in their data."""
     names = ", ".join(trace.name for trace in traces)
     try:
         yield

@@ -1,4 +1,4 @@
-"""Stability maps: how far from its edge the sampled loop is, over two settings of a rig."""
+"""Stability maps: a stability quantity of the sampled loop over two settings of a rig."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class StabilityMap:
     """A quantity of the sampled loop over two settings of a rig; `eft.plots.stability_map` draws it."""
 
     quantity: Quantity
-    """What is mapped.
+    """The mapped quantity.
 
-    ``"growth_rate"`` is that of the least damped mode in 1/s, negative where the loop is stable.
-    ``"level"`` is the largest stable compensation level, NaN where no level is stable.
+    ``"growth_rate"`` is the growth rate of the least damped mode in 1/s, negative if the loop is stable.
+    ``"level"`` is the largest stable compensation level, NaN if no level is stable.
     """
     horizontal_key: str
     """Dotted key of the rig that varies along a row."""
@@ -45,11 +45,12 @@ class StabilityMap:
     values: NDArray[np.float64]
     """One row for each value of `vertical`."""
     left_out: tuple[str, ...] = ()
-    """Keys of the rig that small signals feel and the linear model has not, at any point of the map."""
+    """Keys of the rig with an effect on small signals that the linear model does not contain, at any
+    point."""
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """Where the loop is stable; in a map of levels, where any level is."""
+        """Whether the loop is stable at each point; in a map of levels, whether any level is stable."""
         return np.asarray(self.values < 0 if self.quantity == "growth_rate" else ~np.isnan(self.values))
 
     def plot(self, **options: Any) -> Any:
@@ -97,7 +98,7 @@ def stability_map(
 ) -> StabilityMap:
     """Map a quantity of the exactly sampled loop over any two settings of a rig.
 
-    Each point is `linearize` with ``sampled=True`` of the rig with both settings, at that rig's
+    Each point is `linearize` with ``sampled=True`` for the rig with both settings, at that rig's
     ``controller.sample_rate``.
 
     Parameters
@@ -105,10 +106,10 @@ def stability_map(
     rig : Rig
         The rig.
     horizontal, vertical : tuple of str and sequence
-        A dotted key of the rig, such as ``"compensation.level"``, with the values it takes. Or the name of a
-        common map alone: ``"level-damping"`` is the growth rate over compensation level (0.9 to 1.15) and
-        viscous damping of the structure (0.5 to 10 % of critical); ``"delay-rate"`` the growth rate over
-        sample rate (200 Hz to 12.8 kHz) and response delay (0 to ten times the rig's own);
+        A dotted key of the rig, such as ``"compensation.level"``, with its values. Or only the name of a
+        common map: ``"level-damping"`` is the growth rate over compensation level (0.9 to 1.15) and viscous
+        damping of the structure (0.5 to 10 % of critical); ``"delay-rate"`` the growth rate over sample rate
+        (200 Hz to 12.8 kHz) and response delay (0 to ten times the rig's own);
         ``"rate-realization"`` the largest stable level over the sample rate, for both realizations of the
         force loop.
     quantity : {"growth_rate", "level"}
@@ -143,7 +144,7 @@ def stability_map(
     (x_key, x), (y_key, y) = horizontal, vertical
     values = _native.stability_map(rig, (x_key, list(x)), (y_key, list(y)), quantity, flow_gain)
     left_out: dict[str, None] = {}
-    # Each value stands at one point at least of these.
+    # Each value occurs in at least one of these points.
     for i in range(max(len(x), len(y))):
         point = rig.replace({x_key: x[min(i, len(x) - 1)], y_key: y[min(i, len(y) - 1)]})
         left_out |= dict.fromkeys(_native.linearize(point, sampled=True).left_out)
@@ -179,7 +180,7 @@ def delay_rate_map(rig: Rig, delays: ArrayLike | None = None, rates: ArrayLike |
 def rate_realization_map(rig: Rig, rates: ArrayLike | None = None) -> StabilityMap:
     """Largest stable compensation level (1) over sample rate (Hz), of both realizations of the force loop.
 
-    NaN where the loop is unstable at any level: a digital force loop needs a rate of its own.
+    NaN if the loop is unstable at any level. A digital force loop needs a minimum rate.
 
     Without values: rates from 200 Hz to 12.8 kHz.
     """
@@ -200,4 +201,4 @@ STABILITY_MAPS: Mapping[str, Callable[[Rig], StabilityMap]] = {
     "delay-rate": delay_rate_map,
     "rate-realization": rate_realization_map,
 }
-"""The common maps by name, each of a rig alone."""
+"""The common maps by name, as functions of a rig."""

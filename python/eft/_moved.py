@@ -1,4 +1,4 @@
-"""Names that stood in `eft` and have moved: they work for one more release, with a warning."""
+"""Names that have moved out of `eft`. They work for one more release, with a warning."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _MOVED = {
 
 
 class FlowCurveEstimate:
-    """A flow curve with what is known of each control point, as `flow_curve_estimate` gave it."""
+    """A flow curve with data of each control point, as the former result of `flow_curve_estimate`."""
 
     def __init__(self, table: FlowTable) -> None:
         """Take the table's parts."""
@@ -72,7 +72,7 @@ _REPLACED: dict[str, tuple[Any, str]] = {
 
 
 def moved(name: str) -> Any:
-    """Return what has moved, with a warning that says where to."""
+    """Return a moved name, with a warning that names its new place."""
     if name in _MOVED:
         there = _MOVED[name]
         _warn(f"eft.{name} has moved: write {there}.{name}")

@@ -1,4 +1,4 @@
-"""What the Rust side offers; held true by ``mypy.stubtest``."""
+"""The interface of the Rust module; ``mypy.stubtest`` compares it with the module."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
@@ -582,7 +582,7 @@ def displacement_spectrum(record: Record, periods: ArrayLike, damping: float = 0
 def demands(rig: Rig, command: Command) -> list[dict[str, Any]]: ...
 def check_feasibility(rig: Rig, command: Command) -> dict[str, Any]: ...
 
-# Numbers; of a shear building arrays of them.
+# Numbers; for a shear building arrays.
 @final
 class PlantState:
     @property

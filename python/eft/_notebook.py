@@ -1,4 +1,4 @@
-"""How results show themselves in a notebook: a small table, and a picture where one helps."""
+"""Display of results in a notebook: a small table, and a picture for some."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["shown", "teach_native"]
 
 _DOTS = 90
-"""Per inch: legible on a screen, 40 kB a picture."""
+"""Dots per inch: legible on a screen, with 40 kB per picture."""
 
 Rows = Iterable[tuple[str, Any]]
 
@@ -44,7 +44,7 @@ def _text(value: Any) -> str:
 
 
 def _picture(title: str, draw: Callable[[Figure], Any], height: float) -> str:
-    # Here, for matplotlib takes its time. A figure of its own is known to no window manager.
+    # Imported here, because matplotlib is slow to import. A figure without pyplot opens no window.
     from matplotlib.figure import Figure
 
     from eft.plots._style import WIDTH, printed
@@ -59,7 +59,7 @@ def _picture(title: str, draw: Callable[[Figure], Any], height: float) -> str:
 
 
 def on_axes(draw: Callable[..., Any], what: Any) -> Callable[[Figure], Any]:
-    """A drawing function of axes as one of a figure."""
+    """A drawing function for a figure from one for axes."""
     return lambda figure: draw(what, ax=figure.subplots())
 
 
@@ -125,7 +125,7 @@ def _rig(self: Rig) -> str:
 
 
 def teach_native() -> None:
-    """Give the classes of the native module what Python does for them: pictures."""
+    """Add the methods for pictures to the classes of the native module."""
     from eft import _native
 
     def plotter(name: str) -> Callable[..., Any]:
@@ -143,7 +143,7 @@ def teach_native() -> None:
         (_native.FlowTable, "flow_curve", _flow_table),
         (_native.LinearModel, "linear_model", _linear_model),
     ):
-        # Not as assignments: a type checker takes the methods from the stubs.
+        # Set by setattr, because a type checker takes the methods from the stubs.
         setattr(kind, "plot", plotter(name))  # noqa: B010
         setattr(kind, "_repr_html_", to_html)  # noqa: B010
     setattr(_native.Rig, "_repr_html_", _rig)  # noqa: B010

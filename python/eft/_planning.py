@@ -40,7 +40,7 @@ class StabilityMargins(Result):
     level: float
     """The largest stable compensation level."""
     response_delay: tuple[float, float] | None = None
-    """Lowest and highest stable one, s."""
+    """Lowest and highest stable value, s."""
     dead_time: float | None = None
     """The shortest additional delay of the compensation or of the whole valve command that makes the loop
     unstable, s; infinite if there is none."""
@@ -55,15 +55,15 @@ class DelayBudget(Result):
     """The parts of the delay that the lead network must compensate for, all in s."""
 
     valve: float
-    """Of the servovalve."""
+    """Delay of the servovalve."""
     hold: float
-    """Half a sample, and ``dac.delay``."""
+    """Half a sample for the hold, and ``dac.delay``."""
     computation: float
-    """Of the computation."""
+    """Delay of the computation."""
     sensor: float
-    """Of the velocity sensor; of an estimated velocity that leads, negative."""
+    """Delay of the velocity sensor; negative for an estimated velocity that leads."""
     derivative: float
-    """Of the force controller's derivative action; it is negative, a lead."""
+    """Delay of the force controller's derivative action; it is negative, because it leads."""
     path: float
     """Delay of the compensation's path, which has all parts except `derivative` (force error only)."""
     total: float
@@ -75,9 +75,9 @@ class Demand(Result):
     """The demand of a command on one part of a rig, and the part's capacity."""
 
     name: str
-    """Of the part."""
+    """Name of the part."""
     unit: str
-    """SI; empty for a ratio."""
+    """SI unit; empty for a ratio."""
     required: float
     """The demand of the command."""
     available: float
@@ -93,7 +93,7 @@ class Feasibility(Result):
     verdict: Grade
     """In one word, ``"go"``, ``"caution"`` or ``"no"``."""
     reasons: tuple[str, ...]
-    """Sentences."""
+    """Reasons against a "go", as sentences."""
     demands: tuple[Demand, ...]
     """The demand on each part."""
     scheme: Literal["off", "linear", "nonlinear"]
@@ -304,7 +304,7 @@ _SCHEMES = ("off", "linear", "nonlinear")
 
 
 def _settings(rig: Rig, found: Mapping[str, Any], rate: float) -> Iterator[Finding]:
-    """A scheme that is too simple, a sample rate that is too low."""
+    """Findings on a scheme that is too simple and a sample rate that is too low."""
     mode, needed, least = rig["compensation.mode"], found["scheme"], found["smallest_sample_rate"]
     if _SCHEMES.index(mode) < _SCHEMES.index(needed):
         change = (("compensation.mode", needed),)

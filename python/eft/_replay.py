@@ -34,7 +34,7 @@ class Replay:
     response_delay_estimate: npt.NDArray[np.float64]
     """Delay of the spool by its sensor, s."""
     velocity_delay_estimate: npt.NDArray[np.float64]
-    """Delay of the velocity behind the spool by their sensors, s."""
+    """Delay of the velocity after the spool by their sensors, s."""
     valve_gain_estimate: npt.NDArray[np.float64]
     """The spool's gain over the configured one."""
     flow_gain_deviation: npt.NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""What results have in common."""
+"""Common base of the results."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Result:
 
 
 def _shown(value: Any) -> str:
-    """A field in few words; of a list of results one after another."""
+    """A field in few words; the results of a list follow one another."""
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, tuple):

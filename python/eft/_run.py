@@ -41,7 +41,7 @@ class TestRun(Channels):
     traces ``measured_...`` are the readings of the sensors. ``time, force = run`` unpacks time and force.
     """
 
-    __test__ = False  # pytest takes classes of this name for its own
+    __test__ = False  # pytest would collect classes with this name
 
     rig: Rig
     """The rig that was tested."""
@@ -74,7 +74,7 @@ class TestRun(Channels):
     _energy: EnergyBalance | None = None
     _whole: bool = True
     _building: tuple[TestRun, int] | None = None
-    """The run of all actuators of a building and the place of this one among them."""
+    """The run of all actuators of a building, and the place of this actuator in it."""
 
     @classmethod
     def _of(
@@ -133,7 +133,7 @@ class TestRun(Channels):
         """The verdict, with reasons and remedies, by the limits of the rig's ``verdict`` section."""
         from eft._verdict import judge
 
-        # Its sentences are in the units in use.
+        # Not cached, because its sentences use the present units.
         kept: dict[str, Verdict] = self.__dict__.setdefault("_verdicts", {})
         units = current_units()
         if units not in kept:
@@ -213,7 +213,7 @@ class TestRun(Channels):
 
     @property
     def _traces(self) -> tuple[str, ...]:
-        """The traces that there are."""
+        """The traces of this run by name."""
         return (*(name for name in TRACES if name in self._values), "status")
 
     def metrics(self, *, fft: bool = True) -> Metrics:
@@ -263,7 +263,7 @@ class TestRun(Channels):
         if self.command.ndim > 1:
             check_command(self)
         if self._building is not None and self.command.any():
-            # The motion of one floor takes those of the others to be judged.
+            # The ideal motion of one floor needs the commands of the other floors.
             building, index = self._building
             found = building.metrics(fft=fft)
             return Metrics({str(name): float(values[index]) for name, values in found.items()})

@@ -9,12 +9,12 @@ Format 2. Each member is a NumPy array in its own format (``.npy``), deflated; `
 - ``dtype``: precision of the controller, ``f64`` or ``f32``;
 - ``sample_rate``: Hz;
 - ``about``: JSON with ``date`` (ISO 8601), ``record`` (its name), ``scale``, ``mass`` (kg), ``energy`` (J by
-  name, or null), ``whole`` (whether it is all of a test), ``stopped`` (why a structure from
-  outside ended it), ``outside`` (whether there was one) and ``units`` (of each trace);
-- ``found_flows``: m³/s, empty where they are not known;
-- ``status``: bits of `eft.Status`, one word a sample;
-- each trace: one value a sample, (actuators, samples) for several actuators; a single number where it is the
-  same throughout; the name of another trace where it is that one.
+  name, or null), ``whole`` (whether it is a whole test), ``stopped`` (why an external structure ended it),
+  ``outside`` (whether there was one) and ``units`` (of each trace);
+- ``found_flows``: m³/s, empty if unknown;
+- ``status``: bits of `eft.Status`, one word per sample;
+- each trace: one value per sample, with the shape (actuators, samples) for several actuators; a single number
+  if it is constant; the name of another trace if it has the same values.
 
 Format 1 is not compressed, has no ``about``, and repeats every trace.
 """
@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 
 _FORMAT = 2
 _TOLD = {"format": "i", "version": "U", "rig": "U", "dtype": "U", "sample_rate": "f"}
-"""What a run says of itself, and the kind of each."""
+"""Fields that describe a run, and their types."""
 _FINITE = ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command")
-"""Traces of the plant, which ends where it diverges; a sensor may well report NaN."""
+"""Traces of the plant, which must be finite; a sensor may report NaN."""
 _LEVEL = 1
-"""Of compression: the highest takes five times as long for a twentieth of the size."""
+"""Level of compression; the highest level takes five times as long and saves a twentieth."""
 
 
 def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
@@ -71,7 +71,7 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
         "dtype": run.dtype,
         "sample_rate": np.float64(run.sample_rate),
         "about": json.dumps(about),
-        # An archive knows no None.
+        # An archive cannot store None.
         "found_flows": np.empty(0) if run.found_flows is None else run.found_flows,
         **{name: _kept(name, values) for name in values},
         "status": run.status,
@@ -87,7 +87,7 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
 
 
 def _kept(name: str, values: Mapping[str, NDArray[Any]]) -> Any:
-    """What is written of a trace: its name where it is another one, a number where it is one throughout."""
+    """The stored form of a trace: the name of an equal trace, a number if it is constant, or its samples."""
     other, trace = TRACES[name].otherwise, values[name]
     if values.get(other) is trace:
         return other
@@ -95,7 +95,7 @@ def _kept(name: str, values: Mapping[str, NDArray[Any]]) -> Any:
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Every field of a run that `write` wrote; ValueError where the file is something else."""
+    """Every field of a run from a file of `write`; ValueError for another file."""
     with foreign.opened(path) as file, foreign.understood(path, "not a test saved by eft"):
         return _fields(foreign.read_arrays(file, {*_TOLD, "about", "found_flows", *TRACES, "status"}))
 
@@ -117,25 +117,25 @@ def _fields(stored: dict[str, NDArray[Any]]) -> dict[str, Any]:
         elif trace.otherwise in TRACES:
             values[name] = values[trace.otherwise]
         elif trace.otherwise != "absent":
-            # A file of before there was any; of what a fixed scheme takes for granted there is no doubt.
+            # An older file has no deviations; the values of a fixed scheme have none.
             sure = name == "valve_gain_estimate" and not rig["compensation.adaptive"]
             values[name] = np.broadcast_to(1.0 if sure else np.nan, shape)
     for name in _FINITE:
-        # Without an array as large as the trace.
+        # Checked without another array of the trace's size.
         if not (np.isfinite(values[name].min()) and np.isfinite(values[name].max())):
             raise ValueError(f"{name} has samples that are not finite")
     status = stored["status"]
     if status.dtype != np.uint32 or status.shape != shape:
         raise ValueError(f"status is {status.dtype} of shape {status.shape}")
-    Command([0.0], told["sample_rate"])  # refuses a rate that no test has
+    Command([0.0], told["sample_rate"])  # raises for an invalid rate
     if told["dtype"] not in ("f32", "f64"):
         raise ValueError(f"dtype is {told['dtype']!r}")
-    # A file of before there were any has the table's.
+    # An older file without this field has the table's flows.
     table = np.asarray(rig["servovalve.flow_table.flows"])
     found = stored.get("found_flows", np.broadcast_to(table, (*shape[:-1], table.size)))
     if found.dtype != np.float64 or found.shape not in ((*shape[:-1], table.size), (0,)):
         raise ValueError(f"found_flows is {found.dtype} of shape {found.shape}")
-    # A file of before it said so may be a part of a test.
+    # An older file without this field may be a part of a test.
     about = {"_whole": False}
     if "about" in stored:
         about = _about(_told("about", stored["about"], "U"), shape)
@@ -161,7 +161,7 @@ def _trace(name: str, stored: NDArray[Any], values: Mapping[str, Any], shape: tu
 
 
 def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
-    """What a run says of where it comes from."""
+    """The origin of a run."""
     about = json.loads(text)
     energy, mass, scale = about["energy"], about["mass"], about["scale"]
     # Older files have no "stopped".
@@ -188,7 +188,7 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
 
 
 def _told(name: str, value: NDArray[Any], kind: str) -> Any:
-    """What a run says of itself: one value of its kind, a text no longer than a rig."""
+    """One field that describes a run, of its type; a text is at most as long as a rig."""
     if value.shape or value.dtype.kind not in kind or value.dtype.itemsize > 4 * 1024**2:
         raise ValueError(f"{name} is {value.dtype} of shape {value.shape}")
     return value.item()

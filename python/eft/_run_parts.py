@@ -46,7 +46,7 @@ def actuator(run: TestRun, index: int) -> TestRun:
 def _part(run: TestRun, index: Any, found_flows: NDArray[np.float64] | None) -> TestRun:
     """Return some actuators or samples; the energy of a part is unknown."""
     values = {name: trace[index] for name, trace in run._values.items()}
-    # What is one array stays one.
+    # Traces that share an array also share it in the part.
     same = {name: TRACES[name].otherwise for name in values if _is_same(run, name)}
     values |= {name: values[other] for name, other in same.items()}
     return replace(

@@ -59,7 +59,7 @@ def check_command(run: TestRun) -> None:
 
 
 def _rows(run: TestRun, judge: Callable[[TestRun], tuple[Array, Array]]) -> tuple[Array, Array]:
-    """A row for each actuator at the frequencies that all have; NaN for an actuator without a command."""
+    """One row for each actuator at their common frequencies; NaN for an actuator without a command."""
     check_command(run)
     actuators = [run.actuator(index) for index in range(run.command.shape[0])]
     each = [judge(one) if one.command.any() else None for one in actuators]

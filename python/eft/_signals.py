@@ -1,4 +1,4 @@
-"""What the figures need of a run and the run does not say itself."""
+"""Signals for the figures that are derived from a run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class Response(Protocol):
-    """What a structure did: a run, or the ideal response of the same structure."""
+    """The motion of a structure: a run, or its ideal response."""
 
     @property
     def time(self) -> Array:
@@ -33,7 +33,7 @@ class Response(Protocol):
 
 
 def labelled(runs: TestRun | Mapping[str, TestRun], alone: str = "measured") -> Mapping[str, TestRun]:
-    """A single run is a set of one; a run of several actuators is as many runs."""
+    """Runs by label; a run of several actuators becomes one run for each."""
     answer: dict[str, TestRun] = {}
     named = runs if isinstance(runs, Mapping) else {alone: runs}
     for label, run in named.items():
@@ -47,10 +47,10 @@ def labelled(runs: TestRun | Mapping[str, TestRun], alone: str = "measured") -> 
 
 
 def commands(runs: Mapping[str, TestRun]) -> list[tuple[str, TestRun]]:
-    """The runs whose commands differ; of several only the first has a label that shows in a legend."""
+    """The runs with different commands; only the first has a label for the legend."""
     found: list[TestRun] = []
     for run in runs.values():
-        # A run that diverged has only the beginning of its command.
+        # A run that diverged has only the first part of its command.
         if not any(_begin_alike(run.command, other.command) for other in found):
             found.append(run)
     if not found:
@@ -65,7 +65,7 @@ def _begin_alike(one: Array, other: Array) -> bool:
 
 
 def endings(runs: Mapping[str, TestRun]) -> list[tuple[float, str]]:
-    """When (s) tests ended before their time, with the cause in words; of equal causes the first."""
+    """Times (s) at which tests ended early, with the causes; for equal causes the first time."""
     found: dict[str, float] = {}
     for label, run in runs.items():
         ended = (run.status & np.uint32(ENDED)) != 0
@@ -76,7 +76,7 @@ def endings(runs: Mapping[str, TestRun]) -> list[tuple[float, str]]:
             words = "left its stroke"
         else:
             words = f"tripped: {run.stopped or run.cause.name.lower().replace('_', ' ')}"
-        # Of a building the actuators trip by one cause; of other tests each has its own.
+        # The actuators of a building trip by one cause; other tests have separate causes.
         if len(runs) > 1 and run._building is None:
             words = f"{label} {words}"
         found[words] = min(found.get(words, np.inf), float(run.time[at]))
@@ -84,7 +84,7 @@ def endings(runs: Mapping[str, TestRun]) -> list[tuple[float, str]]:
 
 
 def inside(time: Array, window: tuple[float, float] | None) -> slice:
-    """The samples of a time window in s; all of them without one."""
+    """The samples of a time window in s; all samples without a window."""
     if window is None:
         return slice(None)
     low, high = window
@@ -109,7 +109,7 @@ def amplitude_spectrum(signal: Array, step: float, band: tuple[float, float]) ->
 
 
 def restoring_force(run: TestRun, mass: float, damping: float) -> Array:
-    """What the structure's spring pushed back with, in N: `A·P_L − m·ẍ − c·ẋ`."""
+    """Restoring force of the structure's spring, in N: `A·P_L − m·ẍ − c·ẋ`."""
     acceleration = np.gradient(run.velocity, run.time, edge_order=2)
     return np.asarray(run.force - mass * acceleration - damping * run.velocity)
 

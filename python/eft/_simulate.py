@@ -15,7 +15,7 @@ from eft._watch import show
 __all__ = ["IdealResponse", "StepController", "energy_balance", "ideal_response", "simulate"]
 
 Structure = Callable[[Any, float], tuple[Any, Any]]
-"""A structure from outside."""
+"""An external structure."""
 
 Method = Literal["exponential", "runge-kutta"]
 
@@ -182,7 +182,8 @@ def ideal_response(rig: Rig, command: Command) -> IdealResponse:
     Returns
     -------
     IdealResponse
-        Time, displacement and velocity; of a shear building the last two are (actuators, samples).
+        Time, displacement and velocity; for a shear building the last two have the shape (actuators,
+        samples).
 
     Raises
     ------
@@ -200,7 +201,7 @@ def ideal_response(rig: Rig, command: Command) -> IdealResponse:
 
 
 def energy_balance(rig: Rig, command: Command, *, largest_step: float | None = None) -> EnergyBalance:
-    """Run a test with the books of its energy.
+    """Run a test and compute its energy balance.
 
     Parameters
     ----------
@@ -209,13 +210,13 @@ def energy_balance(rig: Rig, command: Command, *, largest_step: float | None = N
     command : Command
         The force to be applied.
     largest_step : float, optional
-        Of the Runge–Kutta integration, s; the default is that of `simulate`, 1/4096 s. The gap shrinks with
-        it and tells how far the integration can be trusted.
+        Largest step of the Runge–Kutta integration, s; the default is that of `simulate`, 1/4096 s. The gap
+        decreases with the step and shows the error of the integration.
 
     Returns
     -------
     EnergyBalance
-        In J; the actuators of a shear building share one.
+        The energies in J; for a shear building of all actuators together.
 
     Raises
     ------

@@ -134,11 +134,11 @@ _ENDS = (
     (Status.TRIPPED | Status.SHUT_DOWN, "tripped", "the protection ended the test"),
 )
 ENDED = Status.STROKE_EXCEEDED | Status.TRIPPED | Status.SHUT_DOWN
-"""Any of these ends a test, though the simulation goes on."""
+"""Each of these ends a test, although the simulation continues."""
 
 
 def status_of(flags: Status) -> tuple[str, str | None]:
-    """In a word whether there is a whole test, and why not."""
+    """One word on whether the test is complete, or why not."""
     for flag, word, reason in _ENDS:
         if flags & flag:
             return word, reason

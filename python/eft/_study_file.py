@@ -1,4 +1,4 @@
-"""A study as a file: a test file with a section that says what is varied."""
+"""Study files: a test file with a section for the varied settings."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def read_study(path: Path, changes: Mapping[str, Any]) -> StudyPlan:
         parameters = _WAYS[ways[0]](section[ways[0]])
         combinations_of(parameters, rig)
     except ValueError as error:
-        # The rig's own sections may set the same keys, and are not what is wrong.
+        # The rig's own sections may have the same keys, which are not the error.
         raise pointed(path, only_sections(text, NOT_THE_RIG), error) from None
     return StudyPlan(rig, commands, parameters, **({"dtype": "f64", "traces": False, "fft": True} | given))
 

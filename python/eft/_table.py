@@ -1,6 +1,6 @@
-"""What is made of Rust's tables of traces and metrics: the attributes of a run, and its metrics.
+"""The attributes and metrics of a run, made from the tables of traces and metrics in Rust.
 
-`_table.pyi` declares the same for type checkers; ``tests/python/test_table.py`` writes it and holds it true.
+`_table.pyi` declares the same for type checkers; ``tests/python/test_table.py`` writes and checks it.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ from eft import _native
 
 
 class Trace(NamedTuple):
-    """What is known of a trace."""
+    """Description of a trace."""
 
     unit: str
     doc: str
     otherwise: str
-    """What it is in a test that does not record it: "recorded", "constant", "nominal" of what is learned,
-    "absent", or another's name."""
+    """Its value in a test that does not record it: "recorded" (always), "constant", "nominal" (of the
+    learner), "absent", or another trace's name."""
 
 
 class Metric(NamedTuple):
-    """What is known of a metric."""
+    """Description of a metric."""
 
     unit: str
     doc: str
     costly: bool
-    """Whether it takes Fourier transforms or the ideal response, and so longer than the test."""
+    """Whether it needs Fourier transforms or the ideal response, and so longer than the test."""
 
 
 TRACES: dict[str, Trace] = {name: Trace(*about) for name, *about in _native.trace_table()}
@@ -35,7 +35,7 @@ METRICS: dict[str, Metric] = {name: Metric(*about) for name, *about in _native.m
 
 
 class Channels:
-    """The traces of a run as attributes, of several actuators with a leading axis."""
+    """The traces of a run as attributes, with a leading axis for several actuators."""
 
     _values: Mapping[str, Any]
 
@@ -43,9 +43,9 @@ class Channels:
 class Metrics(Mapping[str, Any]):
     """The metrics of a run by name, as items and as attributes; they never change.
 
-    Numbers, NaN where there is no answer, such as the delay of a force that stays zero; for several
-    actuators arrays with one number each. Without ``fft`` those that take longer than a test are left out: no
-    items, and NaN as attributes.
+    The values are numbers; for several actuators they are arrays with one number each. An undefined metric is
+    NaN, such as the delay of a force that stays zero. Without ``fft`` the metrics that take longer than a
+    test are absent as items and NaN as attributes.
     """
 
     __slots__ = ("_values",)

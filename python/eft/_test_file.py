@@ -1,4 +1,4 @@
-"""A test as a file: the rig, and the command it is to follow."""
+"""Test files: a rig and its command."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from eft._native import Command, Rig, effective_force, read_record, sine_sweep
 from eft._toml_lines import pointed, without_sections
 
 EL_CENTRO = "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
-"""The record that ships with the package; the word `elcentro` stands for it."""
+"""The record in the package; its name is `elcentro`."""
 
 TEMPLATE = """
 # what the force is to follow: a sine sweep,
@@ -42,9 +42,9 @@ duration = 32.0
 
 @dataclass(frozen=True)
 class TestPlan:
-    """A rig and the command it is to follow."""
+    """A rig and its command."""
 
-    __test__ = False  # pytest takes classes of this name for its own
+    __test__ = False  # pytest would collect classes with this name
 
     rig: Rig
     command: Command
@@ -74,7 +74,7 @@ def read_test(path: Path, changes: Mapping[str, Any]) -> TestPlan:
 
 
 def command_section(path: Path, tree: Mapping[str, Any]) -> dict[str, Any]:
-    """The section that says what the force is to follow."""
+    """The section with the command."""
     section = tree.get("command")
     if section is None:
         raise ValueError(f"{path}: no section [command]; it must say what the force is to follow")
@@ -84,7 +84,7 @@ def command_section(path: Path, tree: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def rig_within(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, Any]) -> Rig:
-    """The rig of a file: its sections, or the file that ``rig`` names; `tree` holds nothing else any more."""
+    """The rig of a file: its sections, or the file that ``rig`` names. `tree` contains only these."""
     if "rig" not in tree:
         return _rig_of(path, text, tree, changes)
     others = ", ".join(key for key in tree if key != "rig")
@@ -100,13 +100,13 @@ NOT_THE_RIG = ("command", "commands", "study")
 
 
 def read_rig(path: Path, changes: Mapping[str, Any]) -> Rig:
-    """Read a rig file; of a test or a study its rig."""
+    """Read a rig file, or the rig of a test or study file."""
     text, tree = _without_test(path)
     return rig_within(path, text, tree, changes)
 
 
 def _rig_file(path: Path, changes: Mapping[str, Any]) -> Rig:
-    """A rig file that holds its rig itself, so that no file can name the next without end."""
+    """A rig file with its own sections, because files that name files could continue without end."""
     text, tree = _without_test(path)
     return _rig_of(path, text, tree, changes)
 
@@ -118,7 +118,7 @@ def _without_test(path: Path) -> tuple[str, dict[str, Any]]:
 
 def _rig_of(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, Any]) -> Rig:
     try:
-        # From the text where that is possible, for the core's parser has better words for broken TOML.
+        # From the text if possible, because the core's parser has better messages for invalid TOML.
         rest = without_sections(text, NOT_THE_RIG)
         rig = Rig(rest) if tomllib.loads(rest) == tree else Rig.from_dict(tree)
     except ValueError as error:
@@ -129,18 +129,18 @@ def _rig_of(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str, A
 
 
 def read_text(path: Path) -> str:
-    """A configuration file as text; nobody writes one of 4 MiB by hand."""
+    """A configuration file as text, with a limit of 4 MiB."""
     return foreign.read_text(path, 4 * 1024**2, "configuration")
 
 
 _MANY_PARTS = re.compile(
     r"""(?<![A-Za-z0-9_-])(?:(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}"""
 )
-"""The beginning of a key that `tomllib` takes a time for in proportion to the square of its parts."""
+"""The beginning of a key with many parts, for which the time of `tomllib` is quadratic."""
 
 
 def parse_toml(path: Path, text: str) -> dict[str, Any]:
-    """Parse TOML; the error points at line and column."""
+    """Parse TOML; the error names line and column."""
     if many := _MANY_PARTS.search(text):
         line = text.count("\n", 0, many.start()) + 1
         raise ValueError(f"{path}, line {line}: a key of more than 32 parts")
@@ -148,7 +148,7 @@ def parse_toml(path: Path, text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except ValueError as error:
         try:
-            # The parser of the core also knows the line of what ends too early.
+            # The parser of the core also knows the line of an unexpected end.
             Rig(text)
         except ValueError as better:
             if str(better).startswith("line "):
@@ -228,7 +228,7 @@ def _record(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command
 
 
 def _drive(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command, str]:
-    # Here, for most tests read no traces.
+    # Imported here, because most tests read no traces.
     from eft.traces import read_traces
 
     building = rig["structure.kind"] == "shear_building"
@@ -243,7 +243,7 @@ def _drive(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command,
                 f"{file.name}: {len(traces['command'])} samples at {traces.sample_rate:g} Hz, must be "
                 f"{len(first['command'])} at {first.sample_rate:g} Hz as in {files[0].name}"
             )
-    # A clock that was rounded in the file is the rig's within a thousandth.
+    # A rate within a thousandth of the rig's is the rig's; the file has a rounded clock.
     rate = _sample_rate(section, rig)
     rate = rate if abs(rate / first.sample_rate - 1.0) < 1e-3 else first.sample_rate
     values = [traces["command"] for traces in drives]
@@ -251,7 +251,7 @@ def _drive(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command,
 
 
 def drive_files(path: Path, actuators: int) -> list[Path]:
-    """The file of a drive; of several actuators one each from the ground, drive-1.csv, drive-2.csv, ..."""
+    """The files of a drive: one, or for several actuators drive-1.csv, drive-2.csv, ... from the ground."""
     if actuators == 1:
         return [path]
     return [path.with_stem(f"{path.stem}-{number + 1}") for number in range(actuators)]

@@ -1,4 +1,4 @@
-"""Where a key stands in a TOML file, so that an error about its value can point there."""
+"""The place of a key in a TOML file, for errors about its value."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _NAMED = (
     re.compile(r"\['([\w.]+)'\]"),
     re.compile(r"^(?:[a-z]+: )?([A-Za-z_][\w.]*)"),
 )
-"""How messages name a key, the surest first."""
+"""Patterns of key names in messages, the most specific first."""
 
 
 def pointed(path: Path, text: str, error: ValueError) -> ValueError:
-    """The error with the file, and with line and column of the key that it names where there is one."""
+    """The error with the file, and with line and column of the named key if there is one."""
     message = str(error)
     for pattern in _NAMED:
         for key in pattern.findall(message):
-            # The value may stand in an inline table, whose own key is then the nearest.
+            # The value may be in an inline table, whose key is then the nearest.
             above = key.rpartition(".")[0]
             found = place(text, key, header_too=pattern in _MISSING) or ("." in above and place(text, above))
             if found:
@@ -35,7 +35,7 @@ def pointed(path: Path, text: str, error: ValueError) -> ValueError:
 
 
 def place(text: str, key: str, *, header_too: bool = False) -> tuple[int, int] | None:
-    """Line and column where a dotted key is set, perhaps below another section; of its section if wanted."""
+    """Line and column of a dotted key, possibly below another section; optionally those of its section."""
     section, answer = "", None
     for number, line in enumerate(text.splitlines(), 1):
         if header := _HEADER.match(line):
@@ -50,12 +50,12 @@ def place(text: str, key: str, *, header_too: bool = False) -> tuple[int, int] |
 
 
 def without_sections(text: str, names: Collection[str]) -> str:
-    """The text with some sections blanked and every line where it was."""
+    """The text with some sections blanked and the same lines."""
     return _blanked(text, lambda section: section in names)
 
 
 def only_sections(text: str, names: Collection[str]) -> str:
-    """The text with all other sections blanked and every line where it was."""
+    """The text with all other sections blanked and the same lines."""
     return _blanked(text, lambda section: section not in names)
 
 

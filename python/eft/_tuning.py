@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["ForceLoopTuning", "tune_force_loop"]
 
 _RATIOS = 13
-"""Lines of a constant derivative over proportional gain on which the margin is computed."""
+"""Number of ratios of derivative to proportional gain at which the margin is computed."""
 
 _AS_BELIEVED = {"truth": None, "controller.force_loop": "pd"}
 """The rig as its controller knows it, with gains that can be set."""
@@ -35,7 +35,7 @@ class ForceLoopTuning:
     derivative_gain: float
     """Present G_d of the rig, s."""
     realization: str
-    """``"analog"`` or ``"digital"``, of the loop whose margin this is."""
+    """``"analog"`` or ``"digital"``, the realization of the loop."""
     ratios: NDArray[np.float64]
     """G_d over G_p for which the limit was computed, s."""
     largest_gains: NDArray[np.float64]
@@ -55,11 +55,11 @@ class ForceLoopTuning:
     def margin_at(self, proportional_gain: ArrayLike, derivative_gain: ArrayLike) -> NDArray[np.float64]:
         """Gain margin for any gains, between the computed lines by linear interpolation.
 
-        The margin is the factor on both gains that makes the loop unstable; below 1 it is unstable already.
+        The margin is the factor on both gains that makes the loop unstable; below 1 the loop is unstable.
         """
         gain = np.asarray(proportional_gain, dtype=np.float64)
         ratio = np.asarray(derivative_gain, dtype=np.float64) / gain
-        # Of the reciprocal, which is finite where the limit is not.
+        # Interpolates the reciprocal, which is finite even for an infinite limit.
         share = np.interp(ratio, self.ratios, 1.0 / self.largest_gains)
         with np.errstate(divide="ignore"):
             found: NDArray[np.float64] = 1.0 / (gain * share)
@@ -125,7 +125,7 @@ def tune_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoopTuni
     longest = 2.0 * max(advised_derivative / advised_gain, own[1] / own[0])
     exact = (own[1] / own[0], advised_derivative / advised_gain)
     ratios = np.unique([*np.linspace(0.0, longest, _RATIOS), *exact])
-    # An integral part goes along with the gains.
+    # The integral gain is scaled with the other gains.
     integral = designed["controller.integral_gain"] if robust else rig["controller.integral_gain"]
     per_gain = integral / own[0]
     limits = [_largest_gain(believed, ratio, per_gain, advised_gain, rate) for ratio in ratios]
@@ -142,7 +142,7 @@ def _largest_gain(rig: Rig, ratio: float, integral: float, start: float, rate: f
         }
         try:
             factor = stability_margins(rig.replace(gains), sampled=True, sample_rate=rate).loop_gain
-        except ValueError:  # no compensation level makes it stable
+        except ValueError:  # no compensation level makes the loop stable
             factor = None
         if factor is not None:
             return factor * start

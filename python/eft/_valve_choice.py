@@ -1,4 +1,4 @@
-"""The valves of a catalogue compared in some tests."""
+"""Comparison of the valves of a catalogue in several tests."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["ValveChoice", "ValveTable", "compare_valves", "read_valves"]
 
 @dataclass(frozen=True)
 class ValveChoice:
-    """One valve under one command."""
+    """The result of one valve under one command."""
 
     valve: str
     """Name in the catalogue."""
@@ -47,7 +47,7 @@ class ValveChoice:
 
 @dataclass(frozen=True)
 class ValveTable:
-    """Every valve of a catalogue under every command."""
+    """The results of every valve of a catalogue under every command."""
 
     rows: tuple[ValveChoice, ...]
     """Valves in the catalogue's order, and within each the commands."""

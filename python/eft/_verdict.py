@@ -37,7 +37,7 @@ FORCE_ERROR = 0.1
 """Rms error over rms command above which the verdict on a test of a study is a caution."""
 
 LONGEST_DELAY = 1.0
-"""The longest response delay (s) that a controller takes: a correlation at a longer lag is chance."""
+"""The longest response delay (s) that a controller takes: a correlation at a longer lag is accidental."""
 
 _NOISES = tuple(f"sensors.{name}.noise" for name in ("force", "velocity", "displacement", "spool"))
 
@@ -88,7 +88,7 @@ class Verdict:
 
 
 def judge(run: TestRun) -> Verdict:
-    """Judge a test up to where it ended; the limits are the rig's ``verdict`` section."""
+    """Judge a test up to its end by the limits of the rig's ``verdict`` section."""
     if not run.success:
         return _verdict(run.rig, [Finding("no", "The simulated state diverged: there is no result.")], "")
     part = run.to_its_end()
@@ -102,10 +102,10 @@ def judge(run: TestRun) -> Verdict:
         asked = [one for one in of_demands(facts.demands) if one.grade == "no"]
         findings = [*_events(run), *asked, *_noise(run, facts), *of_facts(facts)]
         if asked:
-            # No setting of the controller gives what the rig does not have.
+            # No setting of the controller can exceed the capacity of the rig.
             findings = [one._replace(remedies=()) for one in findings]
     if run._controlled:
-        # A remedy is a setting of the rig's own controller.
+        # Remedies are settings of the rig's own controller only.
         findings = [one._replace(remedies=()) for one in findings]
     opening = facts.metrics["max_spool"]
     summary = f"The spool opens to {opening:.0%}."
@@ -161,14 +161,14 @@ def _known(metrics: Metrics) -> Iterator[tuple[str, Any]]:
 
 
 def _demands(run: TestRun) -> tuple[dict[str, Any], ...]:
-    """What the command asks for; nothing where the rig's structure or other actuators are not in the test."""
+    """The demands of the command; none if the rig's structure or other actuators are not in the test."""
     if run._outside or run._building is not None or not run._whole:
         return ()
     return tuple(_native.demands(run.rig, Command(run.command, run.sample_rate)))
 
 
 def _events(run: TestRun) -> Iterator[Finding]:
-    """What happened once: an end before its time."""
+    """Findings on an early end."""
     if run.flags & Status.STROKE_EXCEEDED:
         yield Finding("no", "The piston left its stroke: no result of a real rig.", SELF_CALIBRATION)
     if run.stopped:
@@ -179,7 +179,7 @@ def _events(run: TestRun) -> Iterator[Finding]:
 
 
 def _noise(run: TestRun, facts: Facts) -> Iterator[Finding]:
-    """Noise of the sensors where it makes most of an error: the same test is run without it."""
+    """The finding that sensor noise causes most of an error, by the same test without noise."""
     from eft._simulate import simulate
 
     error = facts.metrics["nrmse"]
@@ -200,6 +200,6 @@ def _noise(run: TestRun, facts: Facts) -> Iterator[Finding]:
 
 
 def told_delay(metrics: Metrics) -> Any:
-    """The delay (s), NaN where a shift by it explains nothing or no controller makes up for so much."""
+    """The delay (s); NaN if a shift does not reduce the error, or if it is too long for any controller."""
     delay, left = np.asarray(metrics["delay"]), np.asarray(metrics["nrmse_delay_removed"])
     return np.where((np.abs(delay) > LONGEST_DELAY) | (left >= NO_FORCE), np.nan, delay)

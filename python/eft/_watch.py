@@ -1,4 +1,4 @@
-"""A test as it runs: plant and controller sample by sample, looked at now and then."""
+"""Observation of a running test: plant and controller are stepped sample by sample."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ class Watched(NamedTuple):
     """The signals at one moment of a test; for several actuators all except the time are arrays."""
 
     time: float
-    """Since the start, s."""
+    """Time since the start, s."""
     command: Any
     """N."""
     force: Any
     """N."""
     error: Any
-    """Rms of the force error over that of the command, so far; NaN before there is a command."""
+    """Rms of the force error over that of the command, until now; NaN before the command starts."""
     spool: Any
     """Opening."""
     flow_gain: Any
@@ -36,7 +36,7 @@ class Watched(NamedTuple):
 def watch(
     rig: Rig, command: Command, *, every: float = 0.1, dtype: Literal["f64", "f32"] = "f64"
 ) -> Iterator[Watched]:
-    """Step plant and controller through a test and look at it now and then.
+    """Step plant and controller through a test and return their state at intervals.
 
     The loop is that of a real-time program: `Plant.state` in, `Controller.step`, `Plant.step`. It is
     the digital realization, with ideal sensors; a building has a controller for each actuator.
@@ -48,14 +48,14 @@ def watch(
     command : Command
         The force.
     every : float
-        Time between two looks, s.
+        Time between two results, s.
     dtype : {"f64", "f32"}
         Precision of the controller.
 
     Returns
     -------
     iterator of Watched
-        One for each look, and one of the end.
+        One at each interval, and one at the end.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def watch(
 
 
 def check_watchable(rig: Rig) -> None:
-    """Refuse a rig whose test is more than the loop of plant and controller; the message names the key."""
+    """Refuse a rig that needs more than the loop of plant and controller; the message names the key."""
     if rig["controller.realization"] != "digital" and rig["controller.force_loop"] != "robust":
         raise ValueError(
             'controller.realization = "analog": must be "digital" to be watched, where the loop is stepped '
@@ -133,16 +133,16 @@ def _looks(rig: Rig, command: Command, stride: int, dtype: Literal["f64", "f32"]
 
 
 _SEEN = ("velocity", "force", "spool", "supply_pressure", "displacement", "acceleration")
-"""What a controller reads of the plant."""
+"""The inputs of a controller from the plant."""
 
 
 def _each(value: Any) -> list[float]:
-    """One number an actuator."""
+    """One number per actuator."""
     return [float(one) for one in np.atleast_1d(value)]
 
 
 def line(look: Watched) -> str:
-    """A look as a line of text; of several actuators that of the largest error."""
+    """A result as a line of text; for several actuators the one with the largest error."""
     worst = int(np.argmax(np.nan_to_num(np.atleast_1d(look.error))))
     _, command, force, error, spool, gain, delay = (
         float(np.atleast_1d(one)[min(worst, np.size(one) - 1)]) for one in look
@@ -164,10 +164,10 @@ def show(
     *,
     stream: TextIO | None = None,
 ) -> None:
-    """Print every look of a test: on a terminal over the line before it, else line by line."""
+    """Print every result of a test: on a terminal in the same line, otherwise line by line."""
     stream = stream or sys.stdout
     terminal = stream.isatty()
-    # A log gets twenty lines, a terminal a line that moves.
+    # A log gets twenty lines, a terminal one changing line.
     every = 0.1 if terminal else max(command.duration / 20.0, 1.0 / command.sample_rate)
     for look in watch(rig, command, every=every, dtype=dtype):
         print(

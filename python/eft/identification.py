@@ -1,6 +1,6 @@
-"""From measurements to a rig, and the tests of the virtual rig that give such measurements.
+"""Identification of a rig from measurements, and virtual tests for such measurements.
 
-`eft.identify` does all of it from files. It is a function, so that this module has the longer name.
+`eft.identify` does all of this from files. It is a function, so this module has the longer name.
 """
 
 from eft._frequency_response import ValveEstimate, identify_valve, read_frequency_response

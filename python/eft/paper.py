@@ -1,6 +1,6 @@
-"""The paper's sine sweeps as data: what to run, what to expect, and what came out.
+"""The paper's sine sweeps as data: settings, references and results.
 
-The numbers live in ``data/paper.toml`` and nowhere else.
+The numbers are in ``data/paper.toml`` only.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Numbers:
-    """What the comparison looks at in one sweep."""
+    """The compared numbers of one sweep."""
 
     max_spool: float
     """Largest spool opening, as a fraction of the stroke."""
@@ -40,7 +40,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Sweep:
-    """The command of every case but for its amplitude."""
+    """The common settings of the commands, without their amplitudes."""
 
     f_start: float
     """Hz."""
@@ -51,7 +51,7 @@ class Sweep:
     sample_rate: float
     """Hz."""
     ratio_band: tuple[float, float]
-    """Where the extremes of the ratio are sought, Hz."""
+    """Band for the extremes of the ratio, Hz."""
 
     def command(self, amplitude: float) -> Command:
         """The force command for an amplitude in N."""
@@ -66,12 +66,12 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a run may lie from its reference."""
+    """Allowed difference of a run from its reference."""
 
     relative: float
-    """Of every value."""
+    """Relative difference of every value."""
     bins: float
-    """Of every frequency, in bins of the FFT."""
+    """Difference of every frequency, in bins of the FFT."""
 
 
 @dataclass(frozen=True)
@@ -81,20 +81,20 @@ class Case:
     key: str
     title: str
     label: str
-    """What a figure calls it."""
+    """Label in figures."""
     figures: tuple[str, ...]
     """The paper's figures that show it."""
     amplitude: float
     """N."""
     changes: dict[str, Any]
-    """What is set on the paper's rig, by dotted key."""
+    """Changes of the paper's rig, by dotted key."""
     paper: str
-    """What the paper says of it."""
+    """The paper's words."""
     reference: Numbers | None
-    """What the independent model gave, where it was asked."""
+    """Results of the independent model, if it was run."""
 
     def rig(self) -> Rig:
-        """The paper's rig as this case sets it."""
+        """The paper's rig with the changes of this case."""
         return eft.Rig.zhao2005().replace(self.changes)
 
 
@@ -131,7 +131,7 @@ def _case(entry: dict[str, Any]) -> Case:
 
 
 def observe(run: TestRun, band: tuple[float, float]) -> Numbers:
-    """The same numbers of a run; `band` in Hz is where the extremes of the ratio are sought."""
+    """The same numbers of a run; `band` (Hz) is the band for the extremes of the ratio."""
     metrics = run.metrics()
     response = run.fft_ratio(*band)
     low, high = response.ratio.argmin(), response.ratio.argmax()

@@ -1,6 +1,6 @@
-"""Ground motions: reading them, preparing them, their spectra.
+"""Ground motions: reading, preparation and spectra.
 
-A `Record` has what prepares it as methods, so that they chain::
+The methods of a `Record` return new records, so they can be chained::
 
     eft.read_record(path).baseline_corrected().band_passed(0.1, 25.0)
 """

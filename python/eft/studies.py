@@ -1,4 +1,4 @@
-"""Many tests at once: what is varied, and what comes of it.
+"""Studies: many tests with varied settings, and their results.
 
 `eft.study` runs a study. It is a function, so that this module has the plural's name.
 """

@@ -9,7 +9,7 @@ from eft._identification._estimate import Array, Estimate, make_estimate
 
 
 class DelayEstimate(Estimate):
-    """A delay in s, and the line fitted to the phase, whose slope it is."""
+    """A delay in s, and the line fitted to the phase; its slope is the delay."""
 
     __slots__ = ("coherence", "frequency", "intercept", "lag")
 

@@ -1,4 +1,4 @@
-"""Estimates: numbers that carry their standard uncertainty."""
+"""Estimates: numbers with their standard uncertainty."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Estimate(float):
 
     @classmethod
     def _found(cls) -> list[str]:
-        """Names of what was estimated together with the value."""
+        """Names of the results that were estimated together with the value."""
         return [name for kind in reversed(cls.__mro__) for name in getattr(kind, "__slots__", ())]
 
     @property

@@ -76,11 +76,11 @@ def identify_flow_curve(
 
 
 _AT_A_KNOT, _AT_THE_EDGE = 1.0 / 12.0, 1.0 / 6.0
-"""Share of the second difference by which a straight piece between knots misses a parabola at the knot."""
+"""Error of a straight piece at its knot against a parabola, as a share of the second difference."""
 
 
 def _with_shape(found: FlowTable) -> FlowTable:
-    """The curve with the error of its shape in the uncertainty: straight pieces stand for a bend."""
+    """The curve, with the error of its straight pieces in the uncertainty."""
     if found.measured is None or found.uncertainty is None or np.count_nonzero(found.measured) < 3:
         return found
     inside = np.flatnonzero(found.measured)
@@ -94,7 +94,7 @@ def _with_shape(found: FlowTable) -> FlowTable:
     ):
         shape[edge] = _AT_THE_EDGE * bend
         for knot in beyond:
-            # Past the data the curve may go on to bend as it did at the edge.
+            # Beyond the data the curve may continue to bend as at the edge.
             steps = abs(knot - edge)
             shape[knot] = bend * (0.5 * steps * (steps + 1) + _AT_THE_EDGE * (1 + 2 * steps))
     return FlowTable(found.openings, found.flows, np.hypot(found.uncertainty, shape), found.measured.tolist())
@@ -142,7 +142,7 @@ def identify_flow_gain(
 
 
 def _runs(given: ArrayLike | Sequence[ArrayLike]) -> list[ArrayLike]:
-    """A list of recordings: one array, or a list of numbers, is a list of one recording."""
+    """A list of recordings; a single array or a list of numbers becomes a list with one recording."""
     if isinstance(given, (list, tuple)):
         return list(given) if given and np.ndim(given[0]) else [given]
     array = np.asarray(given)

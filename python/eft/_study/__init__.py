@@ -1,4 +1,4 @@
-"""Many tests at once: which ones, how they are run, where their rows go."""
+"""Studies: the selection of their tests, their execution and the storage of their rows."""
 
 from eft._study._driver import study
 from eft._study._result import Study

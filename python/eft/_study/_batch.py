@@ -1,4 +1,4 @@
-"""Runs the tests of a batch on this machine's cores, and makes a row of each."""
+"""Runs the tests of a batch on this machine's cores, and makes a row for each."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from eft._table import METRICS
 
 
 def run_batch(batch: Batch, threads: int | None = None) -> list[Outcome]:
-    """Run some tests, here or on a worker; each failure stays with its own test."""
+    """Run some tests, here or on a worker; a failure affects its own test only."""
     if batch.version != __version__:
         raise WrongVersionError(f"eft {__version__} on the worker: must be {batch.version}, as here")
     if batch.structure is not None:
-        # One after another: a process has one model of OpenSees.
+        # One after another, because a process has only one model of OpenSees.
         return [_outside(batch, test, batch.structure) for test in batch.tests]
     return _together(batch, threads)
 
@@ -65,19 +65,19 @@ def _outcome(batch: Batch, test: Test, rig: Rig, command: Command, result: Batch
 
 
 def _grade(rig: Rig, command: Command, status: str, flags: int, metrics: dict[str, float]) -> Grade:
-    """The grade of `TestRun.verdict`, from what is left of a test without its traces."""
+    """The grade of `TestRun.verdict`, from the results of a test without its traces."""
     if status != "completed":
         return "no"
     told = {name: math.nan if metrics.get(name) is None else metrics[name] for name in METRICS}
     peak = float(np.abs(command.values).max())
-    # Of a building only how far its stories drift is left, not how far each actuator moves.
+    # For a building the largest story drift is known, but not the motion of each actuator.
     moved = told["drift"] if command.values.ndim == 1 else math.nan
     facts = Facts(rig, command.sample_rate, Status(flags), told, peak, moved, mass=command.mass)
     return worst(one.grade for one in of_facts(facts))
 
 
 def _outside(batch: Batch, test: Test, maker: StructureMaker) -> Outcome:
-    """A test with a structure from outside; each metric is that of the actuator where it is largest."""
+    """A test with an external structure; each metric is that of the actuator with the largest value."""
     try:
         command = scaled(batch.commands[test.command], test.changes)
         rig = batch.rig.replace(_changes(test))
@@ -93,13 +93,13 @@ def _outside(batch: Batch, test: Test, maker: StructureMaker) -> Outcome:
 
 
 def _estimates(run: TestRun) -> dict[str, float]:
-    """What the controllers believed at the end: each estimate of the floor where it moved farthest."""
+    """The controllers' estimates at the end, each of the floor where it changed most."""
     if not any(run.rig[key] for key in ADAPTS):
         return {}
     told = {}
     for name in ESTIMATES:
         trace = getattr(run, name)
-        # Before the first window it is the configured one, or not known.
+        # Before the first window it is the configured value or unknown.
         start = trace.flat[0] if np.isfinite(trace.flat[0]) else 0.0
         told[name] = start + _worst(trace[..., -1] - start)
     return told
@@ -111,7 +111,7 @@ def _metrics(run: TestRun, fft: bool) -> dict[str, float]:
     except ValueError:
         if run.success:
             raise
-        # What diverged can be too large to be judged.
+        # A diverged test can have values too large for the metrics.
         return {"max_spool": _worst(np.abs(run.spool).max(axis=-1))}
 
 

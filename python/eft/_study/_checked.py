@@ -1,4 +1,4 @@
-"""The files of a study that may come from somebody else: what it says of itself, and its rows."""
+"""Checks of the files of a study from outside: its description and its rows."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from eft._study._rows import Column
 from eft._table import METRICS
 
 _LATER = ("displacement_error", "drift", "min_supply_pressure", "oscillation")
-"""Metrics that the first studies do not have."""
+"""Metrics that older studies do not have."""
 _NEEDED = {
     "index": "int", "command": "str", "status": "str", "flags": "flags", "samples": "int", "error": "str",
     **{name: "float" for name in METRICS if name not in _LATER},
@@ -25,7 +25,7 @@ _TYPES = ("int", "flags", "float", "bool", "str", "list")
 
 
 def checked_about(file: Path, about: Any) -> dict[str, Any]:
-    """The description of a study, if it is one that this version reads."""
+    """The description of a study, if this version can read it."""
     with understood(file, "damaged"):
         _must(isinstance(about, dict), "must be a JSON object")
         _whole(about, "format", 1, 10**9)
@@ -99,14 +99,14 @@ def _must(good: bool, message: str) -> None:
 
 
 def read_part(part: Path, schema: Any, rows: int, names: Sequence[str] | None) -> dict[str, list[Any]]:
-    """The rows of a chunk by columns, if they are as many and of the types that the study says."""
+    """The rows of a chunk by columns, if their number and types match the study."""
     need("pyarrow", "study")
     import pyarrow as pa
     import pyarrow.parquet
 
     budget = Budget(part)
     wanted = [schema.field(name) for name in (schema.names if names is None else names)]
-    # A text that many rows share is kept once.
+    # A text shared by many rows is stored once.
     texts = [field.name for field in schema if field.type == pa.string()]
     lists = [place for place, field in enumerate(schema) if pa.types.is_list(field.type)]
     with (

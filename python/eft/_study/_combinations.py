@@ -1,4 +1,4 @@
-"""Which settings a study consists of: a grid, a list, or what a sampler has drawn."""
+"""The settings of a study: a grid, a list, or the points of a sampler."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from eft._study._samplers import Sampler
 from eft._study._values import Changes, digest, own_value, plain, type_of
 
 MOST = 100_000_000
-"""Tests of one study: a hundred million of 1 ms take a day on a core."""
+"""Largest number of tests of a study: a hundred million of 1 ms take a day on one core."""
 
 
 class Combinations(Protocol):
-    """Settings by number, and what a later resume must find unchanged."""
+    """Settings by number, and the data that must be unchanged when a study resumes."""
 
     keys: tuple[str, ...]
 
@@ -24,7 +24,7 @@ class Combinations(Protocol):
     def __getitem__(self, index: int, /) -> Changes: ...
 
     def describe(self) -> dict[str, Any]:
-        """As plain data: equal exactly where the combinations are equal."""
+        """As plain data, which is equal only for equal combinations."""
 
 
 class Grid:
@@ -53,7 +53,7 @@ class Grid:
 
 
 class Listed:
-    """One combination after the other; a key that one does not name has the rig's own value there."""
+    """A list of combinations; a key that a combination does not name has the rig's value."""
 
     def __init__(self, combinations: Sequence[Mapping[str, Any]], rig: Rig) -> None:
         for number, changes in enumerate(combinations):
@@ -81,14 +81,14 @@ class Listed:
         return dict(self._rows[index])
 
     def describe(self) -> dict[str, Any]:
-        """How many there are, and a digest of them all."""
+        """Number of combinations, and a digest of all of them."""
         return {"kind": "list", "order": list(self.keys), "n": len(self), "sha256": digest(self._rows)}
 
 
 def combinations_of(
     parameters: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]] | Sampler, rig: Rig
 ) -> Combinations:
-    """Take what `eft.study` was given.
+    """Make combinations from the argument of `eft.study`.
 
     Raises
     ------

@@ -23,11 +23,11 @@ from eft._study._samplers import Sampler
 from eft._study._store import Folder, Memory
 
 _PARTS = 256
-"""Chunks of a study, about: enough for every worker, and few enough files."""
+"""Approximate number of chunks of a study: enough for every worker, with few files."""
 _LEAST = 32
-"""Tests of a chunk at least: below that its overhead would show."""
+"""Least number of tests per chunk, because each chunk has an overhead."""
 _IN_FLIGHT = 128
-"""Chunks that an executor holds at once; more would only take memory."""
+"""Number of chunks that an executor holds at once; more would only use memory."""
 
 
 def study(
@@ -44,7 +44,7 @@ def study(
     structure: StructureMaker | None = None,
     progress: bool | Callable[[int, int], object] | None = None,
 ) -> Study:
-    """Run a test for every combination of settings and judge each: one row a test.
+    """Run and judge a test for every combination of settings, with one row per test.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def _run(plan: Plan, todo: Iterable[int], executor: Executor | None) -> Iterator
                 flying[executor.submit(run_batch, plan.batch(number), 1)] = number
             if not flying:
                 return
-            # What came to a result first, so that it is kept when another one ends the study.
+            # Finished chunks first, so that they are kept if another one ends the study.
             done = wait(flying, return_when=FIRST_COMPLETED).done
             for future in sorted(done, key=_broke):
                 number = flying.pop(future)
@@ -165,7 +165,7 @@ def _broke(future: Future[list[Outcome]]) -> bool:
 
 
 def _result(future: Future[list[Outcome]], batch: Batch, executor: Executor) -> list[Outcome]:
-    """What came back; from a chunk that took its worker along, each test once more, alone."""
+    """The results of a chunk; if its worker crashed, each of its tests runs again alone."""
     try:
         return future.result()
     except (BrokenExecutor, CancelledError, WrongVersionError):
@@ -178,7 +178,7 @@ def _result(future: Future[list[Outcome]], batch: Batch, executor: Executor) -> 
 
 
 class _Progress:
-    """A bar, a callback, or neither."""
+    """A progress bar, a callback, or neither."""
 
     def __init__(self, wanted: bool | Callable[[int, int], object] | None, done: int, total: int) -> None:
         self._call = wanted if callable(wanted) else None

@@ -1,4 +1,4 @@
-"""A whole study before it runs: every test by number, and what makes it this study and no other."""
+"""The plan of a study: every test by number, and the description that identifies the study."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from eft._study._combinations import MOST, Combinations
 from eft._study._values import SCALE, Changes, digest
 
 StructureMaker = Callable[[Rig], Structure]
-"""Makes the structure from outside of a test's rig."""
+"""Makes the external structure for the rig of a test."""
 
 FORMAT = 1
-"""Of the folder that a study writes."""
+"""Format of the folder of a study."""
 
 
 @dataclass(frozen=True)
 class Test:
-    """One test: which command, and what is changed on the rig and on the command."""
+    """One test: its command, and the changes of the rig and of the command."""
 
-    __test__ = False  # pytest takes classes of this name for its own
+    __test__ = False  # pytest would collect classes with this name
 
     index: int
     command: str
@@ -33,7 +33,7 @@ class Test:
 
 @dataclass(frozen=True)
 class Batch:
-    """Some tests of a study with all they need, to be sent anywhere."""
+    """Some tests of a study with all their data, to be sent to a worker."""
 
     version: str
     rig: Rig
@@ -90,7 +90,7 @@ class Plan:
         return Test(index, tuple(self.commands)[which], self.combinations[place])
 
     def describe(self) -> dict[str, Any]:
-        """What two runs of the same study have in common, as plain data."""
+        """The data that identifies a study, as plain data."""
         return {
             "version": __version__,
             "rig": self.rig.to_dict(),

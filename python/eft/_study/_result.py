@@ -24,11 +24,11 @@ _DTYPES = {"int": np.int64, "flags": np.uint32, "float": np.float64}
 
 
 class Study:
-    """The table of a study: one row a test.
+    """The table of a study: one row per test.
 
-    ``study["nrmse"]`` is a column as an array, iterating gives the rows as dictionaries, `to_pandas` the
-    whole table. Numbers without an answer are NaN in arrays and None in rows. A study in a folder is read
-    from there each time, so it takes little memory.
+    ``study["nrmse"]`` is a column as an array. Iteration gives the rows as dictionaries, and `to_pandas` the
+    whole table. Undefined numbers are NaN in arrays and None in rows. A study in a folder is read from the
+    files each time, so it uses little memory.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class Study:
         Raises
         ------
         ValueError
-            If it is no study, damaged, or of a later format.
+            If it is not a study, is damaged, or has a later format.
         """
         store, about = Folder.open(Path(path))
         table = [Column(**column) for column in about["columns"]]
@@ -74,7 +74,7 @@ class Study:
 
     @property
     def tests(self) -> int:
-        """Number of tests that the study consists of, done or not."""
+        """Number of tests of the study, finished or not."""
         return int(self._description["tests"])
 
     @property
@@ -83,7 +83,7 @@ class Study:
         return len(self) == self.tests
 
     def __len__(self) -> int:
-        """Number of rows there are."""
+        """Number of finished rows."""
         return sum(min(self._chunk, self.tests - number * self._chunk) for number in self._store.numbers())
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -115,7 +115,7 @@ class Study:
         Raises
         ------
         IndexError
-            If there is no such test, or it was not run yet.
+            If there is no such test, or it has not run yet.
         """
         if not 0 <= index < self.tests:
             raise IndexError(f"index = {index}: must be from 0 to {self.tests - 1}")
@@ -155,7 +155,7 @@ class Study:
         return pd.DataFrame({name: self[name] for name in self._columns})
 
     def count(self) -> dict[str, int]:
-        """How many tests there are of each status."""
+        """Number of tests with each status."""
         words, numbers = np.unique(self["status"].astype(str), return_counts=True)
         return {str(word): int(number) for word, number in zip(words, numbers, strict=True)}
 

@@ -1,4 +1,4 @@
-"""What one test leaves in the table: its settings, its metrics, and how it went."""
+"""The row of one test: its settings, its metrics and its status."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ ESTIMATES = {
     for name, trace in TRACES.items()
     if trace.otherwise == "nominal"
 }
-"""Unit and meaning of each estimate: columns where the rig adapts or guards, or the study varies that."""
+"""Unit and meaning of each estimate. They are columns if the rig adapts or guards, or the study varies
+that."""
 
 ADAPTS = ("compensation.adaptive", "compensation.guard", "compensation.supply_correction")
-"""Keys that put the adaptive controller in the place of the fixed one."""
+"""Keys that select the adaptive controller."""
 
 Row = dict[str, Any]
 
@@ -37,14 +38,14 @@ class Column(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """A row, and the traces where they were asked for."""
+    """A row, and the traces if requested."""
 
     row: Row
     run: TestRun | None
 
 
 class WrongVersionError(Exception):
-    """A worker runs another version of eft, whose rows must not mix with ours."""
+    """A worker has another version of eft, and its rows must not be mixed with others."""
 
 
 def columns(keys: Iterable[str], rig: Rig) -> list[Column]:
@@ -73,7 +74,7 @@ def columns(keys: Iterable[str], rig: Rig) -> list[Column]:
 
 
 def failed_row(test: Test, status: str, error: BaseException) -> Row:
-    """The row of a test without a result: "refused" for what is not allowed, "failed" for an accident."""
+    """The row of a test without a result: "refused" by the rig, or "failed" with an unexpected error."""
     reason = " ".join(str(error).split()) or type(error).__name__
     return row_of(
         test, {}, status, 0, 0, reason if status == "refused" else f"{type(error).__name__}: {reason}"
@@ -89,7 +90,7 @@ def row_of(
     reason: str | None,
     grade: Grade = "no",
 ) -> Row:
-    """A row of the table; `told` are metrics and estimates."""
+    """A row of the table; `told` has the metrics and estimates."""
     numbers = {name: _known(told.get(name)) for name in (*METRICS, *ESTIMATES)}
     return {
         "index": test.index, "command": test.command, **test.changes, **numbers,
@@ -99,5 +100,5 @@ def row_of(
 
 
 def _known(value: float | None) -> float | None:
-    """No answer is an empty cell, not a NaN, and neither is a deviation where nothing was learned."""
+    """An undefined number is an empty cell, and so is a deviation if nothing was learned."""
     return None if value is None or not math.isfinite(value) else value

@@ -1,4 +1,4 @@
-"""Points spread over ranges of settings."""
+"""Samplers: points distributed over ranges of settings."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class _Span(NamedTuple):
     log: bool
 
     def at(self, place: float) -> float:
-        """The value at a place from 0 to 1."""
+        """The value at a position from 0 to 1."""
         if self.log:
             return self.low * math.exp(place * math.log(self.high / self.low))
         return self.low + (self.high - self.low) * place
@@ -33,18 +33,18 @@ class _Span(NamedTuple):
 
 @dataclass(frozen=True)
 class Sampler:
-    """Points spread over ranges of dotted keys.
+    """Points distributed over ranges of dotted keys.
 
-    Each key has ``(low, high)``, spread evenly; ``(low, high, "log")``, spread evenly in the logarithm; or a
-    list, each of whose entries is drawn equally often. The same seed gives the same points.
+    Each key has ``(low, high)`` with an even distribution, ``(low, high, "log")`` with an even distribution
+    of the logarithm, or a list whose entries are equally frequent. The same seed gives the same points.
     """
 
     ranges: Mapping[str, Range]
-    """What each dotted key may be, in the key's unit."""
+    """The range or list of each dotted key, in the key's unit."""
     n: int
     """Number of points."""
     seed: int = 0
-    """Of the points; not of the sensors' noise, which is the key ``sensors.seed``."""
+    """Seed of the points. The seed of the sensors' noise is the key ``sensors.seed``."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.ranges, Mapping) or not self.ranges:
@@ -56,7 +56,7 @@ class Sampler:
 
     @abstractmethod
     def _points(self) -> NDArray[np.float64]:
-        """`n` points of the unit cube, one column a key."""
+        """`n` points of the unit cube, one column per key."""
 
     def combinations(self, rig: Rig) -> Sampled:
         """Draw the points."""
@@ -126,7 +126,7 @@ class Sampled:
         return {key: _at(span, place) for (key, span), place in zip(self._spans.items(), places, strict=True)}
 
     def describe(self) -> dict[str, Any]:
-        """Sampler, ranges and seed, and a digest of the points: another SciPy may draw others."""
+        """Sampler, ranges, seed, and a digest of the points, because another SciPy may draw others."""
         return {
             "kind": type(self._sampler).__name__,
             "order": list(self.keys),

@@ -1,4 +1,4 @@
-"""Where the rows of a study go: memory, or a folder of Parquet files that survives a kill."""
+"""Storage of a study's rows: memory, or a folder of Parquet files that stays valid after a kill."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from eft._study._plan import FORMAT, configuration_hash
 from eft._study._rows import Column, Outcome, Row
 
 ABOUT = "_study.json"
-"""Names that begin with `_` are left aside by whatever reads a folder of Parquet files."""
+"""Readers of folders of Parquet files ignore names that begin with `_`."""
 _TRACES = "_traces"
 _LOCK = "_lock"
 _PART = re.compile(r"part-([0-9]{6,9})\.parquet")
@@ -31,7 +31,7 @@ Columns = dict[str, list[Any]]
 
 
 class Store(Protocol):
-    """Takes chunks and gives them back."""
+    """Stores chunks and returns them."""
 
     def numbers(self) -> Sequence[int]:
         """Which chunks are there, in their order."""
@@ -74,10 +74,10 @@ class Memory:
 
 
 class Folder:
-    """One Parquet file a chunk, each written under a temporary name and renamed."""
+    """One Parquet file per chunk, written under a temporary name and renamed."""
 
     def __init__(self, path: Path) -> None:
-        # Here, so that a missing package is known before the first test runs.
+        # Imported here, so that a missing package is reported before the first test.
         need("pyarrow", "study")
         import pyarrow.parquet
 
@@ -87,7 +87,7 @@ class Folder:
 
     @classmethod
     def open(cls, path: Path) -> tuple[Folder, dict[str, Any]]:
-        """A folder that a study wrote, and what it says of itself."""
+        """The folder of a study, and its description."""
         folder = cls(path)
         about = folder._about() if path.is_dir() else None
         if about is None:
@@ -96,7 +96,7 @@ class Folder:
         return folder, about
 
     def begin(self, description: Mapping[str, Any], table: Sequence[Column], chunk: int) -> int:
-        """Begin an empty folder, or take up again what is in it; returns the size of its chunks.
+        """Begin in an empty folder, or resume the study in it; returns the size of its chunks.
 
         Raises
         ------
@@ -122,12 +122,12 @@ class Folder:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Make the folder and keep a second process out of it, as long as this one lives.
+        """Make the folder and lock it against other processes until this process ends.
 
         Raises
         ------
         ValueError
-            If it holds something else than a study.
+            If it contains anything other than a study.
         """
         if self.path.exists() and not self.path.is_dir():
             raise NotADirectoryError(20, "is a file, must be a folder or nothing yet", str(self.path))
@@ -143,7 +143,7 @@ class Folder:
             except BlockingIOError:
                 raise ValueError(f"{self.path}: another process is at work on this study") from None
             except OSError:
-                pass  # A file system without locks; two at once do the same work twice and spoil nothing.
+                pass  # Without locks of the file system two processes repeat work, but do no damage.
             yield
 
     def numbers(self) -> Sequence[int]:
@@ -154,7 +154,7 @@ class Folder:
         )
 
     def complete(self) -> Sequence[int]:
-        """Which chunks need no second attempt: those in which nothing failed by accident."""
+        """Chunks without failed tests, which need no second attempt."""
         return [n for n in self.numbers() if "failed" not in self.read(n, ["status"])["status"]]
 
     def put(self, number: int, outcomes: Sequence[Outcome]) -> None:
@@ -162,7 +162,7 @@ class Folder:
         need("pyarrow", "study")
         import pyarrow as pa
 
-        # The traces first: a part that is there has all that belongs to it.
+        # The traces are written first, so that an existing part is complete.
         for outcome in outcomes:
             if outcome.run is not None:
                 (self.path / _TRACES).mkdir(exist_ok=True)
@@ -204,7 +204,7 @@ class Folder:
         return checked_about(file, foreign.read_json(file, "description of a study"))
 
     def _sweep(self) -> None:
-        """Take away what a killed process left half written; the lock says that none is at work."""
+        """Remove the incomplete files of a killed process; the lock ensures that no other process runs."""
         patterns = (".part-*.parquet", "._study-*.json", f"{_TRACES}/.*.eft")
         for leftover in [file for pattern in patterns for file in self.path.glob(pattern)]:
             with contextlib.suppress(FileNotFoundError):
@@ -212,7 +212,7 @@ class Folder:
 
 
 def by_column(rows: Sequence[Row], names: Sequence[str]) -> Columns:
-    """Rows turned into columns of these names."""
+    """Columns with these names from rows."""
     return {name: [row[name] for row in rows] for name in names}
 
 
@@ -242,7 +242,7 @@ def _schema(table: Sequence[Column], about: Mapping[str, Any]) -> Any:
 
 
 def _differences(there: Any, here: Any, name: str = "") -> Iterator[str]:
-    """What differs between two descriptions, each by its dotted name."""
+    """The differences of two descriptions by dotted names."""
     if isinstance(there, dict) and isinstance(here, dict):
         for key in [*there, *(key for key in here if key not in there)]:
             below = f"{name}.{key}" if name else key

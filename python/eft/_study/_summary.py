@@ -1,4 +1,4 @@
-"""A study in a few numbers."""
+"""The summary of a study."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ SHOWN = {
     "delay": ("delay of the force, ms", "{:.2f}", 1e3),
     "max_spool": ("largest spool opening", "{:.1%}", 1.0),
 }
-"""What a person asks for first: words, form and scale of a metric."""
+"""Words, format and scale of the metrics in the summary."""
 
 
 def summary(study: Study) -> dict[str, Any]:
-    """How many tests ended how, and over the completed ones median, 95 % and the largest of each metric."""
+    """Number of tests by status; median, 95 % quantile and maximum of each metric of the completed tests."""
     completed = study["status"] == "completed"
     metrics = {}
     for name in SHOWN:
@@ -42,5 +42,5 @@ def summary(study: Study) -> dict[str, Any]:
 
 
 def reasons(study: Study) -> list[tuple[str, int]]:
-    """Why tests were not completed, the commonest first."""
+    """Reasons why tests were not completed, the most frequent first."""
     return Counter(reason for reason in study["error"] if reason is not None).most_common()

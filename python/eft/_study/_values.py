@@ -13,7 +13,7 @@ import numpy as np
 from eft._native import Rig, rig_keys
 
 SCALE = "command.scale"
-"""The only key that is not of the rig, a factor on the command."""
+"""The only key that does not belong to the rig: a factor on the command."""
 
 Value = bool | int | float | str | list[float] | None
 Changes = dict[str, Value]
@@ -41,7 +41,7 @@ def type_of(key: str, rig: Rig) -> str:
     Raises
     ------
     ValueError
-        If there is no such key, with the nearest one that there is, or if it is a section.
+        If there is no such key (the message names the nearest one), or if it is a section.
     """
     if key == SCALE:
         return "float"
@@ -55,7 +55,7 @@ def type_of(key: str, rig: Rig) -> str:
 
 
 def own_value(rig: Rig, key: str) -> Any:
-    """The rig's value of a key; the command as it is has the scale 1."""
+    """The rig's value of a key; the scale of an unchanged command is 1."""
     if key == SCALE:
         return 1.0
     try:
@@ -69,7 +69,7 @@ def _first_below(section: str) -> str:
 
 
 def plain(name: str, value: Any, kind: str) -> Value:
-    """A value of a type without NumPy in it; None takes an optional value away.
+    """A value of a type without NumPy; None removes an optional value.
 
     Raises
     ------
@@ -91,6 +91,6 @@ def plain(name: str, value: Any, kind: str) -> Value:
 
 
 def digest(value: Any) -> str:
-    """SHA-256 of plain data, the same whatever the order of its keys."""
+    """SHA-256 of plain data, independent of the order of its keys."""
     text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
     return hashlib.sha256(text.encode()).hexdigest()

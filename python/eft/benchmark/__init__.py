@@ -1,7 +1,7 @@
 """An open benchmark of force tracking: rigs that deviate, commands, criteria, and controllers to compare.
 
-The criteria follow those of the benchmark problem of real-time hybrid simulation (see `eft.rths`), for
-a force instead of a displacement. A controller takes part as a class with a method ``step``.
+The criteria are those of the benchmark problem of real-time hybrid simulation (see `eft.rths`), applied to a
+force instead of a displacement. A controller is a class with a method ``step``.
 """
 
 from eft.benchmark._controllers import COMPETITORS, Competitor

@@ -1,4 +1,4 @@
-"""The command line `eft`: the package without Python."""
+"""The command line `eft`."""
 
 from eft.cli._main import main
 

@@ -1,4 +1,4 @@
-"""`eft benchmark`: controllers side by side on rigs that deviate."""
+"""`eft benchmark`: comparison of controllers on rigs that deviate."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def benchmark(
         if output.suffix.lower() != ".csv":
             raise click.UsageError(f"{output}: the suffix must be .csv")
         check_folder(output)
-    # As `python -m`: a module in the working directory can be named.
+    # As with `python -m`, a module in the working directory can be named.
     sys.path.insert(0, str(Path.cwd()))
     with progress("tests") as update:
         found = eft.benchmark.run(controllers or None, short=short, random=random, seed=seed, progress=update)
@@ -103,7 +103,7 @@ def _shown(error: float) -> str:
 
 
 def _reasons(found: eft.benchmark.Benchmark) -> dict[str, str]:
-    """Of each controller that lost a test, the first reason and where."""
+    """The first reason for a lost test of each controller, with rig and command."""
     reasons: dict[str, str] = {}
     for row in found.rows:
         if row.lost:

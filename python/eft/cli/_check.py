@@ -119,7 +119,7 @@ def _linear(plan: TestPlan) -> eft.linear.LinearModel:
 
 
 def _before(plan: TestPlan) -> str:
-    """Of which loop the linear model speaks, where the controller changes it: the virtual test decides."""
+    """The state of the loop for which the linear margins hold, if the controller changes the loop."""
     if plan.rig["compensation.adaptive"]:
         return "before self-calibration"
     return "before the guard acts" if plan.rig["compensation.guard"] else ""

@@ -45,6 +45,6 @@ def check_many(plans: Sequence[TestPlan], catalogue: Path | None, largest: bool,
 
 
 def _names(plans: Sequence[TestPlan]) -> list[str]:
-    """What each test is called; numbered where two are called the same."""
+    """The names of the tests, with numbers if two names are equal."""
     names = [plan.about.partition(",")[0] for plan in plans]
     return [name if names.count(name) == 1 else f"{name} ({i})" for i, name in enumerate(names, 1)]

@@ -1,4 +1,4 @@
-"""What the commands that read measurements share: the options that say what a file holds."""
+"""Common options of the commands that read measurements."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _OPTIONS = (
 
 
 rig_option = click.option("--rig", type=FILE, help="Rig file, for the sensor of a spool opening in V.")
-"""The option of a command that needs a rig for nothing else."""
+"""The option of a command that needs a rig for this purpose only."""
 
 
 def data_options(function: F) -> F:
-    """Put the options on a command; `read_data` takes what they gather."""
+    """Add the options to a command; their values are arguments of `read_data`."""
     for option in reversed(_OPTIONS):
         function = option(function)
     return function
@@ -42,7 +42,7 @@ def read_data(
     sample_rate: float | None,
     rig: Path | Rig | None = None,
 ) -> Traces:
-    """Read a file of measurements as the options say."""
+    """Read a file of measurements with these options."""
     if sample_rate is not None and not (math.isfinite(sample_rate) and sample_rate > 0.0):
         raise click.UsageError(f"--sample-rate {sample_rate:g}: must be a finite number above zero, in Hz")
     return read_traces(

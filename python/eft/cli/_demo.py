@@ -28,7 +28,7 @@ def demo(record: Path | None, unit: str | None, scale: float | None, short: bool
 
     Prints a table and writes figures and a report. Exit code 1 when a number misses its reference.
     """
-    # Here, for matplotlib takes its time.
+    # Imported here, because matplotlib is slow to import.
     from eft.demo.__main__ import run
 
     if scale is not None and (not math.isfinite(scale) or scale == 0.0):

@@ -36,7 +36,7 @@ def design(rig: Path, output: Path | None, as_json: bool) -> None:
     config = read_rig(rig, {})
     loop = eft.design_force_loop(config)
     if output is not None:
-        # Here, for matplotlib takes its time.
+        # Imported here, because matplotlib is slow to import.
         from eft.plots._style import page, printed
 
         with printed(), beside(output) as temporary:

@@ -1,4 +1,4 @@
-"""`eft export`: a rig's controller as source for firmware, and both halves of the loop as FMUs."""
+"""`eft export`: a rig's controller as source for firmware, and rig or controller as an FMU."""
 
 from __future__ import annotations
 

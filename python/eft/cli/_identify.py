@@ -1,4 +1,4 @@
-"""`eft identify`: a rig's parameters from what was measured on it."""
+"""`eft identify`: a rig's parameters from measurements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`eft init`: a rig file to begin with."""
+"""`eft init`: a first rig, test or study file, or a data sheet."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ _FIRST = """\
 
 
 def _from(sheet: Path) -> eft.Rig:
-    """The rig of a data sheet; a person is asked for what it leaves open."""
+    """The rig of a data sheet; on a terminal the user is asked for missing values."""
     given: dict[str, Any] = parse_toml(sheet, read_text(sheet))
     questions = eft.data_sheets.missing(given)
     sections = {question.key.partition(".")[0] for question in questions}

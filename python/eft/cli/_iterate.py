@@ -1,4 +1,4 @@
-"""`eft iterate`: the drive whose force is what was wanted."""
+"""`eft iterate`: the drive that gives the desired force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The group of commands, and what becomes of errors: one line, exit code 2, never a traceback."""
+"""The group of commands, and the handling of errors: one line and exit code 2, without a traceback."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from eft.cli._study import study
 BAD_INPUT = 2
 INTERRUPTED = 130
 _LONGEST = 1000
-"""Characters of a message: a value in it may come from a file."""
+"""Largest number of characters of a message, because it may contain a value from a file."""
 
 
 _HELP = """Effective force testing: controller, virtual rig and analysis.
@@ -74,10 +74,10 @@ for command in (
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     names = list(sys.argv[1:] if arguments is None else arguments)
-    # Of the group alone; a command behind it is named by its context.
+    # The group only; a command is named by its context.
     where = f"eft {names[0]}" if names and names[0] in cli.commands else "eft"
     try:
-        with use_units(current_units()):  # what --units chooses ends with the command
+        with use_units(current_units()):  # the choice of --units ends with the command
             return int(cli.main(args=names, prog_name="eft", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
@@ -88,7 +88,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         click.echo(f"{where}: interrupted", err=True)
         return INTERRUPTED
     except BrokenPipeError:
-        # The reader of our output went away, as `head` does; no message, and none from the interpreter.
+        # The reader of the output has closed it, as `head` does; there is no message, also none of the
+        # interpreter.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:

@@ -1,4 +1,4 @@
-"""`eft map`: where the loop is stable, over two settings."""
+"""`eft map`: stability of the loop over two settings."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def stability_map(
             raise click.UsageError(f"{horizontal[3]} × {vertical[3]} points: must be at most {_MOST}")
         found = eft.linear.stability_map(chosen, _axis("--x", horizontal), _axis("--y", vertical))
     else:
-        # A building has a damper a story, and no map over one of them alone.
+        # A building has one damper per story, and no map over a single damper.
         building = chosen["structure.kind"] == "shear_building"
         found = eft.linear.STABILITY_MAPS[kind or ("delay-rate" if building else "level-damping")](chosen)
     for target in targets:
@@ -119,7 +119,7 @@ def _write(found: eft.linear.StabilityMap, rig: eft.Rig, target: Path) -> None:
     elif suffix == ".csv":
         write_text(target, _csv(found))
     else:
-        # Here, for matplotlib takes its time.
+        # Imported here, because matplotlib is slow to import.
         from eft import plots
         from eft.plots._style import page, printed
         from eft.plots.planning import map_axis
@@ -137,7 +137,7 @@ def _write(found: eft.linear.StabilityMap, rig: eft.Rig, target: Path) -> None:
 
 
 def _csv(found: eft.linear.StabilityMap) -> str:
-    """One line for each point, as spreadsheets read it."""
+    """One line for each point, for spreadsheets."""
     lines = [f"{found.horizontal_key},{found.vertical_key},{found.quantity}"]
     for y, row in zip(found.vertical.tolist(), found.values.tolist(), strict=True):
         for x, value in zip(found.horizontal.tolist(), row, strict=True):

@@ -1,4 +1,4 @@
-"""What the commands share: options, numbers in words, JSON, progress."""
+"""Common parts of the commands: options, formatted numbers, JSON, progress."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 FILE = click.Path(path_type=Path)
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object, for scripts.")
-"""The option of every command whose answer a script may want."""
+"""The option of every command with JSON output."""
 
 
 def _use_units(_ctx: click.Context, _param: click.Parameter, system: UnitSystem | None) -> None:
@@ -75,7 +75,7 @@ def emit_json(answer: dict[str, Any]) -> None:
 
 
 def json_text(answer: dict[str, Any]) -> str:
-    """An answer as JSON; what is not a number is null, as JSON knows no NaN."""
+    """An answer as JSON, with null for NaN."""
     return json.dumps(_plain(answer), indent=2, ensure_ascii=False)
 
 
@@ -106,7 +106,7 @@ def table(rows: Sequence[Sequence[str]], header: Sequence[str] | None = None) ->
 
 @contextmanager
 def progress(title: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on a terminal, nothing in a log; yields what takes the done and the total."""
+    """A bar on a terminal, nothing in a log; yields a function of the finished and the total number."""
     with tqdm(desc=title, unit="sample", unit_scale=True, leave=False, disable=None) as bar:
 
         def update(done: int, total: int) -> None:

@@ -1,4 +1,4 @@
-"""What a command that needs a test shares: its options, and the test they describe."""
+"""The common options that describe a test, and the test from them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from eft._test_file import TestPlan, make_command, read_rig, read_test
 from eft.cli._output import FILE, F, settings
 
 _BYTES = 200
-"""Memory per sample and actuator of a test: its traces, and what the metrics take besides."""
+"""Memory per sample and actuator of a test, for its traces and the computation of its metrics."""
 
 _OPTIONS = (
     click.argument("test", type=FILE, required=False),
@@ -64,7 +64,7 @@ def command_options(function: F) -> F:
 def plans_of(
     tests: Sequence[Path], rig: Path | None, changes: Mapping[str, Any], command: Mapping[str, Any]
 ) -> list[TestPlan]:
-    """Several tests: test files and ground motions, which share the options; or the one of the options."""
+    """Several tests from test files and ground motions, or the one test of the options."""
     if not tests:
         return [plan_of(None, rig, changes, command)]
     plans = []
@@ -79,7 +79,7 @@ def plans_of(
 def plan_of(
     test: Path | None, rig: Path | None, changes: Mapping[str, Any], command: Mapping[str, Any]
 ) -> TestPlan:
-    """The test of a file or of options; refused when it takes too much memory."""
+    """The test of a file or of options; refused if it needs too much memory."""
     options = dict(command)
     allowed = options.pop("memory")
     plan = _plan(test, rig, changes, options)

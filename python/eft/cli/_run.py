@@ -108,7 +108,7 @@ def run(
 
 @contextmanager
 def _held_back() -> Iterator[None]:
-    """Holds Ctrl-C back while a test that is done is written; it then ends the command."""
+    """Delays Ctrl-C until a finished test is written; the command then ends."""
     stopped = False
 
     def remember(_signal: int, _frame: object) -> None:
@@ -138,7 +138,7 @@ def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:
     except KeyboardInterrupt:
         if done < 2:
             raise
-        # The same samples come again bit for bit: no later command reaches them.
+        # The repeated samples have the same bits, because later commands do not affect them.
         click.echo("interrupted: keeping what was done; once more leaves without", err=True)
         part = eft.Command(plan.command.values[:done], plan.command.sample_rate)
         return eft.simulate(plan.rig, part, dtype), True
@@ -172,12 +172,12 @@ def graded(verdict: Verdict) -> str:
 
 
 def remedies_of(verdict: Verdict) -> dict[str, Any]:
-    """What may help, as keys with values."""
+    """The remedies as keys with values."""
     return {remedy.key: remedy.value for remedy in verdict.remedies}
 
 
 def metrics_of(result: eft.TestRun) -> dict[str, Any]:
-    """The metrics up to where the test ended; where the command is zero, those that need none."""
+    """The metrics up to the end of the test; for a zero command those that need no command."""
     result = result.to_its_end()
     if not result.command.any():
         return {"max_spool": float(abs(result.spool).max())}

@@ -1,4 +1,4 @@
-"""`eft run --save-rig`: the rig with the flow curve that a test found, for the next one."""
+"""`eft run --save-rig`: the rig with the flow curve from a test, for the next test."""
 
 from __future__ import annotations
 
@@ -18,9 +18,8 @@ def check_save_rig(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) 
     Raises
     ------
     ValueError
-        If nothing will be found, or more than a rig file can hold; if `path` is another file of the test.
-    OSError
-        If the folder is not there.
+        If no curve will be found, or several that a rig file cannot hold; if `path` is another file of the
+        test. OSError If the folder does not exist.
     """
     check_folder(path)
     for other in others:
@@ -37,7 +36,7 @@ def check_save_rig(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) 
 
 
 def save_rig(path: Path, run: eft.TestRun, interrupted: bool) -> str | None:
-    """Write the corrected rig of a whole test; return the reason where it is not written."""
+    """Write the corrected rig of a whole test, or return the reason why it is not written."""
     if interrupted:
         return "the test was interrupted"
     if not (verdict := run.verdict).ok:

@@ -86,7 +86,7 @@ def _tell_what_is_kept(target: Path) -> None:
     try:
         kept = eft.Study.load(target)
     except (OSError, ValueError):
-        return  # interrupted before there was anything
+        return  # interrupted before the first result
     said = f"{len(kept)} of {kept.tests} tests are kept in {target}; the same command goes on from there"
     click.echo(said, err=True)
 
@@ -100,7 +100,7 @@ def _executor(scheduler: str | None) -> Iterator[Executor | None]:
     import distributed
 
     try:
-        connect: Any = distributed.Client  # without annotations of its own
+        connect: Any = distributed.Client  # the package has no annotations
         client = connect(scheduler, timeout="20s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise ValueError(f"--dask {scheduler}: no scheduler answers there: {error}") from None
@@ -127,7 +127,7 @@ def _text(found: eft.Study, answer: dict[str, Any]) -> str:
 
 
 def _settings(row: dict[str, Any], found: eft.Study) -> str:
-    """What made a test this one."""
+    """The settings of a test in words."""
     command = [f"command {row['command']}"] if len(found.description["commands"]) > 1 else []
     changes = [f"{key} = {_short(row[key])}" for key in found.parameters]
     return f"test {row['index']}: {', '.join(command + changes)}"

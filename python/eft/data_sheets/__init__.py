@@ -1,7 +1,7 @@
 """From data sheets to the keys of a rig.
 
-Every function takes numbers in SI units or texts with a unit, and returns keys for `Rig.replace`. The
-formulas and their sources stand in the theory.
+Every function takes numbers in SI units or texts with a unit, and returns keys for `Rig.replace`. The theory
+pages have the formulas and their sources.
 """
 
 from eft.data_sheets._hydraulics import actuator, supply

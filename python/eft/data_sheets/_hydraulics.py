@@ -9,10 +9,10 @@ from eft.data_sheets._values import Value, above_zero, at_least_zero, one_of
 __all__ = ["actuator", "supply"]
 
 ADIABATIC = 1.4
-"""Exponent of nitrogen that is compressed within seconds."""
+"""Polytropic exponent of nitrogen for compression within seconds."""
 
 ATMOSPHERE = 101_325.0
-"""Pa; gauges of data sheets read zero there."""
+"""Atmospheric pressure, Pa; the pressures of data sheets are relative to it."""
 
 
 def actuator(
@@ -39,13 +39,13 @@ def actuator(
     stroke : float or str
         From end to end, m; the key has half of it.
     area : float or str, optional
-        Effective piston area, m²; in the place of `force`.
+        Effective piston area, m², instead of `force`.
     supply_pressure : float or str
         At which the force is given, Pa.
     oil_volume : float or str, optional
-        Oil between valve and piston, both sides together, m³; in the place of area times stroke.
+        Oil between valve and piston, both sides together, m³, instead of area times stroke.
     dead_volume : float or str
-        What manifold and pipes add to area times stroke, m³.
+        Oil in manifold and pipes, in addition to area times stroke, m³.
     bulk_modulus : float or str
         Of the oil with its air and the hoses, Pa: 0.7 GPa with some air, 1.4 GPa without.
     leakage : float or str
@@ -102,9 +102,9 @@ def supply(
 ) -> dict[str, Any]:
     """Keys of pump and accumulator from their data sheets.
 
-    The gas is warm when the accumulator is full, so that its volume is ``V_0·p_0/p`` in absolute pressures.
-    During a test it stays without exchange of heat: its capacity is ``V_0·p_0/(1.4·p²)``. Without a pump's
-    flow the pressure is constant.
+    The accumulator is filled slowly, so its gas volume is ``V_0·p_0/p`` in absolute pressures. During a test
+    the gas exchanges no heat, so its capacity is ``V_0·p_0/(1.4·p²)``. Without a given flow of the pump the
+    pressure is constant.
 
     Parameters
     ----------
@@ -115,9 +115,9 @@ def supply(
     accumulator_volume : float or str, optional
         Gas volume at precharge, m³ or such as ``"5 gal"``; needed with `pump_flow`.
     precharge : float or str, optional
-        Pressure of the gas without oil, Pa above the atmosphere; half of `pressure` where absent.
+        Pressure of the gas without oil, Pa above the atmosphere; half of `pressure` by default.
     droop : float
-        Share of the pressure by which it has fallen when the pump gives its largest flow.
+        Decrease of the pressure at the pump's largest flow, as a share of the pressure.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A whole rig from a data sheet, and what a sheet does not say yet."""
+"""A whole rig from a data sheet, and the missing values of a sheet."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from eft.data_sheets._valve import servovalve
 __all__ = ["QUESTIONS", "TEMPLATE", "Question", "missing", "rig"]
 
 FULL_SCALE = 10.0
-"""V of the load cell's conditioner at the largest force of the actuator."""
+"""Output of the load cell's conditioner at the largest force of the actuator, V."""
 
 SAMPLE_RATE = 4096.0
-"""Hz, where the sheet names none."""
+"""Sample rate if the sheet names none, Hz."""
 
 
 class Question(NamedTuple):
-    """What a data sheet must say."""
+    """A required value of a data sheet."""
 
     key: str
     """Section and key of the sheet."""
     text: str
     """The question."""
     example: str
-    """A value."""
+    """An example of a value."""
     instead: tuple[str, ...] = ()
-    """Keys any of which answers it as well."""
+    """Alternative keys."""
 
 
 QUESTIONS = (
@@ -57,7 +57,7 @@ QUESTIONS = (
     Question("supply.accumulator_volume", "gas volume of the accumulator", "10 gal"),
     Question("supply.precharge", "precharge of the accumulator", "1500 psi"),
 )
-"""What a data sheet must say, in its order."""
+"""The required values of a data sheet, in its order."""
 
 TEMPLATE = """# What the makers say of actuator, valve and supply, and what is known of the specimen.
 # Values have their unit. `eft init rig.toml --from-data-sheet` makes a rig of them.
@@ -93,12 +93,12 @@ precharge = "1500 psi"
 
 
 def missing(sheet: Mapping[str, Any]) -> list[Question]:
-    """Find which questions a data sheet leaves open.
+    """Find the values that a data sheet lacks.
 
     Parameters
     ----------
     sheet : mapping
-        Sections with keys, as `rig` takes.
+        Sections with keys, as for `rig`.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def missing(sheet: Mapping[str, Any]) -> list[Question]:
     Raises
     ------
     AttributeError
-        If the sheet is no mapping.
+        If the sheet is not a mapping.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def missing(sheet: Mapping[str, Any]) -> list[Question]:
 
 
 def rig(sheet: Mapping[str, Any] | str | PathLike[str]) -> Rig:
-    """Make a rig of a data sheet: its plant, and a controller to begin with.
+    """Make a rig from a data sheet: its plant and an initial controller.
 
     The sections of the sheet are ``structure``, ``actuator``, ``servovalve`` and ``supply``, with the
     arguments of the functions of those names (a building has those of `stories`), and ``controller`` with
@@ -138,7 +138,7 @@ def rig(sheet: Mapping[str, Any] | str | PathLike[str]) -> Rig:
     Returns
     -------
     Rig
-        Named as the sheet's ``name``.
+        The rig, with the name from the sheet.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def _rig(sheet: Mapping[str, Any]) -> Rig:
 
 
 def _controlled(keys: Mapping[str, Any], sample_rate: Any) -> Rig:
-    """The plant with a controller to begin with."""
+    """The plant with an initial controller."""
     start = Rig.zhao2005()
     largest = keys["actuator.piston_area"] * keys["supply.pressure"]
     controller = {

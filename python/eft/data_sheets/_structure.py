@@ -15,7 +15,7 @@ from eft.data_sheets._values import Value, above_zero, at_least_zero
 __all__ = ["stories", "structure"]
 
 _FIT = 1e-6
-"""Share of the largest damper below which a negative one is a rounding error."""
+"""A negative damper below this share of the largest one is a rounding error."""
 
 
 def structure(mass: Value, frequency: Value, damping_ratio: Value) -> dict[str, Any]:
@@ -67,10 +67,10 @@ def stories(
 ) -> dict[str, Any]:
     """Keys of a shear building from its modes' damping ratios.
 
-    The dampers of the stories are those whose modal damping ``φᵀCφ/(2ω)`` is the ratio of every mode. Modes
-    stay coupled where the dampers are not in proportion to the stiffnesses. Dampers between the floors damp
-    higher modes more. If no such dampers have these ratios, the nearest ones keep the ratio of the lowest
-    mode, and a warning states their ratios.
+    The dampers of the stories give every mode its ratio by the modal damping ``φᵀCφ/(2ω)``. Modes are coupled
+    if the dampers are not proportional to the stiffnesses. Dampers between the floors damp higher modes more.
+    If no such dampers have these ratios, the nearest ones keep the ratio of the lowest mode, and a warning
+    states their ratios.
 
     Parameters
     ----------

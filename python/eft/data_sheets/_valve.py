@@ -13,7 +13,8 @@ from eft.data_sheets._values import Value, above_zero, one_of, opening_share
 __all__ = ["servovalve"]
 
 SPOOL_STROKE, SPOOL_AREA = 1e-3, 1e-4
-"""m and m², where the data sheet gives none: only their product with the pilot's flow counts."""
+"""Spool stroke (m) and area (m²) if the data sheet gives none; only the ratio of pilot flow to their product
+matters."""
 
 
 def servovalve(
@@ -32,9 +33,9 @@ def servovalve(
     """Keys of a servovalve from its data sheet.
 
     The flow at full opening and no load is ``rated_flow·√(supply_pressure/rated_drop)``. Spool over command
-    is of second order: its phase is -90° at the natural frequency, whatever the damping. The response delay
-    is ``2ζ/ω_n``, the limit at low frequency. A three-stage valve is the same model with the figures of its
-    main stage.
+    is of second order: its phase is -90° at the natural frequency, for any damping. The response delay is
+    ``2ζ/ω_n``, the limit at low frequency. A three-stage valve is the same model with the figures of its main
+    stage.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def servovalve(
     Returns
     -------
     dict
-        Keys for `Rig.replace`, those of the compensation and ``supply.pressure`` included.
+        Keys for `Rig.replace`, including those of the compensation and ``supply.pressure``.
 
     Raises
     ------
@@ -137,7 +138,7 @@ def _normalised_rise(damping: float) -> float:
 
 
 def _curve(given: Sequence[tuple[float, float]] | None) -> tuple[list[float], list[float]]:
-    """Openings and shares of the full flow; one side alone serves both."""
+    """Openings and shares of the full flow; a curve of one side is used for both."""
     points = [(-1.0, -1.0), (0.0, 0.0), (1.0, 1.0)] if given is None else given
     pairs = sorted({(quantity("flow_curve", x, ""), quantity("flow_curve", q, "")) for x, q in points})
     if all(x >= 0.0 for x, _ in pairs):

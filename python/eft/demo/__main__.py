@@ -19,7 +19,7 @@ from eft.demo import experiments, figures, report, tables
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Returns 0, or 1 when a number lies too far from its reference, or 2 for wrong input."""
+    """Returns 0, 1 if a number is too far from its reference, or 2 for wrong input."""
     options = _parse(arguments)
     try:
         return run(options)
@@ -55,16 +55,16 @@ def _scale(text: str) -> float:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run, print and write; returns 1 when a number lies too far from its reference, otherwise 0."""
+    """Run, print and write; returns 1 if a number is too far from its reference, otherwise 0."""
     start = time.perf_counter()
     console = Console(width=None if sys.stdout.isatty() else 150)
-    # The files first: a wrong one must not cost the user the tests.
+    # The files are read first, so that an invalid one is reported before the tests.
     test = experiments.EarthquakeTest(options.record, options.scale, options.unit)
     options.output.mkdir(parents=True, exist_ok=True)
     cases = [case for case in paper.load().cases if "8" in case.figures or not options.short]
 
     results, runs = [], {}
-    # A log needs no bar, hence `disable=None`.
+    # `disable=None` hides the bar in a log.
     with tqdm(
         total=len(cases) + len(experiments.SCHEMES), unit="test", leave=False, disable=None
     ) as progress:

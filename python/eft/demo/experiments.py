@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 EL_CENTRO = "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
 EL_CENTRO_SCALE = 1.3
-"""Brings the demand on the valve to that of the paper's earthquake test."""
+"""Scale at which the demand on the valve is that of the paper's earthquake test."""
 
 SCHEMES = ("off", "linear", "nonlinear")
 SAMPLE_RATE = 4096.0
-"""Of the earthquake tests, Hz."""
+"""Sample rate of the earthquake tests, Hz."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def sweep(case: paper.Case) -> SweepResult:
 
 
 class EarthquakeTest:
-    """An earthquake test, prepared; `run` carries it out under one scheme."""
+    """A prepared earthquake test; `run` runs it under one scheme."""
 
     def __init__(self, path: Path | None, scale: float | None, unit: str | None = None) -> None:
         """Read the record; without a path El Centro, which ships with the package."""
@@ -90,14 +90,14 @@ class EarthquakeTest:
 
 @dataclass(frozen=True)
 class EarthquakeNumbers:
-    """What the comparison looks at in one earthquake test."""
+    """The compared numbers of one earthquake test."""
 
     max_spool: float
     """Largest spool opening, as a fraction of the stroke."""
     force_nrmse: float
     """Root mean square of the force error over that of the command."""
     displacement_nrmse: float
-    """Root mean square of the departure from the ideal displacement, over that of the latter."""
+    """Root mean square of the difference from the ideal displacement, over that of the ideal displacement."""
     max_displacement: float
     """Largest displacement, m."""
     peak_reached: float

@@ -1,4 +1,4 @@
-"""The figures of the demonstration and what each one shows."""
+"""The figures of the demonstration and their captions."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ def sweeps(results: Sequence[SweepResult]) -> Iterator[Shown]:
 
 
 def _label(result: SweepResult, figure: str) -> str:
-    # The tuned case stands in both halves of Fig. 11 and must be told by what each varies.
+    # The tuned case is in both halves of Fig. 11, labelled by the setting that each half varies.
     return "delay 5 ms" if figure == "11b" and result.case.key == "2.2-nominal" else result.case.label
 
 
 def earthquake(test: Earthquake) -> Iterator[Shown]:
-    """Figs. 9 and 10, and what the test asked of valve and structure."""
+    """Figs. 9 and 10, and the load of valve and structure in the test."""
     window = _strong_part(test)
     yield Shown(
         "fig09-force",
@@ -101,7 +101,7 @@ def earthquake(test: Earthquake) -> Iterator[Shown]:
 
 
 def _strong_part(test: Earthquake) -> tuple[float, float]:
-    """From the start to where 95 % of the displacement's energy has passed, s."""
+    """From the start to the time with 95 % of the displacement's energy, s."""
     energy = (test.ideal.displacement**2).cumsum()
     end = float(test.ideal.time[(energy < 0.95 * energy[-1]).sum()]) if energy[-1] > 0 else 0.0
     return 0.0, max(end, 1.0)

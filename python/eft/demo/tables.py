@@ -17,17 +17,17 @@ EARTHQUAKE_SAID = {
     "linear": "better, below nonlinear",
     "nonlinear": "force follows closely, some peaks not fully reached",
 }
-"""What the paper says of its earthquake test (Figs. 9 and 10), by scheme."""
+"""The paper's words on its earthquake test (Figs. 9 and 10), by scheme."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Cells of text; numbers stand to the right, words to the left."""
+    """Cells of text, with numbers aligned right and words left."""
 
     title: str
     columns: tuple[str, ...]
     words: frozenset[int]
-    """Columns that hold words."""
+    """Columns with words."""
     rows: tuple[tuple[str, ...], ...]
     groups: int = 1
     """Rows that belong together."""

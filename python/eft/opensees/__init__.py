@@ -1,4 +1,4 @@
-"""The doors to OpenSees: the virtual rig as its experimental site, and its models under the actuators."""
+"""Interfaces to OpenSees: the rig as an experimental site, and models as specimens."""
 
 from eft.opensees._server import serve
 from eft.opensees._site import Site

@@ -1,4 +1,4 @@
-"""Gains of the displacement control that moves a specimen: decentralized, the same at every actuator."""
+"""Gains of the displacement control: decentralized, with the same gains at every actuator."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from eft._native import Rig
 Array = NDArray[np.float64]
 
 RATE = 2048.0
-"""Samples of the displacement control per second, Hz."""
+"""Sample rate of the displacement control, Hz."""
 
 
 class Gains(NamedTuple):
-    """Of a controller proportional and integral in the displacement and proportional in the load pressure."""
+    """Gains on the displacement (proportional and integral) and on the load pressure."""
 
     proportional: float
     """V/m."""
@@ -25,7 +25,7 @@ class Gains(NamedTuple):
     pressure: float
     """V/Pa."""
     speed: float
-    """Of a ramp that the valve can follow, m/s."""
+    """Velocity of a ramp that the valve can follow, m/s."""
 
 
 class Specimen(NamedTuple):
@@ -40,7 +40,7 @@ class Specimen(NamedTuple):
 
     @classmethod
     def of(cls, rig: Rig) -> Specimen:
-        """The structure of a rig; one floor where it is no building."""
+        """The structure of a rig; one floor if it is not a building."""
         if rig["structure.kind"] != "shear_building":
             mass, damping, stiffness = (rig[f"structure.{name}"] for name in ("mass", "damping", "stiffness"))
             return cls(np.array([mass]), np.array([[damping]]), np.array([[stiffness]]))
@@ -49,7 +49,7 @@ class Specimen(NamedTuple):
         return cls(masses, _between_floors(dampings), _between_floors(stiffnesses))
 
     def columns(self, rig: Rig) -> Array:
-        """Frequencies at which the floors swing on the oil and their own stiffness, rad/s."""
+        """Natural frequencies of the floors on the oil and their own stiffness, rad/s."""
         oil = float(rig["actuator.piston_area"]) ** 2 / float(rig["actuator.compressibility"])
         return np.asarray(np.sqrt((oil + np.diag(self.stiffness)) / self.masses))
 
@@ -62,7 +62,7 @@ def _between_floors(stories: Array) -> Array:
 
 
 def design(rig: Rig, specimen: Specimen) -> Gains:
-    """Return the gains of the fastest decay of the model linear about rest.
+    """Return the gains with the fastest decay of the model linearised about rest.
 
     Raises
     ------

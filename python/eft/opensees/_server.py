@@ -1,10 +1,11 @@
-"""The experimental site on a socket, as the element `genericClient` of OpenSees asks it.
+"""The experimental site on a socket, with the protocol of the element `genericClient` of OpenSees.
 
-What goes over the line, all of it little-endian: first a header of eleven 32-bit integers, then messages of
-as many 64-bit floats as the header's last integer says. The header's first five integers are the sizes of
-displacement, velocity, acceleration, force and time that the client sends, the next five of those it asks
-for. A message begins with the number of the action; displacements, velocities, accelerations and time follow,
-with a value for each actuator. An action that asks is answered with one message, padded with zeros.
+All data is little-endian. A client first sends a header of eleven 32-bit integers, then messages of 64-bit
+floats. The last integer of the header is the number of floats of a message. The first five integers are the
+sizes of displacement, velocity, acceleration, force and time that the client sends; the next five are the
+sizes that it requests. A message begins with the number of the action. Displacements, velocities,
+accelerations and time follow, with a value for each actuator. A request is answered with one message, padded
+with zeros.
 """
 
 from __future__ import annotations
@@ -24,24 +25,24 @@ Array = NDArray[np.float64]
 
 _HEADER = struct.Struct("<11i")
 _LARGEST = 4096
-"""Floats in a message: far more than the actuators need."""
+"""Largest number of floats in a message, far more than the actuators need."""
 
 
 class ClientError(ValueError):
-    """What is wrong with a client, as the end of a sentence about it."""
+    """An error of a client; the message completes a sentence."""
 
 
 class Visit(NamedTuple):
-    """What became of one client."""
+    """The result of one client."""
 
     moves: int
     """Displacements that were applied."""
     steps: int
     """Steps that were committed."""
     ending: str
-    """Why it ended."""
+    """Reason for the end."""
     ended_well: bool
-    """Whether the client said goodbye."""
+    """Whether the client ended the connection by the protocol."""
 
 
 def serve(
@@ -57,8 +58,8 @@ def serve(
 ) -> None:
     """Serve a virtual rig to finite-element models, one after another, as the site of their `genericClient`.
 
-    Each client finds the rig at rest and its specimen as new. A client that vanishes, falls silent or sends
-    what is no message is dropped; the next one is served.
+    Each client starts with the rig at rest and a new specimen. A client that disconnects, sends nothing for
+    too long or sends an invalid message is dropped, and the next one is served.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def serve(
     ValueError
         If an argument is not allowed.
     OSError
-        If the address is not this machine's, or the port is taken.
+        If the address does not belong to this machine, or the port is in use.
 
     Examples
     --------
@@ -128,7 +129,7 @@ class _Conversation:
         self._time = 0.0
 
     def run(self) -> Visit:
-        """Serve until the client goes, whatever it does."""
+        """Serve a client until it ends or fails."""
         try:
             self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._greet()
@@ -150,7 +151,7 @@ class _Conversation:
         if sent != (floors, floors, floors, 0, 1) or wanted[3] != floors:
             count = "one degree" if floors == 1 else f"{floors} degrees"
             raise ClientError(f"the client's header {header} is not that of {count} of freedom")
-        # A stiffness is answered whole.
+        # The answer to a stiffness request is the whole matrix.
         least = max(3 * floors + 2, floors**2)
         if not least <= size <= _LARGEST:
             raise ClientError(f"the client's message size {size} must be from {least} to {_LARGEST}")
@@ -172,7 +173,7 @@ class _Conversation:
             case 7.0:
                 self._send(self._site.state.displacement)
             case 8.0 | 9.0 | 14.0 | 15.0:
-                # At rest, and the model outside has damping and mass.
+                # Zero, because the specimen is at rest and the external model has damping and mass.
                 self._send(0.0)
             case 11.0:
                 self._send(self._time)
@@ -199,7 +200,7 @@ class _Conversation:
         self._connection.sendall(message.tobytes())
 
     def _receive(self, size: int, first: float) -> bytes:
-        """As many bytes: `first` s for the first of them, then the patience for all others."""
+        """Read a number of bytes, with `first` s for the first one and `patience` for the others."""
         data = bytearray()
         deadline = time.monotonic() + first
         while len(data) < size:

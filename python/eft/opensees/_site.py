@@ -1,4 +1,4 @@
-"""The virtual rig in displacement control: the experimental site behind a finite-element model."""
+"""The virtual rig in displacement control, as experimental site of a finite-element model."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from eft.opensees._displacement_control import RATE, Specimen, design
 Array = NDArray[np.float64]
 
 _FULL_SCALE = 10.0
-"""Valve command where the rig names no range of its converter, V."""
+"""Limit of the valve command if the rig has no range of its converter, V."""
 _SETTLED = 64
-"""Samples in a row that must lie within the tolerance."""
+"""Number of consecutive samples that must be within the tolerance."""
 
 
 class MoveError(ValueError):
-    """A displacement that the rig did not reach; the message is one sentence."""
+    """The rig did not reach a displacement; the message is one sentence."""
 
 
 class Site:
@@ -28,7 +28,7 @@ class Site:
 
     Each actuator has a controller, proportional and integral in its displacement and proportional in its load
     pressure. The gains are those of the fastest decay of the model linear about rest. The forces are those of
-    the specimen at rest, without inertia and damping: the model outside has those.
+    the specimen at rest, without inertia and damping: the external model has those.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Site:
         self._tolerance, self._samples = tolerance, max(_SETTLED, int(longest * RATE))
         specimen = Specimen.of(rig)
         self._gains = design(rig, specimen)
-        # A motion at the oil column's frequency then has less inertia than stiffness times tolerance.
+        # The inertia of a motion at the oil column's frequency is then less than stiffness times tolerance.
         own = np.diag(specimen.stiffness) / specimen.masses / specimen.columns(rig)
         self._slowest = tolerance * float(own.min())
         self.actuators = len(specimen.masses)
@@ -75,16 +75,16 @@ class Site:
 
     @property
     def state(self) -> PlantState:
-        """What is true of the plant now."""
+        """The true state of the plant."""
         return self._plant.state
 
     def reset(self) -> None:
-        """Put the rig back to rest, the specimen as new."""
+        """Return the rig to rest, with a new specimen."""
         self._plant.reset()
         self._wanted = self._integral = np.zeros(self.actuators)
 
     def move(self, displacement: ArrayLike) -> Any:
-        """Move the specimen to a displacement; the force that holds it there.
+        """Move the specimen to a displacement and return the force that holds it there.
 
         Parameters
         ----------
@@ -111,7 +111,7 @@ class Site:
             raise MoveError(f"displacement = {told} m: must be within the stroke of ±{self._stroke:g} m")
         proportional, integral, pressure, speed = self._gains
         start, rested = self._wanted, 0
-        # A ramp that the valves can follow without running into their limit.
+        # A ramp that the valves can follow without reaching their limit.
         ramp = max(float(np.abs(target - start).max()) / speed, 1.0 / RATE)
         for i in range(self._samples):
             now = self._plant.state

@@ -14,47 +14,47 @@ from eft._structure import StructureError
 Array = NDArray[np.float64]
 
 _FINER = 10
-"""Parts that a step is cut into where it does not converge."""
+"""Number of parts of a step that does not converge."""
 
 
 class Structure:
-    """The model that stands in openseespy, as the structure of `eft.simulate`.
+    """The present model of openseespy as the structure of `eft.simulate`.
 
-    Each sample the forces of the actuators act on their nodes, the model takes one step and commits it, and
-    the motions of those nodes lead the pistons. The forces of a sample's end are extrapolated from the mean
-    forces of the last two samples, so the exchange is of second order in the sample period. Motions count
-    from where the model stands now.
+    In each sample the forces of the actuators act on their nodes. The model takes one step and commits it,
+    and the pistons follow the motions of the nodes. The forces at the end of a sample are extrapolated from
+    the mean forces of the last two samples, so the exchange is of second order in the sample period. Motions
+    are relative to the present state of the model.
 
-    A step that does not converge is cut into ten. If they do not converge either, the test ends there,
-    tripped, and `TestRun.stopped` says so.
+    A step that does not converge is divided into ten. If these do not converge either, the test ends as
+    tripped, and `TestRun.stopped` has the reason.
 
     Parameters
     ----------
     nodes : int or sequence of int
         The node under each actuator, the ground floor's first.
     directions : int or sequence of int
-        The degree of freedom of each node that its actuator pulls at, counted from 1 as OpenSees does.
+        The degree of freedom of each node on which its actuator acts, counted from 1 as in OpenSees.
     own_analysis : bool
-        Whether to step with the analysis that the script defined, which must be transient. By default one
-        is made: average acceleration, Newton's method, a banded solver. It takes the place of any other
+        Whether to step with the analysis that the script defined, which must be transient. The default is a
+        new analysis with average acceleration, Newton's method and a banded solver. It replaces any other
         analysis.
     tag : int
-        Tag of the load pattern and the time series that are added, which must be free.
+        Tag of the load pattern and the time series that are added, which must be unused.
     opensees : module, optional
         The module of OpenSees; ``openseespy.opensees`` where it is left out.
 
     Raises
     ------
     ValueError
-        If a node or direction is not there, or their numbers differ.
+        If a node or direction does not exist, or their numbers differ.
     ModuleNotFoundError
         If openseespy is not installed.
 
     Notes
     -----
-    OpenSees holds one model a process. A structure goes on where it stands: for another test, build the
-    model again. Mass, damping and gravity loads belong to the model; call ``loadConst`` after a gravity
-    analysis.
+    OpenSees has one model per process. A structure continues from its present state; for another test,
+    build the model again. Mass, damping and gravity loads belong to the model; call ``loadConst`` after a
+    gravity analysis.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Structure:
         Returns
         -------
         tuple
-            Displacements (m) and velocities (m/s) at its end; numbers where `force` is one.
+            Displacements (m) and velocities (m/s) at its end; numbers if `force` is a number.
 
         Raises
         ------

@@ -1,7 +1,7 @@
-"""Figures of a test, each on the caller's axes (`ax=`) and returning them; no global style is changed.
+"""Figures of a test. Each function draws on given axes (`ax=`) and returns them, without global styles.
 
-Functions that end in a number lay out a whole page in the manner of that
-figure of the paper and return the matplotlib figure, ready for `savefig`.
+Functions that end in a number lay out a whole page like that figure of the paper. They return the matplotlib
+figure, ready for `savefig`.
 """
 
 from eft._signals import Response

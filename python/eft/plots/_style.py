@@ -1,4 +1,4 @@
-"""How the figures look: colours, line styles, axes. Nothing here touches matplotlib's global state."""
+"""The style of the figures: colours, lines, axes. It does not change matplotlib's global state."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# The eight colours of Okabe and Ito, which differ under every common colour vision;
-# line styles differ too, so that a grey print can still be read.
+# The eight colours of Okabe and Ito, which differ under every common colour vision; line styles differ too,
+# for grey prints.
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7",
 )  # fmt: skip
@@ -25,7 +25,7 @@ WIDTH = 6.7
 
 @dataclass(frozen=True)
 class Line:
-    """The look of one curve."""
+    """The style of one curve."""
 
     color: str
     linestyle: str | tuple[int, tuple[float, ...]] = "-"
@@ -57,7 +57,7 @@ _OTHERS = (
 
 
 def lines_for(labels: Iterable[str]) -> Iterator[Line]:
-    """One look for each label: the schemes always keep theirs, other labels take the next free one."""
+    """One style for each label: the schemes have fixed styles, other labels get the next unused one."""
     others = 0
     for label in labels:
         scheme = _SCHEMES.get(label)
@@ -72,7 +72,7 @@ def axes_or_new(ax: Axes | None) -> Axes:
     """The caller's axes, or those of a new figure that spans a page."""
     if ax is not None:
         return ax
-    # Only here, so that a program which passes its own axes never starts pyplot.
+    # Imported here, so that a program with its own axes does not start pyplot.
     from matplotlib import pyplot
 
     _, new = pyplot.subplots(figsize=(WIDTH, 2.4), layout="constrained")
@@ -81,7 +81,7 @@ def axes_or_new(ax: Axes | None) -> Axes:
 
 @contextmanager
 def printed() -> Iterator[None]:
-    """Within it, figures get the fonts of a printed report; outside, nothing has changed."""
+    """A context in which figures have the fonts of a printed report."""
     with mpl.rc_context(
         {
             "font.size": 8.5,
@@ -103,22 +103,22 @@ def printed() -> Iterator[None]:
 
 
 def page(height: float) -> Figure:
-    """A figure as wide as a printed page, `height` in inches, known to no window manager."""
+    """A figure as wide as a printed page, `height` in inches, which opens no window."""
     return Figure(figsize=(WIDTH, height), dpi=200, layout="constrained")
 
 
 _COLUMNS = 5
-"""Entries of a legend in one row; more would be wider than a page."""
+"""Largest number of entries in a row of a legend."""
 
 
 def finish(ax: Axes, *, xlabel: str, ylabel: str, legend: bool = True) -> Axes:
-    """Labels with units, a light grid, and a legend where there are several curves."""
+    """Labels with units, a light grid, and a legend if there are several curves."""
     ax.set_xlabel(xlabel)
     ax.set_ylabel(ylabel)
     ax.grid(visible=True, color="0.9", linewidth=0.5)
     ax.set_axisbelow(True)
     if legend:
-        # Above the axes, next to the title: a legend inside would hide some of the data.
+        # Above the axes, because a legend inside could hide data.
         entries = len(ax.get_legend_handles_labels()[1])
         ax.legend(
             loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(entries, _COLUMNS), frameon=False,

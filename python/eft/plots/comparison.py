@@ -1,4 +1,4 @@
-"""Measured over virtual: two tests and their difference."""
+"""Two compared tests and their difference."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _MEASURED, _VIRTUAL = COMMAND, Line(BLUE)
 _DIFFERENCE = Line(VERMILION)
 _ASKED_FOR = ("command", "valve_command")
-"""What is the same in both tests as a rule."""
+"""Signals that are usually equal in both tests."""
 
 
 def comparison(compared: Comparison, *quantities: str, units: UnitSystem | None = None) -> Figure:

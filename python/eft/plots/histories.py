@@ -1,4 +1,4 @@
-"""Against time: force, displacement, velocity, spool opening."""
+"""Time histories of force, displacement, velocity and spool opening."""
 
 from __future__ import annotations
 
@@ -226,7 +226,7 @@ def _responses(
     ax = axes_or_new(ax)
     runs = labelled(runs)
     if ideal is not None:
-        # Beneath and wide: where a test follows the ideal response, both can still be seen.
+        # Wide and behind the other curves, so that both are visible if they agree.
         part = inside(ideal.time, window)
         for row, values in enumerate(np.atleast_2d(quantity(ideal))):
             label = "_ideal" if row else "ideal"

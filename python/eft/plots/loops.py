@@ -1,4 +1,4 @@
-"""One quantity of the structure against another."""
+"""Hysteresis loops of the structure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of a rig: its linear model, its force loop, its identification."""
+"""Figures of a rig's linear model, force loop and identification."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def linear_model(
 
 
 def force_loop(loop: ForceLoop, *, ax: Axes | None = None) -> Axes:
-    """Nyquist diagram of a designed force loop, with the circle that its least distance to -1 leaves free.
+    """Nyquist diagram of a designed force loop, with a circle around -1 whose radius is the least distance.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def force_loop(loop: ForceLoop, *, ax: Axes | None = None) -> Axes:
 
 
 def identification(found: Identification, *, figure: Figure | SubFigure | None = None) -> Figure | SubFigure:
-    """The phase of the valve and the flow curve, as far as they were found.
+    """The phase of the valve and the flow curve, if identified.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""One look at a result: what its ``plot()`` draws."""
+"""Overview figures, which the methods ``plot()`` of the results draw."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from eft import Command, Record, Study, TestRun
 
 _WIDEST = 20_000
-"""Points of one curve of a picture; more are not seen."""
+"""Largest number of points of a curve in a picture."""
 
 
 def figure_or_new(figure: Figure | SubFigure | None, height: float) -> Figure | SubFigure:
-    """The caller's figure, or a new one that spans a page."""
+    """The given figure, or a new one that spans a page."""
     if figure is not None:
         return figure
-    # Only here, so that a program which passes its own figure never starts pyplot.
+    # Imported here, so that a program with its own figure does not start pyplot.
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=(WIDTH, height), layout="constrained")
@@ -48,7 +48,7 @@ def panel_letters(axes: Sequence[Axes]) -> None:
 
 
 def natural_frequency(rig: eft.Rig) -> float | None:
-    """Of the structure at small motion, Hz; None of a building, which has several."""
+    """Natural frequency at small motion, Hz; None for a building, which has several."""
     structure = rig.plant["structure"]
     if structure["kind"] == "shear_building" or structure["stiffness"] <= 0.0:
         return None
@@ -107,7 +107,7 @@ def run_page(run: TestRun, *, figure: Figure | SubFigure | None = None) -> Figur
 
 
 def _highest(command: Any, sample_rate: float) -> float:
-    """Where 99 % of the energy of a command lies below, Hz."""
+    """Frequency below which 99 % of the energy of a command lies, Hz."""
     power = (np.abs(np.fft.rfft(np.atleast_2d(command))) ** 2).sum(axis=0)
     edge = int(np.searchsorted(np.cumsum(power), 0.99 * power.sum()))
     return float((edge + 2) * sample_rate / np.atleast_2d(command).shape[1])
@@ -190,7 +190,7 @@ def command(force: Command, *, ax: Axes | None = None) -> Axes:
 def study(
     found: Study, *, metric: str = "nrmse", figure: Figure | SubFigure | None = None
 ) -> Figure | SubFigure:
-    """One metric over each setting of a study, a point a completed test.
+    """One metric over each setting of a study, with one point per completed test.
 
     Parameters
     ----------

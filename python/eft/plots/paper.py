@@ -1,4 +1,4 @@
-"""Whole figures of tests in the manner of the paper's Figs. 8 to 11, laid out for a printed page."""
+"""Whole figures of tests like the paper's Figs. 8 to 11, laid out for a printed page."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def figure_9(runs: Runs, *, window: tuple[float, float] | None = None) -> Figure
 
 
 def figure_10(runs: Runs, ideal: Response, *, window: tuple[float, float] | None = None) -> Figure:
-    """An earthquake test under each scheme: displacement and velocity beside the ideal response.
+    """An earthquake test under each scheme: displacement and velocity with the ideal response.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def figure_11(runs: Runs, *, band: tuple[float, float] = (0.75, 2.5)) -> Figure:
 
 
 def figure_structure(run: TestRun, *, window: tuple[float, float] | None = None) -> Figure:
-    """What the test asked of valve and structure: spool opening in time, and the restoring force r(x).
+    """The load of valve and structure in a test: spool opening over time, and the restoring force r(x).
 
     Parameters
     ----------

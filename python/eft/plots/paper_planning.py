@@ -1,4 +1,4 @@
-"""Whole figures of what precedes a test, in the manner of the paper's Figs. 4 and 6, and stability maps."""
+"""Whole figures of the preparation of a test, like the paper's Figs. 4 and 6, and stability maps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def figure_4(
 ) -> tuple[Figure, Figure]:
     """The identification tests: phase lag with the delay's line (4a), flow curve over one run's flow (4b).
 
-    `spool` and `displacement` (m) are that run's, sampled at `sample_rate` (Hz).
+    `spool` and `displacement` (m) are signals of that run at `sample_rate` (Hz).
 
     Parameters
     ----------

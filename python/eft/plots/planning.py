@@ -1,4 +1,4 @@
-"""What is measured and computed before a test: Figs. 4a, 4b and 6, and stability maps."""
+"""Figures of measurements and analyses before a test: Figs. 4a, 4b and 6, and stability maps."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ def flow_curve(
 ) -> Axes:
     """Flow against spool opening, as in Fig. 4b.
 
-    With one run's spool, displacement (m), sample rate (Hz) and piston area (m²), its flow by central
-    differences lies beneath.
+    With spool, displacement (m), sample rate (Hz) and piston area (m²) of one run, its flow by central
+    differences is drawn behind the curve.
 
     Parameters
     ----------
@@ -267,7 +267,7 @@ def force_loop_gains(tuning: ForceLoopTuning, *, ax: Axes | None = None) -> Axes
     highest = 1.6 * max(gain for gain, *_ in shown)
     gain = np.linspace(highest / 100.0, highest, 160)
     derivative = np.linspace(0.0, max(1.6 * max(point[1] for point in shown), 1e-6), 160)
-    # Ratios beyond the computed ones have no margin to show.
+    # Beyond the computed ratios the margin is unknown.
     ratio = derivative[:, None] / gain
     margin = tuning.margin_at(
         np.broadcast_to(gain, ratio.shape), np.broadcast_to(derivative[:, None], ratio.shape)
@@ -285,13 +285,13 @@ def force_loop_gains(tuning: ForceLoopTuning, *, ax: Axes | None = None) -> Axes
 
 
 _ALIKE = 0.02
-"""Levels within this share of each other count as the same."""
+"""Levels within this relative difference count as equal."""
 
 _QUANTITIES = {"growth_rate": "growth rate (1/s)", "level": "largest stable level"}
 
 
 def map_axis(key: str) -> _display.Shown:
-    """The unit in which a key of the rig is drawn."""
+    """The unit of a key of the rig in figures."""
     return _display.shown(next((row["unit"] for row in eft.rig_keys() if row["key"] == key), ""))
 
 
@@ -302,7 +302,7 @@ def _axis_label(key: str) -> str:
 
 
 def _logarithmic(set_scale: Callable[[str], object], values: NDArray[Any]) -> None:
-    """A logarithmic axis for values chosen so: positive, over a decade or more in even ratios."""
+    """A logarithmic axis for positive values in even ratios over at least a decade."""
     if values.size < 3 or values.dtype.kind not in "fiu" or values.min() <= 0.0:
         return
     steps = np.diff(np.log(values))

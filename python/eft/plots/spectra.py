@@ -1,4 +1,4 @@
-"""Against frequency: |FFT| of force and command, and the ratio of the two."""
+"""Spectra of force and command, and their ratio."""
 
 from __future__ import annotations
 
@@ -108,9 +108,9 @@ def force_ratio(
 
 
 def drive_response(found: DriveIteration, *, band: Band | None = None, ax: Axes | None = None) -> Axes:
-    """Force over drive and their coherence, as an iteration found them; 1 is exact.
+    """Force over drive and their coherence from an iteration; 1 is exact.
 
-    Without a band: up to the highest frequency that is corrected. Of several actuators each has its lines.
+    The default band ends at the highest corrected frequency. Each of several actuators has its own lines.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The charts of a report: their data as text in the page, their looks as JSON."""
+"""The charts of a report: data as text in the page, style as JSON."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from eft.traces import Traces
 Array = NDArray[np.float64]
 
 MOST = 16384
-"""Points of one curve: more make the page heavy and nothing plainer."""
+"""Largest number of points of a curve."""
 
 _LEAST = 4096
-"""Points of one curve where many tests, or actuators, share them: still two a pixel of a wide screen."""
+"""The same if many tests or actuators share the charts: two per pixel of a wide screen."""
 
 _WEAKEST = 0.05
 """Share of the command's largest amplitude below which no ratio is shown."""
 
 COMMAND_COLOR = "#9a9a9a"
-"""Of what was asked for, or configured."""
+"""Color of commands and configured values."""
 _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
@@ -43,15 +43,15 @@ class Page:
     figures: list[str] = field(default_factory=list)
     data: list[str] = field(default_factory=list)
     thinned: int = 1
-    """Samples that stand behind one pair of extremes in the longest curve; 1 when nothing was thinned."""
+    """Samples per pair of extremes in the longest curve; 1 if no curve was thinned."""
     most: int = MOST
     """Points of one curve over time."""
     marks: list[dict[str, Any]] = field(default_factory=list)
-    """Moments at which tests ended early, with the cause; every chart of a test over time shows them."""
+    """Times at which tests ended early, with the cause, for every chart over time."""
     _names: dict[bytes, str] = field(default_factory=dict)
 
     def store(self, values: Array) -> str:
-        """Keep an array in the page; returns its id. Single precision: seven digits are enough to look at."""
+        """Store an array in the page and return its id. Single precision is enough for a chart."""
         whole = np.asarray(values, dtype="<f4").tobytes()
         if whole not in self._names:
             self._names[whole] = name = f"d{len(self.data)}"
@@ -70,7 +70,7 @@ class Page:
         return {"label": label, "color": color, "width": width, "x": x, "y": self.store(thin)}
 
     def curve(self, label: str, color: str, x: Array, y: Array) -> dict[str, Any]:
-        """A curve over anything else."""
+        """A curve over another quantity."""
         return {"label": label, "color": color, "width": 1.2, "x": self.store(x), "y": self.store(y)}
 
     def points(self, label: str, color: str, x: Array, y: Array) -> dict[str, Any]:
@@ -80,7 +80,7 @@ class Page:
     def add(self, title: str, labels: tuple[str, str], series: list[dict[str, Any]], **spec: Any) -> None:
         """A figure with its legend."""
         named = [s for s in series if not s["label"].startswith("_")]
-        # One curve has its name in the title.
+        # The title names a single curve.
         keys = (
             ""
             if len(named) < 2
@@ -158,7 +158,7 @@ def draw(runs: Mapping[str, TestRun]) -> Page:
 
 
 def ideals(page: Page, judged: Sequence[tuple[str, TestRun]]) -> list[dict[str, Any]]:
-    """What the structure would do under each command without error."""
+    """The ideal response to each command."""
     curves = []
     for label, run in judged:
         ideal = ideal_response(run.rig, Command(run.command, run.sample_rate)).displacement
@@ -184,7 +184,7 @@ def _multiples(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str
 
 
 def _ideal_floors(runs: Mapping[str, TestRun]) -> Iterator[Array]:
-    """Of each actuator of buildings the displacement that its floor would have without error."""
+    """For each actuator of buildings the ideal displacement of its floor."""
     found: dict[int, Array] = {}
     for run in runs.values():
         if run._building is not None:
@@ -201,7 +201,7 @@ def _ratio(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -
         if run.command.any() and len(run) > 2:
             amplitude = np.abs(np.fft.rfft(run.command))
             frequency, ratio = run.fft_ratio(*_band(amplitude, run))
-            # Where the command asks for next to nothing, the ratio says nothing.
+            # The ratio is meaningless where the command is almost zero.
             bins = np.rint(frequency * len(run) / run.sample_rate).astype(int)
             told = amplitude[bins] > _WEAKEST * amplitude[1:].max()
             if np.count_nonzero(told) > 1:
@@ -215,7 +215,7 @@ def _ratio(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -
 
 
 def _band(amplitude: Array, run: TestRun) -> tuple[float, float]:
-    """From above zero to where 99 % of the command's energy lies below, Hz."""
+    """From above zero to the frequency below which 99 % of the command's energy lies, Hz."""
     below = np.cumsum(amplitude[1:] ** 2)
     bin_width = run.sample_rate / len(run)
     high = float((np.searchsorted(below, 0.99 * below[-1]) + 2) * bin_width)
@@ -239,7 +239,7 @@ def _hysteresis(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, st
 
 
 def _thin(values: Array, most: int) -> tuple[Array, int]:
-    """Lowest and highest value of each stretch, in their order; nothing is done to a short curve."""
+    """Lowest and highest value of each interval, in their order; a short curve is unchanged."""
     if values.size <= most:
         return values, 1
     step = -(-values.size // (most // 2))
@@ -252,5 +252,5 @@ def _thin(values: Array, most: int) -> tuple[Array, int]:
 
 
 def cycle(count: int) -> list[str]:
-    """As many colors, the first ones easiest to tell apart."""
+    """A number of colors; the first ones differ most."""
     return [_COLORS[i % len(_COLORS)] for i in range(count)]

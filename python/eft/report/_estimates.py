@@ -1,4 +1,4 @@
-"""Charts of what a controller has learned of its rig: estimates over time, and the flow curve it found."""
+"""Charts of a learning controller: estimates over time, and the learned flow curve."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ESTIMATES = (
 
 
 def draw_estimates(page: Page, runs: Mapping[str, TestRun]) -> None:
-    """Draw the estimates and the found curve of the runs that have any."""
+    """Draw the estimates and the learned curve of the runs that have them."""
     colors = dict(zip(runs, cycle(len(runs)), strict=True))
     adaptive = {name: run for name, run in runs.items() if run.rig["compensation.adaptive"]}
     guarded = {name: run for name, run in runs.items() if run.rig["compensation.guard"] or name in adaptive}
@@ -27,7 +27,7 @@ def draw_estimates(page: Page, runs: Mapping[str, TestRun]) -> None:
     alone = cycle(len(_ESTIMATES))
     for (trace, words, dash), hue in zip(_ESTIMATES, alone, strict=True):
         for name, run in (guarded if trace == "level" else adaptive).items():
-            # Of several runs each keeps its color, and the lines tell the estimates apart.
+            # Each of several runs has its color, and each estimate its line style.
             label, color, style = (f"{name}: {words}", colors[name], dash)
             if len(guarded) == 1:
                 label, color, style = words, hue, None
@@ -50,12 +50,12 @@ def draw_estimates(page: Page, runs: Mapping[str, TestRun]) -> None:
 
 
 def _label(name: str, runs: Mapping[str, object]) -> str:
-    """A run alone has no name of its own."""
+    """A single run has no name."""
     return name if len(runs) > 1 else "found"
 
 
 def _found(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -> None:
-    """The flow curves that were found, against the configured ones."""
+    """The learned flow curves and the configured ones."""
     curves: list[dict[str, Any]] = []
     ratios: list[dict[str, Any]] = []
     flow = shown("flow")

@@ -1,4 +1,4 @@
-"""What was tested, and the verdict on it."""
+"""The heading of a report: the test and its verdict."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def wholes(runs: Mapping[str, TestRun]) -> dict[str, TestRun]:
 
 
 def about(runs: Mapping[str, TestRun]) -> list[list[str]]:
-    """Record, scale, mass, rig and date of each test; rows that no test has are left out."""
+    """Record, scale, mass, rig and date of each test; empty rows are left out."""
     several = list(runs.values())
     rows = {
         "rig": [run.rig["name"] or "" for run in several],

@@ -1,4 +1,4 @@
-"""Measured tests in a report: each over the virtual one."""
+"""Measured tests in a report, each compared with the virtual one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Puts the page together."""
+"""The page of a report."""
 
 from __future__ import annotations
 
@@ -59,19 +59,19 @@ def write_report(
 ) -> Path:
     """Write the report of one test, or of several, as one HTML file that says whether their commands differ.
 
-    The actuators of a shear building are shown like tests of their own.
+    The actuators of a shear building are shown like separate tests.
 
     It has the verdict with reasons and remedies, the metrics, and time histories with the ideal response and
     a zoom. It also has the ratio of force to command over the frequency, the spool opening with the advised
-    limit of 60 %, the supply pressure if it changes, and the restoring force. Of a rig that adapts it has
-    what was found: flow gain, valve gain, level, response delay, flow curve. Demands and margins,
+    limit of 60 %, the supply pressure if it changes, and the restoring force. For a rig that adapts it has
+    the estimates of flow gain, valve gain, level, response delay and flow curve. Demands and margins,
     configuration and versions follow. Each test of `measured`, by its name, is compared with the first run,
-    aligned in time, in a table and charts. It reaches for no network. Written beside and renamed.
+    aligned in time, in a table and charts. The page uses no network. Written beside and renamed.
 
     Parameters
     ----------
     runs : TestRun or mapping of str to TestRun
-        The tests, by name where there are several.
+        The tests, by name if there are several.
     path : path-like
         The HTML file.
     title : str
@@ -112,7 +112,7 @@ DIFFERENT = "These tests have different commands or sample rates: each is judged
 
 
 def commands_differ(runs: TestRun | Mapping[str, TestRun]) -> bool:
-    """Whether tests have different commands or sample rates; one that ended early has but a beginning."""
+    """Whether tests have different commands or sample rates; one that ended early has only the first part."""
     first, *others = runs.values() if isinstance(runs, Mapping) else [runs]
 
     def differs(other: TestRun) -> bool:
@@ -158,7 +158,7 @@ def _measured(title: str, one: Comparison) -> str:
 
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-"""The browser's permissions for a page: only to show it."""
+"""The security policy of the page: the browser may only display it."""
 
 HINT = '<p class="hint">Drag to zoom, double-click to see all. <button id="reset">Show all</button></p>'
 
@@ -167,7 +167,7 @@ def whole_page(title: str, parts: Sequence[str], charts: Page) -> str:
     """Title, parts, data and script as one file."""
     here = resources.files("eft.report")
     style, script = (here.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "chart.js"))
-    # Only this script runs, whatever a name or a value may bring in.
+    # Only this script may run, even if a name or a value contains another.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     policy = f"{POLICY}; script-src 'sha256-{digest}'"
     body = [f"<h1>{html.escape(title)}</h1>", *parts, *charts.data, f"<script>{script}</script>"]
@@ -175,7 +175,7 @@ def whole_page(title: str, parts: Sequence[str], charts: Page) -> str:
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        # Nothing is fetched, not even the icon that browsers ask for unasked.
+        # Nothing is loaded, not even the icon that browsers request.
         '<link rel="icon" href="data:,">'
         f"<title>{html.escape(title)}</title><style>{style}</style></head><body>\n"
         + "\n".join(body)
@@ -224,7 +224,7 @@ def _number(value: float, unit: str) -> str:
 
 def html_table(header: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
     """A table of plain text; `kind` is its class."""
-    # Keys may break at their dots and underscores, so that narrow screens keep the columns behind them.
+    # Keys may break at dots and underscores, so that the other columns fit on narrow screens.
     broken = (re.sub(r"([._])(?=\w)", r"\1<wbr>", html.escape(cell)) for cell in header)
     head = "".join(f"<th>{cell}</th>" for cell in broken)
     body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
@@ -242,7 +242,7 @@ def _thinned(charts: Page) -> str:
 
 
 def _configuration(runs: Mapping[str, TestRun]) -> list[str]:
-    """The first rig whole, of the others what differs from it."""
+    """The complete first rig, and the differences of the others from it."""
     (name, first), *others = runs.items()
     base = _flat(first.rig.to_dict())
     alike = [name, *(other for other, run in others if run.rig == first.rig)]
@@ -276,7 +276,7 @@ def _versions(runs: Sequence[TestRun]) -> str:
 
 
 def reporter() -> str:
-    """What writes the report."""
+    """The software that wrote the report."""
     return (
         f"Report by eft {__version__}, Python {platform.python_version()}, "
         f"NumPy {metadata.version('numpy')}, {platform.system()} {platform.machine()}."

@@ -1,4 +1,4 @@
-"""What a test asks of its rig, and how stable the loop is: tables of a report."""
+"""Tables of a report: the demands of a test on its rig, and the stability of the loop."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from eft._run import TestRun
 from eft.report._heading import wholes
 
 _MOST = 4
-"""Tests with tables of their own; more would hide the charts."""
+"""Largest number of tests with separate tables, which would otherwise hide the charts."""
 
 
 def planned(runs: Mapping[str, TestRun]) -> Iterator[tuple[str, list[str], list[list[str]]]]:
-    """Title, header and rows of each table; of a building, one for all of its actuators."""
+    """Title, header and rows of each table; a building has one table for all of its actuators."""
     whole = wholes(runs)
     alone = len(whole) == 1
     for name, run in list(whole.items())[:_MOST]:
@@ -27,7 +27,7 @@ def planned(runs: Mapping[str, TestRun]) -> Iterator[tuple[str, list[str], list[
         try:
             demands = check_feasibility(run.rig, command).demands
         except ValueError:
-            demands = ()  # a loop that no level makes stable; the margins say so
+            demands = ()  # no level makes the loop stable, which the margins show
         if demands:
             yield (
                 title,

@@ -1,4 +1,4 @@
-"""Which setting of a study matters: rank correlation with the force error."""
+"""The influence of a study's settings: rank correlation with the force error."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 def ranking(study: Study, metric: str = "nrmse") -> list[tuple[str, float, int]]:
     """Setting, rank correlation of its values with the metric, and number of tests; the strongest first.
 
-    Of numbers it is Spearman's, from -1 to 1. Of words and switches it is the correlation ratio of the ranks,
-    from 0 to 1. Completed tests count.
+    For numbers it is Spearman's, from -1 to 1. For words and switches it is the correlation ratio of the
+    ranks, from 0 to 1. Only completed tests count.
     """
     completed = (study["status"] == "completed") & np.isfinite(study[metric])
     error = study[metric][completed]
@@ -36,7 +36,7 @@ def ranking(study: Study, metric: str = "nrmse") -> list[tuple[str, float, int]]
 
 
 def _ranks(values: Array) -> Array:
-    """Ranks from 0; equal values share their mean."""
+    """Ranks from 0; equal values have the mean of their ranks."""
     _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
     last = np.cumsum(counts)
     mean: Array = (last - 0.5 * (counts + 1))[inverse]

@@ -1,4 +1,4 @@
-"""The report of a study: how many tests ended how, and what depends on what."""
+"""The report of a study: the outcomes of its tests, and their dependence on the settings."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from eft.report._page import HINT, html_table, reporter, whole_page
 from eft.report._ranking import ranking
 
 _WORST = 10
-"""Tests in the table of the worst."""
+"""Number of tests in the table of the worst."""
 _GROUPS = 6
-"""Groups that have a color of their own."""
+"""Number of groups with a color."""
 _UNUSABLE = "#b00020"
 
 
@@ -123,7 +123,7 @@ def _verdict(study: Study) -> str:
 
 
 def _judged(study: Study) -> bool:
-    """Whether the tests have verdicts: the first studies do not."""
+    """Whether the tests have verdicts, which older studies do not have."""
     return any(column.name == "verdict" for column in study.columns)
 
 
@@ -203,11 +203,11 @@ def _draw(study: Study, page: Page) -> None:
 
 _Columns = dict[str, NDArray[Any]]
 _Groups = dict[str, tuple[str, NDArray[np.bool_]]]
-"""By name: a color, and which tests belong there."""
+"""The groups by name: a color and the tests of the group."""
 
 
 def _groups(columns: _Columns, words: list[str]) -> _Groups:
-    """The tests by the first setting in words with few enough values for colors; else all together."""
+    """The tests grouped by the first setting in words with few values, or all in one group."""
     for name in words:
         values = [value for value in dict.fromkeys(columns[name].tolist()) if value is not None]
         if 1 < len(values) <= _GROUPS:
@@ -234,7 +234,7 @@ def _sorted(page: Page, name: str, columns: _Columns, completed: NDArray[np.bool
 def _over(
     page: Page, setting: Column, name: str, columns: _Columns, completed: NDArray[np.bool_], groups: _Groups
 ) -> None:
-    """One metric over one setting; tests that are none stand in a row above the others."""
+    """One metric over one setting; incomplete tests are in a row above the others."""
     words, limit, label = _DRAWN[name]
     x, y = columns[setting.name].astype(np.float64), columns[name] * 100.0
     known = np.isfinite(x)

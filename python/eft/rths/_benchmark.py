@@ -1,4 +1,4 @@
-"""The benchmark's plant, buildings and a controller of the sample's form, as one linear model."""
+"""The benchmark's plant, buildings and a controller like its sample controller, as one linear model."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from eft.rths._criteria import Criteria, criteria
 Array = NDArray[np.float64]
 
 _RATE = 4096.0
-"""Samples per second of the benchmark, Hz."""
+"""Sample rate of the benchmark, Hz."""
 _STIFFNESS = 1e7 * np.array(
     [[2.6055, -2.3134, 0.5937], [-2.3134, 3.2561, -1.4420], [0.5937, -1.4420, 0.9267]]
 )
-"""Of the reference building, N/m."""
+"""Stiffness of the reference building, N/m."""
 
 
 class Building(NamedTuple):
     """A partitioning case of the benchmark: the three-story building that is tested."""
 
     mass: float
-    """Of each floor, kg."""
+    """Mass of each floor, kg."""
     damping_ratio: float
-    """Of each mode."""
+    """Damping ratio of each mode."""
 
     def matrices(self) -> tuple[Array, Array, Array]:
         """Mass (kg), damping (N·s/m) and stiffness (N/m), each (3, 3)."""
@@ -100,9 +100,9 @@ class TransferSystem:
 class SampleController:
     """A proportional-integral tracking controller behind a phase lead, as the benchmark's sample controller.
 
-    ``u = (P + I/s) ((1 + T s)/(1 + T s/10) x_target − x)``, discretized by Tustin. The benchmark's own
-    gains were published in a binary file only. The defaults were designed here: a zero on the plant's
-    slowest pole (48.2 1/s), 60° of phase margin, and a lead that leaves a delay of 4.6 ms at low frequency.
+    ``u = (P + I/s) ((1 + T s)/(1 + T s/10) x_target − x)``, discretized by Tustin. The benchmark's own gains
+    were published in a binary file only. The defaults are a design of this package: a zero on the plant's
+    slowest pole (48.2 1/s), 60° of phase margin, and a remaining delay of 4.6 ms at low frequency.
     """
 
     proportional: float = 2.07
@@ -194,7 +194,7 @@ def simulate(
     shares[0, 0] = 1.0
     ground = mass @ np.ones((3, 1))
     whole = _held(*_motion(mass, damping, stiffness, -ground))
-    # The specimen's share of mass, damping and stiffness is in the laboratory.
+    # Mass, damping and stiffness of the specimen are in the laboratory.
     numerical = _held(
         *_motion(
             mass - plant.mass * shares,
@@ -235,7 +235,7 @@ def _motion(mass: Array, damping: Array, stiffness: Array, forces: Array) -> tup
 
 
 def _held(a: Array, b: Array) -> tuple[Array, Array]:
-    """The system from sample to sample, its inputs held."""
+    """The sampled system with held inputs."""
     need("scipy", "study")
     from scipy.linalg import expm
 
@@ -250,7 +250,7 @@ def _closed(
     """The closed loop: numerical substructure (6), plant (5), state of the lead and of the integral."""
     (a_n, b_n), (a_p, b_p) = numerical, plant
     half = 0.5 / _RATE
-    # In direct form II transposed: each part of the controller has one state, (b0 + b1/z)/(1 + a1/z).
+    # In transposed direct form II each part of the controller has one state, (b0 + b1/z)/(1 + a1/z).
     lag = control.lead / 10.0 + half
     lead_b0, lead_b1, lead_a1 = (
         (control.lead + half) / lag,
@@ -277,7 +277,7 @@ def _closed(
 
 
 def _run(step: Array, drive: Array, values: Array, rows: list[int]) -> Array:
-    """States by number (rows, samples), from rest: each mode is a filter of first order of its own."""
+    """States (rows, samples) from rest; each mode is a separate first-order filter."""
     need("scipy", "study")
     from scipy.signal import lfilter
 

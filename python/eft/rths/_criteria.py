@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 _LAGS = 50
-"""Lags that J1 looks at, in samples: the benchmark's own number, 12 ms at its 4096 Hz."""
+"""Number of lags of J1 in samples: that of the benchmark, 12 ms at its 4096 Hz."""
 
 
 class Criteria(NamedTuple):
@@ -51,7 +51,7 @@ def delay(target: ArrayLike, measured: ArrayLike, sample_rate: float, *, lags: i
     sample_rate : float
         Samples per second, Hz.
     lags : int
-        Lags that are tried, from 0 on, in samples; the benchmark tries 50.
+        Number of lags, from 0 on, in samples; the benchmark uses 50.
 
     Returns
     -------
@@ -207,7 +207,7 @@ def _floors(name: str, values: ArrayLike) -> Array:
 
 
 def _pair(wanted_name: str, wanted: ArrayLike, found_name: str, found: ArrayLike) -> tuple[Array, Array]:
-    """Two sound signals of one length, of which the first is not constant, nor the second."""
+    """Two valid signals of equal length, neither of which is constant."""
     pair = []
     for name, values in ((wanted_name, wanted), (found_name, found)):
         array = np.asarray(values, dtype=np.float64)

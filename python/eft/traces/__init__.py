@@ -1,4 +1,4 @@
-"""Signals of a test in other programs' files, read with their units and written in SI units."""
+"""Signals of a test in files of other programs, read with their units and written in SI units."""
 
 from eft.traces._compare import Comparison, SignalComparison, compare
 from eft.traces._read import read_traces

@@ -1,4 +1,4 @@
-"""Columns of MAT, HDF5 and Parquet files; a column is read when it is asked for, within the file's budget."""
+"""Columns of MAT, HDF5 and Parquet files; columns are read on use, within the memory budget."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from eft.traces._traces import Column
 Array = NDArray[np.float64]
 
 _CHUNK = FREE // 2
-"""Bytes of the largest HDF5 chunk: the library holds a chunk packed and unpacked."""
+"""Bytes of the largest HDF5 chunk; the library holds a chunk both compressed and decompressed."""
 _DEFLATE = 1032
-"""Bytes that deflate makes of one, at most."""
+"""Largest ratio of decompression of deflate."""
 _COMPRESSED, _NUMERIC = 15, range(6, 16)
-"""An element's type and the classes of an array of numbers, of MAT files."""
+"""Types of elements and classes of numeric arrays in MAT files."""
 _PIECE, _PIECES = 16384, 8
-"""Bytes that are unpacked at a time, and how many times that SciPy unpacks at once."""
+"""Bytes decompressed at a time here, and the multiple of it that SciPy decompresses at once."""
 _NUMBERS = {
     "double",
     "single",
@@ -51,7 +51,7 @@ def mat(source: Path) -> Iterator[list[Column]]:
             return
         budget = Budget(source)
         with understood(source, wrong):
-            # Of a mapped file no read takes more memory than there are bytes.
+            # A read of a mapped file needs no more memory than the file has bytes.
             mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         with mapped:
             with understood(source, wrong):
@@ -78,7 +78,7 @@ def mat(source: Path) -> Iterator[list[Column]]:
 
 
 def _largest_unpacked(mapped: mmap.mmap, budget: Budget) -> int:
-    """Bytes of the largest compressed array of numbers; refuses what SciPy unpacks in much memory."""
+    """Bytes of the largest compressed numeric array; refuses arrays that need much memory in SciPy."""
     order = "<" if mapped[126:128] == b"IM" else ">"
     at, largest = 128, 0
     while at + 8 <= len(mapped):
@@ -96,14 +96,14 @@ def _largest_unpacked(mapped: mmap.mmap, budget: Budget) -> int:
             if block > FREE // 2 or size > budget.whole:
                 raise ValueError(f"an array unpacks from {start + _PIECE - begin} bytes to {size}")
             if not numeric and number == _PIECES:
-                break  # whose rest is not unpacked
+                break  # the rest is not decompressed
         largest = max(largest, size if numeric else 0)
     return largest
 
 
 @contextmanager
 def hdf5(source: Path) -> Iterator[list[Column]]:
-    """The vectors of an HDF5 file, of all its groups, with the attribute ``units``."""
+    """The vectors of all groups of an HDF5 file, with the attribute ``units``."""
     need("h5py")
     import h5py
 
@@ -145,7 +145,7 @@ def hdf5(source: Path) -> Iterator[list[Column]]:
 
 
 def _check_storage(item: Any) -> None:
-    """Refuse a data set of other files, and chunks that are or become large."""
+    """Refuse a data set in other files, and chunks that are large before or after decompression."""
     settings = item.id.get_create_plist()
     if item.is_virtual or settings.get_external_count():
         raise ValueError(f"`{item.name}` keeps its numbers in other files")
@@ -208,7 +208,7 @@ def _is_vector(shape: tuple[int, ...]) -> bool:
 
 
 def _commonest(source: Path, found: list[tuple[str, int]]) -> list[tuple[str, int]]:
-    """The vectors of the commonest length, for a file may hold other things."""
+    """The vectors of the most frequent length, because a file may contain other arrays."""
     if not found:
         raise WrongFileError(f"{source}: no one-dimensional arrays of numbers in it")
     sizes = [size for _, size in found]

@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SLOWEST, FASTEST = 1e-6, 1e9
-"""Sample rates that a measurement can have, Hz."""
+"""Lowest and highest sample rate of a measurement, Hz."""
 
 _UNEVEN = 0.01
-"""How far a time step may be from the mean one, as a fraction of it: clocks are written with few digits."""
+"""Allowed relative difference of a time step from the mean step, for times with few digits."""
 
 _JITTER = 0.05
-"""How far a sample of a rounded clock may be from its time besides the rounding, as a fraction of a step."""
+"""Allowed difference of a sample from its time in addition to rounding, as a fraction of a step."""
 
 _OUTLIERS = 0.1
-"""Share of steps that may be odd before they are taken for the rounding of the clock."""
+"""Share of uneven steps above which they count as rounding of the times."""
 
 _PIECE = 2**18
-"""Samples that are checked together, so that a check takes less memory than the samples."""
+"""Samples that are checked together, to limit the memory of a check."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -42,7 +42,7 @@ def clock(name: str, time: Array) -> tuple[float, float]:
     if not odd:
         return float(time[0]), 1.0 / step
     if odd > _OUTLIERS * (time.size - 1):
-        # No single jump, so that it may be the rounding of a clock written with few digits.
+        # Many uneven steps may be the rounding of times with few digits.
         if (rate := _rounded(time)) is not None:
             return float(time[0]), rate
         middle = step
@@ -66,14 +66,14 @@ def _pieces(time: Array) -> Iterator[tuple[int, Array]]:
 
 
 def _rounded(time: Array) -> float | None:
-    """The rate of a clock that is even within the rounding of its digits; None where it is not."""
+    """The rate of a clock that is even within the rounding of its digits, or None."""
     digits = _digits(time)
     if digits is None or any(steps.min() < 0.0 for steps in _steps(time)):
         return None
     every = -(-time.size // _PIECE)
     count = np.arange(0, time.size, every)
     fitted = float(1.0 / np.polyfit(count, time[::every], 1)[0])
-    # The whole rate that was meant, where the rounding leaves it open.
+    # An integer rate, if the rounding allows one.
     for rate in (float(round(fitted)), fitted):
         if rate > 0.0:
             start = float(np.median(time[::every] - count / rate))
@@ -88,7 +88,7 @@ def _is_even(time: Array, start: float, rate: float, digits: tuple[float, int | 
 
 
 def _digits(time: Array) -> tuple[float, int | None] | None:
-    """The last decimal of the written times, s (0 where there are many), and their significant digits."""
+    """The last decimal of the written times, s (0 if there are many), and their significant digits."""
 
     def fit(places: int) -> bool:
         return all(np.array_equal(np.round(piece, places), piece) for _, piece in _pieces(time))

@@ -1,4 +1,4 @@
-"""Two tests, signal by signal: a measured one over a virtual one."""
+"""Comparison of two tests, signal by signal, such as a measured and a virtual one."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Source = Traces | TestRun | str | PathLike[str]
 """A test: a run, traces, or a file of either."""
 
 BAND = (0.25, 10.0)
-"""Frequencies between which the band ratio is taken, Hz: those of the paper's sweeps."""
+"""Band of the band ratio, Hz: that of the paper's sweeps."""
 
 _COMPARED = ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command")
 
 
 @dataclass(frozen=True)
 class SignalComparison:
-    """How far a signal of one test is from the same signal of a reference."""
+    """The difference of a signal from the same signal of a reference."""
 
     quantity: str
     unit: str
@@ -47,9 +47,9 @@ class SignalComparison:
     peak_error: float
     """Largest difference over the largest value of the reference."""
     delay: float
-    """By cross-correlation, s; positive when the other test lags; NaN where there is no answer."""
+    """By cross-correlation, s; positive if the other test lags; NaN if undefined."""
     band_ratio: float
-    """Rms within the band over that of the reference; NaN where the reference has nothing there."""
+    """Rms within the band over that of the reference; NaN if the reference has no energy in the band."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +62,11 @@ class Comparison(Mapping[str, SignalComparison]):
     """The other test on the reference's clock."""
     signals: Mapping[str, SignalComparison]
     shift: float
-    """By how much the other test was moved to an earlier time, s; 0 unless aligned."""
+    """Shift of the other test to an earlier time, s; 0 unless aligned."""
     aligned_by: str | None
     """The signal that gave the shift."""
     band: tuple[float, float]
-    """Of the band ratios, Hz."""
+    """Band of the band ratios, Hz."""
 
     def __getitem__(self, quantity: str) -> SignalComparison:
         return self.signals[quantity]
@@ -83,9 +83,9 @@ class Comparison(Mapping[str, SignalComparison]):
         Parameters
         ----------
         *quantities : str
-            Which signals; without any, command or valve command are left out where there are others.
+            Names of signals. By default all are drawn, without command and valve command if there are others.
         units : {"si", "us"}, optional
-            Those of `eft.use_units` unless given.
+            Units of the axes; by default those of `eft.use_units`.
 
         Returns
         -------
@@ -161,7 +161,7 @@ def compare(
     OSError
         If a file cannot be read.
     ValueError
-        If a file is not what it should be, or the two have no signal or no time in common.
+        If a file is invalid, or the tests have no common signal or time.
 
     Examples
     --------
@@ -204,10 +204,10 @@ def compare(
 
 
 def _lag(reference: Traces, other: Traces, name: str) -> float:
-    """How much later a signal comes in the other test, s."""
+    """Delay of a signal in the other test, s."""
     rate = reference.sample_rate
     length = max(reference.time[-1] - reference.start, other.time[-1] - other.start)
-    # Twice as long as either, since lags within half of a record count.
+    # Twice the longer length, because only lags within half of a record count.
     clock = np.arange(2 * int(np.ceil(length * rate)) + 2) / rate
     one, two = (
         np.interp(clock, traces.time - traces.start, traces.columns[name], right=0.0)
@@ -223,7 +223,7 @@ def _lag(reference: Traces, other: Traces, name: str) -> float:
 
 def _over_common_time(reference: Traces, other: Traces, shared: list[str]) -> tuple[Traces, Traces]:
     time, other_time = reference.time, other.time
-    # A millionth of a step: two clocks that mean the same time may differ by rounding.
+    # A millionth of a step, because equal clocks may differ by rounding.
     margin = 1e-6 / reference.sample_rate
     inside = (time >= other_time[0] - margin) & (time <= other_time[-1] + margin)
     if np.count_nonzero(inside) < 2:

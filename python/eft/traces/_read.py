@@ -26,7 +26,7 @@ def read_traces(
 ) -> Traces:
     r"""Read the signals of a test and convert them to SI units.
 
-    The suffix tells the format: ``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc`` (text); ``.mat`` (SciPy,
+    The suffix selects the format: ``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc`` (text); ``.mat`` (SciPy,
     from 7.3 on h5py); ``.h5``, ``.hdf5`` (h5py); ``.parquet`` (pyarrow); ``.tdms`` (npTDMS); ``.uff``,
     ``.unv`` (dataset 58, pyuff). Any other file must be a run that `TestRun.save` wrote.
 
@@ -41,9 +41,9 @@ def read_traces(
     path : path-like
         The file.
     columns : mapping, optional
-        Header of the column that holds a quantity, where its name does not say so.
+        Header of the column with a quantity, if its name is not recognised.
     units : mapping, optional
-        Unit of a quantity, where the file does not say it.
+        Unit of a quantity, if the file does not state it.
     sample_rate : float, optional
         In Hz, for a file without a time column.
     rig : Rig, optional
@@ -61,7 +61,7 @@ def read_traces(
     OSError
         If the file cannot be read, or is a pipe or a device.
     ValueError
-        If it is not what it should be; the message says where and what is allowed.
+        If the file is invalid; the message names the place and the allowed values.
 
     Examples
     --------

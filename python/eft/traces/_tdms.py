@@ -20,12 +20,12 @@ Array = NDArray[np.float64]
 
 _WRONG = "not a TDMS file that can be read"
 _LARGEST_INDEX = 200_000
-"""Segments and objects of a file, at most: each takes memory of its own."""
+"""Largest number of segments and objects of a file, because each needs memory."""
 
 
 @contextmanager
 def tdms(source: Path) -> Iterator[list[Column]]:
-    """The channels of numbers of a TDMS file, of all its groups; ``unit_string`` says the unit."""
+    """The numeric channels of all groups of a TDMS file; ``unit_string`` is the unit."""
     need("nptdms")
     from nptdms import TdmsFile
 
@@ -71,7 +71,7 @@ def _read(source: Path, budget: Budget, channel: Any) -> Array:
 
 
 def _clock(source: Path, found: Mapping[str, Any]) -> list[Column]:
-    """The time of a waveform, where no channel holds it."""
+    """The time of a waveform, if no channel has it."""
     if any(quantity_of(name.partition("(")[0]) == "time" for name in found):
         return []
     about = {
@@ -91,13 +91,13 @@ def _text(unit: object) -> str | None:
 
 
 def _check_segments(raw: Any, size: int) -> None:
-    """Refuse a file of so many segments that their index would take much memory."""
+    """Refuse a file with so many segments that their index would need much memory."""
     at = segments = 0
     while at + 28 <= size:
         raw.seek(at)
         lead = raw.read(28)
         if lead[:4] != b"TDSm":
-            return  # npTDMS says what is wrong
+            return  # npTDMS reports the error
         length = int.from_bytes(lead[12:20], "little")
         metadata = int.from_bytes(lead[20:28], "little")
         segments += 1 + metadata // 20

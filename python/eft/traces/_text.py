@@ -20,14 +20,14 @@ from eft.traces._traces import Column
 from eft.traces._units import is_unit, parse_header
 
 Wanted = Callable[[Sequence[str]], Sequence[int]]
-"""The places of the columns that will be read, by their headers."""
+"""Indices of the columns to be read, from their headers."""
 Numbered = tuple[int, str]
 """A line and its number, counted from 1."""
 
 _LONGEST = 1024**2
-"""Characters of the longest line."""
+"""Length of the longest line, in characters."""
 _PREAMBLE = 200
-"""Lines among which the names of the columns must be."""
+"""Number of lines in which the column names must be."""
 _PIECE = 1024**2
 """Characters that are parsed at a time."""
 
@@ -37,7 +37,7 @@ _DELIMITERS: tuple[str | None, ...] = ("\t", ";", ",", None)
 
 class _Layout(NamedTuple):
     delimiter: str | None
-    """None stands for blanks."""
+    """None means blanks."""
     names: list[str]
     units: list[str | None]
     first: int
@@ -46,7 +46,7 @@ class _Layout(NamedTuple):
 
 @contextmanager
 def text(source: Path, wanted: Wanted, gaps: bool = False) -> Iterator[list[Column]]:
-    """The columns of a text; those in `wanted` are numbers, with `gaps` also empty cells."""
+    """The columns of a text. Those in `wanted` must be numbers, or with `gaps` empty cells."""
     lines = _lines(source)
     begin: list[Numbered] = []
     size = 0
@@ -97,7 +97,7 @@ def _layout(source: Path, begin: Sequence[Numbered], wanted: Wanted, gaps: bool)
 
 
 def _without_layout(source: Path, begin: Sequence[Numbered], gaps: bool) -> ValueError:
-    """What is wrong with a text in which no row of numbers follows a line of names."""
+    """The error for a text without a row of numbers after a line of names."""
     (number, header), *rest = begin
     delimiter = max(",;\t", key=header.count)
     names = _names(header, delimiter, header)
@@ -116,7 +116,7 @@ def _without_layout(source: Path, begin: Sequence[Numbered], gaps: bool) -> Valu
 
 def _names(line: str, delimiter: str | None, row: str) -> list[str]:
     if delimiter is None:
-        # Two blanks part names in which single blanks may stand.
+        # Two blanks separate names, which may contain single blanks.
         names = re.split(r"\s{2,}", line.strip())
         return names if len(names) == len(row.split()) else line.split()
     names = [_unquoted(name) for name in line.split(delimiter)]
@@ -126,11 +126,11 @@ def _names(line: str, delimiter: str | None, row: str) -> list[str]:
 
 
 def _are_units(line: Sequence[str], above: Sequence[str]) -> bool:
-    """Whether a line holds the units of the names above it."""
+    """Whether a line has the units of the names above it."""
     if len(line) != len(above) or any(_is_number(name) for name in above):
         return False
     known = sum(parse_header(name)[0] is not None for name in above)
-    # A unit may read like a short name: `V` is also a velocity.
+    # A unit may look like a short name: `V` is also a velocity.
     named = sum(len(name) > 2 and parse_header(name)[0] is not None for name in line)
     units = [cell.strip("()[]") for cell in line]
     return known > named or all(not cell or cell == "-" or is_unit(cell) for cell in units)
@@ -177,7 +177,7 @@ def _parsed(
 
 
 def _plain(line: str, delimiter: str | None, width: int, gaps: bool) -> str:
-    """A row as NumPy reads it; a ValueError where it has another number of cells."""
+    """A row for NumPy; raises ValueError if it has another number of cells."""
     if '"' in line:
         line = line.replace('"', "")
     if delimiter != "," and "," in line:
@@ -236,7 +236,7 @@ def _lines(source: Path) -> Iterator[Numbered]:
             try:
                 words = line.decode()
             except UnicodeDecodeError:
-                # What programs for Windows write: `m/s²` in one byte.
+                # The encoding of Windows programs, with `²` in one byte.
                 try:
                     words = line.decode("cp1252")
                 except UnicodeDecodeError:

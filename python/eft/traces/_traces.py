@@ -1,4 +1,4 @@
-"""Signals of one test, wherever they come from."""
+"""Signals of one test from any source."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Column(NamedTuple):
 
     header: str
     unit: str | None
-    """Where the file says it apart from the header."""
+    """Unit, if the file states it outside the header."""
     read: Callable[[], Array]
-    """Its samples, as an array of the caller's own."""
+    """The samples, as a new array."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,13 +40,13 @@ class Traces:
     start: float = 0.0
     """Time of the first sample, s."""
     ignored: tuple[str, ...] = field(default=())
-    """Columns of the file that hold no quantity known here."""
+    """Columns of the file without a known quantity."""
 
     def __len__(self) -> int:
         return next(iter(self.columns.values())).size
 
     def __getitem__(self, quantity: str) -> Array:
-        """Return a quantity's samples; a ValueError names those there are."""
+        """Return a quantity's samples; the ValueError for a missing one names the existing ones."""
         if quantity not in self.columns:
             raise ValueError(f"{self.name}: no {quantity} in it; there are {', '.join(self.columns)}")
         return self.columns[quantity]
@@ -79,10 +79,10 @@ class Traces:
         gaps: bool = False,
         rig: Rig | None = None,
     ) -> Traces:
-        """Bring columns as they stand in a file to SI and to one clock; only known quantities are read.
+        """Convert columns of a file to SI units and a common clock; only known quantities are read.
 
-        `columns` says which header holds a quantity, `units` the unit of a quantity whose header has none;
-        with `gaps` samples other than the time's may be NaN; a spool opening in V takes the sensor of `rig`.
+        `columns` names the header of a quantity, and `units` the unit of a quantity whose header has none.
+        With `gaps` samples may be NaN, except in the time. The sensor of `rig` converts a spool opening in V.
         """
         raw = list(raw)
         chosen = {header: checked_quantity(quantity) for quantity, header in columns.items()}
@@ -103,9 +103,9 @@ class Traces:
                 raise ValueError(f"{name}: two columns hold {quantity}; say which with {quantity}=HEADER")
             factor = _factor(name, header, quantity, given.get(quantity, unit or written), rig)
             found[quantity] = read()
-            with np.errstate(over="ignore", invalid="ignore"):  # what is infinite is refused
+            with np.errstate(over="ignore", invalid="ignore"):  # infinite values are refused
                 found[quantity] *= factor
-            # A standard deviation is infinite where nothing was learned.
+            # A standard deviation is infinite if nothing was learned.
             if (not gaps and not quantity.endswith("_deviation")) or quantity == "time":
                 _all_finite(name, header, found[quantity])
         if sample_rate is None:
@@ -149,7 +149,7 @@ def _factor(name: str, header: str, quantity: str, unit: str | None, rig: Rig | 
 
 
 def _all_finite(name: str, header: str, values: Array) -> None:
-    # Without an array as large as the column.
+    # Checked without another array of the column's size.
     if values.size and not (np.isfinite(values.min()) and np.isfinite(values.max())):
         bad = int(np.isfinite(values).argmin())
         raise ValueError(f"{name}: column `{header}`, sample {bad + 1} is not a finite number")

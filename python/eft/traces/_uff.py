@@ -14,16 +14,16 @@ from eft.traces._traces import Column
 from eft.traces._units import quantity_of
 
 LARGEST_UFF = 8 * 1024**2
-"""Bytes of the largest file: pyuff takes several times as much memory as the file has."""
+"""Bytes of the largest file, because pyuff needs several times the memory of the file."""
 
 _WRONG = "not a universal file that can be read"
 _FUNCTION, _OVER_TIME, _REAL = 58, (0, 1), (2, 4)
-"""The dataset, its types of function that are signals, and its types of real numbers."""
+"""The dataset, its function types that are signals, and its types of real numbers."""
 
 
 @contextmanager
 def uff(source: Path) -> Iterator[list[Column]]:
-    """The signals of a universal file; the label of the ordinate or the first line of text names each."""
+    """The signals of a universal file, named by the label of the ordinate or the first line of text."""
     import pyuff
 
     _check(source)
@@ -51,7 +51,7 @@ def _column(one: dict[str, Any]) -> Column:
 
 
 def _check(source: Path) -> None:
-    """Refuse what pyuff would take much memory for: a large file, or one of short lines."""
+    """Refuse a file for which pyuff would need much memory: a large one, or one with short lines."""
     with opened(source) as file:
         data = file.read(LARGEST_UFF + 1)
     if len(data) > LARGEST_UFF:

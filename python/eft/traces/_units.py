@@ -1,4 +1,4 @@
-"""Quantities, the names that laboratories give them, and the units they come in."""
+"""Quantities, their names in laboratories, and their units."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SI = {
     "time": "s", "force": "N", "length": "m", "velocity": "m/s", "acceleration": "m/s2", "pressure": "Pa",
     "flow": "m3/s", "voltage": "V", "ratio": "1",
 }  # fmt: skip
-"""The unit in which a quantity is kept."""
+"""The SI unit of each quantity."""
 
 _NAMES_OF = {
     "time": "s sec ms min",
@@ -26,20 +26,20 @@ _NAMES_OF = {
     "voltage": "V mV",
     "ratio": "1 - %",
 }
-"""What the headers of laboratories write."""
+"""Names in headers of laboratories."""
 
 _OTHER_NAMES = {"velocity": "mps", "acceleration": "mps2", "flow": "m3ps", "length": "inches"}
-"""Names that stand in for a unit where a name may have no slash."""
+"""Names of units for names without a slash."""
 
 _MEANT = {
     "sec": "s", "lb": "lbf", "inch": "in", "inches": "in", "gal": "cm/s2", "-": "1", "mps": "m/s",
     "mps2": "m/s2", "m3ps": "m3/s",
 }  # fmt: skip
-"""Names that a rig's table of units does not have, or has for something else, as `lb` for a mass."""
+"""Names that the rig's table of units lacks, or has with another meaning, as `lb` for a mass."""
 
 
 def _factors(dimension: str, names: str) -> dict[str, float]:
-    """Factor of each name to SI, from the table that the keys of a rig are read with."""
+    """Factor of each name to SI, from the table of units for the keys of a rig."""
     si = _SI[dimension]
     return {name: si_value(name, f"1 {_MEANT.get(name, name)}", si) for name in names.split()}
 
@@ -53,7 +53,7 @@ _KNOWN = {
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a column can hold."""
+    """Quantities of a column."""
 
     dimension: str
     aliases: tuple[str, ...]
@@ -74,7 +74,7 @@ QUANTITIES = {
     "compensation": Quantity("voltage", ()),
 }
 _DIMENSIONS = {unit.replace("1", ""): name for name, unit in _SI.items()}
-# The other traces of a run, under their own names only.
+# The other traces of a run, by their own names only.
 QUANTITIES |= {
     name: Quantity(_DIMENSIONS[trace.unit.replace("²", "2")], ())
     for name, trace in TRACES.items()
@@ -83,23 +83,23 @@ QUANTITIES |= {
 
 _NAMES = {alias: name for name, quantity in QUANTITIES.items() for alias in (name, *quantity.aliases)}
 _LONGEST_NAME = 200
-"""Characters of a name that can mean a quantity."""
+"""Largest length of a name with a quantity."""
 _BY_DIMENSION = {quantity.dimension: name for name, quantity in QUANTITIES.items()}.values()
 """One quantity of each dimension."""
 _CHANNEL = re.compile(
     r"^\s*(?:ch(?:annel)?\s?\d+\s)?\s*(?:axial\s)?\s*|\s+(?:feedback|fbk)\s*$", re.IGNORECASE
 )
-"""What testing machines write around the name of a quantity."""
+"""Words that testing machines add to the name of a quantity."""
 _BRACKETS = re.compile(r"(?P<name>[^(\[]*+)[(\[](?P<unit>[^)\]]*+)[)\]]")
 
 
 def si_unit(quantity: str) -> str:
-    """The SI unit in which a quantity is kept."""
+    """The SI unit of a quantity."""
     return _SI[QUANTITIES[quantity].dimension]
 
 
 def allowed_units(quantity: str) -> tuple[str, ...]:
-    """The units in which a quantity may be given."""
+    """The allowed units of a quantity."""
     return tuple(_UNITS[QUANTITIES[quantity].dimension])
 
 
@@ -113,7 +113,7 @@ def to_si(quantity: str, unit: str) -> float:
         if candidate in known:
             return known[candidate]
         folded = [name for name in known if name.lower() == candidate.lower()]
-        # mN and MN are a thousand million apart, so that only units without such a twin are spelled freely.
+        # mN and MN differ by 10⁹, so the letter case is free only for units without such a pair.
         if len(folded) == 1 and candidate.lower() not in ("mn", "mpa", "mv"):
             return known[folded[0]]
     raise ValueError(f"unit `{unit}` of {quantity}: must be one of {', '.join(_UNITS[dimension])}")

@@ -64,14 +64,12 @@ def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
 
 
 def check_output(path: Path) -> None:
-    """Say before the work what would go wrong after it.
+    """Raise before the work the errors that would occur after it.
 
     Raises
     ------
     ValueError
-        If the suffix is not one of those that are written.
-    OSError
-        If the folder is not there.
+        If the suffix is not allowed. OSError If the folder does not exist.
     """
     if path.suffix.lower() not in _WRITERS:
         suffixes = ", ".join(_WRITERS)
@@ -80,7 +78,7 @@ def check_output(path: Path) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Refuse a target whose folder is not there, or that no file can take the place of."""
+    """Refuse a target whose folder does not exist, or that a file cannot replace."""
     if not path.parent.is_dir():
         raise FileNotFoundError(2, "no such folder", str(path.parent))
     check_replaceable(path)
@@ -94,7 +92,7 @@ def _columns(run: TestRun) -> dict[str, np.ndarray]:
 def _csv(run: TestRun, path: Path) -> None:
     columns = _columns(run)
     header = ",".join(f"{name} ({si_unit(name)})" for name in columns)
-    # Nine digits: more than any sensor of a laboratory has, and enough for f32.
+    # Nine digits are more than any sensor has, and enough for f32.
     np.savetxt(path, np.column_stack(list(columns.values())), "%.9g", ",", header=header, comments="")
 
 
@@ -130,7 +128,7 @@ def _mat(run: TestRun, path: Path) -> None:
 _SUFFIXES = {"1": "", "m/s": "_mps", "m/s2": "_mps2", "m3/s": "_m3ps"} | {
     unit: f"_{unit}" for unit in ("s", "N", "m", "Pa", "V")
 }
-"""How the name of a variable ends by its unit: a name may have no slash."""
+"""Suffix of a variable's name for each unit, because a name cannot contain a slash."""
 
 
 def _tdms(run: TestRun, path: Path) -> None:
