@@ -22,7 +22,16 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 COPY = ROOT / "target" / "mutants"
-FOLDERS = ("compensation", "force_loop", "table", "protection", "velocity", "learning", "channel")
+FOLDERS = (
+    "compensation",
+    "force_loop",
+    "table",
+    "protection",
+    "velocity",
+    "learning",
+    "channel",
+    "controller",
+)
 SHARE = 0.95
 
 #: What is replaced by what, where it stands in code.
@@ -68,12 +77,15 @@ class Mutant:
 def mutants(folders: list[str]) -> list[Mutant]:
     """All of them, but for tests, documentation and generic bounds."""
     found = []
+    source = ROOT / "crates/eft-core/src"
     for folder in folders:
-        for file in sorted((ROOT / "crates/eft-core/src" / folder).rglob("*.rs")):
+        # A folder's parent module stands beside it.
+        for file in sorted([*source.glob(f"{folder}.rs"), *(source / folder).rglob("*.rs")]):
             if file.stem in ("tests", "established", "mod"):
                 continue
-            for number, line in enumerate(file.read_text().splitlines()):
-                if line.strip() == "#[cfg(test)]":
+            lines = file.read_text().splitlines()
+            for number, line in enumerate(lines):
+                if line.strip() == "#[cfg(test)]" and lines[number + 1].endswith("{"):
                     break
                 code = line.split("//")[0]
                 if not code.strip() or code.strip().startswith(

@@ -138,3 +138,6 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

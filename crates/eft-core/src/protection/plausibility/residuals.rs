@@ -120,3 +120,6 @@ fn opposed<T: Real>(a: T, b: T) -> T {
     let size = if first < second { first } else { second };
     if a * b < T::splat(0.0) { size } else { -size }
 }
+
+#[cfg(test)]
+mod tests;

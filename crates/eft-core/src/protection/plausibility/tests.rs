@@ -10,7 +10,7 @@ use crate::table::FlowTable;
 const RIG: Parameters = Parameters::ZHAO2005;
 const STEP: f64 = 1.0 / RIG.sample_rate;
 
-fn watch() -> Plausibility<f64, 21> {
+pub(super) fn watch() -> Plausibility<f64, 21> {
     let to = |trip: f64| Levels { warning: trip, trip };
     let protection = ProtectionParameters {
         force: to(20e3),

@@ -1,0 +1,135 @@
+//! What a watch counts, against numbers that were worked out from noise, levels and rig apart from this code.
+
+#![allow(clippy::indexing_slicing, reason = "a test may panic")]
+
+use super::*;
+use crate::protection::limits::Levels;
+
+fn near(name: &str, found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-5 * expected.abs(), "{name}: {found:e}, not {expected:e}");
+}
+
+fn put(
+    p: &Parameters,
+    protection: &ProtectionParameters,
+    watch: &PlausibilityParameters,
+) -> Result<Plausibility<f64, 21>, ConfigError> {
+    let mut place = None;
+    Plausibility::<f64, 21>::put(&mut place, p, protection, watch)?;
+    Ok(place.unwrap())
+}
+
+#[test]
+fn functions_in_constants_are_those_of_the_library() {
+    for value in [1.0001, 1.9, 2.1, 1e3, 4e10, 1e300] {
+        let (found, sound) = (logarithm(value), libm::log(value));
+        assert!(found >= sound && found < sound + core::f64::consts::LN_2, "{value}: {found}");
+    }
+    for square in [1.0, 2.0, 49.9, 1e4] {
+        near("root", root(square), libm::sqrt(square));
+    }
+    for power in [0.0, -0.3, -0.5, -0.6, -2.0, -24.9, -60.0] {
+        near("exponential", exponential(power), libm::exp(power));
+    }
+    // A low-pass of 80 Hz at 4096 Hz goes 11.6 % of the way; a corner beyond the rate all of it.
+    near("share", share(80.0, 4096.0), 0.1156239);
+    assert_eq!(share(4096.0, 4096.0).to_bits(), 1.0_f64.to_bits());
+}
+
+#[test]
+fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
+    // Noise of 78 N, 63.5 µm, 0.525 mm/s and 0.05 % that may raise an alarm in a thousand hours at 4096 Hz: four signals
+    // have 2^36 readings in them, so that 36·ln 2 = 24.953 is the exponent and 7.064 the deviations.
+    let to = |trip: f64| Levels { warning: trip, trip };
+    let protection = ProtectionParameters {
+        force: to(20e3),
+        displacement: to(0.115),
+        velocity: to(1.2),
+        spool: to(0.8),
+        ..ProtectionParameters::DEFAULT
+    };
+    let watch = put(&Parameters::ZHAO2005, &protection, &PlausibilityParameters::DEFAULT).unwrap();
+    let all = [
+        ("jumps", &watch.gate.jump[..], &[925.8231, 5.888863e-3, 6.015607e-2, 4.151340e-2][..]),
+        ("still", &watch.gate.still, &[7.8, 6.35e-6, 5.25e-5, 5e-5]),
+        ("friction", &[watch.gate.friction, watch.gate.reversing], &[1560.28, 0.06]),
+        ("gate", &[watch.gate.forgetting, watch.gate.share], &[1.532805e-3, 8.798962e-2]),
+        ("chance", &[watch.gate.chance], &[1.455192e-11]),
+        ("oil", &[watch.leakage, watch.oil], &[1.583049e-9, 9.206040e-11]),
+        ("shares", &[watch.low, watch.high, watch.fine], &[0.1156239, 2.274800e-2, 2.274800e-2]),
+        ("valve", &[watch.lag, watch.slow, watch.valve_gain], &[8.517888e-2, 7.640603e-3, 0.1]),
+        ("decays", &[watch.fast_decay, watch.decay, watch.fade], &[0.9975486, 0.9984672, 0.9534451]),
+        ("drifts", &watch.drift, &[4.419913e-4, 8.804801e-6, 1.600741e-4, 3.015245e-2]),
+        ("limits", &watch.limit, &[2.668963e-5, 1.524783e-7, 3.180331e-4, 2.0e-3, 4.474831e-8, 1.910331e-4]),
+        ("of velocity", &[watch.per_reversal, watch.late], &[83.33333, 5e-4]),
+        ("null", &[watch.null_drift], &[1.757349e-4]),
+        ("force", &[watch.astray, watch.evidence[0], watch.evidence[1]], &[3780.0, 1180.0, 6.35e-4]),
+        ("rates", &[watch.rate, watch.period, watch.area], &[4096.0, 2.44140625e-4, 8.212e-3]),
+    ];
+    for (name, found, expected) in all {
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            near(name, *found, *expected);
+        }
+    }
+    assert_eq!((watch.repeats, watch.lost_samples, watch.senses_velocity), (12, 10, true));
+}
+
+#[test]
+fn without_levels_capacity_and_greatest_flow_stand_in() {
+    // At 300 Hz, the controller three samples late; a million alarms an hour.
+    let rig = Parameters {
+        sample_rate: 300.0,
+        computation_delay: 3,
+        velocity_source: VelocitySource::Derivative { corner: 40.0 },
+        ..Parameters::ZHAO2005
+    };
+    let noise = PlausibilityParameters { false_alarms: 1e6, ..PlausibilityParameters::DEFAULT };
+    let watch = put(&rig, &ProtectionParameters::DEFAULT, &noise).unwrap();
+    // 3·ln 2 = 2.079; the displacement's gate is open.
+    for (name, found, expected) in [
+        ("jump of the force", watch.gate.jump[0], 5.501823e4),
+        ("of the velocity", watch.gate.jump[2], 0.6737174),
+        ("of the spool", watch.gate.jump[3], 0.6296747),
+        ("chance", watch.gate.chance, 0.125),
+        ("lag", watch.lag, 0.2666667),
+        ("fade", watch.fade, 0.6),
+        ("drift", watch.drift[0], 4.808226e-4),
+        ("limit", watch.limit[0], 2.570526e-5),
+        ("astray", watch.astray, 2.418420e4),
+    ] {
+        near(name, found, expected);
+    }
+    assert!(watch.gate.jump[1] >= f64::from(f32::MAX));
+    // Eight samples at the least, and the delay.
+    assert_eq!((watch.repeats, watch.senses_velocity), (11, false));
+    // Almost every reading may raise an alarm: nothing below one deviation or so is asked for.
+    let coarse =
+        put(&Parameters { sample_rate: 60.0, ..rig }, &ProtectionParameters::DEFAULT, &noise).unwrap();
+    near("chance", coarse.gate.chance, libm::exp(-1.0));
+}
+
+#[test]
+fn what_is_out_of_range_is_named() {
+    let sound = PlausibilityParameters::DEFAULT;
+    let named = |watch: PlausibilityParameters| match put(
+        &Parameters::ZHAO2005,
+        &ProtectionParameters::DEFAULT,
+        &watch,
+    ) {
+        Err(ConfigError::NotFinite { parameter } | ConfigError::OutOfRange { parameter, .. }) => parameter,
+        Err(_) => "something else",
+        Ok(_) => "nothing",
+    };
+    assert_eq!(named(sound), "nothing");
+    for bad in [-1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(named(PlausibilityParameters { force_noise: bad, ..sound }), "force_noise");
+        assert_eq!(named(PlausibilityParameters { velocity_noise: bad, ..sound }), "velocity_noise");
+        assert_eq!(named(PlausibilityParameters { spool_noise: bad, ..sound }), "spool_noise");
+        assert_eq!(named(PlausibilityParameters { false_alarms: bad, ..sound }), "false_alarms");
+    }
+    // A displacement without noise would make every rounding a contradiction.
+    for bad in [-1.0, 0.0, f64::NAN, 1.1] {
+        assert_eq!(named(PlausibilityParameters { displacement_noise: bad, ..sound }), "displacement_noise");
+    }
+}
