@@ -1,8 +1,9 @@
-//! What one tick costs on this machine: the lead network, the flow table's inverse, the compensation and the whole tick,
-//! in f32 and f64, and the filters of `idsp` and `biquad` that do what the lead network does, on the same signal.
+//! The time of one tick on this machine: the lead network, the flow table's inverse, the compensation and the
+//! whole tick, in f32 and f64. Filters of `idsp` and `biquad` with the function of the lead network run on
+//! the same signal.
 //!
-//! Every bench runs one second of a 4096 Hz signal and asserts what came out. On a microcontroller the instructions
-//! count: `make firmware`.
+//! Every bench runs one second of a 4096 Hz signal and asserts the output. For a microcontroller the number
+//! of instructions matters: see `make firmware`.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, missing_docs)]
 
 use std::hint::black_box;
@@ -28,7 +29,7 @@ fn signal() -> Vec<f64> {
     (0..TICKS).map(|n| 0.6 * at(n, 1.6) + 0.3 * at(n, 23.0)).collect()
 }
 
-/// Table 2 of the paper, in m³/s, to the left and right.
+/// Table 2 of the paper, openings and flows in m³/s.
 fn table() -> ([f64; 21], [f64; 21]) {
     let right = [0.0, 102.2, 187.2, 260.4, 321.1, 369.8, 411.2, 441.0, 468.3, 495.7, 523.0];
     let left = [536.2, 508.2, 480.2, 452.3, 419.9, 377.1, 324.2, 260.9, 188.2, 101.0];
@@ -36,7 +37,7 @@ fn table() -> ([f64; 21], [f64; 21]) {
     (std::array::from_fn(|n| (n as f64 - 10.0) / 10.0), std::array::from_fn(|n| flow(n) * 1.638_706_4e-5))
 }
 
-/// The sum of all outputs, and what it must be within.
+/// Asserts the sum of all outputs within a tolerance.
 fn holds(name: &str, sum: f64, expected: f64, tolerance: f64) {
     assert!((sum - expected).abs() <= tolerance * expected.abs().max(1.0), "{name}: {sum}, not {expected}");
 }
@@ -51,7 +52,7 @@ macro_rules! benches {
             let mut group = c.benchmark_group($name);
             group.throughput(Throughput::Elements(TICKS as u64));
 
-            // The answer by the difference equation, in f64.
+            // The expected output from the difference equation, in f64.
             let (delay, alpha, gain) = LEAD;
             let lag = 2.0 * alpha * delay / (1.0 - alpha);
             let pole = (lag - 1.0 / RATE) / (lag + 1.0 / RATE);
@@ -93,7 +94,7 @@ macro_rules! benches {
 
             let (openings, flows) = table();
             let table = FlowTable::<$t, 21>::new(&openings, &flows).unwrap();
-            // By looking for the segment, in f64.
+            // The expected opening by a search for the segment, in f64.
             let opening = |q: f64| {
                 let n = flows.iter().rposition(|&flow| flow <= q).unwrap_or(0).min(19);
                 openings[n] + (q - flows[n]) / (flows[n + 1] - flows[n]) * 0.1
@@ -108,7 +109,7 @@ macro_rules! benches {
             });
 
             let step = Compensation::<$t, 21>::new(&PARAMETERS).unwrap();
-            // The same chain by its parts, each in f64: Eqs. (6) to (8).
+            // The expected output from the parts of the chain in f64: Eqs. (6) to (8).
             let (mut x1, mut y1) = (0.0, 0.0);
             let gain = 1.0 / (PARAMETERS.proportional_gain * PARAMETERS.valve_gain);
             let (b0, b1) = (gain * (1.0 + rate), -gain * (pole + rate));

@@ -1,8 +1,7 @@
-"""Count the instructions of a tick by what they are for: `python benches/profile.py benches/profile.json`.
+"""Count the instructions of a tick by purpose: `python benches/profile.py benches/profile.json`.
 
-Needs cargo, valgrind and addr2line. Two lengths of the same sweep are counted
-and subtracted, so that only ticks are left; an instruction belongs to the first part that names one of the
-functions it was inlined from.
+Needs cargo, valgrind and addr2line. The counts of two lengths of the same sweep are subtracted, so only ticks
+remain. An instruction belongs to the first part with one of the functions that it was inlined from.
 """
 
 import collections
@@ -50,7 +49,7 @@ def counts(what, seconds):
             place = match[1]
             if place != "*":
                 address = address + int(place) if place[0] in "+-" else int(place, 16)
-            # What a call costs stands on a line of its own, and again where it goes.
+            # The cost of a call has a separate line, and is also counted in the called function.
             if inside and not called:
                 found[address] += int(match[2])
             called = False
@@ -67,7 +66,7 @@ def inlined(addresses):
 
 
 def parts(what, lanes):
-    """Instructions a tick of one rig by part."""
+    """Instructions per tick of one rig by part."""
     more = counts(what, 2) - counts(what, 1)
     per_tick = collections.Counter()
     for address, stack in inlined(more).items():

@@ -22,7 +22,7 @@ uncertain = {
 
 # %% [markdown]
 # The same draws under three settings of the controller: full compensation, a little less, and the
-# adaptive one. The rows go to a folder; started again after an interruption, it goes on from there.
+# adaptive one. The rows go to a folder; started again after an interruption, it resumes.
 
 # %%
 settings = {

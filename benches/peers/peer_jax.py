@@ -61,6 +61,6 @@ _many = jax.jit(jax.vmap(_one, in_axes=(dict.fromkeys(VALUES, 0), None, None)))
 
 
 def run(rigs, command, sample_rate):
-    """The forces (N), a row a rig; `rigs` are mappings like `VALUES`."""
+    """The forces (N), one row per rig; `rigs` are mappings like `VALUES`."""
     columns = {name: jnp.array([rig[name] for rig in rigs]) for name in VALUES}
     return _many(columns, jnp.asarray(command), sample_rate).block_until_ready()

@@ -1,4 +1,4 @@
-"""The paper's test with SciPy's `solve_ivp`, called once a tick as the sampled controller asks for."""
+"""The paper's test with SciPy's `solve_ivp`, called once per tick because of the sampled controller."""
 
 import math
 
@@ -15,7 +15,7 @@ def run(command, sample_rate, method="RK45", rtol=1e-4):
     pole, gain = (lag - T) / (lag + T), 2 * Td / (lag + T)
     last = washout = 0.0
     state = np.zeros(5)
-    # What each number is small against.
+    # Absolute tolerances of the numbers of the state.
     atol = rtol * np.array([1e-5, 1e-1, 1e6, 1e-2, 1e-1])
     force = np.empty(command.size)
     for i, now in enumerate(command):

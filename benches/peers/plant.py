@@ -1,6 +1,6 @@
 """The paper's rig as plain numbers, for the peers.
 
-Independent of the package, so that agreement means something.
+They are independent of the package, so that an agreement is a proof.
 """
 
 import ctypes

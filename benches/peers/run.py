@@ -1,8 +1,8 @@
 """Measure the package against its peers in one run: `make bench`.
 
-The subjects take turns, round after round, and every ratio is the median of the ratios of the rounds, so
-that whatever else the machine does falls on both alike. Writes `results.json`; `page.py` makes figures and
-the page of it. ``run.py short.json --short`` tries everything once, for no page.
+The subjects take turns in several rounds. Every ratio is the median of the ratios of the rounds, so other
+load of the machine affects both alike. The script writes `results.json`, from which `page.py` makes the
+figures and the page. ``run.py short.json --short`` runs everything once, without a page.
 """
 
 import json
@@ -37,7 +37,7 @@ def distance(force, reference):
 
 
 def interleaved(subjects):
-    """Seconds of each subject in each round; fewer rounds, but the least, beyond a minute."""
+    """Seconds of each subject in each round; beyond a minute fewer rounds, down to a minimum."""
     times = {name: [] for name in subjects}
     for work in subjects.values():
         work()

@@ -1,4 +1,4 @@
-"""What is measured: the package and each of its peers, on the paper's 8.9 kN sweep."""
+"""The measured subjects: the package and each of its peers, on the paper's 8.9 kN sweep."""
 
 import ctypes
 import subprocess
@@ -52,14 +52,14 @@ def seconds(work):
 
 
 def building(rig, floors):
-    """A rig with so many stories of its structure above each other."""
+    """A rig with a number of equal stories."""
     stories = {"masses": 7040.0, "dampings": 4330.0, "stiffnesses": 693.8e3}
     lists = {name: [value] * floors for name, value in stories.items()}
     return rig.replace({"structure.kind": "shear_building", "structure.stories": lists})
 
 
 class Subjects:
-    """The same test by everybody. A test leaves its traces in memory of its own."""
+    """The same test by all subjects. Each test stores its traces in new memory."""
 
     def __init__(self, folder):
         self.c = load_c(folder)
@@ -110,5 +110,5 @@ class Subjects:
         return peer_jax.run([plant.VALUES] * rigs, self.values[:ticks], RATE)[0]
 
     def peak(self, rounds=2_000_000):
-        """Additions and multiplications a second on one core, 10⁹: ten fused pairs of four a round."""
+        """Additions and multiplications per second on one core, 10⁹: ten fused pairs of four per round."""
         return rounds * 10 * 2 * 4 / seconds(lambda: self.c.eft_peak(rounds)) / 1e9

@@ -1,4 +1,4 @@
-"""Many different tests, metrics without Fourier transforms: time and memory of a process of its own.
+"""Many different tests, metrics without Fourier transforms: time and memory of a separate process.
 
 python ten_thousand.py TESTS THREADS
 """

@@ -13,7 +13,7 @@ def corrected_rig(run: TestRun) -> Rig:
     """Return the rig with the flow curve found; see `TestRun.corrected_rig`."""
     if run.found_flows is None:
         raise ValueError(
-            "found_flows = None: must have been found here: those of a processor in the loop stay with it"
+            "found_flows = None: must have been found here: a processor in the loop keeps its flows"
         )
     if run.found_flows.ndim > 1:
         actuators = run.found_flows.shape[0]

@@ -102,7 +102,7 @@ def identify_valve(frequency: ArrayLike, amplitude: ArrayLike, phase: ArrayLike)
     f, size, angle = (np.asarray(values, dtype=np.float64) for values in (frequency, amplitude, phase))
     for name, values in (("frequency", f), ("amplitude", size), ("phase", angle)):
         if values.ndim != 1 or len(values) != len(f):
-            raise ValueError(f"{name} = array of shape {values.shape}: must be one value a frequency")
+            raise ValueError(f"{name} = array of shape {values.shape}: must be one value per frequency")
         if not np.isfinite(values).all():
             raise ValueError(f"{name} = {values[~np.isfinite(values)][0]}: must be finite")
     for name, values in (("frequency", f), ("amplitude", size)):
@@ -190,7 +190,7 @@ def read_frequency_response(
     lines = read_text(path, _LARGEST, "frequency response").lstrip("\ufeff").splitlines()
     lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
-        raise ValueError(f"{path}: is empty, must have a header and a line a frequency")
+        raise ValueError(f"{path}: is empty, must have a header and one line per frequency")
     separator = next((one for one in ";\t" if one in lines[0]), ",")
     header, *rows = list(csv.reader(lines, delimiter=separator))
     answer = []

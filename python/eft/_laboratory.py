@@ -91,7 +91,7 @@ def identify(
         ``valve_command`` and ``spool`` of a sweep with the main stage shut off (Fig. 4a): gives
         ``compensation.response_delay``.
     flow : sequence of path-like
-        ``spool`` and ``displacement`` of an actuator without load, one file a run (Fig. 4b): gives
+        ``spool`` and ``displacement`` of an actuator without load, one file per run (Fig. 4b): gives
         ``servovalve.flow_table`` and ``compensation.flow_gain``.
     release : path-like, optional
         ``displacement`` of a free vibration; the part after `released_at` (s) is used. It gives

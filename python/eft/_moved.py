@@ -79,7 +79,7 @@ def moved(name: str) -> Any:
         return getattr(importlib.import_module(there), name)
     if name in _REPLACED:
         thing, instead = _REPLACED[name]
-        _warn(f"eft.{name} goes with the next release: write {instead}")
+        _warn(f"eft.{name} is removed in the next release: write {instead}")
         return thing
     raise AttributeError(f"module 'eft' has no attribute {name!r}")
 

@@ -48,5 +48,5 @@ def _shown(value: Any) -> str:
 
 
 def _warn(what: str, name: object) -> None:
-    text = f"a {what} is no dictionary any more: write .{name} in the place of [{name!r}]"
+    text = f"a {what} is no longer a dictionary: write .{name} instead of [{name!r}]"
     warnings.warn(text, DeprecationWarning, stacklevel=3)

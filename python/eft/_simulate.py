@@ -96,7 +96,7 @@ def simulate(
         Precision of the controller; the plant is always computed in double precision.
     method : {"exponential", "runge-kutta"}, optional
         The integration method. "exponential", the default, integrates the linear part exactly and evaluates
-        the load flow once a step. "runge-kutta" is the classical method of fourth order. It has a half to a
+        the load flow once per step. "runge-kutta" is the classical method of fourth order. It has a half to a
         third of the error and needs four evaluations. A rig with effects beyond the paper's model always
         takes Runge–Kutta steps.
     largest_step : float, optional

@@ -116,7 +116,7 @@ def _grid(section: Any) -> dict[str, Iterable[Any]]:
 
 def _list(section: Any) -> list[dict[str, Any]]:
     if not isinstance(section, list):
-        raise ValueError(f"study.list = {section!r}: must be sections [[study.list]], one a combination")
+        raise ValueError(f"study.list = {section!r}: must be sections [[study.list]], one per combination")
     return [_flat("study.list", one) for one in section]
 
 

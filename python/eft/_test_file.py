@@ -89,7 +89,7 @@ def rig_within(path: Path, text: str, tree: dict[str, Any], changes: Mapping[str
         return _rig_of(path, text, tree, changes)
     others = ", ".join(key for key in tree if key != "rig")
     if others:
-        raise ValueError(f"{path}: `rig` names a file, so that no rig may stand here as well: {others}")
+        raise ValueError(f"{path}: `rig` names a file, so this file must not have keys of a rig: {others}")
     if not isinstance(tree["rig"], str):
         raise ValueError(f"{path}: rig = {tree['rig']!r}: must be the name of a rig file")
     return _rig_file(path.parent / tree["rig"], changes)

@@ -84,7 +84,7 @@ def check_watchable(rig: Rig) -> None:
     """Refuse a rig that needs more than the loop of plant and controller; the message names the key."""
     if rig["controller.realization"] != "digital" and rig["controller.force_loop"] != "robust":
         raise ValueError(
-            'controller.realization = "analog": must be "digital" to be watched, where the loop is stepped '
+            'controller.realization = "analog": must be "digital" for watching, which steps the loop '
             "sample by sample"
         )
     true = rig.plant
@@ -95,7 +95,7 @@ def check_watchable(rig: Rig) -> None:
             and key != "sensors.seed"
             and true[key] not in (None, row["default"])
         ):
-            raise ValueError(f"{key} = {true[key]}: must be left out to be watched, where sensors are ideal")
+            raise ValueError(f"{key} = {true[key]}: must be left out for watching, which has ideal sensors")
 
 
 def _looks(rig: Rig, command: Command, stride: int, dtype: Literal["f64", "f32"]) -> Iterator[Watched]:

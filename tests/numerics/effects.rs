@@ -115,7 +115,8 @@ fn energy_adds_up_behind_an_attachment_with_unequal_areas_and_lapped_lands() {
             ("controller.proportional_gain", 0.3.into()),
             ("compensation.level", level.into()),
         ]);
-        let balance = energy_balance(&rig, std::slice::from_ref(&command), &SimulateOptions::default()).unwrap();
+        let balance =
+            energy_balance(&rig, std::slice::from_ref(&command), &SimulateOptions::default()).unwrap();
         assert!(balance.gap().abs() < 1e-6, "{balance:?}");
         assert!(balance.valve > 0.1 * balance.supplied && balance.supplied > 0.0, "{balance:?}");
     }

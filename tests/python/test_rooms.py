@@ -16,7 +16,7 @@ SWEEP = eft.sine_sweep(4000.0, 0.5, 5.0, 4.0, 1024.0)
 @pytest.mark.parametrize("name", [*_moved._MOVED, *_moved._REPLACED])
 def test_a_name_that_moved_works_and_says_where_to(name):
     with pytest.warns(
-        DeprecationWarning, match=rf"^eft\.{name} (has moved|goes with the next release): write "
+        DeprecationWarning, match=rf"^eft\.{name} (has moved|is removed in the next release): write "
     ) as caught:
         assert getattr(eft, name) is not None
     assert caught[0].filename == __file__
@@ -69,7 +69,7 @@ def test_results_are_typed_stay_and_are_dictionaries_for_a_release():
     with pytest.raises(dataclasses.FrozenInstanceError):
         margins.level = 2.0
     with pytest.warns(
-        DeprecationWarning, match=r"a StabilityMargins is no dictionary any more: write \.level"
+        DeprecationWarning, match=r"a StabilityMargins is no longer a dictionary: write \.level"
     ):
         assert margins["level"] == margins.level
     with pytest.warns(DeprecationWarning, match=r"eft\.|dictionary"), pytest.raises(KeyError):

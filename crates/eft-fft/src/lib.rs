@@ -6,7 +6,8 @@ use realfft::RealFftPlanner;
 pub use realfft::{FftError, num_complex::Complex64};
 
 thread_local! {
-    /// Plans hold twiddle tables that cost as much as a transform; tests of a study share their length.
+    /// Kept, because the tables of a plan cost as much as a transform, and the tests of a study have the same
+    /// length.
     static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
 }
 
@@ -24,10 +25,11 @@ pub fn spectrum(signal: &[f64], length: usize) -> Result<Vec<Complex64>, FftErro
     Ok(output)
 }
 
-/// The real signal of `length` samples that has a one-sided spectrum; `length` times too large, as FFTs are.
+/// The real signal of `length` samples that has a one-sided spectrum; `length` times too large, as usual for
+/// an FFT.
 ///
 /// # Errors
-/// A spectrum of another number of bins than `length/2 + 1`, or one whose ends are not real as a real signal's are.
+/// The number of bins is not `length/2 + 1`, or the first or last bin is not real as for a real signal.
 pub fn signal(mut spectrum: Vec<Complex64>, length: usize) -> Result<Vec<f64>, FftError> {
     let plan = PLANNER.with_borrow_mut(|planner| planner.plan_fft_inverse(length));
     let mut output = plan.make_output_vec();

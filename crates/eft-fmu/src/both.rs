@@ -1,6 +1,6 @@
-//! The C functions that have one shape in both versions, under the names of each.
+//! The C functions with the same signature in both versions, under the names of each version.
 
-/// Exports functions on an instance, which call what is behind the arrow.
+/// Exports functions on an instance, which call the method after the arrow.
 macro_rules! calls {
     ($($name:ident => $method:ident;)*) => {$(
         #[unsafe(no_mangle)]
@@ -16,7 +16,8 @@ macro_rules! states {
     ($get:ident $set:ident $free:ident $size:ident $serialize:ident $deserialize:ident) => {
         #[unsafe(no_mangle)]
         unsafe extern "C" fn $get(c: *mut c_void, state: *mut Address) -> Status {
-            // SAFETY: as for every function below: null or an instance that is not freed, and null or the standard's places.
+            // SAFETY: as for every function below: null or an instance that is not freed, and null or
+            // pointers by the standard.
             unsafe { boundary::get_state(c, state) }
         }
 
@@ -57,7 +58,7 @@ macro_rules! states {
     };
 }
 
-/// Exports functions of which an FMU of this kind has nothing: they log that.
+/// Exports functions that this kind of FMU does not support: they log an error.
 macro_rules! without {
     ($($name:ident)*) => {$(
         #[unsafe(no_mangle)]

@@ -1,4 +1,4 @@
-//! What both C interfaces share: pointers, log messages and errors.
+//! Common parts of both C interfaces: pointers, log messages and errors.
 
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -8,22 +8,22 @@ use eft_sim::{Error, Result};
 use crate::instance::{Instance, Snapshot};
 use crate::variables::Type;
 
-/// What a call ends with, the same numbers in both versions.
+/// The status of a call, with the same numbers in both versions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(i32)]
 pub(crate) enum Status {
     /// Done.
     Ok = 0,
-    /// Refused; the log says why, and the instance stays as it was.
+    /// Refused; the log has the reason, and the instance is unchanged.
     Error = 3,
     /// The instance is unusable.
     Fatal = 4,
 }
 
-/// Where messages go.
+/// The receiver of messages.
 pub(crate) type Log = Box<dyn Fn(Status, &CStr)>;
 
-/// An instance and where its messages go.
+/// An instance and the receiver of its messages.
 pub(crate) struct Component {
     instance: Instance,
     log: Log,
@@ -32,12 +32,12 @@ pub(crate) struct Component {
 /// Category of every message.
 pub(crate) const CATEGORY: &CStr = c"logStatusError";
 
-/// A message as C takes it.
+/// A message as a C string.
 fn message(text: &str) -> CString {
     CString::new(text.replace('\0', " ")).unwrap_or_default()
 }
 
-/// Makes an instance from a folder of resources; null where that fails, with a message.
+/// Makes an instance from a folder of resources; null with a message if that fails.
 pub(crate) fn instantiate(
     resources: Result<std::path::PathBuf>,
     token: Result<&str>,
@@ -61,7 +61,7 @@ pub(crate) fn instantiate(
 /// Frees an instance and the states it still holds.
 ///
 /// # Safety
-/// Null, or what [`instantiate`] gave, not freed before.
+/// Null, or a pointer from [`instantiate`] that is not freed.
 pub(crate) unsafe fn free(component: *mut c_void) {
     if !component.is_null() {
         // SAFETY: the caller's promise.
@@ -69,7 +69,7 @@ pub(crate) unsafe fn free(component: *mut c_void) {
     }
 }
 
-/// A call on an instance. What it refuses goes to the log.
+/// Calls a function on an instance. Errors go to the log.
 ///
 /// # Safety
 /// Null, or an instance that is not freed.
@@ -86,23 +86,23 @@ pub(crate) unsafe fn with(component: *mut c_void, call: impl FnOnce(&mut Instanc
     status
 }
 
-/// What a function answers of which this kind of FMU has nothing.
+/// The error of a function that this kind of FMU does not support.
 pub(crate) fn without(function: &str) -> Error {
     Error::value("call", function, "must be one of a co-simulation with numbers and Booleans only")
 }
 
-/// Refuses as many values as there are not references.
+/// Refuses numbers of values and references that differ.
 pub(crate) fn same_count(references: usize, values: usize) -> Result<()> {
     if references == values {
         return Ok(());
     }
-    Err(Error::value("nValues", values, format!("must be {references}, one a value reference")))
+    Err(Error::value("nValues", values, format!("must be {references}, one per value reference")))
 }
 
 /// A text from the importer.
 ///
 /// # Safety
-/// Null, or a text that ends with a zero and outlives the answer.
+/// Null, or a text that ends with a zero and outlives the returned one.
 pub(crate) unsafe fn text<'a>(name: &str, text: *const c_char) -> Result<&'a str> {
     if text.is_null() {
         return Err(Error::value(name, "null", "must be a text"));
@@ -119,7 +119,7 @@ fn present<T>(name: &str, pointer: *const T, count: usize) -> Result<()> {
     Ok(())
 }
 
-/// Values of variables into the importer's array.
+/// Writes values of variables to the importer's array.
 ///
 /// # Safety
 /// As [`with`]; both arrays are null or of `count`.
@@ -149,7 +149,7 @@ pub(crate) unsafe fn get<T>(
     unsafe { with(component, call) }
 }
 
-/// Values of variables from the importer's array.
+/// Sets variables from the importer's array.
 ///
 /// # Safety
 /// As [`get`].
@@ -178,10 +178,10 @@ pub(crate) unsafe fn set<T: Copy>(
     unsafe { with(component, call) }
 }
 
-/// A place that the importer gives for one value.
+/// The importer's pointer to one value.
 ///
 /// # Safety
-/// Null, or a place that can be written.
+/// Null, or a writable pointer.
 pub(crate) unsafe fn place<'a, T>(name: &str, place: *mut T) -> Result<&'a mut T> {
     // SAFETY: the caller's promise.
     unsafe { place.as_mut() }.ok_or_else(|| Error::value(name, "null", "must be a place for the answer"))
@@ -190,7 +190,7 @@ pub(crate) unsafe fn place<'a, T>(name: &str, place: *mut T) -> Result<&'a mut T
 /// An address of a state.
 pub(crate) type Address = *mut c_void;
 
-/// Keeps a state, in the place of an earlier one where that is given.
+/// Stores a state, and replaces an earlier one if given.
 ///
 /// # Safety
 /// As [`with`] and [`place`].
@@ -223,7 +223,7 @@ pub(crate) unsafe fn free_state(component: *mut c_void, state: *mut Address) -> 
     unsafe { with(component, call) }
 }
 
-/// How many bytes a state takes.
+/// Number of bytes of a state.
 ///
 /// # Safety
 /// As [`with`] and [`place`].

@@ -1,4 +1,4 @@
-//! `modelDescription.xml` in both versions, and the rig that travels beside it.
+//! `modelDescription.xml` in both versions, and the rig file of the FMU.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -38,16 +38,16 @@ pub(crate) fn fnv(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, step)
 }
 
-/// By which an instance knows its part and that description and rig belong together.
+/// The token that identifies the part of an instance, and that description and rig belong together.
 pub(crate) fn token(part: Part, resource: &str) -> String {
     format!("eft-{}-{:016x}", part.name(), fnv(resource.as_bytes()))
 }
 
-/// The file `resources/rig.toml` of an FMU: of the virtual rig what is true of it, of the controller what it believes. The
-/// valve command is sampled, whatever the rig's `controller.realization`.
+/// The file `resources/rig.toml` of an FMU. For the virtual rig it has the true values, for the controller
+/// the configured ones. The valve command is sampled for any `controller.realization`.
 ///
 /// # Errors
-/// A computation delay in front of a controller, which an importer makes.
+/// A controller with a computation delay, which the importer realizes.
 pub fn resource(rig: &RigConfig, part: Part) -> Result<String> {
     let delay = rig.compensation.computation_delay;
     if part == Part::Controller && delay > 0 {
@@ -94,7 +94,7 @@ pub fn description(rig: &RigConfig, part: Part, version: Version) -> Result<Stri
         text += &unit_definition(unit);
     }
     text += "  </UnitDefinitions>\n  <LogCategories>\n    <Category name=\"logStatusError\"/>\n  </LogCategories>\n";
-    // Ten seconds, for importers that run an FMU alone.
+    // Ten seconds, for importers that run a single FMU.
     text += &format!("  <DefaultExperiment startTime=\"0\" stopTime=\"10\" stepSize=\"{period:?}\"/>\n");
     text += "  <ModelVariables>\n";
     for (reference, variable) in table.iter().enumerate() {
@@ -106,7 +106,7 @@ pub fn description(rig: &RigConfig, part: Part, version: Version) -> Result<Stri
     Ok(text)
 }
 
-/// A unit by its base units. A unit outside the SI, such as samples, has no base units.
+/// A unit with its base units. A unit outside the SI, such as samples, has none.
 fn unit_definition(unit: &str) -> String {
     let name = escaped(unit);
     let Some([kilograms, metres, seconds, volts]) = dimension(unit) else {
@@ -168,7 +168,7 @@ fn element(reference: usize, variable: &Variable, version: Version) -> String {
     }
 }
 
-/// The outputs, which are known once the initialization ends.
+/// The outputs, which are known after the initialization.
 fn structure(table: &[Variable], version: Version) -> String {
     let outputs = || (0..).zip(table).filter(|(_, one)| one.role == Role::Output).map(|(place, _)| place);
     let mut text = String::new();
@@ -202,7 +202,7 @@ fn escaped(text: &str) -> String {
             '<' => out += "&lt;",
             '>' => out += "&gt;",
             '"' => out += "&quot;",
-            // No other control character may stand in XML.
+            // XML allows no other control character.
             one if one.is_control() => out.push(' '),
             one => out.push(one),
         }

@@ -1,6 +1,7 @@
 //! The C functions of FMI 2.0 for co-simulation, by the names and types of `fmi2Functions.h`.
 //!
-//! Functions of which an FMU of this kind has nothing take the instance only: what else the caller passes stays where it is.
+//! Functions that this kind of FMU does not support have the instance as only parameter; further arguments of
+//! the caller are ignored.
 #![allow(non_snake_case, reason = "the standard's names")]
 #![allow(clippy::missing_safety_doc, reason = "the standard says what an importer must pass")]
 
@@ -87,7 +88,7 @@ fn folder(uri: &str) -> Result<PathBuf> {
         return Err(refuse());
     }
     let path = rest.strip_prefix("//localhost").or_else(|| rest.strip_prefix("//")).unwrap_or(rest);
-    // The slash in front of a drive's letter is no part of the path.
+    // The slash before a drive letter is not part of the path.
     let path = if cfg!(windows) { path.strip_prefix('/').unwrap_or(path) } else { path };
     let (mut bytes, mut left) = (Vec::with_capacity(path.len()), path.as_bytes());
     while let [first, rest @ ..] = left {

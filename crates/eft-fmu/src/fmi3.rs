@@ -1,6 +1,7 @@
 //! The C functions of FMI 3.0 for co-simulation, by the names and types of `fmi3Functions.h`.
 //!
-//! Functions of which an FMU of this kind has nothing take the instance only: what else the caller passes stays where it is.
+//! Functions that this kind of FMU does not support have the instance as only parameter; further arguments of
+//! the caller are ignored.
 #![allow(non_snake_case, reason = "the standard's names")]
 #![allow(clippy::missing_safety_doc, reason = "the standard says what an importer must pass")]
 
@@ -129,7 +130,7 @@ macro_rules! values {
 values! {
     fmi3GetFloat64 fmi3SetFloat64 f64, Real, |value| value, |value| value;
     fmi3GetInt32 fmi3SetInt32 i32, Integer, |value| value as i32, f64::from;
-    // A byte and not a bool, which other bits than 0 and 1 would break.
+    // A byte instead of a bool, because values other than 0 and 1 are invalid in a bool.
     fmi3GetBoolean fmi3SetBoolean u8, Boolean, |value| u8::from(value != 0.0), |value: u8| f64::from(u8::from(value != 0));
 }
 
@@ -156,7 +157,7 @@ unsafe extern "C" fn fmi3DoStep(
 ) -> Status {
     unsafe {
         boundary::with(c, |instance| {
-            // Null where an importer does not ask.
+            // Null if the importer does not need the value.
             for place in [event_handling_needed, terminate, early_return] {
                 if let Some(answer) = place.as_mut() {
                     *answer = false;

@@ -1,4 +1,4 @@
-//! One instance of an FMU, whatever the version of the interface.
+//! One instance of an FMU, for both versions of the interface.
 
 mod states;
 
@@ -12,7 +12,7 @@ use crate::variables::{Role, Type, Variable, variables};
 
 pub(crate) use states::Snapshot;
 
-/// Where an instance stands in its life.
+/// The phase of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Phase {
     Instantiated,
@@ -24,7 +24,7 @@ pub(crate) enum Phase {
 /// An instance.
 pub(crate) struct Instance {
     part: Part,
-    /// As the file has it, without the parameters that were set.
+    /// The rig of the file, without parameters set by the importer.
     rig: RigConfig,
     table: Vec<Variable>,
     token: String,
@@ -32,26 +32,26 @@ pub(crate) struct Instance {
     ticks: u64,
     /// Time of the first tick (s).
     start: f64,
-    /// One a variable.
+    /// One value per variable.
     values: Vec<f64>,
-    /// None until it is asked for, and once a parameter changed.
+    /// `None` before its first use, and after a parameter has changed.
     model: Option<Model>,
-    // Boxed, for the importer holds their addresses.
+    // Boxed, because the importer has their addresses.
     #[allow(clippy::vec_box, reason = "an importer knows a snapshot by its address, which must stay")]
     snapshots: Vec<Box<Snapshot>>,
 }
 
-/// Most ticks of one step of the importer.
+/// Largest number of ticks in one step of the importer.
 const MOST_TICKS: f64 = 1e9;
 
-/// What a time may be off, in samples.
+/// Allowed error of a time, in samples.
 const SLACK: f64 = 1e-4;
 
 impl Instance {
-    /// Of the rig in a resource and the token that the importer has read.
+    /// An instance from the rig in a resource and the token that the importer has read.
     ///
     /// # Errors
-    /// A resource that is no rig, or a token of another one.
+    /// The resource is not a rig, or the token belongs to another one.
     pub(crate) fn new(resource: &str, token: &str) -> Result<Self> {
         let of_token = |part: &Part| description::token(*part, resource) == token;
         let part = [Part::Rig, Part::Controller].into_iter().find(of_token).ok_or_else(|| {
@@ -103,7 +103,8 @@ impl Instance {
     /// Sets variables of a type, all or none.
     ///
     /// # Errors
-    /// An unknown reference or one of another type, an output, a parameter behind the initialization, or a value out of its range.
+    /// An unknown reference or one of another type, an output, a parameter after the initialization, or a
+    /// value out of its range.
     pub(crate) fn set(&mut self, references: &[u32], kind: Type, values: &[f64]) -> Result<()> {
         let mut places = Vec::with_capacity(references.len());
         let mut changes_rig = false;
@@ -136,7 +137,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The model of these parameters. The first call makes it.
+    /// Makes the model of the present parameters, unless it exists.
     fn run(&mut self) -> Result<()> {
         if self.model.is_none() {
             self.model = Some(self.model_of(&self.values)?);
@@ -145,7 +146,7 @@ impl Instance {
         Ok(())
     }
 
-    /// A model at rest by the parameters among these values.
+    /// A model at rest with the parameters in these values.
     fn model_of(&self, values: &[f64]) -> Result<Model> {
         let mut changes = Vec::new();
         let mut single = false;
@@ -162,7 +163,7 @@ impl Instance {
         Model::new(self.part, &changed, single)
     }
 
-    /// Time and outputs as they are now.
+    /// Updates the values of time and outputs.
     fn tell(&mut self) {
         let time = self.time();
         let outputs = self.model.as_ref().map(Model::outputs).unwrap_or_default();
@@ -210,7 +211,7 @@ impl Instance {
     /// Makes the model.
     ///
     /// # Errors
-    /// Another state, or parameters that make no rig.
+    /// Another state, or parameters that are not a valid rig.
     pub(crate) fn exit_initialization(&mut self) -> Result<()> {
         self.in_phase(Phase::Initializing, "ExitInitializationMode")?;
         self.run()?;
@@ -218,7 +219,7 @@ impl Instance {
         Ok(())
     }
 
-    /// A step from a time (s) by a whole number of samples.
+    /// Steps from a time (s) by a whole number of samples.
     ///
     /// # Errors
     /// Another state, another time, no whole number of samples, or what the model refuses.
@@ -226,7 +227,7 @@ impl Instance {
         self.in_phase(Phase::Stepping, "DoStep")?;
         let rate = self.rig.controller.sample_rate;
         let now = self.time();
-        // What rounding leaves of a large time, and a share of a sample.
+        // Rounding error of a large time, and a fraction of a sample.
         let slack = SLACK / rate + 4.0 * f64::EPSILON * now.abs();
         let there = (time - now).abs() <= slack;
         if !there {
@@ -273,10 +274,10 @@ impl Instance {
         Ok(())
     }
 
-    /// Back to where it was made.
+    /// Returns to the state of a new instance.
     ///
     /// # Errors
-    /// None; a result as of its neighbours.
+    /// None; it returns a result like the other functions.
     pub(crate) fn reset(&mut self) -> Result<()> {
         (self.phase, self.ticks, self.start, self.model) = (Phase::Instantiated, 0, 0.0, None);
         self.values = self.table.iter().map(|variable| variable.start).collect();

@@ -1,8 +1,8 @@
 //! The virtual rig and its controller as functional mock-up units (FMUs) for co-simulation, FMI 2.0 and 3.0.
 //!
-//! Both interfaces are exported from every shared library that holds this crate. An FMU is such a library, the
-//! [`description`] beside it, and the rig's file as `resources/rig.toml`; the token in the description tells an instance
-//! which [`Part`] it is.
+//! Every shared library with this crate exports both interfaces. An FMU has such a library, the
+//! [`description`], and the rig's file as `resources/rig.toml`. The token in the description tells an
+//! instance which [`Part`] it is.
 //!
 //! The step is fixed: one sample of the rig's `controller.sample_rate`.
 

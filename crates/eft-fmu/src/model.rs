@@ -1,4 +1,4 @@
-//! What runs inside an FMU: the virtual rig, or its controller.
+//! The model inside an FMU: the virtual rig, or its controller.
 
 use eft_core::{Input, Output, status};
 use eft_sim::closed_loop::{Precision, RigChannel, RigChannelState, RigReading, VirtualRig, parameters};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::variables::{Signal, Signals, Type};
 
-/// Which half of the closed loop an FMU is.
+/// The part of the closed loop in an FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// Valve, actuator, structure, supply, sensors and converter.
@@ -95,10 +95,10 @@ const NEXT_COMMAND: Signal =
     ("next_command", "N", Real, "Force command at the next sample, for the look-ahead");
 
 impl Part {
-    /// The part of this name.
+    /// The part with this name.
     ///
     /// # Errors
-    /// Neither "rig" nor "controller".
+    /// The name is neither "rig" nor "controller".
     pub fn named(name: &str) -> Result<Self> {
         let parts = [Self::Rig, Self::Controller];
         let found = parts.into_iter().find(|part| part.name() == name);
@@ -113,7 +113,7 @@ impl Part {
         }
     }
 
-    /// Inputs of each actuator, and of all together.
+    /// Inputs per actuator, and common inputs.
     pub(crate) fn inputs(self, rig: &RigConfig) -> Signals {
         let looks_ahead = rig.compensation.feedforward && rig.compensation.look_ahead;
         match self {
@@ -125,7 +125,7 @@ impl Part {
         }
     }
 
-    /// Outputs of each actuator, and of all together.
+    /// Outputs per actuator, and common outputs.
     pub(crate) fn outputs(self) -> Signals {
         match self {
             Self::Rig => {
@@ -141,14 +141,14 @@ impl Part {
     }
 }
 
-/// The controllers of all actuators, and what their last ticks said.
+/// The controllers of all actuators, and the results of their last ticks.
 pub(crate) struct ControllerModel<P: Precision> {
     actuators: Vec<(RigChannel<P>, Output<f64>)>,
     rig: RigConfig,
     tripped: bool,
 }
 
-/// Nothing asked, nothing said yet.
+/// The output before the first tick.
 const SILENT: Output<f64> = Output {
     voltage: 0.0,
     compensation: 0.0,
@@ -242,7 +242,7 @@ impl<P: Precision> ControllerModel<P> {
     }
 }
 
-/// What the controllers remember.
+/// The state of the controllers.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(crate) struct ControllerState<P: Precision> {
@@ -250,7 +250,7 @@ pub(crate) struct ControllerState<P: Precision> {
     tripped: bool,
 }
 
-/// What the controller of an actuator remembers, and the numbers of its last output.
+/// The state of an actuator's controller, and the numbers of its last output.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct ActuatorState<P: Precision> {
@@ -259,14 +259,14 @@ struct ActuatorState<P: Precision> {
     status: u32,
 }
 
-/// What is inside, running.
+/// The running model.
 pub(crate) enum Model {
     Rig(Box<VirtualRig>),
     Single(Box<ControllerModel<f32>>),
     Double(Box<ControllerModel<f64>>),
 }
 
-/// What it remembers.
+/// The state of a model.
 #[derive(Serialize, Deserialize)]
 pub(crate) enum State {
     Rig(Vec<f64>),
@@ -323,7 +323,7 @@ impl Model {
         }
     }
 
-    /// Goes on from what a model of the same rig remembered.
+    /// Restores the state of a model of the same rig.
     ///
     /// # Errors
     /// A state of another model.

@@ -13,7 +13,7 @@ pub(crate) enum Type {
     Boolean,
 }
 
-/// What a variable is for.
+/// The role of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
     Time,
@@ -22,7 +22,7 @@ pub(crate) enum Role {
     Parameter,
 }
 
-/// A variable; its reference is its place in the table. Every value is a number: 0 and 1 of a Boolean.
+/// A variable; its reference is its index in the table. Every value is a number; a Boolean is 0 or 1.
 #[derive(Debug, Clone)]
 pub(crate) struct Variable {
     pub(crate) name: String,
@@ -30,24 +30,24 @@ pub(crate) struct Variable {
     pub(crate) unit: &'static str,
     pub(crate) kind: Type,
     pub(crate) role: Role,
-    /// Value before the initialization; of an output what it is until then.
+    /// Value before the initialization.
     pub(crate) start: f64,
-    /// What a parameter's key says of it.
+    /// The key of a parameter in the schema.
     pub(crate) key: Option<&'static Key>,
     pub(crate) doc: &'static str,
 }
 
-/// An input or an output as the parts list them: name, unit, type, meaning.
+/// An input or output of a part: name, unit, type, meaning.
 pub(crate) type Signal = (&'static str, &'static str, Type, &'static str);
 
-/// Signals of each actuator, and of all together.
+/// Signals per actuator, and common signals.
 pub(crate) struct Signals {
     pub(crate) each: Vec<Signal>,
     pub(crate) all: Vec<Signal>,
 }
 
 impl Signals {
-    /// As variables of a rig; of several actuators an index from 1 in brackets stands behind a name.
+    /// The variables for a rig. With several actuators an index from 1 in brackets follows the name.
     fn variables(self, rig: &RigConfig, role: Role) -> Vec<Variable> {
         let (Self { each, all }, actuators) = (self, rig.structure.floors());
         let index = |actuator| if actuators == 1 { String::new() } else { format!("[{actuator}]") };
@@ -67,7 +67,7 @@ impl Variable {
         Self { name: format!("{name}{index}"), unit, kind, role, start, key: None, doc }
     }
 
-    /// A key of the configuration as a parameter, where the rig has a value for it.
+    /// A key of the configuration as a parameter, if the rig has a value for it.
     fn parameter(key: &'static Key, rig: &RigConfig) -> Option<Self> {
         let value = rig.get(key.key).ok().flatten()?;
         let (kind, start) = match key.kind {
@@ -89,7 +89,7 @@ impl Variable {
         }
     }
 
-    /// A value of it for the configuration.
+    /// A value of the parameter for the configuration.
     pub(crate) fn setting(&self, value: f64) -> toml::Value {
         match self.kind {
             Type::Real => value.into(),
@@ -99,8 +99,9 @@ impl Variable {
     }
 }
 
-/// Keys that an FMU has no parameter for.
-// The step is fixed, a computation delay is the importer's, and the inputs that a feedforward needs must be known before.
+/// Keys that are not parameters of an FMU.
+// The step is fixed, the importer realizes a computation delay, and the inputs of a feedforward must be known
+// in advance.
 const FIXED: [&str; 4] = [
     "controller.sample_rate",
     "compensation.computation_delay",

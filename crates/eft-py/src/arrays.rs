@@ -1,4 +1,4 @@
-//! Arrays in and out of numpy.
+//! Conversion of arrays from and to NumPy.
 
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -23,16 +23,16 @@ pub(crate) fn vector(parameter: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<
 pub(crate) fn real<'py>(parameter: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let numpy = given.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
-        // Ragged lists; numpy's own words say where.
+        // Ragged lists; NumPy's message names the place.
         refuse(parameter, error.value(given.py()).to_string(), "must be an array of numbers")
     })?;
     let kind = array.getattr("dtype")?.getattr("kind")?.extract::<String>()?;
-    // An empty list reads as floats; what is empty is for the caller to judge.
+    // An empty list becomes an array of floats; the caller decides whether that is allowed.
     if !matches!(kind.as_str(), "f" | "i" | "u") {
         let found = format!("an array of {}", array.getattr("dtype")?.str()?);
         return Err(refuse(parameter, found, "must be an array of real numbers"));
     }
-    // Aligned too: what comes out of a network buffer may start at any byte.
+    // Also aligned, because an array from a network buffer may start at any byte.
     numpy.call_method1("require", (array, "float64", ["C", "A"]))
 }
 
@@ -66,7 +66,7 @@ pub(crate) fn stacked<T: Element + Clone>(
     PyArray1::from_vec(py, channels.concat()).call_method1("reshape", (shape,))
 }
 
-/// A read-only array, so that what was validated stays as it was.
+/// A read-only array, because its values are validated.
 pub(crate) fn frozen(py: Python<'_>, values: &[f64]) -> PyResult<Py<PyArray1<f64>>> {
     let array = PyArray1::from_slice(py, values);
     array.call_method1("setflags", (false,))?;

@@ -9,7 +9,7 @@ use crate::excitation::Command;
 use crate::rig::Rig;
 use crate::run::{Dtype, options, traces};
 
-/// How one test of a batch went.
+/// The result of one test of a batch.
 #[pyclass(frozen, module = "eft._native")]
 pub(crate) struct BatchResult {
     metrics: Py<PyDict>,
@@ -22,14 +22,15 @@ pub(crate) struct BatchResult {
 
 #[pymethods]
 impl BatchResult {
-    /// The metrics by name, as `TestRun.metrics` gives them, of a building each of the floor where it is largest; without those that take longer than a test if `fft` was
-    /// false. Those of the force are NaN where that of a test that diverged is too large to be judged.
+    /// The metrics of `TestRun.metrics` by name; for a building the largest of all floors. Without `fft`
+    /// those that take longer than a test are absent. Metrics of the force are NaN if the test diverged and
+    /// the force is too large.
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> Bound<'py, PyDict> {
         self.metrics.bind(py).clone()
     }
-    /// What the controller believed at the end, by the names of `TestRun`'s traces, of a building each of the floor where
-    /// it moved farthest; `None` of a rig that neither adapts nor guards.
+    /// The controller's estimates at the end by the names of `TestRun`'s traces; for a building those of the
+    /// floor where each changed most. `None` without self-calibration and guard.
     #[getter]
     fn estimates<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyDict>> {
         self.estimates.as_ref().map(|estimates| estimates.bind(py).clone())
@@ -39,7 +40,7 @@ impl BatchResult {
     fn status(&self) -> u32 {
         self.status
     }
-    /// Samples that were run: the command's, or fewer where the test diverged.
+    /// Number of simulated samples: that of the command, or fewer if the test diverged.
     #[getter]
     fn samples(&self) -> usize {
         self.samples
@@ -49,7 +50,7 @@ impl BatchResult {
     fn finished(&self) -> bool {
         self.finished
     }
-    /// The traces by name, as `simulate` gives them; `None` where they were not asked for.
+    /// The traces by name, as from `simulate`; `None` if not requested.
     #[getter]
     fn traces<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyDict>> {
         self.traces.as_ref().map(|traces| traces.bind(py).clone())
@@ -80,10 +81,11 @@ impl BatchResult {
     }
 }
 
-/// Run many tests, one a rig, on `threads` threads (all cores if `None`).
+/// Run many tests, one per rig, on `threads` threads (all cores if `None`).
 ///
-/// `commands` is one command for all rigs or a sequence of as many. One entry a rig, in order: a `BatchResult`, or the
-/// reason why that test failed. The numbers do not depend on the tests beside it nor on the threads.
+/// `commands` is one command for all rigs, or a sequence with one per rig. The result has one entry per rig,
+/// in order: a `BatchResult`, or the reason why that test failed. The numbers do not depend on the other
+/// tests or on the threads.
 #[pyfunction]
 #[pyo3(signature = (rigs, commands, *, dtype="f64", method="exponential", largest_step=None, threads=None,
                     traces=false, fft=true))]

@@ -1,4 +1,4 @@
-//! A test with a controller written in Python, in the place of a rig's own.
+//! A test with a controller in Python instead of the rig's own.
 
 use eft_sim::processor_in_the_loop::{Answer, run_with};
 use pyo3::intern;
@@ -11,7 +11,7 @@ use crate::rig::Rig;
 use crate::run::{Watch, options, traces};
 use crate::specimen::{PythonSpecimen, Raised};
 
-/// A controller from Python, asked once a tick with the arguments of `eft.Controller.step`.
+/// A controller in Python, called once per tick with the arguments of `eft.Controller.step`.
 struct PythonController {
     step: Py<PyAny>,
     named: Py<PyDict>,

@@ -6,7 +6,8 @@ use crate::errors::to_python;
 use crate::linear::LinearModel;
 use crate::rig::Rig;
 
-/// Gains G_p (1), G_d (s) and G_i (1/s); margins gain (1), delay (s), damping (1), e_max (1); the loop opened and closed.
+/// Gains G_p (1), G_d (s) and G_i (1/s); margins gain (1), delay (s), damping (1), e_max (1); the open and
+/// the closed loop.
 type Designed = ([f64; 3], [f64; 4], LinearModel, LinearModel);
 
 /// Design the force loop of a rig; see `eft.design_force_loop`.

@@ -6,7 +6,7 @@ use eft_sim::Error;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 
-/// `FileNotFoundError` and its siblings where the operating system refused, `ValueError` elsewhere.
+/// `OSError` or its subclasses for errors of the operating system, `ValueError` for others.
 pub(crate) fn to_python(error: Error) -> PyErr {
     match &error {
         // PyO3 picks the exception from the kind; the message names the file.
@@ -16,7 +16,7 @@ pub(crate) fn to_python(error: Error) -> PyErr {
     }
 }
 
-/// A `ValueError` in the words of [`Error::Value`].
+/// A `ValueError` with the message of [`Error::Value`].
 pub(crate) fn refuse(parameter: &str, value: impl ToString, allowed: impl Into<String>) -> PyErr {
     to_python(Error::value(parameter, value, allowed))
 }

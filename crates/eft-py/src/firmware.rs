@@ -1,4 +1,4 @@
-//! From a rig to its firmware, and the firmware in the loop.
+//! Export of a rig for firmware, and firmware in the loop.
 
 use std::path::PathBuf;
 

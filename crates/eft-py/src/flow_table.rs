@@ -10,7 +10,7 @@ use toml::{Table, Value};
 use crate::arrays;
 use crate::errors::refuse;
 
-/// As many points as a configuration may have.
+/// Largest number of points, as in a configuration.
 const POINTS: usize = 64;
 
 /// A servovalve's flow curve, piecewise linear and strictly increasing, and its inverse.
@@ -22,14 +22,14 @@ const POINTS: usize = 64;
 /// flows : array_like
 ///     No-load flows at the points, in m³/s.
 /// uncertainty : array_like, optional
-///     Standard uncertainty of each flow, in m³/s, where it was measured.
+///     Standard uncertainty of each flow, in m³/s, if it was measured.
 /// measured : sequence of bool, optional
 ///     Whether each point was measured, and not extrapolated.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     If openings or flows do not increase strictly, or there are not as many of one as of the other.
+///     If openings or flows do not increase strictly, or their numbers differ.
 ///
 /// Examples
 /// --------
@@ -67,7 +67,7 @@ impl FlowTable {
         Ok(Self { openings, flows, uncertainty, measured, core })
     }
 
-    /// What an identification found.
+    /// The table from an identification.
     pub(crate) fn found(curve: FlowCurveEstimate) -> PyResult<Self> {
         Self::of(curve.openings, curve.flows, Some(curve.uncertainty), Some(curve.measured))
     }
@@ -100,7 +100,7 @@ impl FlowTable {
         arrays::map("x", x, |x| self.core.flow(x))
     }
 
-    /// Return the spool opening that passes the flows `q` (m³/s) at no load; constant beyond the table.
+    /// Return the spool opening for flows `q` (m³/s) at no load; constant beyond the table.
     fn opening<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         arrays::map("q", q, |q| self.core.opening(q))
     }
@@ -117,14 +117,14 @@ impl FlowTable {
         PyArray1::from_slice(py, &self.flows)
     }
 
-    /// Standard uncertainty of the flows in m³/s, that of the line where points are extrapolated; `None` of a table that
-    /// was given without.
+    /// Standard uncertainty of the flows in m³/s; extrapolated points have that of the line. `None` if not
+    /// given.
     #[getter]
     fn uncertainty<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
         self.uncertainty.as_ref().map(|values| PyArray1::from_slice(py, values))
     }
 
-    /// Whether each point was measured, and not extrapolated; `None` of a table that was given without.
+    /// Whether each point was measured, and not extrapolated; `None` if not given.
     #[getter]
     fn measured<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<bool>>> {
         self.measured.as_ref().map(|values| PyArray1::from_slice(py, values))

@@ -1,4 +1,4 @@
-//! Identification from measured arrays, and the experiments that give such arrays.
+//! Identification from measured arrays, and virtual experiments for such arrays.
 
 use eft_sim::identification::{self, Recording, TestSignals};
 use numpy::PyArray1;
@@ -37,7 +37,8 @@ fn vectors(parameter: &str, given: &[Bound<'_, PyAny>]) -> PyResult<Vec<Vec<f64>
     given.iter().map(|run| arrays::vector(parameter, run)).collect()
 }
 
-/// Spool and displacement, run by run; unequal numbers of runs leave an empty partner, which is refused by length.
+/// Pairs of spool and displacement. With unequal numbers of runs the partner is empty and is refused for its
+/// length.
 fn recordings<'a>(spool: &'a [Vec<f64>], displacement: &'a [Vec<f64>]) -> Vec<Recording<'a>> {
     let of = |runs: &'a [Vec<f64>], i: usize| runs.get(i).map_or(&[][..], Vec::as_slice);
     let runs = spool.len().max(displacement.len());
@@ -105,7 +106,7 @@ pub(crate) fn identify_damping(
     Ok((ratio.value, ratio.uncertainty, frequency.value, frequency.uncertainty, found.decrement))
 }
 
-/// Return level and response delay with their uncertainties, and what one sees about the natural frequency.
+/// Return level and response delay with their uncertainties, and the extremes near the natural frequency.
 #[pyfunction]
 pub(crate) fn fine_tune<'py>(
     py: Python<'py>,

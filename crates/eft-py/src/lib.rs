@@ -1,6 +1,6 @@
 //! Python bindings of `eft`: conversion only.
 //!
-//! Every class is a thin wrapper of the Rust type of the same name; what it computes is computed there.
+//! Every class is a thin wrapper of the Rust type of the same name, which does all computations.
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -26,8 +26,8 @@ mod values;
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    // NumPy's functions are looked up with the first array: an interrupt in the middle of that is a panic, and
-    // while the package loads there is none.
+    // The first array looks up NumPy's functions. An interrupt during that causes a panic, so it happens here
+    // while the package loads.
     PyArray1::<f64>::zeros(module.py(), 1, false);
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<rig::Rig>()?;

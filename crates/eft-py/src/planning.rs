@@ -1,4 +1,4 @@
-//! Records prepared, spectra, and the check before a test.
+//! Preparation of records, spectra, and the check before a test.
 
 use eft_sim::config::Mode;
 use eft_sim::feasibility::{self, Demand};
@@ -19,7 +19,7 @@ pub(crate) fn baseline_corrected(record: &Record, degree: usize) -> PyResult<Rec
     self::record(preparation::baseline_corrected(&record.inner, degree))
 }
 
-/// Return the record within `low` to `high` (Hz): a Butterworth filter run both ways, without phase.
+/// Return the record filtered to `low` to `high` (Hz) by a zero-phase Butterworth filter.
 #[pyfunction]
 #[pyo3(signature = (record, low, high, order=4))]
 pub(crate) fn band_passed(
@@ -55,7 +55,7 @@ pub(crate) fn tapered(record: &Record, start: f64, end: f64) -> PyResult<Record>
 
 /// Return the largest relative displacement in m of oscillators on the ground motion.
 ///
-/// Times ``(2π/period)²`` it is the pseudo-acceleration.
+/// The displacement times ``(2π/period)²`` is the pseudo-acceleration.
 ///
 /// Parameters
 /// ----------
@@ -95,7 +95,8 @@ pub(crate) fn displacement_spectrum<'py>(
     Ok(PyArray1::from_vec(py, found.map_err(to_python)?))
 }
 
-/// Return what force commands ask of a rig, one dictionary each: ``name``, ``unit``, ``required``, ``available``,
+/// Return the demands of force commands on a rig, one dictionary each: ``name``, ``unit``, ``required``,
+/// ``available``,
 /// ``advised``.
 ///
 /// In a shear building the demands are those of the actuator with the largest, and the pump's mean flow is that of all.
@@ -122,14 +123,14 @@ fn listed<'py>(py: Python<'py>, demands: &[Demand]) -> PyResult<Bound<'py, PyLis
 
 /// Compare the demands of a force command with the rig's capacity before a test.
 ///
-/// If the controller calibrates itself or guards its level, margin and sample rate are those of the loop before it does
-/// so.
+/// With self-calibration or the guard, margin and sample rate are those of the loop before any calibration.
 ///
 /// Returns
 /// -------
 /// dict
-///     ``demands`` as of `demands`, ``scheme`` (the simplest that suffices), ``margin`` (the largest stable compensation
-///     level, or `None` where no level is) and ``smallest_sample_rate`` (Hz, or `None` where no rate is safe).
+///     ``demands`` as of `demands`, ``scheme`` (the simplest that suffices), ``margin`` (the largest stable
+///     compensation level, or `None` if no level is stable) and ``smallest_sample_rate`` (Hz, or `None` if no
+///     rate is safe).
 #[pyfunction]
 pub(crate) fn check_feasibility<'py>(
     py: Python<'py>,

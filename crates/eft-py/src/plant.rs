@@ -10,34 +10,36 @@ use crate::arrays;
 use crate::errors::to_python;
 use crate::rig::{Rig, is_building};
 
-/// Valve, actuator and structure of a rig, carried on sample by sample under a held valve command.
+/// Valve, actuator and structure of a rig, stepped sample by sample under a held valve command.
 ///
-/// For a shear building every number below is an array with one value an actuator.
+/// For a shear building every number below is an array with one value per actuator.
 ///
 /// Parameters
 /// ----------
 /// rig : Rig
 ///     The rig; its controller and sensors are not used.
 /// sample_rate : float, optional
-///     Samples per second, in Hz; `controller.sample_rate` where it is left out.
+///     Sample rate in Hz; ``controller.sample_rate`` of the rig by default.
 /// structure : callable, optional
-///     Replaces the rig's structure. It is called once a sample as ``structure(force, dt)`` with the mean force over the sample in N and its length in s. It returns displacement (m) and velocity (m/s) at the end of the sample. In between the
-///     piston moves with the velocity extrapolated from the last two answers, so that half the sample period leaves
-///     a quarter of the error of the exchange.
+///     Replaces the rig's structure. It is called once per sample as ``structure(force, dt)`` with the mean
+///     force over the sample in N and its length in s. It returns displacement (m) and velocity (m/s) at the
+///     end of the sample. Within a sample the velocity of the piston is extrapolated from the last two
+///     answers. Half the sample period therefore gives a quarter of the error of the exchange.
 ///
-/// Notes ----- A plant cannot be pickled or copied, because `state` does not contain all of its inner state. Make
-/// another one of the same rig, and repeat the valve commands where it has to be as far.
+/// Notes
+/// -----
+/// A plant cannot be pickled or copied, because `state` does not contain all of its inner state. To repeat a test, make another plant of the same rig and apply the same valve commands.
 #[pyclass(module = "eft")]
 pub(crate) struct Plant {
     inner: PlantStepper,
-    /// Whether numbers are arrays, one value an actuator.
+    /// Whether numbers are arrays with one value per actuator.
     stacked: bool,
     period: f64,
     structure: Option<Py<PyAny>>,
 }
 
 impl Plant {
-    /// One value an actuator.
+    /// One value per actuator.
     fn vector(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
         if self.stacked { arrays::vector(name, value) } else { Ok(vec![value.extract()?]) }
     }
@@ -54,7 +56,7 @@ impl Plant {
         Ok(Self { inner, stacked: is_building(&rig.config), period: 1.0 / rate, structure })
     }
 
-    /// Carry the plant on by one sample under `valve_command` (V); what is true after it.
+    /// Step the plant by one sample under `valve_command` (V) and return its state.
     fn step(&mut self, py: Python<'_>, valve_command: &Bound<'_, PyAny>) -> PyResult<PlantState> {
         let commands = self.vector("valve_command", valve_command)?;
         match &self.structure {
@@ -78,7 +80,7 @@ impl Plant {
         Ok(self.state())
     }
 
-    /// Put the plant back to rest; a structure of one's own is not told.
+    /// Return the plant to rest; an external structure is not reset.
     fn reset(&mut self) {
         self.inner.reset();
     }
@@ -89,17 +91,17 @@ impl Plant {
         Err(PyTypeError::new_err(reason))
     }
 
-    /// What is true now.
+    /// The present state of the plant.
     #[getter]
     fn state(&self) -> PlantState {
         PlantState { readings: self.inner.readings(), stacked: self.stacked }
     }
 }
 
-/// What is true of a plant at one tick; for a shear building arrays with one value an actuator.
+/// The true state of a plant at one tick; for a shear building arrays with one value per actuator.
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct PlantState {
-    /// One an actuator.
+    /// One per actuator.
     readings: Vec<PlantReading>,
     stacked: bool,
 }
@@ -160,7 +162,7 @@ impl PlantState {
         self.of(py, |reading| reading.supply_pressure)
     }
 
-    /// Acceleration in m/s²; of a structure of one's own the mean of the sample that ends now.
+    /// Acceleration in m/s²; with an external structure the mean over the sample that ends now.
     #[getter]
     fn acceleration<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         self.of(py, |reading| reading.acceleration)

@@ -11,9 +11,9 @@ use crate::errors::{refuse, to_python};
 use crate::rig::Rig;
 use crate::run::Dtype;
 
-/// Feed a recorded test to a rig's learner; what it would have learned by name, each an array with one value per window.
+/// Run a rig's learner on a recorded test; the estimates by name, each an array with one value per window.
 ///
-/// `signals` holds arrays by the names of a channel's input.
+/// `signals` has arrays by the names of a channel's input.
 #[pyfunction]
 pub(crate) fn replay<'py>(
     py: Python<'py>,

@@ -12,15 +12,17 @@ use toml::Value;
 use crate::errors::to_python;
 use crate::values;
 
-/// A whole rig: plant, controller, sensors and limits, in SI units. It never changes; `replace` gives a new one.
+/// A whole rig: plant, controller, sensors and limits, in SI units. It is immutable; `replace` returns a new
+/// one.
 ///
-/// Its values are what the controller believes. Where the plant is something else, that stands under ``truth``, as in
-/// ``{"truth.structure.mass": 9000.0}``: plant, sensors and converter are made from it, the controller is not.
+/// Its values describe the rig as the controller knows it. Values under ``truth``, as in
+/// ``{"truth.structure.mass": 9000.0}``, describe the plant where it differs. Plant, sensors and converter
+/// use them, the controller does not.
 ///
 /// Parameters
 /// ----------
 /// text : str
-///     A configuration in TOML, as `to_toml` writes it; `Rig.from_toml` reads a file.
+///     A configuration in TOML, as from `to_toml`; `Rig.from_toml` reads a file.
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct Rig {
     pub(crate) config: RigConfig,
@@ -56,7 +58,7 @@ impl Rig {
         wrap(py.detach(|| RigConfig::read(path)))
     }
 
-    /// Build a rig from nested dictionaries, as `to_dict` gives them.
+    /// Build a rig from nested dictionaries, as from `to_dict`.
     ///
     /// Raises
     /// ------
@@ -83,9 +85,8 @@ impl Rig {
     /// Parameters
     /// ----------
     /// changes : mapping
-    ///     Dotted keys with their new values, such as ``{"compensation.mode": "linear"}``. A whole section may be
-    ///     given as a mapping, and `None` takes an optional value away. All changes are made before anything is
-    ///     checked.
+    ///     Dotted keys with their new values, such as ``{"compensation.mode": "linear"}``. A whole section
+    ///     may be given as a mapping, and `None` removes an optional value. The checks run after all changes.
     ///
     /// Raises
     /// ------
@@ -106,20 +107,20 @@ impl Rig {
         wrap(self.config.edit(&removed, &set))
     }
 
-    /// The true rig, in which the values of ``truth`` replace those that the controller believes.
+    /// The true rig, in which the values of ``truth`` replace those that the controller knows.
     #[getter]
     fn plant(&self) -> Self {
         Self { config: self.config.plant().clone() }
     }
 
-    /// Return the keys that are set and do nothing as the others stand, in the words of what each needs.
+    /// Return the keys that are set but have no effect, each with the value of another key that it needs.
     ///
-    /// They are no error, so that a study can turn one switch without touching the rest.
+    /// They are not an error, because a study may vary one key without the other.
     fn idle_keys(&self) -> Vec<String> {
         self.config.idle_keys().iter().map(ToString::to_string).collect()
     }
 
-    /// Give the value at a dotted key, a dictionary for a section, or `None` for an absent optional value.
+    /// Return the value of a dotted key, a dictionary for a section, or `None` for an absent optional value.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         match self.config.get(key) {
             Ok(Some(value)) => values::to_python(py, &value),
@@ -128,7 +129,7 @@ impl Rig {
         }
     }
 
-    /// Tell whether there is such a key or section, whether or not it has a value.
+    /// Return whether the key or section exists, with or without a value.
     fn __contains__(&self, key: &Bound<'_, PyAny>) -> bool {
         key.extract::<&str>().is_ok_and(|key| self.config.get(key).is_ok())
     }
@@ -141,7 +142,7 @@ impl Rig {
     /// >>> rig = eft.Rig.zhao2005()
     /// >>> {key: rig[key] for key in rig.keys() if key.startswith("supply.")}["supply.pressure"]
     /// 19000000.0
-    #[allow(clippy::unused_self, reason = "of every rig the same")]
+    #[allow(clippy::unused_self, reason = "the same for every rig")]
     fn keys(&self) -> Vec<&'static str> {
         KEYS.iter().map(|row| row.key).collect()
     }
@@ -150,12 +151,12 @@ impl Rig {
         PyList::new(py, self.keys())?.call_method0("__iter__")
     }
 
-    #[allow(clippy::unused_self, reason = "of every rig the same")]
+    #[allow(clippy::unused_self, reason = "the same for every rig")]
     fn __len__(&self) -> usize {
         KEYS.len()
     }
 
-    /// What completes ``rig["`` in IPython: keys and sections, those under ``truth`` too.
+    /// Completions of ``rig["`` in IPython: keys and sections, also those under ``truth``.
     fn _ipython_key_completions_(&self) -> Vec<String> {
         let mut all: Vec<String> = Vec::new();
         for row in KEYS {
@@ -199,14 +200,14 @@ impl Rig {
 
 /// Return the schema of the configuration, one dictionary per key, in the order of files.
 ///
-/// The keys of the plant follow a second time, under ``truth``.
+/// The keys of the plant are listed a second time, under ``truth``.
 ///
 /// Returns
 /// -------
 /// list of dict
 ///     Each has `key`, `unit`, `type` ("float", "int", "bool", "str" or "list"), `allowed`, `doc`, `required` (bool),
-///     `required_where` (a condition such as ``structure.kind = "bilinear"``, or None) and `default` (None where the
-///     key has none).
+///     `required_where` (a condition such as ``structure.kind = "bilinear"``, or None) and `default` (None if
+///     the key has none).
 ///
 /// Examples
 /// --------
@@ -250,7 +251,7 @@ pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     believed.chain(of_the_plant.map(|key| row(key, &format!("truth.{}", key.key), true))).collect()
 }
 
-/// Return a value in SI units: a number without a change, a text such as ``"12 t"`` converted.
+/// Return a value in SI units from a number or a text such as ``"12 t"``.
 #[pyfunction]
 pub(crate) fn quantity(name: &str, value: &Bound<'_, PyAny>, unit: &str) -> PyResult<f64> {
     let found = match value.extract::<String>() {

@@ -1,4 +1,4 @@
-//! Running a test and judging it.
+//! Tests on the virtual rig and their metrics.
 
 use std::time::{Duration, Instant};
 
@@ -20,11 +20,11 @@ use crate::excitation::Command;
 use crate::rig::{Rig, is_building};
 use crate::specimen::PythonSpecimen;
 
-/// Between two looks at Ctrl-C and two calls of `progress`: often enough for a person, seldom enough not to
-/// take the interpreter from other threads.
+/// Time between two checks of Ctrl-C and two calls of `progress`: short for a user, but long enough to leave
+/// the interpreter to other threads.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// The precision the controller runs in.
+/// The precision of the controller.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Dtype {
     F32,
@@ -48,7 +48,7 @@ impl Dtype {
     }
 }
 
-/// The integration by its method's name and largest step in s; the default step where there is none.
+/// The integration by the name of its method and the largest step in s, with a default step.
 pub(crate) fn options(method: &str, largest_step: Option<f64>) -> PyResult<SimulateOptions> {
     let method = match method {
         "exponential" => Method::Exponential,
@@ -61,7 +61,7 @@ pub(crate) fn options(method: &str, largest_step: Option<f64>) -> PyResult<Simul
     Ok(SimulateOptions { method, largest_step: largest_step.unwrap_or(DEFAULT_STEP) })
 }
 
-/// Looks at Ctrl-C and calls `progress` now and then while a run goes on.
+/// Checks Ctrl-C and calls `progress` at intervals during a run.
 pub(crate) struct Watch {
     progress: Option<Py<PyAny>>,
     last: Option<Instant>,
@@ -73,7 +73,7 @@ impl Watch {
         Self { progress, last: None, stopped: None }
     }
 
-    /// Whether to go on; what stopped it is kept.
+    /// Whether to continue; the exception of an interruption is kept.
     pub(crate) fn go_on(&mut self, done: usize, total: usize) -> bool {
         let now = Instant::now();
         if done < total && self.last.is_some_and(|last| now - last < PATIENCE) {
@@ -99,8 +99,8 @@ impl Watch {
 
 /// Run `command` on `rig`; the traces by name, each an array with one value per sample.
 ///
-/// `progress`, if given, is called now and then with the samples done and their total. `structure`, if given, takes the
-/// place of the rig's own.
+/// `progress`, if given, is called at intervals with the finished samples and their total. `structure`, if
+/// given, replaces the rig's own.
 #[pyfunction]
 #[pyo3(signature = (rig, command, dtype, progress=None, *, method="exponential", largest_step=None, structure=None))]
 #[allow(clippy::too_many_arguments, reason = "one for each of Python's")]
@@ -135,8 +135,8 @@ pub(crate) fn simulate<'py>(
     traces(py, raised.or(watch.end(runs))?, is_building(rig))
 }
 
-/// The traces of one run an actuator by the names of the table, with a leading axis where there can be several; beside
-/// them `status`, `found_flows`, `energy` and `stopped`.
+/// The traces of one run per actuator by the names of the table, with a leading axis for a building, and
+/// `status`, `found_flows`, `energy` and `stopped`.
 pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> PyResult<Bound<'_, PyDict>> {
     let traces = PyDict::new(py);
     let (numpy, actuators) = (py.import("numpy")?, runs.len());
@@ -146,12 +146,12 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
             let ticks = of_one.status.len();
             match of_one.values(trace, rig) {
                 Values::Samples(one) => samples.push(std::mem::take(one)),
-                // One number in memory for the whole trace, and so read-only.
+                // One number in memory for the whole trace, so the array is read-only.
                 Values::Constant(value) => {
                     let shape = if stacked { vec![actuators, ticks] } else { vec![ticks] };
                     traces.set_item(trace.name, numpy.call_method1("broadcast_to", (value, shape))?)?;
                 }
-                // One array under two names, for a copy of every trace costs as much as the test.
+                // One array with two names, because copies of the traces cost as much time as the test.
                 Values::Same(name) => traces.set_item(trace.name, traces.get_item(name)?)?,
                 Values::Absent => {}
             }
@@ -172,8 +172,8 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
     Ok(traces)
 }
 
-/// The traces of a run: name, unit, description, and what it is in a test that does not record it: "recorded",
-/// "constant", "nominal" (what is learned), "absent", or the name of the trace that it is the same as.
+/// The traces of a run: name, unit, description, and its value in a test that does not record it: "recorded",
+/// "constant", "nominal" (of the learner), "absent", or the name of an equal trace.
 #[pyfunction]
 pub(crate) fn trace_table() -> Vec<(&'static str, &'static str, &'static str, &'static str)> {
     let otherwise = |trace: &closed_loop::Trace| match trace.otherwise {
@@ -192,8 +192,8 @@ pub(crate) fn metric_table() -> Vec<(&'static str, &'static str, &'static str, b
     METRICS.iter().map(|metric| (metric.name, metric.unit, metric.doc, metric.costly)).collect()
 }
 
-/// Judge the signals of a test, each with a row an actuator where there can be several; the metrics by name, one value
-/// an actuator, NaN where one has no answer. Without `costly` there are only those that take no longer than the test.
+/// The metrics of a test's signals by name, one value per actuator, NaN if undefined. For a building each
+/// signal has one row per actuator. Without `costly` only those that take no longer than the test.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the signals of a test")]
 pub(crate) fn judge_test<'py>(
@@ -244,8 +244,8 @@ pub(crate) fn judge_test<'py>(
     Ok(answer)
 }
 
-/// The metrics of a force against its command, by name; NaN where a metric has no answer. Without `fft` there are only
-/// those that need no Fourier transform.
+/// The metrics of a force against its command, by name; NaN if undefined. Without `fft` only those that need
+/// no Fourier transform.
 #[pyfunction]
 #[pyo3(signature = (command, force, sample_rate, fft=true))]
 pub(crate) fn metrics<'py>(
@@ -261,7 +261,7 @@ pub(crate) fn metrics<'py>(
         false => TimeMetrics::new(&command, &force).map(|metrics| metrics.all().to_vec()),
     });
     let answer = PyDict::new(py);
-    // Every key every time, so that the rows of a study have the same columns.
+    // All keys always exist, so that the rows of a study have the same columns.
     for (name, value) in judged.map_err(to_python)? {
         answer.set_item(name, value.unwrap_or(f64::NAN))?;
     }
@@ -285,7 +285,8 @@ pub(crate) fn fft_ratio<'py>(
     Ok((PyArray1::from_vec(py, ratio.frequency), PyArray1::from_vec(py, ratio.ratio)))
 }
 
-/// Frequencies in Hz and the coherence of a force with its command there, from segments of so many samples.
+/// Frequencies in Hz and the coherence of a force with its command there, from segments of a number of
+/// samples.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "two arrays are two arrays")]
 pub(crate) fn coherence<'py>(
@@ -300,7 +301,7 @@ pub(crate) fn coherence<'py>(
     Ok((PyArray1::from_vec(py, found.frequency), PyArray1::from_vec(py, found.coherence)))
 }
 
-/// Displacement (m) and velocity (m/s) of the rig's structure under the command applied exactly.
+/// Displacement (m) and velocity (m/s) of the rig's structure under exactly the command.
 #[pyfunction]
 pub(crate) fn ideal_response<'py>(
     py: Python<'py>,
@@ -314,7 +315,7 @@ pub(crate) fn ideal_response<'py>(
     Ok((arrays::stacked(py, displacements, building)?, arrays::stacked(py, velocities, building)?))
 }
 
-/// Where the energy of a test went, in J by name, with what was dissipated in all and the relative gap of the books.
+/// The energy balance of a test in J by name, with the total dissipation and the relative gap.
 #[pyfunction]
 pub(crate) fn energy_balance<'py>(
     py: Python<'py>,

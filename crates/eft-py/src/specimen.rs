@@ -1,4 +1,4 @@
-//! A structure written in Python, in the place of a rig's own.
+//! A structure in Python that replaces the rig's own.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -8,14 +8,15 @@ use pyo3::prelude::*;
 
 use crate::arrays;
 
-/// A structure from Python, asked ``structure(force, dt)`` once a sample for ``(displacement, velocity)``.
+/// A structure in Python, called as ``structure(force, dt)`` once per sample; it returns ``(displacement,
+/// velocity)``.
 pub(crate) struct PythonSpecimen {
     structure: Py<PyAny>,
-    /// Whether numbers are arrays, one value an actuator.
+    /// Whether numbers are arrays with one value per actuator.
     stacked: bool,
 }
 
-/// An exception of a structure or a controller that is not its failure but somebody's mistake, or Ctrl-C.
+/// An exception of a structure or a controller other than `StructureError`, or Ctrl-C.
 #[derive(Clone, Default)]
 pub(crate) struct Raised(Arc<Mutex<Option<PyErr>>>);
 
@@ -39,7 +40,8 @@ impl PythonSpecimen {
         Self { structure, stacked }
     }
 
-    /// As the simulator takes it. A `StructureError` ends the test with its message; any other exception ends the call.
+    /// The structure for the simulator. A `StructureError` ends the test with its message; any other
+    /// exception ends the call.
     pub(crate) fn into_specimen(self) -> (Specimen, Raised) {
         let raised = Raised::default();
         let kept = raised.clone();

@@ -8,10 +8,10 @@ use toml::{Table, Value};
 use crate::errors::refuse;
 use crate::flow_table::FlowTable;
 
-/// Deeper than any schema; stops a dictionary that contains itself.
+/// Largest depth, more than the schema has, to stop at a dictionary that contains itself.
 const DEEPEST: usize = 16;
 
-/// A Python value as a configuration value; `None` where the value is `None`.
+/// A Python value as a configuration value; `None` for Python's `None`.
 pub(crate) fn from_python(key: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<Value>> {
     convert(key, given, 0)
 }
@@ -25,7 +25,7 @@ fn convert(key: &str, given: &Bound<'_, PyAny>, depth: usize) -> PyResult<Option
     if depth > DEEPEST {
         return Err(refuse(key, "nested too deeply", format!("must have at most {DEEPEST} levels")));
     }
-    // numpy's numbers and arrays are Python's after `tolist`.
+    // `tolist` converts NumPy's numbers and arrays to Python's.
     if !given.is_instance_of::<PyFloat>() && given.hasattr("tolist")? {
         return convert(key, &given.call_method0("tolist")?, depth + 1);
     }

@@ -1,9 +1,9 @@
 //! usage: processor_in_the_loop IMAGE MACHINE [short | RIG.toml]
 //!
-//! The 8.9 kN sweep and the El Centro earthquake with the firmware in the loop, held bit for bit against the simulation
-//! with a controller in f32; of a rig with a protection the sweep once more, with a spool sensor that gets stuck,
-//! and its first quarter with a supply transducer that is lost.
-//! "short" is the first second of the sweep on the paper's rig. Exits with 1 where they differ.
+//! The 8.9 kN sweep and the El Centro earthquake with the firmware in the loop, compared bit for bit with the
+//! simulation with a controller in f32. A rig with a protection also runs the sweep with a stuck spool
+//! sensor, and its first quarter with a lost supply transducer. "short" is the first second of the sweep on
+//! the paper's rig. The exit code is 1 if they differ.
 
 use std::error::Error;
 use std::path::Path;

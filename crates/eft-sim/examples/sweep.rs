@@ -1,5 +1,6 @@
-//! The paper's sweep on a rig, alone or eight times side by side, to be counted or profiled:
-//! `cargo run --release --package eft-sim --example sweep -- one|batch SECONDS [RIG]`, the rig one of `plain`, `adaptive`,
+//! The paper's sweep on a rig, alone or eight times side by side, for counting or profiling:
+//! `cargo run --release --package eft-sim --example sweep -- one|batch SECONDS [RIG]`, with a rig of `plain`,
+//! `adaptive`,
 //! `noisy` (adaptive, with noise on every sensor), `traces` (plain, traces kept), `stories` and `runge-kutta`.
 
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! Prints the hash of the force for settings on standard input: what the page must have in the browser.
+//! Prints the hash of the force for settings on standard input, which the page in the browser must reproduce.
 
 use std::io::{Read, stdin};
 

@@ -1,10 +1,10 @@
-//! What the page calls.
+//! The functions that the page calls.
 
 use std::cell::RefCell;
 
 use crate::session::{Session, Told};
 
-/// Bytes of settings that are read at most.
+/// Largest number of bytes of settings.
 const LONGEST: usize = 1 << 20;
 
 struct Memory {
@@ -19,7 +19,7 @@ thread_local! {
     });
 }
 
-/// Makes room for the settings, `length` bytes of UTF-8, and says where; 0 where there are too many.
+/// Allocates `length` bytes for the settings in UTF-8 and returns their address; 0 if there are too many.
 #[unsafe(no_mangle)]
 pub extern "C" fn reserve(length: usize) -> usize {
     if length > LONGEST {
@@ -31,7 +31,7 @@ pub extern "C" fn reserve(length: usize) -> usize {
     })
 }
 
-/// Runs the test of the settings; 1 where it ran, 0 where trace 8 is a sentence on what is wrong.
+/// Runs the test of the settings. It returns 1, or 0 with an error message in trace 8.
 #[unsafe(no_mangle)]
 pub extern "C" fn run() -> u32 {
     MEMORY.with_borrow_mut(|memory| {
@@ -50,14 +50,14 @@ pub extern "C" fn run() -> u32 {
     })
 }
 
-/// Where a trace begins: 0 command, 1 force, 2 spool, 3 displacement, 4 frequency, 5 ratio, 6 numbers (64-bit floats);
-/// 7 TOML, 8 message, 9 hash (UTF-8).
+/// Address of a trace: 0 command, 1 force, 2 spool, 3 displacement, 4 frequency, 5 ratio, 6 numbers (64-bit
+/// floats); 7 TOML, 8 message, 9 hash (UTF-8).
 #[unsafe(no_mangle)]
 pub extern "C" fn pointer(trace: u32) -> usize {
     MEMORY.with_borrow(|memory| place(memory, trace).0)
 }
 
-/// How long it is, in numbers or bytes.
+/// Length of a trace, in numbers or bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn length(trace: u32) -> usize {
     MEMORY.with_borrow(|memory| place(memory, trace).1)

@@ -1,8 +1,8 @@
 //! The virtual rig in a browser: settings as text in, traces out.
 //!
-//! A page writes the settings of a test into a buffer ([`reserve`]), asks for the test ([`run`]) and reads what came of
-//! it through [`pointer()`] and [`length`]. The functions take numbers only, so that nothing stands between the page and
-//! the module.
+//! A page writes the settings of a test into a buffer ([`reserve`]), runs the test ([`run`]) and reads its
+//! results through [`pointer()`] and [`length`]. The functions have numbers as arguments only, so the page
+//! needs no further interface to the module.
 
 mod abi;
 mod session;

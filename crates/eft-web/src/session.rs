@@ -3,16 +3,16 @@
 use eft_sim::excitation::{Command, sine_sweep};
 use eft_sim::{Error, Result, RigConfig, SimulateOptions, TestRun, simulate};
 
-/// Samples that a page may ask for: a link must not fill the memory.
+/// Largest number of samples of a page, so that a link cannot fill the memory.
 const MOST_SAMPLES: f64 = 400_000.0;
 /// Band of the ratio of the spectra (Hz).
 const BAND: (f64, f64) = (0.25, 10.0);
-/// Frequencies in it.
+/// Number of frequencies in the band.
 const FREQUENCIES: usize = 300;
-/// Means of so many samples are as good as the samples in that band.
+/// Number of samples per mean; in this band the means are as good as the samples.
 const BLOCK: usize = 32;
 
-/// What a page is told of a test.
+/// The results of a test for a page.
 #[derive(Debug, Clone, Default)]
 pub struct Told {
     /// Force command (N).
@@ -25,20 +25,20 @@ pub struct Told {
     pub displacement: Vec<f64>,
     /// Frequencies (Hz) of the ratio.
     pub frequency: Vec<f64>,
-    /// |FFT(force)| / |FFT(command)| there.
+    /// |FFT(force)| / |FFT(command)| at these frequencies.
     pub ratio: Vec<f64>,
     /// Sample rate (Hz), rms force error over rms command, largest spool opening, and status bits.
     pub numbers: Vec<f64>,
-    /// The rig as TOML, and the command behind it, as `eft run` reads it.
+    /// Rig and command as TOML, for `eft run`.
     pub toml: String,
     /// [`hash`] of the force in hexadecimal.
     pub hash: String,
 }
 
-/// A test as its settings describe it: `key = value` a line over the paper's rig, the value a number, `true`, `false`, a
-/// text in quotation marks, a list of numbers in brackets, or `none` for a key that the rig does not have. The last value
-/// of a key counts. The keys of the command are `command.amplitude` (N), `command.f_start`, `command.f_end` (Hz) and `command.duration` (s); all others
-/// are the rig's.
+/// A test from settings: one line `key = value` for each difference from the paper's rig. A value is a
+/// number, `true`, `false`, a text in quotation marks, a list of numbers in brackets, or `none` to remove a
+/// key. The last value of a key counts. The keys of the command are `command.amplitude` (N),
+/// `command.f_start`, `command.f_end` (Hz) and `command.duration` (s); all others are the rig's.
 #[derive(Debug, Clone)]
 pub struct Session {
     rig: RigConfig,
@@ -57,7 +57,8 @@ impl Session {
     /// Reads the settings.
     ///
     /// # Errors
-    /// A line that is no setting, an unknown key, a value that is not allowed, or a command of too many samples.
+    /// A line that is not a setting, an unknown key, a value that is not allowed, or a command of too many
+    /// samples.
     pub fn new(settings: &str) -> Result<Self> {
         let mut sweep = Sweep { amplitude: 8900.0, f_start: 0.0, f_end: 10.0, duration: 32.0 };
         let (mut removed, mut changes) = (Vec::new(), Vec::new());
@@ -98,7 +99,7 @@ impl Session {
         simulate::<f64>(&self.rig, &self.command()?, &SimulateOptions::default(), |_, _| true)
     }
 
-    /// The run, and what a page shows of it.
+    /// The results of the run for a page.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -163,7 +164,7 @@ impl Sweep {
     }
 }
 
-/// What a value says. A page writes these kinds only, and a parser of TOML is a tenth of the module.
+/// Parses a value. A page writes these kinds only, and a TOML parser would be a tenth of the module.
 fn value_of(text: &str) -> Option<toml::Value> {
     if let Some(inside) = text.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
         let numbers = inside.split(',').map(|one| one.trim().parse::<f64>().ok().map(toml::Value::from));
@@ -179,7 +180,7 @@ fn value_of(text: &str) -> Option<toml::Value> {
     }
 }
 
-/// Rms of the force error over that of the command; 1 where there is no command.
+/// Rms of the force error over that of the command; 1 if there is no command.
 fn error(run: &TestRun) -> f64 {
     let pairs = || run.force.iter().zip(&run.command);
     let missed: f64 = pairs().map(|(force, command)| (force - command) * (force - command)).sum();
@@ -192,8 +193,8 @@ fn means(signal: &[f64]) -> Vec<f64> {
     signal.chunks_exact(BLOCK).map(|block| block.iter().sum::<f64>() / BLOCK as f64).collect()
 }
 
-/// Magnitude of a signal's Fourier transform at a frequency (cycles a sample), by Goertzel's recursion: a page needs few
-/// frequencies, and the transform of all would be a quarter of the module.
+/// Magnitude of a signal's Fourier transform at a frequency (cycles a sample), by Goertzel's recursion. A
+/// page needs few frequencies, and a full transform would be a quarter of the module.
 fn strength(signal: &[f64], frequency: f64) -> f64 {
     let factor = 2.0 * libm::cos(std::f64::consts::TAU * frequency);
     let (last, before) =

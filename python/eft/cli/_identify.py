@@ -78,7 +78,7 @@ def curve(
     as_json: bool,
     **data: Any,
 ) -> None:
-    """Flow curve of the valve, from spool and displacement of an actuator without load, one file a run."""
+    """Flow curve of the valve, from spool and displacement of an actuator without load, one file per run."""
     if rig is not None and piston_area is None:
         area = float(read_rig(rig, {})["actuator.piston_area"])
     elif piston_area is not None and rig is None:

@@ -110,7 +110,7 @@ def _plan(
                 f"--{name.replace('_', '-')}" for name in (["rig"] if rig else []) + list(options)
             )
             raise click.UsageError(
-                f"{test} says all about the test; leave out {given}, or leave out the file"
+                f"{test} describes the whole test; leave out {given}, or leave out the file"
             )
         return read_test(test, changes)
     sweep, record = options.pop("sweep", None), options.pop("record", None)

@@ -139,7 +139,7 @@ def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:
         if done < 2:
             raise
         # The repeated samples have the same bits, because later commands do not affect them.
-        click.echo("interrupted: keeping what was done; once more leaves without", err=True)
+        click.echo("interrupted: writing the finished part; a second interrupt exits without it", err=True)
         part = eft.Command(plan.command.values[:done], plan.command.sample_rate)
         return eft.simulate(plan.rig, part, dtype), True
 

@@ -24,7 +24,7 @@ def check_save_rig(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) 
     check_folder(path)
     for other in others:
         if other is not None and path.resolve() == other.resolve():
-            raise ValueError(f"--save-rig {path}: must be another file: the test's own stands there")
+            raise ValueError(f"--save-rig {path}: must be another file than that of the test")
     for key in _ASKED:
         if not plan.rig[key]:
             raise ValueError(f"--save-rig {path}: {key} = false: must be true, or no flow curve is found")

@@ -87,7 +87,7 @@ def _tell_what_is_kept(target: Path) -> None:
         kept = eft.Study.load(target)
     except (OSError, ValueError):
         return  # interrupted before the first result
-    said = f"{len(kept)} of {kept.tests} tests are kept in {target}; the same command goes on from there"
+    said = f"{len(kept)} of {kept.tests} tests are kept in {target}; the same command resumes"
     click.echo(said, err=True)
 
 

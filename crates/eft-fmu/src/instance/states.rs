@@ -1,4 +1,4 @@
-//! The states of an instance: kept, restored, and as bytes.
+//! The states of an instance: stored, restored, and as bytes.
 
 use eft_sim::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use super::{Instance, Phase};
 use crate::description::fnv;
 use crate::model::{Model, State};
 
-/// Everything of an instance that changes.
+/// The variable part of an instance.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Snapshot {
     phase: Phase,
@@ -37,7 +37,7 @@ impl Instance {
         })
     }
 
-    /// Keeps a snapshot, in the place of an earlier one where that is given.
+    /// Stores a snapshot, and replaces an earlier one if given.
     fn keep(&mut self, snapshot: Snapshot, earlier: *const Snapshot) -> Result<*const Snapshot> {
         if earlier.is_null() {
             let snapshot = Box::new(snapshot);
@@ -52,7 +52,7 @@ impl Instance {
         Ok(earlier)
     }
 
-    /// Keeps the state, in the place of an earlier one where that is given.
+    /// Stores the state, and replaces an earlier one if given.
     ///
     /// # Errors
     /// An address that is no state of this instance.
@@ -60,7 +60,7 @@ impl Instance {
         self.keep(self.snapshot(), earlier)
     }
 
-    /// Goes back to a state.
+    /// Restores a state.
     ///
     /// # Errors
     /// An address that is no state of this instance, or a state that does not fit.
@@ -97,12 +97,12 @@ impl Instance {
         Ok(())
     }
 
-    /// What the bytes of a state begin with: whose it is.
+    /// The first bytes of a state, which identify the FMU.
     fn mark(&self) -> [u8; 8] {
         fnv(format!("{} {}", self.token, env!("CARGO_PKG_VERSION")).as_bytes()).to_le_bytes()
     }
 
-    /// A state as bytes: whose it is, what it is, and a sum over both.
+    /// A state as bytes: identification, content, and a checksum of both.
     ///
     /// # Errors
     /// An address that is no state of this instance.
@@ -116,10 +116,10 @@ impl Instance {
         Ok(bytes)
     }
 
-    /// Reads a state, into the place of an earlier one where that is given.
+    /// Reads a state, and replaces an earlier one if given.
     ///
     /// # Errors
-    /// Bytes that are no state of an FMU like this one; an address that is no state of this instance.
+    /// The bytes are not a state of an FMU like this one, or the address is not a state of this instance.
     pub(crate) fn deserialize(&mut self, bytes: &[u8], earlier: *const Snapshot) -> Result<*const Snapshot> {
         let refuse = || {
             let allowed = "must be those that an FMU of the same rig and version wrote";

@@ -1,4 +1,4 @@
-//! What both classes share: a channel of the simulator in either precision, its arguments, its arrays.
+//! Common part of both classes: a channel of the simulator in either precision, its arguments and arrays.
 
 use eft_core::{Calibration, Input, Output, Parameters, Real, Realization};
 use eft_sim::RigConfig;
@@ -17,7 +17,7 @@ enum Precision {
     F64(Core<f64>),
 }
 
-/// The same expression on the channel of either precision.
+/// The same expression for the channel of either precision.
 macro_rules! each {
     ($self:expr, $core:ident => $what:expr) => {
         match $self {
@@ -27,11 +27,11 @@ macro_rules! each {
     };
 }
 
-/// What a controller believes of its rig.
+/// The estimates of a controller.
 pub(super) struct Learned {
     /// True flow over the table's (1).
     pub(super) flow_gain: f64,
-    /// Delay of the spool, and of the velocity behind it (s).
+    /// Delay of the spool, and of the velocity after it (s).
     pub(super) response_delay: f64,
     pub(super) velocity_delay: f64,
     /// The spool's gain over the configured one (1).
@@ -40,7 +40,7 @@ pub(super) struct Learned {
     pub(super) level: f64,
 }
 
-/// A rig's controller, what it was made from, and what its last call said.
+/// A rig's controller, its constructor's arguments, and the result of its last call.
 pub(super) struct Channel {
     core: Precision,
     rig: RigConfig,
@@ -50,7 +50,7 @@ pub(super) struct Channel {
     last: Output<f64>,
 }
 
-/// What a call may leave out.
+/// The optional arguments of a call.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Further {
     pub(super) supply_pressure: Option<f64>,
@@ -62,7 +62,7 @@ pub(super) struct Further {
     pub(super) period: Option<f64>,
 }
 
-/// Nothing asked, nothing said yet.
+/// The output before the first call.
 const SILENT: Output<f64> = Output {
     voltage: 0.0,
     compensation: 0.0,
@@ -73,12 +73,12 @@ const SILENT: Output<f64> = Output {
     window: None,
 };
 
-/// A signal by its name in the interface, with where its samples go.
+/// A signal by its name in the interface, with the input field of its samples.
 type Column<'a, 'py> = (&'a str, Option<&'a Bound<'py, PyAny>>, fn(&mut Input<f64>) -> &mut f64);
 
 const VELOCITY_SOURCE: &str = "controller.velocity_source";
 
-/// Refuses an argument that is not given though a key of the rig asks for it.
+/// Refuses a missing argument that a key of the rig requires.
 fn needed(on: bool, name: &str, key: &str, given: bool) -> PyResult<()> {
     if on && !given { Err(refuse(name, "None", format!("must be given: `{key}` is on"))) } else { Ok(()) }
 }
@@ -92,7 +92,7 @@ impl Channel {
     ) -> PyResult<Self> {
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
         let dtype = Dtype::parse(dtype)?;
-        // Between compensation and servovalve controller, which are one step here.
+        // The delay is between compensation and servovalve controller, which are one step here.
         let delay = rig.config.compensation.computation_delay;
         if realization == Realization::Digital && delay > 0 {
             let allowed = "must be 0 for eft.Controller; step eft.Compensator and delay what it returns";
@@ -106,7 +106,7 @@ impl Channel {
         Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, realization, last: SILENT })
     }
 
-    /// What `pickle` makes a new object from; only one at rest can be made again.
+    /// The arguments for a new object in `pickle`, which can only restore an object at rest.
     pub(super) fn arguments(&self) -> PyResult<(Rig, &'static str, f64)> {
         if !each!(&self.core, core => core.is_at_rest()) {
             let allowed = "must be at rest to be pickled or copied: call reset() first";
@@ -115,7 +115,7 @@ impl Channel {
         Ok((Rig { config: self.rig.clone() }, self.dtype.name(), self.sample_rate))
     }
 
-    /// Refuses a command that is left out though something of a compensation looks at it.
+    /// Refuses a missing command if the compensation needs it.
     pub(super) fn needs_command(&self, given: bool) -> PyResult<()> {
         let c = &self.rig.compensation;
         for (on, key) in [
@@ -129,7 +129,7 @@ impl Channel {
         Ok(())
     }
 
-    /// Refuses what is left out though the rig looks at it; `given` is by the names of [`Further`].
+    /// Refuses missing signals that the rig needs; `given` has the order of [`Further`].
     fn required(&self, given: [bool; 4]) -> PyResult<()> {
         let (c, p) = (&self.rig.compensation, &self.rig.protection);
         let [supply_pressure, valve_command, displacement, acceleration] = given;
@@ -141,14 +141,14 @@ impl Channel {
         needed(p.enabled && limited, "displacement", "protection.enabled", displacement)
     }
 
-    /// Refuses what a velocity that is estimated is made of, where it is left out.
+    /// Refuses missing signals for an estimate of the velocity.
     fn needs_motion(&self, displacement: bool, acceleration: bool) -> PyResult<()> {
         let source = self.rig.controller.velocity_source;
         needed(self.estimates(), "displacement", VELOCITY_SOURCE, displacement)?;
         needed(source == VelocitySource::Accelerometer, "acceleration", VELOCITY_SOURCE, acceleration)
     }
 
-    /// Whether the velocity is made of the displacement.
+    /// Whether the velocity is estimated from the displacement.
     fn estimates(&self) -> bool {
         self.rig.controller.velocity_source != VelocitySource::Sensor
     }
@@ -173,7 +173,7 @@ impl Channel {
         }
     }
 
-    /// The sample that a call brings, complete.
+    /// The complete sample of a call.
     fn sample(&self, values: [f64; 4], further: Further) -> PyResult<Input<f64>> {
         let Further {
             supply_pressure,
@@ -217,7 +217,7 @@ impl Channel {
         voltage
     }
 
-    /// The operating point's values are command, velocity, force and spool.
+    /// `values` are command, velocity, force and spool of the operating point.
     pub(super) fn prime(
         &mut self,
         values: [f64; 4],
@@ -252,7 +252,7 @@ impl Channel {
         &self.last
     }
 
-    /// Flow gain over the table's, delays (s), and the guard's level, as the controller believes them.
+    /// The controller's estimates of flow gain, delays (s) and valve gain, and the guard's level.
     pub(super) fn learned(&self) -> Learned {
         fn of<T: Real>(calibration: &Calibration<T>) -> Learned {
             Learned {
@@ -273,15 +273,15 @@ impl Channel {
         learned.unwrap_or(nominal)
     }
 
-    /// No-load flows (m³/s) that the valve was found to pass at the openings of the rig's flow table.
+    /// Learned no-load flows (m³/s) of the valve at the openings of the rig's flow table.
     pub(super) fn found_flows<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let table = &self.rig.servovalve.flow_table;
         let found = each!(&self.core, core => core.found_flows(&table.openings));
         PyArray1::from_vec(py, found.unwrap_or_else(|| table.flows.clone()))
     }
 
-    /// One sample after the other; the flags of all of them stay. Where the next commands are left out they are the
-    /// command's own, whose last one is held.
+    /// Processes samples in sequence and collects their flags. The default of the next commands is the
+    /// command itself, with the last one held.
     pub(super) fn process<'py>(
         &mut self,
         py: Python<'py>,

@@ -63,11 +63,11 @@ python_methods!(Compensator {
     ///     Force command of the next sample, N; needed if ``compensation.look_ahead`` is on. In `process` the
     ///     default is the command's own next sample; the last one is held.
     /// alive : float, optional
-    ///     Alive counter: one more than in the last sample, or 0 behind its last value; the protection watches it from the
-    ///     first one that is given.
+    ///     Alive counter: one more than in the last sample, or 0 after its largest value. The protection
+    ///     watches it from the first given one on.
     /// period : float, optional
-    ///     Measured time since the last sample, s; the protection watches it from the first one that is given.
-    // The signature shows the default's value; a missing command must differ from one of zero.
+    ///     Measured time since the last sample, s. The protection watches it from the first given one on.
+    // The signature shows the effective default, while the code distinguishes a missing command from zero.
     #[pyo3(
         signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None),
         text_signature = "($self, velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None)"
@@ -129,7 +129,7 @@ python_methods!(Compensator {
 
     /// Go to the steady state of this operating point, so that the next step has no bump.
     ///
-    /// What was learned is forgotten. The protection keeps its state.
+    /// The calibration is forgotten. The state of the protection is kept.
     ///
     /// Unless ``controller.velocity_source`` is ``"sensor"``, `displacement` (m) must be given and `velocity` must be 0,
     /// and for ``"accelerometer"`` `acceleration` (m/s²) must be given as well. The default of the supply pressure is the

@@ -1,6 +1,6 @@
-//! The methods of every class around a channel.
+//! The common methods of the classes for a channel.
 
-/// Implements a Python class around a channel: the given methods, and those of every controller.
+/// Implements a Python class for a channel, with the given methods and the common ones.
 macro_rules! python_methods {
     ($Class:ident { $($own:tt)* }) => {
         #[pymethods]
@@ -17,7 +17,7 @@ macro_rules! python_methods {
                 self.channel.reset();
             }
 
-            /// Ask the rig's protection for the soft end, in which the command fades along its ramp.
+            /// Start the soft end of the rig's protection, which ends the command with a ramp.
             fn end(&mut self) {
                 self.channel.end();
             }
@@ -40,7 +40,7 @@ macro_rules! python_methods {
                 self.channel.last().permitted_command
             }
 
-            /// Estimated ratio of the true flow to the table's; 1 where the rig does not adapt.
+            /// Estimated ratio of the true flow to the table's; 1 if the rig does not adapt.
             #[getter]
             fn flow_gain_estimate(&self) -> f64 {
                 self.channel.learned().flow_gain
@@ -58,13 +58,13 @@ macro_rules! python_methods {
                 self.channel.learned().velocity_delay
             }
 
-            /// Estimated ratio of the spool's gain to the configured one; 1 where the rig does not adapt.
+            /// Estimated ratio of the spool's gain to the configured one; 1 if the rig does not adapt.
             #[getter]
             fn valve_gain_estimate(&self) -> f64 {
                 self.channel.learned().valve_gain
             }
 
-            /// The overcompensation guard's factor on the compensation level; 1 where it does not act.
+            /// The overcompensation guard's factor on the compensation level; 1 if it does not act.
             #[getter]
             fn level(&self) -> f64 {
                 self.channel.learned().level
@@ -72,7 +72,7 @@ macro_rules! python_methods {
 
             /// Flow that the controller has found at each opening of the rig's flow table, m³/s.
             ///
-            /// It is the table's own where the rig does not adapt.
+            /// It is the flow of the table if the rig does not adapt.
             #[getter]
             fn found_flows<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
                 self.channel.found_flows(py)

@@ -61,10 +61,10 @@ python_methods!(Controller {
     ///     Force command of the next sample, N; needed if ``compensation.look_ahead`` is on. In `process` the
     ///     default is the command's own next sample; the last one is held.
     /// alive : float, optional
-    ///     Alive counter: one more than in the last sample, or 0 behind its last value; the protection watches it from the
-    ///     first one that is given.
+    ///     Alive counter: one more than in the last sample, or 0 after its largest value. The protection
+    ///     watches it from the first given one on.
     /// period : float, optional
-    ///     Measured time since the last sample, s; the protection watches it from the first one that is given.
+    ///     Measured time since the last sample, s. The protection watches it from the first given one on.
     #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn step(
@@ -116,7 +116,7 @@ python_methods!(Controller {
 
     /// Go to the steady state of this operating point, so that the next step has no bump.
     ///
-    /// What was learned is forgotten. The protection keeps its state.
+    /// The calibration is forgotten. The state of the protection is kept.
     ///
     /// Unless ``controller.velocity_source`` is ``"sensor"``, `displacement` (m) must be given and `velocity` must be 0,
     /// and for ``"accelerometer"`` `acceleration` (m/s²) must be given as well. The default of the supply pressure is the

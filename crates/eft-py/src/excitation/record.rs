@@ -19,7 +19,7 @@ use crate::errors::{refuse, to_python};
 /// dt : float
 ///     Time between two points, in s.
 /// name : str
-///     What the record is called.
+///     Name of the record.
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct Record {
     pub(crate) inner: records::Record,
@@ -51,7 +51,7 @@ impl Record {
         self.inner.dt
     }
 
-    /// What the file calls the record, or the file's own name.
+    /// Name of the record in the file, or name of the file.
     #[getter]
     fn name(&self) -> &str {
         &self.inner.name
@@ -69,19 +69,19 @@ impl Record {
         PyArray1::from_iter(py, (0..self.inner.acceleration.len()).map(|i| i as f64 * self.inner.dt))
     }
 
-    /// Return the record less the polynomial of a degree (0 to 5) that fits its acceleration best.
+    /// Return the record without the polynomial of a degree (0 to 5) that fits its acceleration best.
     #[pyo3(signature = (degree=1))]
     fn baseline_corrected(&self, degree: usize) -> PyResult<Self> {
         record(preparation::baseline_corrected(&self.inner, degree))
     }
 
-    /// Return the record within `low` to `high` (Hz): a Butterworth filter run both ways, without phase.
+    /// Return the record filtered to `low` to `high` (Hz) by a zero-phase Butterworth filter.
     #[pyo3(signature = (low, high, order=4))]
     fn band_passed(&self, py: Python<'_>, low: f64, high: f64, order: i32) -> PyResult<Self> {
         record(py.detach(|| preparation::band_passed(&self.inner, low, high, order)))
     }
 
-    /// Return the record at another sample rate (Hz), frequencies beyond half of it taken out first.
+    /// Return the record at another sample rate (Hz), after removing frequencies above half of it.
     fn resampled(&self, py: Python<'_>, rate: f64) -> PyResult<Self> {
         record(py.detach(|| preparation::resampled(&self.inner, rate)))
     }
@@ -122,10 +122,11 @@ impl Record {
     }
 }
 
-/// Read a ground motion: PEER AT2, CSMIP and COSMOS V2, K-NET, or columns; the content tells the format.
+/// Read a ground motion: PEER AT2, CSMIP and COSMOS V2, K-NET, or columns. The format is recognised by the
+/// content.
 ///
-/// A unit is never guessed: columns whose header names none need `unit`. The counts of a K-NET file lose their
-/// mean, which is an offset of the instrument.
+/// A unit is never guessed: columns without a unit in the header need `unit`. The mean of a K-NET file is
+/// removed, because it is an offset of the instrument.
 ///
 /// Parameters
 /// ----------
@@ -134,7 +135,7 @@ impl Record {
 /// dt : float, optional
 ///     Step in s, for a file without a step.
 /// unit : str, optional
-///     Unit of the values, which a column file must have that states none: ``"g"``, ``"m/s2"``, ``"cm/s2"``,
+///     Unit of the values, required for a column file without a unit: ``"g"``, ``"m/s2"``, ``"cm/s2"``,
 ///     ``"mm/s2"``, ``"in/s2"`` or ``"ft/s2"``.
 /// channel : int, optional
 ///     Channel of a V2 file, counted from 1; needed if there are several.
@@ -149,8 +150,8 @@ impl Record {
 /// FileNotFoundError
 ///     If there is no such file.
 /// ValueError
-///     If the file names no unit and none is given, or is not what its format promises, with the line where
-///     there is one; if it is larger than 24 MiB.
+///     If the file names no unit and none is given, if it is not valid in its format, or if it is larger than
+///     24 MiB. The message names the line if there is one.
 ///
 /// Examples
 /// --------

@@ -9,9 +9,9 @@ use crate::arrays;
 use crate::errors::{refuse, to_python};
 use crate::rig::Rig;
 
-/// Return the parts of the delay that the lead network has to give back, in s.
+/// Return the parts of the delay that the lead network must compensate for, in s.
 ///
-/// It does not change `compensation.response_delay`.
+/// The function does not change `compensation.response_delay`.
 ///
 /// Parameters
 /// ----------
@@ -20,15 +20,15 @@ use crate::rig::Rig;
 /// sample_rate : float, optional
 ///     In Hz; that of the rig's controller if not given.
 /// band : tuple of float
-///     Band in Hz over which phases are taken as delays.
+///     Band in Hz over which phases are converted to delays.
 ///
 /// Returns
 /// -------
 /// dict
-///     ``valve``, ``hold`` (half a sample, and ``dac.delay``), ``computation``, ``sensor`` (of an estimated velocity that leads negative),
-///     ``derivative`` (negative: a lead), ``path`` (what the
-///     compensation itself passes: all but the derivative, which acts on the force error only) and ``total`` (all of
-///     them, as the paper counts).
+///     ``valve``, ``hold`` (half a sample, and ``dac.delay``), ``computation``, ``sensor`` (negative for an
+///     estimated velocity that leads), ``derivative`` (negative, because it leads), ``path`` (of the
+///     compensation: all except the derivative, which acts on the force error only) and ``total`` (the sum,
+///     as in the paper).
 #[pyfunction]
 #[pyo3(signature = (rig, sample_rate=None, band=(0.25, 10.0)), text_signature = "(rig, sample_rate=None, band=(0.25, 10.0))")]
 pub(crate) fn delay_budget<'py>(
@@ -63,7 +63,7 @@ pub(crate) fn delay_budget<'py>(
 /// rig : Rig
 ///     The rig.
 /// sample_rate : float, optional
-///     In Hz; ``controller.sample_rate`` where it is left out.
+///     In Hz; that of the rig's controller if not given.
 #[pyfunction]
 #[pyo3(signature = (rig, sample_rate=None))]
 pub(crate) fn observer_gains(rig: &Rig, sample_rate: Option<f64>) -> PyResult<(f64, f64, f64)> {

@@ -1,4 +1,4 @@
-//! The model of a rig, and how far its settings are from where it grows.
+//! The linear model of a rig, and its stability margins.
 
 use eft_sim::linear::{self, FlowGain, MapAxis, MapQuantity, Reach, Time};
 use numpy::PyArray2;
@@ -32,20 +32,21 @@ fn time(rig: &Rig, sampled: bool, sample_rate: Option<f64>) -> Time {
 
 /// Linearise a rig's closed loop about rest.
 ///
-/// Leakage proportional to the load pressure, the supply's pressure at the start, the load cell and the bandwidth of the
-/// velocity sensor are in the model; what small signals feel but a linear model cannot have is named in its `left_out`.
-/// In continuous time neither hold nor delays by samples exist.
+/// Leakage proportional to the load pressure, the supply's pressure at the start, the load cell and the
+/// bandwidth of the velocity sensor are in the model. `left_out` names the keys with an effect on small
+/// signals that a linear model cannot contain. A model in continuous time has neither hold nor delays of
+/// samples.
 ///
 /// Parameters
 /// ----------
 /// rig : Rig
 ///     The rig.
 /// sampled : bool
-///     Whether to sample exactly, with the hold, the computation delay and the realization of the force loop; at
-///     the rate of the rig's controller unless `sample_rate` (Hz) is given. A rate alone asks for it too.
+///     Whether to sample exactly, with the hold, the computation delay and the realization of the force loop;
+///     at the rate of the rig's controller unless `sample_rate` (Hz) is given. A given rate implies True.
 /// flow_gain : {"nominal", "steeper", "shallower", "mean"}
-///     Which slope stands for the flow curve, on the valve and in the compensation that inverts it: the
-///     configuration's `K_v`, or the table's slope on either side of the origin, or their mean.
+///     The slope of the flow curve in the valve and in its inverse: the configured `K_v`, the table's slope
+///     on either side of the origin, or their mean.
 ///
 /// Returns
 /// -------
@@ -75,9 +76,9 @@ pub(crate) fn linearize(
     model.map(|inner| LinearModel { inner }).map_err(to_python)
 }
 
-/// Return the largest stable compensation level of the linear model that `linearize` gives.
+/// Return the largest stable compensation level of the linear model from `linearize`.
 ///
-/// It is infinite where no level up to 10 is unstable, as with compensation switched off.
+/// It is infinite if no level up to 10 is unstable, as without compensation.
 ///
 /// Parameters
 /// ----------
@@ -119,10 +120,11 @@ pub(crate) fn stability_margin(
 /// Returns
 /// -------
 /// dict
-///     ``growth_rate`` (1/s, of the rig as it is), ``level`` (the largest stable compensation level), and, unless the
-///     rig as it is grows, ``response_delay`` (s, lowest and highest stable), ``dead_time`` (s, the shortest additional
-///     delay that is unstable, of the compensation or of the whole valve command, in whole samples; infinite where none
-///     of up to 64 is, or of as many as a building's model can hold), ``loop_gain`` (the largest stable factor on the force loop) and
+///     ``growth_rate`` (1/s, of the unchanged rig), ``level`` (the largest stable compensation level), and,
+///     if the unchanged rig is stable, ``response_delay`` (s, lowest and highest stable), ``dead_time`` (s,
+///     the shortest unstable additional delay of the compensation or of the whole valve command, in whole
+///     samples; infinite if up to 64 samples are stable, or as many as a building's model can hold),
+///     ``loop_gain`` (the largest stable factor on the force loop) and
 ///     ``flow_gain`` (lowest and highest stable ratio of the true flow gain to the configured one).
 #[pyfunction]
 #[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
@@ -147,10 +149,10 @@ pub(crate) fn stability_margins<'py>(
     Ok(answer)
 }
 
-/// Return the growth rate (1/s) of the sampled loop and the margins that lie within a reach, infinite beyond it.
+/// Return the growth rate (1/s) of the sampled loop and the margins within a reach, infinite beyond it.
 ///
-/// The margins are the largest stable factor on the compensation level, the shortest unstable additional delay (s) and
-/// the largest stable factor on the force loop's gain; `None` where the rig as it is grows.
+/// The margins are the largest stable factor on the compensation level, the shortest unstable additional
+/// delay (s) and the largest stable factor on the force loop's gain; `None` if the unchanged rig is unstable.
 #[pyfunction]
 pub(crate) fn margins_within(
     py: Python<'_>,

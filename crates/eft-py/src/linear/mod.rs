@@ -1,4 +1,4 @@
-//! `eft.linearize` and what is asked of linear models.
+//! `eft.linearize` and the analysis of linear models.
 
 mod delays;
 mod margins;

@@ -10,8 +10,8 @@ use crate::errors::{refuse, to_python};
 
 /// A rig's closed loop, linear about rest: ``dx/dt = A x + B u``, ``y = C x + D u``, sampled or continuous.
 ///
-/// The input is the force command in N. Of a shear building inputs, states and outputs carry the number of the actuator,
-/// ``command_1`` and so on. Made by `linearize`.
+/// The input is the force command in N. For a shear building the names of inputs, states and outputs end with
+/// the number of the actuator, as in ``command_1``. Made by `linearize`.
 #[pyclass(frozen, module = "eft.linear")]
 pub(crate) struct LinearModel {
     pub(crate) inner: StateSpace,
@@ -85,7 +85,8 @@ impl LinearModel {
         self.inner.inputs.clone()
     }
 
-    /// Keys of the rig whose effect on small signals the model does not have, such as an overlap or friction.
+    /// Keys of the rig whose effect on small signals the model does not contain, such as an overlap or
+    /// friction.
     #[getter]
     fn left_out(&self) -> Vec<String> {
         self.inner.left_out.clone()
@@ -112,7 +113,7 @@ impl LinearModel {
         Ok(self.growth_rate()? < 0.0)
     }
 
-    /// Growth rate of the least damped mode in 1/s; negative where the loop is stable.
+    /// Growth rate of the least damped mode in 1/s; negative if the loop is stable.
     #[getter]
     fn growth_rate(&self) -> PyResult<f64> {
         self.inner.growth_rate().map_err(to_python)
@@ -125,7 +126,7 @@ impl LinearModel {
 
     /// Return the modes by natural frequency: frequencies in Hz, damping ratios, and poles in 1/s.
     ///
-    /// The poles of a sampled model are taken back to continuous time.
+    /// The poles of a sampled model are converted to continuous time.
     #[allow(clippy::type_complexity, reason = "three arrays are three arrays")]
     fn modes<'py>(
         &self,
@@ -171,7 +172,7 @@ impl LinearModel {
         named.set_item("inputs", self.inputs())?;
         named.set_item("outputs", self.outputs())?;
         named.set_item("name", "eft")?;
-        // Unstable and uncontrollable states are part of the answer.
+        // Unstable and uncontrollable states must remain in the model.
         named.set_item("remove_useless_states", false)?;
         let step = self.inner.sample_time.unwrap_or(0.0);
         let matrices = (self.A(py)?, self.B(py)?, self.C(py)?, self.D(py)?, step);

@@ -66,7 +66,7 @@ pub fn replay<P: Precision<Flags = u32>>(
     inputs: &[Input<f64>],
 ) -> Result<Replay> {
     if inputs.is_empty() {
-        return Err(Error::value("inputs", "none", "must be one a tick"));
+        return Err(Error::value("inputs", "none", "must have one per tick"));
     }
     let of_rig = parameters(rig, sample_rate)?;
     let parameters = Parameters {

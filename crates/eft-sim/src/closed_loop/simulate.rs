@@ -200,7 +200,7 @@ pub(crate) fn one_actuator(rig: &RigConfig) -> Result<()> {
     if rig.structure.kind != StructureKind::ShearBuilding {
         return Ok(());
     }
-    let allowed = "must be of another kind for one command: a building takes one a story";
+    let allowed = "must not be a building, which needs one command per story";
     Err(Error::value("structure.kind", "\"shear_building\"", allowed))
 }
 

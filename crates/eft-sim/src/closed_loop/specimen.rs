@@ -140,7 +140,7 @@ impl Follows<f64> for Follower {
 fn sound(motions: Motions, actuators: usize) -> Result<Motions, String> {
     for (name, unit, values) in [("displacement", "m", &motions.0), ("velocity", "m/s", &motions.1)] {
         if values.len() != actuators {
-            return Err(format!("{name} = {} values: must be {actuators}, one an actuator", values.len()));
+            return Err(format!("{name} = {} values: must be {actuators}, one per actuator", values.len()));
         }
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return Err(format!("{name} = {value} {unit}: must be finite"));

@@ -95,7 +95,7 @@ impl TestRun {
             return Err(Error::value("compensation.mode", "\"linear\"", allowed));
         }
         if self.found_flows.is_empty() {
-            let allowed = "must have been found here: those of a controller from outside stay with it";
+            let allowed = "must have been found here: an external controller keeps its flows";
             return Err(Error::value("found_flows", "none", allowed));
         }
         let true_curve = self.rig.plant().servovalve.true_curve().clone();

@@ -1,4 +1,4 @@
-//! Records and metrics, whatever they are given.
+//! Records and metrics with arbitrary input.
 
 mod metrics;
 mod record_readers;

@@ -1,4 +1,4 @@
-//! A metric is a finite number or an error, whatever the signals.
+//! A metric is a finite number or an error for any signals.
 
 use eft_sim::metrics::{self, Metrics};
 use proptest::prelude::*;

@@ -1,4 +1,4 @@
-//! Whatever the bytes, a reader answers: a sound record or an error, never a panic.
+//! For any bytes a reader returns a valid record or an error, and never panics.
 
 use eft_sim::records::{Record, parse};
 use proptest::prelude::*;
@@ -14,7 +14,7 @@ const SAMPLES: [(&str, &[u8]); 8] = [
     ("a.csv", include_bytes!("../records/european.csv")),
 ];
 
-/// Pieces that readers look for, or stumble over.
+/// Texts that readers search for, or that are difficult for them.
 const PIECES: [&[u8]; 24] = [
     b"NPTS=",
     b" DT= ",
@@ -113,7 +113,7 @@ proptest! {
     }
 }
 
-/// What takes a time in proportion to the square of these lengths takes minutes.
+/// An algorithm with quadratic time would take minutes for these lengths.
 #[test]
 fn long_lines_take_a_time_in_proportion_to_their_length() {
     let (gap, rows) = (" ".repeat(300_000), "0.00,1\n0.01,2\n0.02,1\n");

@@ -1,6 +1,7 @@
-//! Real ground motions, against values computed apart from this library (PGA in g, points, step).
+//! Real ground motions, compared with values from another program (PGA in g, points, step).
 //!
-//! They may not ship: the folder is named by `EFT_RECORDS`, and without it these tests skip and say so.
+//! They may not be distributed: `EFT_RECORDS` names their folder, and without it these tests are skipped with
+//! a message.
 
 use eft_sim::RigConfig;
 use eft_sim::records::{STANDARD_GRAVITY, read_record};
@@ -40,7 +41,7 @@ fn the_shipped_record_is_el_centro() {
     assert!((record.pga() / STANDARD_GRAVITY - 0.2808).abs() < 5e-5);
 }
 
-/// A pipe would keep the reader waiting for its other end, a device would fill the memory.
+/// A pipe would make the reader wait for its other end, and a device would fill the memory.
 #[test]
 #[cfg(unix)]
 fn pipes_and_devices_are_refused_at_once() {

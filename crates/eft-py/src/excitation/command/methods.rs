@@ -1,4 +1,4 @@
-//! What Python sees of a command.
+//! The Python methods of a command.
 
 use eft_sim::excitation;
 use numpy::PyArray1;
@@ -22,7 +22,7 @@ impl Command {
         Self::of_several(rows.into_iter().map(|row| excitation::Command::new(row, sample_rate)))
     }
 
-    /// Make a force of nothing up to `start`, and of `amplitude` from there on.
+    /// Make a force of zero up to `start`, and of `amplitude` from there on.
     ///
     /// Parameters
     /// ----------
@@ -81,7 +81,7 @@ impl Command {
         Self::of_one(excitation::sine(amplitude, frequency, duration, sample_rate))
     }
 
-    /// Make some cycles of a sine under a raised cosine, and nothing behind them.
+    /// Make some cycles of a sine under a raised cosine, followed by zero.
     ///
     /// Parameters
     /// ----------
@@ -114,7 +114,7 @@ impl Command {
 
     /// Make sines of the same amplitude at every multiple of ``1/duration`` in a band, with a low peak.
     ///
-    /// The phases are Schroeder's. The command repeats itself without a jump.
+    /// The phases are Schroeder's. The command can be repeated without a jump.
     ///
     /// Parameters
     /// ----------
@@ -145,7 +145,7 @@ impl Command {
         Self::of_one(excitation::multisine(amplitude, band, duration, sample_rate))
     }
 
-    /// Make Gaussian noise within a band; the same for the same seed.
+    /// Make Gaussian noise within a band; the same seed gives the same command.
     ///
     /// The command repeats itself without a jump.
     ///
@@ -215,13 +215,13 @@ impl Command {
         self.first().values.len()
     }
 
-    /// The ground motion that the command is the effective force of; `None` of any other.
+    /// The ground motion of an effective force; `None` for other commands.
     #[getter]
     fn record(&self, py: Python<'_>) -> Option<Py<Record>> {
         self.origin.as_ref().map(|origin| origin.record.clone_ref(py))
     }
 
-    /// Factor on the ground motion's acceleration; `None` of a command that is of no ground motion.
+    /// Factor on the ground motion's acceleration; `None` for a command without a ground motion.
     #[getter]
     fn scale(&self) -> Option<f64> {
         self.origin.as_ref().map(|origin| origin.scale)

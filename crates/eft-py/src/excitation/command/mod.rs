@@ -10,7 +10,7 @@ use crate::errors::{refuse, to_python};
 use crate::excitation::Record;
 use crate::rig::is_building;
 
-/// A force command: samples in N at a constant rate; sample `i` belongs to the time `i / sample_rate`.
+/// A force command: samples in N at a constant rate. The time of sample `i` is `i / sample_rate`.
 ///
 /// Parameters
 /// ----------
@@ -22,7 +22,7 @@ use crate::rig::is_building;
 /// Raises
 /// ------
 /// ValueError
-///     If a value is not finite or no measurement has the rate.
+///     If a value is not finite or the rate is outside its range.
 ///
 /// Examples
 /// --------
@@ -35,7 +35,7 @@ use crate::rig::is_building;
 /// 1.0
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct Command {
-    /// One an actuator; at least one.
+    /// One per actuator; at least one.
     pub(crate) channels: Vec<excitation::Command>,
     /// Whether the values have a leading axis.
     pub(crate) stacked: bool,
@@ -43,12 +43,12 @@ pub(crate) struct Command {
     origin: Option<Origin>,
 }
 
-/// Where an effective force comes from.
+/// The origin of an effective force.
 pub(super) struct Origin {
     pub(super) record: Py<Record>,
     /// Factor on the acceleration.
     pub(super) scale: f64,
-    /// Mass (kg), or one an actuator.
+    /// Mass (kg), or one per actuator.
     pub(super) mass: Py<PyAny>,
 }
 
@@ -74,7 +74,7 @@ impl Command {
         Ok(Self { channels, stacked: true, values: PyOnceLock::new(), origin: None })
     }
 
-    /// The same, which comes from there.
+    /// The same command with an origin.
     pub(super) fn from(self, origin: Origin) -> Self {
         Self { origin: Some(origin), ..self }
     }
@@ -108,7 +108,7 @@ impl Command {
         &self.channels[0]
     }
 
-    /// Of other channels, in as many dimensions; as each must be valid, errors name what is not.
+    /// A command with other channels and the same dimensions, or the error of an invalid channel.
     fn with(&self, channels: impl Iterator<Item = eft_sim::Result<excitation::Command>>) -> PyResult<Self> {
         let made = Self::of_several(channels)?;
         Ok(Self { stacked: self.stacked, ..made })
@@ -135,7 +135,7 @@ impl Command {
         }))
     }
 
-    /// This command times a factor; where it comes from a record, it still does.
+    /// This command times a factor, with the same origin.
     fn times(&self, py: Python<'_>, factor: f64) -> PyResult<Self> {
         let channels = self.channels.iter().map(|channel| {
             let values = channel.values.iter().map(|force| factor * force).collect();

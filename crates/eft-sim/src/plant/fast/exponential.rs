@@ -64,7 +64,7 @@ pub(crate) struct Prediction<S> {
 }
 
 impl<S: Num> Exponential<S> {
-    /// The true plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
+    /// The true plants of `rig(0)`, `rig(1)`, … side by side, one per lane.
     ///
     /// # Errors
     /// A flow curve that the core refuses.

@@ -36,7 +36,7 @@ pub(crate) struct PlainPlant<S: Num> {
 }
 
 impl<S: Num> PlainPlant<S> {
-    /// The true plants of `rig(0)`, `rig(1)`, … side by side, one a lane.
+    /// The true plants of `rig(0)`, `rig(1)`, … side by side, one per lane.
     ///
     /// # Errors
     /// A flow curve that the core refuses.
