@@ -59,7 +59,7 @@ def _section(text: str) -> str:
 
 def _struct(first: str, lines: object, comment: list[str]) -> str:
     name = first.split()[2]
-    if "words[" in first:
+    if "marker;" in first:
         about = [" ".join(comment), "Opaque: made and read by functions only."]
         return _directive("c:struct", name, about)
     if first.rstrip().endswith(";"):

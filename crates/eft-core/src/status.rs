@@ -1,22 +1,22 @@
-//! What a step has to report: one bit a fact, the same bits in Rust, C, Python and files.
+//! What a step reports: one bit for each fact, the same bits in Rust, C, Python and files.
 
 use core::fmt;
 
 use crate::protection::Cause;
 
-/// Measured or required spool opening beyond the warning level (the paper advises 60 %).
+/// The measured or required spool opening is beyond its warning level.
 pub const SPOOL_WARNING: u32 = 1 << 0;
-/// The demanded flow lies beyond the flow table, or the required opening beyond the spool's stroke.
+/// The demanded flow is beyond the flow table, or the opening beyond the stroke.
 pub const DEMAND_SATURATED: u32 = 1 << 1;
-/// The radicand of the load-pressure correction was raised to its floor.
+/// The load-pressure correction is at its limit.
 pub const LOAD_PRESSURE_FLOORED: u32 = 1 << 2;
 /// The valve command was cut to its limit.
 pub const COMMAND_LIMITED: u32 = 1 << 3;
 /// The valve command's rate was cut to its limit.
 pub const RATE_LIMITED: u32 = 1 << 4;
-/// A measurement was not finite or out of its range; the last output is held.
+/// A measurement is not finite or out of its range; the last output is held.
 pub const INVALID_MEASUREMENT: u32 = 1 << 5;
-/// The force command was not finite; the last output is held, or a protection follows the last valid command.
+/// The command is not finite; the last output is held, or the last command.
 pub const INVALID_COMMAND: u32 = 1 << 6;
 /// The output was held on request.
 pub const HELD: u32 = 1 << 7;
@@ -26,10 +26,12 @@ pub const SPOOL_STOP: u32 = 1 << 8;
 pub const STROKE_EXCEEDED: u32 = 1 << 9;
 /// The simulated state was no longer finite; the run ends here (set by the rig).
 pub const DIVERGED: u32 = 1 << 10;
-/// A tick was missed, so that the last output is held (set by who runs the loop); or a sample is old, one before it is
-/// missing, or its period is off (set by a protection that is given alive counter or period).
+/// A tick was missed, or a sample is old, missing or of the wrong period.
+///
+/// Whoever runs the loop sets it where a tick was missed and the last output is held. A protection sets it by the alive
+/// counter or the period.
 pub const MISSED_TICK: u32 = 1 << 11;
-/// The estimators stand still: after a bad measurement, or where their models do not explain what is measured.
+/// Nothing is learned: bad samples, or models that do not explain them.
 pub const ADAPTATION_FROZEN: u32 = 1 << 12;
 /// An estimate stands at one of its bounds.
 pub const ESTIMATE_BOUNDED: u32 = 1 << 13;
@@ -41,13 +43,13 @@ pub const PROTECTION_WARNING: u32 = 1 << 15;
 pub const TRIPPED: u32 = 1 << 16;
 /// The protection takes the whole valve command to zero.
 pub const SHUT_DOWN: u32 = 1 << 17;
-/// A measurement repeats itself to the last bit: its sensor or converter is frozen.
+/// A measurement repeats itself to the last bit, as of a frozen sensor.
 pub const STUCK_MEASUREMENT: u32 = 1 << 18;
-/// The calibration in use is older than it should be: the learner's last one came late, or is missing.
+/// The learner's last calibration came late or is missing.
 pub const CALIBRATION_LATE: u32 = 1 << 19;
-/// The force loop is open, as where its sensor is not believed: an analog controller has to open its own.
+/// The force loop is open; an analog controller has to open its own.
 pub const FORCE_LOOP_OPEN: u32 = 1 << 20;
-/// The force is not believed: lost for too long, or contradicted.
+/// The force is not believed: it is lost for too long, or contradicted.
 pub const FORCE_DISTRUSTED: u32 = 1 << 21;
 /// The displacement is not believed.
 pub const DISPLACEMENT_DISTRUSTED: u32 = 1 << 22;
@@ -55,15 +57,15 @@ pub const DISPLACEMENT_DISTRUSTED: u32 = 1 << 22;
 pub const VELOCITY_DISTRUSTED: u32 = 1 << 23;
 /// The spool opening is not believed.
 pub const SPOOL_DISTRUSTED: u32 = 1 << 24;
-/// The calibration in use is older than its age limit: the learner no longer publishes.
+/// The calibration in use is older than its age limit.
 pub const CALIBRATION_EXPIRED: u32 = 1 << 25;
 
-/// Where the first cause of a trip stands in a status, as a number of five bits.
+/// Lowest of the five bits of a status that hold the first cause of a trip.
 pub const CAUSE_SHIFT: u32 = 26;
-/// The bits of that number.
+/// Those five bits, to be shifted to the right.
 pub const CAUSE: u32 = 0x1f << CAUSE_SHIFT;
 
-/// What tripped the protection first, as a status says; [`Cause::None`] before any trip.
+/// What tripped the protection first according to a status; [`Cause::None`] before any trip.
 pub fn cause(status: u32) -> Cause {
     let number = (status & CAUSE) >> CAUSE_SHIFT;
     Cause::NAMES.iter().find(|(cause, _)| *cause as u32 == number).map_or(Cause::None, |(cause, _)| *cause)

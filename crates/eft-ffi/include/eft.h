@@ -1,13 +1,13 @@
 /* Effective force testing: the controller for firmware. Made by cbindgen from crates/eft-ffi; do not edit.
 
-   A rig that learns, all in one context:
+   A rig that learns, in one context:
 
      #include "eft.h"
 
      extern const eft_parameters rig;      // written by "eft export"
      static eft_channel_f32 channel;       // configuration
      static eft_state_f32 state;           // what the tick remembers
-     static eft_learner_f32 learner;       // the same of the learner, for a rig that learns
+     static eft_learner_f32 learner;       // the same for the learner, for a rig that learns
      static eft_learner_state_f32 learned;
      static eft_input_f32 input;
 
@@ -38,16 +38,17 @@
        return output.voltage;              // output.status says what there is to report
      }
 
-   Where learning belongs into a task below the interrupt, the interrupt offers the window (eft_offer_window_f32) and
-   publishes what it takes (eft_take_calibration_f32); the task does the reverse. The bits are the same.
+   Where learning belongs in a task below the interrupt, the interrupt offers the window (eft_offer_window_f32) and
+   publishes what it takes (eft_take_calibration_f32). The task takes the window and offers the calibration.
 
    What holds for every function:
    - Memory. The caller owns every struct and passes it by pointer; the library has no globals and allocates nothing.
-     An opaque struct is used only where a function has made it: others are refused with EFT_NOT_MADE.
+     A struct with a marker is opaque: a function makes it. One that was never made is refused with EFT_NOT_MADE.
    - Pointers. Each is null or points to a whole, aligned struct of its type, and no two of a call overlap. Null gives
-     EFT_NULL_POINTER and nothing else happens, except that eft_step gives 0 V.
-   - Contexts. What takes a state runs in one context at a time, that of its step. Requests (eft_request_...) come from
-     any context; of an exchange (eft_offer_..., eft_take_...) each end belongs to one.
+     EFT_NULL_POINTER and has no other effect, except that eft_step gives 0 V.
+   - Contexts. A function that takes a state runs in the context of its step. Requests (eft_request_...) come from any
+     context at any moment, and none is lost. Of an exchange (eft_offer_..., eft_take_...) each end belongs to one
+     context. Configurations are made and checked outside the interrupt.
    - Floating point. Round to nearest, no flush to zero, no default NaN: FPSCR as it is after reset. With another mode
      the bits differ from those of a simulation. Compile your own arithmetic with -ffp-contract=off for the same reason.
    - Units are SI. A positive spool opening lets flow into the chamber that pulls the structure; load pressure, force,
@@ -76,83 +77,84 @@ extern "C" {
 #define EFT_PASTE(a, b) EFT_PASTE_(a, b)
 #define EFT_STATIC_ASSERT(fact) typedef char EFT_PASTE(eft_assert_, __LINE__)[(fact) ? 1 : -1]
 #endif
+#define EFT_SIZES(type, f32, f64) EFT_STATIC_ASSERT(sizeof(type##_f32) == f32 && sizeof(type##_f64) == f64)
 
 /* ---------- Version and return codes ---------- */
 
 #define EFT_ABI_VERSION 6          // Changes with every incompatible change of the header.
-#define EFT_OK 0                   // done
-#define EFT_NULL_POINTER 1         // a pointer is null
-#define EFT_NOT_FINITE 2           // a parameter is NaN or infinite
-#define EFT_NOT_POSITIVE 3         // a parameter is zero or negative
-#define EFT_OUT_OF_RANGE 4         // a parameter is outside its range
-#define EFT_NOT_INCREASING 5       // a table does not increase strictly
-#define EFT_LENGTH 6               // a table's length is not allowed
-#define EFT_TOO_STEEP 7            // a table rises too steeply
-#define EFT_BUSY 8                 // what was offered before has not been taken yet
-#define EFT_REFUSED 9              // a parameter was refused for a reason that has no code
-#define EFT_CORRUPT 10             // the configuration is not what its parameters make
-#define EFT_NOT_MADE 11            // an opaque struct was never made: not configured, not reset, not filled
+#define EFT_OK 0                   // Done.
+#define EFT_NULL_POINTER 1         // A pointer is null.
+#define EFT_NOT_FINITE 2           // A parameter is NaN or infinite.
+#define EFT_NOT_POSITIVE 3         // A parameter is zero or negative.
+#define EFT_OUT_OF_RANGE 4         // A parameter is outside its range.
+#define EFT_NOT_INCREASING 5       // A table does not increase strictly.
+#define EFT_LENGTH 6               // A table's length is not allowed.
+#define EFT_TOO_STEEP 7            // A table rises too steeply.
+#define EFT_BUSY 8                 // What was offered before has not been taken yet.
+#define EFT_REFUSED 9              // A parameter was refused for a reason that has no code.
+#define EFT_CORRUPT 10             // The configuration differs from what its parameters make.
+#define EFT_NOT_MADE 11            // An opaque struct was never made: not configured, not reset, not filled.
 
 // The version this library was built with: compare it with EFT_ABI_VERSION once at start-up.
 EFT_NODISCARD uint32_t eft_abi_version(void);
 
 /* ---------- Status of a tick ---------- */
 
-#define EFT_SPOOL_WARNING (1u << 0) // measured or required spool opening beyond its warning level
-#define EFT_DEMAND_SATURATED (1u << 1) // demanded flow beyond the flow table, or opening beyond the stroke
-#define EFT_LOAD_PRESSURE_FLOORED (1u << 2) // the load-pressure correction is at its limit
-#define EFT_COMMAND_LIMITED (1u << 3) // the valve command was cut to its limit
-#define EFT_RATE_LIMITED (1u << 4) // the valve command's rate was cut to its limit
-#define EFT_INVALID_MEASUREMENT (1u << 5) // not finite or out of range; the last output is held
-#define EFT_INVALID_COMMAND (1u << 6) // not finite; the last output is held, or the last valid command followed
-#define EFT_HELD (1u << 7)         // the output was held on request
-#define EFT_MISSED_TICK (1u << 11) // a tick was missed, or its sample is old or at the wrong time
-#define EFT_ADAPTATION_FROZEN (1u << 12) // nothing is learned: bad samples, or the models do not explain them
-#define EFT_ESTIMATE_BOUNDED (1u << 13) // an estimate stands at one of its bounds
-#define EFT_LEVEL_REDUCED (1u << 14) // the guard has taken the compensation level back
-#define EFT_PROTECTION_WARNING (1u << 15) // a measurement is beyond its warning level
-#define EFT_TRIPPED (1u << 16)     // the force command is frozen and taken to zero
-#define EFT_SHUT_DOWN (1u << 17)   // the whole valve command is taken to zero
-#define EFT_STUCK_MEASUREMENT (1u << 18) // a measurement repeats itself to the last bit
-#define EFT_CALIBRATION_LATE (1u << 19) // the learner's last calibration came late, or is missing
-#define EFT_FORCE_LOOP_OPEN (1u << 20) // the force loop is open; an analog controller has to open its own
-#define EFT_FORCE_DISTRUSTED (1u << 21) // the force is not believed
-#define EFT_DISPLACEMENT_DISTRUSTED (1u << 22) // the displacement is not believed
-#define EFT_VELOCITY_DISTRUSTED (1u << 23) // the velocity is not believed
-#define EFT_SPOOL_DISTRUSTED (1u << 24) // the spool opening is not believed
-#define EFT_CALIBRATION_EXPIRED (1u << 25) // the calibration is older than its age limit
-#define EFT_CAUSE (31u << 26u)     // bits of a status that hold the first cause of a trip
-#define EFT_CAUSE_SHIFT 26         // where they begin: (status & EFT_CAUSE) >> EFT_CAUSE_SHIFT is one of EFT_CAUSE_...
-#define EFT_CAUSE_NONE 0           // trip: none
-#define EFT_CAUSE_REQUEST 1        // trip: a request from outside
-#define EFT_CAUSE_FORCE_LEVEL 2    // trip: the force is beyond its trip level
-#define EFT_CAUSE_DISPLACEMENT_LEVEL 3 // trip: the displacement is beyond its trip level
-#define EFT_CAUSE_VELOCITY_LEVEL 4 // trip: the velocity is beyond its trip level
-#define EFT_CAUSE_SPOOL_LEVEL 5    // trip: the spool opening is beyond its trip level
-#define EFT_CAUSE_COMMAND_LOST 6   // trip: the force command stayed lost
-#define EFT_CAUSE_MEASUREMENT_LOST 7 // trip: measurements stayed lost
-#define EFT_CAUSE_REFUSED 8        // trip: the controller kept refusing its samples
-#define EFT_CAUSE_MODEL_CONTRADICTED 9 // trip: the measurements kept contradicting the learner's models
-#define EFT_CAUSE_FORCE_LOST 10    // trip: the force stayed lost
-#define EFT_CAUSE_DISPLACEMENT_LOST 11 // trip: the displacement stayed lost
-#define EFT_CAUSE_VELOCITY_LOST 12 // trip: the velocity stayed lost
-#define EFT_CAUSE_SPOOL_LOST 13    // trip: the spool opening stayed lost
-#define EFT_CAUSE_FORCE_IMPLAUSIBLE 14 // trip: the force contradicts the other measurements
-#define EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE 15 // trip: the displacement contradicts the others
-#define EFT_CAUSE_VELOCITY_IMPLAUSIBLE 16 // trip: the velocity contradicts the others
-#define EFT_CAUSE_SPOOL_IMPLAUSIBLE 17 // trip: the spool opening contradicts the others
-#define EFT_CAUSE_FLOW_IMPLAUSIBLE 18 // trip: the valve's flow is not the piston's; check supply, valve and flow curve
-#define EFT_CAUSE_VALVE_IMPLAUSIBLE 19 // trip: the spool does not follow its command
-#define EFT_CAUSE_STATE_CORRUPT 20 // trip: a latch in memory was changed from outside
-#define EFT_CAUSE_SAMPLES_OLD 21   // trip: the alive counter stood still or skipped
-#define EFT_CAUSE_SAMPLE_PERIOD 22 // trip: the measured sample period is off
-#define EFT_CAUSE_CALIBRATION_EXPIRED 23 // trip: the learner published nothing for too long
-#define EFT_CAUSE_FORCE_OSCILLATION 24 // trip: the force loop shakes the oil column
-#define EFT_NO_STEP (1u << 31)     // the step was refused, and its code says why; the output is 0 V
+#define EFT_NO_STEP (1u << 31)     // The step was refused, and its return code says why; the output is 0 V.
+#define EFT_SPOOL_WARNING (1u << 0) // The measured or required spool opening is beyond its warning level.
+#define EFT_DEMAND_SATURATED (1u << 1) // The demanded flow is beyond the flow table, or the opening beyond the stroke.
+#define EFT_LOAD_PRESSURE_FLOORED (1u << 2) // The load-pressure correction is at its limit.
+#define EFT_COMMAND_LIMITED (1u << 3) // The valve command was cut to its limit.
+#define EFT_RATE_LIMITED (1u << 4) // The valve command's rate was cut to its limit.
+#define EFT_INVALID_MEASUREMENT (1u << 5) // A measurement is not finite or out of its range; the last output is held.
+#define EFT_INVALID_COMMAND (1u << 6) // The command is not finite; the last output is held, or the last command.
+#define EFT_HELD (1u << 7)         // The output was held on request.
+#define EFT_MISSED_TICK (1u << 11) // A tick was missed, or a sample is old, missing or of the wrong period.
+#define EFT_ADAPTATION_FROZEN (1u << 12) // Nothing is learned: bad samples, or models that do not explain them.
+#define EFT_ESTIMATE_BOUNDED (1u << 13) // An estimate stands at one of its bounds.
+#define EFT_LEVEL_REDUCED (1u << 14) // The overcompensation guard has taken the compensation level back.
+#define EFT_PROTECTION_WARNING (1u << 15) // A measurement is beyond its warning level.
+#define EFT_TRIPPED (1u << 16)     // The protection has tripped: the force command is frozen and taken to zero.
+#define EFT_SHUT_DOWN (1u << 17)   // The protection takes the whole valve command to zero.
+#define EFT_STUCK_MEASUREMENT (1u << 18) // A measurement repeats itself to the last bit, as of a frozen sensor.
+#define EFT_CALIBRATION_LATE (1u << 19) // The learner's last calibration came late or is missing.
+#define EFT_FORCE_LOOP_OPEN (1u << 20) // The force loop is open; an analog controller has to open its own.
+#define EFT_FORCE_DISTRUSTED (1u << 21) // The force is not believed: it is lost for too long, or contradicted.
+#define EFT_DISPLACEMENT_DISTRUSTED (1u << 22) // The displacement is not believed.
+#define EFT_VELOCITY_DISTRUSTED (1u << 23) // The velocity is not believed.
+#define EFT_SPOOL_DISTRUSTED (1u << 24) // The spool opening is not believed.
+#define EFT_CALIBRATION_EXPIRED (1u << 25) // The calibration in use is older than its age limit.
+#define EFT_CAUSE_SHIFT 26         // Lowest of the five bits of a status that hold the first cause of a trip.
+#define EFT_CAUSE (31u << EFT_CAUSE_SHIFT) // Those five bits, to be shifted to the right.
+#define EFT_CAUSE_NONE 0           // Nothing tripped.
+#define EFT_CAUSE_REQUEST 1        // A request from outside.
+#define EFT_CAUSE_FORCE_LEVEL 2    // The force was beyond its trip level.
+#define EFT_CAUSE_DISPLACEMENT_LEVEL 3 // The displacement was beyond its trip level.
+#define EFT_CAUSE_VELOCITY_LEVEL 4 // The velocity was beyond its trip level.
+#define EFT_CAUSE_SPOOL_LEVEL 5    // The spool opening was beyond its trip level.
+#define EFT_CAUSE_COMMAND_LOST 6   // The force command stayed lost.
+#define EFT_CAUSE_MEASUREMENT_LOST 7 // Measurements stayed lost.
+#define EFT_CAUSE_REFUSED 8        // The controller kept refusing its samples.
+#define EFT_CAUSE_MODEL_CONTRADICTED 9 // The estimators' models stayed contradicted, or a measurement stayed stuck.
+#define EFT_CAUSE_FORCE_LOST 10    // The force stayed lost.
+#define EFT_CAUSE_DISPLACEMENT_LOST 11 // The displacement stayed lost.
+#define EFT_CAUSE_VELOCITY_LOST 12 // The velocity stayed lost.
+#define EFT_CAUSE_SPOOL_LOST 13    // The spool opening stayed lost.
+#define EFT_CAUSE_FORCE_IMPLAUSIBLE 14 // The force contradicts the actuator's flow balance, jumped, or is stuck.
+#define EFT_CAUSE_DISPLACEMENT_IMPLAUSIBLE 15 // The displacement contradicts the velocity and the flow, or jumped.
+#define EFT_CAUSE_VELOCITY_IMPLAUSIBLE 16 // The velocity contradicts displacement and flow, jumped, or is stuck.
+#define EFT_CAUSE_SPOOL_IMPLAUSIBLE 17 // The spool opening contradicts command and flow, or jumped.
+#define EFT_CAUSE_FLOW_IMPLAUSIBLE 18 // The valve's flow is not the piston's: check supply, valve and flow curve.
+#define EFT_CAUSE_VALVE_IMPLAUSIBLE 19 // The spool does not follow its command, though the flow follows the spool.
+#define EFT_CAUSE_STATE_CORRUPT 20 // A latch in memory was changed from outside.
+#define EFT_CAUSE_SAMPLES_OLD 21   // The alive counter stood still or skipped.
+#define EFT_CAUSE_SAMPLE_PERIOD 22 // The measured sample period was off.
+#define EFT_CAUSE_CALIBRATION_EXPIRED 23 // The learner published nothing for longer than its age limit.
+#define EFT_CAUSE_FORCE_OSCILLATION 24 // The force loop shook the oil column, from about 30 to 150 Hz.
 
 /* ---------- Parameters ---------- */
 
-#define EFT_TABLE_CAPACITY 21      // most points of a flow table
+#define EFT_TABLE_CAPACITY 21      // The most points of a flow table.
 #define EFT_REALIZATION_DIGITAL 0  // realization: the force loop is closed here; the output is the valve command
 #define EFT_REALIZATION_ANALOG 1   // realization: an analog controller closes it; the output is its compensation signal
 #define EFT_MODE_OFF 0             // mode: no compensation
@@ -267,32 +269,28 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t words[156]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t marker; float value[304]; } eft_channel_f32;
+// What a channel remembers. Each actuator has one.
+typedef struct eft_state_f32 { uint64_t marker; float value[398]; } eft_state_f32;
 
-// A window that has closed: what the learner is given.
-typedef struct eft_window_f32 { uint64_t words[8]; } eft_window_f32;
-
-// What the learner has found, as the tick uses it.
-typedef struct eft_calibration_f32 { uint64_t words[28]; } eft_calibration_f32;
-
-// What a channel remembers: one for each actuator.
-typedef struct eft_state_f32 { uint64_t words[200]; } eft_state_f32;
-
-// One tick's command and measurements. What is never given stays NaN, by eft_input_init: nothing looks at it, or the
-// tick is flagged.
+// One tick's command and measurements. What is never given stays NaN, by eft_input_init. A NaN that the rig needs flags
+// the tick.
 typedef struct eft_input_f32 {
   float command;                     // N
   float velocity;                    // m/s; where a sensor measures it
   float force;                       // N
   float spool;                       // 1
-  float displacement;                // m; for a protection, and where the velocity is made of it
+  float displacement;                // m; for a protection, and where the velocity is estimated from it
   float acceleration;                // m/s2; for EFT_VELOCITY_ACCELEROMETER
   float supply_pressure;             // Pa; where its departures are corrected
   float next_command;                // N; of the next tick, where the feedforward looks ahead
-  float valve_command;               // V; that stood meanwhile, for learning beside an analog controller
+  float valve_command;               // V; that of this sample, for learning with an analog controller
   float alive;                       // 1; counts the samples; for a protection, NaN: not watched
   float period;                      // s; since the last sample; for a protection, NaN: not watched
 } eft_input_f32;
+
+// The sums of a window that has closed, for the learner.
+typedef struct eft_window_f32 { uint64_t marker; float value[14]; } eft_window_f32;
 
 // One tick's result.
 typedef struct eft_output_f32 {
@@ -301,40 +299,41 @@ typedef struct eft_output_f32 {
   float velocity;                    // m/s; measured or estimated
   float permitted_command;           // N; the command that an analog controller may follow
   float authority;                   // 1; the protection's factor; an analog controller has to apply it
-  uint32_t status;                   // EFT_SPOOL_WARNING and its siblings
+  uint32_t status;                   // the flags and the cause above
   uint32_t window_closed;            // 1 where a window has closed with this tick, else 0
   eft_window_f32 window;             // for eft_learn, where one has closed
 } eft_output_f32;
 
-// Checks the parameters and makes a configuration of them. On refusal the configuration stays as it was and *why (may
-// be null) says what was wrong. Not for the interrupt.
+// What the learner has found, as the tick uses it.
+typedef struct eft_calibration_f32 { uint64_t marker; float value[54]; } eft_calibration_f32;
+
+// Checks the parameters and makes a configuration of them. On refusal the configuration stays as it was, and *why (may
+// be null) says what was wrong.
 EFT_NODISCARD uint8_t eft_configure_f32(const eft_parameters *parameters, eft_channel_f32 *channel, eft_error *why);
 
-// Whether a configuration still is what its parameters make: EFT_CORRUPT if any number of it differs, as after a memory
-// fault. Not for the interrupt.
+// Makes a configuration again and compares. Returns EFT_CORRUPT if any number differs, as after a memory fault.
 EFT_NODISCARD uint8_t eft_check_f32(const eft_channel_f32 *channel, const eft_parameters *parameters);
 
-// Sets *word to a word over every number of a configuration: keep the one behind eft_configure, and compare each
-// second. One that differs says that memory has changed. Not for the interrupt.
+// Sets *word to a checksum of a configuration. Keep the first, and compare each second: a difference says that memory
+// has changed.
 EFT_NODISCARD uint8_t eft_integrity_f32(const eft_channel_f32 *channel, uint32_t *word);
 
-// The same of a state, to compare behind one tick and before the next. In the context of the step.
+// Sets *word to a checksum of a state. Compare the one after a tick with the one before the next.
 EFT_NODISCARD uint8_t eft_state_integrity_f32(const eft_state_f32 *state, uint32_t *word);
 
-// A rig at rest, nothing learned, tripped or asked for yet.
+// Makes the state of a rig at rest: nothing learned, no trip, no request.
 EFT_NODISCARD uint8_t eft_reset_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
-// Nothing is given: every field is NaN.
+// Makes every field NaN: nothing is given.
 EFT_NODISCARD uint8_t eft_input_init_f32(eft_input_f32 *input);
 
-// Between eft_reset and the first step, or between two: a rig that has long been at this operating point, so that the
-// next step has no bump. What was learned stays in use, and the protection goes on where it is. An invalid input gives
-// a rig at rest.
+// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump. What
+// was learned stays in use, and the protection keeps its state. An invalid input gives a rig at rest.
 EFT_NODISCARD uint8_t eft_prime_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input);
 
 // One tick, in the interrupt. Where it is refused (a null pointer, a channel or state that was never made) the output
 // is 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last output
-// and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND; the first good tick continues.
+// and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues.
 EFT_NODISCARD uint8_t eft_step_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input,
     eft_output_f32 *output);
 
@@ -347,34 +346,30 @@ EFT_NODISCARD uint8_t eft_missed_f32(const eft_channel_f32 *channel, const eft_s
     eft_output_f32 *output);
 
 // Gives a calibration to the tick: that of window k takes effect with the first tick of window k + 2. A later one takes
-// effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE. In the context of the step.
+// effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE.
 EFT_NODISCARD uint8_t eft_publish_f32(const eft_channel_f32 *channel, eft_state_f32 *state,
     const eft_calibration_f32 *calibration);
 
-// The calibration in use. In the context of the step.
+// Copies the calibration in use.
 EFT_NODISCARD uint8_t eft_calibration_in_use_f32(const eft_state_f32 *state, eft_calibration_f32 *calibration);
 
-// Asks for a trip, as an emergency stop does, or another actuator of the same specimen: the next step trips at the last
-// command, and no request is lost. From any context, at any moment.
+// Requests a trip, for an emergency stop or another actuator of the specimen. The next step trips at the last command.
 EFT_NODISCARD uint8_t eft_request_trip_f32(eft_state_f32 *state);
 
-// Asks for the soft end: from the next step on the command, still followed, fades along the ramp. From any context, at
-// any moment.
+// Requests the soft end: from the next step on the command, still followed, fades along the ramp.
 EFT_NODISCARD uint8_t eft_request_end_f32(eft_state_f32 *state);
 
-// Sets *down to 1 where the protection's ramp has reached zero, or the test has not begun, to 0 elsewhere. In the
-// context of the step.
+// Sets *down to 1 where the protection's ramp has reached zero or the test has not begun, else to 0.
 EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down);
 
 /* ---------- The learner ---------- */
 
 // A learner's configuration. One serves any number of channels of the same parameters.
-typedef struct eft_learner_f32 { uint64_t words[80]; } eft_learner_f32;
+typedef struct eft_learner_f32 { uint64_t marker; float value[158]; } eft_learner_f32;
+// What a learner remembers. Each channel has one.
+typedef struct eft_learner_state_f32 { uint64_t marker; float value[302]; } eft_learner_state_f32;
 
-// What a learner remembers: one for each channel.
-typedef struct eft_learner_state_f32 { uint64_t words[152]; } eft_learner_state_f32;
-
-// What a calibration says.
+// The numbers of a calibration.
 typedef struct eft_learned_f32 {
   float flow_gain;                   // 1; true flow over the table's
   float valve_gain;                  // 1; the spool's gain over the configured one
@@ -385,7 +380,7 @@ typedef struct eft_learned_f32 {
   float response_delay_deviation;    // s
   float velocity_delay_deviation;    // s
   float level;                       // 1; the guard's factor on the compensation level
-  float test_ratio;                  // 1; what the models miss over what they may: above 1 nothing is learned
+  float test_ratio;                  // 1; unexplained over permitted residual of the models: above 1 nothing is learned
   uint32_t window;                   // its window's number; UINT32_MAX where it was made of the configuration
   uint32_t status;                   // EFT_ADAPTATION_FROZEN, EFT_ESTIMATE_BOUNDED, EFT_LEVEL_REDUCED
 } eft_learned_f32;
@@ -400,88 +395,78 @@ EFT_NODISCARD uint8_t eft_learner_check_f32(const eft_learner_f32 *learner, cons
 // As eft_integrity, for a learner.
 EFT_NODISCARD uint8_t eft_learner_integrity_f32(const eft_learner_f32 *learner, uint32_t *word);
 
-// The same of a learner's state, to compare behind one eft_learn and before the next.
+// As eft_state_integrity, for a learner's state. Compare the one after an eft_learn with the one before the next.
 EFT_NODISCARD uint8_t eft_learner_state_integrity_f32(const eft_learner_state_f32 *state, uint32_t *word);
 
-// Nothing learned yet.
+// Makes the state of a learner that has learned nothing yet.
 EFT_NODISCARD uint8_t eft_learner_reset_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state);
 
-// Takes in a window and makes the next calibration, for eft_publish. Behind the step, or in a task below the interrupt.
+// Takes in a window and makes the next calibration, for eft_publish. After the step, or in a task below the interrupt.
 EFT_NODISCARD uint8_t eft_learn_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state,
     const eft_window_f32 *window, eft_calibration_f32 *calibration);
 
-// Reads a calibration.
+// Reads the numbers of a calibration.
 EFT_NODISCARD uint8_t eft_read_calibration_f32(const eft_calibration_f32 *calibration, eft_learned_f32 *learned);
 
-// No-load flow, m3/s, that the valve was found to pass at a spool opening, 1: at the openings of the table it is the
-// rig's new flow curve, beyond its ends that of the end. EFT_NOT_FINITE for an opening that is NaN or infinite, and
-// *flow stays. For after a test.
+// Sets *flow to the no-load flow, m3/s, that the valve was found to pass at a spool opening, 1. At the openings of the
+// table it is the rig's new flow curve; beyond its ends it is the flow of the end. Returns EFT_NOT_FINITE for an
+// opening that is NaN or infinite, and *flow stays. For use after a test.
 EFT_NODISCARD uint8_t eft_found_flow_f32(const eft_learner_f32 *learner, const eft_calibration_f32 *calibration,
     float opening, float *flow);
 
 /* ---------- From one context to another, without a lock ---------- */
 
-// How often was offered, and up to which offer was taken.
-typedef struct eft_turn { uint32_t offered; uint32_t taken; } eft_turn;
+// A configuration, window or calibration on its way from one context to another. With zero bytes it is empty.
+typedef struct eft_channels_f32 { eft_channel_f32 copies[2]; uint32_t offered; uint32_t taken; } eft_channels_f32;
+typedef struct eft_windows_f32 { eft_window_f32 copies[2]; uint32_t offered; uint32_t taken; } eft_windows_f32;
+typedef struct eft_calibrations_f32 { eft_calibration_f32 copies[2]; uint32_t offered; uint32_t taken;
+    } eft_calibrations_f32;
 
-// Configurations on their way from a task to the interrupt; zero bytes are none.
-typedef struct eft_channels_f32 { eft_channel_f32 copies[2]; eft_turn turn; } eft_channels_f32;
+// Continues a state under a new configuration without a bump. Call it after eft_take_channel for each state. What was
+// learned stays in use until the new learner publishes, unless the new configuration learns nothing.
+EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
-// Windows on their way from the interrupt to the learner's task; zero bytes are none.
-typedef struct eft_windows_f32 { eft_window_f32 copies[2]; eft_turn turn; } eft_windows_f32;
-
-// Calibrations on their way from the learner's task to the interrupt; zero bytes are none.
-typedef struct eft_calibrations_f32 { eft_calibration_f32 copies[2]; eft_turn turn; } eft_calibrations_f32;
-
-// Offers a configuration to the interrupt; EFT_BUSY while the one before waits.
+// Offers a configuration to the interrupt. Returns EFT_BUSY while the one before waits.
 EFT_NODISCARD uint8_t eft_offer_channel_f32(eft_channels_f32 *to, const eft_channel_f32 *item);
 
-// The configuration that was offered, to step with until the next is taken, after eft_take_over; null where there is no
-// new one.
-EFT_NODISCARD const eft_channel_f32 *eft_take_channel_f32(eft_channels_f32 *from);
-
-// Offers output->window to the learner's task; EFT_BUSY while the one before waits: it then counts as lost samples.
+// Offers output->window to the learner's task. Returns EFT_BUSY while the one before waits; the learner then counts the
+// window's samples as lost.
 EFT_NODISCARD uint8_t eft_offer_window_f32(eft_windows_f32 *to, const eft_window_f32 *item);
 
-// The window that was offered, until the next is taken; null where there is no new one.
-EFT_NODISCARD const eft_window_f32 *eft_take_window_f32(eft_windows_f32 *from);
-
-// Offers a calibration to the interrupt; EFT_BUSY while the one before waits.
+// Offers a calibration to the interrupt. Returns EFT_BUSY while the one before waits.
 EFT_NODISCARD uint8_t eft_offer_calibration_f32(eft_calibrations_f32 *to, const eft_calibration_f32 *item);
 
-// The calibration that was offered, for eft_publish, until the next is taken; null where there is no new one.
-EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibrations_f32 *from);
+// The configuration that was offered, or null where there is no new one. After eft_take_over the interrupt steps with
+// it until it takes the next.
+EFT_NODISCARD const eft_channel_f32 *eft_take_channel_f32(eft_channels_f32 *from);
 
-// After eft_take_channel, for each state that goes on under the new configuration: no bump. Where nothing is learned it
-// holds at once, else what was learned stays in use until the new learner publishes.
-EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
+// The window that was offered, valid until the next is taken; null where there is no new one.
+EFT_NODISCARD const eft_window_f32 *eft_take_window_f32(eft_windows_f32 *from);
+
+// The calibration that was offered, for eft_publish, valid until the next is taken; null where there is no new one.
+EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibrations_f32 *from);
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t words[280]; } eft_channel_f64;
-typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; eft_turn turn; } eft_channels_f64;
-typedef struct eft_window_f64 { uint64_t words[16]; } eft_window_f64;
-typedef struct eft_windows_f64 { eft_window_f64 copies[2]; eft_turn turn; } eft_windows_f64;
-typedef struct eft_calibration_f64 { uint64_t words[56]; } eft_calibration_f64;
-typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; eft_turn turn; } eft_calibrations_f64;
-typedef struct eft_state_f64 { uint64_t words[400]; } eft_state_f64;
+typedef struct eft_channel_f64 { uint64_t marker; double value[304]; } eft_channel_f64;
+typedef struct eft_state_f64 { uint64_t marker; double value[398]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
     } eft_input_f64;
+typedef struct eft_window_f64 { uint64_t marker; double value[14]; } eft_window_f64;
 typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;
     double authority; uint32_t status; uint32_t window_closed; eft_window_f64 window; } eft_output_f64;
-typedef struct eft_learner_f64 { uint64_t words[152]; } eft_learner_f64;
-typedef struct eft_learner_state_f64 { uint64_t words[304]; } eft_learner_state_f64;
+typedef struct eft_calibration_f64 { uint64_t marker; double value[54]; } eft_calibration_f64;
+typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; uint32_t offered; uint32_t taken; } eft_channels_f64;
+typedef struct eft_windows_f64 { eft_window_f64 copies[2]; uint32_t offered; uint32_t taken; } eft_windows_f64;
+typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; uint32_t offered; uint32_t taken;
+    } eft_calibrations_f64;
+typedef struct eft_learner_f64 { uint64_t marker; double value[158]; } eft_learner_f64;
+typedef struct eft_learner_state_f64 { uint64_t marker; double value[302]; } eft_learner_state_f64;
 typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double velocity_delay;
     double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
     double velocity_delay_deviation; double level; double test_ratio; uint32_t window; uint32_t status;
     } eft_learned_f64;
-EFT_NODISCARD uint8_t eft_offer_channel_f64(eft_channels_f64 *to, const eft_channel_f64 *item);
-EFT_NODISCARD const eft_channel_f64 *eft_take_channel_f64(eft_channels_f64 *from);
-EFT_NODISCARD uint8_t eft_offer_window_f64(eft_windows_f64 *to, const eft_window_f64 *item);
-EFT_NODISCARD const eft_window_f64 *eft_take_window_f64(eft_windows_f64 *from);
-EFT_NODISCARD uint8_t eft_offer_calibration_f64(eft_calibrations_f64 *to, const eft_calibration_f64 *item);
-EFT_NODISCARD const eft_calibration_f64 *eft_take_calibration_f64(eft_calibrations_f64 *from);
 EFT_NODISCARD uint8_t eft_configure_f64(const eft_parameters *parameters, eft_channel_f64 *channel, eft_error *why);
 EFT_NODISCARD uint8_t eft_check_f64(const eft_channel_f64 *channel, const eft_parameters *parameters);
 EFT_NODISCARD uint8_t eft_integrity_f64(const eft_channel_f64 *channel, uint32_t *word);
@@ -501,6 +486,12 @@ EFT_NODISCARD uint8_t eft_request_trip_f64(eft_state_f64 *state);
 EFT_NODISCARD uint8_t eft_request_end_f64(eft_state_f64 *state);
 EFT_NODISCARD uint8_t eft_is_down_f64(const eft_state_f64 *state, uint8_t *down);
 EFT_NODISCARD uint8_t eft_take_over_f64(const eft_channel_f64 *channel, eft_state_f64 *state);
+EFT_NODISCARD uint8_t eft_offer_channel_f64(eft_channels_f64 *to, const eft_channel_f64 *item);
+EFT_NODISCARD uint8_t eft_offer_window_f64(eft_windows_f64 *to, const eft_window_f64 *item);
+EFT_NODISCARD uint8_t eft_offer_calibration_f64(eft_calibrations_f64 *to, const eft_calibration_f64 *item);
+EFT_NODISCARD const eft_channel_f64 *eft_take_channel_f64(eft_channels_f64 *from);
+EFT_NODISCARD const eft_window_f64 *eft_take_window_f64(eft_windows_f64 *from);
+EFT_NODISCARD const eft_calibration_f64 *eft_take_calibration_f64(eft_calibrations_f64 *from);
 EFT_NODISCARD uint8_t eft_learner_configure_f64(const eft_parameters *parameters, eft_learner_f64 *learner,
     eft_error *why);
 EFT_NODISCARD uint8_t eft_learner_check_f64(const eft_learner_f64 *learner, const eft_parameters *parameters);
@@ -520,24 +511,15 @@ EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 184);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 864);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_channel_f32) == 1248);
-EFT_STATIC_ASSERT(sizeof(eft_state_f32) == 1600);
-EFT_STATIC_ASSERT(sizeof(eft_input_f32) == 44);
-EFT_STATIC_ASSERT(sizeof(eft_output_f32) == 96);
-EFT_STATIC_ASSERT(sizeof(eft_window_f32) == 64);
-EFT_STATIC_ASSERT(sizeof(eft_calibration_f32) == 224);
-EFT_STATIC_ASSERT(sizeof(eft_learner_f32) == 640);
-EFT_STATIC_ASSERT(sizeof(eft_learner_state_f32) == 1216);
-EFT_STATIC_ASSERT(sizeof(eft_learned_f32) == 48);
-EFT_STATIC_ASSERT(sizeof(eft_channel_f64) == 2240);
-EFT_STATIC_ASSERT(sizeof(eft_state_f64) == 3200);
-EFT_STATIC_ASSERT(sizeof(eft_input_f64) == 88);
-EFT_STATIC_ASSERT(sizeof(eft_output_f64) == 176);
-EFT_STATIC_ASSERT(sizeof(eft_window_f64) == 128);
-EFT_STATIC_ASSERT(sizeof(eft_calibration_f64) == 448);
-EFT_STATIC_ASSERT(sizeof(eft_learner_f64) == 1216);
-EFT_STATIC_ASSERT(sizeof(eft_learner_state_f64) == 2432);
-EFT_STATIC_ASSERT(sizeof(eft_learned_f64) == 88);
+EFT_SIZES(eft_channel, 1224, 2440);
+EFT_SIZES(eft_state, 1600, 3192);
+EFT_SIZES(eft_input, 44, 88);
+EFT_SIZES(eft_output, 96, 168);
+EFT_SIZES(eft_window, 64, 120);
+EFT_SIZES(eft_calibration, 224, 440);
+EFT_SIZES(eft_learner, 640, 1272);
+EFT_SIZES(eft_learner_state, 1216, 2424);
+EFT_SIZES(eft_learned, 48, 88);
 
 #ifdef __cplusplus
 }

@@ -13,7 +13,7 @@ mod tables;
 
 pub use channel::*;
 pub use codes::*;
-pub use exchange::eft_turn;
+pub use exchange::*;
 pub use learner::*;
 pub use parameters::*;
 

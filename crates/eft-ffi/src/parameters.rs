@@ -3,15 +3,15 @@
 use core::ffi::c_char;
 
 use eft_core::{
-    ConfigError, Learning, Levels, Mode, Parameters, PlausibilityParameters, ProtectionParameters,
-    Realization, SignFrom, VelocitySource,
+    Channel, ConfigError, Learner, Learning, Levels, Mode, Parameters, PlausibilityParameters,
+    ProtectionParameters, Realization, SignFrom, VelocitySource,
 };
 
-use crate::codes::{EFT_CORRUPT, of};
+use crate::codes::*;
 use crate::place::{Opaque, give, given, made, make};
 use crate::tables::{constants, data};
 
-/// most points of a flow table
+/// The most points of a flow table.
 pub const EFT_TABLE_CAPACITY: usize = 21;
 
 constants! { u8:
@@ -126,24 +126,37 @@ data! {
     }
 }
 
-/// A byte that stands for one of `choices`.
-fn choice<T: Copy>(parameter: &'static str, value: u8, choices: &[T]) -> Result<T, ConfigError> {
-    choices.get(usize::from(value)).copied().ok_or(ConfigError::OutOfRange {
-        parameter,
-        value: f64::from(value),
-        lowest: 0.0,
-        highest: (choices.len() - 1) as f64,
-    })
+/// The value that a byte stands for.
+fn choice<V: Copy>(parameter: &'static str, byte: u8, choices: &[V]) -> Result<V, ConfigError> {
+    let (value, highest) = (f64::from(byte), (choices.len() - 1) as f64);
+    let refused = ConfigError::OutOfRange { parameter, value, lowest: 0.0, highest };
+    choices.get(usize::from(byte)).copied().ok_or(refused)
 }
 
 /// A byte that is 0 or 1.
-fn switch(parameter: &'static str, value: u8) -> Result<bool, ConfigError> {
-    choice(parameter, value, &[false, true])
+fn switch(parameter: &'static str, byte: u8) -> Result<bool, ConfigError> {
+    choice(parameter, byte, &[false, true])
+}
+
+/// A struct of the core. What is copied or a switch (0 or 1) has the same name in C; the rest is given.
+macro_rules! core {
+    ($Core:ident, $c:expr; copied: $($same:ident)*; switches: $($switch:ident)*; $($given:tt)*) => {
+        $Core {
+            $($same: $c.$same,)*
+            $($switch: switch(stringify!($switch), $c.$switch)?,)*
+            $($given)*
+        }
+    };
 }
 
 impl eft_parameters {
     /// As the core takes them.
-    pub(crate) fn core(&self) -> Result<Parameters<'_>, ConfigError> {
+    fn core(&self) -> Result<Parameters<'_>, ConfigError> {
+        let length = self.table_length as usize;
+        let (Some(openings), Some(flows)) = (self.openings.get(..length), self.flows.get(..length)) else {
+            let (parameter, longest) = ("table_length", EFT_TABLE_CAPACITY);
+            return Err(ConfigError::Length { parameter, length, shortest: 2, longest });
+        };
         let gains = [self.gain_on_displacement, self.gain_on_velocity, self.gain_on_drift];
         let velocity_sources = [
             VelocitySource::Sensor,
@@ -151,83 +164,48 @@ impl eft_parameters {
             VelocitySource::Observer { gains, mass: self.mass },
             VelocitySource::Accelerometer { gains },
         ];
-        let (l, p, length) = (&self.learning, &self.protection, self.table_length as usize);
-        let (Some(openings), Some(flows)) = (self.openings.get(..length), self.flows.get(..length)) else {
-            let (parameter, longest) = ("table_length", EFT_TABLE_CAPACITY);
-            return Err(ConfigError::Length { parameter, length, shortest: 2, longest });
-        };
         let levels = |warning, trip| Levels { warning, trip };
-        let protection = ProtectionParameters {
+        let p = &self.protection;
+        let plausibility = core! { PlausibilityParameters, p.plausibility;
+            copied: force_noise displacement_noise velocity_noise spool_noise false_alarms settle_time;
+            switches: ;
+        };
+        let protection = core! { ProtectionParameters, p;
+            copied: start_time ramp_time shutdown_time lost_samples fault_time period_tolerance oscillation_limit;
+            switches: ;
             force: levels(p.force_warning, p.force_trip),
             displacement: levels(p.displacement_warning, p.displacement_trip),
             velocity: levels(p.velocity_warning, p.velocity_trip),
             spool: levels(p.spool_warning, p.spool_trip),
-            start_time: p.start_time,
-            ramp_time: p.ramp_time,
-            shutdown_time: p.shutdown_time,
-            lost_samples: p.lost_samples,
-            fault_time: p.fault_time,
-            period_tolerance: p.period_tolerance,
-            oscillation_limit: p.oscillation_limit,
-            plausibility: switch("plausibility", p.plausibility.enabled)?.then_some(PlausibilityParameters {
-                force_noise: p.plausibility.force_noise,
-                displacement_noise: p.plausibility.displacement_noise,
-                velocity_noise: p.plausibility.velocity_noise,
-                spool_noise: p.plausibility.spool_noise,
-                false_alarms: p.plausibility.false_alarms,
-                settle_time: p.plausibility.settle_time,
-            }),
+            plausibility: switch("plausibility", p.plausibility.enabled)?.then_some(plausibility),
         };
-        Ok(Parameters {
-            sample_rate: self.sample_rate,
-            realization: choice(
-                "realization",
-                self.realization,
-                &[Realization::Digital, Realization::Analog],
-            )?,
+        Ok(core! { Parameters, self;
+            copied: sample_rate level piston_area supply_pressure compressibility leakage flow_gain valve_gain
+                response_delay lead_alpha velocity_delay computation_delay force_sensitivity proportional_gain
+                derivative_gain integral_gain valve_command valve_command_rate spool_warning velocity_range force_range
+                spool_range gap_time stuck_samples;
+            switches: supply_correction feedforward look_ahead;
+            realization: choice("realization", self.realization, &[Realization::Digital, Realization::Analog])?,
             mode: choice("mode", self.mode, &[Mode::Off, Mode::Linear, Mode::Nonlinear])?,
-            level: self.level,
             sign_from: choice("sign_from", self.sign_from, &[SignFrom::Spool, SignFrom::Demand])?,
-            piston_area: self.piston_area,
-            supply_pressure: self.supply_pressure,
-            supply_correction: switch("supply_correction", self.supply_correction)?,
-            compressibility: self.compressibility,
-            leakage: self.leakage,
             openings,
             flows,
-            flow_gain: self.flow_gain,
-            valve_gain: self.valve_gain,
-            response_delay: self.response_delay,
-            lead_alpha: self.lead_alpha,
             velocity_source: choice("velocity_source", self.velocity_source, &velocity_sources)?,
-            velocity_delay: self.velocity_delay,
-            computation_delay: self.computation_delay,
-            feedforward: switch("feedforward", self.feedforward)?,
-            look_ahead: switch("look_ahead", self.look_ahead)?,
-            force_sensitivity: self.force_sensitivity,
-            proportional_gain: self.proportional_gain,
-            derivative_gain: self.derivative_gain,
-            integral_gain: self.integral_gain,
-            valve_command: self.valve_command,
-            valve_command_rate: self.valve_command_rate,
-            spool_warning: self.spool_warning,
-            velocity_range: self.velocity_range,
-            force_range: self.force_range,
-            spool_range: self.spool_range,
-            gap_time: self.gap_time,
-            learning: Learning {
-                adaptive: switch("adaptive", l.adaptive)?,
-                curve_correction: switch("curve_correction", l.curve_correction)?,
-                guard: switch("guard", l.guard)?,
-                excitation: l.excitation,
-                flow_gain_bounds: l.flow_gain_bounds,
-                valve_gain_bounds: l.valve_gain_bounds,
-                response_delay_bounds: l.response_delay_bounds,
-                age_limit: l.age_limit,
+            learning: core! { Learning, self.learning;
+                copied: excitation flow_gain_bounds valve_gain_bounds response_delay_bounds age_limit;
+                switches: adaptive curve_correction guard;
             },
             protection: switch("enabled", p.enabled)?.then_some(protection),
-            stuck_samples: self.stuck_samples,
         })
+    }
+
+    /// Lends a configuration.
+    // By reference: moved into a closure, the core's parameters would be on the stack twice.
+    fn lend<C: Configuration>(&self, take: &mut dyn FnMut(&C)) -> Result<(), ConfigError> {
+        match &self.core() {
+            Ok(core) => C::lend(core, take),
+            Err(error) => Err(*error),
+        }
     }
 }
 
@@ -242,45 +220,50 @@ data! {
     }
 }
 
-impl eft_error {
-    fn new(error: ConfigError) -> Self {
-        let (name, value, lowest, highest, index) = match error {
-            ConfigError::NotFinite { parameter } => (parameter, 0.0, 0.0, 0.0, 0),
-            ConfigError::NotPositive { parameter, value } => (parameter, value, 0.0, 0.0, 0),
-            ConfigError::OutOfRange { parameter, value, lowest, highest } => {
-                (parameter, value, lowest, highest, 0)
-            }
-            ConfigError::NotIncreasing { parameter, index } | ConfigError::TooSteep { parameter, index } => {
-                (parameter, 0.0, 0.0, 0.0, index)
-            }
-            ConfigError::Length { parameter, length, shortest, longest } => {
-                (parameter, length as f64, shortest as f64, longest as f64, 0)
-            }
-            _ => ("", 0.0, 0.0, 0.0, 0),
-        };
-        let mut parameter = [0; 28];
-        for (to, from) in parameter.iter_mut().take(27).zip(name.bytes()) {
-            *to = from as c_char;
+/// The code of a refused parameter, and what else there is to say of it.
+fn refusal(error: ConfigError) -> (u8, eft_error) {
+    let (code, name, [value, lowest, highest], index) = match error {
+        ConfigError::NotFinite { parameter } => (EFT_NOT_FINITE, parameter, [0.0; 3], 0),
+        ConfigError::NotPositive { parameter, value } => (EFT_NOT_POSITIVE, parameter, [value, 0.0, 0.0], 0),
+        ConfigError::OutOfRange { parameter, value, lowest, highest } => {
+            (EFT_OUT_OF_RANGE, parameter, [value, lowest, highest], 0)
         }
-        Self { value, lowest, highest, index: index as u32, parameter }
+        ConfigError::NotIncreasing { parameter, index } => (EFT_NOT_INCREASING, parameter, [0.0; 3], index),
+        ConfigError::TooSteep { parameter, index } => (EFT_TOO_STEEP, parameter, [0.0; 3], index),
+        ConfigError::Length { parameter, length, shortest, longest } => {
+            (EFT_LENGTH, parameter, [length, shortest, longest].map(|n| n as f64), 0)
+        }
+        _ => (EFT_REFUSED, "", [0.0; 3], 0),
+    };
+    let mut parameter = [0; 28];
+    for (to, from) in parameter.iter_mut().take(27).zip(name.bytes()) {
+        *to = from as c_char;
     }
+    (code, eft_error { value, lowest, highest, index: index as u32, parameter })
 }
 
-/// Lends a configuration of the core, of its parameters, or says why it is refused.
-pub(crate) type Lend<C> = fn(&Parameters, &mut dyn FnMut(&C)) -> Result<(), ConfigError>;
-
-/// Lends a configuration of the parameters.
-// By reference: moved into a closure, the core's parameters would be on the stack twice.
-fn with<C>(parameters: &eft_parameters, lend: Lend<C>, take: &mut dyn FnMut(&C)) -> Result<(), ConfigError> {
-    match &parameters.core() {
-        Ok(core) => lend(core, take),
-        Err(error) => Err(*error),
-    }
+/// A configuration of the core. It is lent, so that the stack holds it once.
+pub(crate) trait Configuration: Copy + PartialEq {
+    fn lend(p: &Parameters, take: &mut dyn FnMut(&Self)) -> Result<(), ConfigError>;
+}
+macro_rules! configurations {
+    ($($Core:ident<$precision:ident>: |$p:ident, $take:ident| $lend:expr;)*) => {$(
+        impl Configuration for $Core<$precision, EFT_TABLE_CAPACITY> {
+            fn lend($p: &Parameters, $take: &mut dyn FnMut(&Self)) -> Result<(), ConfigError> {
+                $lend
+            }
+        }
+    )*};
+}
+configurations! {
+    Channel<f32>: |p, take| Self::lend(p, take);
+    Channel<f64>: |p, take| Self::lend(p, take);
+    Learner<f32>: |p, take| Self::new(p).map(|learner| take(&learner));
+    Learner<f64>: |p, take| Self::new(p).map(|learner| take(&learner));
 }
 
 /// Makes a configuration, or says why not. Each pointer is null or valid.
-pub(crate) unsafe fn configure<O: Opaque<Value: Copy>>(
-    lend: Lend<O::Value>,
+pub(crate) unsafe fn configure<O: Opaque<Value: Configuration>>(
     parameters: *const eft_parameters,
     place: *mut O,
     why: *mut eft_error,
@@ -288,27 +271,24 @@ pub(crate) unsafe fn configure<O: Opaque<Value: Copy>>(
     let mut made = Ok(());
     // Safety: null or valid; where nobody asks for the reason none is given.
     unsafe {
-        let refused = with(given(parameters)?, lend, &mut |configuration| made = make(place, *configuration));
-        if let Err(error) = refused {
-            _ = give(why, eft_error::new(error));
-            return Err(of(&error));
+        let lent = given(parameters)?.lend(&mut |configuration| made = make(place, *configuration));
+        if let Err(error) = lent {
+            let (code, reason) = refusal(error);
+            _ = give(why, reason);
+            return Err(code);
         }
     }
     made
 }
 
 /// Whether a configuration is what its parameters make. Each pointer is null or valid.
-pub(crate) unsafe fn check<O: Opaque<Value: PartialEq> + 'static>(
-    lend: Lend<O::Value>,
+pub(crate) unsafe fn check<O: Opaque<Value: Configuration> + 'static>(
     place: *const O,
     parameters: *const eft_parameters,
 ) -> Result<(), u8> {
     // Safety: null or valid.
     let (there, parameters) = unsafe { (made(place)?, given(parameters)?) };
     let mut equal = false;
-    match with(parameters, lend, &mut |again| equal = again == there) {
-        Ok(()) if equal => Ok(()),
-        Ok(()) => Err(EFT_CORRUPT),
-        Err(error) => Err(of(&error)),
-    }
+    parameters.lend(&mut |again: &O::Value| equal = again == there).map_err(|error| refusal(error).0)?;
+    if equal { Ok(()) } else { Err(EFT_CORRUPT) }
 }

@@ -1,15 +1,20 @@
-//! What C holds as opaque words: a value of the core behind a marker that memory of zeros does not have.
+//! What C holds as an opaque struct: a marker that memory of zeros does not have, and a value of the core.
 //!
 //! Every pointer here is null or valid, as the interface asks of its callers.
 
 use crate::codes::{EFT_NOT_MADE, EFT_NULL_POINTER};
 
-/// An opaque struct of the interface, with room for [`Marked<Self::Value>`]: `opaque!` asserts it.
+/// An opaque struct of the interface, with room for [`Marked<Self::Value>`].
 pub(crate) unsafe trait Opaque {
-    /// What is behind the marker.
+    /// What follows the marker.
     type Value;
-    /// Where a value has been made.
+    /// Stands where a value has been made.
     const MARKER: u32;
+}
+
+/// Whether an opaque struct has the room that it must have.
+pub(crate) const fn fits<O: Opaque>() -> bool {
+    size_of::<O>() >= size_of::<Marked<O::Value>>() && align_of::<O>() >= align_of::<Marked<O::Value>>()
 }
 
 #[repr(C)]
@@ -25,7 +30,7 @@ pub(crate) unsafe fn make<O: Opaque>(place: *mut O, value: O::Value) -> Result<(
     if marked.is_null() {
         return Err(EFT_NULL_POINTER);
     }
-    // Safety: not null, and with room for both; one after the other, since a stack has no room for a copy.
+    // Safety: not null, and with room for both. They are written one by one, so that the stack holds no copy.
     unsafe {
         (&raw mut (*marked).value).write(value);
         (&raw mut (*marked).marker).write(O::MARKER);
@@ -51,7 +56,7 @@ pub(crate) unsafe fn made<'a, O: Opaque>(place: *const O) -> Result<&'a O::Value
 
 /// As [`made`], to change it.
 pub(crate) unsafe fn made_mut<'a, O: Opaque>(place: *mut O) -> Result<&'a mut O::Value, u8> {
-    // Safety: neither null nor without a value behind the first line.
+    // Safety: after the first line the pointer is not null, and a value is there.
     unsafe {
         made(place)?;
         Ok(&mut (*place.cast::<Marked<O::Value>>()).value)

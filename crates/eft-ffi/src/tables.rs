@@ -1,4 +1,4 @@
-//! The interface as tables: what a constant or a field is called, its value or type, and what the header says of it.
+//! The interface as tables: how constants, structs and functions of C are written down once for both precisions.
 
 /// Constants of one type.
 macro_rules! constants {
@@ -7,67 +7,62 @@ macro_rules! constants {
     };
 }
 
-/// Bits of a status, each held against the core's.
-macro_rules! flags {
-    ($($Name:ident = $bit:literal, $Core:ident, $doc:literal;)*) => {
-        $(#[doc = $doc] pub const $Name: u32 = 1u32 << $bit;)*
-        const _: () = { $(assert!($Name == eft_core::status::$Core);)* };
-    };
-}
-
-/// Causes of a trip, each held against the core's.
-macro_rules! causes {
-    ($($Name:ident = $value:literal, $Core:ident, $doc:literal;)*) => {
-        $(#[doc = $doc] pub const $Name: u8 = $value;)*
-        const _: () = { $(assert!($Name == eft_core::Cause::$Core as u8);)* };
-    };
-}
-
-/// A struct of plain data.
+/// A struct of plain data, with the header's comment on each field.
 macro_rules! data {
-    ($(#[$doc:meta])* $Name:ident { $($field:ident: $t:ty, $field_doc:literal;)* }) => {
+    ($(#[$doc:meta])* $Name:ident $(<$T:ident: $Bound:ident>)? { $($field:ident: $t:ty, $field_doc:literal;)* }) => {
         $(#[$doc])*
         #[repr(C)]
         #[derive(Debug, Clone, Copy)]
-        pub struct $Name {
+        pub struct $Name $(<$T: $Bound>)? {
             $(#[doc = $field_doc] pub $field: $t,)*
         }
     };
 }
 
-/// Functions that return a code.
-macro_rules! functions {
-    ($($(#[$doc:meta])* fn $name:ident($($arg:ident: $t:ty),*) $body:block)*) => {$(
-        $(#[$doc])*
-        #[must_use]
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name($($arg: $t),*) -> u8 {
-            // Safety: as the interface asks of its callers.
-            crate::codes::returned(|| unsafe { $body })
-        }
-    )*};
-}
-
-/// Opaque structs, each with its size in words of eight bytes, its marker (a byte, repeated) and what is behind it.
+/// Opaque structs, each with room for so many numbers of its precision, its marker (a byte, repeated) and its value.
 macro_rules! opaque {
-    ($($(#[$doc:meta])* $Name:ident, $words:literal, $marker:literal, $Value:ty;)*) => {$(
+    ($($(#[$doc:meta])* $Name:ident[$size:literal], $marker:literal, $Value:ty;)*) => {$(
         $(#[$doc])*
         #[repr(C)]
         #[derive(Debug, Clone, Copy)]
-        pub struct $Name {
-            words: [core::mem::MaybeUninit<u64>; $words],
+        pub struct $Name<T: Copy> {
+            marker: core::mem::MaybeUninit<u64>,
+            value: [core::mem::MaybeUninit<T>; $size],
         }
         // Safety: asserted below.
-        unsafe impl crate::place::Opaque for $Name {
+        unsafe impl<T: eft_core::Real> crate::place::Opaque for $Name<T> {
             type Value = $Value;
             const MARKER: u32 = 0x0101_0101 * $marker;
         }
-        const _: () = {
-            use crate::place::Marked;
-            assert!(size_of::<$Name>() >= size_of::<Marked<$Value>>());
-            assert!(align_of::<$Name>() >= align_of::<Marked<$Value>>());
-        };
+        const _: () = assert!(crate::place::fits::<$Name<f32>>() && crate::place::fits::<$Name<f64>>());
     )*};
 }
 
-pub(crate) use {causes, constants, data, flags, functions, opaque};
+/// Functions that return a code. Each has two names: the first where `T` is `f32`, the second where it is `f64`.
+macro_rules! functions {
+    ($($(#[$doc:meta])* fn $single:ident $double:ident($($arguments:tt)*) $body:block)*) => {$(
+        crate::tables::function! { $(#[$doc])* $single f32 $body [] $($arguments)* }
+        crate::tables::function! { $(#[$doc])* $double f64 $body [] $($arguments)* }
+    )*};
+}
+
+/// One of them. Its arguments move into the brackets one token at a time, and `T` becomes the precision.
+macro_rules! function {
+    ($(#[$doc:meta])* $name:ident $precision:ident $body:block [$($arguments:tt)*]) => {
+        $(#[$doc])*
+        #[must_use]
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name($($arguments)*) -> u8 {
+            // Safety: as the interface asks of its callers.
+            crate::codes::returned(|| unsafe { $body })
+        }
+    };
+    ($(#[$doc:meta])* $name:ident $precision:ident $body:block [$($before:tt)*] T $($after:tt)*) => {
+        crate::tables::function! { $(#[$doc])* $name $precision $body [$($before)* $precision] $($after)* }
+    };
+    ($(#[$doc:meta])* $name:ident $precision:ident $body:block [$($before:tt)*] $next:tt $($after:tt)*) => {
+        crate::tables::function! { $(#[$doc])* $name $precision $body [$($before)* $next] $($after)* }
+    };
+}
+
+pub(crate) use {constants, data, function, functions, opaque};

@@ -17,20 +17,20 @@ use crate::rigs::{CROWDED, CURVE, PAPER, SELF_CALIBRATING, WATCHED};
 use crate::subjects::later;
 
 type Step = unsafe extern "C" fn(
-    *const eft_channel_f32,
-    *mut eft_state_f32,
-    *const eft_input_f32,
-    *mut eft_output_f32,
+    *const eft_channel<f32>,
+    *mut eft_state<f32>,
+    *const eft_input<f32>,
+    *mut eft_output<f32>,
 ) -> u8;
 type Learn = unsafe extern "C" fn(
-    *const eft_learner_f32,
-    *mut eft_learner_state_f32,
-    *const eft_window_f32,
-    *mut eft_calibration_f32,
+    *const eft_learner<f32>,
+    *mut eft_learner_state<f32>,
+    *const eft_window<f32>,
+    *mut eft_calibration<f32>,
 ) -> u8;
 type Publish =
-    unsafe extern "C" fn(*const eft_channel_f32, *mut eft_state_f32, *const eft_calibration_f32) -> u8;
-type Offer = unsafe extern "C" fn(*mut eft_windows_f32, *const eft_window_f32) -> u8;
+    unsafe extern "C" fn(*const eft_channel<f32>, *mut eft_state<f32>, *const eft_calibration<f32>) -> u8;
+type Offer = unsafe extern "C" fn(*mut eft_exchange<eft_window<f32>>, *const eft_window<f32>) -> u8;
 
 /// Prints one line a function and setting: name, instructions, bytes of stack.
 pub fn run() {
@@ -64,7 +64,7 @@ fn configure() {
     let rig = Parameters { openings, flows, protection: Some(protection), ..guarded::PARAMETERS };
     let parameters = parameters(&rig);
     macro_rules! costs {
-        ($($configure:ident $check:ident $integrity:ident $reset:ident $state_integrity:ident $Opaque:ident $State:ident;)*) => {$({
+        ($($configure:ident $check:ident $integrity:ident $reset:ident $state_integrity:ident $Opaque:ty, $State:ty;)*) => {$({
             type Configure = unsafe extern "C" fn(*const eft_parameters, *mut $Opaque, *mut eft_error) -> u8;
             type Check = unsafe extern "C" fn(*const $Opaque, *const eft_parameters) -> u8;
             let mut made = MaybeUninit::uninit();
@@ -92,13 +92,13 @@ fn configure() {
     }
     costs! {
         eft_configure_f32 eft_check_f32 eft_integrity_f32 eft_reset_f32 eft_state_integrity_f32
-            eft_channel_f32 eft_state_f32;
+            eft_channel<f32>, eft_state<f32>;
         eft_learner_configure_f32 eft_learner_check_f32 eft_learner_integrity_f32 eft_learner_reset_f32
-            eft_learner_state_integrity_f32 eft_learner_f32 eft_learner_state_f32;
+            eft_learner_state_integrity_f32 eft_learner<f32>, eft_learner_state<f32>;
         eft_configure_f64 eft_check_f64 eft_integrity_f64 eft_reset_f64 eft_state_integrity_f64
-            eft_channel_f64 eft_state_f64;
+            eft_channel<f64>, eft_state<f64>;
         eft_learner_configure_f64 eft_learner_check_f64 eft_learner_integrity_f64 eft_learner_reset_f64
-            eft_learner_state_integrity_f64 eft_learner_f64 eft_learner_state_f64;
+            eft_learner_state_integrity_f64 eft_learner<f64>, eft_learner_state<f64>;
     }
 }
 
@@ -107,7 +107,7 @@ fn costs(p: &Parameters) -> [Cost; 4] {
     let parameters = parameters(p);
     let (mut channel, mut state) = (MaybeUninit::uninit(), MaybeUninit::uninit());
     let (mut learner, mut memory) = (MaybeUninit::uninit(), MaybeUninit::uninit());
-    let mut output = MaybeUninit::<eft_output_f32>::zeroed();
+    let mut output = MaybeUninit::<eft_output<f32>>::zeroed();
     let mut calibration = MaybeUninit::uninit();
     // Safety: every pointer is valid.
     let codes = unsafe {
@@ -121,7 +121,7 @@ fn costs(p: &Parameters) -> [Cost; 4] {
     assert!(codes == [EFT_OK; 4], "refused");
     let (channel, state, output) = (channel.as_ptr(), state.as_mut_ptr(), output.as_mut_ptr());
     let (learner, memory, calibration) = (learner.as_ptr(), memory.as_mut_ptr(), calibration.as_mut_ptr());
-    let mut windows = MaybeUninit::<eft_windows_f32>::zeroed();
+    let mut windows = MaybeUninit::<eft_exchange<eft_window<f32>>>::zeroed();
     let mut worst = [Cost::default(); 4];
     let (mut random, mut position, mut wait, mut closed_windows) = (Random(12345), 0.0, 0, 0);
     for tick in 0..20_000 {
@@ -165,8 +165,8 @@ fn costs(p: &Parameters) -> [Cost; 4] {
     worst
 }
 
-fn input(i: &Input<f32>) -> eft_input_f32 {
-    eft_input_f32 {
+fn input(i: &Input<f32>) -> eft_input<f32> {
+    eft_input {
         command: i.command,
         velocity: i.velocity,
         force: i.force,

@@ -16,13 +16,13 @@ const TICKS: u32 = 5_000;
 /// copy and its reset must take less, or the main loop never runs.
 const PERIOD: u32 = 11_999;
 
-struct Shared(UnsafeCell<MaybeUninit<eft_channels_f32>>);
+struct Shared(UnsafeCell<MaybeUninit<eft_exchange<eft_channel<f32>>>>);
 // Safety: what the interrupt and the main loop share is the interface under test.
 unsafe impl Sync for Shared {}
 static EXCHANGE: Shared = Shared(UnsafeCell::new(MaybeUninit::zeroed()));
 
 /// The configuration that the interrupt steps with.
-static IN_USE: AtomicPtr<eft_channel_f32> = AtomicPtr::new(null_mut());
+static IN_USE: AtomicPtr<eft_channel<f32>> = AtomicPtr::new(null_mut());
 /// Whether the interrupt reads the first copy whatever was offered, as a program without an exchange would.
 static CARELESS: AtomicBool = AtomicBool::new(false);
 static COUNT: AtomicU32 = AtomicU32::new(0);
@@ -35,11 +35,11 @@ static CHANGES: AtomicU32 = AtomicU32::new(0);
 static LAST: AtomicU32 = AtomicU32::new(0);
 
 /// What one tick from rest answers: it depends on the configuration alone.
-fn answer(channel: *const eft_channel_f32) -> u32 {
+fn answer(channel: *const eft_channel<f32>) -> u32 {
     let (mut state, mut input, mut output) = (
         MaybeUninit::uninit(),
-        MaybeUninit::<eft_input_f32>::uninit(),
-        MaybeUninit::<eft_output_f32>::zeroed(),
+        MaybeUninit::<eft_input<f32>>::uninit(),
+        MaybeUninit::<eft_output<f32>>::zeroed(),
     );
     // Safety: every pointer is valid, and what is read has been filled.
     unsafe {
@@ -52,7 +52,7 @@ fn answer(channel: *const eft_channel_f32) -> u32 {
     }
 }
 
-fn exchange() -> *mut eft_channels_f32 {
+fn exchange() -> *mut eft_exchange<eft_channel<f32>> {
     EXCHANGE.0.get().cast()
 }
 
@@ -95,7 +95,7 @@ impl Swap for AtomicU32 {
     }
 }
 
-fn configured(level: f64, response_delay: f64) -> Option<eft_channel_f32> {
+fn configured(level: f64, response_delay: f64) -> Option<eft_channel<f32>> {
     // Safety: plain numbers, for which zero is a value.
     let mut p: eft_parameters = unsafe { MaybeUninit::zeroed().assume_init() };
     let r = &PARAMETERS;
@@ -158,7 +158,7 @@ pub fn run(mut timer: SYST) -> Result<u32, &'static str> {
     while COUNT.load(Ordering::Acquire) < 2 * TICKS {
         if let Some(config) = next.next() {
             // Safety: valid pointers; torn on purpose, and any bits make a configuration that steps without harm.
-            unsafe { exchange().cast::<eft_channel_f32>().write_volatile(*config) };
+            unsafe { exchange().cast::<eft_channel<f32>>().write_volatile(*config) };
         }
     }
     timer.disable_interrupt();

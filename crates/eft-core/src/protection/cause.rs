@@ -45,7 +45,7 @@ pub enum Cause {
     VelocityImplausible = 16,
     /// The spool opening contradicts command and flow, or jumped.
     SpoolImplausible = 17,
-    /// The valve's flow is not the piston's, though every sensor agrees with another: supply, valve or flow curve.
+    /// The valve's flow is not the piston's: check supply, valve and flow curve.
     FlowImplausible = 18,
     /// The spool does not follow its command, though the flow follows the spool.
     ValveImplausible = 19,
@@ -57,7 +57,7 @@ pub enum Cause {
     SamplePeriod = 22,
     /// The learner published nothing for longer than its age limit.
     CalibrationExpired = 23,
-    /// The force error from about 30 to 150 Hz persisted or grew: the force loop shakes the oil column.
+    /// The force loop shook the oil column, from about 30 to 150 Hz.
     ForceOscillation = 24,
 }
 

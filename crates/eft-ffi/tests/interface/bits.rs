@@ -2,7 +2,7 @@
 
 use std::ptr::null_mut;
 
-use eft_core::{Channel, Input, Learner, Parameters};
+use eft_core::{Channel, Input, Learner, Parameters, status};
 use eft_ffi::*;
 
 use crate::rig::{GUARDED, LEARNING, RIGS, TABLE, for_c, sample, zeroed};
@@ -12,7 +12,7 @@ const TICKS: u32 = if cfg!(miri) { 100 } else { 20_000 };
 
 macro_rules! precision {
     (
-        $module:ident, $t:ident, $Input:ident $Output:ident $Learned:ident
+        $module:ident, $t:ident,
         $configure:ident $check:ident $reset:ident $input_init:ident $prime:ident $step:ident $hold:ident $missed:ident
         $publish:ident $in_use:ident $take_over:ident $trip:ident $end:ident $is_down:ident
         $learner_configure:ident $learner_check:ident $learner_reset:ident $learn:ident $read:ident $flow:ident
@@ -25,7 +25,7 @@ macro_rules! precision {
                 a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
             }
 
-            fn inputs(tick: u32) -> (Input<$t>, $Input) {
+            fn inputs(tick: u32) -> (Input<$t>, eft_input<$t>) {
                 let [command, velocity, force, spool, displacement, acceleration, supply, next, valve] =
                     sample(tick).map(|value| value as $t);
                 let (supply_pressure, next_command, valve_command) = (supply, next, valve);
@@ -44,7 +44,7 @@ macro_rules! precision {
                         alive,
                         period,
                     },
-                    $Input {
+                    eft_input {
                         command,
                         velocity,
                         force,
@@ -60,7 +60,7 @@ macro_rules! precision {
                 )
             }
 
-            fn assert_same(expected: &eft_core::Output<$t>, output: &$Output, tick: u32) {
+            fn assert_same(expected: &eft_core::Output<$t>, output: &eft_output<$t>, tick: u32) {
                 for (expected, got) in [
                     (expected.voltage, output.voltage),
                     (expected.compensation, output.compensation),
@@ -87,7 +87,7 @@ macro_rules! precision {
                 let core_learner = Learner::<$t, EFT_TABLE_CAPACITY>::new(p).unwrap();
                 let mut expected_learned = core_learner.at_rest();
                 let parameters = for_c(p);
-                let (mut channel, mut state, mut output) = (zeroed(), zeroed(), zeroed::<$Output>());
+                let (mut channel, mut state, mut output) = (zeroed(), zeroed(), zeroed::<eft_output<$t>>());
                 let (mut learner, mut learned) = (zeroed(), zeroed());
                 let (mut calibration, mut down) = (zeroed(), 7);
                 // Safety: every pointer is valid, or null where it may be.
@@ -105,7 +105,7 @@ macro_rules! precision {
                             assert_eq!($prime(&*channel, &raw mut *state, &c_input), EFT_OK);
                         }
                         if tick == TICKS - 40 {
-                            let tripped = output.status & EFT_TRIPPED != 0;
+                            let tripped = output.status & status::TRIPPED != 0;
                             assert!(!tripped || p.protection.unwrap().fault_time < 1.0);
                             expected.trip();
                             assert_eq!($trip(&raw mut *state), EFT_OK);
@@ -131,10 +131,10 @@ macro_rules! precision {
                     assert_eq!($hold(&*channel, &raw mut *state, &mut *output), EFT_OK);
                     assert_same(&held, &output, TICKS);
                     assert_eq!($missed(&*channel, &raw mut *state, &mut *output), EFT_OK);
-                    let missed = eft_core::Output { status: held.status | EFT_MISSED_TICK, ..held };
+                    let missed = eft_core::Output { status: held.status | status::MISSED_TICK, ..held };
                     assert_same(&missed, &output, TICKS);
 
-                    let mut said: Box<$Learned> = zeroed();
+                    let mut said: Box<eft_learned<$t>> = zeroed();
                     assert_eq!($in_use(&raw mut *state, &mut *calibration), EFT_OK);
                     assert_eq!($read(&*calibration, &mut *said), EFT_OK);
                     let used = expected.calibration();
@@ -191,10 +191,11 @@ macro_rules! precision {
 
             #[test]
             fn what_is_not_given_is_flagged_where_it_is_needed() {
-                let mut none: Box<$Input> = zeroed();
-                let bits = |p: &Parameters, with: fn(&mut $Input)| {
-                    let (mut channel, mut state, mut output) = (zeroed(), zeroed(), zeroed::<$Output>());
-                    let mut input: Box<$Input> = zeroed();
+                let mut none: Box<eft_input<$t>> = zeroed();
+                let bits = |p: &Parameters, with: fn(&mut eft_input<$t>)| {
+                    let (mut channel, mut state, mut output) =
+                        (zeroed(), zeroed(), zeroed::<eft_output<$t>>());
+                    let mut input: Box<eft_input<$t>> = zeroed();
                     // Safety: every pointer is valid.
                     unsafe {
                         assert_eq!($configure(&for_c(p), &mut *channel, null_mut()), EFT_OK);
@@ -207,10 +208,10 @@ macro_rules! precision {
                     output.status
                 };
                 assert_eq!(bits(&LEARNING, |_| {}), 0);
-                assert_eq!(bits(&LEARNING, |i| i.force = <$t>::NAN), EFT_INVALID_MEASUREMENT);
-                assert_eq!(bits(&LEARNING, |i| i.command = <$t>::INFINITY), EFT_INVALID_COMMAND);
-                assert_eq!(bits(&GUARDED, |i| i.supply_pressure = 1.9e7), EFT_INVALID_MEASUREMENT);
-                assert_eq!(bits(&GUARDED, |i| i.displacement = 0.0), EFT_INVALID_MEASUREMENT);
+                assert_eq!(bits(&LEARNING, |i| i.force = <$t>::NAN), status::INVALID_MEASUREMENT);
+                assert_eq!(bits(&LEARNING, |i| i.command = <$t>::INFINITY), status::INVALID_COMMAND);
+                assert_eq!(bits(&GUARDED, |i| i.supply_pressure = 1.9e7), status::INVALID_MEASUREMENT);
+                assert_eq!(bits(&GUARDED, |i| i.displacement = 0.0), status::INVALID_MEASUREMENT);
                 assert_eq!(bits(&GUARDED, |i| (i.displacement, i.supply_pressure) = (0.0, 1.9e7)), 0);
                 // Safety: valid.
                 assert_eq!(unsafe { $input_init(&mut *none) }, EFT_OK);
@@ -220,14 +221,14 @@ macro_rules! precision {
     };
 }
 precision!(
-    single, f32, eft_input_f32 eft_output_f32 eft_learned_f32
+    single, f32,
     eft_configure_f32 eft_check_f32 eft_reset_f32 eft_input_init_f32 eft_prime_f32 eft_step_f32 eft_hold_f32
     eft_missed_f32 eft_publish_f32 eft_calibration_in_use_f32 eft_take_over_f32 eft_request_trip_f32
     eft_request_end_f32 eft_is_down_f32 eft_learner_configure_f32 eft_learner_check_f32 eft_learner_reset_f32
     eft_learn_f32 eft_read_calibration_f32 eft_found_flow_f32
 );
 precision!(
-    double, f64, eft_input_f64 eft_output_f64 eft_learned_f64
+    double, f64,
     eft_configure_f64 eft_check_f64 eft_reset_f64 eft_input_init_f64 eft_prime_f64 eft_step_f64 eft_hold_f64
     eft_missed_f64 eft_publish_f64 eft_calibration_in_use_f64 eft_take_over_f64 eft_request_trip_f64
     eft_request_end_f64 eft_is_down_f64 eft_learner_configure_f64 eft_learner_check_f64 eft_learner_reset_f64

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
 
-use eft_core::Parameters;
+use eft_core::{Parameters, status};
 use eft_ffi::*;
 
 use crate::rig::{GUARDED, LEARNING, at_rest, for_c, nothing_learned, sample, zeroed};
@@ -28,10 +28,10 @@ impl Drop for Done<'_> {
     }
 }
 
-fn input(tick: u32) -> eft_input_f32 {
+fn input(tick: u32) -> eft_input<f32> {
     let [command, velocity, force, spool, displacement, acceleration, supply_pressure, next_command, _] =
         sample(tick).map(|value| value as f32);
-    eft_input_f32 {
+    eft_input {
         command,
         velocity,
         force,
@@ -50,7 +50,7 @@ fn input(tick: u32) -> eft_input_f32 {
 fn what_is_offered_is_taken_once_and_stays_until_the_next() {
     let levels = [1.0, 0.9, 0.8, 0.7];
     let configurations = levels.map(|level| at_rest(&for_c(&Parameters { level, ..LEARNING })).0);
-    let is = |channel: *const eft_channel_f32, n: usize| {
+    let is = |channel: *const eft_channel<f32>, n: usize| {
         let parameters = for_c(&Parameters { level: levels[n], ..LEARNING });
         // Safety: null or valid.
         unsafe { eft_check_f32(channel, &parameters) }
@@ -89,11 +89,11 @@ fn no_configuration_is_torn_between_two_threads() {
     };
     let parameters = [LEARNING, other].map(|p| for_c(&p));
     let configurations = parameters.map(|p| at_rest(&p).0);
-    let mut exchange: Box<eft_channels_f32> = zeroed();
+    let mut exchange: Box<eft_exchange<eft_channel<f32>>> = zeroed();
     let (shared, done) = (Shared(&raw mut *exchange), AtomicBool::new(false));
     let (_, rest) = at_rest(&parameters[0]);
-    let answer = |channel: *const eft_channel_f32| {
-        let (mut state, mut output) = (*rest, zeroed::<eft_output_f32>());
+    let answer = |channel: *const eft_channel<f32>| {
+        let (mut state, mut output) = (*rest, zeroed::<eft_output<f32>>());
         for tick in 100..110 {
             // Safety: every pointer is valid.
             assert_eq!(unsafe { eft_step_f32(channel, &mut state, &input(tick), &mut *output) }, EFT_OK);
@@ -136,7 +136,7 @@ fn no_configuration_is_torn_between_two_threads() {
 fn behind_the_tick(p: &Parameters, ticks: u32) -> Vec<(u32, u32)> {
     let parameters = for_c(p);
     let ((channel, mut state), (learner, mut learned)) = (at_rest(&parameters), nothing_learned(&parameters));
-    let (mut output, mut calibration): (Box<eft_output_f32>, Box<_>) = (zeroed(), zeroed());
+    let (mut output, mut calibration): (Box<eft_output<f32>>, Box<_>) = (zeroed(), zeroed());
     (0..ticks)
         // Safety: every pointer is valid.
         .map(|tick| unsafe {
@@ -157,8 +157,10 @@ fn behind_the_tick(p: &Parameters, ticks: u32) -> Vec<(u32, u32)> {
 fn beside_the_tick(p: &Parameters, ticks: u32, patience: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
     let parameters = for_c(p);
     let ((channel, mut state), (learner, mut learned)) = (at_rest(&parameters), nothing_learned(&parameters));
-    let (mut windows, mut calibrations): (Box<eft_windows_f32>, Box<eft_calibrations_f32>) =
-        (zeroed(), zeroed());
+    let (mut windows, mut calibrations): (
+        Box<eft_exchange<eft_window<f32>>>,
+        Box<eft_exchange<eft_calibration<f32>>>,
+    ) = (zeroed(), zeroed());
     let (up, down) = (Shared(&raw mut *windows), Shared(&raw mut *calibrations));
     let (done, learner) = (AtomicBool::new(false), &*learner);
     thread::scope(|scope| {
@@ -177,7 +179,7 @@ fn beside_the_tick(p: &Parameters, ticks: u32, patience: impl Fn(u32) -> u32) ->
             }
         });
         let _home = Done(&done);
-        let (mut output, mut due): (Box<eft_output_f32>, Option<u32>) = (zeroed(), None);
+        let (mut output, mut due): (Box<eft_output<f32>>, Option<u32>) = (zeroed(), None);
         (0..ticks)
             // Safety: every pointer is valid; this context offers windows and takes calibrations.
             .map(|tick| unsafe {
@@ -212,7 +214,7 @@ fn a_learner_in_a_task_gives_the_bits_of_one_behind_the_step() {
         let patience = |tick| patience(tick).min(14);
         assert!(beside_the_tick(&LEARNING, ticks, patience) == expected, "patience {n}");
     }
-    assert!(expected.iter().all(|(_, status)| status & EFT_CALIBRATION_LATE == 0));
+    assert!(expected.iter().all(|(_, status)| status & status::CALIBRATION_LATE == 0));
 }
 
 // SR-13
@@ -241,12 +243,12 @@ fn a_trip_that_is_asked_for_while_the_steps_run_is_never_lost() {
                 asked.store(n, Ordering::Release);
             }
         });
-        let (_home, mut output) = (Done(&done), zeroed::<eft_output_f32>());
+        let (_home, mut output) = (Done(&done), zeroed::<eft_output<f32>>());
         for n in 1..=rounds {
             // Safety: the other context waits for its round, and then only asks.
             let mut step = || unsafe {
                 assert_eq!(eft_step_f32(&*channel, shared.get(), &input(1), &mut *output), EFT_OK);
-                output.status & EFT_TRIPPED != 0
+                output.status & status::TRIPPED != 0
             };
             // Safety: the same.
             assert_eq!(unsafe { eft_reset_f32(&*channel, shared.get()) }, EFT_OK);

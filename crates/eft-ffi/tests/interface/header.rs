@@ -23,8 +23,16 @@ fn expanded() -> Vec<u8> {
     out.stdout
 }
 
+/// What the header asserts: sizes of structs, or of pairs of them in both precisions.
 macro_rules! sizes {
-    ($($Name:ident)*) => { [$((stringify!($Name), size_of::<$Name>())),*] };
+    ($($Name:ident)*) => {
+        vec![$(format!("EFT_STATIC_ASSERT(sizeof({}) == {});", stringify!($Name), size_of::<$Name>())),*]
+    };
+    ($($Name:ident)*; f32 f64) => {
+        vec![$(format!(
+            "EFT_SIZES({}, {}, {});", stringify!($Name), size_of::<$Name<f32>>(), size_of::<$Name<f64>>()
+        )),*]
+    };
 }
 
 /// To take over a change: `EFT_WRITE_HEADER=1 cargo test -p eft-ffi --test interface header`.
@@ -33,14 +41,24 @@ fn committed_header_is_what_the_sources_say() {
     let source = Path::new(env!("CARGO_TARGET_TMPDIR")).join("eft-ffi-expanded.rs");
     std::fs::write(&source, expanded()).unwrap();
     let config = cbindgen::Config::from_file(format!("{CRATE}/cbindgen.toml")).unwrap();
-    let bindings = cbindgen::Builder::new().with_config(config).with_src(source).generate().unwrap();
+    // Flags and causes are the core's.
+    let core = format!("{CRATE}/../eft-core/src");
+    let bindings = cbindgen::Builder::new()
+        .with_config(config)
+        .with_src(source)
+        .with_src(format!("{core}/status.rs"))
+        .with_src(format!("{core}/protection/cause.rs"))
+        .generate()
+        .unwrap();
     let mut raw = Vec::new();
     bindings.write(&mut raw);
-    let sizes = sizes!(eft_learning eft_plausibility eft_protection eft_parameters eft_error
-        eft_channel_f32 eft_state_f32 eft_input_f32 eft_output_f32 eft_window_f32 eft_calibration_f32
-        eft_learner_f32 eft_learner_state_f32 eft_learned_f32
-        eft_channel_f64 eft_state_f64 eft_input_f64 eft_output_f64 eft_window_f64 eft_calibration_f64
-        eft_learner_f64 eft_learner_state_f64 eft_learned_f64);
+    std::fs::write("/tmp/core-h/raw.h", &raw).unwrap();
+    let sizes = [
+        sizes!(eft_learning eft_plausibility eft_protection eft_parameters eft_error),
+        sizes!(eft_channel eft_state eft_input eft_output eft_window eft_calibration eft_learner eft_learner_state
+            eft_learned; f32 f64),
+    ]
+    .concat();
     let header = laid_out(&String::from_utf8(raw).unwrap(), &sizes);
     let path = format!("{CRATE}/include/eft.h");
     if std::env::var_os("EFT_WRITE_HEADER").is_some() {

@@ -50,30 +50,40 @@ impl<'a> Item<'a> {
         match self.name() {
             name if name.ends_with("_f64") => DOUBLE,
             "EFT_ABI_VERSION" | "eft_abi_version" => 0,
-            "EFT_SPOOL_WARNING" => 1,
+            "EFT_NO_STEP" | "EFT_SPOOL_WARNING" => 1,
             "EFT_TABLE_CAPACITY" => 2,
             name if name.starts_with("EFT_") => before,
             "eft_parameters" | "eft_learning" | "eft_plausibility" | "eft_protection" | "eft_error" => 2,
-            _ if is_of(&["_turn", "channels", "windows", "calibrations", "offer", "take"]) => 5,
+            _ if is_of(&["channels", "windows", "calibrations", "offer", "take"]) => 5,
             _ if is_of(&["learn", "read_calibration", "found_flow"]) => 4,
             _ => 3,
         }
     }
 
+    /// A struct without fields that have a comment.
+    fn is_one_line(&self) -> bool {
+        self.lines[0].starts_with("typedef") && !self.lines.iter().any(|line| line.starts_with("//"))
+    }
+
+    /// Of a constant the first paragraph, since it stands on one line.
+    fn comment(&self) -> String {
+        let words = self.comment.iter().map(|line| line.trim_start_matches('/').trim());
+        let words = words.take_while(|line| !(self.is_constant() && line.is_empty()));
+        words.collect::<Vec<_>>().join(" ")
+    }
+
     fn write(&self, out: &mut String, commented: bool) {
-        if self.is_constant() {
-            return writeln!(out, "{}", beside(&self.lines[0], self.comment.first().copied())).unwrap();
-        }
-        if commented {
-            let words = self.comment.iter().map(|line| line.trim_start_matches('/').trim());
-            let text = words.collect::<Vec<_>>().join(" ");
-            fill(out, ["// ", "// "], text.split_inclusive(' '));
-        }
         let is_comment = |line: &&String| line.starts_with("//");
+        let bare: Vec<_> = self.lines.iter().filter(|line| !is_comment(line)).map(String::as_str).collect();
+        let (bare, comment) = (bare.join(" "), self.comment());
+        if self.is_constant() || commented && self.is_one_line() && bare.len() + comment.len() < WIDTH - 3 {
+            return writeln!(out, "{}", beside(&bare, Some(&comment))).unwrap();
+        }
+        if commented && !comment.is_empty() {
+            fill(out, ["// ", "// "], comment.split_inclusive(' '));
+        }
         if !commented || !self.lines.iter().any(|line| is_comment(&line)) {
-            let bare: Vec<_> =
-                self.lines.iter().filter(|line| !is_comment(line)).map(String::as_str).collect();
-            return fill(out, ["", "    "], bare.join(" ").split_inclusive([',', ';']));
+            return fill(out, ["", "    "], bare.split_inclusive([',', ';']));
         }
         // A struct: its first and last line are no fields.
         let (mut comment, last) = (None, self.lines.len() - 1);
@@ -108,10 +118,32 @@ fn fill<'a>(out: &mut String, [first, others]: [&str; 2], pieces: impl Iterator<
     writeln!(out, "{}", line.trim_end()).unwrap();
 }
 
-/// The whole header; `sizes` are those of the structs in the library, for single and double precision.
-pub(crate) fn laid_out(raw: &str, sizes: &[(&str, usize)]) -> String {
+/// cbindgen's items with the names of C: constants for the core's flags and causes, and one name for each exchange.
+fn as_in_c(items: &str) -> String {
+    let (before, rest) = items.split_once("// What tripped a protection first.\nenum CAUSE").unwrap();
+    let (causes, rest) = rest.split_once("\n};").unwrap();
+    let (_, after) = rest.split_once("\n\n").unwrap();
+    let mut out = before.to_owned();
+    for line in causes.lines().map(str::trim) {
+        match line.trim_end_matches(',').split_once(" = ") {
+            Some((name, number)) => write!(out, "#define {name} {number}\n\n").unwrap(),
+            None if line.starts_with("//") => writeln!(out, "{line}").unwrap(),
+            None => {}
+        }
+    }
+    out = (out + after).replace("#define EFT_", "#define ").replace("#define ", "#define EFT_");
+    out = out.replace("(1 <<", "(1u <<").replace("(31 << CAUSE", "(31u << EFT_CAUSE");
+    for item in ["channel", "window", "calibration"] {
+        out = out.replace(&format!("eft_exchange_eft_{item}_"), &format!("eft_{item}s_"));
+    }
+    out
+}
+
+/// The whole header; `sizes` are the lines that assert the structs' sizes.
+pub(crate) fn laid_out(raw: &str, sizes: &[String]) -> String {
     let (top, rest) = raw.split_once("@items\n").unwrap();
     let (items, end) = rest.split_once("@end\n").unwrap();
+    let items = as_in_c(items);
     let mut sections: [Vec<Item>; SECTIONS.len()] = std::array::from_fn(|_| Vec::new());
     let mut section = 0;
     for text in items.split("\n\n").filter(|text| !text.trim().is_empty()) {
@@ -122,19 +154,24 @@ pub(crate) fn laid_out(raw: &str, sizes: &[(&str, usize)]) -> String {
     let mut out = top.to_owned();
     for (n, (title, items)) in SECTIONS.iter().zip(&sections).enumerate() {
         write!(out, "\n/* ---------- {title} ---------- */\n\n").unwrap();
-        for (i, item) in items.iter().enumerate() {
-            if i > 0 && n != DOUBLE && !item.is_constant() {
+        let (mut before, mut said) = (None::<&Item>, String::new());
+        for item in items {
+            if before.is_some_and(|b| {
+                n != DOUBLE && !item.is_constant() && !(b.is_one_line() && item.is_one_line())
+            }) {
                 out.push('\n');
             }
-            item.write(&mut out, n != DOUBLE);
+            // Types of one generic type share its comment.
+            item.write(&mut out, n != DOUBLE && item.comment() != said);
+            (before, said) = (Some(item), item.comment());
         }
     }
     write!(out, "\n/* ---------- Sizes, as the library has them ---------- */\n\n").unwrap();
-    for (name, size) in sizes {
-        writeln!(out, "EFT_STATIC_ASSERT(sizeof({name}) == {size});").unwrap();
+    for line in sizes {
+        writeln!(out, "{line}").unwrap();
     }
     writeln!(out, "{end}").unwrap();
-    let wide = out.lines().find(|line| line.chars().count() > WIDTH);
-    assert!(wide.is_none(), "wider than {WIDTH}: {wide:?}");
+    let wide: Vec<_> = out.lines().filter(|line| line.chars().count() > WIDTH).collect();
+    assert!(wide.is_empty(), "wider than {WIDTH}: {wide:#?}");
     out
 }

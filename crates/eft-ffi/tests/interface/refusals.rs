@@ -54,8 +54,8 @@ fn null_pointers_are_refused_by_every_function() {
 }
 
 /// An output that a step which does nothing would leave.
-fn poisoned() -> eft_output_f32 {
-    eft_output_f32 { voltage: 9.0, window_closed: 1, ..*zeroed() }
+fn poisoned() -> eft_output<f32> {
+    eft_output { voltage: 9.0, window_closed: 1, ..*zeroed() }
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn what_was_never_made_is_refused_by_every_function() {
     let (no_channel, no_learner, window): (Box<_>, Box<_>, Box<_>) = (zeroed(), zeroed(), zeroed());
     let (mut no_state, mut no_learned, mut calibration) = (zeroed(), zeroed(), zeroed());
     let (mut said, mut flow, mut down) = (zeroed(), 7.0, 7);
-    let input: Box<eft_input_f32> = zeroed();
+    let input: Box<eft_input<f32>> = zeroed();
     let (mut channels, mut windows, mut calibrations) = (zeroed(), zeroed(), zeroed());
     // Safety: every pointer is valid.
     let codes = unsafe {
@@ -243,7 +243,7 @@ fn a_learner_without_room_for_its_calibration_learns_nothing() {
     let (channel, mut state) = at_rest(&p);
     let (learner, mut learned) = nothing_learned(&p);
     let (input, mut output, mut calibration) = (zeroed(), poisoned(), zeroed());
-    let (mut said, mut windows): (Box<eft_learned_f32>, u32) = (zeroed(), 0);
+    let (mut said, mut windows): (Box<eft_learned<f32>>, u32) = (zeroed(), 0);
     // Safety: every pointer is null or valid.
     unsafe {
         while windows < 12 {

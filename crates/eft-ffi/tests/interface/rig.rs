@@ -182,7 +182,7 @@ pub(crate) fn zeroed<T>() -> Box<T> {
 }
 
 /// A configured channel with its state, at rest.
-pub(crate) fn at_rest(p: &eft_parameters) -> (Box<eft_channel_f32>, Box<eft_state_f32>) {
+pub(crate) fn at_rest(p: &eft_parameters) -> (Box<eft_channel<f32>>, Box<eft_state<f32>>) {
     let (mut channel, mut state) = (zeroed(), zeroed());
     // Safety: valid pointers.
     unsafe {
@@ -193,7 +193,7 @@ pub(crate) fn at_rest(p: &eft_parameters) -> (Box<eft_channel_f32>, Box<eft_stat
 }
 
 /// As [`at_rest`], of a learner.
-pub(crate) fn nothing_learned(p: &eft_parameters) -> (Box<eft_learner_f32>, Box<eft_learner_state_f32>) {
+pub(crate) fn nothing_learned(p: &eft_parameters) -> (Box<eft_learner<f32>>, Box<eft_learner_state<f32>>) {
     let (mut learner, mut state) = (zeroed(), zeroed());
     // Safety: valid pointers.
     unsafe {
