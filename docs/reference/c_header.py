@@ -35,8 +35,8 @@ def _rules(text: str) -> str:
 
 
 def _section(text: str) -> str:
-    """One section: every comment belongs to what follows it."""
-    shown, comment, lines = [], [], iter(text.splitlines())
+    """One section: every comment belongs to what follows it, and to structs behind that without one."""
+    shown, comment, shared, lines = [], [], [], iter(text.splitlines())
     for line in lines:
         if line.startswith("//"):
             comment.append(line[2:].strip())
@@ -45,7 +45,8 @@ def _section(text: str) -> str:
             name, value, meaning = constant.groups()
             shown.append(_directive("c:macro", f"{name}", [f"`{value}`: {meaning or ''}".rstrip(": ")]))
         elif line.startswith("typedef struct"):
-            shown.append(_struct(line, lines, comment))
+            shared = comment or shared
+            shown.append(_struct(line, lines, shared))
         elif line.startswith("EFT_NODISCARD"):
             while not line.rstrip().endswith(";"):
                 line += " " + next(lines).strip()

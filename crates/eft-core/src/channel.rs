@@ -13,13 +13,17 @@ pub use side_by_side::{ChannelLanes, ChannelLanesState};
 pub use signals::{Input, Output};
 pub use state::ChannelState;
 
+use core::mem::MaybeUninit;
+
 use crate::controller::{Controller, ControllerInput, Sample, Supply, gap};
 use crate::error::{ConfigError, LARGEST, check, within};
 use crate::integrity::{integrity, word};
 use crate::learning::{LOWEST_RATE, Moment, window_ticks};
 use crate::number::Real;
 use crate::parameters::{Parameters, Realization, VelocitySource};
-use crate::protection::{NEVER, Plausibility, Protection, ProtectionInput, StuckWatch, samples};
+use crate::protection::{
+    NEVER, Plausibility, Protection, ProtectionInput, ProtectionParameters, StuckWatch, samples,
+};
 use crate::status;
 use crate::velocity::Velocity;
 use belief::Believed;
@@ -345,15 +349,17 @@ macro_rules! constructor {
                 Ok(channel)
             }
 
-            /// As [`new`](Self::new), lent to `with`: a stack holds the channel once.
+            /// As [`new`](Self::new), in a given place: the stack holds no channel.
             ///
             /// # Errors
-            /// Those of [`new`](Self::new); `with` is not called then.
-            #[inline(always)]
-            pub fn lend<R>(p: &Parameters, with: impl FnOnce(&Self) -> R) -> Result<R, ConfigError> {
-                let mut channel = Self::EMPTY;
+            /// Those of [`new`](Self::new).
+            pub fn make_in<'a>(
+                place: &'a mut MaybeUninit<Self>,
+                p: &Parameters,
+            ) -> Result<&'a mut Self, ConfigError> {
+                let channel = place.write(Self::EMPTY);
                 channel.fill(p)?;
-                Ok(with(&channel))
+                Ok(channel)
             }
 
             const EMPTY: Self = Self {
@@ -379,7 +385,7 @@ macro_rules! constructor {
                 check!(self.controller.fill(p));
                 self.velocity = check!(Velocity::<$t>::new(p));
                 if let Some(protection) = &p.protection {
-                    self.protection = Some(check!(Protection::<$t>::new(protection, p.sample_rate)));
+                    check!(self.protect(protection, p.sample_rate));
                     if let Some(watch) = &protection.plausibility {
                         check!(Plausibility::<$t, N>::put(&mut self.plausibility, p, protection, watch));
                     }
@@ -394,6 +400,17 @@ macro_rules! constructor {
                 self.realization = p.realization;
                 self.looks_ahead = p.feedforward && p.look_ahead;
                 self.plain = is_plain(p);
+                Ok(())
+            }
+
+            /// A function of its own, so that its stack is free again when the next part is made.
+            #[inline(never)]
+            const fn protect(
+                &mut self,
+                p: &ProtectionParameters,
+                sample_rate: f64,
+            ) -> Result<(), ConfigError> {
+                self.protection = Some(check!(Protection::<$t>::new(p, sample_rate)));
                 Ok(())
             }
         }

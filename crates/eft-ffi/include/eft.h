@@ -307,8 +307,8 @@ typedef struct eft_output_f32 {
 // What the learner has found, as the tick uses it.
 typedef struct eft_calibration_f32 { uint64_t marker; float value[54]; } eft_calibration_f32;
 
-// Checks the parameters and makes a configuration of them. On refusal the configuration stays as it was, and *why (may
-// be null) says what was wrong.
+// Checks the parameters and makes a configuration of them. On refusal nothing is made: every function refuses *channel,
+// and *why (may be null) says what was wrong.
 EFT_NODISCARD uint8_t eft_configure_f32(const eft_parameters *parameters, eft_channel_f32 *channel, eft_error *why);
 
 // Makes a configuration again and compares. Returns EFT_CORRUPT if any number differs, as after a memory fault.

@@ -119,8 +119,8 @@ unsafe fn give_nothing<T: Real>(input: *mut eft_input<T>) -> Result<(), u8> {
 }
 
 functions! {
-    /// Checks the parameters and makes a configuration of them. On refusal the configuration stays as it was, and *why (may
-    /// be null) says what was wrong.
+    /// Checks the parameters and makes a configuration of them. On refusal nothing is made: every function refuses *channel,
+    /// and *why (may be null) says what was wrong.
     fn eft_configure_f32 eft_configure_f64(parameters: *const eft_parameters, channel: *mut eft_channel<T>, why: *mut eft_error) {
         configure(parameters, channel, why)
     }

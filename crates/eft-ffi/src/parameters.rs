@@ -1,6 +1,7 @@
 //! The parameters as C sees them, and the one place where they become the core's.
 
 use core::ffi::c_char;
+use core::mem::MaybeUninit;
 
 use eft_core::{
     Channel, ConfigError, Learner, Learning, Levels, Mode, Parameters, PlausibilityParameters,
@@ -8,7 +9,7 @@ use eft_core::{
 };
 
 use crate::codes::*;
-use crate::place::{Opaque, give, given, made, make};
+use crate::place::{Opaque, give, given, made, mark, room};
 use crate::tables::{constants, data};
 
 /// The most points of a flow table.
@@ -199,11 +200,12 @@ impl eft_parameters {
         })
     }
 
-    /// Lends a configuration.
-    // By reference: moved into a closure, the core's parameters would be on the stack twice.
-    fn lend<C: Configuration>(&self, take: &mut dyn FnMut(&C)) -> Result<(), ConfigError> {
+    /// Lends them as the core takes them.
+    // By reference: moved out, they would be on the stack twice.
+    #[inline(always)]
+    fn with<R>(&self, f: impl FnOnce(&Parameters) -> Result<R, ConfigError>) -> Result<R, ConfigError> {
         match &self.core() {
-            Ok(core) => C::lend(core, take),
+            Ok(core) => f(core),
             Err(error) => Err(*error),
         }
     }
@@ -242,25 +244,33 @@ fn refusal(error: ConfigError) -> (u8, eft_error) {
     (code, eft_error { value, lowest, highest, index: index as u32, parameter })
 }
 
-/// A configuration of the core. It is lent, so that the stack holds it once.
-pub(crate) trait Configuration: Copy + PartialEq {
-    fn lend(p: &Parameters, take: &mut dyn FnMut(&Self)) -> Result<(), ConfigError>;
+/// A configuration of the core. It is made in its place, since the stack has no room for two.
+pub(crate) trait Configuration: Sized {
+    fn make_in(place: &mut MaybeUninit<Self>, p: &Parameters) -> Result<(), ConfigError>;
+    /// Whether it is what the parameters make.
+    fn is_of(&self, p: &Parameters) -> Result<bool, ConfigError>;
 }
 macro_rules! configurations {
-    ($($Core:ident<$precision:ident>: |$p:ident, $take:ident| $lend:expr;)*) => {$(
-        impl Configuration for $Core<$precision, EFT_TABLE_CAPACITY> {
-            fn lend($p: &Parameters, $take: &mut dyn FnMut(&Self)) -> Result<(), ConfigError> {
-                $lend
+    ($($t:ident)*) => {$(
+        impl Configuration for Channel<$t, EFT_TABLE_CAPACITY> {
+            fn make_in(place: &mut MaybeUninit<Self>, p: &Parameters) -> Result<(), ConfigError> {
+                Self::make_in(place, p).map(|_| ())
+            }
+            fn is_of(&self, p: &Parameters) -> Result<bool, ConfigError> {
+                Self::make_in(&mut MaybeUninit::uninit(), p).map(|again| again == self)
+            }
+        }
+        impl Configuration for Learner<$t, EFT_TABLE_CAPACITY> {
+            fn make_in(place: &mut MaybeUninit<Self>, p: &Parameters) -> Result<(), ConfigError> {
+                Self::new(p).map(|learner| _ = place.write(learner))
+            }
+            fn is_of(&self, p: &Parameters) -> Result<bool, ConfigError> {
+                Self::new(p).as_ref().map(|again| again == self).map_err(|error| *error)
             }
         }
     )*};
 }
-configurations! {
-    Channel<f32>: |p, take| Self::lend(p, take);
-    Channel<f64>: |p, take| Self::lend(p, take);
-    Learner<f32>: |p, take| Self::new(p).map(|learner| take(&learner));
-    Learner<f64>: |p, take| Self::new(p).map(|learner| take(&learner));
-}
+configurations!(f32 f64);
 
 /// Makes a configuration, or says why not. Each pointer is null or valid.
 pub(crate) unsafe fn configure<O: Opaque<Value: Configuration>>(
@@ -268,17 +278,17 @@ pub(crate) unsafe fn configure<O: Opaque<Value: Configuration>>(
     place: *mut O,
     why: *mut eft_error,
 ) -> Result<(), u8> {
-    let mut made = Ok(());
     // Safety: null or valid; where nobody asks for the reason none is given.
     unsafe {
-        let lent = given(parameters)?.lend(&mut |configuration| made = make(place, *configuration));
-        if let Err(error) = lent {
+        let (parameters, room) = (given(parameters)?, room(place)?);
+        parameters.with(|core| O::Value::make_in(room, core)).map_err(|error| {
             let (code, reason) = refusal(error);
             _ = give(why, reason);
-            return Err(code);
-        }
+            code
+        })?;
+        mark(place);
     }
-    made
+    Ok(())
 }
 
 /// Whether a configuration is what its parameters make. Each pointer is null or valid.
@@ -287,8 +297,10 @@ pub(crate) unsafe fn check<O: Opaque<Value: Configuration> + 'static>(
     parameters: *const eft_parameters,
 ) -> Result<(), u8> {
     // Safety: null or valid.
-    let (there, parameters) = unsafe { (made(place)?, given(parameters)?) };
-    let mut equal = false;
-    parameters.lend(&mut |again: &O::Value| equal = again == there).map_err(|error| refusal(error).0)?;
-    if equal { Ok(()) } else { Err(EFT_CORRUPT) }
+    let (configuration, parameters) = unsafe { (made(place)?, given(parameters)?) };
+    match parameters.with(|core| configuration.is_of(core)) {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(EFT_CORRUPT),
+        Err(error) => Err(refusal(error).0),
+    }
 }

@@ -2,6 +2,8 @@
 //!
 //! Every pointer here is null or valid, as the interface asks of its callers.
 
+use core::mem::MaybeUninit;
+
 use crate::codes::{EFT_NOT_MADE, EFT_NULL_POINTER};
 
 /// An opaque struct of the interface, with room for [`Marked<Self::Value>`].
@@ -23,17 +25,34 @@ pub(crate) struct Marked<V> {
     value: V,
 }
 
-/// Makes a value at a place that may hold anything.
+/// The room for a value, in a place that may hold anything. Nothing counts as made there until [`mark`] is called.
 #[inline(always)]
-pub(crate) unsafe fn make<O: Opaque>(place: *mut O, value: O::Value) -> Result<(), u8> {
-    let marked = place.cast::<Marked<O::Value>>();
+pub(crate) unsafe fn room<'a, O: Opaque>(place: *mut O) -> Result<&'a mut MaybeUninit<O::Value>, u8> {
+    let marked = place.cast::<Marked<MaybeUninit<O::Value>>>();
     if marked.is_null() {
         return Err(EFT_NULL_POINTER);
     }
-    // Safety: not null, and with room for both. They are written one by one, so that the stack holds no copy.
+    // Safety: not null, and with room for both.
     unsafe {
-        (&raw mut (*marked).value).write(value);
-        (&raw mut (*marked).marker).write(O::MARKER);
+        (&raw mut (*marked).marker).write(0);
+        Ok(&mut (*marked).value)
+    }
+}
+
+/// Marks a place as one where a value has been made.
+#[inline(always)]
+pub(crate) unsafe fn mark<O: Opaque>(place: *mut O) {
+    // Safety: as in `room`, which was called before.
+    unsafe { (&raw mut (*place.cast::<Marked<O::Value>>()).marker).write(O::MARKER) };
+}
+
+/// Makes a value at a place that may hold anything.
+#[inline(always)]
+pub(crate) unsafe fn make<O: Opaque>(place: *mut O, value: O::Value) -> Result<(), u8> {
+    // Safety: null or valid. The two are written one by one, so that the stack holds no copy.
+    unsafe {
+        room(place)?.write(value);
+        mark(place);
     }
     Ok(())
 }

@@ -157,10 +157,8 @@ fn behind_the_tick(p: &Parameters, ticks: u32) -> Vec<(u32, u32)> {
 fn beside_the_tick(p: &Parameters, ticks: u32, patience: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
     let parameters = for_c(p);
     let ((channel, mut state), (learner, mut learned)) = (at_rest(&parameters), nothing_learned(&parameters));
-    let (mut windows, mut calibrations): (
-        Box<eft_exchange<eft_window<f32>>>,
-        Box<eft_exchange<eft_calibration<f32>>>,
-    ) = (zeroed(), zeroed());
+    let mut windows: Box<eft_exchange<eft_window<f32>>> = zeroed();
+    let mut calibrations: Box<eft_exchange<eft_calibration<f32>>> = zeroed();
     let (up, down) = (Shared(&raw mut *windows), Shared(&raw mut *calibrations));
     let (done, learner) = (AtomicBool::new(false), &*learner);
     thread::scope(|scope| {

@@ -194,7 +194,10 @@ fn parameters_are_refused_by_name_in_either_precision() {
         // Safety: every pointer is valid; nobody asks for the reason.
         unsafe {
             assert_eq!(eft_configure_f32(&p, &mut *single, null_mut()), expected);
-            // What was refused is not there.
+            // What was refused is not there, where a configuration was before neither.
+            assert_eq!(eft_configure_f32(&for_c(&GUARDED), &mut *single, null_mut()), EFT_OK);
+            assert_eq!(eft_check_f32(&*single, &for_c(&GUARDED)), EFT_OK);
+            assert_eq!(eft_configure_f32(&p, &mut *single, null_mut()), expected);
             assert_eq!(eft_check_f32(&*single, &for_c(&GUARDED)), EFT_NOT_MADE);
         }
     }
