@@ -1,4 +1,4 @@
-/* What the golden images have alike: the generator of inputs, the hash of answers, and where it is printed. */
+/* Common parts of the golden images: the generator of inputs, the hash of outputs, and its print. */
 #ifndef BITS_H
 #define BITS_H
 
@@ -49,7 +49,7 @@ static inline float regular(float scale)
   return (float)(int32_t)next() * (scale / 2147483648.0f);
 }
 
-/* As regular; now and then a special value or any bits at all. */
+/* As regular, but now and then a special value or random bits. */
 static inline float sample(float scale)
 {
   switch (next() % 16u) {

@@ -1,4 +1,4 @@
-/* What both C images need of a board: start-up, and semihosting where a board has its peripherals. */
+/* The board for both C images: start-up, and semihosting in place of peripherals. */
 #ifndef BOARD_H
 #define BOARD_H
 

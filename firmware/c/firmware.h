@@ -16,14 +16,14 @@ typedef struct {
   float next_command;    /* N, where the next tick's is known */
 } sample;
 
-/* One tick's result, and what the controller believes. */
+/* One tick's result, and the controller's estimates. */
 typedef struct {
   float voltage;        /* V */
   float compensation;   /* V */
   uint32_t status;
-  float velocity;       /* that it took, m/s */
+  float velocity;       /* used by the controller, m/s */
   float flow_gain;      /* true flow over the table's, 1 */
-  float response_delay; /* that it makes up for, s */
+  float response_delay; /* for which it compensates, s */
   float valve_gain;     /* the spool's gain over the configured one, 1 */
   float level;          /* the guard's factor on the compensation level, 1 */
 } answer;
@@ -50,7 +50,7 @@ static inline int start(void)
          eft_learner_reset_f32(&learner, &learned) == EFT_OK;
 }
 
-/* One tick without what is learned of it; 0 where it was refused. */
+/* One tick without the learner; 0 if it was refused. */
 static inline int tick(const sample *s, eft_output_f32 *out, answer *a)
 {
   eft_calibration_f32 calibration;
@@ -83,7 +83,7 @@ static inline int tick(const sample *s, eft_output_f32 *out, answer *a)
   return 1;
 }
 
-/* Inline behind the tick: what the window that has closed teaches; 0 where it was refused. */
+/* The learner inline, after a tick that closed a window; 0 if it was refused. */
 static inline int learn(const eft_output_f32 *out)
 {
   eft_calibration_f32 calibration;

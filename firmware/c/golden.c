@@ -46,7 +46,7 @@ static int replay(uint8_t realization)
   float c[CHANNELS];
   uint32_t n;
   parameters.realization = realization;
-  /* As the paper's controller: whatever was lost, it goes on from where it was. */
+  /* As the paper's controller, which continues from its last state after any gap. */
   parameters.gap_time = DBL_MAX;
   begin(2463534242u);
   if (eft_configure_f32(&parameters, &channel, NULL) != EFT_OK || eft_check_f32(&channel, &parameters) != EFT_OK ||
@@ -55,7 +55,7 @@ static int replay(uint8_t realization)
   }
   for (n = 0u; tick(n, c); n++) {
     eft_output_f32 output;
-    /* The compensation alone looks at no command. */
+    /* The compensation alone uses no command. */
     input.command = realization == EFT_REALIZATION_DIGITAL ? c[0] : 0.0f;
     input.velocity = c[1];
     input.force = c[2];

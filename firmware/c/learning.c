@@ -14,7 +14,7 @@ static float triangle(uint32_t tick)
   return phase < 2.0f ? phase - 1.0f : 3.0f - phase;
 }
 
-/* What a sensor reports: the truth with noise, or a number that it should not send. */
+/* A sensor's reading: the true value with noise, or an invalid number. */
 static float reported(uint32_t tick, float scale, float truth)
 {
   const float noise = regular(5.0e-4f * scale);
@@ -36,7 +36,7 @@ static int start(void)
          eft_learner_check_f32(&learner, &RIG) == EFT_OK && eft_learner_reset_f32(&learner, &learned) == EFT_OK;
 }
 
-/* One tick, and what it teaches. */
+/* One tick, and the learner where a window has closed. */
 static int step(const eft_input_f32 *in, eft_output_f32 *out)
 {
   eft_calibration_f32 calibration;

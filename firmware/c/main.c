@@ -55,7 +55,7 @@ static volatile uint32_t ticks;
 #define SCB_ICSR (*(volatile uint32_t *)0xE000ED04u)
 #define SCB_SHPR3 (*(volatile uint32_t *)0xE000ED20u)
 
-/* Windows go down to the learner, calibrations up to the tick. */
+/* Windows go to the learner, calibrations to the tick. */
 static eft_windows_f32 windows;
 static eft_calibrations_f32 calibrations;
 
@@ -92,7 +92,7 @@ void pend_sv(void)
   if (eft_learn_f32(&learner, &learned, window, &calibration) != EFT_OK) {
     leave(2u);
   }
-  /* So that it is preempted, as a learner on a slower processor would be. */
+  /* A delay, so that the learner is preempted as on a slower processor. */
   while (ticks - begun < begun / 16u % 8u) {
   }
   if (eft_offer_calibration_f32(&calibrations, &calibration) != EFT_OK) {

@@ -1,4 +1,4 @@
-/* The smallest program that has the whole tick and the learner: it shows that an archive of the library links. */
+/* The smallest program with the whole tick and the learner. It shows that an archive of the library links. */
 #include "eft.h"
 #include "guarded.h"
 

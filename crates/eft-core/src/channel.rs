@@ -1,5 +1,5 @@
 //! The whole tick of one actuator, in the order that safety needs: velocity, protection of the command, controller,
-//! protection of the output. Beside it the sums for the learner.
+//! protection of the output. The tick also adds up the learner's window.
 
 mod belief;
 mod between;
@@ -37,23 +37,23 @@ pub struct Channel<T: Real, const N: usize> {
     protection: Option<Protection<T>>,
     plausibility: Option<Plausibility<T, N>>,
     stuck: Option<StuckWatch>,
-    /// Lost ticks behind which the changes since the last sample are no longer taken for those of one tick.
+    /// After this many lost ticks a change since the last sample no longer counts as that of one tick.
     gap_ticks: u32,
     /// Whether there are windows for a learner.
     learns: bool,
     /// Ticks of a window, also where nothing is learned.
     window_ticks: u32,
-    /// Windows behind which a calibration has expired.
+    /// A calibration expires after this many windows.
     age_limit: u32,
     realization: Realization,
-    /// Whether the feedforward is given the next tick's command.
+    /// Whether the feedforward uses the next tick's command.
     looks_ahead: bool,
     /// Whether it has none of the [`Parts`].
     plain: bool,
 }
 integrity!(Channel<T, N>: controller, velocity, protection, plausibility, stuck, gap_ticks, learns, window_ticks, age_limit, realization, looks_ahead, plain);
 
-/// What a channel may have besides controller and learner.
+/// The optional parts of a channel, apart from controller and learner.
 #[derive(Clone, Copy)]
 struct Parts<'a, T: Real, const N: usize> {
     velocity: &'a Velocity<T>,
@@ -80,10 +80,10 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
     };
 }
 
-/// Shortest age limit of a calibration (s): those that come in time are younger.
+/// Shortest age limit of a calibration (s). A calibration that is published in time is younger.
 const LEAST_AGE_LIMIT: f64 = 0.02;
 
-/// Windows behind which a calibration has expired; [`NEVER`] for none.
+/// A calibration expires after this many windows; [`NEVER`] for no limit.
 const fn age_limit(p: &Parameters) -> Result<u32, ConfigError> {
     if !p.learning.is_on() {
         return Ok(NEVER);
@@ -93,7 +93,7 @@ const fn age_limit(p: &Parameters) -> Result<u32, ConfigError> {
     Ok(if ticks == NEVER { NEVER } else { ticks / window_ticks(p.sample_rate) })
 }
 
-/// Ticks from the last good one, behind a gap.
+/// Ticks since the last good one, after a gap of this many.
 fn ticks<T: Real>(gap: u32) -> T {
     T::from_u32(gap) + T::splat(1.0)
 }
@@ -118,13 +118,13 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// One tick.
     ///
     /// # NaN
-    /// With an invalid measurement or command (not finite, or beyond its range) the last output is held, the controller's
-    /// state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first good tick
-    /// recovers. Behind more than [`gap_time`](Parameters::gap_time) of such ticks it starts from rest at the new operating
-    /// point, so that the changes since the last good one do not count as those of one tick.
+    /// With an invalid measurement or command (not finite, or beyond its range) the last output is held, the
+    /// controller's state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first
+    /// good tick recovers. After more than [`gap_time`](Parameters::gap_time) of such ticks it starts from rest at the
+    /// new operating point. The change since the last good tick then does not count as that of one tick.
     ///
     /// # Cost
-    /// Independent of history; the budgets stand in the documentation of the loop's budget.
+    /// Independent of history. The page on the loop's budget lists the instructions.
     #[inline(always)]
     pub fn step(&self, state: &mut ChannelState<T>, input: &Input<T>) -> Output<T> {
         self.step_via(state, input, |compensation| compensation)
@@ -139,7 +139,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         input: &Input<T>,
         path: impl FnOnce(T) -> T,
     ) -> Output<T> {
-        // One question at the top: a plain channel has a copy of the tick in which nothing asks for parts.
+        // A plain channel has a copy of the tick of its own, in which no part is tested for.
         if self.plain {
             self.tick(Parts::NONE, state, input, path)
         } else {
@@ -214,7 +214,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 believed.velocity =
                     watch.bridge(&mut state.plausibility, believed.velocity * protected.level, source);
                 if protected.open {
-                    // Without an error the loop is open; the oil's spring is left to leakage.
+                    // Without a force error the loop is open, and leakage damps the oil's spring.
                     believed.force = command;
                     protection |= status::FORCE_LOOP_OPEN;
                 }
@@ -248,10 +248,10 @@ impl<T: Real, const N: usize> Channel<T, N> {
             };
             let summed = learns && !(parts.plausibility.is_some() && state.protection.is_tripped());
             if summed && parts.realization == Realization::Digital {
-                // The controller replaces it.
+                // Before the controller replaces it.
                 state.window.add_command(true, state.controller.valve_command());
             }
-            // One source, compiled twice: the ticks that follow another do not pay for the one behind a gap.
+            // The same source is compiled twice, so that an ordinary tick does not pay for the one after a gap.
             let out = if sample.rests {
                 let sample = Sample { good: true, rests: true, ..sample };
                 self.controller.follow(&mut state.controller, sample, calibration, path)
@@ -311,7 +311,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
     }
 
-    /// What the protection will make of the next tick's command (N) if nothing new happens.
+    /// The next tick's command (N) as the protection will permit it, if nothing new happens.
     #[inline(always)]
     pub fn preview(&self, state: &ChannelState<T>, next_command: T) -> T {
         match &self.protection {
@@ -320,8 +320,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
     }
 
-    /// A word over every number of the configuration: one that differs from the word of before says that memory has
-    /// changed.
+    /// A checksum of every number of the configuration. A different checksum says that memory has changed.
     ///
     /// # Cost
     /// Not for the tick: a rotation, an exclusive or and a multiplication for each number.
@@ -377,7 +376,7 @@ macro_rules! constructor {
                 plain: false,
             };
 
-            /// Part by part in place: whoever designs it needs room for one of them only.
+            /// Makes one part after the other in place, so that the stack holds one of them only.
             const fn fill(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 if p.learning.is_on() {
                     check!(within("sample_rate", p.sample_rate, LOWEST_RATE, LARGEST));

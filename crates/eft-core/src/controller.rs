@@ -1,4 +1,4 @@
-//! The controller: compensation, feedforward, force loop and limits, for one rig or for several side by side.
+//! The controller: compensation, feedforward, force loop and limits, for one rig or for several in lanes.
 
 mod construction;
 
@@ -26,9 +26,9 @@ pub struct Controller<S: Scalar, const N: usize> {
     per_supply_pressure: S,
     /// Where the supply pressure is measured.
     pub(crate) measures_supply: S::Mask,
-    /// Where the feedforward is given the next tick's command.
+    /// Where the feedforward uses the next tick's command.
     looks_ahead: S::Mask,
-    /// Samples without a valid one behind which the tick starts from rest at the new operating point.
+    /// After more lost samples than this the tick starts from rest at the new operating point.
     gap: S::Flags,
     /// Whether any lane has a feedforward.
     feeds_forward: bool,
@@ -37,7 +37,7 @@ pub struct Controller<S: Scalar, const N: usize> {
 }
 integrity!(Controller<T, N>: compensation, feedforward, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral);
 
-/// Samples without a valid one behind which the tick starts from rest: more than the time lasts.
+/// The tick starts from rest after this many lost samples, which last longer than the gap time.
 pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
     Ok(check!(samples("gap_time", p.gap_time, p.sample_rate)).saturating_add(1))
 }
@@ -47,7 +47,7 @@ pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
 pub struct ControllerInput<S> {
     /// Force command (N).
     pub command: S,
-    /// Force command (N) of the next tick; looked at where the feedforward looks ahead.
+    /// Force command (N) of the next tick; used where the feedforward looks ahead.
     pub next_command: S,
     /// Piston velocity (m/s).
     pub velocity: S,
@@ -55,16 +55,16 @@ pub struct ControllerInput<S> {
     pub force: S,
     /// Spool opening (1).
     pub spool: S,
-    /// Supply pressure (Pa); looked at where it is measured.
+    /// Supply pressure (Pa); used where it is measured.
     pub supply_pressure: S,
 }
 
 /// The supply pressure.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Supply<S: Scalar> {
-    /// Over the configured one (1); 1 where it is not measured.
+    /// Its ratio to the configured pressure (1); 1 where it is not measured.
     pub(crate) ratio: S,
-    /// Where it lies from a twentieth of the configured one to four times it.
+    /// Where the ratio lies between 1/20 and 4.
     pub(crate) valid: S::Mask,
 }
 
@@ -76,20 +76,20 @@ impl<S: Scalar> Supply<S> {
     }
 }
 
-/// A tick's input, and what is known of it before it is used.
+/// A tick's input, with the checks of it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample<'a, S: Scalar> {
     pub(crate) input: &'a ControllerInput<S>,
     pub(crate) supply: Supply<S>,
     /// Where command and measurements are valid.
     pub(crate) good: S::Mask,
-    /// Where it comes behind a gap: a good one starts from rest.
+    /// Where it follows a gap: a good sample then starts from rest.
     pub(crate) rests: S::Mask,
     /// Whether any lane's force loop has an integral part.
     pub(crate) integrates: bool,
 }
 
-/// What the controller remembers. `default()` is a rig at rest.
+/// The state of the controller. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -127,7 +127,7 @@ impl<S: Scalar> ControllerState<S> {
         self.lost
     }
 
-    /// Counts a sample, that is `good` or refused.
+    /// Counts a sample as `good` or refused.
     #[inline(always)]
     fn count(&mut self, good: S::Mask) {
         let counted = |i| if good.lane(i) { 0 } else { self.lost.lane(i).saturating_add(1) };
@@ -136,15 +136,15 @@ impl<S: Scalar> ControllerState<S> {
 }
 
 impl<S: Scalar, const N: usize> Controller<S, N> {
-    /// One tick, by a calibration. The compensation signal (V) goes through `path` on its way to the force loop: through
-    /// a computation delay, for example.
+    /// One tick with a calibration. The compensation signal (V) goes through `path` on its way to the force loop, for
+    /// example through a computation delay.
     ///
     /// # NaN
     /// With an invalid measurement or command (not finite, or beyond [`LARGEST`]) the last valve command is held, the
     /// state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the feedforward
-    /// goes on with a valid command, so that the next one's rate is that of one tick. Behind more than
-    /// [`gap_time`](Parameters::gap_time) of such samples the next good one starts from rest at the new operating point,
-    /// the valve command within its rate.
+    /// goes on with a valid command, so that the next one's rate is that of one tick. After more than
+    /// [`gap_time`](Parameters::gap_time) of such samples the next good one starts from rest at the new operating
+    /// point. The valve command stays within its rate.
     #[inline(always)]
     pub fn step(
         &self,
@@ -161,7 +161,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
     }
 
-    /// What is known of an input, and of the supply with it.
+    /// An input with its checks, and with the supply's.
     #[inline(always)]
     pub(crate) fn sample<'a>(
         &self,
@@ -174,7 +174,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         Sample { input, supply, good, rests, integrates: self.integrates() }
     }
 
-    /// What [`step`](Self::step) makes of a sample that is good somewhere.
+    /// The part of [`step`](Self::step) for a sample that is good in any lane.
     #[inline(always)]
     pub(crate) fn follow(
         &self,
@@ -187,7 +187,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let rests = good & rests;
         let last = self.limiter.within(state.valve_command);
         if self.feeds_forward && rests.any() {
-            // Of this tick's command where the next one's is lost.
+            // This tick's command replaces a next one that is lost.
             let mut rested = self.feedforward.at_rest(input.command);
             self.feedforward.step(&mut rested, self.known_command(input));
             state.feedforward = FeedforwardState::select(rests, rested, state.feedforward);
@@ -229,7 +229,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         ControllerOutput { valve_command: state.valve_command, compensation, status }
     }
 
-    /// What [`step`](Self::step) makes of a sample that is good nowhere.
+    /// The part of [`step`](Self::step) for a sample that is good in no lane.
     #[inline(always)]
     pub(crate) fn refuse(
         &self,
@@ -261,22 +261,22 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         self.last(state, S::flag(S::Mask::splat(true), status::HELD), |compensation| compensation)
     }
 
-    /// The state of a rig that has long been at this operating point, with the force loop's integral of a state before:
-    /// the next [`step`](Self::step) with the same arguments gives this state's output, without a bump. An invalid input
-    /// gives the state of a rig at rest.
+    /// The state of a rig that has long been at this operating point, with the force loop's integral of an earlier
+    /// state. The next [`step`](Self::step) with the same arguments gives this state's output, without a bump. An
+    /// invalid input gives the state of a rig at rest.
     pub fn prime(
         &self,
         before: &ControllerState<S>,
         input: &ControllerInput<S>,
         calibration: &Calibration<S>,
     ) -> ControllerState<S> {
-        // Long at one command, the next one is the same.
+        // After long at one command, the next one is the same.
         let input = &ControllerInput { next_command: input.command, ..*input };
         let good = self.accepts(input) & self.supply(input).valid;
         ControllerState::select(good, self.settled(before, input, calibration), ControllerState::default())
     }
 
-    /// The state after long at a valid input.
+    /// The steady state at a valid input.
     fn settled(
         &self,
         before: &ControllerState<S>,
@@ -302,7 +302,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         ControllerState { compensation, feedforward, servovalve, integral, valve_command, lost }
     }
 
-    /// The calibration by the configuration: the paper's scheme.
+    /// The calibration of the configuration, which is the paper's scheme.
     #[inline(always)]
     pub fn nominal(&self) -> Calibration<S> {
         self.compensation.nominal()
@@ -318,7 +318,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         self.realization
     }
 
-    /// Controllers of single rigs side by side, all of one realization.
+    /// Controllers of single rigs in lanes, all of one realization.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a Controller<S::Element, N>) -> Self
     where
         S::Element: 'a,
@@ -338,8 +338,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
     }
 
-    /// The supply by what is measured of it.
-    // Value and validity behind one branch: a rig that does not measure it pays for neither.
+    /// The supply from its measured pressure.
+    // Value and validity are behind one branch, so that a rig without the measurement pays for neither.
     #[inline(always)]
     pub(crate) fn supply(&self, i: &ControllerInput<S>) -> Supply<S> {
         if !self.measures_supply.any() {
@@ -358,13 +358,13 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         S::select(sound, relative, S::splat(1.0))
     }
 
-    /// Where the input is valid but for the supply.
+    /// Where the input is valid, the supply excepted.
     #[inline(always)]
     pub(crate) fn accepts(&self, i: &ControllerInput<S>) -> S::Mask {
         i.command.abs().le(S::splat(LARGEST)) & self.compensation.accepts(i.velocity, i.force, i.spool)
     }
 
-    // By value and not inlined: what is looked at here does not burden the good tick.
+    // By value and not inlined, so that a good tick does not pay for these checks.
     #[cold]
     #[inline(never)]
     fn faults(&self, command: S, velocity: S, force: S, spool: S, supplied: S::Mask) -> S::Flags {
@@ -373,7 +373,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT)
     }
 
-    /// The flow (m³/s) that is wanted on top of the piston's.
+    /// The flow (m³/s) that is demanded in addition to the piston's.
     #[inline(always)]
     fn further_flow(&self, feedforward: &mut FeedforwardState<S>, i: &ControllerInput<S>) -> S {
         if !self.feeds_forward {
@@ -382,7 +382,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         self.feedforward.step(feedforward, self.known_command(i))
     }
 
-    /// The command (N) that the feedforward is given.
+    /// The command (N) that the feedforward uses.
     #[inline(always)]
     fn known_command(&self, i: &ControllerInput<S>) -> S {
         S::select(self.looks_ahead, i.next_command, i.command)

@@ -1,20 +1,20 @@
-//! A word over every number of a configuration or state, to compare with the one of before.
+//! A checksum of every number of a configuration or state, to compare with an earlier one.
 
-/// What a word of integrity is made of, piece by piece.
+/// A checksum, built up piece by piece.
 ///
-/// Each piece goes through a step that has an inverse, as a function of the piece and of the word before: two values
-/// that differ in one piece of 32 bits have different words, always. Others have the same with a chance of about 2⁻³².
+/// Each step has an inverse, as a function of the piece and of the earlier checksum. So two values that differ in one
+/// piece of 32 bits always have different checksums. Other values have the same one with a chance of about 2⁻³².
 #[derive(Debug, Clone, Copy)]
 pub struct Word(u32);
 
-/// Odd, so that the product has an inverse: 2³² over the golden ratio.
+/// 2³² over the golden ratio: odd, so that the product has an inverse.
 const FACTOR: u32 = 0x9e37_79b1;
 
 impl Word {
-    /// Nothing yet.
+    /// Of no pieces.
     pub(crate) const EMPTY: Self = Self(0);
 
-    /// One more piece.
+    /// Adds a piece.
     #[inline(always)]
     pub(crate) fn add(&mut self, piece: u32) {
         self.0 = (self.0.rotate_left(5) ^ piece).wrapping_mul(FACTOR);
@@ -26,13 +26,13 @@ impl Word {
     }
 }
 
-/// A value of which a word can be made. Its fields are visited one by one, since the bytes between them are nobody's.
+/// A value that has a checksum. Its fields are visited one by one, since the bytes between them are undefined.
 pub trait Integrity {
     /// Adds its pieces.
     fn add_to(&self, word: &mut Word);
 }
 
-/// The word of a value.
+/// The checksum of a value.
 pub(crate) fn word(of: &impl Integrity) -> u32 {
     let mut word = Word::EMPTY;
     of.add_to(&mut word);

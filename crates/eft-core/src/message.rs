@@ -1,4 +1,4 @@
-//! Parameters as a message of any `serde` format: the flow table follows the numbers, and has memory of its own.
+//! Parameters as a message of any `serde` format. The flow table follows the numbers and has memory of its own.
 
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::error::ConfigError;
 use crate::parameters::Parameters;
 
-/// Parameters that own their flow table, of up to `N` entries: what a message is read into.
+/// Parameters that own their flow table, of up to `N` entries. A message is read into them.
 ///
 /// Reading checks the form only: names, types and the tables' lengths. The constructors check the values, as they do
 /// those of any other [`Parameters`]. `Parameters` itself is written as the same message. The function

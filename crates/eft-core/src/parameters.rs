@@ -1,10 +1,10 @@
-//! What a channel and its learner are made from: one set of numbers for firmware, C, export and simulator.
+//! The parameters of a channel and its learner: one set of numbers for firmware, C, export and simulator.
 
 use crate::compensation::{Mode, SignFrom};
 use crate::integrity::{Integrity, Word};
 use crate::protection::ProtectionParameters;
 
-/// The rig as its controller knows it, in SI units, and what of the controller is switched on.
+/// The rig as its controller knows it, in SI units, and the parts of the controller that are switched on.
 ///
 /// [`Parameters::ZHAO2005`] is the paper's rig. `f64::MAX` in a limit or range means none.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Parameters<'a> {
     pub piston_area: f64,
     /// Supply pressure `P_s` (Pa) at which the flow table holds.
     pub supply_pressure: f64,
-    /// Whether the supply pressure is measured and its departures from `supply_pressure` are corrected.
+    /// Whether the supply pressure is measured and its deviations from `supply_pressure` are corrected.
     pub supply_correction: bool,
     /// Oil compressibility of the chambers `K_a` (m³/Pa).
     pub compressibility: f64,
@@ -44,19 +44,19 @@ pub struct Parameters<'a> {
     pub flow_gain: f64,
     /// Valve gain `K_s` (unit opening per V).
     pub valve_gain: f64,
-    /// Response delay `T_d` (s) that the lead network makes up for.
+    /// Response delay `T_d` (s) of the valve, for which the lead network compensates.
     pub response_delay: f64,
     /// The lead network's `α` (1).
     pub lead_alpha: f64,
     /// Where the velocity comes from.
     pub velocity_source: VelocitySource,
-    /// Delay of the velocity itself (s), at most 1, that a learning lead network makes up for besides the valve's.
+    /// Delay of the velocity (s), at most 1. A learning lead network compensates for it and for the valve's.
     pub velocity_delay: f64,
-    /// Delay of the compensation by computation (samples, at most 1000), beyond which the valve command shows it.
+    /// Delay of the compensation by computation (samples, at most 1000), before it appears in the valve command.
     pub computation_delay: u32,
-    /// Whether the command's own flow is demanded as well.
+    /// Whether the flow that the command needs is demanded as well.
     pub feedforward: bool,
-    /// Whether the feedforward is given the next tick's command.
+    /// Whether the feedforward uses the next tick's command.
     pub look_ahead: bool,
     /// Force sensitivity `C_F` (V/N) of the force loop.
     pub force_sensitivity: f64,
@@ -78,14 +78,15 @@ pub struct Parameters<'a> {
     pub force_range: f64,
     /// Spool opening (1) beyond which a measurement is invalid.
     pub spool_range: f64,
-    /// Time (s) without a valid sample behind which the controller starts from rest at the new operating point: the changes
-    /// since the last one are not those of a tick. `f64::MAX` goes on from where it was.
+    /// Time (s) without a valid sample after which the controller starts from rest at the new operating point. The
+    /// change since the last sample is then not that of one tick. With `f64::MAX` the controller continues from its
+    /// last state.
     pub gap_time: f64,
     /// What is learned during the test.
     pub learning: Learning,
     /// The protection of the specimen.
     pub protection: Option<ProtectionParameters>,
-    /// Times (samples) that a measurement may repeat itself to the last bit before it counts as stuck; 0 does not look.
+    /// Times (samples) that a measurement may repeat itself to the last bit before it counts as stuck; 0 for no watch.
     pub stuck_samples: u32,
 }
 
@@ -94,9 +95,10 @@ pub struct Parameters<'a> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 #[repr(u8)]
 pub enum Realization {
-    /// In the channel: its output is the valve command.
+    /// The channel closes it: the output is the valve command.
     Digital = 0,
-    /// In an analog controller, as on the paper's rig: the channel's output is the compensation signal for it.
+    /// An analog controller closes it, as on the paper's rig: the output is the compensation signal for that
+    /// controller.
     Analog = 1,
 }
 
@@ -141,9 +143,10 @@ pub enum VelocitySource {
 pub struct Learning {
     /// Whether flow gain and valve are estimated.
     pub adaptive: bool,
-    /// Whether the flow table is corrected by direction and band of flow as well, where flow gain and valve are estimated.
+    /// Whether the flow table is corrected by direction and band of flow as well, where flow gain and valve are
+    /// estimated.
     pub curve_correction: bool,
-    /// Whether overcompensation takes the level back.
+    /// Whether overcompensation reduces the level.
     pub guard: bool,
     /// Opening (1) below which nothing is learned.
     pub excitation: f64,
@@ -153,7 +156,8 @@ pub struct Learning {
     pub valve_gain_bounds: [f64; 2],
     /// Bounds of the response delay over the configured one (1).
     pub response_delay_bounds: [f64; 2],
-    /// Time (s), at least 0.02, without a new calibration behind which the one in use counts as expired; `f64::MAX` never.
+    /// Time (s), at least 0.02, without a new calibration, after which the one in use has expired; `f64::MAX` for
+    /// never.
     pub age_limit: f64,
 }
 
@@ -172,7 +176,7 @@ impl Learning {
     /// Flow gain and valve are estimated, under the guard.
     pub const ADAPTIVE: Self = Self { adaptive: true, guard: true, ..Self::OFF };
 
-    /// Whether a learner runs besides the tick.
+    /// Whether there is a learner.
     pub const fn is_on(&self) -> bool {
         self.adaptive || self.guard
     }

@@ -167,21 +167,21 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_VELOCITY_OBSERVER 2    // velocity_source: an observer of displacement and force
 #define EFT_VELOCITY_ACCELEROMETER 3 // velocity_source: an observer of displacement and measured acceleration
 
-// What is learned during the test, and within which bounds.
+// The quantities that are learned during the test, and their bounds.
 typedef struct eft_learning {
   uint8_t adaptive;                  // 0 or 1; estimate flow gain and valve
   uint8_t curve_correction;          // 0 or 1; correct the flow table by direction and band of flow as well
-  uint8_t guard;                     // 0 or 1; take the level back where overcompensation pumps the structure
+  uint8_t guard;                     // 0 or 1; reduce the level where overcompensation excites the structure
   double excitation;                 // 1; opening below which nothing is learned
   double flow_gain_bounds[2];        // 1; lowest and highest flow gain over the table's
-  double valve_gain_bounds[2];       // 1; the same of the valve gain over the configured one
-  double response_delay_bounds[2];   // 1; the same of the response delay over the configured one
+  double valve_gain_bounds[2];       // 1; lowest and highest valve gain over the configured one
+  double response_delay_bounds[2];   // 1; lowest and highest response delay over the configured one
   double age_limit;                  // s; a calibration expires after this time without a new one, at least 0.02
 } eft_learning;
 
-// Whether the measurements must agree with each other, and what the protection takes for granted then.
+// The plausibility watch, which compares the measurements with each other.
 typedef struct eft_plausibility {
-  uint8_t enabled;                   // 0 or 1; without it a sensor that lies is not noticed
+  uint8_t enabled;                   // 0 or 1; without it a wrong sensor is not noticed
   double force_noise;                // N; standard deviation of the noise per sample
   double displacement_noise;         // m
   double velocity_noise;             // m/s
@@ -204,15 +204,15 @@ typedef struct eft_protection {
   double start_time;                 // s; from zero to the whole command at the start, 0 for none
   double ramp_time;                  // s; from the whole command to zero after a trip or at the end
   double shutdown_time;              // s; from the whole valve command to zero in a shutdown
-  uint32_t lost_samples;             // samples; so many lost in a row do not trip, at most 100000
-  double fault_time;                 // s; a fault that the controller reports may last so long
-  double period_tolerance;           // 1; share by which a measured sample period may be off
-  double oscillation_limit;          // N; rms of the force error from 30 to 150 Hz that shuts down
-  eft_plausibility plausibility;     // Whether the measurements agree.
+  uint32_t lost_samples;             // samples; this many lost in a row do not trip, at most 100000
+  double fault_time;                 // s; longest duration of a fault that the controller reports
+  double period_tolerance;           // 1; largest relative deviation of a measured sample period
+  double oscillation_limit;          // N; rms of the force error from 30 to 150 Hz that causes a shutdown
+  eft_plausibility plausibility;     // the plausibility watch
 } eft_protection;
 
-// The rig as its controller knows it, in SI units, and what of the controller is switched on. DBL_MAX in a limit or
-// range means none.
+// The rig as its controller knows it, in SI units, and the parts of the controller that are switched on. DBL_MAX in a
+// limit or range means none.
 typedef struct eft_parameters {
   double sample_rate;                // Hz
   uint8_t realization;               // EFT_REALIZATION_...
@@ -221,7 +221,7 @@ typedef struct eft_parameters {
   uint8_t sign_from;                 // EFT_SIGN_FROM_...
   double piston_area;                // m2
   double supply_pressure;            // Pa; at which the flow table holds
-  uint8_t supply_correction;         // 0 or 1; the supply pressure is measured and its departures are corrected
+  uint8_t supply_correction;         // 0 or 1; the supply pressure is measured and its deviations are corrected
   double compressibility;            // m3/Pa; of the oil in the chambers
   double leakage;                    // m3/(s Pa); across the piston
   uint32_t table_length;             // points of the flow table, from 2 to EFT_TABLE_CAPACITY
@@ -239,8 +239,8 @@ typedef struct eft_parameters {
   double mass;                       // kg; that the force moves, of EFT_VELOCITY_OBSERVER
   double velocity_delay;             // s; delay of the velocity; a learning lead network compensates for it as well
   uint32_t computation_delay;        // samples; delay of the compensation by computation, at most 1000
-  uint8_t feedforward;               // 0 or 1; the command's own flow is demanded as well
-  uint8_t look_ahead;                // 0 or 1; the feedforward is given the next tick's command
+  uint8_t feedforward;               // 0 or 1; the flow that the command needs is demanded as well
+  uint8_t look_ahead;                // 0 or 1; the feedforward uses the next tick's command
   double force_sensitivity;          // V/N
   double proportional_gain;          // V/V
   double derivative_gain;            // s
@@ -252,9 +252,9 @@ typedef struct eft_parameters {
   double force_range;                // N
   double spool_range;                // 1
   double gap_time;                   // s; after this time without a valid sample the controller starts from rest
-  eft_learning learning;             // What is learned.
-  eft_protection protection;         // The protection.
-  uint32_t stuck_samples;            // samples; a measurement may repeat to the last bit so often, 0: not watched
+  eft_learning learning;             // what is learned
+  eft_protection protection;         // the protection
+  uint32_t stuck_samples;            // samples; a measurement may repeat to the last bit this often, 0: not watched
 } eft_parameters;
 
 // Why a configuration was refused.
@@ -270,7 +270,7 @@ typedef struct eft_error {
 
 // A channel's configuration. One drives any number of actuators.
 typedef struct eft_channel_f32 { uint64_t marker; float value[304]; } eft_channel_f32;
-// What a channel remembers. Each actuator has one.
+// The state of a channel. Each actuator has one.
 typedef struct eft_state_f32 { uint64_t marker; float value[398]; } eft_state_f32;
 
 // One tick's command and measurements. What is never given stays NaN, by eft_input_init. A NaN that the rig needs flags
@@ -282,7 +282,7 @@ typedef struct eft_input_f32 {
   float spool;                       // 1
   float displacement;                // m; for a protection, and where the velocity is estimated from it
   float acceleration;                // m/s2; for EFT_VELOCITY_ACCELEROMETER
-  float supply_pressure;             // Pa; where its departures are corrected
+  float supply_pressure;             // Pa; where its deviations are corrected
   float next_command;                // N; of the next tick, where the feedforward looks ahead
   float valve_command;               // V; that of this sample, for learning with an analog controller
   float alive;                       // 1; counts the samples; for a protection, NaN: not watched
@@ -366,7 +366,7 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 
 // A learner's configuration. One serves any number of channels of the same parameters.
 typedef struct eft_learner_f32 { uint64_t marker; float value[158]; } eft_learner_f32;
-// What a learner remembers. Each channel has one.
+// The state of a learner. Each channel has one.
 typedef struct eft_learner_state_f32 { uint64_t marker; float value[302]; } eft_learner_state_f32;
 
 // The numbers of a calibration.

@@ -36,7 +36,7 @@ impl<S> Running<S> {
 opaque! {
     /// A channel's configuration. One drives any number of actuators.
     eft_channel[304], 0x5c, Channel<T, EFT_TABLE_CAPACITY>;
-    /// What a channel remembers. Each actuator has one.
+    /// The state of a channel. Each actuator has one.
     eft_state[398], 0xa5, Running<ChannelState<T>>;
     /// The sums of a window that has closed, for the learner.
     eft_window[14], 0x3a, Window<T>;
@@ -54,7 +54,7 @@ data! {
         spool: T, "1";
         displacement: T, "m; for a protection, and where the velocity is estimated from it";
         acceleration: T, "m/s2; for EFT_VELOCITY_ACCELEROMETER";
-        supply_pressure: T, "Pa; where its departures are corrected";
+        supply_pressure: T, "Pa; where its deviations are corrected";
         next_command: T, "N; of the next tick, where the feedforward looks ahead";
         valve_command: T, "V; that of this sample, for learning with an analog controller";
         alive: T, "1; counts the samples; for a protection, NaN: not watched";
@@ -78,7 +78,7 @@ data! {
     }
 }
 
-/// Lets a tick write its result; where it is refused that is 0 V.
+/// Lets a tick write its result. The result of a refused tick is 0 V.
 #[inline(always)]
 unsafe fn answer<T: Real>(
     output: *mut eft_output<T>,
@@ -96,7 +96,7 @@ unsafe fn answer<T: Real>(
 }
 
 /// Writes a tick's result, with a window only where one has closed.
-// By reference: a result behind an error's byte in one enum would be moved byte by byte.
+// By reference: in an enum with an error code the result would be copied byte by byte.
 #[inline(always)]
 fn write<T: Real>(output: &mut eft_output<T>, out: &Output<T>) {
     output.voltage = out.voltage;
@@ -112,15 +112,15 @@ fn write<T: Real>(output: &mut eft_output<T>, out: &Output<T>) {
     }
 }
 
-/// An input of which nothing is given.
+/// Makes an input whose fields are all NaN.
 unsafe fn give_nothing<T: Real>(input: *mut eft_input<T>) -> Result<(), u8> {
     // Safety: null or valid.
     unsafe { give(input.cast(), Input::<T>::default()) }
 }
 
 functions! {
-    /// Checks the parameters and makes a configuration of them. On refusal nothing is made: every function refuses *channel,
-    /// and *why (may be null) says what was wrong.
+    /// Checks the parameters and makes a configuration of them. On refusal nothing is made: every function refuses
+    /// *channel, and *why (may be null) says what was wrong.
     fn eft_configure_f32 eft_configure_f64(parameters: *const eft_parameters, channel: *mut eft_channel<T>, why: *mut eft_error) {
         configure(parameters, channel, why)
     }
@@ -130,8 +130,8 @@ functions! {
         check(channel, parameters)
     }
 
-    /// Sets *word to a checksum of a configuration. Keep the first, and compare each second: a difference says that memory
-    /// has changed.
+    /// Sets *word to a checksum of a configuration. Keep the first, and compare each second: a difference says that
+    /// memory has changed.
     fn eft_integrity_f32 eft_integrity_f64(channel: *const eft_channel<T>, word: *mut u32) {
         give(word, made(channel)?.integrity())
     }
@@ -151,17 +151,17 @@ functions! {
         give_nothing(input)
     }
 
-    /// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump. What
-    /// was learned stays in use, and the protection keeps its state. An invalid input gives a rig at rest.
+    /// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump.
+    /// What was learned stays in use, and the protection keeps its state. An invalid input gives a rig at rest.
     fn eft_prime_f32 eft_prime_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const eft_input<T>) {
         let state = &mut *made(state)?.state.get();
         made(channel)?.prime(state, given(input.cast())?);
         Ok(())
     }
 
-    /// One tick, in the interrupt. Where it is refused (a null pointer, a channel or state that was never made) the output
-    /// is 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last output
-    /// and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues.
+    /// One tick, in the interrupt. Where it is refused (a null pointer, a channel or state that was never made) the
+    /// output is 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the
+    /// last output and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues.
     fn eft_step_f32 eft_step_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const eft_input<T>, output: *mut eft_output<T>) {
         answer(output, |output| {
             let (core, running, input) = (made(channel)?, made(state)?, given(input.cast())?);
@@ -179,8 +179,8 @@ functions! {
         })
     }
 
-    /// In place of a tick: repeats the last output and raises EFT_HELD; the state stays. For several ticks give eft_step a
-    /// measurement that is NaN instead, so that nothing is learned of the gap. Refused as eft_step is.
+    /// In place of a tick: repeats the last output and raises EFT_HELD; the state stays. For several ticks give
+    /// eft_step a measurement that is NaN instead, so that nothing is learned of the gap. Refused as eft_step is.
     fn eft_hold_f32 eft_hold_f64(channel: *const eft_channel<T>, state: *const eft_state<T>, output: *mut eft_output<T>) {
         answer(output, |output| {
             write(output, &made(channel)?.hold(&*made(state)?.state.get()));
@@ -210,7 +210,8 @@ functions! {
         make(calibration, *(*made(state)?.state.get()).calibration())
     }
 
-    /// Requests a trip, for an emergency stop or another actuator of the specimen. The next step trips at the last command.
+    /// Requests a trip, for an emergency stop or another actuator of the specimen. The next step trips at the last
+    /// command.
     fn eft_request_trip_f32 eft_request_trip_f64(state: *mut eft_state<T>) {
         let running = made(state)?;
         running.request(&running.trip)
@@ -227,8 +228,8 @@ functions! {
         give(down, u8::from((*made(state)?.state.get()).is_down()))
     }
 
-    /// Continues a state under a new configuration without a bump. Call it after eft_take_channel for each state. What was
-    /// learned stays in use until the new learner publishes, unless the new configuration learns nothing.
+    /// Continues a state under a new configuration without a bump. Call it after eft_take_channel for each state. What
+    /// was learned stays in use until the new learner publishes, unless the new configuration learns nothing.
     fn eft_take_over_f32 eft_take_over_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         made(channel)?.take_over(&mut *made(state)?.state.get());
         Ok(())

@@ -11,7 +11,7 @@ use crate::tables::{data, functions, opaque};
 opaque! {
     /// A learner's configuration. One serves any number of channels of the same parameters.
     eft_learner[158], 0x96, Learner<T, EFT_TABLE_CAPACITY>;
-    /// What a learner remembers. Each channel has one.
+    /// The state of a learner. Each channel has one.
     eft_learner_state[302], 0x69, LearnerState<T>;
 }
 
@@ -59,7 +59,8 @@ functions! {
         make(state, made(learner)?.at_rest())
     }
 
-    /// Takes in a window and makes the next calibration, for eft_publish. After the step, or in a task below the interrupt.
+    /// Takes in a window and makes the next calibration, for eft_publish. After the step, or in a task below the
+    /// interrupt.
     fn eft_learn_f32 eft_learn_f64(learner: *const eft_learner<T>, state: *mut eft_learner_state<T>, window: *const eft_window<T>, calibration: *mut eft_calibration<T>) {
         let (core, state, window) = (made(learner)?, made_mut(state)?, made(window)?);
         if calibration.is_null() {
@@ -88,9 +89,9 @@ functions! {
         })
     }
 
-    /// Sets *flow to the no-load flow, m3/s, that the valve was found to pass at a spool opening, 1. At the openings of the
-    /// table it is the rig's new flow curve; beyond its ends it is the flow of the end. Returns EFT_NOT_FINITE for an
-    /// opening that is NaN or infinite, and *flow stays. For use after a test.
+    /// Sets *flow to the no-load flow, m3/s, that the valve was found to pass at a spool opening, 1. At the openings of
+    /// the table it is the rig's new flow curve; beyond its ends it is the flow of the end. Returns EFT_NOT_FINITE for
+    /// an opening that is NaN or infinite, and *flow stays. For use after a test.
     fn eft_found_flow_f32 eft_found_flow_f64(learner: *const eft_learner<T>, calibration: *const eft_calibration<T>, opening: T, flow: *mut T) {
         let (core, calibration) = (made(learner)?, made(calibration)?);
         if !opening.is_finite() {

@@ -1,4 +1,4 @@
-//! The parameters as C sees them, and the one place where they become the core's.
+//! The parameters in C, and their conversion to those of the core.
 
 use core::ffi::c_char;
 use core::mem::MaybeUninit;
@@ -30,23 +30,23 @@ constants! { u8:
 }
 
 data! {
-    /// What is learned during the test, and within which bounds.
+    /// The quantities that are learned during the test, and their bounds.
     eft_learning {
         adaptive: u8, "0 or 1; estimate flow gain and valve";
         curve_correction: u8, "0 or 1; correct the flow table by direction and band of flow as well";
-        guard: u8, "0 or 1; take the level back where overcompensation pumps the structure";
+        guard: u8, "0 or 1; reduce the level where overcompensation excites the structure";
         excitation: f64, "1; opening below which nothing is learned";
         flow_gain_bounds: [f64; 2], "1; lowest and highest flow gain over the table's";
-        valve_gain_bounds: [f64; 2], "1; the same of the valve gain over the configured one";
-        response_delay_bounds: [f64; 2], "1; the same of the response delay over the configured one";
+        valve_gain_bounds: [f64; 2], "1; lowest and highest valve gain over the configured one";
+        response_delay_bounds: [f64; 2], "1; lowest and highest response delay over the configured one";
         age_limit: f64, "s; a calibration expires after this time without a new one, at least 0.02";
     }
 }
 
 data! {
-    /// Whether the measurements must agree with each other, and what the protection takes for granted then.
+    /// The plausibility watch, which compares the measurements with each other.
     eft_plausibility {
-        enabled: u8, "0 or 1; without it a sensor that lies is not noticed";
+        enabled: u8, "0 or 1; without it a wrong sensor is not noticed";
         force_noise: f64, "N; standard deviation of the noise per sample";
         displacement_noise: f64, "m";
         velocity_noise: f64, "m/s";
@@ -71,17 +71,17 @@ data! {
         start_time: f64, "s; from zero to the whole command at the start, 0 for none";
         ramp_time: f64, "s; from the whole command to zero after a trip or at the end";
         shutdown_time: f64, "s; from the whole valve command to zero in a shutdown";
-        lost_samples: u32, "samples; so many lost in a row do not trip, at most 100000";
-        fault_time: f64, "s; a fault that the controller reports may last so long";
-        period_tolerance: f64, "1; share by which a measured sample period may be off";
-        oscillation_limit: f64, "N; rms of the force error from 30 to 150 Hz that shuts down";
-        plausibility: eft_plausibility, "Whether the measurements agree.";
+        lost_samples: u32, "samples; this many lost in a row do not trip, at most 100000";
+        fault_time: f64, "s; longest duration of a fault that the controller reports";
+        period_tolerance: f64, "1; largest relative deviation of a measured sample period";
+        oscillation_limit: f64, "N; rms of the force error from 30 to 150 Hz that causes a shutdown";
+        plausibility: eft_plausibility, "the plausibility watch";
     }
 }
 
 data! {
-    /// The rig as its controller knows it, in SI units, and what of the controller is switched on. DBL_MAX in a limit or
-    /// range means none.
+    /// The rig as its controller knows it, in SI units, and the parts of the controller that are switched on. DBL_MAX
+    /// in a limit or range means none.
     eft_parameters {
         sample_rate: f64, "Hz";
         realization: u8, "EFT_REALIZATION_...";
@@ -90,7 +90,7 @@ data! {
         sign_from: u8, "EFT_SIGN_FROM_...";
         piston_area: f64, "m2";
         supply_pressure: f64, "Pa; at which the flow table holds";
-        supply_correction: u8, "0 or 1; the supply pressure is measured and its departures are corrected";
+        supply_correction: u8, "0 or 1; the supply pressure is measured and its deviations are corrected";
         compressibility: f64, "m3/Pa; of the oil in the chambers";
         leakage: f64, "m3/(s Pa); across the piston";
         table_length: u32, "points of the flow table, from 2 to EFT_TABLE_CAPACITY";
@@ -108,8 +108,8 @@ data! {
         mass: f64, "kg; that the force moves, of EFT_VELOCITY_OBSERVER";
         velocity_delay: f64, "s; delay of the velocity; a learning lead network compensates for it as well";
         computation_delay: u32, "samples; delay of the compensation by computation, at most 1000";
-        feedforward: u8, "0 or 1; the command's own flow is demanded as well";
-        look_ahead: u8, "0 or 1; the feedforward is given the next tick's command";
+        feedforward: u8, "0 or 1; the flow that the command needs is demanded as well";
+        look_ahead: u8, "0 or 1; the feedforward uses the next tick's command";
         force_sensitivity: f64, "V/N";
         proportional_gain: f64, "V/V";
         derivative_gain: f64, "s";
@@ -121,9 +121,9 @@ data! {
         force_range: f64, "N";
         spool_range: f64, "1";
         gap_time: f64, "s; after this time without a valid sample the controller starts from rest";
-        learning: eft_learning, "What is learned.";
-        protection: eft_protection, "The protection.";
-        stuck_samples: u32, "samples; a measurement may repeat to the last bit so often, 0: not watched";
+        learning: eft_learning, "what is learned";
+        protection: eft_protection, "the protection";
+        stuck_samples: u32, "samples; a measurement may repeat to the last bit this often, 0: not watched";
     }
 }
 

@@ -10,7 +10,7 @@ use crate::codes::{EFT_NOT_MADE, EFT_NULL_POINTER};
 pub(crate) unsafe trait Opaque {
     /// What follows the marker.
     type Value;
-    /// Stands where a value has been made.
+    /// The marker of a value that has been made.
     const MARKER: u32;
 }
 

@@ -1,4 +1,4 @@
-//! What is measured, as exported functions of their own.
+//! The functions that are measured, each as an exported function.
 
 use eft_core::{
     Calibration, Channel, ChannelState, Compensation, CompensationInput, CompensationState,
@@ -13,7 +13,7 @@ use crate::rigs::{CROWDED, CURVE, PAPER, ROBUST, SELF_CALIBRATING, WATCHED, made
 /// Points of the flow table.
 pub const N: usize = guarded::POINTS;
 
-/// What firmware takes from a tick.
+/// The numbers that firmware takes from a tick.
 #[derive(Default)]
 pub struct Answer {
     pub voltage: f32,
@@ -32,7 +32,7 @@ impl Answer {
     }
 }
 
-/// One tick of a channel of which the compiler knows nothing: what a C interface costs before its own checks.
+/// One tick of a channel of which the compiler knows nothing: the cost of a C interface without its own checks.
 #[unsafe(no_mangle)]
 pub extern "C" fn channel_step(
     channel: &Channel<f32, N>,
@@ -133,7 +133,7 @@ pub extern "C" fn observer_step(
 ) -> f32 {
     c.step(s, x, a)
 }
-/// Both halves, before and behind the controller, whose flags are `flags`.
+/// The protection's steps before and after the controller, whose flags are `flags`.
 #[unsafe(no_mangle)]
 pub extern "C" fn protection_step(
     c: &Protection<f32>,

@@ -1,4 +1,4 @@
-//! What is measured of the C interface.
+//! The functions of the C interface that are measured.
 
 use core::mem::MaybeUninit;
 use core::ptr::null_mut;
@@ -53,7 +53,7 @@ pub fn run() {
     configure();
 }
 
-/// What it takes to make a configuration, to check it and to make a word of it and of a state, in a task.
+/// The cost in a task: to make a configuration, to check it, and to make the checksums of it and of a state.
 fn configure() {
     // With every part that a channel may have.
     let protection = ProtectionParameters {
@@ -102,7 +102,7 @@ fn configure() {
     }
 }
 
-/// The highest costs of a step, of learning, publishing and offering a window, in a run with the learner beside it.
+/// The highest costs of a step, of learning, publishing and offering a window, in a run with its learner.
 fn costs(p: &Parameters) -> [Cost; 4] {
     let parameters = parameters(p);
     let (mut channel, mut state) = (MaybeUninit::uninit(), MaybeUninit::uninit());
@@ -125,7 +125,7 @@ fn costs(p: &Parameters) -> [Cost; 4] {
     let mut worst = [Cost::default(); 4];
     let (mut random, mut position, mut wait, mut closed_windows) = (Random(12345), 0.0, 0, 0);
     for tick in 0..20_000 {
-        // A trip is for good: now and then from the start again.
+        // A trip is final, so the run starts again now and then.
         if tick & 0x7f == 0 && tick & 0x1fff <= 0x800 {
             // Safety: every pointer is valid.
             let codes = unsafe { [eft_reset_f32(channel, state), eft_learner_reset_f32(learner, memory)] };

@@ -1,8 +1,8 @@
-//! What goes into the subjects.
+//! The inputs of the functions that are measured.
 
 use eft_core::Input;
 
-/// Numbers as sensors send them, and as they should not.
+/// Numbers as sensors send them, and invalid ones.
 pub struct Random(pub u32);
 
 impl Random {
@@ -32,11 +32,11 @@ fn triangle(tick: u32) -> f32 {
     if phase < 2.0 { phase - 1.0 } else { 3.0 - phase }
 }
 
-/// A tick of a rig whose valve passes more than its table in one direction: three quarters of the time it does as it is
-/// asked, so that the learner works.
+/// A tick of a rig whose valve passes more than its table in one direction. For three quarters of the time the rig
+/// follows its command, so that the learner works.
 pub fn rig(tick: u32, position: &mut f32, r: &mut Random) -> Input<f32> {
     let wild = tick & 0x1800 == 0;
-    // Now and then nothing comes for longer than the tick goes on from what was before.
+    // Now and then a gap is longer than the gap time.
     let gone = tick & 0x1fc0 == 0x1f80;
     let opening = 0.3 * triangle(tick);
     let side = if opening > 0.0 { 1.05 } else { 1.0 };
@@ -60,7 +60,7 @@ pub fn rig(tick: u32, position: &mut f32, r: &mut Random) -> Input<f32> {
         acceleration: sample(20.0, 0.0),
         supply_pressure: sample(2.5e7, 1.9e7),
         next_command: sample(1.0e4, 0.0),
-        // As an analog controller has it, which opens the valve by a tenth a volt.
+        // The command of an analog controller, with a valve gain of 0.1 per volt.
         valve_command: sample(10.0, 10.2 * opening),
         alive: sample(1.0e6, tick as f32),
         period: sample(1.0e-3, 1.0 / 4096.0),

@@ -6,11 +6,11 @@ use semihosting::println;
 
 use crate::inputs::Random;
 
-/// What the trampoline is told, what it saves, and what it finds.
+/// The trampoline's arguments, the registers that it saves, and its results.
 #[repr(C)]
 struct Probe {
     function: usize,
-    /// Bytes of stack that are looked at.
+    /// Bytes of stack that are painted.
     depth: u32,
     saved: [u32; 8],
     start: u32,
@@ -21,10 +21,10 @@ struct Probe {
 #[unsafe(no_mangle)]
 static mut EFT_PROBE: Probe = Probe { function: 0, depth: 0, saved: [0; 8], start: 0, end: 0, stack: 0 };
 
-// Calls the function with its caller's registers and stack pointer, so that arguments may be on the stack.
+// Calls the function with its caller's registers and stack pointer, since arguments may be on the stack.
 global_asm!(
     ".syntax unified",
-    // Of the emulated processor, whatever the rest is compiled for.
+    // For the emulated processor, whatever the target of the other code.
     ".arch armv7e-m",
     ".thumb",
     ".section .text.eft_probe_call, \"ax\"",
@@ -70,7 +70,7 @@ unsafe extern "C" {
     fn eft_probe_call();
 }
 
-/// What one call cost.
+/// The cost of one call.
 #[derive(Clone, Copy, Default)]
 pub struct Cost {
     pub instructions: u32,
@@ -78,7 +78,7 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// The higher of two, each for itself.
+    /// The higher of both instructions and of both stacks.
     pub fn raise(&mut self, other: Self) {
         self.instructions = self.instructions.max(other.instructions);
         self.stack = self.stack.max(other.stack);
@@ -91,11 +91,12 @@ impl core::fmt::Display for Cost {
     }
 }
 
-/// Bytes of stack at the most, of what runs in the tick or beside it, and of what makes a configuration.
+/// Most bytes of stack: of functions in the tick or of its learner, and of functions that make a configuration.
 pub const TICK: u32 = 1024;
 pub const CONFIGURE: u32 = 32_768;
 
-/// Arms the probe for `function`, which uses `depth` bytes of stack at the most, and gives the trampoline's address, to be called with `function`'s signature.
+/// Arms the probe for `function`, which uses `depth` bytes of stack at most. Returns the address of the trampoline,
+/// which is called with the signature of `function`.
 pub fn arm(function: usize, depth: u32) -> usize {
     // Safety: single-threaded, no interrupt touches the probe.
     unsafe { (EFT_PROBE.function, EFT_PROBE.depth) = (function, depth) };
@@ -115,8 +116,8 @@ const TIMER_PERIOD: u32 = match u32::from_str_radix(env!("EFT_TIMER_PERIOD"), 10
     Err(_) => panic!("no number"),
 };
 
-/// One instruction takes 2^8 ns under `-icount shift=8`, several ticks of the timer, so that one more or less does not
-/// count; the call and the reading of the timer are two of them.
+/// One instruction takes 2^8 ns under `-icount shift=8`, which is several ticks of the timer. So one tick more or less
+/// does not count. The call and the reading of the timer are two instructions.
 fn instructions(ticks: u32) -> u32 {
     ((ticks * TIMER_PERIOD + 128) / 256).wrapping_sub(2)
 }

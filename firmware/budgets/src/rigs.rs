@@ -13,7 +13,7 @@ macro_rules! made {
 }
 pub(crate) use made;
 
-/// The paper's rig with limits; a sensor measures the velocity, nothing is protected and nothing learned.
+/// The paper's rig with limits, a velocity sensor, no protection and no learner.
 pub const PAPER: Parameters = Parameters {
     valve_command: 10.0,
     valve_command_rate: 2.0e4,
@@ -29,7 +29,7 @@ pub const SELF_CALIBRATING: Parameters =
 pub const CURVE: Parameters =
     Parameters { learning: Learning { curve_correction: true, ..Learning::ADAPTIVE }, ..SELF_CALIBRATING };
 
-/// The same with a protection that watches whether the measurements agree.
+/// The same with a protection and a plausibility watch.
 pub const WATCHED: Parameters = Parameters {
     protection: match guarded::PARAMETERS.protection {
         Some(protection) => {
@@ -40,18 +40,18 @@ pub const WATCHED: Parameters = Parameters {
     ..CURVE
 };
 
-/// The self-calibrating rig with an integral part in the force loop, as the designed loop has it.
+/// The self-calibrating rig with the integral part of the designed force loop.
 pub const ROBUST: Parameters = Parameters { integral_gain: 4.0, ..SELF_CALIBRATING };
 
-/// The worst table that is admissible: finer near null than the index of equal cells, in both directions; with all that
-/// is learned.
+/// The worst permitted table: its knots near null are closer than the cells of its index, in both directions.
+/// Everything is learned.
 pub const CROWDED: Parameters = Parameters { openings: &NEAR_NULL, flows: &FLOWS, ..CURVE };
 
 const NEAR_NULL: [f64; 21] = [
     -1.0, -0.4, -0.1, -0.02, -8.0e-3, -4.0e-3, -2.0e-3, -1.0e-3, -5.0e-4, -2.0e-4, 0.0, 2.0e-4, 5.0e-4,
     1.0e-3, 2.0e-3, 4.0e-3, 8.0e-3, 0.02, 0.1, 0.4, 1.0,
 ];
-/// As `inputs::rig` has it.
+/// The rig of `inputs::rig`.
 const FLOWS: [f64; 21] = {
     let mut flows = NEAR_NULL;
     let mut n = 0;

@@ -1,4 +1,4 @@
-//! What is measured, with what settings.
+//! The functions that are measured, and their settings.
 
 use core::hint::black_box;
 
@@ -11,8 +11,8 @@ use crate::inputs::{Random, rig};
 use crate::probe::{Cost, cost, probed, worst};
 use crate::rigs::{CROWDED, CURVE, LONGEST, PAPER, ROBUST, SELF_CALIBRATING, WATCHED, made};
 
-/// Ticks after which a window's calibration is published, so that the tick itself goes on to the next window; now and then
-/// too many, so that it is late.
+/// A window's calibration is published after this many ticks, so that the next window has begun. Now and then there are
+/// too many, so that the calibration is late.
 pub fn later(window: u32) -> u32 {
     if window % 8 == 7 { 70 } else { 5 }
 }
@@ -51,7 +51,7 @@ pub fn run() {
     ] {
         let cost = ticks(step, channel, learner);
         println!("{name} {}", cost.step);
-        // What the learner costs does not depend on who calls the tick.
+        // The cost of the learner does not depend on the caller of the tick.
         match name {
             "self_calibrating_tick" => println!("learner_update {}", cost.update),
             "self_calibrating_curve_tick" => {
@@ -71,7 +71,7 @@ struct Costs {
     publish: Cost,
 }
 
-/// The highest costs in a run with the learner beside it, the start and the end of windows included.
+/// The highest costs in a run with its learner, the start and the end of windows included.
 fn ticks(function: Step, channel: &Channel<f32, N>, learner: Option<&Learner<f32, N>>) -> Costs {
     let (mut random, mut worst) = (Random(12345), Costs::default());
     let (mut position, mut learned) = (0.0, false);
@@ -81,7 +81,7 @@ fn ticks(function: Step, channel: &Channel<f32, N>, learner: Option<&Learner<f32
     let mut calibration = *state.calibration();
     let mut wait = 0;
     for tick in 0..20_000 {
-        // A trip is for good: now and then from the start again.
+        // A trip is final, so the run starts again now and then.
         if tick & 0x7f == 0 && tick & 0x1fff <= 0x800 {
             state = channel.at_rest();
             memory = learner.map(Learner::at_rest);
@@ -110,7 +110,7 @@ fn ticks(function: Step, channel: &Channel<f32, N>, learner: Option<&Learner<f32
     worst
 }
 
-/// The parts by themselves.
+/// The single parts.
 fn blocks() {
     static COMPENSATION: Compensation<f32, N> = made!(Compensation::<f32, N>::new(&PAPER));
     static TABLE: FlowTable<f32, N> = made!(FlowTable::<f32, N>::new(PAPER.openings, PAPER.flows));
@@ -130,7 +130,7 @@ fn blocks() {
         Some(levels) => made!(Protection::<f32>::new(&levels, PAPER.sample_rate)),
         None => panic!("the rig has a protection"),
     };
-    // At a rate at which a window of the watch closes in every other tick.
+    // At this rate a window of the watch closes in every second tick.
     static WATCHING: Protection<f32> = match LEVELS {
         Some(levels) => {
             made!(Protection::<f32>::new(&ProtectionParameters { oscillation_limit: 400.0, ..levels }, 60.0))
@@ -215,7 +215,7 @@ fn blocks() {
     for (name, protection) in [("protection_step", &PROTECTION), ("protection_step, oscillation", &WATCHING)]
     {
         worst(name, |r| {
-            // A trip is for good: now and then from the start again.
+            // A trip is final, so the run starts again now and then.
             tick += 1;
             if tick % 64 == 0 {
                 state = ProtectionState::default();

@@ -1,5 +1,5 @@
-//! Sensors that fail in the middle of a run: the output stays finite and within its limit, a flag says so, and
-//! the first good sample continues, with the same state and output, as if the bad ones had never been.
+//! Sensors that fail in the middle of a run. The output stays finite and within its limit, and a flag reports the
+//! fault. The first good sample continues with the same state and output as without the bad samples.
 
 use eft_core::{Input, StuckWatch, StuckWatchState, status};
 use eft_rigs::uneven::{CHANNEL, PARAMETERS};
@@ -10,10 +10,10 @@ const LIMIT: f32 = 8.0;
 const REPEATS: u32 = 5;
 const CHANNELS: usize = 4;
 
-/// How a channel fails.
+/// How a sensor fails.
 #[derive(Clone, Copy)]
 enum Fault {
-    /// It reads this.
+    /// It reads this number.
     Reads(f32),
     /// It repeats its last reading.
     Stuck,
@@ -33,7 +33,7 @@ impl Run {
     }
 }
 
-/// How many faults were put in, or what went wrong.
+/// The number of faults that were injected, or the error.
 pub fn run() -> Result<u32, &'static str> {
     let range = [
         f32::MAX,
@@ -67,13 +67,13 @@ pub fn run() -> Result<u32, &'static str> {
 fn survive(channel: usize, fault: Fault) -> Result<(), &'static str> {
     let watch = StuckWatch::new(REPEATS).map_err(|_| "watch refused")?;
     let (mut state, mut watched) = (CHANNEL.at_rest(), StuckWatchState::default());
-    // Its twin never sees a sample that was refused.
+    // The second channel never gets a refused sample.
     let mut twin = CHANNEL.at_rest();
     let mut run = Run { cos: 1.0, sin: 0.0 };
     let mut last = [0.0; CHANNELS];
     for n in 0..2000 {
         let sample = run.next();
-        // Of eleven samples in the middle of the run, from the first to the last.
+        // The fault lasts for eleven samples in the middle of the run.
         let failing = (1000..1011).contains(&n);
         let mut read = sample;
         if failing && let Some(reading) = read.get_mut(channel) {

@@ -1,5 +1,5 @@
-//! What must hold on the target itself: the same bits as everywhere, faults survived, configurations swapped under a
-//! running interrupt. Prints the golden bits on lines of their own, and ends with 1 where a check fails.
+//! Checks on the target: golden bits, sensor faults, and configurations that are swapped under a running interrupt. The
+//! program prints the golden bits on lines of their own, and ends with 1 if a check fails.
 #![no_std]
 #![no_main]
 

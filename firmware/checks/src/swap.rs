@@ -1,4 +1,4 @@
-//! Configurations are offered while a timer interrupt runs the step: each step must be that of one of them, whole.
+//! Configurations are offered while a timer interrupt runs the step. Each step must use one whole configuration.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -12,8 +12,8 @@ use eft_rigs::zhao2005::{PARAMETERS, POINTS};
 
 /// Ticks of each part.
 const TICKS: u32 = 5_000;
-/// Counts of the timer between two ticks, 40 ns each: 7,500 instructions under `-icount shift=6`. The interrupt with its
-/// copy and its reset must take less, or the main loop never runs.
+/// Counts of the timer between two ticks, 40 ns each: 7,500 instructions under `-icount shift=6`. The interrupt with
+/// its copy and its reset must take less, or the main loop never runs.
 const PERIOD: u32 = 11_999;
 
 struct Shared(UnsafeCell<MaybeUninit<eft_exchange<eft_channel<f32>>>>);
@@ -26,7 +26,7 @@ static IN_USE: AtomicPtr<eft_channel<f32>> = AtomicPtr::new(null_mut());
 /// Whether the interrupt reads the first copy whatever was offered, as a program without an exchange would.
 static CARELESS: AtomicBool = AtomicBool::new(false);
 static COUNT: AtomicU32 = AtomicU32::new(0);
-/// The answers of the two configurations, and how often the interrupt saw each, and something else.
+/// The answers of the two configurations, and how often the interrupt computed each, or another.
 static ANSWERS: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 static SEEN: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 static TORN: AtomicU32 = AtomicU32::new(0);
@@ -34,7 +34,7 @@ static TORN: AtomicU32 = AtomicU32::new(0);
 static CHANGES: AtomicU32 = AtomicU32::new(0);
 static LAST: AtomicU32 = AtomicU32::new(0);
 
-/// What one tick from rest answers: it depends on the configuration alone.
+/// The output of one tick from rest, which depends on the configuration alone.
 fn answer(channel: *const eft_channel<f32>) -> u32 {
     let (mut state, mut input, mut output) = (
         MaybeUninit::uninit(),
@@ -83,7 +83,7 @@ pub fn tick() {
     add(&COUNT);
 }
 
-/// A swap without the atomic instruction that not every target has; only the interrupt writes.
+/// A swap without the atomic instruction, which some targets do not have. Only the interrupt writes.
 trait Swap {
     fn swap_(&self, value: u32) -> u32;
 }
@@ -118,7 +118,7 @@ fn configured(level: f64, response_delay: f64) -> Option<eft_channel<f32>> {
     }
 }
 
-/// How many configurations the interrupt took over, or what went wrong.
+/// The number of configurations that the interrupt took over, or the error.
 pub fn run(mut timer: SYST) -> Result<u32, &'static str> {
     let (Some(first), Some(second)) = (configured(1.0, 5.0e-3), configured(0.5, 4.0e-3)) else {
         return Err("swap: configuration refused");
@@ -137,11 +137,11 @@ pub fn run(mut timer: SYST) -> Result<u32, &'static str> {
     let mut offer = next.next();
     let mut random = Xorshift(1);
     while COUNT.load(Ordering::Acquire) < TICKS {
-        // So that the interrupt comes at any moment of an offer, also in the middle of its copying.
+        // The interrupt then comes at any moment of an offer, also in the middle of the copy.
         for _ in 0..random.next() % 256 {
             cortex_m::asm::nop();
         }
-        // Safety: valid pointers; only here is offered.
+        // Safety: valid pointers; no other place offers.
         if let Some(config) = offer
             && unsafe { eft_offer_channel_f32(exchange(), config) } == EFT_OK
         {
@@ -152,7 +152,7 @@ pub fn run(mut timer: SYST) -> Result<u32, &'static str> {
     if torn != 0 || SEEN.iter().any(|seen| seen.load(Ordering::Relaxed) == 0) {
         return Err("swap: a torn configuration, or one that was never taken over");
     }
-    // The test must be able to fail: the same without the exchange tears.
+    // The test must be able to fail: without the exchange configurations are torn.
     CARELESS.store(true, Ordering::Release);
     let mut next = [&second, &first].into_iter().cycle();
     while COUNT.load(Ordering::Acquire) < 2 * TICKS {

@@ -1,10 +1,10 @@
-//! Numbers as sensors send them, and as they should not.
+//! Numbers as sensors send them, and invalid ones.
 
-/// Random ticks before the special values are gone through.
+/// Random ticks before those with special values.
 pub const STEPS: u32 = 100_000;
 
-/// Bits that deserve a try of their own: NaN quiet and signalling with payloads, infinities, zeros, subnormals, the
-/// ends of the normal range, and the neighbours of 1 and of the largest measurement that may be valid.
+/// Special values: quiet and signalling NaN with payloads, infinities, zeros, subnormals, the ends of the normal range,
+/// and the neighbours of 1 and of the largest valid measurement.
 pub const SPECIAL: [u32; 32] = [
     0x7fc0_0000,
     0xffc0_0000,
@@ -57,7 +57,7 @@ impl Xorshift {
     pub fn regular(&mut self, scale: f32) -> f32 {
         self.next() as i32 as f32 * (scale / 2_147_483_648.0)
     }
-    /// As [`regular`](Self::regular); now and then a special value or any bits at all.
+    /// As [`regular`](Self::regular), but now and then a special value or random bits.
     pub fn sample(&mut self, scale: f32) -> f32 {
         match self.next() % 16 {
             0 => special(self.next()),
@@ -86,11 +86,11 @@ pub struct Tick {
     pub further_flow: f32,
 }
 
-/// What each channel is within in ordinary ticks: command, velocity, force, spool, further flow.
+/// Each signal's range in ordinary ticks: command, velocity, force, spool, further flow.
 const SCALES: [f32; 5] = [1.0e4, 1.3, 1.6e5, 1.2, 1.0e-3];
 const CHANNELS: u32 = 5;
 
-/// [`STEPS`] random ticks, then every two special values in every two channels, the others ordinary.
+/// [`STEPS`] random ticks, then every pair of special values in every pair of signals. The other signals are ordinary.
 #[derive(Debug)]
 pub struct Inputs {
     random: Xorshift,
@@ -124,7 +124,7 @@ impl Iterator for Inputs {
             }
             for (i, (channel, scale)) in (0..).zip(channels.iter_mut().zip(SCALES)) {
                 let ordinary = self.random.regular(scale);
-                // Where both mean one channel, the second counts.
+                // If both are the same signal, the second counts.
                 *channel = if i == b {
                     special(second)
                 } else if i == a {

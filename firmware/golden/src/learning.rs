@@ -1,13 +1,13 @@
-//! A run in which an adaptive controller learns, of a rig whose valve passes more than its table says; a sample is lost
-//! now and then, and towards the end the sensors lie, so that a protection trips.
+//! A run in which an adaptive controller learns. The rig's valve passes more than its table says. A sample is lost now
+//! and then. Towards the end the sensors are wrong, so that a protection trips.
 
 use eft_core::Input;
 
 use crate::{Hash, Xorshift};
 
-/// Ticks of it.
+/// Ticks of the run.
 const TICKS: u32 = 100_000;
-/// From here on the sensors lie.
+/// The sensors are wrong from this tick on.
 const LYING: u32 = 80_000;
 
 /// One tick's command and measurements, in SI units.
@@ -41,7 +41,7 @@ fn triangle(tick: u32) -> f32 {
     if phase < 2.0 { phase - 1.0 } else { 3.0 - phase }
 }
 
-/// What a sensor reports: the truth with noise, or a number that it should not send.
+/// A sensor's reading: the true value with noise, or an invalid number.
 fn report(random: &mut Xorshift, tick: u32, scale: f32, truth: f32) -> f32 {
     let noise = random.regular(5.0e-4 * scale);
     if tick < LYING {

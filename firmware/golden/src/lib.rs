@@ -1,8 +1,9 @@
-//! The same inputs everywhere, and a hash of every bit that the controller answers: equal on the host, on the target,
-//! through C (`../c/golden.c`, `../c/learning.c`) and through Python (`tests/python/test_golden_bits.py`), which write the inputs again.
+//! The golden inputs, and a hash of every bit of the controller's output. The hashes are equal on the host, on the
+//! target, through C (`../c/golden.c`, `../c/learning.c`) and through Python (`tests/python/test_golden_bits.py`). C
+//! and Python generate the same inputs by code of their own.
 //!
-//! `bits.txt` holds the hashes; a change of any of them is a change of what firmware computes. The inputs of the controller
-//! have invalid samples for up to 80 ms in a row, and it goes on behind them from where it was: by [`without_gaps`].
+//! `bits.txt` holds the hashes. If a hash changes, firmware computes something else. The inputs of the controller have
+//! invalid samples for up to 80 ms in a row. After them it continues from its last state, by [`without_gaps`].
 #![no_std]
 
 mod inputs;
@@ -21,10 +22,10 @@ pub const BITS: &str = include_str!("../bits.txt");
 pub struct Hash(u64);
 
 impl Hash {
-    /// Of nothing.
+    /// The hash of no words.
     pub const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
 
-    /// One more word.
+    /// Adds a word.
     pub fn add(&mut self, word: u32) {
         self.0 = (self.0 ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3);
     }
@@ -34,7 +35,7 @@ impl Hash {
     }
 }
 
-/// As the paper's controller: whatever was lost, it goes on from where it was.
+/// As the paper's controller, which continues from its last state after any gap.
 pub const fn without_gaps(parameters: Parameters<'_>) -> Parameters<'_> {
     Parameters { gap_time: f64::MAX, ..parameters }
 }

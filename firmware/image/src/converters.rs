@@ -1,4 +1,4 @@
-//! What a board has converters for: a sample in, a valve command out, and what the controller believes.
+//! The exchange of samples and valve commands, for which a board has converters, and the controller's estimates.
 
 use eft_core::{Calibration, Input, Output};
 use semihosting::fs::{File, OpenOptions};
@@ -14,7 +14,7 @@ pub struct Converters {
 impl Converters {
     /// Opens them, or ends the program.
     pub fn open() -> Self {
-        // In this order: either end of a pipe waits for the other.
+        // The order matters, since each end of a pipe waits for the other.
         let Ok(input) = File::open(c"to-firmware") else { process::exit(2) };
         let output = OpenOptions::new().write(true).truncate(true).create(true).open(c"from-firmware");
         let Ok(output) = output else { process::exit(2) };
@@ -42,7 +42,7 @@ impl Converters {
         }
     }
 
-    /// Puts a tick's result out, with the calibration that was in use.
+    /// Writes a tick's result and the calibration in use.
     pub fn put(&mut self, out: &Output<f32>, calibration: &Calibration<f32>) {
         let bytes = [
             out.voltage.to_le_bytes(),

@@ -1,4 +1,4 @@
-//! From one context to another without a lock: two copies of something, and whose turn it is.
+//! From one context to another without a lock: two copies of something, and counts of offers and of those taken.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -10,7 +10,7 @@ pub struct Exchange<T> {
     taken: AtomicU32,
 }
 
-// Safety: a copy is written only while the other side has no business with it, see `offer` and `take`.
+// Safety: a copy is written only while the other side does not use it, see `offer` and `take`.
 unsafe impl<T: Copy + Send> Sync for Exchange<T> {}
 
 impl<T: Copy> Exchange<T> {
@@ -36,7 +36,7 @@ impl<T: Copy> Exchange<T> {
         true
     }
 
-    /// What was offered, in the other context only; none where there is nothing new.
+    /// The copy that was offered, in the other context only; none if there is no new one.
     pub fn take(&self) -> Option<T> {
         let offered = self.offered.load(Ordering::Acquire);
         if self.taken.load(Ordering::Relaxed) == offered {

@@ -1,4 +1,5 @@
-//! The same channel with one constant a little off, the one that `FLIPPED` names: its run must not equal the host's.
+//! The same channel with one constant changed a little, the one that `FLIPPED` names. Its run must differ from the
+//! host's.
 
 use eft_core::{Channel, Parameters};
 use eft_rigs::zhao2005::{CHANNEL, PARAMETERS, POINTS};
@@ -6,10 +7,10 @@ use eft_rigs::zhao2005::{CHANNEL, PARAMETERS, POINTS};
 /// A few steps of an `f32`.
 const OFF: f64 = 1.000_001;
 
-/// What is off; `../../run` writes a name over it in the image, so that it is read as memory.
+/// The changed constant. `../../run` writes a name over it in the image, so it is read from memory.
 static FLIPPED: [u8; 26] = *b"flipped: nothing          ";
 
-/// The rig's channel but for the one constant.
+/// The rig's channel with the changed constant.
 pub fn channel() -> Channel<f32, POINTS> {
     let (mut p, mut flows) = (PARAMETERS, [0.0; POINTS]);
     flows.copy_from_slice(PARAMETERS.flows);

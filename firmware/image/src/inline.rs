@@ -1,4 +1,4 @@
-//! All in one context: the timer's interrupt counts, the loop below it ticks, and learns behind the tick.
+//! Everything in one context: the timer's interrupt counts, and the main loop runs the tick and then the learner.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 

@@ -1,8 +1,8 @@
 //! A control loop in Rust as it would run on a board: timer, sample, step, command, watchdog on overrun.
 //!
-//! There are two ways to learn: inline behind the tick, and in a task of lower priority (`--features task`). Both give the
-//! simulator's bits. Samples come from the file `to-firmware` and commands go to `from-firmware`, by semihosting, where a
-//! board has its converters.
+//! The learner runs inline after the tick, or in a task of lower priority (`--features task`). Both give the
+//! simulator's bits. Samples come from the file `to-firmware` and commands go to `from-firmware`, by semihosting. A
+//! board has converters instead.
 #![no_std]
 #![no_main]
 

@@ -1,5 +1,5 @@
-//! The tick in the timer's interrupt; the learner in PendSV, below it in priority. Windows go down through one exchange,
-//! calibrations up through another.
+//! The tick runs in the timer's interrupt, and the learner in PendSV with a lower priority. One exchange takes windows
+//! to the learner, another takes calibrations to the tick.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -18,9 +18,9 @@ static WINDOWS: Exchange<Window<f32>> = Exchange::new();
 static CALIBRATIONS: Exchange<Calibration<f32>> = Exchange::new();
 static TICKS: AtomicU32 = AtomicU32::new(0);
 
-/// What one context owns.
+/// Data that one context owns.
 struct Own<T>(UnsafeCell<Option<T>>);
-// Safety: the main program fills it before that context runs; afterwards nobody else touches it.
+// Safety: the main program fills it before that context runs. Afterwards only that context uses it.
 unsafe impl<T> Sync for Own<T> {}
 
 impl<T> Own<T> {
@@ -65,7 +65,7 @@ fn PendSV() {
     if let Some(window) = WINDOWS.take() {
         let begun = TICKS.load(Ordering::Acquire);
         let calibration = LEARNER.update(LEARNED.get(), &window);
-        // So that it is preempted, as a learner on a slower processor would be.
+        // A delay, so that the learner is preempted as on a slower processor.
         while TICKS.load(Ordering::Acquire).wrapping_sub(begun) < window.number % 8 {
             cortex_m::asm::nop();
         }

@@ -1,5 +1,5 @@
-//! The C interface as a static library. It links only into what cannot panic: its panic handler calls a function that
-//! does not exist.
+//! The C interface as a static library. A program with a reachable panic does not link, since the panic handler calls a
+//! function that does not exist.
 #![no_std]
 
 pub use eft_ffi::*;

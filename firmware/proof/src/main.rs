@@ -1,4 +1,4 @@
-//! Links only if no exported function can panic: the panic handler calls what does not exist.
+//! Links only if no exported function can panic, since the panic handler calls a function that does not exist.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! What of the measurements is believed, and what stands in for the rest.
+//! Which measurements are believed, and the values that replace the others.
 
 use crate::channel::{Channel, ChannelState, Input};
 use crate::number::Real;
@@ -7,7 +7,7 @@ use crate::protection::{Cause, DISPLACEMENT, FORCE, Known, Plausibility, SPOOL, 
 use crate::status;
 use crate::velocity::Velocity;
 
-/// What of a tick's measurements the controller and the levels go by.
+/// The values of a tick that controller and trip levels use.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Believed<T> {
     pub(super) force: T,
@@ -18,7 +18,7 @@ pub(super) struct Believed<T> {
 }
 
 impl<T: Real, const N: usize> Channel<T, N> {
-    /// What of the measurements is believed, and what stands in for the rest.
+    /// Selects the measurements that are believed, and replaces the others.
     #[inline(always)]
     pub(super) fn believe(
         &self,
@@ -57,7 +57,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             believed.status |= if doubted(signal) { flag } else { 0 };
         }
         if state.protection.cause().is_of_sensors() {
-            // Not what the sensor has taught while it lied.
+            // What was learned while the sensor was wrong is discarded.
             state.sound.go_back();
         }
         let zero = T::splat(0.0);
@@ -72,7 +72,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
         let estimated = !matches!(self.velocity, Velocity::Sensor);
         if doubted(DISPLACEMENT) && (doubted(VELOCITY) || estimated) {
-            // Nothing is left to follow: the valve closes from where it stands.
+            // No signal is left to follow: the valve closes from its present opening.
             state.protection.shut_down_by(cause);
             state.protection.blind();
             believed.velocity = T::splat(f64::NAN);
@@ -85,7 +85,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         believed
     }
 
-    /// Whether the velocity may be what lies though the force is blamed: the displacement is followed then.
+    /// Whether the velocity may be wrong although the force is blamed. The displacement is followed then.
     #[inline(always)]
     pub(super) fn doubts_velocity(&self, state: &ChannelState<T>) -> bool {
         let [_, displacement, ..] = state.plausibility.distrusted();

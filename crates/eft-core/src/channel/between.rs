@@ -1,4 +1,4 @@
-//! What happens to a state between two ticks.
+//! Operations on a state between two ticks.
 
 use core::borrow::Borrow;
 
@@ -33,16 +33,16 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
     }
 
-    /// Gives a calibration to the tick, in the tick's context and between two of them: the one made of window k takes
-    /// effect at the first tick of window k + 2. One that comes later takes effect at the next window's start; until
+    /// Gives a calibration to the tick. Call it in the tick's context, between two ticks. The calibration of window k
+    /// takes effect at the first tick of window k + 2. A later one takes effect at the start of the next window. Until
     /// the learner has caught up every tick raises [`status::CALIBRATION_LATE`].
     ///
     /// # Cost
-    /// A copy of the calibration; under a plausibility watch a second one each half second.
+    /// A copy of the calibration. With a plausibility watch there is a second copy each half second.
     #[inline(always)]
     pub fn publish(&self, state: &mut ChannelState<T>, calibration: impl Borrow<Calibration<T>>) {
         let calibration: &Calibration<T> = calibration.borrow();
-        // Of the window that has just closed, while the one before it still waits: that one's time has come.
+        // This calibration is of the window that has just closed. An earlier one that still waits takes effect now.
         if state.ticks_left == 0 && calibration.window == state.window.number {
             state.begin_window(self.window_ticks);
         }
@@ -57,8 +57,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         state.windows_left = self.age_limit.saturating_sub(age);
     }
 
-    /// Repeats the last output and raises [`status::HELD`]; the state stays. For several ticks give [`step`](Self::step)
-    /// a measurement that is NaN instead, so that nothing is learned of the gap.
+    /// Repeats the last output and raises [`status::HELD`]; the state stays. For several ticks call
+    /// [`step`](Self::step) with a measurement that is NaN instead, so that nothing is learned from the gap.
     pub fn hold(&self, state: &ChannelState<T>) -> Output<T> {
         let out = self.controller.hold(&state.controller);
         let authority = match &self.protection {
@@ -77,9 +77,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
     }
 
-    /// Goes to the state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
-    /// input has no bump. What was learned and the force loop's integral stay in use, the protection goes on where it is, and a window begins. A
-    /// velocity that is estimated is that of a displacement at rest. An invalid input gives the state of a rig at rest.
+    /// Sets the state to that of a rig that has long been at this operating point. The next [`step`](Self::step) with
+    /// the same input has no bump. What was learned, the force loop's integral and the protection keep their state, and
+    /// a window begins. An estimated velocity is that of a displacement at rest. An invalid input gives a rig at rest.
     pub fn prime(&self, state: &mut ChannelState<T>, input: &Input<T>) {
         let velocity;
         (state.velocity, velocity) = self.velocity.prime(input);
@@ -100,8 +100,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         (state.ticks_left, state.window) = (self.window_ticks, Window::first(state.window.number));
     }
 
-    /// Goes on from a state under another configuration of the same sample rate, without a bump: where nothing is
-    /// learned this configuration's calibration holds at once, else the one in use stays until its learner publishes.
+    /// Continues a state under another configuration of the same sample rate, without a bump. If this configuration
+    /// learns nothing, its calibration is used at once. Otherwise the one in use stays until the new learner publishes.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
         if !self.learns {
             let ChannelState { controller, velocity, protection, plausibility, stuck, .. } = *state;

@@ -1,9 +1,9 @@
-//! Channels side by side that learn: the tick in lanes, with sums for a learner of its own in every lane.
+//! Channels in lanes that learn: the tick of several rigs at once, with a learner for each lane.
 //!
-//! Controller and windows are the text of [`Channel`](crate::Channel). Only their order stands here again, without the
-//! parts between them. A channel branches on its protection, on its estimate of the velocity and on the slot of its
-//! calibration. In one generic text every lane would go through both sides of each branch, in counts, flags and
-//! protections that hold one word a lane, and the firmware's tick would be written in masks.
+//! Controller and windows are the code that [`Channel`](crate::Channel) uses. Only their order is repeated here,
+//! without the optional parts. A channel branches on its protection, its velocity estimate and the slot of its
+//! calibration. With one generic source every lane would run both sides of each branch, and the firmware's tick would
+//! be written in masks.
 
 use crate::compensation::Calibration;
 use crate::controller::{Controller, ControllerInput, ControllerOutput, ControllerState};
@@ -11,8 +11,8 @@ use crate::learning::{Moment, Window};
 use crate::number::{Mask, Scalar};
 use crate::parameters::Realization;
 
-/// Channels of single rigs side by side that learn, without a protection and with a sensor of the velocity. A lane has the
-/// bits of its [`Channel`](crate::Channel) alone whose learner publishes before the tick behind each window.
+/// Channels of single rigs in lanes that learn, with a velocity sensor and without a protection. A lane has the bits of
+/// its own [`Channel`](crate::Channel) whose learner publishes before the first tick after each window.
 #[derive(Debug, Clone, Copy)]
 pub struct ChannelLanes<S: Scalar, const N: usize> {
     controller: Controller<S, N>,
@@ -20,18 +20,18 @@ pub struct ChannelLanes<S: Scalar, const N: usize> {
     window_ticks: u32,
 }
 
-/// What they remember.
+/// The state of the channels.
 #[derive(Debug, Clone, Copy)]
 pub struct ChannelLanesState<S: Scalar> {
     controller: ControllerState<S>,
-    /// In use, and what takes effect at the next window's start.
+    /// The calibration in use, and the one that takes effect at the start of the next window.
     calibrations: [Calibration<S>; 2],
     ticks: u32,
     window: Window<S>,
 }
 
 impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
-    /// From controllers side by side, and the ticks of a window.
+    /// From controllers in lanes and the number of ticks of a window.
     pub fn new(controller: Controller<S, N>, window_ticks: u32) -> Self {
         Self { realization: controller.realization(), controller, window_ticks }
     }
@@ -46,8 +46,8 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
         }
     }
 
-    /// One tick, and whether a window closes with it. `valve_command` (V) stood when the others were sampled; it is looked
-    /// at where an analog controller closes the force loop. `path` as in [`Controller::step`].
+    /// One tick, and whether a window closes with it. `valve_command` (V) is that of the same sample. It is used where
+    /// an analog controller closes the force loop. `path` is that of [`Controller::step`].
     #[inline(always)]
     pub fn step(
         &self,
@@ -85,8 +85,8 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
         (out, state.ticks == self.window_ticks)
     }
 
-    /// Begins the window behind one that has closed, with what its learners made of it, between two ticks: it takes effect
-    /// a window later.
+    /// Begins the next window, with the calibrations that the learners made of the closed one. Call it between two
+    /// ticks. The calibrations take effect a window later.
     pub fn publish<'a>(
         &self,
         state: &mut ChannelLanesState<S>,
@@ -102,7 +102,7 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
 }
 
 impl<S: Scalar> ChannelLanesState<S> {
-    /// One lane's window, as far as it has gone.
+    /// One lane's window so far.
     pub fn window(&self, lane: usize) -> Window<S::Element> {
         self.window.lane(lane)
     }

@@ -1,36 +1,36 @@
-//! What goes into a tick, and what comes out.
+//! Input and output of a tick.
 
 use crate::learning::Window;
 use crate::number::Real;
 
-/// One tick's command and measurements, in SI units. What is not given is NaN: nothing looks at it, or the tick is
-/// flagged.
+/// One tick's command and measurements, in SI units. A signal that is not given is NaN. If the tick needs it, the tick
+/// raises a flag.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Input<T> {
     /// Force command (N).
     pub command: T,
-    /// Piston velocity (m/s); looked at where a sensor measures it.
+    /// Piston velocity (m/s); used where a sensor measures it.
     pub velocity: T,
     /// Force (N).
     pub force: T,
     /// Spool opening (1).
     pub spool: T,
-    /// Displacement (m); looked at by a protection, and where the velocity is made of it.
+    /// Displacement (m); used by a protection, and where the velocity is estimated from it.
     pub displacement: T,
-    /// Acceleration (m/s²); looked at by an observer that reads an accelerometer.
+    /// Acceleration (m/s²); used by an observer that reads an accelerometer.
     pub acceleration: T,
-    /// Supply pressure (Pa); looked at where its departures are corrected.
+    /// Supply pressure (Pa); used where its deviations are corrected.
     pub supply_pressure: T,
-    /// Force command (N) of the next tick; looked at where the feedforward looks ahead.
+    /// Force command (N) of the next tick; used where the feedforward looks ahead.
     pub next_command: T,
-    /// Valve command (V) that stood when the others were sampled; looked at by a learner where an analog controller
-    /// closes the force loop. Where it is lost nothing is learned.
+    /// Valve command (V) of the same sample; used by a learner where an analog controller closes the force loop.
+    /// Nothing is learned from a tick in which it is lost.
     pub valve_command: T,
-    /// Alive counter (1): one more than in the last sample, or 0 behind its last value, whichever that is; below 2²⁴.
-    /// Looked at by a protection from the first one that is given.
+    /// Alive counter (1), below 2²⁴: one more than in the last sample, or 0 after its highest value, which may be any.
+    /// A protection watches it from the first one that is given.
     pub alive: T,
-    /// Measured time (s) since the last sample; looked at by a protection from the first one that is given.
+    /// Measured time (s) since the last sample. A protection watches it from the first one that is given.
     pub period: T,
 }
 
@@ -56,15 +56,15 @@ impl<T: Real> Default for Input<T> {
 /// One tick's result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output<T: Real> {
-    /// What goes to the converter (V): the valve command, or the compensation signal for an analog controller.
+    /// Output to the converter (V): the valve command, or the compensation signal for an analog controller.
     pub voltage: T,
     /// The compensation signal `v_c` (V).
     pub compensation: T,
     /// Velocity (m/s) that was measured or estimated.
     pub velocity: T,
-    /// The force command (N) that the protection lets be followed: an analog controller's.
+    /// The force command (N) that the protection permits, for an analog controller to follow.
     pub permitted_command: T,
-    /// Factor (1) that the protection puts on the valve command: in `voltage` already, but for an analog controller.
+    /// The protection's factor (1) on the valve command. `voltage` contains it; an analog controller has to apply it.
     pub authority: T,
     /// Bits of [`status`](crate::status).
     pub status: u32,

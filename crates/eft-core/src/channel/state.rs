@@ -1,4 +1,4 @@
-//! What a channel remembers.
+//! The state of a channel.
 
 use crate::compensation::Calibration;
 use crate::controller::ControllerState;
@@ -9,7 +9,8 @@ use crate::protection::{Cause, PlausibilityState, ProtectionState, StuckWatchSta
 use crate::status;
 use crate::velocity::VelocityState;
 
-/// What a channel remembers; made by [`Channel::at_rest`](crate::Channel::at_rest) or [`Channel::prime`](crate::Channel::prime).
+/// The state of a channel, made by [`Channel::at_rest`](crate::Channel::at_rest) or
+/// [`Channel::prime`](crate::Channel::prime).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -19,24 +20,24 @@ pub struct ChannelState<T: Real> {
     pub(super) velocity: VelocityState<T>,
     pub(super) protection: ProtectionState<T>,
     pub(super) plausibility: PlausibilityState<T>,
-    /// Ticks in a row that the controller refused and of which no velocity could be estimated.
+    /// Ticks in a row that the controller refused and for which no velocity could be estimated.
     pub(super) velocity_gap: u32,
-    /// Ticks that the window still has; behind its last one none, until the next begins.
+    /// Ticks left in the window; 0 after its last tick, until the next window begins.
     pub(super) ticks_left: u32,
     pub(super) window: Window<T>,
-    /// In this window, and in the next one as far as it is known.
+    /// The choice for this window, and for the next one as far as it is known.
     pub(super) in_use: Choice,
     pub(super) next: Choice,
     /// Windows until the latest calibration expires.
     pub(super) windows_left: u32,
-    /// Earlier ones, to go back to where a sensor turns out to lie.
+    /// Earlier calibrations, to return to when a sensor proves wrong.
     pub(super) sound: Sound<T>,
     pub(super) stuck: StuckWatchState<T>,
 }
 integrity!(ChannelState<T>: calibrations, controller, velocity, protection, plausibility, velocity_gap, ticks_left, window, in_use, next, windows_left, sound, stuck);
 
-/// One of two places, by the lowest bit: a number that a memory fault has changed is one of them as well.
-// A word wide, so that a tick copies it with what stands beside it.
+/// One of two places, by the lowest bit. After a memory fault the number still is one of them.
+// A word wide, so that a tick copies it together with the flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(transparent)]
@@ -65,7 +66,7 @@ impl Slot {
     }
 }
 
-/// One of two calibrations, and what the status says of it.
+/// One of two calibrations, and its bits of the status.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -81,8 +82,8 @@ impl<T: Real> ChannelState<T> {
         in_use(&self.calibrations, self.in_use.slot, &self.sound)
     }
 
-    /// A word over every number of the state, to compare behind one tick and before the next: between two ticks it
-    /// changes by [`publish`](crate::Channel::publish) and its siblings alone.
+    /// A checksum of every number of the state, to compare after one tick and before the next. Between two ticks only
+    /// [`publish`](crate::Channel::publish) and the other functions on a state change it.
     ///
     /// # Cost
     /// As [`Channel::integrity`](crate::Channel::integrity).
@@ -90,13 +91,13 @@ impl<T: Real> ChannelState<T> {
         word(self)
     }
 
-    /// Trips the protection from outside, at the last command: an emergency stop, or another actuator of the same
+    /// Trips the protection from outside, at the last command, for an emergency stop or another actuator of the
     /// specimen.
     pub fn trip(&mut self) {
         self.protection.trip();
     }
 
-    /// Asks the protection for the soft end: the command, still followed, fades along the ramp.
+    /// Requests the soft end of the protection: the command, still followed, fades along the ramp.
     pub fn end(&mut self) {
         self.protection.end();
     }
@@ -111,8 +112,8 @@ impl<T: Real> ChannelState<T> {
         self.protection.is_down()
     }
 
-    /// The first tick of a window: what was published takes effect. Without anything new the calibration stays, for the
-    /// valve does not change when the learner stops.
+    /// The first tick of a window: the published calibration takes effect. Without a new one the calibration stays,
+    /// since the valve does not change when the learner stops.
     #[inline(always)]
     pub(super) fn begin_window(&mut self, ticks: u32) {
         self.ticks_left = ticks;
@@ -122,7 +123,7 @@ impl<T: Real> ChannelState<T> {
         self.next.flags |= status::CALIBRATION_LATE;
     }
 
-    /// Behind the last tick of a window: the calibration is a window older.
+    /// After the last tick of a window: the calibration is a window older.
     #[inline(always)]
     pub(super) fn end_window(&mut self) -> Window<T> {
         match self.windows_left.checked_sub(1) {
@@ -133,14 +134,14 @@ impl<T: Real> ChannelState<T> {
     }
 }
 
-/// Calibrations of half a second to a second ago: longer than any fault of a sensor stays unnoticed.
+/// Calibrations of half a second to a second ago. Every sensor fault is noticed in a shorter time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(super) struct Sound<T: Real> {
     kept: [Calibration<T>; 2],
     older: Slot,
-    /// Once the channel has gone back to the older one, for good.
+    /// Set when the channel has returned to the older one, which is final.
     gone_back: bool,
 }
 integrity!(Sound<T>: kept, older, gone_back);
@@ -153,7 +154,7 @@ impl<T: Real> Sound<T> {
         Self { kept: [nominal; 2], older: Slot::FIRST, gone_back: false }
     }
 
-    /// Keeps a calibration whose turn it is, in the older one's place.
+    /// Keeps a calibration at its turn, in place of the older one.
     #[inline(always)]
     pub(super) fn keep(&mut self, calibration: &Calibration<T>) {
         if calibration.window.is_multiple_of(KEPT_EVERY) && !self.gone_back {
@@ -162,7 +163,7 @@ impl<T: Real> Sound<T> {
         }
     }
 
-    /// Goes back to the older one.
+    /// Returns to the older one.
     #[inline(always)]
     pub(super) fn go_back(&mut self) {
         self.gone_back = true;

@@ -1,4 +1,4 @@
-//! What the learner has found out about the rig, as the tick uses it.
+//! The learner's estimates, as the tick uses them.
 
 use crate::integrity::integrity;
 use core::array;
@@ -8,7 +8,7 @@ use crate::error::{ConfigError, check, positive};
 use crate::number::{Flags, Scalar};
 use crate::parameters::Parameters;
 
-/// The only thing that flows from the learner to the tick: plain data, made once a window.
+/// The only data that goes from the learner to the tick, made once a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -19,13 +19,13 @@ pub struct Calibration<S: Scalar> {
     pub status: S::Flags,
     /// True flow over the table's, `θ` (1).
     pub flow_gain: S,
-    /// 1/`flow_gain` (1), which the tick multiplies by.
+    /// 1/`flow_gain` (1), the tick's factor.
     pub per_flow_gain: S,
-    /// The inverse of the valve as it was found, with the guard's level in its gain.
+    /// The inverse of the estimated valve, with the guard's level in its gain.
     pub lead: LeadNetwork<S>,
     /// Delay (s) of the spool, by its sensor: the valve's, half a sample of hold and any computation.
     pub response_delay: S,
-    /// Delay (s) of the velocity behind the spool, each by its sensor. The lead network makes up for both delays.
+    /// Delay (s) of the velocity after the spool, each by its sensor. The lead network compensates for both delays.
     pub velocity_delay: S,
     /// The spool's gain over the configured one (1).
     pub valve_gain: S,
@@ -33,19 +33,19 @@ pub struct Calibration<S: Scalar> {
     pub level: S,
     /// Standard deviations of the estimates.
     pub deviations: Deviations<S>,
-    /// The gate's test ratio (1): what the models leave unexplained over what is allowed. Above 1 nothing is learned.
+    /// The gate's test ratio (1): the models' squared residual over its permitted value. Above 1 nothing is learned.
     pub test_ratio: S,
     /// The flow table's correction, from the most negative flow up.
     pub curve: [CurvePiece<S>; PIECES],
 }
 integrity!(Calibration<T>: window, status, flow_gain, per_flow_gain, lead, response_delay, velocity_delay, valve_gain, level, deviations, test_ratio, curve);
 
-/// Standard deviations of the estimates, as noise of the sensors makes them; infinite where nothing was learned.
+/// Standard deviations of the estimates from sensor noise; infinite where nothing was learned.
 ///
-/// They follow from the information of the least squares and from the mean square of what the models leave unexplained:
-/// so do the estimates scatter from test to test. An error that the model itself makes is the same in every test, and is
-/// not in them. That of the flow gain is far below its scatter. Gain and delay are those of a valve of first order: of
-/// the paper's, which has three stages, they are off by up to 0.005 and 0.08 ms in its sweeps: several deviations.
+/// They follow from the information of the least squares and from the models' mean square residual. They describe the
+/// scatter from test to test. A systematic error of the models is the same in every test, and they do not contain it.
+/// The deviation of the flow gain is far below its scatter. Gain and delay are those of a valve of first order. The
+/// paper's valve has three stages: in its sweeps they are off by up to 0.005 and 0.08 ms, which is several deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -71,7 +71,7 @@ impl<S: Scalar> Deviations<S> {
 }
 
 impl<S: Scalar> Calibration<S> {
-    /// The paper's scheme, by a lead network and the response delay (s) that it makes up for.
+    /// The paper's scheme, from a lead network and the response delay (s) for which it compensates.
     pub(crate) fn of(lead: LeadNetwork<S>, response_delay: S) -> Self {
         let one = S::splat(1.0);
         Self {
@@ -90,7 +90,7 @@ impl<S: Scalar> Calibration<S> {
         }
     }
 
-    /// Calibrations of single rigs side by side, each of the same window.
+    /// Calibrations of single rigs in lanes, each of the same window.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a Calibration<S::Element>) -> Self
     where
         S::Element: 'a,
@@ -121,7 +121,7 @@ impl<S: Scalar> Calibration<S> {
     }
 }
 
-/// What was learned, with its standard deviations; not the coefficients that the tick makes use of.
+/// The estimates with their standard deviations, without the tick's coefficients.
 #[cfg(feature = "defmt")]
 impl<T: crate::number::Real + defmt::Format> defmt::Format for Calibration<T> {
     fn format(&self, f: defmt::Formatter<'_>) {
@@ -158,7 +158,7 @@ macro_rules! constructor {
         }
 
         impl LeadNetwork<$t> {
-            /// By the configuration.
+            /// From the configuration.
             pub(crate) const fn by(p: &Parameters) -> Result<Self, ConfigError> {
                 let valve_gain = check!(positive("valve_gain", p.valve_gain));
                 let gain = 1.0 / (check!(positive("proportional_gain", p.proportional_gain)) * valve_gain);

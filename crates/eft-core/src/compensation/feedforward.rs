@@ -1,4 +1,4 @@
-//! Flow feedforward: the flow that the command itself will need, on top of the piston's.
+//! Flow feedforward: the flow that the command needs in addition to the piston's.
 //!
 //! To hold the force `F_c` the actuator takes `A·ẋ + (K_a/A)·Ḟ_c + (C_l/A)·F_c`, Eq. (7) solved for the load flow. The
 //! paper demands the first term only and leaves the rest to the force error, which therefore never vanishes. The
@@ -35,8 +35,8 @@ impl<S: Scalar> FeedforwardState<S> {
 
 impl<S: Scalar> Feedforward<S> {
     /// One sample: the flow (m³/s) that the force command (N) needs, its rate taken from the last sample to this one.
-    /// Where the command is known in advance, give the one that many samples ahead: one sample makes up for this
-    /// difference and the hold behind it.
+    /// If the command is known in advance, pass a later one. One sample ahead compensates for this difference and for
+    /// the hold of the output.
     ///
     /// # NaN
     /// A command that is not finite, or beyond [`LARGEST`], counts as the last one: finite for every input.
@@ -50,13 +50,13 @@ impl<S: Scalar> Feedforward<S> {
         state.command = command;
         self.flow_per_change * change + self.flow_per_force * command
     }
-    /// The state after long at this command (N): no kick in the next step.
+    /// The steady state at this command (N), so that the next step has no kick.
     #[inline(always)]
     pub fn at_rest(&self, command: S) -> FeedforwardState<S> {
         let valid = command.abs().le(S::splat(LARGEST));
         FeedforwardState { command: S::select(valid, command, S::splat(0.0)) }
     }
-    /// Feedforwards of single rigs side by side.
+    /// Feedforwards of single rigs in lanes.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a Feedforward<S::Element>) -> Self
     where
         S::Element: 'a,

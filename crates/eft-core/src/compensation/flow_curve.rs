@@ -1,5 +1,5 @@
-//! The flow table's correction in the tick: from the no-load flow that is demanded to the flow that the table has at
-//! the opening which passes it.
+//! The flow table's correction in the tick: from the demanded no-load flow to the table's flow at the opening that
+//! passes it.
 //!
 //! The map is a chain of straight pieces between nodes at equal steps of flow. The learner keeps it increasing.
 
@@ -18,7 +18,7 @@ pub(crate) const FIRST_NODE: f64 = -(PIECES as f64) / 2.0;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct CurvePiece<S> {
-    /// Table flow (m³/s) at no demand, were the piece so long.
+    /// Table flow (m³/s) where the piece, extended, meets a demand of zero.
     pub offset: S,
     /// Table flow per demanded flow (1).
     pub slope: S,
@@ -41,12 +41,12 @@ pub(crate) struct CurveGrid<S> {
 integrity!(CurveGrid<T>: per_flow, step);
 
 impl<S: Scalar> CurveGrid<S> {
-    /// As a table that is corrected in place would read a no-load flow (m³/s). Beyond the nodes, where the valve is
-    /// saturated, the flow itself.
+    /// The table's flow (m³/s) for a demanded no-load flow (m³/s). Beyond the nodes, where the valve is saturated, it
+    /// is the demanded flow.
     #[inline(always)]
     pub(crate) fn apply(&self, pieces: &[CurvePiece<S>; PIECES], demand: S) -> S {
         let steps = demand * self.per_flow;
-        // Lane by lane: each finds a piece of its own.
+        // Lane by lane, since each lane has a piece of its own.
         S::from_lanes(|lane| {
             let flow = demand.lane(lane);
             match pieces.get(node_below(steps.lane(lane))) {
@@ -72,7 +72,7 @@ impl CurveGrid<f64> {
     }
 }
 
-/// Node below a flow (steps), which it may not have; the piece above a node has its number.
+/// The number of the node below a flow (steps), if there is one. The piece above a node has the node's number.
 #[inline(always)]
 pub(crate) fn node_below<T: Real>(demand: T) -> usize {
     // A cell is counted from 1, the first node is cell 0.

@@ -1,4 +1,4 @@
-//! From the flow that is wanted to the spool opening that passes it.
+//! From the demanded flow to the spool opening that passes it.
 
 use crate::compensation::{LoadPressure, Mode};
 use crate::error::{ConfigError, check, positive, within};
@@ -23,7 +23,7 @@ pub enum SignFrom {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct InverseFlow<S: Scalar, const N: usize> {
-    /// From flow to required opening: level and stroke are in its values, and it ends where they end.
+    /// From flow to required opening, level and stroke included. The table ends at the stroke.
     table: PiecewiseLinear<S, N>,
     load_pressure: LoadPressure<S>,
     sign_from_demand: S::Mask,
@@ -31,10 +31,10 @@ pub struct InverseFlow<S: Scalar, const N: usize> {
 integrity!(InverseFlow<T, N>: table, load_pressure, sign_from_demand);
 
 impl<S: Scalar, const N: usize> InverseFlow<S, N> {
-    /// Required spool opening (1, within ±1) for a flow (m³/s), given the measured force (N) and spool (1), the supply at
-    /// a multiple `supply` (1) of its pressure, and the flags [`status::DEMAND_SATURATED`] and
-    /// [`status::LOAD_PRESSURE_FLOORED`]. `corrected` goes from the no-load flow (m³/s) that is demanded to the one that
-    /// the table has for the opening that passes it.
+    /// Required spool opening (1, within ±1) for a flow (m³/s), given the measured force (N) and spool (1), the supply
+    /// at a multiple `supply` (1) of its pressure, and the flags [`status::DEMAND_SATURATED`] and
+    /// [`status::LOAD_PRESSURE_FLOORED`]. `corrected` goes from the demanded no-load flow (m³/s) to the table's flow at
+    /// the opening that passes it.
     ///
     /// # NaN
     /// Finite and within ±1 for every input; a NaN flow gives an end of the range.
@@ -56,7 +56,7 @@ impl<S: Scalar, const N: usize> InverseFlow<S, N> {
         (opening, flags)
     }
 
-    /// Inverses of single rigs side by side.
+    /// Inverses of single rigs in lanes.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a InverseFlow<S::Element, N>) -> Self
     where
         S::Element: 'a,
@@ -96,10 +96,10 @@ macro_rules! constructor {
                 let flow_gain = check!(positive("flow_gain", p.flow_gain));
                 self.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
                 self.sign_from_demand = matches!(p.sign_from, SignFrom::Demand);
-                // Whichever way it is used, it is refused as it was given.
+                // The table is refused by its own numbers, in whichever direction it is used.
                 check!(self.table.fill("openings", p.openings, "flows", p.flows));
                 if matches!(p.mode, Mode::Linear) {
-                    // The straight line, as far as the whole stroke is asked for.
+                    // The straight line over the whole stroke.
                     let reach = if level > 1.0e-3 { 1.0 / level } else { 1.0e3 };
                     let (flow, opening) = (reach * flow_gain, reach);
                     let (flows, openings) = ([-flow, 0.0, flow], [-opening, 0.0, opening]);
@@ -120,7 +120,7 @@ constructor!(f64);
 mod tests {
     use super::*;
 
-    /// What the valve passes at another supply and under load is its no-load flow times the root, in either direction.
+    /// At another supply and under load the valve passes its no-load flow times the root, in either direction.
     #[test]
     fn supply_and_load_scale_the_flow_in_both_directions() {
         let p = Parameters { sign_from: SignFrom::Spool, ..Parameters::ZHAO2005 };

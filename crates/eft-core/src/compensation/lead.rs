@@ -18,7 +18,7 @@ pub struct LeadNetwork<S> {
 }
 integrity!(LeadNetwork<T>: pole, rate, gain);
 
-/// What the lead network remembers.
+/// The state of the lead network.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -39,21 +39,21 @@ impl<S: Scalar> LeadNetwork<S> {
         *state = LeadState { input, washout };
         self.gain * (input + washout)
     }
-    /// The state in which a constant `input` gives `gain · input` at once.
+    /// The steady state: a constant `input` then gives `gain · input` at once.
     #[inline(always)]
     pub fn at_rest(input: S) -> LeadState<S> {
         LeadState { input, washout: S::splat(0.0) }
     }
-    /// From coefficients that were computed as it ran.
+    /// From coefficients that a learner has computed.
     #[inline(always)]
     pub(crate) fn of(pole: S, rate: S, gain: S) -> Self {
         Self { pole, rate, gain }
     }
-    /// What the washout keeps from sample to sample (1).
+    /// The share of the washout that remains from sample to sample (1).
     pub(crate) const fn pole(&self) -> S {
         self.pole
     }
-    /// What the washout takes of a change of the input (1).
+    /// The share of a change of the input that enters the washout (1).
     pub(crate) const fn rate(&self) -> S {
         self.rate
     }
@@ -61,7 +61,7 @@ impl<S: Scalar> LeadNetwork<S> {
     pub const fn gain(&self) -> S {
         self.gain
     }
-    /// Networks of single rigs side by side.
+    /// Networks of single rigs in lanes.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a LeadNetwork<S::Element>) -> Self
     where
         S::Element: 'a,
@@ -109,8 +109,8 @@ macro_rules! constructor {
                 let period = 1.0 / check!(positive("sample_rate", sample_rate));
                 let lag = 2.0 * alpha * delay / (1.0 - alpha);
                 let (mut pole, mut rate) = ((lag - period) / (lag + period), 2.0 * delay / (lag + period));
-                // Tustin puts the pole of a vanishing lag at −1, where it would ring for ever: then a backward
-                // difference with the same lead.
+                // Tustin puts the pole of a vanishing lag at −1, where it would ring for ever. In that case it is a
+                // backward difference with the same lead.
                 if pole < -0.9999 {
                     (pole, rate) = (0.0, delay / period);
                 }

@@ -4,7 +4,7 @@ use crate::error::{ConfigError, check, positive};
 use crate::integrity::integrity;
 use crate::number::Scalar;
 
-/// The radicand is not let below this: there the valve cannot pass the flow anyway.
+/// Floor of the radicand. Below it the valve cannot pass the flow in any case.
 const RADICAND_FLOOR: f64 = 0.05;
 
 /// `1/√(1 − sgn(x)·F/(A·P_s))`.
@@ -16,8 +16,8 @@ pub struct LoadPressure<S> {
 integrity!(LoadPressure<T>: per_newton);
 
 impl<S: Scalar> LoadPressure<S> {
-    /// The factor (1) on the demanded flow for a force (N) and the direction the valve opens in (its sign counts),
-    /// and where the radicand was raised to its floor.
+    /// The factor (1) on the demanded flow for a force (N) and the direction in which the valve opens (its sign
+    /// counts), and where the radicand was raised to its floor.
     ///
     /// # NaN
     /// The factor lies within [0, 4.48] for every input. A NaN force reads as floored (or, without a direction, as
@@ -31,8 +31,8 @@ impl<S: Scalar> LoadPressure<S> {
         (S::splat(1.0) / root, floored)
     }
 
-    /// The factor's reciprocal, `√(supply − sgn(x)·F/(A·P_s))`, the supply at a multiple `supply` (1) of its pressure:
-    /// dividing by it spares a multiplication.
+    /// The factor's reciprocal, `√(supply − sgn(x)·F/(A·P_s))`, with the supply at a multiple `supply` (1) of its
+    /// pressure. A division by it saves a multiplication.
     #[inline(always)]
     pub fn root(&self, force: S, direction: S, supply: S) -> (S, S::Mask) {
         let (zero, floor) = (S::splat(0.0), S::splat(RADICAND_FLOOR));
@@ -42,7 +42,7 @@ impl<S: Scalar> LoadPressure<S> {
         let regular = radicand.ge(floor);
         (S::select(regular, radicand, floor).sqrt(), !regular)
     }
-    /// Corrections of single rigs side by side.
+    /// Corrections of single rigs in lanes.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a LoadPressure<S::Element>) -> Self
     where
         S::Element: 'a,

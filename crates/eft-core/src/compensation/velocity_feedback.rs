@@ -14,9 +14,9 @@ use crate::status;
 pub enum Mode {
     /// The piston's motion is not compensated.
     Off = 0,
-    /// Through the initial flow gain `K_v`.
+    /// The flow is converted by the initial flow gain `K_v`.
     Linear = 1,
-    /// Through the inverse flow table and the load-pressure correction.
+    /// The flow is converted by the inverse flow table with the load-pressure correction.
     Nonlinear = 2,
 }
 
@@ -32,7 +32,7 @@ pub struct Compensation<S: Scalar, const N: usize> {
     force_range: S,
     spool_range: S,
     spool_warning: S,
-    /// Where the flow table is corrected, and its nodes' distance.
+    /// Where the flow table is corrected, and the distance of the correction's nodes.
     corrects: S::Mask,
     grid: CurveGrid<S>,
 }
@@ -49,11 +49,11 @@ pub struct CompensationInput<S> {
     pub spool: S,
     /// Supply pressure over the configured one (1).
     pub supply: S,
-    /// Flow (m³/s) wanted on top of the piston's.
+    /// Flow (m³/s) that is demanded in addition to the piston's.
     pub further_flow: S,
 }
 
-/// What the compensation remembers from sample to sample. `default()` is a rig at rest.
+/// The state of the compensation. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -79,7 +79,7 @@ impl<S: Scalar> CompensationState<S> {
         Self { lead, output }
     }
 
-    /// The state after long at this opening (1), where it `rests`.
+    /// The steady state at this opening (1), where the mask `rests` is true.
     #[inline(always)]
     pub(crate) fn rested(&self, rests: S::Mask, opening: S) -> Self {
         Self { lead: LeadState::select(rests, LeadNetwork::at_rest(opening), self.lead), ..*self }
@@ -98,7 +98,7 @@ impl<S: Scalar> CompensationState<S> {
 /// One sample's result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompensationOutput<S: Scalar> {
-    /// Volt.
+    /// The compensation signal (V).
     pub value: S,
     /// Bits of [`status`].
     pub status: S::Flags,
@@ -108,8 +108,8 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     /// One sample: the compensation signal `v_c` (V).
     ///
     /// # NaN
-    /// A measurement that is not finite or beyond its range, or such a flow, leaves the state as it was, repeats the last
-    /// output and raises [`status::INVALID_MEASUREMENT`]; the next good one continues.
+    /// A measurement that is not finite or beyond its range, or such a flow, leaves the state as it was, repeats the
+    /// last output and raises [`status::INVALID_MEASUREMENT`]; the next good one continues.
     ///
     /// # Cost
     /// Independent of mode and history.
@@ -138,13 +138,13 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         CompensationOutput { value: state.output, status }
     }
 
-    /// The calibration by the configuration: the paper's scheme.
+    /// The calibration of the configuration, which is the paper's scheme.
     #[inline(always)]
     pub fn nominal(&self) -> Calibration<S> {
         Calibration::of(self.lead, self.response_delay)
     }
 
-    /// The state of a rig that has long been at this operating point: the next [`step`](Self::step) with the same
+    /// The state of a rig that has long been at this operating point. The next [`step`](Self::step) with the same
     /// input gives the same output, without a bump. An invalid input gives the state of a rig at rest.
     pub fn prime(&self, input: &CompensationInput<S>, calibration: &Calibration<S>) -> CompensationState<S> {
         let (opening, _) = self.required_opening(input, calibration);
@@ -153,7 +153,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         CompensationState::default().rested(S::Mask::splat(true), opening).advance(opening, calibration)
     }
 
-    /// Compensations of single rigs side by side.
+    /// Compensations of single rigs in lanes.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a Compensation<S::Element, N>) -> Self
     where
         S::Element: 'a,
@@ -173,7 +173,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     }
 
     /// Where velocity (m/s), force (N) and spool opening (1) are finite and within their ranges.
-    // Comparisons with NaN are false, so NaN, infinities and implausible values go at once.
+    // Comparisons with NaN are false, so one test finds NaN, infinities and implausible values.
     #[inline(always)]
     pub fn accepts(&self, velocity: S, force: S, spool: S) -> S::Mask {
         velocity.abs().le(self.velocity_range)

@@ -1,11 +1,11 @@
-//! The integral part of the force loop: `G_i·∫C_F·(F_c − F)·dt`, against what holds the valve off null.
+//! The integral part of the force loop, `G_i·∫C_F·(F_c − F)·dt`. It removes the force error of a constant null bias.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::Scalar;
 use crate::parameters::Parameters;
 
-/// Opening (1) that the integral may hold at most: more than any bias of null, so that it cannot wind up further.
+/// Largest opening (1) that the integral may hold. It exceeds every null bias, and limits the windup.
 const OPENING: f64 = 0.2;
 
 /// An integral part's immutable configuration. Its state is one number, the integral (V).
@@ -26,7 +26,7 @@ impl<S: Scalar> Integral<S> {
         self.present
     }
 
-    /// One sample: the integral (V) of the force errors before this one (N), which is taken in where it is `good`.
+    /// One sample: the integral (V) of the earlier force errors. This error (N) is added where it is `good`.
     #[inline(always)]
     pub(crate) fn step(&self, state: &mut S, good: S::Mask, error: S) -> S {
         let held = *state;
@@ -35,7 +35,7 @@ impl<S: Scalar> Integral<S> {
         held
     }
 
-    /// Integral parts of single rigs side by side.
+    /// Integral parts of single rigs in lanes.
     pub(crate) fn pack<'a>(lane: impl Fn(usize) -> &'a Integral<S::Element>) -> Self
     where
         S::Element: 'a,
@@ -91,7 +91,7 @@ mod tests {
                 let expected = if expected < limit { expected } else { limit };
                 assert!((side * held - expected).abs() < 1e-9, "{n}: {held} {expected}");
             }
-            // Nothing is wound up behind the limit: an error of the other sign acts at once.
+            // Nothing winds up beyond the limit, so that an error of the other sign acts at once.
             part.step(&mut state, true, -side * 900.0);
             assert!(side * state < limit);
         }

@@ -16,23 +16,23 @@ integrity!(Limiter<T>: amplitude, change);
 impl<S: Scalar> Limiter<S> {
     /// The command (V) that may follow `last` (V), and [`status::COMMAND_LIMITED`] and [`status::RATE_LIMITED`].
     ///
-    /// The amplitude goes before the rate; `last` lies within it, by [`within`](Self::within).
+    /// The amplitude has priority over the rate. `last` lies within the amplitude, by [`within`](Self::within).
     ///
     /// # NaN
-    /// A NaN command becomes the lowest one that may follow, flagged.
+    /// A NaN command becomes the lowest one that may follow, and raises the flags.
     #[inline(always)]
     pub fn apply(&self, command: S, last: S) -> (S, S::Flags) {
         let limited = self.settled(command);
-        // Between two numbers within the amplitude, and so within it as well.
+        // It lies between two numbers within the amplitude, so it is within the amplitude as well.
         let reached = limited.limit(last - self.change, last + self.change);
-        // Neither is NaN, and this is one condition where less or greater are two.
+        // Neither is NaN. This is one comparison, where less and greater would be two.
         let differ = !(limited.le(reached) & limited.ge(reached));
         let flags = S::flag(!command.abs().le(self.amplitude), status::COMMAND_LIMITED)
             | S::flag(differ, status::RATE_LIMITED);
         (reached, flags)
     }
-    /// What the rate counts from, given the last command (V): the amplitude where it lies beyond, as it may after a
-    /// change of limits.
+    /// The command (V) from which the rate counts, given the last one (V). It is the amplitude where the last one lies
+    /// beyond it, as after a change of limits.
     #[inline(always)]
     pub fn within(&self, last: S) -> S {
         if last.abs().le(self.amplitude).all() { last } else { self.brought_back(last) }
@@ -41,12 +41,12 @@ impl<S: Scalar> Limiter<S> {
     fn brought_back(&self, last: S) -> S {
         self.settled(last)
     }
-    /// The command (V) after long: only the amplitude counts.
+    /// The steady command (V), for which only the amplitude counts.
     #[inline(always)]
     pub fn settled(&self, command: S) -> S {
         command.limit(-self.amplitude, self.amplitude)
     }
-    /// Limits of single rigs side by side.
+    /// Limits of single rigs in lanes.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a Limiter<S::Element>) -> Self
     where
         S::Element: 'a,

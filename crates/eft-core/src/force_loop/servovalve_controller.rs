@@ -5,7 +5,7 @@ use crate::integrity::integrity;
 use crate::number::Scalar;
 use crate::parameters::Parameters;
 
-/// Proportional and derivative action on the force error; the compensation enters behind the derivative.
+/// Proportional and derivative action on the force error. The compensation is added after the derivative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServovalveController<S> {
     force_sensitivity: S,
@@ -32,12 +32,12 @@ impl<S: Scalar> ServovalveController<S> {
         state.error = error;
         self.proportional_gain * (error + compensation) + self.derivative_per_sample * rate
     }
-    /// The state after long at this command and force: no derivative kick in the next step.
+    /// The steady state at this command and force, so that the next step has no derivative kick.
     #[inline(always)]
     pub fn at_rest(&self, command: S, force: S) -> ServovalveControllerState<S> {
         ServovalveControllerState { error: self.force_sensitivity * (command - force) }
     }
-    /// Controllers of single rigs side by side.
+    /// Controllers of single rigs in lanes.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a ServovalveController<S::Element>) -> Self
     where
         S::Element: 'a,

@@ -1,4 +1,4 @@
-//! Several numbers side by side, as a plain array: portable, and vectorised by the compiler where it can.
+//! Several numbers in lanes, as a plain array. It is portable, and the compiler vectorises it where it can.
 
 use core::array;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -6,7 +6,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use crate::number::{Flags, Mask, Real, Scalar};
 use crate::table::piecewise::{CELLS, CROWDED, Row, search};
 
-/// `L` numbers side by side.
+/// `L` numbers, one for each lane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(transparent)]
 pub struct Lanes<T, const L: usize>(pub [T; L]);

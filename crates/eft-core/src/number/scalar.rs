@@ -1,6 +1,6 @@
-//! The one trait behind every number: `f32`, `f64` and lanes of them.
+//! The trait of all numbers: `f32`, `f64` and lanes of them.
 //!
-//! Blocks select instead of branching, so the same source runs one rig or several side by side.
+//! Blocks select instead of branching, so the same source runs one rig or several in lanes.
 //! No operation here fuses, reorders or calls a platform's mathematics library, so bits agree everywhere.
 
 use crate::integrity::Integrity;
@@ -32,7 +32,7 @@ pub trait Flags: Copy + core::fmt::Debug + Default + PartialEq + BitOr<Output = 
     fn from_lanes(f: impl FnMut(usize) -> u32) -> Self;
 }
 
-/// A floating-point number, or several side by side.
+/// A floating-point number, or several in lanes.
 ///
 /// # NaN
 /// Comparisons with NaN are false in every implementation, so `select(x.lt(limit), x, limit)` turns NaN
@@ -50,7 +50,7 @@ pub trait Scalar:
 {
     /// One lane of it: `f32` or `f64`.
     type Element: Real;
-    /// What comparisons give.
+    /// The result of a comparison.
     type Mask: Mask;
     /// Status words.
     type Flags: Flags;
@@ -58,7 +58,7 @@ pub trait Scalar:
     type Cell: Copy + PartialEq + core::fmt::Debug;
     /// An index a lane.
     type Index: Copy + core::fmt::Debug;
-    /// How many numbers stand side by side.
+    /// The number of lanes.
     const LANES: usize;
 
     /// The same number in every lane, rounded once from `f64`.

@@ -36,7 +36,7 @@ impl<S: Scalar, const N: usize> FlowTable<S, N> {
     pub const fn inverse(&self) -> &PiecewiseLinear<S, N> {
         &self.inverse
     }
-    /// Tables of single rigs side by side.
+    /// Tables of single rigs in lanes.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a FlowTable<S::Element, N>) -> Self
     where
         S::Element: 'a,

@@ -15,7 +15,7 @@ pub const CELLS: usize = 62;
 /// The entry of a cell with more than one knot; no table is so long.
 pub(crate) const CROWDED: u8 = 255;
 
-/// From `start` on: `value + (x - start)·slope`.
+/// The map from `start` on is `value + (x - start)·slope`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Row<S> {
@@ -81,7 +81,7 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
         (S::select(inside, row.at(x), outside), S::select(inside, row.slope, level), !inside)
     }
 
-    /// Maps of single rigs side by side: lane `i` is `lanes[i]`.
+    /// Maps of single rigs in lanes: lane `i` is `lanes[i]`.
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a PiecewiseLinear<S::Element, N>) -> Self
     where
         S::Element: 'a,
@@ -123,7 +123,7 @@ impl<S: Scalar> Row<S> {
         Row { start: self.start.lane(lane), value: self.value.lane(lane), slope: self.slope.lane(lane) }
     }
 
-    /// The row that each lane's `x` lies on, by halving: where knots crowd.
+    /// The row of each lane's `x`, by halving, for crowded knots.
     #[cold]
     pub fn search<const N: usize>(rows: &[Self; N], x: S) -> Self {
         let found = |lane: usize| {
@@ -138,14 +138,14 @@ impl<S: Scalar> Row<S> {
     }
 }
 
-/// The last of `N` rows in order that starts at or below `x`, the first where none does. As many steps as `N` has bits
-/// whatever the rows hold: those beyond the last knot start at infinity.
+/// The last of `N` ordered rows that starts at or below `x`, or the first if none does. The number of steps is that of
+/// the bits of `N`, whatever the rows hold. Rows beyond the last knot start at infinity.
 #[inline(always)]
 pub(crate) fn search<R, S: Real, const N: usize>(rows: &[R; N], start: impl Fn(&R) -> S, x: S) -> Option<&R> {
     let mut rows = rows.as_slice();
     while rows.len() > 1 {
         let half = rows.len() / 2;
-        // Both as long, so that the number of steps is known: an even number has one row in both.
+        // Both halves have the same length, so that the number of steps is known. Halves of an even number share a row.
         let (below, above) = (rows.get(..rows.len() - half)?, rows.get(half..)?);
         rows = if start(above.first()?) <= x { above } else { below };
     }
@@ -156,7 +156,7 @@ pub(crate) fn search<R, S: Real, const N: usize>(rows: &[R; N], start: impl Fn(&
 mod tests {
     use super::*;
 
-    /// The row that is found, and how many were looked at.
+    /// The row that is found, and the number of rows that were compared.
     fn searched<const N: usize>(starts: [f32; N], x: f32) -> (f32, u32) {
         let looked = core::cell::Cell::new(0);
         let start = |start: &f32| {

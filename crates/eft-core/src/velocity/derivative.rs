@@ -12,7 +12,7 @@ pub struct FilteredDerivative<T> {
 }
 integrity!(FilteredDerivative<T>: sample_rate, share);
 
-/// What a filtered derivative remembers; made by [`FilteredDerivative::at_rest`].
+/// The state of a filtered derivative, made by [`FilteredDerivative::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -27,8 +27,8 @@ impl<T: Real> FilteredDerivative<T> {
     /// One sample: velocity (m/s) for the measured displacement (m).
     ///
     /// # NaN
-    /// A displacement that is not finite, or beyond [`LARGEST`], leaves the state and comes back as NaN for the controller
-    /// to refuse.
+    /// A displacement that is not finite, or beyond [`LARGEST`], leaves the state as it was. The result is NaN, which
+    /// the controller refuses.
     ///
     /// # Cost
     /// Four multiplications and additions, one comparison.
@@ -44,7 +44,8 @@ impl<T: Real> FilteredDerivative<T> {
         state.second
     }
 
-    /// Behind `ticks` samples of which all but this one are lost: as if the displacement (m) had gone straight to this one.
+    /// Resumes after `ticks` samples of which all but this one were lost, as if the displacement (m) had changed
+    /// linearly.
     pub(crate) fn resume(&self, state: &mut FilteredDerivativeState<T>, displacement: T, ticks: T) {
         let change = (displacement - state.displacement) / ticks;
         let velocity = change * self.sample_rate;
@@ -55,7 +56,7 @@ impl<T: Real> FilteredDerivative<T> {
         };
     }
 
-    /// The state after long at this displacement (m): no kick in the next step.
+    /// The steady state at this displacement (m), so that the next step has no kick.
     pub fn at_rest(&self, displacement: T) -> FilteredDerivativeState<T> {
         let zero = T::splat(0.0);
         let good = displacement.abs() <= T::splat(LARGEST);
@@ -78,7 +79,7 @@ macro_rules! constructor {
                 let rate = check!(positive("sample_rate", sample_rate));
                 let angle = core::f64::consts::TAU * check!(positive("corner", corner)) / rate;
                 let share = angle / (1.0 + 0.5 * angle);
-                // A corner above what the rate can carry filters nothing.
+                // A corner above the highest one at this rate filters nothing.
                 let share = if share < 1.0 { share } else { 1.0 };
                 Ok(Self { sample_rate: rate as $t, share: share as $t })
             }

@@ -1,7 +1,7 @@
 //! Velocity for rigs that measure only displacement: a filtered derivative, and an observer that uses the force (or a
 //! measured acceleration) as well.
 //!
-//! Both have a delay that is known, and that the lead network has to make up for like the valve's.
+//! The delay of both is known. The lead network has to compensate for it as for the valve's.
 
 mod derivative;
 mod observer;
@@ -24,12 +24,12 @@ use crate::parameters::{Parameters, VelocitySource};
 pub(crate) enum Velocity<T> {
     Sensor,
     Derivative(FilteredDerivative<T>),
-    /// With one over the mass (1/kg) that makes the acceleration of the force.
+    /// With 1 over the mass (1/kg), the factor from force to acceleration.
     Observer(VelocityObserver<T>, T),
     Accelerometer(VelocityObserver<T>),
 }
 
-/// The number of a variant as it stands in memory, whatever the compiler knows of its range.
+/// The number of a variant as read from memory, also where the compiler assumes a smaller range.
 #[derive(Default)]
 struct Number(u64);
 
@@ -44,7 +44,7 @@ impl Hasher for Number {
 }
 
 impl<T: Real> Integrity for Velocity<T> {
-    /// Variant by variant, each looked at anew: a flipped variant must not lead into a table of jumps.
+    /// Each variant is compared by itself: after a memory fault no jump table must be used with a wrong number.
     fn add_to(&self, word: &mut Word) {
         let mut number = Number::default();
         discriminant(black_box(self)).hash(&mut number);
@@ -62,7 +62,7 @@ impl<T: Real> Integrity for Velocity<T> {
     }
 }
 
-/// What an estimate of the velocity remembers.
+/// The state of a velocity estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -73,7 +73,7 @@ pub(crate) struct VelocityState<T> {
 integrity!(VelocityState<T>: derivative, observer);
 
 impl<T: Real> Velocity<T> {
-    /// Before the sample behind `ticks` of which nothing could be estimated: goes on from the mean velocity meanwhile.
+    /// Call it before the first sample after `ticks` without an estimate. It resumes from the mean velocity of the gap.
     #[cold]
     #[inline(never)]
     pub(crate) fn resume(&self, state: &mut VelocityState<T>, input: &Input<T>, ticks: T) {
@@ -105,7 +105,7 @@ impl<T: Real> Velocity<T> {
         }
     }
 
-    /// The state after long at this input, at rest, and the velocity (m/s) then.
+    /// The steady state at this input, at rest, and its velocity (m/s).
     pub(crate) fn prime(&self, input: &Input<T>) -> (VelocityState<T>, T) {
         let mut state = VelocityState::default();
         let x = input.displacement;
@@ -216,7 +216,8 @@ mod tests {
     #[test]
     fn an_observer_whose_poles_are_not_within_the_unit_circle_is_refused() {
         let made = |gains| VelocityObserver::<f64>::new(gains, RATE);
-        // To either side of each bound: of the velocity's gain 4 − 2α over the period, of the drift's 2αk₂/(2 − α) over it.
+        // To either side of each bound: of the velocity's gain 4 − 2α over the period, of the drift's 2αk₂/(2 − α) over
+        // it.
         let (most, drift) = (3.8 * RATE, 2.0 * 0.1 * 5.0 / 1.9 * RATE);
         assert!(made([0.1, 0.999 * most, 1.0]).is_ok() && made([0.1, 1.001 * most, 1.0]).is_err());
         assert!(made([0.1, 5.0, 0.999 * drift]).is_ok() && made([0.1, 5.0, 1.001 * drift]).is_err());

@@ -4,10 +4,11 @@ use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::Real;
 
-/// Displacement, velocity and the acceleration that the input leaves out, each corrected by the displacement.
+/// States: displacement, velocity, and the acceleration that the input does not contain. The displacement corrects
+/// each.
 ///
-/// Between two samples the acceleration is the input's mean plus a drift that the observer finds: with force over mass
-/// as input the drift is what spring and damper do, so neither has to be known.
+/// Between two samples the acceleration is the input's mean plus a drift that the observer estimates. With force over
+/// mass as input, the drift is the acceleration by spring and damper, so that neither has to be known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityObserver<T> {
     period: T,
@@ -18,7 +19,7 @@ pub struct VelocityObserver<T> {
 }
 integrity!(VelocityObserver<T>: period, half_square, on_displacement, on_velocity, on_drift);
 
-/// What an observer remembers; made by [`VelocityObserver::at_rest`].
+/// The state of an observer, made by [`VelocityObserver::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -31,12 +32,12 @@ pub struct VelocityObserverState<T> {
 integrity!(VelocityObserverState<T>: displacement, velocity, drift, acceleration);
 
 impl<T: Real> VelocityObserver<T> {
-    /// One sample: velocity (m/s) for the measured displacement (m) and acceleration (m/s²), measured or the force over
-    /// the mass it moves.
+    /// One sample: velocity (m/s) for the measured displacement (m) and the acceleration (m/s²). The acceleration is
+    /// measured, or is the force over the mass that it moves.
     ///
     /// # NaN
-    /// A sample that is not finite, or beyond [`LARGEST`], leaves the state and comes back as NaN for the controller to
-    /// refuse.
+    /// A sample that is not finite, or beyond [`LARGEST`], leaves the state as it was. The result is NaN, which the
+    /// controller refuses.
     ///
     /// # Cost
     /// Eight multiplications, ten additions, two comparisons.
@@ -57,14 +58,15 @@ impl<T: Real> VelocityObserver<T> {
         state.velocity
     }
 
-    /// Behind `ticks` samples of which all but this one are lost: as if the displacement (m) had gone straight to this one.
+    /// Resumes after `ticks` samples of which all but this one were lost, as if the displacement (m) had changed
+    /// linearly.
     pub(crate) fn resume(&self, state: &mut VelocityObserverState<T>, displacement: T, ticks: T) {
         let change = (displacement - state.displacement) / ticks;
         state.displacement = displacement - change;
         state.velocity = change / self.period;
     }
 
-    /// The state after long at this displacement (m) and input (m/s²), at rest: the drift holds the input's balance.
+    /// The steady state at this displacement (m) and input (m/s²), at rest. The drift balances the input.
     pub fn at_rest(&self, displacement: T, acceleration: T) -> VelocityObserverState<T> {
         if !accepts(displacement, acceleration) {
             return VelocityObserverState::default();
@@ -79,7 +81,7 @@ fn accepts<T: Real>(displacement: T, acceleration: T) -> bool {
     displacement.abs() <= largest && acceleration.abs() <= largest
 }
 
-/// A gain below what it must not reach.
+/// A gain below its bound, which it must not reach.
 const fn below(parameter: &'static str, value: f64, most: f64) -> Result<f64, ConfigError> {
     if value < most {
         Ok(value)
@@ -94,8 +96,9 @@ macro_rules! constructor {
             /// From its gains on displacement (1), velocity (1/s) and drift (1/s²), and the sample rate (Hz).
             ///
             /// # Errors
-            /// Gains whose poles do not lie within the unit circle (Jury's criterion): one that is not positive, on the
-            /// displacement above 1, or another above what those before it allow; a sample rate not positive, any not finite.
+            /// Gains whose poles do not lie within the unit circle (Jury's criterion): a gain that is not positive, a
+            /// gain on the displacement above 1, or another one above its bound by the earlier ones. A sample rate that
+            /// is not positive. Any number that is not finite.
             pub const fn new(gains: [f64; 3], sample_rate: f64) -> Result<Self, ConfigError> {
                 let period = 1.0 / check!(positive("sample_rate", sample_rate));
                 let [displacement, velocity, drift] = gains;

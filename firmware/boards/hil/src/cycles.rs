@@ -6,7 +6,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use cortex_m::Peripherals;
 use cortex_m::peripheral::DWT;
 
-/// The counter that is running, and what reading it costs.
+/// The running counter, and the cycles of reading it.
 #[derive(Clone, Copy)]
 pub struct Counter {
     overhead: u32,
@@ -27,7 +27,7 @@ impl Counter {
         (nothing != 0).then_some(counter)
     }
 
-    /// What some work gives, and the cycles that it takes.
+    /// A function's result and its cycles.
     pub fn measure<T>(self, work: impl FnOnce() -> T) -> (T, u32) {
         let start = DWT::cycle_count();
         compiler_fence(Ordering::SeqCst);
@@ -49,7 +49,7 @@ pub struct Cycles {
 impl Cycles {
     pub const NONE: Self = Self { calls: 0, least: u32::MAX, most: 0, sum: 0 };
 
-    /// Does some work, and counts it where there is a counter.
+    /// Calls a function, and counts its cycles if there is a counter.
     pub fn of<T>(&mut self, counter: Option<Counter>, work: impl FnOnce() -> T) -> T {
         let Some(counter) = counter else { return work() };
         let (result, cycles) = counter.measure(work);

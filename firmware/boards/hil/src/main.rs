@@ -1,5 +1,4 @@
-//! The core on your processor: whether it computes the golden bits, and the cycles that it takes. The report is a table
-//! to send back.
+//! The core on your processor: the golden bits and the cycles. The report is a table to send back.
 #![no_std]
 #![no_main]
 
@@ -37,7 +36,7 @@ fn fixed<const N: usize>(rig: &str, parameters: &Parameters) -> bool {
     compare(rig, "compensation", compensation) && controller
 }
 
-/// A rig as its firmware calls it.
+/// A rig, called as in its firmware.
 struct Subject {
     rig: &'static str,
     state: ChannelState<f32>,
@@ -97,7 +96,7 @@ fn main() -> ! {
         equal &= compare(rig, "learning", hash);
         (rig, tick, update)
     });
-    // The paper's rig has no golden run of this kind; it is there for its cycles.
+    // The paper's rig has no golden run of this kind. It is measured for its cycles.
     let (_, paper, _) = subject!(zhao2005, None).replay(counter);
 
     line!("");

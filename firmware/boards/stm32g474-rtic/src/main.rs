@@ -53,7 +53,7 @@ mod app {
 
         let time = SampleTime::CYCLES47_5;
         let timer = Timer::new(p.TIM2);
-        // Nothing but the last converter to finish interrupts.
+        // Only the converter that finishes last interrupts.
         let supply_pressure = Adc::new(p.ADC2, Default::default()).setup_injected_conversions(
             [(p.PA6.degrade_adc(), time)],
             triggers::TIM2_TRGO,
@@ -92,7 +92,7 @@ mod app {
         (Shared { calibration: None }, local)
     }
 
-    /// Above everything else: sample, step, valve command.
+    /// The highest priority: sample, step, valve command.
     #[task(binds = ADC1_2, priority = 3, shared = [calibration],
         local = [state, started, signals, supply_pressure, valve, watchdog])]
     fn tick(mut cx: tick::Context) {
@@ -101,7 +101,7 @@ mod app {
         let input = front_end::sample([command, force, displacement, spool, supply_pressure], 12);
         let state = cx.local.state;
         if !*cx.local.started {
-            // Without a bump from wherever the rig stands.
+            // A start without a bump from any position of the rig.
             CHANNEL.prime(state, &input);
             *cx.local.started = true;
         }
@@ -112,7 +112,7 @@ mod app {
         cx.local.valve.set(Value::Bit12Right(front_end::code(output.voltage)));
         cx.local.watchdog.pet();
         if let Some(window) = output.window {
-            // One that the learner has no time for counts as lost samples.
+            // A window for which the learner has no time counts as lost samples.
             learn::spawn(window, output.status).ok();
         }
     }

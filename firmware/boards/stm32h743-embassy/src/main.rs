@@ -24,8 +24,8 @@ use panic_probe as _;
 
 /// From the timer to the tick.
 static TICK: Signal<CriticalSectionRawMutex, ()> = Signal::new();
-/// From the tick to the learner: a window and the status at its end. One that the learner has no time for is
-/// overwritten, and counts as lost samples.
+/// From the tick to the learner: a window and the status at its end. If the learner has no time for a window, the next
+/// one overwrites it, and its samples count as lost.
 static WINDOW: Signal<CriticalSectionRawMutex, (Window<f32>, u32)> = Signal::new();
 /// From the learner to the tick.
 static CALIBRATION: Signal<CriticalSectionRawMutex, Calibration<f32>> = Signal::new();
@@ -44,7 +44,7 @@ unsafe fn UART4() {
     unsafe { ABOVE.on_interrupt() }
 }
 
-/// What the tick owns.
+/// Data of the tick.
 struct Board {
     timer: Timer<'static, TIM6>,
     converter: Adc<'static, ADC1>,
@@ -54,7 +54,7 @@ struct Board {
     watchdog: IndependentWatchdog<'static, IWDG1>,
 }
 
-/// Above everything else: sample, step, valve command.
+/// The highest priority: sample, step, valve command.
 #[embassy_executor::task]
 async fn tick(mut board: Board) {
     let mut state = CHANNEL.at_rest();
@@ -70,7 +70,7 @@ async fn tick(mut board: Board) {
             board.signals.each_mut().map(|pin| board.converter.blocking_read(pin, SampleTime::CYCLES16_5));
         let input = front_end::sample(codes, 16);
         if !started {
-            // Without a bump from wherever the rig stands.
+            // A start without a bump from any position of the rig.
             CHANNEL.prime(&mut state, &input);
             started = true;
         }

@@ -42,7 +42,7 @@ macro_rules! constructor {
                 Ok(map)
             }
 
-            /// As [`new`](Self::new), in place: a constructor's stack holds no second map.
+            /// As [`new`](Self::new), in place, so that a constructor's stack holds no second map.
             pub(crate) const fn fill(
                 &mut self,
                 x_name: &'static str,
@@ -96,7 +96,7 @@ macro_rules! constructor {
                     let crossing = beyond && (neighbour.1 - limit) * limit < 0.0;
                     let moved = start + (limit - value) / (neighbour.1 - value) * (neighbour.0 - start);
                     let knot = if crossing { (moved as $t, limit as $t) } else { (start as $t, value as $t) };
-                    // Knots that rounding puts on one place are one.
+                    // Knots that rounding puts on the same place become one.
                     if (!beyond || crossing) && (len == 0 || knot.0 > self.row(len - 1).start) {
                         self.put(len, knot.0, knot.1, 0.0);
                         len += 1;
@@ -125,7 +125,7 @@ macro_rules! constructor {
                 (self.row(i).start as f64, factor * self.row(i).value as f64)
             }
 
-            // Explicit bounds instead of a panic that a linker could find; `get` is not constant yet.
+            // Explicit bounds instead of a reachable panic; `get` is not constant yet.
             #[allow(clippy::indexing_slicing)]
             const fn row(&self, i: usize) -> Row<$t> {
                 if i < N { self.rows[i] } else { Self::NOWHERE }
@@ -168,7 +168,7 @@ macro_rules! constructor {
                 self.cells_per_unit = cells_per_unit as $t;
                 self.middle = (first.start as f64 / 2.0 + last.start as f64 / 2.0) as $t;
                 (self.below, self.above, self.len) = (first.value, last.value, len as u32);
-                // Whatever the rounding: the last knot is inside, and nothing below the table is.
+                // With any rounding, the last knot is inside and nothing below the table is.
                 while self.cell(last.start) >= CELLS as i32 {
                     self.cells_per_unit = self.cells_per_unit.next_down();
                 }
