@@ -114,7 +114,7 @@ class Cause(IntEnum):
     CALIBRATION_EXPIRED = 23
     """The learner published nothing for longer than its age limit."""
     FORCE_OSCILLATION = 24
-    """The force error from about 30 to 150 Hz persisted or grew: the force loop shook the oil column."""
+    """The force error from about 30 to 150 Hz persisted or grew, because the loop shook the oil column."""
 
 
 CAUSE_SHIFT = 26
