@@ -1,9 +1,8 @@
 # %% [markdown]
 # # Identify a valve and tune the compensation
 #
-# A valve is never quite what its data sheet says. Measure it (here: on a virtual rig whose valve
-# passes 6 % more than the curve that the controller believes in), put what was measured into the
-# configuration, and see what that changes.
+# A valve differs from its data sheet. This example measures a valve and puts the result into the
+# configuration. The measurement is virtual: the true valve passes 6 % more than the controller's curve.
 
 # %%
 import numpy as np
@@ -16,18 +15,16 @@ believed = eft.Rig.zhao2005()
 true = believed.replace({"servovalve.flow_gain_scale": 1.06})
 command = eft.sine_sweep(amplitude=8900.0, f_start=0.0, f_end=10.0, duration=32.0, sample_rate=4096.0)
 
-# %% [markdown]
-# With the data sheet's curve the loop is beyond its stability margin.
+# %% [markdown] With the curve of the data sheet the loop is unstable.
 
 # %%
 margins = eft.linear.stability_margins(believed)
-print(f"the loop stands a flow gain of up to {margins.flow_gain[1]:.3f} of the believed one")
+print(f"the loop is stable up to a true flow gain of {margins.flow_gain[1]:.3f} of the configured one")
 before = eft.simulate(true, command)
 print(before.message)
 
-# %% [markdown]
-# The paper's tests: a square wave of the valve command gives the response delay, slow and fast
-# motions without a load the flow curve.
+# %% [markdown] The paper's tests: a sweep with the main stage shut off gives the response delay. Motions of
+# different amplitude without a load give the flow curve.
 
 # %%
 spool_command, spool = eft.identification.valve_test(true)
@@ -47,11 +44,10 @@ data_sheet = eft.FlowTable(
     believed["servovalve.flow_table.openings"], believed["servovalve.flow_table.flows"]
 )
 ratio = estimate.flow(openings[openings != 0]) / data_sheet.flow(openings[openings != 0])
-print(f"the valve passes {ratio.mean():.3f} of what the data sheet says")
+print(f"the valve passes {ratio.mean():.3f} of the flow in the data sheet")
 
-# %% [markdown]
-# The measured curve becomes the one that the controller believes in. On the virtual rig the true
-# valve is `flow_gain_scale` times that curve, so the scale is now what is left of the error.
+# %% [markdown] The measured curve becomes that of the controller. On the virtual rig the true valve is
+# `flow_gain_scale` times that curve, so the scale is now the remaining error.
 
 # %%
 slope = (estimate.flow(0.05) - estimate.flow(-0.05)) / 0.1

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Plan a test from a record
 #
-# Before the pumps start: prepare a ground motion, see what it asks of the rig, find the scale
-# that the rig can do, and look at the force that will reach the structure.
+# This example prepares a ground motion and compares its demands with the rig. It finds the largest scale for
+# the rig, and simulates the force on the structure.
 #
 # Run it whole (`python examples/plan_a_test.py`), or cell by cell in an editor that knows `# %%`.
 
@@ -19,9 +19,8 @@ rig = eft.Rig.zhao2005()
 record = eft.read_record(resources.files("eft") / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2")
 print(record.name, f"{record.pga:.2f} m/s²")
 
-# %% [markdown]
-# The force is minus mass times ground acceleration. A band from 0.1 to 25 Hz keeps what shakes
-# the structure and leaves the drift out; the ends fade so that the test begins and ends at rest.
+# %% [markdown] The force is minus mass times ground acceleration. A band from 0.1 to 25 Hz keeps the motion
+# of the structure and removes drift. A taper makes the test begin and end at rest.
 
 # %%
 prepared = record.baseline_corrected().band_passed(0.1, 25.0).tapered(start=1.0, end=2.0)
@@ -31,8 +30,7 @@ def command(scale: float) -> eft.Command:
     return eft.effective_force(prepared, mass=rig["structure.mass"], sample_rate=4096.0, scale=scale)
 
 
-# %% [markdown]
-# How large may the earthquake be? Ask for several scales before any test is run.
+# %% [markdown] How large may the earthquake be? Check several scales before a test.
 
 # %%
 verdicts = {}
@@ -45,8 +43,7 @@ for scale in (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0):
 
 largest = max(scale for scale, verdict in verdicts.items() if verdict == "go")
 
-# %% [markdown]
-# Run the largest that is a go, and judge the force.
+# %% [markdown] Simulate the largest scale with the verdict go, and look at the force.
 
 # %%
 run = eft.simulate(rig, command(largest))

@@ -1,9 +1,9 @@
 # %% [markdown]
 # # How robust is the tuning?
 #
-# Nothing on a rig is known exactly. Draw the flow gain of the valve, its delay, the damping of the
-# structure and the oil's compressibility from what one believes of them, run a test for each draw,
-# and see which of them decides.
+# The parameters of a rig are uncertain. This example draws the flow gain and the delay of the valve, the
+# damping of the structure and the compressibility of the oil from their ranges. It runs a test for each draw
+# and shows which parameter matters most.
 
 # %%
 import numpy as np
@@ -20,9 +20,9 @@ uncertain = {
     "actuator.compressibility": (7e-13, 1.1e-12),
 }
 
-# %% [markdown]
-# The same draws under three settings of the controller: full compensation, a little less, and the
-# adaptive one. The rows go to a folder; started again after an interruption, it resumes.
+# %% [markdown] The same draws are used with three settings of the controller: full compensation, a level of
+# 0.95, and self-calibration. The rows are stored in a folder. After an interruption the same call resumes the
+# study.
 
 # %%
 settings = {
@@ -42,8 +42,7 @@ for name, study in studies.items():
     error = np.where(whole, study["nrmse"], np.inf)
     print(f"{name:10}  whole tests {whole.mean():4.0%}  within 10 %: {(error < 0.1).mean():4.0%}")
 
-# %% [markdown]
-# Which of the four matters? The flow gain: above its margin the test is lost, whatever the others.
+# %% [markdown] The flow gain matters most: above its margin the test is lost for any values of the others.
 
 # %%
 figure = Figure(figsize=(7, 6), layout="constrained")
