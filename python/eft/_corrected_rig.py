@@ -28,6 +28,7 @@ def corrected_rig(run: TestRun) -> Rig:
     return run.rig.replace(
         {
             "truth.servovalve.flow_table": None,
+            "calibration": None,
             "servovalve.true_flow_table": valve.get("true_flow_table", valve["flow_table"]),
             "servovalve.flow_table.flows": run.found_flows.tolist(),
         }

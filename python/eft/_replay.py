@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -53,6 +53,8 @@ class Replay:
     """Bits of `eft.Status` about the learning."""
     found_flows: npt.NDArray[np.float64]
     """Flow found at each opening of the rig's flow table by the end, m³/s."""
+    calibration: dict[str, Any] | None
+    """Result of the learning as the section ``calibration`` of a rig; None if nothing was learned."""
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the windows as a data frame with the time as its index."""

@@ -67,6 +67,7 @@ class TestRun(Channels):
     """Mass by which the ground motion became a force, kg."""
     stopped: str = ""
     """Reason why an external structure ended the test; empty if it did not."""
+    _calibrations: tuple[dict[str, Any] | None, ...] = (None,)
     _outside: bool = False
     """Whether an external structure replaced the rig's."""
     _controlled: bool = False
@@ -95,6 +96,7 @@ class TestRun(Channels):
             scale=command.scale,
             mass=command.mass,
             stopped=outcome.get("stopped", ""),
+            _calibrations=tuple(outcome["calibrations"]),
             _outside=outside,
             _energy=EnergyBalance(**energy) if energy else None,
         )
@@ -197,6 +199,22 @@ class TestRun(Channels):
             the loop has learned. If the flows do not increase, which single precision can cause.
         """
         return corrected_rig(self)
+
+    @property
+    def calibration(self) -> dict[str, Any] | None:
+        """What the adaptive controller learned, as the section ``calibration`` of a rig.
+
+        It contains the estimates, their standard deviations and the correction of the flow curve. Give it to
+        `eft.simulate` or to ``rig.replace({"calibration": run.calibration})`` to start the next test from it.
+        It is None if nothing was learned. A run of several actuators raises `ValueError`: each `actuator` has
+        its own.
+        """
+        if len(self._calibrations) != 1:
+            actuators = len(self._calibrations)
+            raise ValueError(
+                f"a run of {actuators} actuators has as many calibrations: take run.actuator(0)'s"
+            )
+        return self._calibrations[0]
 
     @property
     def energy(self) -> EnergyBalance | None:

@@ -10,7 +10,8 @@ Format 2. Each member is a NumPy array in its own format (``.npy``), deflated; `
 - ``sample_rate``: Hz;
 - ``about``: JSON with ``date`` (ISO 8601), ``record`` (its name), ``scale``, ``mass`` (kg), ``energy`` (J by
   name, or null), ``whole`` (whether it is a whole test), ``stopped`` (why an external structure ended it),
-  ``outside`` (whether there was one) and ``units`` (of each trace);
+  ``outside`` (whether there was one), ``calibrations`` (of each actuator, or null) and ``units`` (of each
+  trace);
 - ``found_flows``: m³/s, empty if unknown;
 - ``status``: bits of `eft.Status`, one word per sample;
 - each trace: one value per sample, with the shape (actuators, samples) for several actuators; a single number
@@ -61,6 +62,7 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
         "stopped": run.stopped,
         "outside": run._outside,
         "controlled": run._controlled,
+        "calibrations": run._calibrations,
         "units": {name: TRACES[name].unit for name in values},
     }
     arrays: dict[str, Any] = {
@@ -184,6 +186,8 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         "stopped": about["stopped"],
         "_outside": about.get("outside") is True,
         "_controlled": about.get("controlled") is True,
+        # Older files have none.
+        "_calibrations": tuple(about.get("calibrations", [None] * (shape[0] if len(shape) > 1 else 1))),
     }
 
 

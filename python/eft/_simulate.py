@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Literal, NamedTuple, Protocol
 
@@ -77,6 +77,7 @@ def simulate(
     converged: bool = False,
     controller: StepController | None = None,
     structure: Structure | None = None,
+    calibration: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], object] | None = None,
     watch: bool = False,
 ) -> TestRun:
@@ -118,6 +119,10 @@ def simulate(
         end of the sample, as arrays for a shear building. See `eft.opensees.Structure`. The plant then takes
         Runge–Kutta steps. A structure that raises `StructureError`, or whose motion is not finite, ends the
         test. `TestRun.stopped` has the reason.
+    calibration : mapping, optional
+        The `TestRun.calibration` of an earlier test, from which an adaptive controller starts. It replaces
+        the section ``calibration`` of the rig. It must be of the same flow table, and within the bounds of
+        ``compensation.learning``.
     progress : callable, optional
         Called a few times a second with the samples done and their total; an exception from it ends the run.
     watch : bool
@@ -150,6 +155,8 @@ def simulate(
                     f"{name} = {value!r}: must be left out of a converged run, which has its own"
                 )
         method, largest_step = "runge-kutta", _CONVERGED_STEP
+    if calibration is not None:
+        rig = rig.replace({"calibration": calibration})
     if controller is not None:
         if watch:
             raise ValueError("watch = True: must be left out with a controller from outside")

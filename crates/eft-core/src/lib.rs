@@ -27,7 +27,7 @@ pub use controller::{Controller, ControllerInput, ControllerOutput, ControllerSt
 pub use error::{ConfigError, LARGEST, SMALLEST, Short};
 pub use force_loop::{Limiter, ServovalveController, ServovalveControllerState};
 pub use integrity::{Integrity, Word};
-pub use learning::{Learner, LearnerState, Moment, Sums, Window};
+pub use learning::{Learner, LearnerState, Moment, SavedCalibration, SavedCurve, Sums, Window};
 #[cfg(feature = "serde")]
 pub use message::StoredParameters;
 pub use number::{Flags, LaneFlags, LaneMask, Lanes, Mask, Real, Scalar};

@@ -364,10 +364,33 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 
 /* ---------- The learner ---------- */
 
+#define EFT_CURVE_NODES 17         // nodes of the flow curve's correction
+
 // A learner's configuration. One serves any number of channels of the same parameters.
 typedef struct eft_learner_f32 { uint64_t marker; float value[158]; } eft_learner_f32;
 // The state of a learner. Each channel has one.
 typedef struct eft_learner_state_f32 { uint64_t marker; float value[302]; } eft_learner_state_f32;
+
+// A calibration to be kept beyond a restart, from eft_save_calibration for eft_start_from. It serves either precision
+// and any sample rate.
+typedef struct eft_saved_calibration {
+  uint32_t version;                  // version of these data: another one is refused
+  double greatest_flow;              // m3/s; of the flow table, to which flow gain and curve refer
+  double flow_gain;                  // 1; true flow over the table's
+  double valve_gain;                 // 1; the spool's gain over the configured one
+  double response_delay;             // s; of the spool, by its sensor
+  double velocity_delay;             // s; of the velocity behind the spool, by their sensors
+  double flow_gain_deviation;        // 1; standard deviations, infinite where nothing was learned
+  double valve_gain_deviation;       // 1
+  double response_delay_deviation;   // s
+  double velocity_delay_deviation;   // s
+  double excitation;                 // s; integral of the squared opening, 0 where nothing was learned
+  double asymmetry;                  // 1; table flow per forward flow over the mean of both directions, less 1
+  double asymmetry_deviation;        // 1
+  double departures[EFT_CURVE_NODES]; // m3/s; from the direction, at -8/7 to 8/7 of the greatest flow
+  double departure_deviations[EFT_CURVE_NODES]; // m3/s
+  double curve_error;                // m3/s; rms that the correction leaves unexplained of a window's flow
+} eft_saved_calibration;
 
 // The numbers of a calibration.
 typedef struct eft_learned_f32 {
@@ -400,6 +423,15 @@ EFT_NODISCARD uint8_t eft_learner_state_integrity_f32(const eft_learner_state_f3
 
 // Makes the state of a learner that has learned nothing yet.
 EFT_NODISCARD uint8_t eft_learner_reset_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state);
+
+// As eft_learner_reset, but the learner starts from a saved calibration, which takes effect with the third window.
+// Refuses data that the learner cannot have saved, with the reason in *why, which may be null.
+EFT_NODISCARD uint8_t eft_start_from_f32(const eft_learner_f32 *learner, const eft_saved_calibration *saved,
+    eft_learner_state_f32 *state, eft_error *why);
+
+// Saves what was learned. For use after a test.
+EFT_NODISCARD uint8_t eft_save_calibration_f32(const eft_learner_f32 *learner, const eft_learner_state_f32 *state,
+    eft_saved_calibration *saved);
 
 // Takes in a window and makes the next calibration, for eft_publish. After the step, or in a task below the interrupt.
 EFT_NODISCARD uint8_t eft_learn_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state,
@@ -498,6 +530,10 @@ EFT_NODISCARD uint8_t eft_learner_check_f64(const eft_learner_f64 *learner, cons
 EFT_NODISCARD uint8_t eft_learner_integrity_f64(const eft_learner_f64 *learner, uint32_t *word);
 EFT_NODISCARD uint8_t eft_learner_state_integrity_f64(const eft_learner_state_f64 *state, uint32_t *word);
 EFT_NODISCARD uint8_t eft_learner_reset_f64(const eft_learner_f64 *learner, eft_learner_state_f64 *state);
+EFT_NODISCARD uint8_t eft_start_from_f64(const eft_learner_f64 *learner, const eft_saved_calibration *saved,
+    eft_learner_state_f64 *state, eft_error *why);
+EFT_NODISCARD uint8_t eft_save_calibration_f64(const eft_learner_f64 *learner, const eft_learner_state_f64 *state,
+    eft_saved_calibration *saved);
 EFT_NODISCARD uint8_t eft_learn_f64(const eft_learner_f64 *learner, eft_learner_state_f64 *state,
     const eft_window_f64 *window, eft_calibration_f64 *calibration);
 EFT_NODISCARD uint8_t eft_read_calibration_f64(const eft_calibration_f64 *calibration, eft_learned_f64 *learned);
@@ -511,6 +547,7 @@ EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 184);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 864);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
+EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 384);
 EFT_SIZES(eft_channel, 1224, 2440);
 EFT_SIZES(eft_state, 1600, 3192);
 EFT_SIZES(eft_input, 44, 88);

@@ -1,11 +1,11 @@
 //! The learner below the tick: from a window to the next calibration.
 
-use eft_core::{Learner, LearnerState};
+use eft_core::{Learner, LearnerState, SavedCalibration};
 
 use crate::channel::{eft_calibration, eft_window};
 use crate::codes::{EFT_NOT_FINITE, EFT_NULL_POINTER};
-use crate::parameters::{EFT_TABLE_CAPACITY, check, configure, eft_error, eft_parameters};
-use crate::place::{give, made, made_mut, make};
+use crate::parameters::{EFT_TABLE_CAPACITY, check, configure, eft_error, eft_parameters, refuse};
+use crate::place::{give, given, made, made_mut, make};
 use crate::tables::{data, functions, opaque};
 
 opaque! {
@@ -33,6 +33,34 @@ data! {
     }
 }
 
+/// nodes of the flow curve's correction
+pub const EFT_CURVE_NODES: usize = 17;
+
+data! {
+    /// A calibration to be kept beyond a restart, from eft_save_calibration for eft_start_from. It serves either precision
+    /// and any sample rate.
+    eft_saved_calibration {
+        version: u32, "version of these data: another one is refused";
+        greatest_flow: f64, "m3/s; of the flow table, to which flow gain and curve refer";
+        flow_gain: f64, "1; true flow over the table's";
+        valve_gain: f64, "1; the spool's gain over the configured one";
+        response_delay: f64, "s; of the spool, by its sensor";
+        velocity_delay: f64, "s; of the velocity behind the spool, by their sensors";
+        flow_gain_deviation: f64, "1; standard deviations, infinite where nothing was learned";
+        valve_gain_deviation: f64, "1";
+        response_delay_deviation: f64, "s";
+        velocity_delay_deviation: f64, "s";
+        excitation: f64, "s; integral of the squared opening, 0 where nothing was learned";
+        asymmetry: f64, "1; table flow per forward flow over the mean of both directions, less 1";
+        asymmetry_deviation: f64, "1";
+        departures: [f64; EFT_CURVE_NODES], "m3/s; from the direction, at -8/7 to 8/7 of the greatest flow";
+        departure_deviations: [f64; EFT_CURVE_NODES], "m3/s";
+        curve_error: f64, "m3/s; rms that the correction leaves unexplained of a window's flow";
+    }
+}
+// It has the fields of the core's.
+const _: () = assert!(size_of::<eft_saved_calibration>() == size_of::<SavedCalibration>());
+
 functions! {
     /// As eft_configure, for a learner; the parameters are the channel's.
     fn eft_learner_configure_f32 eft_learner_configure_f64(parameters: *const eft_parameters, learner: *mut eft_learner<T>, why: *mut eft_error) {
@@ -57,6 +85,22 @@ functions! {
     /// Makes the state of a learner that has learned nothing yet.
     fn eft_learner_reset_f32 eft_learner_reset_f64(learner: *const eft_learner<T>, state: *mut eft_learner_state<T>) {
         make(state, made(learner)?.at_rest())
+    }
+
+    /// As eft_learner_reset, but the learner starts from a saved calibration, which takes effect with the third window.
+    /// Refuses data that the learner cannot have saved, with the reason in *why, which may be null.
+    fn eft_start_from_f32 eft_start_from_f64(learner: *const eft_learner<T>, saved: *const eft_saved_calibration, state: *mut eft_learner_state<T>, why: *mut eft_error) {
+        let saved = given(saved.cast::<SavedCalibration>())?;
+        match made(learner)?.start_from(saved) {
+            Ok(started) => make(state, started),
+            Err(error) => Err(refuse(error, why)),
+        }
+    }
+
+    /// Saves what was learned. For use after a test.
+    fn eft_save_calibration_f32 eft_save_calibration_f64(learner: *const eft_learner<T>, state: *const eft_learner_state<T>, saved: *mut eft_saved_calibration) {
+        let (core, state) = (made(learner)?, made(state)?);
+        give(saved.cast(), core.saved(state))
     }
 
     /// Takes in a window and makes the next calibration, for eft_publish. After the step, or in a task below the

@@ -281,14 +281,18 @@ pub(crate) unsafe fn configure<O: Opaque<Value: Configuration>>(
     // Safety: null or valid; where nobody asks for the reason none is given.
     unsafe {
         let (parameters, room) = (given(parameters)?, room(place)?);
-        parameters.with(|core| O::Value::make_in(room, core)).map_err(|error| {
-            let (code, reason) = refusal(error);
-            _ = give(why, reason);
-            code
-        })?;
+        parameters.with(|core| O::Value::make_in(room, core)).map_err(|error| refuse(error, why))?;
         mark(place);
     }
     Ok(())
+}
+
+/// The code of a refusal. `why` is null or valid, and gets the reason.
+pub(crate) unsafe fn refuse(error: ConfigError, why: *mut eft_error) -> u8 {
+    let (code, reason) = refusal(error);
+    // Safety: null or valid.
+    _ = unsafe { give(why, reason) };
+    code
 }
 
 /// Whether a configuration is what its parameters make. Each pointer is null or valid.

@@ -162,7 +162,7 @@ const SILENT: Output<f64> = Output {
 impl<P: Precision> ControllerModel<P> {
     fn new(rig: &RigConfig) -> Result<Self> {
         let parameters = parameters(rig, rig.controller.sample_rate)?;
-        let one = |_| Ok((RigChannel::new(&parameters)?, SILENT));
+        let one = |_| Ok((RigChannel::new(&parameters, rig.calibration.as_ref())?, SILENT));
         let actuators = (0..rig.structure.floors()).map(one).collect::<Result<_>>()?;
         Ok(Self { actuators, rig: rig.clone(), tripped: false })
     }

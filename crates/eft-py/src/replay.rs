@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::errors::{refuse, to_python};
 use crate::rig::Rig;
-use crate::run::Dtype;
+use crate::run::{Dtype, calibration};
 
 /// Run a rig's learner on a recorded test; the estimates by name, each an array with one value per window.
 ///
@@ -70,6 +70,7 @@ pub(crate) fn replay<'py>(
     ] {
         arrays.set_item(name, PyArray1::from_vec(py, values))?;
     }
+    arrays.set_item("calibration", calibration(py, found.calibration.as_ref())?)?;
     arrays.set_item("status", PyArray1::from_vec(py, found.status))?;
     Ok(arrays)
 }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use eft_core::{Cause, status};
+use eft_core::{Cause, SavedCalibration, status};
 use eft_sim::closed_loop::{
     self, DEFAULT_STEP, Method, Otherwise, TRACES, Values, ideal_responses, simulate_actuators,
     simulate_specimen,
@@ -19,6 +19,7 @@ use crate::errors::{refuse, to_python};
 use crate::excitation::Command;
 use crate::rig::{Rig, is_building};
 use crate::specimen::PythonSpecimen;
+use crate::values::to_python as to_python_value;
 
 /// Time between two checks of Ctrl-C and two calls of `progress`: short for a user, but long enough to leave
 /// the interpreter to other threads.
@@ -136,7 +137,7 @@ pub(crate) fn simulate<'py>(
 }
 
 /// The traces of one run per actuator by the names of the table, with a leading axis for a building, and
-/// `status`, `found_flows`, `energy` and `stopped`.
+/// `status`, `found_flows`, `calibrations`, `energy` and `stopped`.
 pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> PyResult<Bound<'_, PyDict>> {
     let traces = PyDict::new(py);
     let (numpy, actuators) = (py.import("numpy")?, runs.len());
@@ -167,9 +168,23 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
     let known = !found.iter().all(Vec::is_empty);
     let found = known.then(|| arrays::stacked(py, found, stacked)).transpose()?;
     traces.set_item("found_flows", found)?;
+    let calibrations =
+        runs.iter().map(|run| calibration(py, run.calibration.as_ref())).collect::<PyResult<Vec<_>>>()?;
+    traces.set_item("calibrations", calibrations)?;
     let status = runs.into_iter().map(|run| run.traces.status).collect();
     traces.set_item("status", arrays::stacked(py, status, stacked)?)?;
     Ok(traces)
+}
+
+/// The learned calibration as the section of a rig, `None` if nothing was learned.
+pub(crate) fn calibration<'py>(
+    py: Python<'py>,
+    saved: Option<&SavedCalibration>,
+) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let Some(saved) = saved else { return Ok(None) };
+    let tree =
+        toml::Value::try_from(saved).map_err(|error| refuse("calibration", error, "must be plain data"))?;
+    to_python_value(py, &tree).map(Some)
 }
 
 /// The traces of a run: name, unit, description, and its value in a test that does not record it: "recorded",

@@ -19,6 +19,12 @@ from eft._table import Metrics
 from eft._test_file import TestPlan
 from eft._verdict import Verdict, told_delay
 from eft._watch import show
+from eft.cli._calibration import (
+    calibration_option,
+    check_save_calibration,
+    save_calibration,
+    start_from,
+)
 from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table, units_option
 from eft.cli._plan import plan_of, test_options
 from eft.cli._save_rig import check_save_rig, save_rig
@@ -33,6 +39,7 @@ from eft.traces._write import check_output
         "eft run --record elcentro --scale 1.3 --set compensation.mode=linear -o linear.eft",
         "eft run --rig rig.toml --sweep 8900 0 10 32 -o sweep.csv",
         "eft run test.toml --save-rig corrected.toml",
+        "eft run test.toml --calibration monday.toml --save-calibration tuesday.toml",
         "eft run test.toml --set controller.force_loop=robust --watch",
     ),
 )
@@ -50,6 +57,14 @@ from eft.traces._write import check_output
     metavar="FILE",
     help="Rig with the flow curve that compensation.curve_correction found.",
 )
+@calibration_option
+@click.option(
+    "--save-calibration",
+    "learned",
+    type=FILE,
+    metavar="FILE",
+    help="Result of the learning, for --calibration of the next test.",
+)
 @click.option("--watch", is_flag=True, help="Show force, error, spool and estimates as the test runs.")
 @units_option
 @as_json
@@ -60,6 +75,8 @@ def run(
     dtype: Any,
     output: Path | None,
     corrected: Path | None,
+    calibration: Path | None,
+    learned: Path | None,
     watch: bool,
     as_json: bool,
     **command: Any,
@@ -73,14 +90,21 @@ def run(
     check_output(target)
     if corrected is not None:
         check_save_rig(corrected, plan, (test, target))
+    if calibration is not None:
+        plan = start_from(plan, calibration)
+    if learned is not None:
+        check_save_calibration(learned, plan, (test, target, corrected))
     if watch:
         show(plan.rig, plan.command, dtype, stream=sys.stderr)
     result, interrupted = _simulate(plan, dtype)
     with _held_back():
         write_run(result, target)
         refused = save_rig(corrected, result, interrupted) if corrected is not None else None
+        unlearned = save_calibration(learned, result) if learned is not None else None
     saved = str(corrected) if corrected is not None and refused is None else None
+    kept = str(learned) if learned is not None and unlearned is None else None
     about = {"command": plan.about, "output": str(target), "interrupted": interrupted, "saved_rig": saved}
+    about["saved_calibration"] = kept
     answer = describe(result) | about
     if as_json:
         emit_json(answer)
@@ -98,11 +122,15 @@ def run(
         click.echo(f"{target} written" + (", up to the interruption" if interrupted else ""))
         if saved is not None:
             click.echo(f"{saved} written: the rig with the flow curve that was found, for the next test")
+        if kept is not None:
+            click.echo(f"{kept} written: what was learned, for --calibration of the next test")
     if refused is not None:
         click.echo(f"{corrected} not written: {refused}", err=True)
+    if unlearned is not None:
+        click.echo(f"{learned} not written: {unlearned}", err=True)
     if interrupted:
         raise KeyboardInterrupt
-    if refused is not None or not result.verdict.ok:
+    if refused is not None or unlearned is not None or not result.verdict.ok:
         raise click.exceptions.Exit(1)
 
 

@@ -21,10 +21,7 @@ def check_save_rig(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) 
         If no curve will be found, or several that a rig file cannot hold; if `path` is another file of the
         test. OSError If the folder does not exist.
     """
-    check_folder(path)
-    for other in others:
-        if other is not None and path.resolve() == other.resolve():
-            raise ValueError(f"--save-rig {path}: must be another file than that of the test")
+    check_own_file("--save-rig", path, others)
     for key in _ASKED:
         if not plan.rig[key]:
             raise ValueError(f"--save-rig {path}: {key} = false: must be true, or no flow curve is found")
@@ -33,6 +30,14 @@ def check_save_rig(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) 
             f"--save-rig {path}: a building's rig file has one flow table for all floors, and each "
             "floor finds its own: take run.actuator(i).found_flows in Python"
         )
+
+
+def check_own_file(option: str, path: Path, others: tuple[Path | None, ...]) -> None:
+    """Refuse a file in no folder, or another file of the test."""
+    check_folder(path)
+    for other in others:
+        if other is not None and path.resolve() == other.resolve():
+            raise ValueError(f"{option} {path}: must be another file than that of the test")
 
 
 def save_rig(path: Path, run: eft.TestRun, interrupted: bool) -> str | None:

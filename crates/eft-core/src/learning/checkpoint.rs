@@ -40,6 +40,11 @@ pub(crate) struct Checkpoints<T> {
 integrity!(Checkpoints<T>: older, newer);
 
 impl<T: Copy> Checkpoints<T> {
+    /// Both of the same evidence.
+    pub(crate) fn of(evidence: &Evidence<T>) -> Self {
+        Self { older: *evidence, newer: *evidence }
+    }
+
     /// Makes a checkpoint.
     pub(crate) fn save(&mut self, evidence: &Evidence<T>) {
         self.older = self.newer;

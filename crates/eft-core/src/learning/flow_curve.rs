@@ -30,9 +30,9 @@ const NOISE: f64 = 0.02;
 /// Variance (squared steps) of the errors before any is known, and the windows that it counts for.
 const FIRST_ERRORS: [f64; 2] = [4.0e-4, 10.0];
 /// Bound of the asymmetry.
-const FARTHEST: f64 = 0.3;
+pub(super) const FARTHEST: f64 = 0.3;
 /// Largest departure of a node from its direction, over the node's own flow.
-const DEPARTURE: f64 = 0.2;
+pub(super) const DEPARTURE: f64 = 0.2;
 /// Parts of the departures that the asymmetry and the flow gain look past: what they can explain they take over, slowly.
 const SHARED: [f64; 2] = [0.5, 0.3];
 /// Weight (squared steps) of no departures at all in what they have in common.
@@ -83,9 +83,9 @@ pub(crate) struct CurveEvidence<T> {
     /// Backwards, forwards.
     directions: [Direction<T>; 2],
     /// How far the forward gain lies above the mean of both, and the backward one below, over that mean.
-    asymmetry: T,
+    pub(super) asymmetry: T,
     /// The nodes' departures (steps) from their direction.
-    departures: [T; NODES],
+    pub(super) departures: [T; NODES],
     /// Windows, and the squares of what they leave unexplained (steps).
     windows: T,
     squares: T,
@@ -104,7 +104,7 @@ pub(crate) struct CurveState<T> {
     nodes: [T; NODES],
     pub(crate) pieces: [CurvePiece<T>; PIECES],
     /// Variance of each departure.
-    variances: [T; NODES],
+    pub(super) variances: [T; NODES],
     /// The spool sensor's offset (unit opening).
     offset: T,
     /// How far the asymmetry wanted to go beyond its bounds (1).
@@ -221,10 +221,53 @@ impl<T: Real> FlowCurve<T> {
         let keep = T::splat(1.0) - self.average;
         evidence.windows = keep * evidence.windows + T::splat(1.0);
         evidence.squares = keep * evidence.squares + noise;
+        self.variance(evidence)
+    }
+
+    /// Variance (squared steps) of what the windows leave unexplained, as of errors that do not last.
+    fn variance(&self, evidence: &CurveEvidence<T>) -> T {
+        self.correlation * Self::mean_square(evidence)
+    }
+
+    /// Mean square (squared steps) of what a window leaves unexplained.
+    pub(super) fn mean_square(evidence: &CurveEvidence<T>) -> T {
         let [first, windows] = FIRST_ERRORS;
         let (sum, count) =
             (evidence.squares + T::splat(first * windows), evidence.windows + T::splat(windows));
-        self.correlation * sum / count
+        sum / count
+    }
+
+    /// Standard deviation of the asymmetry (1): half of the difference of two gains.
+    pub(super) fn asymmetry_deviation(&self, evidence: &CurveEvidence<T>) -> T {
+        let variance = self.variance(evidence);
+        let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
+        let [back, forth] = evidence.directions.each_ref().map(|d| variance / (d.flows + belief));
+        T::splat(0.5) * (back + forth).sqrt()
+    }
+
+    /// Starts from the mean square of the errors (squared steps), and from an asymmetry (1) with its standard deviation (1)
+    /// at a flow gain (1): from the sums that give them.
+    pub(super) fn know(
+        &self,
+        evidence: &mut CurveEvidence<T>,
+        square: T,
+        [asymmetry, deviation]: [T; 2],
+        flow_gain: T,
+    ) {
+        let ([first, windows], one) = (FIRST_ERRORS, T::splat(1.0));
+        evidence.windows = one / self.average;
+        let sum = square * (evidence.windows + T::splat(windows)) - T::splat(first * windows);
+        evidence.squares = if sum > T::splat(0.0) { sum } else { T::splat(0.0) };
+        let variance = self.variance(evidence);
+        let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
+        let all = T::splat(0.5) * variance / (deviation * deviation);
+        let flows = if all > belief { all - belief } else { T::splat(0.0) };
+        evidence.asymmetry = asymmetry;
+        let of = |gain: T| {
+            let flow_errors = (flows + belief) * (gain / flow_gain - one);
+            Direction { flows, flow_errors, ..Direction::default() }
+        };
+        evidence.directions = [of(one - asymmetry), of(one + asymmetry)];
     }
 
     /// Moves a node's departure towards the flows seen in the adjacent pieces.

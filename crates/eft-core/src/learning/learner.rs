@@ -70,12 +70,12 @@ pub struct LearnerState<T> {
     /// Flow (m³/s) that the actuator took and the table's, both at no load and at one instant.
     flows: [T; 2],
     gate: GateState<T>,
-    flow: GainAndDelay<T>,
-    valve: ValveState<T>,
+    pub(super) flow: GainAndDelay<T>,
+    pub(super) valve: ValveState<T>,
     guard: GuardState<T>,
-    evidence: Evidence<T>,
-    checkpoints: Checkpoints<T>,
-    curve: CurveState<T>,
+    pub(super) evidence: Evidence<T>,
+    pub(super) checkpoints: Checkpoints<T>,
+    pub(super) curve: CurveState<T>,
 }
 integrity!(LearnerState<T>: number, since_checkpoint, since_start, filtered, means_go_on, means, mean_share, share, filters, flows, gate, flow, valve, guard, evidence, checkpoints, curve);
 

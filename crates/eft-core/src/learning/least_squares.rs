@@ -12,7 +12,7 @@ use crate::number::Real;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct LeastSquares<T> {
     pub(crate) matrix: [[T; 2]; 2],
-    right: [T; 2],
+    pub(super) right: [T; 2],
 }
 integrity!(LeastSquares<T>: matrix, right);
 
@@ -63,7 +63,7 @@ pub(crate) struct Estimate<T> {
 integrity!(Estimate<T>: value, beyond, away);
 
 impl<T: Real> Estimate<T> {
-    fn at(value: T) -> Self {
+    pub(super) fn at(value: T) -> Self {
         Self { value, beyond: T::splat(0.0), away: T::splat(0.0) }
     }
 

@@ -11,6 +11,7 @@ mod gate;
 mod guard;
 mod learner;
 mod least_squares;
+mod saved;
 #[cfg(test)]
 mod tests;
 mod tuning;
@@ -20,4 +21,5 @@ mod window;
 pub(crate) use configuration::{LOWEST_RATE, window_ticks};
 pub(crate) use flow_model::FlowModel;
 pub use learner::{Learner, LearnerState};
+pub use saved::{SavedCalibration, SavedCurve};
 pub use window::{Moment, Sums, Window};

@@ -14,3 +14,4 @@ mod piecewise;
 mod protection;
 mod publication;
 mod rig;
+mod saved;

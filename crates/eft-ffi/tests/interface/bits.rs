@@ -2,7 +2,7 @@
 
 use std::ptr::null_mut;
 
-use eft_core::{Channel, Input, Learner, Parameters, status};
+use eft_core::{Channel, Input, Learner, Parameters, SavedCalibration, status};
 use eft_ffi::*;
 
 use crate::rig::{GUARDED, LEARNING, RIGS, TABLE, for_c, sample, zeroed};
@@ -15,7 +15,8 @@ macro_rules! precision {
         $module:ident, $t:ident,
         $configure:ident $check:ident $reset:ident $input_init:ident $prime:ident $step:ident $hold:ident $missed:ident
         $publish:ident $in_use:ident $take_over:ident $trip:ident $end:ident $is_down:ident
-        $learner_configure:ident $learner_check:ident $learner_reset:ident $learn:ident $read:ident $flow:ident
+        $learner_configure:ident $learner_check:ident $learner_reset:ident $start:ident $save:ident
+        $learn:ident $read:ident $flow:ident
     ) => {
         mod $module {
             use super::*;
@@ -150,6 +151,21 @@ macro_rules! precision {
                     assert_eq!((said.window, said.status), (used.window, used.status));
                     // Where the sampled valve command is the one that the spool follows.
                     assert_eq!(said.window == u32::MAX, !p.learning.is_on());
+                    // The saved calibration, and a learner that starts from it.
+                    let (mut saved, mut why): (Box<eft_saved_calibration>, Box<eft_error>) =
+                        (zeroed(), zeroed());
+                    let of_core =
+                        |saved: &eft_saved_calibration| (&raw const *saved).cast::<SavedCalibration>().read();
+                    assert_eq!($save(&*learner, &*learned, &mut *saved), EFT_OK);
+                    let kept = core_learner.saved(&expected_learned);
+                    assert_eq!(of_core(&saved), kept);
+                    assert_eq!((saved.flow_gain, saved.curve_error), (kept.flow_gain, kept.curve.error));
+                    assert_eq!($start(&*learner, &*saved, &mut *learned, null_mut()), EFT_OK);
+                    assert_eq!($save(&*learner, &*learned, &mut *saved), EFT_OK);
+                    assert_eq!(of_core(&saved), core_learner.saved(&core_learner.start_from(&kept).unwrap()));
+                    saved.version += 1;
+                    let refused = $start(&*learner, &*saved, &mut *learned, &mut *why);
+                    assert_eq!((refused, why.value, why.highest), (EFT_OUT_OF_RANGE, 2.0, 1.0));
                     for opening in [-2.0, -0.3, 0.0, 0.1] {
                         let mut flow = 0.0;
                         assert_eq!($flow(&*learner, &*calibration, opening, &mut flow), EFT_OK);
@@ -225,6 +241,7 @@ precision!(
     eft_configure_f32 eft_check_f32 eft_reset_f32 eft_input_init_f32 eft_prime_f32 eft_step_f32 eft_hold_f32
     eft_missed_f32 eft_publish_f32 eft_calibration_in_use_f32 eft_take_over_f32 eft_request_trip_f32
     eft_request_end_f32 eft_is_down_f32 eft_learner_configure_f32 eft_learner_check_f32 eft_learner_reset_f32
+    eft_start_from_f32 eft_save_calibration_f32
     eft_learn_f32 eft_read_calibration_f32 eft_found_flow_f32
 );
 precision!(
@@ -232,5 +249,6 @@ precision!(
     eft_configure_f64 eft_check_f64 eft_reset_f64 eft_input_init_f64 eft_prime_f64 eft_step_f64 eft_hold_f64
     eft_missed_f64 eft_publish_f64 eft_calibration_in_use_f64 eft_take_over_f64 eft_request_trip_f64
     eft_request_end_f64 eft_is_down_f64 eft_learner_configure_f64 eft_learner_check_f64 eft_learner_reset_f64
+    eft_start_from_f64 eft_save_calibration_f64
     eft_learn_f64 eft_read_calibration_f64 eft_found_flow_f64
 );

@@ -52,9 +52,8 @@ fn committed_header_is_what_the_sources_say() {
         .unwrap();
     let mut raw = Vec::new();
     bindings.write(&mut raw);
-    std::fs::write("/tmp/core-h/raw.h", &raw).unwrap();
     let sizes = [
-        sizes!(eft_learning eft_plausibility eft_protection eft_parameters eft_error),
+        sizes!(eft_learning eft_plausibility eft_protection eft_parameters eft_error eft_saved_calibration),
         sizes!(eft_channel eft_state eft_input eft_output eft_window eft_calibration eft_learner eft_learner_state
             eft_learned; f32 f64),
     ]

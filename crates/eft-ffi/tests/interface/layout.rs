@@ -52,10 +52,11 @@ impl<'a> Item<'a> {
             "EFT_ABI_VERSION" | "eft_abi_version" => 0,
             "EFT_NO_STEP" | "EFT_SPOOL_WARNING" => 1,
             "EFT_TABLE_CAPACITY" => 2,
+            "EFT_CURVE_NODES" => 4,
             name if name.starts_with("EFT_") => before,
             "eft_parameters" | "eft_learning" | "eft_plausibility" | "eft_protection" | "eft_error" => 2,
             _ if is_of(&["channels", "windows", "calibrations", "offer", "take"]) => 5,
-            _ if is_of(&["learn", "read_calibration", "found_flow"]) => 4,
+            _ if is_of(&["learn", "read_calibration", "found_flow", "save", "start_from"]) => 4,
             _ => 3,
         }
     }

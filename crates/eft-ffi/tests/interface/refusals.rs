@@ -26,6 +26,7 @@ fn null_pointers_are_refused_by_every_function() {
         eft_request_end_f32(null_mut()) eft_is_down_f32(null(), null_mut())
         eft_learner_configure_f32(null(), null_mut(), null_mut()) eft_learner_check_f32(null(), null())
         eft_learner_integrity_f32(null(), null_mut()) eft_learner_state_integrity_f32(null(), null_mut())
+        eft_start_from_f32(null(), null(), null_mut(), null_mut()) eft_save_calibration_f32(null(), null(), null_mut())
         eft_learner_reset_f32(null(), null_mut()) eft_learn_f32(null(), null_mut(), null(), null_mut()) eft_read_calibration_f32(null(), null_mut())
         eft_found_flow_f32(null(), null(), 0.0, null_mut())
         eft_offer_channel_f32(null_mut(), null()) eft_offer_window_f32(null_mut(), null()) eft_offer_calibration_f32(null_mut(), null())
@@ -37,6 +38,7 @@ fn null_pointers_are_refused_by_every_function() {
         eft_request_end_f64(null_mut()) eft_is_down_f64(null(), null_mut())
         eft_learner_configure_f64(null(), null_mut(), null_mut()) eft_learner_check_f64(null(), null())
         eft_learner_integrity_f64(null(), null_mut()) eft_learner_state_integrity_f64(null(), null_mut())
+        eft_start_from_f64(null(), null(), null_mut(), null_mut()) eft_save_calibration_f64(null(), null(), null_mut())
         eft_learner_reset_f64(null(), null_mut()) eft_learn_f64(null(), null_mut(), null(), null_mut()) eft_read_calibration_f64(null(), null_mut())
         eft_found_flow_f64(null(), null(), 0.0, null_mut())
         eft_offer_channel_f64(null_mut(), null()) eft_offer_window_f64(null_mut(), null()) eft_offer_calibration_f64(null_mut(), null())
@@ -103,7 +105,7 @@ fn what_was_never_made_is_refused_by_every_function() {
     let (learner, mut learned) = nothing_learned(&parameters);
     let (no_channel, no_learner, window): (Box<_>, Box<_>, Box<_>) = (zeroed(), zeroed(), zeroed());
     let (mut no_state, mut no_learned, mut calibration) = (zeroed(), zeroed(), zeroed());
-    let (mut said, mut flow, mut down) = (zeroed(), 7.0, 7);
+    let (mut said, mut saved, mut flow, mut down) = (zeroed(), zeroed(), 7.0, 7);
     let input: Box<eft_input<f32>> = zeroed();
     let (mut channels, mut windows, mut calibrations) = (zeroed(), zeroed(), zeroed());
     // Safety: every pointer is valid.
@@ -113,6 +115,9 @@ fn what_was_never_made_is_refused_by_every_function() {
             eft_learner_check_f32(&*no_learner, &parameters),
             eft_reset_f32(&*no_channel, &raw mut *no_state),
             eft_learner_reset_f32(&*no_learner, &mut *no_learned),
+            eft_start_from_f32(&*no_learner, &*saved, &mut *no_learned, null_mut()),
+            eft_save_calibration_f32(&*no_learner, &*learned, &mut *saved),
+            eft_save_calibration_f32(&*learner, &*no_learned, &mut *saved),
             eft_prime_f32(&*no_channel, &raw mut *state, &*input),
             eft_prime_f32(&*channel, &raw mut *no_state, &*input),
             eft_publish_f32(&*channel, &raw mut *state, &*calibration),
@@ -135,7 +140,7 @@ fn what_was_never_made_is_refused_by_every_function() {
             eft_step_f32(&*channel, (&raw mut *learned).cast(), &*input, &mut poisoned()),
         ]
     };
-    assert_eq!(codes, [EFT_NOT_MADE; 23]);
+    assert_eq!(codes, [EFT_NOT_MADE; 26]);
     assert_eq!((flow, down), (7.0, 7));
     // Safety: every pointer is valid.
     unsafe {

@@ -99,9 +99,10 @@ impl Channel {
             return Err(refuse("compensation.computation_delay", delay, allowed));
         }
         let parameters = Parameters { realization, ..parameters(&rig.config, rate).map_err(to_python)? };
+        let saved = rig.config.calibration.as_ref();
         let core = match dtype {
-            Dtype::F32 => Precision::F32(Core::new(&parameters).map_err(to_python)?),
-            Dtype::F64 => Precision::F64(Core::new(&parameters).map_err(to_python)?),
+            Dtype::F32 => Precision::F32(Core::new(&parameters, saved).map_err(to_python)?),
+            Dtype::F64 => Precision::F64(Core::new(&parameters, saved).map_err(to_python)?),
         };
         Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, realization, last: SILENT })
     }

@@ -194,6 +194,7 @@ impl Ended {
             }
             let run = floor.runs.get_mut(lane).and_then(Option::take).map(|mut run| {
                 run.learn(|openings| test.found_flows(actuator, openings, lane));
+                run.calibration = test.saved(actuator, lane);
                 run.energy = test.balance(lane);
                 run
             });

@@ -3,7 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use eft_core::{Calibration, ChannelState, Input, Learner, LearnerState, Output, Parameters};
+use eft_core::{
+    Calibration, ChannelState, Input, Learner, LearnerState, Output, Parameters, SavedCalibration,
+};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::estimates::Estimates;
@@ -26,18 +28,26 @@ pub struct RigChannel<P: Precision> {
 pub(super) struct Learning<P: Precision> {
     pub(super) learner: Learner<P, TABLE_CAPACITY>,
     pub(super) state: LearnerState<P>,
+    /// At the start and after a reset.
+    start: LearnerState<P>,
     /// The calibration from the last window, which is published before the next tick.
     learned: Option<Calibration<P>>,
 }
 
 impl<P: Precision> Learning<P> {
-    /// A learner at rest.
+    /// A learner at rest, or one that starts from a saved calibration.
     ///
     /// # Errors
     /// Parameters that `eft-core` refuses.
-    pub(super) fn new(parameters: &Parameters) -> Result<Self> {
+    pub(super) fn new(parameters: &Parameters, saved: Option<&SavedCalibration>) -> Result<Self> {
         let learner = P::learner(parameters)?;
-        Ok(Self { state: learner.at_rest(), learner, learned: None })
+        let start = saved.map_or_else(|| Ok(learner.at_rest()), |saved| learner.start_from(saved))?;
+        Ok(Self { state: start, start, learner, learned: None })
+    }
+
+    /// The learned calibration, if anything was learned.
+    pub(super) fn saved(&self) -> Option<SavedCalibration> {
+        Some(self.learner.saved(&self.state)).filter(|saved| saved.excitation > 0.0)
     }
 
     /// No-load flows (m³/s) of a calibration's valve at these openings.
@@ -56,14 +66,14 @@ pub struct RigChannelState<P: Precision> {
 }
 
 impl<P: Precision> RigChannel<P> {
-    /// At rest.
+    /// At rest; a learner starts from what was saved.
     ///
     /// # Errors
     /// Parameters that `eft-core` refuses.
-    pub fn new(parameters: &Parameters) -> Result<Self> {
+    pub fn new(parameters: &Parameters, saved: Option<&SavedCalibration>) -> Result<Self> {
         let channel = Box::new(P::channel(parameters)?);
-        let learning =
-            if parameters.learning.is_on() { Some(Box::new(Learning::new(parameters)?)) } else { None };
+        let learns = parameters.learning.is_on();
+        let learning = learns.then(|| Learning::new(parameters, saved).map(Box::new)).transpose()?;
         Ok(Self { state: Box::new(channel.at_rest()), channel, learning })
     }
 
@@ -95,11 +105,11 @@ impl<P: Precision> RigChannel<P> {
         self.channel.prime(&mut self.state, &rounded(input));
     }
 
-    /// Returns to rest and forgets the calibration.
+    /// Returns to rest and to the saved calibration from which the learner started.
     pub fn reset(&mut self) {
         *self.state = self.channel.at_rest();
         if let Some(learning) = &mut self.learning {
-            learning.state = learning.learner.at_rest();
+            learning.state = learning.start;
             learning.learned = None;
         }
     }
@@ -157,6 +167,11 @@ impl<P: Precision> RigChannel<P> {
     /// The calibration in use, if the rig learns.
     pub fn calibration(&self) -> Option<&Calibration<P>> {
         self.learning.as_ref().map(|_| self.state.calibration())
+    }
+
+    /// The learned calibration, from which a later test may start.
+    pub fn saved(&self) -> Option<SavedCalibration> {
+        self.learning.as_ref()?.saved()
     }
 
     /// Learned no-load flows (m³/s) of the valve at these openings, if the rig learns.

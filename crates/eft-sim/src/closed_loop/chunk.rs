@@ -1,6 +1,6 @@
 //! The fast path for a number of ticks of a test, for one rig or several side by side.
 
-use eft_core::{Mask, Scalar};
+use eft_core::{Mask, SavedCalibration, Scalar};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::Path;
@@ -44,6 +44,9 @@ where
     }
     fn found_flows(&self, _: usize, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
         self.digital.found_flows(openings, lane)
+    }
+    fn saved(&self, _: usize, lane: usize) -> Option<SavedCalibration> {
+        self.digital.saved(lane)
     }
     fn balance(&self, _: usize) -> Option<EnergyBalance> {
         None

@@ -1,6 +1,6 @@
 //! Plant and digital sides of rigs with any effect and any number of actuators.
 
-use eft_core::{ControllerState, Flags, Mask, Scalar, status};
+use eft_core::{ControllerState, Flags, Mask, SavedCalibration, Scalar, status};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
@@ -128,6 +128,9 @@ where
     }
     fn found_flows(&self, actuator: usize, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
         self.digital[actuator].found_flows(openings, lane)
+    }
+    fn saved(&self, actuator: usize, lane: usize) -> Option<SavedCalibration> {
+        self.digital[actuator].saved(lane)
     }
     // The energy of an external structure is unknown.
     fn balance(&self, lane: usize) -> Option<EnergyBalance> {

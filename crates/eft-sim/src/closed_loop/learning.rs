@@ -1,7 +1,8 @@
 //! Learning channels side by side: the tick runs in lanes, and one learner per lane runs once per window.
 
 use eft_core::{
-    Calibration, ChannelLanes, ChannelLanesState, ControllerInput, ControllerOutput, Parameters, Scalar,
+    Calibration, ChannelLanes, ChannelLanesState, ControllerInput, ControllerOutput, Parameters,
+    SavedCalibration, Scalar,
 };
 
 use crate::closed_loop::channel::Learning;
@@ -31,14 +32,19 @@ impl<S: Num, C: Scalar> LearningLanes<S, C>
 where
     C::Element: Precision,
 {
-    /// At rest.
+    /// At rest; each learner starts from what was saved of its rig.
     ///
     /// # Errors
     /// Parameters that `eft-core` refuses.
-    pub(crate) fn new(parameters: &[Parameters], controllers: &[RigController<C::Element>]) -> Result<Self> {
+    pub(crate) fn new<'a>(
+        parameters: &[Parameters],
+        controllers: &[RigController<C::Element>],
+        saved: impl Fn(usize) -> Option<&'a SavedCalibration>,
+    ) -> Result<Self> {
         let window_ticks = C::Element::channel(&parameters[0])?.window_ticks();
         let channels = Box::new(ChannelLanes::new(RigController::pack(|i| &controllers[i]), window_ticks));
-        let learners = parameters.iter().map(Learning::new).collect::<Result<_>>()?;
+        let learners =
+            parameters.iter().enumerate().map(|(i, p)| Learning::new(p, saved(i))).collect::<Result<_>>()?;
         let calibrations: Vec<_> = controllers.iter().map(|one| [one.nominal(); 2]).collect();
         let estimates = Estimates::unknown().or(|i| Some(&calibrations[i][0]));
         Ok(Self {
@@ -77,6 +83,11 @@ where
             *next = learning.learner.update(&mut learning.state, &self.state.window(lane));
         }
         dispatch::<S, _>(Publish(self));
+    }
+
+    /// As [`RigChannel::saved`](crate::closed_loop::channel::RigChannel::saved), of a lane.
+    pub(crate) fn saved(&self, lane: usize) -> Option<SavedCalibration> {
+        self.learners.get(lane)?.saved()
     }
 
     /// As [`RigChannel::found_flows`](crate::closed_loop::channel::RigChannel::found_flows), for one lane.

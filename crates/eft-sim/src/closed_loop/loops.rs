@@ -1,5 +1,7 @@
 //! The common interface of closed loops, of one rig or of several side by side.
 
+use eft_core::SavedCalibration;
+
 use crate::closed_loop::tick::Recorder;
 use crate::lanes::Num;
 use crate::plant::EnergyBalance;
@@ -18,6 +20,8 @@ pub(crate) trait ClosedLoop<S: Num> {
     /// As [`DigitalSide::found_flows`](crate::closed_loop::digital_side::DigitalSide::found_flows), for one
     /// actuator.
     fn found_flows(&self, actuator: usize, openings: &[f64], lane: usize) -> Option<Vec<f64>>;
+    /// As [`DigitalSide::saved`](crate::closed_loop::digital_side::DigitalSide::saved), of an actuator.
+    fn saved(&self, actuator: usize, lane: usize) -> Option<SavedCalibration>;
     /// The energy balance of a lane until now, if the plant computes it.
     fn balance(&self, lane: usize) -> Option<EnergyBalance>;
     /// Reason why an external structure could not continue.

@@ -1,6 +1,6 @@
 //! The learner's estimates from a recorded test.
 
-use eft_core::{Calibration, Deviations, Input, Learning, Parameters, Realization};
+use eft_core::{Calibration, Deviations, Input, Learning, Parameters, Realization, SavedCalibration};
 
 use crate::closed_loop::controller::{Precision, parameters};
 use crate::config::RigConfig;
@@ -35,6 +35,8 @@ pub struct Replay {
     pub status: Vec<u32>,
     /// Learned no-load flows (m³/s) of the valve at the end, at the openings of the rig's flow table.
     pub found_flows: Vec<f64>,
+    /// What was learned by the end, for the rig of the next test; none where nothing was.
+    pub calibration: Option<SavedCalibration>,
 }
 
 impl Replay {
@@ -77,7 +79,9 @@ pub fn replay<P: Precision<Flags = u32>>(
         ..of_rig
     };
     let (channel, learner) = (P::channel(&parameters)?, P::learner(&parameters)?);
-    let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
+    let start =
+        rig.calibration.as_ref().map_or_else(|| Ok(learner.at_rest()), |saved| learner.start_from(saved));
+    let (mut state, mut learned) = (channel.at_rest(), start?);
     let mut replay = Replay::default();
     for (tick, input) in inputs.iter().enumerate() {
         if let Some(window) = channel.step(&mut state, &super::channel::rounded(input)).window {
@@ -87,6 +91,7 @@ pub fn replay<P: Precision<Flags = u32>>(
         }
     }
     let flow = |opening: &f64| learner.found_flow(state.calibration(), P::from_f64(*opening)).to_f64();
+    replay.calibration = Some(learner.saved(&learned)).filter(|saved| saved.excitation > 0.0);
     replay.found_flows = parameters.openings.iter().map(flow).collect();
     Ok(replay)
 }

@@ -322,6 +322,7 @@ fn run_through(
     }
     for (actuator, run) in runs.iter_mut().enumerate() {
         run.learn(|openings| test.found_flows(actuator, openings, 0));
+        run.calibration = test.saved(actuator, 0);
         run.energy = test.balance(0);
     }
     go_on(total, total);

@@ -4,6 +4,8 @@ use std::hint::black_box;
 use std::ops::{Deref, DerefMut};
 use std::sync::Once;
 
+use eft_core::SavedCalibration;
+
 use crate::closed_loop::controller::adapts;
 use crate::closed_loop::traces::Traces;
 use crate::config::{Mode, RigConfig};
@@ -24,6 +26,8 @@ pub struct TestRun {
     /// learning they are the table's own. If the linear scheme learns they lie on a straight line. They are
     /// empty if an external controller has learned.
     pub found_flows: Vec<f64>,
+    /// The calibration that the controller learned, for the section `calibration` of a later rig.
+    pub calibration: Option<SavedCalibration>,
     /// The energy balance, of a rig with effects beyond the paper's model; for a building of all floors
     /// together.
     pub energy: Option<EnergyBalance>,
@@ -62,6 +66,7 @@ impl TestRun {
             sample_rate,
             traces: Traces::with_capacity(rig, ticks),
             found_flows: rig.servovalve.flow_table.flows.clone(),
+            calibration: None,
             energy: None,
             stopped: None,
         }
@@ -83,6 +88,7 @@ impl TestRun {
     }
 
     /// The rig with the learned flow curve in its controller; the true valve is unchanged.
+    /// Its calibration is removed, because that refers to the earlier table.
     ///
     /// # Errors
     /// The test had self-calibration or the guard with the linear scheme, which learns a slope and no table.
@@ -99,7 +105,7 @@ impl TestRun {
             return Err(Error::value("found_flows", "none", allowed));
         }
         let true_curve = self.rig.plant().servovalve.true_curve().clone();
-        self.rig.without(&["truth.servovalve.flow_table"])?.with(|rig| {
+        self.rig.without(&["truth.servovalve.flow_table", "calibration"])?.with(|rig| {
             rig.servovalve.true_flow_table = Some(true_curve);
             rig.servovalve.flow_table.flows.clone_from(&self.found_flows);
         })

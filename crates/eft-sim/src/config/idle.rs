@@ -28,6 +28,7 @@ const NEEDS: &[IdleKey] = &[
     idle("compensation.look_ahead", "compensation.feedforward", ON),
     idle("compensation.curve_correction", "compensation.adaptive", ON),
     idle("compensation.curve_correction", "compensation.mode", &["off", "nonlinear"]),
+    idle("calibration.flow_gain", "compensation.adaptive", ON),
     idle("controller.proportional_gain", "controller.force_loop", &["pd"]),
     idle("controller.derivative_gain", "controller.force_loop", &["pd"]),
     idle("controller.integral_gain", "controller.force_loop", &["pd"]),

@@ -30,6 +30,7 @@ pub use sections::{
 use std::ops::Deref;
 use std::path::Path;
 
+use eft_core::SavedCalibration;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
@@ -92,6 +93,8 @@ pub struct RigValues {
     pub controller: Controller,
     /// The velocity feedback compensation as the controller knows it.
     pub compensation: Compensation,
+    /// What an earlier test has taught, from which an adaptive controller starts.
+    pub calibration: Option<SavedCalibration>,
     /// The test structure, Fig. 7.
     pub structure: Structure,
     /// The errors of the sensors; ideal by default.

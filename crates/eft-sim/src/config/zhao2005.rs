@@ -114,6 +114,7 @@ impl RigConfig {
                     age_limit: 1.0,
                 },
             },
+            calibration: None,
             structure: Structure {
                 kind: StructureKind::Bilinear,
                 mass: 7040.0,

@@ -3,7 +3,7 @@
 mod decide;
 mod drive;
 
-use eft_core::{Calibration, ControllerState, Mask, Scalar};
+use eft_core::{Calibration, ControllerState, Mask, SavedCalibration, Scalar};
 
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::channels::{Answers, ChannelKind};
@@ -130,9 +130,12 @@ where
         let controller = RigController::<C>::pack(|i| &controllers[i]);
         let kind = ChannelKind::of(rig(0));
         let decides = if S::LANES == C::LANES && kind == ChannelKind::Learning {
-            Decides::Learning(Box::new(LearningLanes::new(&parameters, &controllers)?))
+            Decides::Learning(Box::new(LearningLanes::new(&parameters, &controllers, |i| {
+                rig(i).calibration.as_ref()
+            })?))
         } else if S::LANES != C::LANES || kind != ChannelKind::Controller {
-            let channels = parameters.iter().map(RigChannel::new).collect::<Result<_>>()?;
+            let of = |(i, p)| RigChannel::new(p, rig(i).calibration.as_ref());
+            let channels = parameters.iter().enumerate().map(of).collect::<Result<_>>()?;
             Decides::Channels(channels, Box::default())
         } else {
             Decides::SideBySide
@@ -254,7 +257,7 @@ where
     /// Replaces the channels side by side by one channel and its learner; for a digital side of one rig.
     #[cfg(test)]
     pub(crate) fn run_by_channel(&mut self, rig: &RigConfig) {
-        let channel = parameters(rig, self.sample_rate).and_then(|one| RigChannel::new(&one)).unwrap();
+        let channel = parameters(rig, self.sample_rate).and_then(|one| RigChannel::new(&one, None)).unwrap();
         self.decides = Decides::Channels(vec![channel], Box::default());
     }
 
@@ -266,6 +269,15 @@ where
             Decides::Learning(learning) => learning.found_flows(openings, lane),
             Decides::Channels(channels, _) => channels.get(lane)?.found_flows(openings),
             Decides::Outside(_) => self.adapts.then(Vec::new),
+        }
+    }
+
+    /// The learned calibration of a lane, if its learner runs here.
+    pub(crate) fn saved(&self, lane: usize) -> Option<SavedCalibration> {
+        match &self.decides {
+            Decides::Learning(learning) => learning.saved(lane),
+            Decides::Channels(channels, _) => channels.get(lane)?.saved(),
+            Decides::SideBySide | Decides::Outside(_) => None,
         }
     }
 

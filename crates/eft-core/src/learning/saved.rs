@@ -1,0 +1,236 @@
+//! A calibration that outlives a restart: what was learned as plain data, and a learner that starts from it.
+//!
+//! The data have SI units and depend neither on the sample rate nor on the precision. A learner that starts from them has
+//! the estimates, and evidence that gives the same standard deviations. New windows displace this evidence as any other.
+
+use crate::compensation::{Deviations, FIRST_NODE, NODES, PIECES};
+use crate::error::{ConfigError, LARGEST, positive, within};
+use crate::learning::checkpoint::Checkpoints;
+use crate::learning::flow_curve::{DEPARTURE, FARTHEST, FlowCurve};
+use crate::learning::learner::{Learner, LearnerState};
+use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
+use crate::number::Real;
+
+/// What was learned, to be kept beyond a restart; made by [`Learner::saved`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub struct SavedCalibration {
+    /// [`SavedCalibration::VERSION`] of the library that saved it (1).
+    pub version: u32,
+    /// Greatest flow (m³/s) of the flow table, to which flow gain and curve refer.
+    pub greatest_flow: f64,
+    /// True flow over the table's, `θ` (1).
+    pub flow_gain: f64,
+    /// The spool's gain over the configured one (1).
+    pub valve_gain: f64,
+    /// Delay (s) of the spool, by its sensor.
+    pub response_delay: f64,
+    /// Delay (s) of the velocity behind the spool, each by its sensor.
+    pub velocity_delay: f64,
+    /// Standard deviations of these four; infinite where nothing was learned.
+    pub deviations: Deviations<f64>,
+    /// Motion (s) on which they rest: the integral of the squared opening over the time that is remembered. Where it is 0
+    /// nothing was learned.
+    pub excitation: f64,
+    /// The correction of the flow table.
+    pub curve: SavedCurve,
+}
+
+/// The correction of the flow table by direction and band of flow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub struct SavedCurve {
+    /// Table flow per flow of the forward direction over the mean of both directions, less 1 (1): negative where the valve
+    /// passes more forwards than the table.
+    pub asymmetry: f64,
+    /// Its standard deviation (1).
+    pub asymmetry_deviation: f64,
+    /// Table flow (m³/s) less that of the direction, at 17 no-load flows from -8/7 to 8/7 of the greatest one. The first,
+    /// the middle and the last are 0.
+    pub departures: [f64; NODES],
+    /// Their standard deviations (m³/s).
+    pub departure_deviations: [f64; NODES],
+    /// Root mean square (m³/s) of what the correction leaves unexplained of a window's flow.
+    pub error: f64,
+}
+
+impl SavedCalibration {
+    /// Version of these data (1): another one is refused.
+    pub const VERSION: u32 = 1;
+}
+
+/// Share of a range by which rounding may take a value beyond it.
+const ROUNDING: f64 = 1.0e-6;
+
+/// Time (s) for which the saved mean errors count.
+const ERROR_TIME: f64 = 1.0;
+
+impl<T: Real, const N: usize> Learner<T, N> {
+    /// What has been learned, to be [started from](Self::start_from) later.
+    ///
+    /// # Cost
+    /// For after a test, not for a tick.
+    pub fn saved(&self, state: &LearnerState<T>) -> SavedCalibration {
+        let of = T::to_f64;
+        let (flow, valve) = (&state.flow, &state.valve.found);
+        let found =
+            self.deviation.of(&state.evidence, (&self.flow.priors, flow), (&self.valve.priors, valve));
+        let step = of(self.curve.grid.step);
+        let curve = &state.evidence.curve;
+        SavedCalibration {
+            version: SavedCalibration::VERSION,
+            greatest_flow: self.greatest_flow(),
+            flow_gain: of(flow.gain.value),
+            valve_gain: of(valve.gain.value),
+            response_delay: of(valve.delay.value),
+            velocity_delay: of(flow.delay.value),
+            deviations: Deviations {
+                flow_gain: of(found.flow_gain),
+                valve_gain: of(found.valve_gain),
+                response_delay: of(found.response_delay),
+                velocity_delay: of(found.velocity_delay),
+            },
+            excitation: of(state.evidence.amount),
+            curve: SavedCurve {
+                asymmetry: of(curve.asymmetry),
+                asymmetry_deviation: of(self.curve.asymmetry_deviation(curve)),
+                departures: curve.departures.map(|departure| of(departure) * step),
+                departure_deviations: state.curve.variances.map(|variance| of(variance.sqrt()) * step),
+                error: of(FlowCurve::mean_square(curve).sqrt()) * step,
+            },
+        }
+    }
+
+    /// A learner at rest that knows what was saved. Its calibrations take effect as any: the first one at the first tick of
+    /// the third window. A learner that does not adapt, and data of which nothing was learned, give [`at_rest`](Self::at_rest).
+    ///
+    /// # Errors
+    /// Another version; a flow table with another greatest flow; an estimate beyond the learner's bounds; a standard
+    /// deviation that is not positive; a departure of more than a fifth of its flow. Each by name.
+    pub fn start_from(&self, saved: &SavedCalibration) -> Result<LearnerState<T>, ConfigError> {
+        let mut state = self.at_rest();
+        self.check(saved)?;
+        if !self.adapts || saved.excitation <= 0.0 {
+            return Ok(state);
+        }
+        let (of, zero) = (T::from_f64, T::splat(0.0));
+        let (d, excitation) = (&saved.deviations, of(saved.excitation));
+        let (flow, valve) = (&self.flow.priors, &self.valve.priors);
+        state.flow = flow.at(of(saved.flow_gain), of(saved.velocity_delay));
+        state.valve.found = valve.at(of(saved.valve_gain), of(saved.response_delay));
+
+        // Squares of the regressors, and of the errors, that give these deviations.
+        let known = |priors: &Priors<T>, squares: T, deviation: f64| {
+            let [prior, _] = priors.weights;
+            of(deviation) * (squares + prior) / excitation.sqrt()
+        };
+        let spool_error = known(valve, excitation, d.valve_gain);
+        let change = spool_error * valve.period / of(d.response_delay);
+        let flows = excitation / self.gate.per_square_flow.sqrt();
+        let flow_error = known(flow, flows, d.flow_gain);
+        let late = flow_error * change * flow.period / of(d.velocity_delay);
+        let evidence = &mut state.evidence;
+        evidence.valve = LeastSquares::of(valve, [excitation, change * change], &state.valve.found);
+        evidence.flow = LeastSquares::of(flow, [flows, late], &state.flow);
+        (evidence.amount, evidence.newer_openings) = (excitation, excitation);
+        evidence.time = of(ERROR_TIME);
+        let per_square = evidence.time / self.deviation.correlation;
+        evidence.flow_errors = per_square * flow_error * flow_error;
+        evidence.spool_errors = per_square * spool_error * spool_error;
+
+        if self.corrects {
+            let curve = &saved.curve;
+            let per_step = 1.0 / self.curve.grid.step.to_f64();
+            let inner = |n: usize| n > 0 && n < PIECES && n != PIECES / 2;
+            let steps = |of_node: &[f64; NODES]| {
+                core::array::from_fn(|n| match of_node.get(n) {
+                    Some(value) if inner(n) => of(value * per_step),
+                    _ => zero,
+                })
+            };
+            evidence.curve.departures = steps(&curve.departures);
+            state.curve.variances =
+                steps(&curve.departure_deviations).map(|deviation: T| deviation * deviation);
+            let error = of(curve.error * per_step);
+            let asymmetry = [of(curve.asymmetry), of(curve.asymmetry_deviation)];
+            self.curve.know(&mut evidence.curve, error * error, asymmetry, state.flow.gain.value);
+            // The map increases in every step on the way there.
+            for _ in 0..NODES * NODES {
+                self.curve.refresh(&mut state.curve, &evidence.curve);
+            }
+        }
+        state.checkpoints = Checkpoints::of(evidence);
+        Ok(state)
+    }
+
+    fn greatest_flow(&self) -> f64 {
+        self.curve.grid.step.to_f64() * (PIECES / 2 - 1) as f64
+    }
+
+    /// Refuses what this learner cannot have saved.
+    fn check(&self, saved: &SavedCalibration) -> Result<(), ConfigError> {
+        let near = |parameter, value: f64, lowest: f64, highest: f64| {
+            let slack = ROUNDING * (lowest.abs() + highest.abs());
+            within(parameter, value, lowest - slack, highest + slack)
+        };
+        let version = f64::from(SavedCalibration::VERSION);
+        within("calibration.version", f64::from(saved.version), version, version)?;
+        let greatest = self.greatest_flow();
+        near("calibration.greatest_flow", saved.greatest_flow, greatest, greatest)?;
+        within("calibration.excitation", saved.excitation, 0.0, LARGEST)?;
+        if saved.excitation <= 0.0 {
+            return Ok(());
+        }
+        let (flow, valve) = (&self.flow.priors, &self.valve.priors);
+        let estimates = [
+            ("calibration.flow_gain", saved.flow_gain, flow.gain.bounds),
+            ("calibration.valve_gain", saved.valve_gain, valve.gain.bounds),
+            ("calibration.response_delay", saved.response_delay, valve.delay.bounds),
+            ("calibration.velocity_delay", saved.velocity_delay, flow.delay.bounds),
+        ];
+        for (name, value, [lowest, highest]) in estimates {
+            near(name, value, lowest.to_f64(), highest.to_f64())?;
+        }
+        let Deviations { flow_gain, valve_gain, response_delay, velocity_delay } = saved.deviations;
+        for deviation in [flow_gain, valve_gain, response_delay, velocity_delay] {
+            positive("calibration.deviations", deviation)?;
+        }
+        let curve = &saved.curve;
+        near("calibration.asymmetry", curve.asymmetry, -FARTHEST, FARTHEST)?;
+        positive("calibration.asymmetry_deviation", curve.asymmetry_deviation)?;
+        positive("calibration.curve_error", curve.error)?;
+        let nodes = curve.departures.iter().zip(&curve.departure_deviations);
+        for (n, (departure, deviation)) in nodes.enumerate() {
+            let reach = DEPARTURE * (n as f64 + FIRST_NODE).abs() * greatest / (PIECES / 2 - 1) as f64;
+            near("calibration.departures", *departure, -reach, reach)?;
+            near("calibration.departure_deviations", *deviation, 0.0, reach)?;
+        }
+        Ok(())
+    }
+}
+
+impl<T: Real> Priors<T> {
+    /// A gain (1) and a delay (s), within their bounds.
+    fn at(&self, gain: T, delay: T) -> GainAndDelay<T> {
+        let ([lowest, highest], [shortest, longest]) = (self.gain.bounds, self.delay.bounds);
+        GainAndDelay {
+            gain: Estimate::at(gain.limit(lowest, highest)),
+            delay: Estimate::at(delay.limit(shortest, longest)),
+        }
+    }
+}
+
+impl<T: Real> LeastSquares<T> {
+    /// Sums that give this gain and this delay, by squares of their regressors.
+    fn of(priors: &Priors<T>, squares: [T; 2], found: &GainAndDelay<T>) -> Self {
+        let ([a, d], [gain_prior, delay_prior]) = (squares, priors.weights);
+        let zero = T::splat(0.0);
+        let late = (found.delay.value - priors.nominal_delay) * priors.per_period;
+        Self {
+            matrix: [[a, zero], [zero, d]],
+            right: [(a + gain_prior) * (found.gain.value - T::splat(1.0)), (d + delay_prior) * late],
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! A calibration that was saved: a learner that starts from it goes on as if it had never stopped.
+
+use eft_core::{
+    Calibration, Channel, Deviations, Input, Learner, LearnerState, Learning, Parameters, Realization,
+    SavedCalibration, status,
+};
+
+use crate::rig::{self, Valve, refused};
+
+const LEARNS: Learning = Learning { curve_correction: true, guard: false, ..Learning::ADAPTIVE };
+const BESIDE: Parameters<'static> =
+    Parameters { realization: Realization::Analog, learning: LEARNS, ..rig::LEARNING };
+const TRUE: Valve = Valve { flow_gain: 1.06, valve_gain: 1.03, delay: 7.0e-3 };
+
+/// A learner, what it remembers, and what is measured of the valve with some noise.
+struct Bench {
+    channel: Channel<f64, 21>,
+    learner: Learner<f64, 21>,
+    memory: LearnerState<f64>,
+    /// Times the forward flow, and over the backward one.
+    forward: f64,
+    noise: u64,
+}
+
+impl Bench {
+    fn new(p: &Parameters) -> Self {
+        let (channel, learner) = (Channel::<f64, 21>::new(p).unwrap(), Learner::<f64, 21>::new(p).unwrap());
+        Self { channel, memory: learner.at_rest(), learner, forward: 1.02, noise: 1 }
+    }
+
+    fn start(p: &Parameters, saved: &SavedCalibration) -> Self {
+        let bench = Self::new(p);
+        Self { memory: bench.learner.start_from(saved).unwrap(), ..bench }
+    }
+
+    /// From -1 to 1, as noise of a sensor.
+    fn noise(&mut self) -> f64 {
+        self.noise =
+            self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.noise >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// The calibrations of some seconds of swinging, from rest; a sensor of the velocity that `lies` has another sign.
+    fn swing(&mut self, seconds: f64, lies: bool) -> Vec<Calibration<f64>> {
+        let (mut state, mut found) = (self.channel.at_rest(), Vec::new());
+        for tick in 0..(seconds * BESIDE.sample_rate) as u32 {
+            // From rest, as a test begins.
+            let time = f64::from(tick) / BESIDE.sample_rate;
+            let wave = |time: f64| 0.3 * time.clamp(0.0, 1.0) * (5.0 * time).sin();
+            let spool = TRUE.valve_gain * wave(time - TRUE.delay);
+            let velocity = TRUE.flow_gain * rig::table().flow(spool) / BESIDE.piston_area;
+            let valve_command = wave(time) / BESIDE.valve_gain;
+            let mut i = Input { velocity, spool, valve_command, ..TRUE.swing(0.0, 0.0) };
+            i.velocity *= if i.velocity > 0.0 { self.forward } else { 1.0 / self.forward };
+            i.velocity += 1e-3 * self.noise();
+            i.spool += 1e-3 * self.noise();
+            i.velocity *= if lies { -1.0 } else { 1.0 };
+            let out = rig::tick(&self.channel, &mut state, &i);
+            if let Some(window) = out.window {
+                let calibration = self.learner.update(&mut self.memory, &window);
+                self.channel.publish(&mut state, calibration);
+                found.push(calibration);
+            }
+        }
+        found
+    }
+
+    fn saved(&self) -> SavedCalibration {
+        self.learner.saved(&self.memory)
+    }
+}
+
+fn learned() -> (Calibration<f64>, SavedCalibration) {
+    let mut bench = Bench::new(&BESIDE);
+    let last = *bench.swing(8.0, false).last().unwrap();
+    (last, bench.saved())
+}
+
+fn close(one: f64, other: f64, share: f64) -> bool {
+    (one - other).abs() <= share * other.abs()
+}
+
+#[test]
+fn what_is_saved_is_what_the_last_calibration_said() {
+    let (last, saved) = learned();
+    assert_eq!((saved.version, saved.flow_gain), (SavedCalibration::VERSION, last.flow_gain));
+    assert_eq!((saved.valve_gain, saved.response_delay), (last.valve_gain, last.response_delay));
+    assert_eq!((saved.velocity_delay, saved.deviations), (last.velocity_delay, last.deviations));
+    assert!(saved.excitation > 1e-3 && (-0.025..-0.01).contains(&saved.curve.asymmetry), "{saved:?}");
+    assert!((1e-4..0.02).contains(&saved.curve.asymmetry_deviation), "{saved:?}");
+    assert!((saved.flow_gain - 1.06).abs() < 0.01, "{saved:?}");
+}
+
+#[test]
+fn a_learner_goes_on_where_it_was() {
+    let mut unbroken = Bench::new(&BESIDE);
+    unbroken.swing(8.0, false);
+    let saved = unbroken.saved();
+    let mut bench = Bench { noise: unbroken.noise, ..Bench::start(&BESIDE, &saved) };
+    let again = bench.saved();
+    for (one, other) in [
+        (again.flow_gain, saved.flow_gain),
+        (again.valve_gain, saved.valve_gain),
+        (again.response_delay, saved.response_delay),
+        (again.velocity_delay, saved.velocity_delay),
+        (again.excitation, saved.excitation),
+        (again.curve.asymmetry, saved.curve.asymmetry),
+    ] {
+        assert!(close(one, other, 1e-12), "{one}, {other}");
+    }
+    let Deviations { flow_gain, valve_gain, response_delay, velocity_delay } = again.deviations;
+    let before = saved.deviations;
+    for (one, other) in [
+        (flow_gain, before.flow_gain),
+        (valve_gain, before.valve_gain),
+        (response_delay, before.response_delay),
+        (velocity_delay, before.velocity_delay),
+        (again.curve.error, saved.curve.error),
+        (again.curve.asymmetry_deviation, saved.curve.asymmetry_deviation),
+    ] {
+        assert!(close(one, other, 1e-2), "{one}, {other}");
+    }
+    let nodes = saved.curve.departures.iter().zip(&again.curve.departures);
+    assert!(nodes.clone().all(|(one, other)| (one - other).abs() < 1e-15), "{nodes:?}");
+    // Through the next test as the one that never stopped.
+    let stayed = unbroken.swing(3.0, false);
+    for (now, then) in bench.swing(3.0, false).iter().zip(&stayed) {
+        assert!((now.flow_gain - then.flow_gain).abs() < 5e-3, "{now:?} {then:?}");
+        assert!((now.valve_gain - then.valve_gain).abs() < 1e-3, "{now:?} {then:?}");
+        assert!((now.response_delay - then.response_delay).abs() < 1e-4, "{now:?} {then:?}");
+        assert!((now.velocity_delay - then.velocity_delay).abs() < 2e-4, "{now:?} {then:?}");
+        for opening in [-0.25, 0.25] {
+            let [now, then] = [now, then].map(|c| bench.learner.found_flow(c, opening));
+            assert!(close(now, then, 0.01), "{opening}: {now} {then}");
+        }
+    }
+}
+
+#[test]
+fn single_precision_starts_from_what_double_saved_and_another_rate_too() {
+    let (_, saved) = learned();
+    let single = Learner::<f32, 21>::new(&BESIDE).unwrap();
+    let again = single.saved(&single.start_from(&saved).unwrap());
+    assert!(close(again.flow_gain, saved.flow_gain, 1e-6), "{again:?}");
+    assert!(close(again.deviations.velocity_delay, saved.deviations.velocity_delay, 1e-2), "{again:?}");
+    // What is on a bound in one precision is not beyond it in another.
+    let bound = SavedCalibration { flow_gain: f64::from(1.35_f32), ..again };
+    let double = Learner::<f64, 21>::new(&Parameters { sample_rate: 1024.0, ..BESIDE }).unwrap();
+    let again = double.saved(&double.start_from(&bound).unwrap());
+    assert!(close(again.flow_gain, 1.35, 1e-6), "{again:?}");
+    assert!(close(again.deviations.response_delay, saved.deviations.response_delay, 1e-2), "{again:?}");
+}
+
+#[test]
+fn a_wrong_start_is_displaced_as_any_evidence() {
+    let (_, saved) = learned();
+    let wrong = SavedCalibration { flow_gain: 1.2, valve_gain: 0.9, response_delay: 1.0e-2, ..saved };
+    let learning = Learning { curve_correction: false, ..LEARNS };
+    let mut bench = Bench::start(&Parameters { learning, ..BESIDE }, &wrong);
+    let found = bench.swing(5.0, false);
+    let (first, last) = (found.first().unwrap(), found.last().unwrap());
+    assert!((first.flow_gain - 1.2).abs() < 0.01 && (first.valve_gain - 0.9).abs() < 0.01, "{first:?}");
+    assert!((last.flow_gain - 1.06).abs() < 0.01 && (last.valve_gain - 1.03).abs() < 0.01, "{last:?}");
+    assert!((last.response_delay - saved.response_delay).abs() < 1e-4, "{last:?}");
+}
+
+#[test]
+fn a_rejection_goes_back_to_the_start() {
+    let (_, saved) = learned();
+    let found = Bench::start(&BESIDE, &saved).swing(2.0, true);
+    assert!(found.iter().any(|c| c.status & status::ADAPTATION_FROZEN != 0));
+    let last = found.last().unwrap();
+    assert!((last.flow_gain - saved.flow_gain).abs() < 0.01, "{last:?}");
+}
+
+#[test]
+fn nothing_known_is_a_learner_at_rest() {
+    let learner = Learner::<f64, 21>::new(&BESIDE).unwrap();
+    let nothing = learner.saved(&learner.at_rest());
+    assert!(nothing.excitation == 0.0 && nothing.deviations.flow_gain.is_infinite());
+    assert_eq!(learner.start_from(&nothing), Ok(learner.at_rest()));
+    // One that does not estimate has no use for it.
+    let guard = Learning { guard: true, ..Learning::OFF };
+    let guards = Learner::<f64, 21>::new(&Parameters { learning: guard, ..BESIDE }).unwrap();
+    assert_eq!(guards.start_from(&learned().1), Ok(guards.at_rest()));
+}
+
+#[test]
+fn what_cannot_have_been_saved_is_refused_by_name() {
+    let (_, saved) = learned();
+    let refuses = |name: &str, change: fn(&mut SavedCalibration)| {
+        let mut wrong = saved;
+        change(&mut wrong);
+        let learner = Learner::<f64, 21>::new(&BESIDE).unwrap();
+        assert_eq!(refused(learner.start_from(&wrong)), name);
+    };
+    refuses("calibration.version", |s| s.version = 2);
+    refuses("calibration.greatest_flow", |s| s.greatest_flow *= 1.01);
+    refuses("calibration.excitation", |s| s.excitation = f64::NAN);
+    refuses("calibration.flow_gain", |s| s.flow_gain = 1.36);
+    refuses("calibration.valve_gain", |s| s.valve_gain = f64::INFINITY);
+    refuses("calibration.response_delay", |s| s.response_delay = 0.0);
+    refuses("calibration.velocity_delay", |s| s.velocity_delay = 0.1);
+    refuses("calibration.deviations", |s| s.deviations.valve_gain = 0.0);
+    refuses("calibration.deviations", |s| s.deviations.velocity_delay = f64::NAN);
+    refuses("calibration.asymmetry", |s| s.curve.asymmetry = -0.31);
+    refuses("calibration.asymmetry_deviation", |s| s.curve.asymmetry_deviation = 0.0);
+    refuses("calibration.curve_error", |s| s.curve.error = 0.0);
+    refuses("calibration.departures", |s| s.curve.departures[7] = f64::NAN);
+    refuses("calibration.departures", |s| s.curve.departures[8] = 1e-6);
+    refuses("calibration.departure_deviations", |s| s.curve.departure_deviations[2] = -1e-6);
+    // Another table is another calibration.
+    let linear = Parameters { mode: eft_core::Mode::Linear, ..BESIDE };
+    let learner = Learner::<f64, 21>::new(&linear).unwrap();
+    assert_eq!(refused(learner.start_from(&saved)), "calibration.greatest_flow");
+}

@@ -1,0 +1,78 @@
+"""`eft run --calibration` and `--save-calibration`: what one test learned, for the next one."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+import eft
+from eft._files import write_text
+from eft._test_file import TestPlan
+from eft.cli._output import FILE
+from eft.cli._save_rig import check_own_file
+
+calibration_option = click.option(
+    "--calibration", type=FILE, metavar="FILE", help="File of --save-calibration to start from."
+)
+
+
+def start_from(plan: TestPlan, path: Path) -> TestPlan:
+    """Return the test with the calibration of a file.
+
+    Raises
+    ------
+    ValueError
+        If the file holds something else, or the rig learns nothing.
+    OSError
+        If the file cannot be read.
+    """
+    try:
+        sections = tomllib.loads(path.read_text("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"--calibration {path}: {error}") from None
+    if list(sections) != ["calibration"]:
+        raise ValueError(f"--calibration {path}: must have a section [calibration] and nothing else")
+    _check_adaptive("--calibration", path, plan)
+    return replace(plan, rig=plan.rig.replace(sections))
+
+
+def check_save_calibration(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) -> None:
+    """Refuse, before the test, what would prevent saving the result of the learning.
+
+    Raises
+    ------
+    ValueError
+        If nothing will be learned, or by several actuators; if `path` is another file of the test.
+    OSError
+        If the folder is not there.
+    """
+    check_own_file("--save-calibration", path, others)
+    _check_adaptive("--save-calibration", path, plan)
+    if plan.rig["structure.kind"] == "shear_building":
+        raise ValueError(
+            f"--save-calibration {path}: each floor of a building learns for itself: take "
+            "run.actuator(i).calibration in Python"
+        )
+
+
+def save_calibration(path: Path, run: eft.TestRun) -> str | None:
+    """Write what a test learned; return the reason where it is not written."""
+    if run.calibration is None:
+        return "nothing was learned"
+    if not run.success:
+        return "the test diverged"
+    rig = run.rig.replace({"calibration": run.calibration})
+    text = rig.to_toml()
+    section = text[text.index("[calibration]") :].partition("\n\n")[0]
+    write_text(path, section.rstrip() + "\n")
+    return None
+
+
+def _check_adaptive(option: str, path: Path, plan: TestPlan) -> None:
+    if not plan.rig["compensation.adaptive"]:
+        raise ValueError(
+            f"{option} {path}: compensation.adaptive = false: must be true, or nothing is learned"
+        )

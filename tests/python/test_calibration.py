@@ -1,0 +1,115 @@
+"""A calibration that is kept: from a run, through a file, into the next test."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eft
+from eft.cli import main
+
+ON = {"compensation.adaptive": True, "compensation.feedforward": True, "compensation.curve_correction": True}
+TRUTH = {
+    "truth.servovalve.flow_gain_scale": 0.93,
+    "sensors.velocity.noise": 5e-4,
+    "sensors.spool.noise": 5e-4,
+}
+SWEEP = eft.sine_sweep(4000.0, 0.0, 10.0, 8.0, 4096.0)
+
+
+@pytest.fixture(scope="module")
+def rig() -> eft.Rig:
+    return eft.Rig.zhao2005().replace(ON | TRUTH)
+
+
+@pytest.fixture(scope="module")
+def run(rig: eft.Rig) -> eft.TestRun:
+    return eft.simulate(rig, SWEEP)
+
+
+def test_what_is_kept_is_what_the_traces_say(run: eft.TestRun) -> None:
+    kept = run.calibration
+    assert kept is not None
+    assert kept["version"] == 1
+    for name in ("flow_gain", "valve_gain", "response_delay", "velocity_delay"):
+        # The window behind the one in use has moved on by little.
+        now, deviation = run._values[f"{name}_estimate"][-1], kept["deviations"][name]
+        assert abs(kept[name] - now) < max(deviation, 1e-12), name
+        assert deviation == pytest.approx(run._values[f"{name}_deviation"][-1], rel=0.05), name
+    assert kept["greatest_flow"] == pytest.approx(max(map(abs, run.rig["servovalve.flow_table.flows"])))
+
+
+@pytest.mark.parametrize("dtype", ["f64", "f32"])
+def test_the_next_test_starts_from_it(rig: eft.Rig, run: eft.TestRun, dtype: str) -> None:
+    again = eft.simulate(rig, SWEEP, dtype, calibration=run.calibration)  # type: ignore[arg-type]
+    # Two windows of 16 ticks by the configuration, as every calibration takes.
+    assert (again.flow_gain_estimate[:32] == 1.0).all()
+    assert np.abs(again.flow_gain_estimate[32:] - 0.93).max() < 0.005
+    assert np.abs(run.flow_gain_estimate[:2000] - 0.93).max() > 0.06
+    assert np.isfinite(again.flow_gain_deviation[32:]).all()
+    assert again.rig["calibration"] == run.calibration
+    study = eft.study(again.rig, SWEEP, {"compensation.level": [1.0] * 3})
+    assert study["nrmse"][2] == pytest.approx(again.metrics()["nrmse"], rel=1e-3)
+
+
+def test_it_survives_files_and_a_rig_of_toml(run: eft.TestRun, tmp_path: Path) -> None:
+    assert eft.TestRun.load(run.save(tmp_path / "run.eft")).calibration == run.calibration
+    started = run.rig.replace({"calibration": run.calibration})
+    assert eft.Rig(started.to_toml()) == started
+    assert eft.replay(run.rig, run).calibration is not None
+
+
+def test_it_is_refused_where_it_does_not_belong(rig: eft.Rig, run: eft.TestRun) -> None:
+    kept = run.calibration
+    assert kept is not None
+    wrong = {
+        "calibration.flow_gain": kept | {"flow_gain": 1.5},
+        "calibration.greatest_flow": kept | {"greatest_flow": 0.01},
+        "calibration.version": kept | {"version": 2},
+        "missing key `calibration.": {"flow_gain": 1.0},
+    }
+    for name, calibration in wrong.items():
+        with pytest.raises(ValueError, match=name):
+            eft.simulate(rig, SWEEP, calibration=calibration)
+    # A corrected table is another one.
+    started = eft.simulate(rig, SWEEP, calibration=kept)
+    assert started.corrected_rig()["calibration"] is None
+    assert eft.simulate(eft.Rig.zhao2005(), SWEEP).calibration is None
+
+
+def test_each_floor_of_a_building_has_its_own(rig: eft.Rig) -> None:
+    stories = {"masses": [7040.0] * 2, "dampings": [5.6e3] * 2, "stiffnesses": [2.8e6] * 2}
+    building = rig.replace({"structure.kind": "shear_building", "structure.stories": stories})
+    values = np.vstack([SWEEP.values, 0.5 * SWEEP.values])[:, : 2 * 4096]
+    run = eft.simulate(building, eft.Command(values, 4096.0))
+    with pytest.raises(ValueError, match="a run of 2 actuators has as many calibrations"):
+        _ = run.calibration
+    floors = [run.actuator(i).calibration for i in range(2)]
+    assert floors[0] is not None
+    assert floors[0] != floors[1]
+
+
+def test_the_command_line_saves_it_and_starts_from_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    sets = [f"--set={key}={str(value).lower()}" for key, value in (ON | TRUTH).items()]
+    test = ["run", "--sweep", "4000", "0", "10", "8", *sets, "-o", "test.eft", "--json"]
+    assert main([*test, "--save-calibration", "first.toml"]) == 0
+    assert json.loads(capsys.readouterr().out)["saved_calibration"] == "first.toml"
+    assert list(tomllib.loads(Path("first.toml").read_text())) == ["calibration"]
+    assert main([*test, "--calibration", "first.toml", "--save-calibration", "second.toml"]) == 0
+    assert np.abs(eft.TestRun.load("test.eft").flow_gain_estimate[32:] - 0.93).max() < 0.005
+    Path("rig.toml").write_text(eft.Rig.zhao2005().to_toml())
+    Path("broken.toml").write_text("[calibration\n")
+    capsys.readouterr()
+    for options, message in (
+        (["--save-calibration", "test.eft"], "must be another file"),
+        (["--set=compensation.adaptive=false", "--calibration", "first.toml"], "nothing is learned"),
+        (["--calibration", "rig.toml"], "section [calibration] and nothing else"),
+        (["--calibration", "broken.toml"], "--calibration broken.toml: "),
+    ):
+        assert main([*test, *options]) != 0
+        assert message in capsys.readouterr().err
