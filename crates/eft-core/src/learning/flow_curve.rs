@@ -226,15 +226,15 @@ impl<T: Real> FlowCurve<T> {
 
     /// Variance (squared steps) of what the windows leave unexplained, as of errors that do not last.
     fn variance(&self, evidence: &CurveEvidence<T>) -> T {
-        self.correlation * Self::mean_square(evidence)
-    }
-
-    /// Mean square (squared steps) of what a window leaves unexplained.
-    pub(super) fn mean_square(evidence: &CurveEvidence<T>) -> T {
         let [first, windows] = FIRST_ERRORS;
         let (sum, count) =
             (evidence.squares + T::splat(first * windows), evidence.windows + T::splat(windows));
-        sum / count
+        self.correlation * sum / count
+    }
+
+    /// Mean square (squared steps) of what a window leaves unexplained.
+    pub(super) fn mean_square(&self, evidence: &CurveEvidence<T>) -> T {
+        self.variance(evidence) / self.correlation
     }
 
     /// Standard deviation of the asymmetry (1): half of the difference of two gains.

@@ -6,7 +6,7 @@
 use crate::compensation::{Deviations, FIRST_NODE, NODES, PIECES};
 use crate::error::{ConfigError, LARGEST, positive, within};
 use crate::learning::checkpoint::Checkpoints;
-use crate::learning::flow_curve::{DEPARTURE, FARTHEST, FlowCurve};
+use crate::learning::flow_curve::{DEPARTURE, FARTHEST};
 use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
 use crate::number::Real;
@@ -98,7 +98,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 asymmetry_deviation: of(self.curve.asymmetry_deviation(curve)),
                 departures: curve.departures.map(|departure| of(departure) * step),
                 departure_deviations: state.curve.variances.map(|variance| of(variance.sqrt()) * step),
-                error: of(FlowCurve::mean_square(curve).sqrt()) * step,
+                error: of(self.curve.mean_square(curve).sqrt()) * step,
             },
         }
     }
