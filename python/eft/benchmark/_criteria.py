@@ -1,4 +1,4 @@
-"""What the benchmark judges besides the metrics of a run."""
+"""Criteria of the benchmark in addition to the metrics of a run."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from eft._planning import check_feasibility
 from eft.benchmark._rigs import RATE
 
 _DURATION = 16.0
-"""Of every test, s."""
+"""Duration of every test, s."""
 _EL_CENTRO = Path(__file__).parents[1] / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
 _SYLMAR = "northridge1994_sylmar_county_360.csv"
 _SYLMAR_SCALE = 0.6
@@ -22,17 +22,17 @@ _SYLMAR_SCALE = 0.6
 
 @dataclass(frozen=True)
 class Excitation:
-    """What a rig is asked to do."""
+    """An excitation of the benchmark."""
 
     name: str
-    """In words."""
+    """Description."""
     record: Record | None = None
-    """Ground motion; None of a sweep."""
+    """Ground motion; None for a sweep."""
     scale: float = 1.0
     """Factor on the ground motion, or amplitude of the sweep, N."""
 
     def command(self, known: Rig) -> Command:
-        """Return the force for a rig, smaller where it would ask for more than is advised of that rig."""
+        """Return the force for a rig, reduced to the advised limits of the rig."""
         if self.record is None:
             command = sine_sweep(self.scale, 0.0, 10.0, _DURATION, RATE)
         else:
@@ -42,7 +42,7 @@ class Excitation:
 
 
 def within_the_rig(known: Rig, command: Command) -> Command:
-    """Return the command, smaller where it would ask for more than is advised of the rig as it is known."""
+    """Return the command, reduced to the advised limits of the configured rig."""
     while any(demand.required > demand.advised for demand in check_feasibility(known, command).demands):
         command = 0.8 * command
     return command
@@ -51,10 +51,10 @@ def within_the_rig(known: Rig, command: Command) -> Command:
 def excitations() -> tuple[Excitation, ...]:
     """Return the four commands of the benchmark.
 
-    Sweeps of 2.2 and 8.9 kN rise from 0 to 10 Hz in 16 s. Of the earthquakes the first 16 s are taken: El
-    Centro, which ships with the package, and a motion near a fault. The latter is 60 % of the Northridge
-    record where ``EFT_RECORDS`` names a folder with ``northridge1994_sylmar_county_360.csv``, and else an
-    artificial one.
+    Sweeps of 2.2 and 8.9 kN rise from 0 to 10 Hz in 16 s. The earthquakes are the first 16 s of El Centro,
+    which is in the package, and of a motion near a fault. The latter is 60 % of the Northridge record if
+    ``EFT_RECORDS`` names a folder with ``northridge1994_sylmar_county_360.csv``, otherwise an artificial
+    motion.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def _near_fault(folder: str) -> Excitation:
 
 
 def artificial_record() -> Record:
-    """Make a motion near a fault: a velocity pulse and sines of given phases under an envelope.
+    """Make an artificial motion near a fault: a velocity pulse and sines of fixed phases under an envelope.
 
     The pulse is that of Mavroeidis and Papageorgiou, Bulletin of the Seismological Society of America 93(3),
     2003, of 0.35 m/s and 0.9 Hz.
@@ -97,7 +97,7 @@ def artificial_record() -> Record:
     )
     velocity = 0.5 * 0.35 * bell * np.sin(2.0 * np.pi * rate * around)
     numbers = np.arange(1, 41)
-    # The golden ratio spreads the phases evenly.
+    # Multiples of the golden ratio give evenly distributed phases.
     phases = 2.0 * np.pi * ((numbers * 0.6180339887498949) % 1.0)
     sines = np.sin(2.0 * np.pi * 0.25 * numbers * time[:, None] + phases).sum(axis=1)
     envelope = (time / centre) ** 2 * np.exp(2.0 * (1.0 - time / centre))

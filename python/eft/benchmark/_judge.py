@@ -1,4 +1,4 @@
-"""One controller on one rig under one command, judged."""
+"""The criteria of one controller on one rig under one command."""
 
 from __future__ import annotations
 
@@ -16,39 +16,40 @@ from eft.benchmark._controllers import Competitor, made, told
 from eft.benchmark._criteria import slow_error
 
 BAND = (0.5, 9.5)
-"""Of the ratio of force and command in a sweep, Hz."""
+"""Band of the ratio of force and command in a sweep, Hz."""
 _UNSTABLE = 1.0
-"""Force error (rms over rms) from which on a test is lost."""
+"""Force error (rms over rms) above which a test is lost."""
 _OTHER_SEED = 7919
-"""Added to the seed of the noise for the test behind an iteration, which must not learn the noise."""
+"""Added to the seed of the noise for the test after an iteration, so that the drive does not contain the
+noise."""
 
 NAN = math.nan
 
 
 @dataclass(frozen=True)
 class Row:
-    """A controller on a rig under a command: the criteria, NaN where the test is lost."""
+    """A controller on a rig under a command: the criteria, which are NaN for a lost test."""
 
     controller: str
-    """Its name."""
+    """Name of the controller."""
     case: str
     """Name of the rig."""
     test: str
     """Name of the command."""
     lost: str
-    """Why the test is lost, in one sentence; empty where it is not."""
+    """Reason for a lost test in one sentence; empty otherwise."""
     nrmse: float = NAN
     """Rms force error over rms command (J2)."""
     slow_error: float = NAN
-    """The same of what lies below 20 Hz."""
+    """The same for the force below 20 Hz."""
     delay: float = NAN
-    """Of the force behind the command, s (J1)."""
+    """Delay of the force behind the command, s (J1)."""
     peak_error: float = NAN
     """Largest force error over the largest command (J3)."""
     lowest_ratio: float = NAN
-    """Least force over command from 0.5 to 9.5 Hz; NaN of an earthquake."""
+    """Least force over command from 0.5 to 9.5 Hz; NaN for an earthquake."""
     highest_ratio: float = NAN
-    """Largest force over command from 0.5 to 9.5 Hz; NaN of an earthquake."""
+    """Largest force over command from 0.5 to 9.5 Hz; NaN for an earthquake."""
     displacement_error: float = NAN
     """Rms displacement error against the ideal response, over its rms (J4)."""
     peak_displacement: float = NAN
@@ -62,12 +63,12 @@ class Row:
 def judge(
     competitor: Competitor, rig: Rig, names: tuple[str, str], command: Command, ideal_peak: float
 ) -> Row:
-    """Run a test and judge it; whatever the controller does wrong makes the test a lost one."""
+    """Run a test and judge it; any error of the controller makes it a lost test."""
     case, test = names
     try:
         run = _run(competitor, rig.replace(dict(competitor.settings)), command)
     except Exception as error:
-        # A controller of somebody else may raise anything.
+        # An external controller may raise any exception.
         return Row(competitor.name, case, test, told(error))
     if lost := _lost(run, command):
         return Row(competitor.name, case, test, lost)
@@ -102,7 +103,7 @@ def _run(competitor: Competitor, rig: Rig, command: Command) -> TestRun:
     drive = iterate(rig, command, repeats=competitor.repeats).drive
     again = rig.replace({"truth.sensors.seed": rig.plant["sensors.seed"] + _OTHER_SEED})
     run = simulate(again, drive)
-    # It is judged by the force that was wanted.
+    # The reference is the desired force.
     return TestRun(
         rig=run.rig,
         sample_rate=run.sample_rate,
@@ -123,7 +124,7 @@ def _lost(run: TestRun, command: Command) -> str:
 
 
 def _energy(run: TestRun) -> float:
-    """Of the flow through the valve at the supply's pressure."""
+    """Energy of the flow through the valve at the supply's pressure."""
     plant = run.rig.plant
     oil, leakage = plant["actuator.compressibility"], plant["actuator.leakage"]
     flow = plant["actuator.piston_area"] * run.velocity + leakage * run.load_pressure

@@ -2,7 +2,8 @@
 
 McFarlane, Glover: *A loop shaping design procedure using H∞ synthesis*, IEEE Transactions on Automatic
 Control 37(6), 1992. The plant is sampled exactly, with hold, computation delay and load cell. The bilinear
-transform, which keeps normalised coprime factors, carries it into continuous time and the controller back.
+transform preserves normalised coprime factors. It converts the plant to continuous time, and the controller
+back.
 """
 
 from __future__ import annotations
@@ -20,19 +21,20 @@ from eft._native import Rig
 Array = NDArray[np.float64]
 
 _INTEGRAL = 0.05
-"""Pole of the weight, 1/s: the integral part forgets within 20 s."""
+"""Pole of the weight, 1/s: the integral part decays in 20 s."""
 _ZERO = 2.0 * np.pi
 """Zero of the weight, 1/s."""
 _LOW_PASS = 2.0 * np.pi * 300.0
 """Low-pass of the weight, 1/s."""
 _SUBOPTIMAL = 1.1
-"""γ over its least value."""
+"""Ratio of γ to its least value."""
 E_MAX = 0.32
-"""Margin that the gain of the weight leaves."""
+"""Margin for the choice of the weight's gain."""
 
 
 class StateSpace(NamedTuple):
-    """A linear system, x' = A x + B u and y = C x + D u of one input and output, or from sample to sample."""
+    """A linear system, x' = A x + B u and y = C x + D u of one input and output, or the same in discrete
+    time."""
 
     a: Array
     b: Array
@@ -48,7 +50,7 @@ class StateSpace(NamedTuple):
         return StateSpace(a, b, np.concatenate([second.d * self.c, second.c]), second.d * self.d)
 
     def held(self, period: float) -> StateSpace:
-        """From sample to sample (s), the input held."""
+        """Sampled with a period (s) and a held input."""
         need("scipy")
         from scipy.linalg import expm
 
@@ -59,7 +61,7 @@ class StateSpace(NamedTuple):
         return StateSpace(step[:size, :size], step[:size, size], self.c, self.d)
 
     def late(self) -> StateSpace:
-        """From sample to sample, one sample later."""
+        """With one sample of delay."""
         return StateSpace(np.zeros((1, 1)), np.ones(1), np.ones(1), 0.0).before(self)
 
     def continuous(self, period: float) -> StateSpace:
@@ -82,18 +84,18 @@ class StateSpace(NamedTuple):
 
 
 class Riccati(NamedTuple):
-    """The two solutions of normalised coprime factors, and the margin that they allow."""
+    """The two Riccati solutions of normalised coprime factors, and the largest margin."""
 
     x: Array
-    """Of the control equation."""
+    """Solution of the control equation."""
     z: Array
-    """Of the filter equation."""
+    """Solution of the filter equation."""
     e_max: float
     """(1 + λ_max(X Z))^(−1/2)."""
 
 
 class Margins(NamedTuple):
-    """Of a shaped loop, with the piston at rest."""
+    """Margins of a shaped loop, with the piston at rest."""
 
     gain: float
     """Largest stable factor on the loop's gain."""
@@ -108,19 +110,19 @@ class ShapedLoop:
     shaped: StateSpace
     """Plant and weight, in continuous time by the bilinear transform."""
     riccati: Riccati
-    """Of the shaped plant."""
+    """Riccati solutions of the shaped plant."""
     margins: Margins
-    """What the controller reaches."""
+    """Margins with the controller."""
     plant: StateSpace
     """From valve command (V) to measured force (N), sampled."""
     controller: StateSpace
-    """From force error (N) to valve command (V), sampled, weight included."""
+    """From force error (N) to valve command (V), sampled, including the weight."""
     sample_rate: float
     """Hz."""
 
 
 def plant(rig: Rig) -> StateSpace:
-    """Valve, oil and load cell as the controller knows them, with the piston at rest."""
+    """Configured valve, oil and load cell, with the piston at rest."""
     area, stroke = rig["actuator.piston_area"], rig["servovalve.spool_stroke"]
     lag, pilot = rig["servovalve.pilot_time_constant"], rig["servovalve.pilot_flow_gain"]
     oil, leakage = rig["actuator.compressibility"], rig["actuator.leakage"]
@@ -139,14 +141,14 @@ def plant(rig: Rig) -> StateSpace:
 
 
 def weight(gain: float) -> StateSpace:
-    """Gain (V/N) times (s + 2π)/(s + 0.05), behind a low-pass of 300 Hz."""
+    """Gain (V/N) times (s + 2π)/(s + 0.05), with a low-pass of 300 Hz."""
     integral = StateSpace(np.array([[-_INTEGRAL]]), np.ones(1), np.array([gain * (_ZERO - _INTEGRAL)]), gain)
     low_pass = StateSpace(np.array([[-_LOW_PASS]]), np.array([_LOW_PASS]), np.ones(1), 0.0)
     return integral.before(low_pass)
 
 
 def solve_riccati(shaped: StateSpace) -> Riccati:
-    """Solve both equations of a system in continuous time, which may have a direct term."""
+    """Solve both Riccati equations of a system in continuous time, possibly with feedthrough."""
     need("scipy")
     from scipy.linalg import solve_continuous_are
 
@@ -160,7 +162,7 @@ def solve_riccati(shaped: StateSpace) -> Riccati:
 
 
 def central_controller(shaped: StateSpace, riccati: Riccati) -> StateSpace:
-    """The controller of γ = 1.1/e_max, for negative feedback."""
+    """The controller for γ = 1.1/e_max, with negative feedback."""
     a, b, c, d = shaped.a, shaped.b[:, None], shaped.c[None, :], shaped.d
     gamma2 = (_SUBOPTIMAL / riccati.e_max) ** 2
     f = -(d * c + b.T @ riccati.x) / (1.0 + d * d)
@@ -170,9 +172,9 @@ def central_controller(shaped: StateSpace, riccati: Riccati) -> StateSpace:
 
 
 def shape_loop(rig: Rig, sample_rate: float, *, e_max: float = E_MAX, delay: int = 1) -> ShapedLoop:
-    """Design a force loop from what the controller knows: the weight's largest gain that leaves ``e_max``.
+    """Design a force loop for the configured rig, with the largest gain of the weight that keeps ``e_max``.
 
-    ``delay`` is computation in samples besides the converter's.
+    ``delay`` is the computation delay in samples, without that of the converter.
     """
     period = 1.0 / sample_rate
     sampled = plant(rig).held(period)
@@ -184,7 +186,7 @@ def shape_loop(rig: Rig, sample_rate: float, *, e_max: float = E_MAX, delay: int
         system = shaping.before(sampled).continuous(period)
         return shaping, system, solve_riccati(system)
 
-    # Of the paper's loop; the margin falls with the gain.
+    # Gain of the paper's loop; the margin decreases with the gain.
     low = high = rig["controller.force_sensitivity"] * rig["controller.proportional_gain"]
     while shaped(high)[2].e_max > e_max:
         high *= 2.0
@@ -201,7 +203,7 @@ def shape_loop(rig: Rig, sample_rate: float, *, e_max: float = E_MAX, delay: int
 
 
 def _gain_margin(opened: StateSpace) -> float:
-    """The factor on the loop's gain from which on it is unstable, by its poles."""
+    """The factor on the loop's gain that makes it unstable, by its poles."""
 
     def stable(factor: float) -> bool:
         closed = opened.a - factor * np.outer(opened.b, opened.c) / (1.0 + factor * opened.d)

@@ -1,4 +1,4 @@
-"""Controllers of others, written from their publications, with the core's compensation where needed."""
+"""Controllers from publications, some with the compensation of the core."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from eft._native import Compensator, Controller, Rig
 from eft.benchmark._loop_shaping import StateSpace, shape_loop
 
 _VOLTS = 10.0
-"""Of the converter, to either side."""
+"""Range of the converter on each side, V."""
 _FEEDFORWARD: dict[str, object] = {"compensation.feedforward": True, "compensation.look_ahead": True}
 _ADAPTIVE: dict[str, object] = {"compensation.adaptive": True, "compensation.curve_correction": True}
 
 
 @cache
 def _designed(rig: str, sample_rate: float) -> StateSpace:
-    """The controller for a rig by its text; the tests of a benchmark have few different ones."""
+    """The cached design for the text of a rig; the tests of a benchmark have few different rigs."""
     return shape_loop(Rig.from_dict(tomllib.loads(rig)), sample_rate).controller
 
 
 class LoopShaping:
-    """Loop shaping alone, without velocity, designed for the plant with the piston at rest."""
+    """Loop shaping only, without velocity, designed for the plant with the piston at rest."""
 
     def __init__(self, rig: Rig, sample_rate: float) -> None:
-        """Design the loop for what the controller knows of the rig."""
+        """Design the loop for the configured rig."""
         a, b, c, d = _designed(rig.to_toml(), sample_rate)
-        # States and error in, next states and output out: one product a sample.
+        # One matrix product per sample gives next states and output from states and error.
         self._system = np.block([[a, b[:, None]], [c[None, :], np.array([[d]])]])
         self._values = np.zeros(len(b) + 1)
         self._last = 0.0
@@ -44,14 +44,14 @@ class LoopShaping:
         )
         self._last = min(max(wanted, -_VOLTS), _VOLTS)
         if self._last == wanted:
-            # Where the converter is at its end, the integral part waits.
+            # The integral part is held while the converter is at its limit.
             self._values = values
         return self._last
 
     def compensation(
         self, command: float, velocity: float, force: float, spool: float, next_command: float
     ) -> float:
-        """Return what is added to the loop, V."""
+        """Return the signal that is added to the loop, V."""
         return 0.0
 
 
@@ -63,7 +63,7 @@ class CompensatedLoopShaping(LoopShaping):
     def __init__(self, rig: Rig, sample_rate: float) -> None:
         """Design the loop and configure the compensation."""
         super().__init__(rig, sample_rate)
-        # The compensation alone, as beside an analog loop: it is told the valve command.
+        # The compensation only, as with an analog loop; it receives the valve command.
         beside = rig.replace({"controller.realization": "analog"} | self.changes)
         self._compensator = Compensator(beside, sample_rate=sample_rate)
         self._gain: float = rig["controller.proportional_gain"]
@@ -71,7 +71,7 @@ class CompensatedLoopShaping(LoopShaping):
     def compensation(
         self, command: float, velocity: float, force: float, spool: float, next_command: float
     ) -> float:
-        """Return the signal of Eq. (1) behind its gain, V."""
+        """Return the compensation signal of Eq. (1) after its gain, V."""
         signal = self._compensator.step(
             velocity, force, spool, command, valve_command=self._last, next_command=next_command
         )
@@ -87,21 +87,20 @@ class AdaptiveLoopShaping(CompensatedLoopShaping):
 class AdaptiveTimeSeries:
     """The paper's controller inside an adaptive time series compensator, 2nd order.
 
-    Chae, Kazemibidokhti, Ricles: *Adaptive time series compensator for delay compensation of
-    servo-hydraulic actuator systems for real-time hybrid simulation*, Earthquake Engineering & Structural
-    Dynamics 42(11), 2013. The command becomes ``a0 F_c + a1 dF_c/dt + a2 d²F_c/dt²``. The
-    coefficients are those that gave the sent command from the measured force over the last second, by least
-    squares.
+    Chae, Kazemibidokhti, Ricles: *Adaptive time series compensator for delay compensation of servo-hydraulic
+    actuator systems for real-time hybrid simulation*, Earthquake Engineering & Structural Dynamics 42(11),
+    2013. The command becomes ``a0 F_c + a1 dF_c/dt + a2 d²F_c/dt²``. The coefficients fit the sent command to
+    the measured force over the last second, by least squares.
     """
 
     _EVERY = 8
-    """Samples between two that the window holds."""
+    """Distance of the samples in the window."""
     _CORNER = 30.0
-    """Of the two low-passes of both signals, Hz."""
+    """Corner of the two low-passes of both signals, Hz."""
     _BOUNDS = (np.array([0.7, -5e-3, -1e-4]), np.array([1.3, 2e-2, 2e-4]))
-    """Of the coefficients: 1, s and s²."""
+    """Bounds of the coefficients: 1, s and s²."""
     _LEAST = 50.0
-    """Rms force of the window below which nothing is estimated, N."""
+    """Least rms force of the window for an estimate, N."""
 
     def __init__(self, rig: Rig, sample_rate: float) -> None:
         """Configure the inner loop."""
@@ -109,7 +108,7 @@ class AdaptiveTimeSeries:
         self._rate, self._count = sample_rate, 0
         self._coefficients = np.array([1.0, 0.0, 0.0])
         self._before = 0.0
-        # Sent command and measured force, behind one low-pass and behind both.
+        # Sent command and measured force after one low-pass and after both.
         self._sent = self._force = (0.0, 0.0)
         self._share = 1.0 - float(np.exp(-2.0 * np.pi * self._CORNER / sample_rate))
         # Filtered measured force, the two before, and the filtered sent command, at the window's rate.

@@ -10,11 +10,11 @@ import numpy as np
 from eft._native import Rig
 
 RATE = 4096.0
-"""Samples per second of every test of the benchmark, Hz."""
+"""Sample rate of every test of the benchmark, Hz."""
 
 _BASE = Rig.zhao2005()
 _RANGES = {"force": 156e3, "displacement": 0.127, "spool": 1.0, "velocity": 1.05}
-"""Of the sensors, to either side, SI."""
+"""Range of the sensors on each side, SI."""
 _NOISE = 5e-4
 """Standard deviation of a sensor's noise per sample, as a share of its range."""
 
@@ -23,14 +23,14 @@ Changes = dict[str, object]
 
 @dataclass(frozen=True)
 class Case:
-    """A rig whose controller believes something else: what `Rig.replace` makes of the paper's rig."""
+    """A rig that deviates from its controller's configuration: changes of the paper's rig."""
 
     name: str
-    """What deviates, in words."""
+    """Description of the deviation."""
     changes: Mapping[str, object]
-    """Keys and values; what stands under ``truth`` the controller does not know."""
+    """Keys and values; the controller does not know those under ``truth``."""
     drawn: Mapping[str, float] = field(default_factory=dict)
-    """The numbers that were drawn, of a random rig."""
+    """The drawn numbers of a random rig."""
 
     @property
     def rig(self) -> Rig:
@@ -39,7 +39,7 @@ class Case:
 
 
 def sensors(seed: int, noise: float = 1.0) -> Changes:
-    """Sensors of 16 bits with so many times the noise of 0.05 % of their range, of a seed."""
+    """Sensors of 16 bits with noise of 0.05 % of their range times a factor, with a seed."""
     changes: Changes = {"truth.sensors.seed": seed}
     for name, size in _RANGES.items():
         changes[f"truth.sensors.{name}.noise"] = noise * _NOISE * size
@@ -49,12 +49,12 @@ def sensors(seed: int, noise: float = 1.0) -> Changes:
 
 
 def late(sensor: str, delay: float) -> Changes:
-    """A sensor that is late (s), by whole samples."""
+    """A sensor with a delay (s) of whole samples."""
     return {f"truth.sensors.{sensor}.delay": round(delay * RATE)}
 
 
 def flow_table(direction: float, bend: float) -> Changes:
-    """A valve that passes more one way than the other, and whose flow bends with the opening, both shares."""
+    """A valve whose flow depends on the direction and bends with the opening, both as shares."""
     openings = np.asarray(_BASE["servovalve.flow_table.openings"])
     flows = np.asarray(_BASE["servovalve.flow_table.flows"])
     factor = 1.0 + direction * np.sign(openings) + bend * (2.0 * np.abs(openings) - 1.0)
@@ -133,10 +133,10 @@ def named_cases() -> list[Case]:
 def drawn_cases(count: int, seed: int = 1) -> list[Case]:
     """Draw rigs as laboratories have them.
 
-    The controller knows the specimen and believes the paper's numbers of everything else. Uniform are:
-    latency of each sensor 0 to 1.5 ms, oil 0.75 to 1.5 times as stiff, flow by direction and bend ±4 %,
-    overlap up to 0.1 %, friction up to 1 % of the capacity, mass 4 to 18 t, each sensor's gain and the
-    piston area ±2 %, supply ±5 %. Uniform in their logarithm are: bandwidth of each sensor 0.3 to 3 kHz,
+    The controller knows the specimen and has the paper's numbers for everything else. These numbers are
+    uniform: latency of each sensor 0 to 1.5 ms, oil 0.75 to 1.5 times as stiff, flow by direction and bend ±4
+    %, overlap up to 0.1 %, friction up to 1 % of the capacity, mass 4 to 18 t, each sensor's gain and the
+    piston area ±2 %, supply ±5 %. The logarithms of these are uniform: bandwidth of each sensor 0.3 to 3 kHz,
     pilot time constant 0.6 to 1.7 times, natural frequency 0.8 to 4 Hz, damping ratio 0.5 to 10 %, noise 0.5
     to 2 times 0.05 % of the range.
 
@@ -145,12 +145,12 @@ def drawn_cases(count: int, seed: int = 1) -> list[Case]:
     count : int
         Number of rigs.
     seed : int
-        Of the draws; the sensors' noise has others.
+        Seed of the draws; the sensors' noise has separate seeds.
 
     Returns
     -------
     list of Case
-        The numbers drawn are in ``case.drawn``.
+        The drawn numbers are in ``case.drawn``.
 
     Examples
     --------
@@ -194,7 +194,7 @@ def _drawn(random: np.random.Generator, name: str, noise_seed: int) -> Case:
 
 
 def laboratory(drawn: Mapping[str, float], noise_seed: int) -> Changes:
-    """The changes of a rig whose numbers were drawn, and the seed of its noise."""
+    """The changes of a random rig from its drawn numbers and the seed of its noise."""
     stiffness = drawn["mass"] * (2.0 * np.pi * drawn["frequency"]) ** 2
     softer = _BASE["structure.softening.stiffness"] / _BASE["structure.stiffness"]
     changes: Changes = {

@@ -22,7 +22,7 @@ _SHORT = (
 )
 _SHORT_TESTS = ("sweep 8.9 kN", "El Centro")
 RANDOM = 8
-"""Random rigs behind the named ones."""
+"""Number of random rigs after the named ones."""
 
 
 def cases(*, short: bool = False, random: int | None = None, seed: int = 1) -> list[Case]:
@@ -34,7 +34,7 @@ def cases(*, short: bool = False, random: int | None = None, seed: int = 1) -> l
 
 
 def commands_of(short: bool) -> tuple[Excitation, ...]:
-    """Return the commands of a benchmark: all four, of the short form the sweep of 8.9 kN and El Centro."""
+    """Return the commands of a benchmark: all four, or in the short form two of them."""
     return tuple(one for one in excitations() if not short or one.name in _SHORT_TESTS)
 
 
@@ -50,8 +50,8 @@ def run(
 ) -> Benchmark:
     """Run controllers on the rigs of the benchmark.
 
-    A controller that raises, answers what is no finite number, becomes unstable or leaves the stroke loses
-    that test; the others go on. The same arguments give the same numbers.
+    A controller loses a test if it raises an exception, returns no finite number, becomes unstable or leaves
+    the stroke. The other tests continue. The same arguments give the same numbers.
 
     Parameters
     ----------

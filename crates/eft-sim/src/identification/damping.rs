@@ -1,4 +1,4 @@
-//! Damping from free vibration: the logarithmic decrement, as the decay of a fitted sinusoid.
+//! Damping from free vibration, by the decay of a fitted sinusoid.
 
 use std::f64::consts::TAU;
 
@@ -10,10 +10,10 @@ use crate::checks;
 use crate::error::{Error, Result};
 use crate::fourier::spectrum;
 
-/// Cycles that must be there to tell decay from drift.
+/// Least number of cycles that distinguishes decay from drift.
 const LEAST_CYCLES: f64 = 3.0;
 
-/// What a free vibration tells.
+/// Damping and frequency from a free vibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DampingEstimate {
     /// Damping ratio (1).
@@ -24,8 +24,8 @@ pub struct DampingEstimate {
     pub decrement: f64,
 }
 
-/// Damping and frequency of a free vibration sampled at a rate (Hz): `e^(−σt)·(a·cos ω_d t + b·sin ω_d t)` with offset
-/// and drift, by least squares over all samples that are there. Give the part after the release.
+/// Damping and frequency of a free vibration sampled at a rate (Hz): `e^(−σt)·(a·cos ω_d t + b·sin ω_d t)`
+/// with offset and drift, by least squares over all finite samples. The signal must begin after the release.
 ///
 /// # Errors
 /// A signal that is too short, constant, not one decaying oscillation, or shorter than three cycles.
@@ -55,7 +55,8 @@ pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<Dampin
     let decay =
         ((rms(&rest[..half]) / rms(&rest[half..]).max(1e-300)).ln() / (0.5 * duration)).clamp(0.0, omega);
     let mut best: Option<(f64, SVector<f64, 6>, SMatrix<f64, 6, 6>)> = None;
-    // A strongly damped start hides the frequency, a weak one the decay: a few starts are cheap.
+    // The fit may miss the frequency from a start with strong damping, and the decay from one with weak
+    // damping. Several starts are cheap.
     for start in [decay, 0.3 * decay, 0.02 * omega, 0.1 * omega] {
         let found = refine(displacement, &there, sample_rate, start, omega);
         if let Some(found) = found.filter(|found| best.as_ref().is_none_or(|best| found.0 < best.0)) {
@@ -92,7 +93,7 @@ pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<Dampin
     })
 }
 
-/// Angular frequency (rad/s) at which the signal is strongest, by zero crossings of its strong first part.
+/// Dominant angular frequency (rad/s) of the signal, by zero crossings of its strong first part.
 fn strongest(signal: &[f64], sample_rate: f64) -> f64 {
     let width = sample_rate / signal.len() as f64;
     let Ok(output) = spectrum(signal) else { return 0.0 };
@@ -135,7 +136,7 @@ fn refine(signal: &[f64], there: &[usize], sample_rate: f64, sigma: f64, omega: 
         let mut raised = normal;
         for i in 0..6 {
             raised[(i, i)] *= 1.0 + damping;
-            // Without an amplitude the last two do nothing; they wait for the first step.
+            // Without an amplitude the last two parameters have no effect until the first step.
             if raised[(i, i)] == 0.0 {
                 raised[(i, i)] = 1.0;
             }

@@ -9,32 +9,32 @@ use crate::fourier::{Complex64, spectrum};
 
 /// A bin with less than this part of the band's largest power is not excited.
 const EXCITED: f64 = 1e-4;
-/// Fewer excited bins than this do not make a line.
+/// Least number of excited bins for a line.
 const LEAST_BINS: usize = 8;
-/// Below this, phases are scattered as by chance.
+/// Coherence below which phases count as random.
 const LEAST_COHERENCE: f64 = 0.6;
 
-/// A response delay and how it was found.
+/// A response delay with the data of its fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DelayEstimate {
-    /// The delay (s), positive where the response lags.
+    /// The delay (s), positive if the response lags.
     pub delay: f64,
     /// Its standard uncertainty (s), from the scatter of the phases about their line.
     pub uncertainty: f64,
     /// Phase (rad) of the line at zero frequency.
     pub intercept: f64,
-    /// How well the phases lie on the line: 1 is exactly, 0 by chance.
+    /// Coherence of the phases with the line: 1 for exact phases, 0 for random ones.
     pub coherence: f64,
     /// Frequencies (Hz) of the excited bins.
     pub frequency: Vec<f64>,
-    /// Phase lag (rad) of the response there, unwrapped.
+    /// Phase lag (rad) of the response at these frequencies, unwrapped.
     pub lag: Vec<f64>,
 }
 
-/// The delay of a response behind its command, sampled at a rate (Hz), over a band (Hz): phase regressed on
-/// frequency with an intercept, each bin weighted by the command's power in it.
+/// The delay of a response behind its command, sampled at a rate (Hz), over a band (Hz): a linear regression
+/// of phase on frequency with an intercept. Each bin is weighted by the command's power.
 ///
-/// Samples where either signal is not finite are gaps: both signals are faded out around them.
+/// Samples that are not finite in either signal are gaps. Both signals are faded out around them.
 ///
 /// # Errors
 /// Unequal or too short signals, a band outside 0 to half the rate, more gaps than samples, a command that does not
@@ -77,8 +77,8 @@ fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayE
     let refuse = |found: String| {
         Err(Error::value("response", found, "must follow the command: its phases scatter as by chance"))
     };
-    // The turn from bin to bin gives the delay to within a fraction of a turn over the band; what is left of the
-    // phase then needs no unwrapping.
+    // The mean change of phase from bin to bin gives the delay within a fraction of a turn over the band. The
+    // remaining phase needs no unwrapping.
     let turn: Complex64 = cross
         .windows(2)
         .filter(|pair| pair[1].0 - pair[0].0 < 1.5 * width)
@@ -119,8 +119,8 @@ fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayE
     })
 }
 
-/// 1 where both signals are there, 0 in gaps, and raised cosines of `ramp` samples between. A window that is slow
-/// against the delay passes from command to response unchanged.
+/// A mask with 1 in valid samples, 0 in gaps, and raised cosines of `ramp` samples between. It acts equally
+/// on command and response if it is slow compared with the delay.
 fn mask(samples: usize, ramp: usize, valid: impl Fn(usize) -> bool) -> Result<Vec<f64>> {
     let mut mask = vec![0.0; samples];
     let ramp = ramp.max(1);
@@ -129,7 +129,7 @@ fn mask(samples: usize, ramp: usize, valid: impl Fn(usize) -> bool) -> Result<Ve
         kept += part.len();
         let (from, to) = (part.start, part.end);
         for i in part {
-            // No fading at the ends of the recording: nothing is missing there.
+            // No fading at the ends of the recording, which are not gaps.
             let before = if from == 0 { ramp } else { i - from };
             let after = if to == samples { ramp } else { to - 1 - i };
             let near = before.min(after).min(ramp) as f64 / ramp as f64;
@@ -157,7 +157,7 @@ mod tests {
     const RATE: f64 = 1000.0;
     const BAND: (f64, f64) = (0.25, 10.0);
 
-    /// A 0–10 Hz sweep, and the same late.
+    /// A 0–10 Hz sweep, and the same sweep delayed.
     fn late(delay: f64) -> (Vec<f64>, Vec<f64>) {
         let sweep = |shift: f64| {
             let value = |i: usize| {

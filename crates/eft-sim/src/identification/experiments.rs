@@ -9,7 +9,7 @@ use crate::plant::{
     runge_kutta,
 };
 
-/// Displacement control gives this (V) for the full stroke.
+/// Output of the displacement control (V) for the full stroke.
 const FULL_SCALE: f64 = 10.0;
 
 /// Fig. 4a: the valve driven by a sweep with the main stage shut off.
@@ -32,8 +32,8 @@ pub struct FlowTest {
     pub spool: Vec<f64>,
 }
 
-/// The response delay test: a 0–10 Hz sweep of an amplitude (m) in 32 s, sampled at a rate (Hz). The piston stands
-/// still without flow through the main stage, so the whole command is the error.
+/// The response delay test: a 0–10 Hz sweep of an amplitude (m) in 32 s, sampled at a rate (Hz). Without flow
+/// through the main stage the piston does not move, so the error is the whole command.
 ///
 /// # Errors
 /// An invalid rate.
@@ -56,10 +56,10 @@ pub fn valve_test(rig: &RigConfig, amplitude: f64, sample_rate: f64) -> Result<V
     Ok(ValveTest { valve_command: sweep.values, spool })
 }
 
-/// A valve whose main stage is shut off: nothing moves but pilot and spool.
+/// A valve whose main stage is shut off: only pilot and spool move.
 struct Valve {
     servo_actuator: ServoActuator<f64>,
-    /// Held (V).
+    /// The held valve command (V).
     command: f64,
 }
 
@@ -91,7 +91,7 @@ pub fn flow_test(
     })?;
     let sweep = sine_sweep(amplitude, frequency, frequency, duration, sample_rate)?;
     let mut plant = Plant::<f64>::pack(|_| &free)?;
-    // The free piston's resonance on the oil is far above the loaded rig's.
+    // The resonance of the free piston on the oil is far above that of the loaded rig.
     let actuator = &free.actuator;
     let compressibility = actuator.compressibility + actuator.attachment_compressibility();
     let resonance = actuator.piston_area / (compressibility * piston_mass).sqrt();
@@ -144,7 +144,8 @@ mod tests {
     #[test]
     fn the_delay_of_valves_from_2_to_10_ms_is_their_phase_slope() {
         for delay in [2e-3, 4e-3, 5.18e-3, 10e-3] {
-            // The delay of the inner loop is 1/(K_3·K_vp/A_v); the pilot's time constant in proportion.
+            // The delay of the inner loop is 1/(K_3·K_vp/A_v); the pilot's time constant is scaled in
+            // proportion.
             let ratio = 5.18e-3 / delay;
             let rig = RigConfig::zhao2005().with(|rig| {
                 rig.servovalve.pilot_flow_gain *= ratio;

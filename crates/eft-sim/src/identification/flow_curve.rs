@@ -1,7 +1,7 @@
 //! The flow curve (Fig. 4b and Table 2 of the paper), from spool opening and displacement without load.
 //!
-//! Without load the piston's motion is the flow: `A·x(t) = A·x(0) + ∫f(x_v)dt`. A piecewise linear `f` makes this
-//! linear in its slopes, so nothing is differentiated and noise on the displacement stays what it is.
+//! Without load the piston's motion is the flow: `A·x(t) = A·x(0) + ∫f(x_v)dt`. For a piecewise linear `f`
+//! this is linear in the slopes. Nothing is differentiated, so noise on the displacement is not amplified.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,9 +10,9 @@ use super::gaps::{check, stretches};
 use crate::checks;
 use crate::error::{Error, Result};
 
-/// Fewer samples than this within a cell or beyond a point say nothing about it.
+/// Least number of samples within a cell or beyond a point.
 pub(super) const LEAST_SAMPLES: usize = 20;
-/// Stretches between gaps that are shorter than this are left out: each has an offset and a drift of its own.
+/// Least number of samples of a stretch between gaps. Each stretch has its own offset and drift.
 const LEAST_STRETCH: usize = 100;
 /// Largest opening that can still be a fraction of the stroke.
 const LARGEST_OPENING: f64 = 1.2;
@@ -26,25 +26,26 @@ pub struct Recording<'a> {
     pub displacement: &'a [f64],
 }
 
-/// A flow curve and what is known of it.
+/// A flow curve with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlowCurveEstimate {
     /// Spool openings (1) of the control points.
     pub openings: Vec<f64>,
     /// Flow (m³/s) at the control points.
     pub flows: Vec<f64>,
-    /// Standard uncertainty (m³/s) at the control points; of extrapolated points it is that of the line.
+    /// Standard uncertainty (m³/s) at the control points; extrapolated points have that of the line.
     pub uncertainty: Vec<f64>,
     /// Whether the spool reached the point; the others are extrapolated.
     pub measured: Vec<bool>,
 }
 
-/// The flow curve through `knots` evenly spaced control points from −1 to 1, from recordings at a rate (Hz) with a
-/// piston of an area (m²). Control points that the spool never reached lie on the line through the last two it did.
+/// The flow curve through `knots` evenly spaced control points from −1 to 1, from recordings at a rate (Hz)
+/// with a piston of an area (m²). Control points that the spool did not reach lie on the line through the
+/// last two reached ones.
 ///
 /// # Errors
-/// No recordings, unequal or too short ones, openings that are no fractions of the stroke, fewer than two points on a
-/// side reached, or a flow that does not rise with the opening.
+/// No recordings, unequal or too short ones, openings that are not fractions of the stroke, fewer than two
+/// reached points on a side, or a flow that does not rise with the opening.
 pub fn identify_flow_curve(
     recordings: &[Recording<'_>],
     sample_rate: f64,
@@ -66,7 +67,7 @@ pub(super) fn control_points(knots: usize) -> Result<Vec<f64>> {
     Ok((0..knots).map(|i| (i as f64 - half) / half).collect())
 }
 
-/// Refuses a spool signal that is no fraction of a stroke.
+/// Refuses a spool signal that is not a fraction of the stroke.
 pub(super) fn check_opening(opening: f64) -> Result<()> {
     if opening.abs() <= LARGEST_OPENING {
         return Ok(());
@@ -74,7 +75,7 @@ pub(super) fn check_opening(opening: f64) -> Result<()> {
     Err(Error::value("spool", opening, "must be a fraction of the spool's stroke, within ±1"))
 }
 
-/// Refuses a curve of which fewer than two points on a side were reached.
+/// Refuses a curve with fewer than two reached points on a side.
 pub(super) fn check_reach(openings: &[f64], measured: &[bool]) -> Result<()> {
     let zero = openings.len() / 2;
     for side in [-1_i32, 1] {
@@ -124,7 +125,7 @@ pub fn identify_flow_gain(
 
 struct Fit {
     knots: Vec<f64>,
-    /// Slope (m³/s) of each cell; zero where nothing was measured.
+    /// Slope (m³/s) of each cell; zero without measurements.
     slopes: DVector<f64>,
     covariance: DMatrix<f64>,
     /// Samples within each cell.
@@ -175,7 +176,8 @@ impl Fit {
         Ok(fit)
     }
 
-    /// Least squares on `A·x = Σ slope·∫ramp dt + offset + drift·t`, offset and drift of each stretch its own.
+    /// Least squares on `A·x = Σ slope·∫ramp dt + offset + drift·t`, with a separate offset and drift for
+    /// each stretch.
     fn solve(&mut self, stretches: &[(&[f64], &[f64])], sample_rate: f64, area: f64) -> Result<()> {
         let used: Vec<usize> = (0..self.inside.len()).filter(|c| self.inside[*c] >= LEAST_SAMPLES).collect();
         let n = used.len();
@@ -185,7 +187,8 @@ impl Fit {
                 DVector::from_iterator(
                     n,
                     used.iter().map(|&cell| {
-                        // The outermost cells go on: a noisy sensor may read beyond the stroke.
+                        // The outermost cells are unbounded, because a noisy sensor may read beyond the
+                        // stroke.
                         let low = if cell == 0 { f64::NEG_INFINITY } else { self.knots[cell] };
                         let high =
                             if cell + 2 == self.knots.len() { f64::INFINITY } else { self.knots[cell + 1] };
@@ -244,7 +247,7 @@ impl Fit {
                 last = rest;
             }
         }
-        // Residuals that hang together count for fewer samples than there are.
+        // Correlated residuals reduce the effective number of samples.
         let correlation = if variance > 0.0 { (product / variance).clamp(0.0, 0.9999) } else { 0.0 };
         let inflation = (1.0 + correlation) / (1.0 - correlation);
         let free = samples.saturating_sub(n + 2 * stretches.len()).max(1);
@@ -275,7 +278,8 @@ impl Fit {
         check_reach(&openings, &measured)?;
         let mut flows = vec![0.0; openings.len()];
         let mut uncertainty = vec![0.0; openings.len()];
-        // From the origin outwards, the flow is the sum of slopes times widths; past the data the last slope goes on.
+        // From the origin outwards, the flow is the sum of slopes times widths; beyond the data the last
+        // slope continues.
         for side in [-1_isize, 1] {
             let mut widths = DVector::zeros(self.slopes.len());
             let mut last_cell = zero;

@@ -1,7 +1,7 @@
-//! The flow curve as the paper finds it: the mean of flows by central differences at each control point.
+//! The flow curve by the paper's method: the mean of flows by central differences at each control point.
 //!
-//! Plain, and good where the displacement is clean; noise on it is multiplied by the sample rate, which the fit of
-//! [`identify_flow_curve`](super::identify_flow_curve) avoids.
+//! The method is simple and accurate for a displacement without noise. It multiplies noise by the sample
+//! rate, which the fit of [`identify_flow_curve`](super::identify_flow_curve) avoids.
 
 use super::flow_curve::{
     FlowCurveEstimate, LEAST_SAMPLES, Recording, check_opening, check_reach, check_rise, control_points,
@@ -10,12 +10,12 @@ use super::gaps::check;
 use crate::checks;
 use crate::error::{Error, Result};
 
-/// Samples within this share of the distance between two control points count for one.
+/// Samples within this share of the distance between two control points belong to a point.
 const NEAR: f64 = 0.2;
 
-/// The flow curve through `knots` evenly spaced control points, from recordings at a rate (Hz) with a piston of an area
-/// (m²): velocity by central differences, flow `A·ẋ`, its mean over the samples near each control point; beyond the
-/// last one that the spool reached, a straight line through the last two.
+/// The flow curve through `knots` evenly spaced control points, from recordings at a rate (Hz) with a piston
+/// of an area (m²): velocity by central differences, flow `A·ẋ`, its mean over the samples near each control
+/// point; beyond the last reached point, a straight line through the last two.
 ///
 /// # Errors
 /// As [`identify_flow_curve`](super::identify_flow_curve).
@@ -72,7 +72,7 @@ pub fn flow_curve_by_differences(
                 (flows[knot], uncertainty[knot]) = (mean(knot), spread(knot));
                 continue;
             }
-            // A straight line through the last two points that were reached.
+            // A straight line through the last two reached points.
             let (inner, outer) = (at(last.0), at(last.1));
             let beyond = (k - last.1) as f64 / (last.1 - last.0) as f64;
             flows[knot] = flows[outer] + beyond * (flows[outer] - flows[inner]);
@@ -102,7 +102,7 @@ mod tests {
             let error = (found.flows[i] - truth[i]).abs() / truth[20];
             assert!(error < 0.01, "{error} at {}", found.openings[i]);
         }
-        // Past the data on the line through the last two points.
+        // Beyond the data the points are on the line through the last two.
         let last = found.measured.iter().rposition(|m| *m).unwrap();
         assert!(last < 20);
         let step = |i: usize| found.flows[i] - found.flows[i - 1];

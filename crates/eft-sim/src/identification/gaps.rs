@@ -1,4 +1,4 @@
-//! Samples that are there, offsets and drifts.
+//! Gaps, offsets and drifts of signals.
 
 use crate::error::{Error, Result};
 
@@ -41,7 +41,7 @@ pub(super) fn stretches(
     found
 }
 
-/// Takes offset and drift out of the samples that are there; those that are not become zero.
+/// Removes offset and drift from the valid samples; the others become zero.
 pub(super) fn detrend(signal: &[f64], valid: impl Fn(usize) -> bool) -> Vec<f64> {
     let middle = 0.5 * signal.len() as f64;
     let there = || signal.iter().enumerate().filter(|(i, _)| valid(*i)).map(|(i, v)| (i as f64 - middle, *v));
@@ -54,7 +54,7 @@ pub(super) fn detrend(signal: &[f64], valid: impl Fn(usize) -> bool) -> Vec<f64>
         if valid(i) { v - mean - slope * (i as f64 - middle - time) } else { 0.0 }
     };
     let rest: Vec<f64> = signal.iter().enumerate().map(rest).collect();
-    // What rounding leaves of a straight line is not a signal.
+    // The rounding error of a straight line is not a signal.
     let raw: f64 = there().map(|(_, v)| v * v).sum();
     let left: f64 = rest.iter().map(|v| v * v).sum();
     if left > 1e-24 * raw { rest } else { vec![0.0; signal.len()] }
