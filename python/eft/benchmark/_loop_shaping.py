@@ -33,8 +33,7 @@ E_MAX = 0.32
 
 
 class StateSpace(NamedTuple):
-    """A linear system, x' = A x + B u and y = C x + D u of one input and output, or the same in discrete
-    time."""
+    """A linear system ``x' = A x + B u``, ``y = C x + D u`` of one input and output, or a sampled one."""
 
     a: Array
     b: Array
