@@ -13,11 +13,13 @@ import numpy as np
 from eft._identification import (
     Estimate,
     FineTuning,
+    OverlapEstimate,
     fine_tune,
     identify_damping,
     identify_delay,
     identify_flow_curve,
     identify_flow_gain,
+    identify_overlap,
 )
 from eft._native import FlowTable, Rig
 
@@ -39,6 +41,8 @@ class Identification:
     """Of the valve, with its uncertainty."""
     flow_gain: Estimate | None = None
     """Slope of the flow curve at the origin, `K_v`, m³/s."""
+    overlap: OverlapEstimate | None = None
+    """Of the spool's lands, with the null bias."""
     damping: Estimate | None = None
     """Damping ratio of the structure; its natural frequency is in the details."""
     tuning: FineTuning | None = None
@@ -53,7 +57,7 @@ class Identification:
     def _repr_html_(self) -> str:
         from eft import _notebook, plots
 
-        estimates = ("response_delay", "flow_gain", "damping")
+        estimates = ("response_delay", "overlap", "flow_gain", "damping")
         rows = [(name.replace("_", " "), repr(found)) for name in estimates if (found := getattr(self, name))]
         draw = (lambda figure: plots.identification(self, figure=figure)) if self._drawn else None
         return _notebook.shown("Identification", rows, draw, 2.6 * max(self._drawn, 1))
@@ -68,6 +72,7 @@ def identify(
     rig: Rig,
     *,
     valve: str | PathLike[str] | Traces | None = None,
+    null: Sequence[str | PathLike[str] | Traces] = (),
     flow: Sequence[str | PathLike[str] | Traces] = (),
     release: str | PathLike[str] | Traces | None = None,
     test: str | PathLike[str] | Traces | None = None,
@@ -90,6 +95,10 @@ def identify(
     valve : path-like, optional
         ``valve_command`` and ``spool`` of a sweep with the main stage shut off (Fig. 4a): gives
         ``compensation.response_delay``.
+    null : sequence of path-like
+        ``spool`` and ``displacement`` of an actuator without load, slow strokes of the spool near null, one
+        file per run: gives ``servovalve.overlap`` and ``servovalve.null_bias``. The flow curve is then fitted
+        behind the overlap.
     flow : sequence of path-like
         ``spool`` and ``displacement`` of an actuator without load, one file per run (Fig. 4b): gives
         ``servovalve.flow_table`` and ``compensation.flow_gain``.
@@ -144,12 +153,21 @@ def identify(
                 traces["valve_command"], traces["spool"], traces.sample_rate, band
             )
         rig = rig.replace({"compensation.response_delay": float(found["response_delay"])})
+    area = rig["actuator.piston_area"]
+    if null:
+        runs = [read(source) for source in null]
+        with _about(*runs):
+            arrays = [run["spool"] for run in runs], [run["displacement"] for run in runs]
+            found["overlap"] = identify_overlap(*arrays, _one_rate(runs), area)
+        bias = float(found["overlap"].null_bias)
+        rig = rig.replace({"servovalve.overlap": float(found["overlap"]), "servovalve.null_bias": bias})
     if flow:
         runs = [read(source) for source in flow]
         with _about(*runs):
             rate = _one_rate(runs)
             arrays = [run["spool"] for run in runs], [run["displacement"] for run in runs]
-            area = rig["actuator.piston_area"]
+            if "overlap" in found:
+                arrays = [found["overlap"].behind(spool) for spool in arrays[0]], arrays[1]
             found["flow_curve"] = identify_flow_curve(*arrays, rate, area, knots)
             found["flow_gain"] = identify_flow_gain(*arrays, rate, area)
         rig = rig.replace(

@@ -40,6 +40,7 @@ __all__ = [
     "identify_delay",
     "identify_flow_curve",
     "identify_flow_gain",
+    "identify_overlap",
     "inverse_dynamics",
     "judge_test",
     "linearize",
@@ -550,6 +551,12 @@ def identify_flow_gain(
     piston_area: float,
     limit: float,
 ) -> tuple[float, float]: ...
+def identify_overlap(
+    spool: Sequence[ArrayLike],
+    displacement: Sequence[ArrayLike],
+    sample_rate: float,
+    piston_area: float,
+) -> list[tuple[float, float]]: ...
 def identify_damping(
     displacement: ArrayLike, sample_rate: float
 ) -> tuple[float, float, float, float, float]: ...

@@ -10,6 +10,7 @@ from eft._identification import (
     Estimate,
     FineTuning,
     FlowTest,
+    OverlapEstimate,
     ValveTest,
     fine_tune,
     flow_test,
@@ -18,6 +19,7 @@ from eft._identification import (
     identify_delay,
     identify_flow_curve,
     identify_flow_gain,
+    identify_overlap,
     valve_test,
 )
 from eft._laboratory import Identification, identify
@@ -29,6 +31,7 @@ __all__ = [
     "FineTuning",
     "FlowTest",
     "Identification",
+    "OverlapEstimate",
     "ValveEstimate",
     "ValveTest",
     "fine_tune",
@@ -39,6 +42,7 @@ __all__ = [
     "identify_delay",
     "identify_flow_curve",
     "identify_flow_gain",
+    "identify_overlap",
     "identify_valve",
     "read_frequency_response",
     "valve_test",

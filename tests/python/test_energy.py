@@ -19,7 +19,7 @@ EVERYTHING = {
     "supply.schedule.times": [0.0, 4.0, 6.0],
     "supply.schedule.pressures": [1.9e7, 1.9e7, 1.7e7],
     "servovalve.pilot_flow_limit": 2e-5,
-    "servovalve.overlap": 0.005,
+    "truth.servovalve.overlap": 0.005,
     "servovalve.leakage.proportional": 2e-12,
     "servovalve.leakage.constant": 4e-5,
     "structure.kind": "bouc_wen",

@@ -92,6 +92,24 @@ pub(crate) fn identify_flow_gain<'py>(
     found.map(|found| (found.value, found.uncertainty)).map_err(to_python)
 }
 
+/// Return overlap, null bias and the flow gains on either side, each with its uncertainty.
+#[pyfunction]
+pub(crate) fn identify_overlap(
+    py: Python<'_>,
+    spool: Vec<Bound<'_, PyAny>>,
+    displacement: Vec<Bound<'_, PyAny>>,
+    sample_rate: f64,
+    piston_area: f64,
+) -> PyResult<[(f64, f64); 4]> {
+    let (spool, displacement) = (vectors("spool", &spool)?, vectors("displacement", &displacement)?);
+    let found = py.detach(|| {
+        identification::identify_overlap(&recordings(&spool, &displacement), sample_rate, piston_area)
+    });
+    let found = found.map_err(to_python)?;
+    let [back, forth] = found.flow_gains;
+    Ok([found.overlap, found.null_bias, back, forth].map(|one| (one.value, one.uncertainty)))
+}
+
 /// Return damping ratio and uncertainty, natural frequency (Hz) and uncertainty, and the logarithmic decrement.
 #[pyfunction]
 pub(crate) fn identify_damping(

@@ -71,7 +71,7 @@ def identify_flow_curve(
     >>> len(table), table.measured.any().item()
     (21, True)
     """
-    runs = (_runs(spool), _runs(displacement))
+    runs = (runs_of(spool), runs_of(displacement))
     return _with_shape(_native.identify_flow_curve(*runs, sample_rate, piston_area, knots, method))
 
 
@@ -137,11 +137,11 @@ def identify_flow_gain(
     >>> gain > 10 * gain.uncertainty > 0
     True
     """
-    runs = (_runs(spool), _runs(displacement))
+    runs = (runs_of(spool), runs_of(displacement))
     return Estimate(*_native.identify_flow_gain(*runs, sample_rate, piston_area, limit))
 
 
-def _runs(given: ArrayLike | Sequence[ArrayLike]) -> list[ArrayLike]:
+def runs_of(given: ArrayLike | Sequence[ArrayLike]) -> list[ArrayLike]:
     """A list of recordings; a single array or a list of numbers becomes a list with one recording."""
     if isinstance(given, (list, tuple)):
         return list(given) if given and np.ndim(given[0]) else [given]

@@ -13,6 +13,7 @@ from eft._files import write_text
 from eft._test_file import read_rig
 from eft.cli._data import data_options, read_data, rig_option
 from eft.cli._output import FILE, as_json, emit_json, epilog, table, units_option
+from eft.traces import Traces
 from eft.traces._write import check_folder
 
 
@@ -24,6 +25,24 @@ from eft.traces._write import check_folder
 )
 def identify() -> None:
     """Find parameters of a rig in CSV, MAT, HDF5 or Parquet files, whose columns carry their units."""
+
+
+def _area(piston_area: float | None, rig: Path | None) -> float:
+    """The piston area, given or of a rig, m²."""
+    if rig is not None and piston_area is None:
+        return float(read_rig(rig, {})["actuator.piston_area"])
+    if piston_area is not None and rig is None:
+        return piston_area
+    raise click.UsageError("give --piston-area or --rig, exactly one of them")
+
+
+def _of_one_rate(files: tuple[Path, ...], **data: Any) -> list[Traces]:
+    runs = [read_data(file, **data) for file in files]
+    rates = {round(run.sample_rate, 6) for run in runs}
+    if len(rates) > 1:
+        shown = ", ".join(f"{rate:g} Hz" for rate in sorted(rates))
+        raise ValueError(f"sample rates differ, must be one: {shown}")
+    return runs
 
 
 @identify.command(
@@ -79,20 +98,10 @@ def curve(
     **data: Any,
 ) -> None:
     """Flow curve of the valve, from spool and displacement of an actuator without load, one file per run."""
-    if rig is not None and piston_area is None:
-        area = float(read_rig(rig, {})["actuator.piston_area"])
-    elif piston_area is not None and rig is None:
-        area = piston_area
-    else:
-        raise click.UsageError("give --piston-area or --rig, exactly one of them")
+    area = _area(piston_area, rig)
     if output is not None:
         check_folder(output)
-    runs = [read_data(file, rig=rig, **data) for file in files]
-    rates = {round(run.sample_rate, 6) for run in runs}
-    if len(rates) > 1:
-        raise ValueError(
-            f"sample rates differ, must be one: {', '.join(f'{rate:g} Hz' for rate in sorted(rates))}"
-        )
+    runs = _of_one_rate(files, rig=rig, **data)
     found = eft.identify_flow_curve(
         [run["spool"] for run in runs],
         [run["displacement"] for run in runs],
@@ -120,6 +129,57 @@ def curve(
         for x, q, u, seen in zip(openings, flows, uncertainty, measured, strict=True)
     ]
     click.echo(table(rows, ("opening", f"flow, {unit.unit}", "±", "measured")))
+    if output is not None:
+        click.echo(f"{output} written")
+
+
+@identify.command(
+    short_help="Overlap of the spool's lands.",
+    epilog=epilog(
+        "eft identify overlap null.csv --rig rig.toml",
+        "eft identify overlap null.csv --piston-area 0.008212 -o overlap.toml",
+    ),
+)
+@click.argument("files", type=FILE, nargs=-1, required=True)
+@click.option("--piston-area", type=float, metavar="M2", help="Effective piston area.")
+@click.option("--rig", type=FILE, help="Rig file, for the piston area.")
+@click.option("-o", "--output", type=FILE, help="TOML file for overlap and null bias, ready for a rig file.")
+@data_options
+@as_json
+def overlap(
+    files: tuple[Path, ...],
+    piston_area: float | None,
+    rig: Path | None,
+    output: Path | None,
+    as_json: bool,
+    **data: Any,
+) -> None:
+    """Overlap and null bias of the spool, from slow strokes near null without load, one file per run."""
+    area = _area(piston_area, rig)
+    if output is not None:
+        check_folder(output)
+    runs = _of_one_rate(files, rig=rig, **data)
+    found = eft.identification.identify_overlap(
+        [run["spool"] for run in runs], [run["displacement"] for run in runs], runs[0].sample_rate, area
+    )
+    bias = found.null_bias
+    if output is not None:
+        keys = f"overlap = {float(found)!r}\nnull_bias = {float(bias)!r}\n"
+        write_text(output, f"[servovalve]\n{keys}")
+    if as_json:
+        emit_json(
+            {
+                "overlap": float(found),
+                "overlap_uncertainty": found.uncertainty,
+                "null_bias": float(bias),
+                "null_bias_uncertainty": bias.uncertainty,
+            }
+        )
+        return
+    click.echo(
+        f"{'underlap' if found < 0.0 else 'overlap'} {abs(found):.4%} ± {found.uncertainty:.4%} of the stroke"
+    )
+    click.echo(f"null bias {bias:.4%} ± {bias.uncertainty:.4%}")
     if output is not None:
         click.echo(f"{output} written")
 

@@ -276,9 +276,8 @@ impl Channel {
 
     /// Learned no-load flows (m³/s) of the valve at the openings of the rig's flow table.
     pub(super) fn found_flows<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let table = &self.rig.servovalve.flow_table;
-        let found = each!(&self.core, core => core.found_flows(&table.openings));
-        PyArray1::from_vec(py, found.unwrap_or_else(|| table.flows.clone()))
+        let found = self.rig.found_flows(|openings| each!(&self.core, core => core.found_flows(openings)));
+        PyArray1::from_vec(py, found.unwrap_or_else(|| self.rig.servovalve.flow_table.flows.clone()))
     }
 
     /// Processes samples in sequence and collects their flags. The default of the next commands is the

@@ -94,8 +94,8 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         supply_correction: c.supply_correction,
         compressibility: rig.measured_compressibility(),
         leakage: rig.actuator.leakage,
-        openings: &rig.servovalve.flow_table.openings,
-        flows: &rig.servovalve.flow_table.flows,
+        openings: &rig.controller_curve().openings,
+        flows: &rig.controller_curve().flows,
         flow_gain: c.flow_gain,
         valve_gain: c.valve_gain,
         // A learning controller keeps the two delays separate, to estimate that of the valve.

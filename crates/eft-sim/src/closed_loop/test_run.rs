@@ -22,9 +22,9 @@ pub struct TestRun {
     pub sample_rate: f64,
     /// The traces; their fields are also fields of the run.
     pub traces: Traces,
-    /// Learned no-load flows (m³/s) of the valve at the end, at the openings of the rig's flow table. Without
-    /// learning they are the table's own. If the linear scheme learns they lie on a straight line. They are
-    /// empty if an external controller has learned.
+    /// Learned no-load flows (m³/s) of the valve at the end, at the openings of the rig's flow table, behind
+    /// the overlap that the controller knows. Without learning they are the table's own. If the linear scheme
+    /// learns they lie on a straight line. They are empty if an external controller has learned.
     pub found_flows: Vec<f64>,
     /// The calibration that the controller learned, for the section `calibration` of a later rig.
     pub calibration: Option<SavedCalibration>,
@@ -72,9 +72,9 @@ impl TestRun {
         }
     }
 
-    /// Sets the learned flows (m³/s) at openings, if there are any.
+    /// Sets the learned flows (m³/s) at openings of the spool, if there are any.
     pub(crate) fn learn(&mut self, found: impl FnOnce(&[f64]) -> Option<Vec<f64>>) {
-        if let Some(flows) = found(&self.rig.servovalve.flow_table.openings) {
+        if let Some(flows) = self.rig.found_flows(found) {
             self.found_flows = flows;
         }
     }

@@ -65,7 +65,7 @@ pub static KEYS: &[Key] = &[
     key("servovalve.pilot_flow_limit", "m³/s", Float(1e-12, 1e3), Optional, "largest flow of the pilot stage"),
     key("servovalve.torque_motor_frequency", "Hz", Float(1.0, 1e6), Optional, "natural frequency of the torque motor before the pilot stage, second order; none where absent"),
     key("servovalve.torque_motor_damping", "", Float(0.05, 10.0), float(0.7), "damping ratio of the torque motor"),
-    key("servovalve.overlap", "", Float(-0.5, 0.5), float(0.0), "overlap of the spool's lands, an opening without flow; underlap where negative: all ports are open within it"),
+    key("servovalve.overlap", "", Float(-0.5, 0.5), float(0.0), "overlap of the spool's lands, an opening without flow; underlap where negative: all ports are open within it; what the controller knows of it the nonlinear compensation makes up for"),
     key("servovalve.null_bias", "", Float(-0.5, 0.5), float(0.0), "null bias: spool opening at which the valve passes nothing at no load"),
     key("servovalve.leakage.proportional", "m³/(s·Pa)", Float(0.0, 1e-3), float(0.0), "leakage of the main stage proportional to the load pressure, Eq. (5)"),
     key("servovalve.leakage.constant", "m³/s", Float(0.0, 1.0), float(0.0), "constant leakage of the main stage at `supply.pressure`, Eq. (5)"),

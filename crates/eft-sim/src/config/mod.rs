@@ -7,6 +7,7 @@ mod check;
 mod force_loop;
 mod idle;
 mod keys;
+mod lap;
 mod quantity;
 mod schema;
 mod sections;
@@ -48,6 +49,8 @@ pub struct RigConfig {
     values: RigValues,
     /// The configured gains that a designed force loop replaces.
     given: Option<GivenForceLoop>,
+    /// The flow curve behind the overlap or underlap that the controller knows.
+    lapped: Option<FlowCurve>,
     truth: Option<Box<Truth>>,
 }
 
@@ -167,7 +170,9 @@ impl RigConfig {
         // Names, types and ranges are already checked. Serde fails only if KEYS and the structs disagree.
         let values = RigValues::deserialize(toml::Value::Table(complete))
             .map_err(|error| Error::Toml(error.message().to_owned()))?;
-        Ok(Self { values, given: None, truth })
+        let mut rig = Self { values, given: None, lapped: None, truth };
+        rig.lap()?;
+        Ok(rig)
     }
 
     /// The configuration as a tree of sections, defaults included.

@@ -195,6 +195,6 @@ impl RigConfig {
                 },
             },
         };
-        Self { values, given: None, truth: None }
+        Self { values, given: None, lapped: None, truth: None }
     }
 }

@@ -242,7 +242,7 @@ impl Spectra {
         let force_rate = back(scaled(&force, &rate))?;
         let (smooth_command, command_rate) = (back(scaled(&command, &one))?, back(scaled(&command, &rate))?);
 
-        let curve = &rig.servovalve.flow_table;
+        let curve = rig.controller_curve();
         let table = FlowTable::<f64, TABLE_CAPACITY>::new(&curve.openings, &curve.flows)?;
         let actuator = &rig.actuator;
         let (area, stall) = (actuator.piston_area, actuator.piston_area * rig.supply.pressure);

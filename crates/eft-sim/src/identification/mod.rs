@@ -11,6 +11,7 @@ mod fine_tuning;
 mod flow_curve;
 mod flow_differences;
 mod gaps;
+mod overlap;
 
 pub use damping::{DampingEstimate, identify_damping};
 pub use delay::{DelayEstimate, identify_delay};
@@ -18,6 +19,7 @@ pub use experiments::{FlowTest, ValveTest, flow_test, free_vibration, valve_test
 pub use fine_tuning::{FineTuning, TestSignals, fine_tune};
 pub use flow_curve::{FlowCurveEstimate, Recording, identify_flow_curve, identify_flow_gain};
 pub use flow_differences::flow_curve_by_differences;
+pub use overlap::{OverlapEstimate, identify_overlap};
 
 /// A number and its standard uncertainty, in the same unit.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -64,6 +64,12 @@ pub fn export(rig: &RigConfig, name: Option<&str>, target: Target) -> Result<Str
     exportable(rig)?;
     let points = parameters.openings.len();
     if target == Target::C && points > C_CAPACITY {
+        let valve = &rig.servovalve;
+        if valve.flow_table.openings.len() <= C_CAPACITY {
+            let allowed =
+                format!("needs {points} points, and C has 21: leave some out of `servovalve.flow_table`");
+            return Err(Error::value("servovalve.overlap", valve.overlap, allowed));
+        }
         return Err(Error::value("servovalve.flow_table", points, "must have at most 21 points for C"));
     }
     let parts = Parts { rig, name, parameters };

@@ -5,7 +5,7 @@ use crate::config::{KEYS, Key, Kind};
 use super::*;
 
 /// Keys, or prefixes of keys, of the plant only; no export may depend on them.
-const OF_THE_PLANT: [&str; 22] = [
+const OF_THE_PLANT: [&str; 21] = [
     // The limits of the verdict do not affect the controller either.
     "verdict.",
     "actuator.stroke",
@@ -21,7 +21,6 @@ const OF_THE_PLANT: [&str; 22] = [
     "servovalve.spool_",
     "servovalve.flow_gain_scale",
     "servovalve.true_flow_table.",
-    "servovalve.overlap",
     "servovalve.null_bias",
     "servovalve.torque_motor_",
     "actuator.area_ratio",

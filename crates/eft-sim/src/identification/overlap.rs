@@ -1,0 +1,338 @@
+//! Overlap or underlap of the spool's lands, from spool opening and displacement near null without load.
+//!
+//! Near null the flow curve is straight on either side: `A·x(t) = A·x₀ + ∫(s₊·max(x_v − a, 0) + s₋·min(x_v − c, 0))dt`.
+//! The two knees lie at `a = b + o` and `c = b − o`, with the null bias `b` and the overlap `o`, negative for an underlap.
+//! Least squares find knees and slopes on the displacement itself: nothing is differentiated. Unlike the fit of the flow
+//! curve this has no drift, which could not be told from a null bias.
+
+use nalgebra::{DVector, Matrix2, Matrix4, Vector2, Vector4};
+
+use super::flow_curve::check_opening;
+use super::gaps::{check, stretches};
+use super::{Estimate, Recording};
+use crate::checks;
+use crate::error::{Error, Result};
+
+/// Stretches between gaps that are shorter than this are left out.
+const LEAST_STRETCH: usize = 100;
+/// Fewer samples than this beyond a knee say nothing about it.
+const LEAST_BEYOND: usize = 50;
+/// Largest opening of the test: the flow curve of a valve bends further out.
+const NEAR_NULL: f64 = 0.2;
+/// Knees of the first, coarse search on either side of null, as shares of the largest opening there.
+const COARSE: [f64; 13] = [-0.6, -0.4, -0.2, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6];
+const ITERATIONS: usize = 60;
+
+/// What is known of a valve near null.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OverlapEstimate {
+    /// Overlap of the lands (1), negative for an underlap.
+    pub overlap: Estimate,
+    /// Opening (1) at which the valve passes nothing.
+    pub null_bias: Estimate,
+    /// Slopes (m³/s per unit opening) beyond the knees, to the negative and to the positive side.
+    pub flow_gains: [Estimate; 2],
+}
+
+/// The overlap from recordings at a rate (Hz) with a piston of an area (m²), without load.
+///
+/// # Errors
+/// No recordings, unequal or too short ones, openings beyond ±0.2, a spool that hardly passes its knees, or a flow that does
+/// not rise with the opening.
+pub fn identify_overlap(
+    recordings: &[Recording<'_>],
+    sample_rate: f64,
+    piston_area: f64,
+) -> Result<OverlapEstimate> {
+    checks::sample_rate("sample_rate", sample_rate)?;
+    checks::positive("piston_area", piston_area, "m²")?;
+    let parts = parts(recordings)?;
+    let test = Test { parts, step: 1.0 / sample_rate, area: piston_area };
+    let [lowest, highest] = test.reach()?;
+    let knees = test.refined(test.coarse(lowest, highest)?);
+    let (slopes, rest, jacobian) = test.fitted(knees);
+    if slopes.min() <= 0.0 || slopes.min().is_nan() {
+        let allowed = "must rise with the opening: check the signs, or take more data, less noise";
+        return Err(Error::value("flow", "does not rise with the opening", allowed));
+    }
+    test.check_beyond(knees)?;
+    let covariance = covariance(&rest, &jacobian).ok_or_else(|| {
+        Error::value("spool", "hardly moves about null", "must pass both knees for an overlap")
+    })?;
+    let combined = |weights: [f64; 2]| {
+        let weights = Vector4::new(weights[0], weights[1], 0.0, 0.0);
+        Estimate {
+            value: weights[0] * knees[0] + weights[1] * knees[1],
+            uncertainty: (covariance * weights).dot(&weights).max(0.0).sqrt(),
+        }
+    };
+    let slope = |side: usize| Estimate {
+        value: slopes[side],
+        uncertainty: covariance[(2 + side, 2 + side)].max(0.0).sqrt(),
+    };
+    Ok(OverlapEstimate {
+        overlap: combined([-0.5, 0.5]),
+        null_bias: combined([0.5, 0.5]),
+        flow_gains: [slope(0), slope(1)],
+    })
+}
+
+/// The stretches of all recordings without a gap.
+fn parts<'a>(recordings: &[Recording<'a>]) -> Result<Vec<(&'a [f64], &'a [f64])>> {
+    if recordings.is_empty() {
+        return Err(Error::value("spool", "no recordings", "must have at least one"));
+    }
+    let mut parts = Vec::new();
+    for Recording { spool, displacement } in recordings {
+        check(("spool", "displacement"), (spool.len(), displacement.len()), LEAST_STRETCH)?;
+        let there = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
+        for part in stretches(spool.len(), LEAST_STRETCH, there) {
+            for opening in &spool[part.clone()] {
+                check_opening(*opening)?;
+                if opening.abs() > NEAR_NULL {
+                    let allowed = format!("must stay near null, within ±{NEAR_NULL}, for an overlap");
+                    return Err(Error::value("spool", *opening, allowed));
+                }
+            }
+            parts.push((&spool[part.clone()], &displacement[part]));
+        }
+    }
+    if parts.is_empty() {
+        let allowed = format!("must have a stretch of {LEAST_STRETCH} samples without a gap");
+        return Err(Error::value("displacement", "gaps throughout", allowed));
+    }
+    Ok(parts)
+}
+
+/// Knees and slopes on the negative and on the positive side.
+type Sides = Vector2<f64>;
+
+struct Test<'a> {
+    parts: Vec<(&'a [f64], &'a [f64])>,
+    step: f64,
+    area: f64,
+}
+
+impl Test<'_> {
+    fn spool(&self) -> impl Iterator<Item = f64> + '_ {
+        self.parts.iter().flat_map(|(spool, _)| spool.iter().copied())
+    }
+
+    /// Least and greatest opening.
+    fn reach(&self) -> Result<[f64; 2]> {
+        let lowest = self.spool().fold(f64::INFINITY, f64::min);
+        let highest = self.spool().fold(f64::NEG_INFINITY, f64::max);
+        if lowest < 0.0 && highest > 0.0 {
+            return Ok([lowest, highest]);
+        }
+        let found = format!("from {lowest:.4} to {highest:.4}");
+        Err(Error::value("spool", found, "must move to both sides of null"))
+    }
+
+    /// The best knees of a grid.
+    fn coarse(&self, lowest: f64, highest: f64) -> Result<Sides> {
+        let mut best = (f64::INFINITY, None);
+        for below in COARSE {
+            for above in COARSE {
+                let knees = Sides::new(below * -lowest, above * highest);
+                let (slopes, rest, _) = self.fitted(knees);
+                let squares = rest.dot(&rest);
+                if slopes.min() > 0.0 && squares < best.0 {
+                    best = (squares, Some(knees));
+                }
+            }
+        }
+        let allowed = "must rise with the opening on both sides of null: check the signs";
+        best.1.ok_or_else(|| Error::value("flow", "does not rise with the opening", allowed))
+    }
+
+    /// The knees of the least squares, by damped Gauss-Newton steps.
+    fn refined(&self, mut knees: Sides) -> Sides {
+        let (_, mut rest, mut jacobian) = self.fitted(knees);
+        let mut damping = 1e-3;
+        for _ in 0..ITERATIONS {
+            let mut normal = product(&jacobian);
+            for i in 0..4 {
+                normal[(i, i)] *= 1.0 + damping;
+            }
+            let right = Vector4::from_fn(|i, _| jacobian[i].dot(&rest));
+            let Some(step) = normal.cholesky().map(|factor| factor.solve(&right)) else {
+                break;
+            };
+            let next = knees + Sides::new(step[0], step[1]);
+            let (_, next_rest, next_jacobian) = self.fitted(next);
+            if next_rest.dot(&next_rest) < rest.dot(&rest) {
+                let small = (next - knees).amax() < 1e-9;
+                (knees, rest, jacobian, damping) = (next, next_rest, next_jacobian, 0.1 * damping);
+                if small {
+                    break;
+                }
+            } else {
+                damping *= 10.0;
+                if damping > 1e9 {
+                    break;
+                }
+            }
+        }
+        knees
+    }
+
+    /// The best slopes with these knees, what the displacement times area has more than the model (m³), and the model's
+    /// derivatives by knees and slopes.
+    fn fitted(&self, knees: Sides) -> (Sides, DVector<f64>, [DVector<f64>; 4]) {
+        // Openings beyond the knees, and whether the ports are open.
+        let columns = [
+            self.integrated(|x| (x - knees[0]).min(0.0)),
+            self.integrated(|x| (x - knees[1]).max(0.0)),
+            self.integrated(|x| if x < knees[0] { 1.0 } else { 0.0 }),
+            self.integrated(|x| if x > knees[1] { 1.0 } else { 0.0 }),
+        ];
+        let measured = self.measured();
+        let [back, forth, open_back, open_forth] = columns;
+        let normal = Matrix2::new(back.dot(&back), back.dot(&forth), back.dot(&forth), forth.dot(&forth));
+        let right = Sides::new(back.dot(&measured), forth.dot(&measured));
+        let slopes = normal.cholesky().map_or(Sides::zeros(), |factor| factor.solve(&right));
+        let rest = measured - &back * slopes[0] - &forth * slopes[1];
+        (slopes, rest, [open_back * -slopes[0], open_forth * -slopes[1], back, forth])
+    }
+
+    /// The integral of a function of the opening by the trapezoidal rule, without each stretch's mean.
+    fn integrated(&self, of: impl Fn(f64) -> f64) -> DVector<f64> {
+        let mut all = Vec::with_capacity(self.parts.iter().map(|(spool, _)| spool.len()).sum());
+        for (spool, _) in &self.parts {
+            let (mut sum, mut last) = (0.0, of(spool[0]));
+            let integral = spool.iter().map(|x| {
+                let now = of(*x);
+                sum += 0.5 * self.step * (now + last);
+                last = now;
+                sum
+            });
+            push_centred(&mut all, integral);
+        }
+        DVector::from_vec(all)
+    }
+
+    fn measured(&self) -> DVector<f64> {
+        let mut all = Vec::new();
+        for (_, displacement) in &self.parts {
+            push_centred(&mut all, displacement.iter().map(|x| self.area * x));
+        }
+        DVector::from_vec(all)
+    }
+
+    /// Refuses a spool that hardly passes the knees.
+    fn check_beyond(&self, knees: Sides) -> Result<()> {
+        let below = self.spool().filter(|x| *x < knees[0].min(0.0)).count();
+        let above = self.spool().filter(|x| *x > knees[1].max(0.0)).count();
+        if below.min(above) >= LEAST_BEYOND {
+            return Ok(());
+        }
+        let found = format!("{} samples beyond the overlap on one side", below.min(above));
+        Err(Error::value("spool", found, format!("must have at least {LEAST_BEYOND} on either side")))
+    }
+}
+
+/// Adds a stretch less its mean.
+fn push_centred(all: &mut Vec<f64>, stretch: impl Iterator<Item = f64>) {
+    let from = all.len();
+    all.extend(stretch);
+    let mean = all[from..].iter().sum::<f64>() / (all.len() - from) as f64;
+    all[from..].iter_mut().for_each(|value| *value -= mean);
+}
+
+fn product(columns: &[DVector<f64>; 4]) -> Matrix4<f64> {
+    Matrix4::from_fn(|i, j| columns[i].dot(&columns[j]))
+}
+
+/// The covariance of knees and slopes. Residuals that hang together count by the sum of their correlations: those of the
+/// integral of a noisy spool wander over many samples.
+fn covariance(rest: &DVector<f64>, jacobian: &[DVector<f64>; 4]) -> Option<Matrix4<f64>> {
+    let inverse = product(jacobian).try_inverse()?;
+    // Scores of the least squares, whose covariance over blocks needs no model of the residuals' correlation.
+    let count = rest.len();
+    let block = (count / BLOCKS).max(1);
+    let mut spread = Matrix4::zeros();
+    for from in (0..count).step_by(block) {
+        let until = (from + block).min(count);
+        let score = Vector4::from_fn(|i, _| (from..until).map(|n| jacobian[i][n] * rest[n]).sum::<f64>());
+        spread += score * score.transpose();
+    }
+    let blocks = count.div_ceil(block) as f64;
+    Some(inverse * spread * inverse * (blocks / (blocks - 4.0).max(1.0)))
+}
+
+/// Blocks over which the residuals' correlation is summed: enough for a variance, each far longer than the correlation.
+const BLOCKS: usize = 40;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::RigConfig;
+    use crate::identification::{FlowTest, flow_test};
+
+    const RATE: f64 = 2048.0;
+    const AREA: f64 = 8.212e-3;
+
+    /// Slow strokes of about ±3 % of the spool on the virtual rig.
+    fn strokes(overlap: f64, null_bias: f64) -> FlowTest {
+        let rig = RigConfig::zhao2005().with(|rig| {
+            (rig.servovalve.overlap, rig.servovalve.null_bias) = (overlap, null_bias);
+        });
+        flow_test(&rig.unwrap(), 0.02, 0.5, 16.0, 20.0, RATE).unwrap()
+    }
+
+    fn found(test: &FlowTest) -> Result<OverlapEstimate> {
+        identify_overlap(&[Recording { spool: &test.spool, displacement: &test.displacement }], RATE, AREA)
+    }
+
+    struct Noise(u64);
+
+    impl Noise {
+        /// Uniform, of standard deviation 1.
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
+        }
+    }
+
+    #[test]
+    fn overlap_underlap_and_null_bias_of_the_virtual_rig_are_found() {
+        for (overlap, bias) in [(1e-3, 0.0), (5e-3, 2e-3), (0.0, 0.0), (0.0, -3e-3), (-2e-3, 0.0)] {
+            let found = found(&strokes(overlap, bias)).unwrap();
+            let missed = (found.overlap.value - overlap).abs().max((found.null_bias.value - bias).abs());
+            assert!(missed < 3e-5, "{overlap} {bias}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn with_noise_the_uncertainty_covers_the_error() {
+        let clean = strokes(1e-3, 1e-3);
+        let (mut noise, mut within, tests) = (Noise(5), 0, 40);
+        for _ in 0..tests {
+            let mut test = clean.clone();
+            test.spool.iter_mut().for_each(|x| *x += 5e-4 * noise.next());
+            test.displacement.iter_mut().for_each(|x| *x += 6e-5 * noise.next());
+            let found = found(&test).unwrap();
+            let [lap, bias] = [(found.overlap, 1e-3), (found.null_bias, 1e-3)]
+                .map(|(estimate, truth)| (estimate.value - truth).abs() / estimate.uncertainty);
+            assert!(found.overlap.uncertainty < 1e-4, "{found:?}");
+            within += usize::from(lap < 2.0) + usize::from(bias < 2.0);
+        }
+        assert!(within >= 68, "{within} of {}", 2 * tests);
+    }
+
+    #[test]
+    fn data_without_an_answer_are_refused_by_name() {
+        let test = strokes(1e-3, 0.0);
+        let refusal = |change: &dyn Fn(&mut FlowTest)| {
+            let mut test = test.clone();
+            change(&mut test);
+            found(&test).unwrap_err().to_string()
+        };
+        assert!(refusal(&|t| t.spool.iter_mut().for_each(|x| *x *= 30.0)).contains("±0.2"));
+        assert!(refusal(&|t| t.spool.iter_mut().for_each(|x| *x = x.abs())).contains("both sides"));
+        assert!(refusal(&|t| t.displacement.iter_mut().for_each(|x| *x = -*x)).contains("check the signs"));
+        assert!(refusal(&|t| t.displacement.fill(f64::NAN)).contains("without a gap"));
+        assert!(refusal(&|t| t.displacement.truncate(200)).contains("as many"));
+    }
+}
