@@ -47,7 +47,7 @@ def sign(op: str, operands, result: Float, before) -> list[Bool]:
 
 
 def endless(op: str, operands, result: Float, before) -> list[Bool]:
-    """NaN stays NaN; an infinity stays what it is, times a positive number or with a finite one taken away."""
+    """NaN remains NaN. An infinity times a positive number, or minus a finite number, is unchanged."""
     if op not in ("fmul", "fadd", "fsub"):
         return []
     a, b = operands

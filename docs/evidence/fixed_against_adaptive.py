@@ -112,7 +112,7 @@ def table(rows: list[dict[str, str]]) -> str:
 
 
 def judged(row: Row, rows: list[dict[str, str]]) -> list[tuple[str, list[dict[str, str]]]]:
-    """The tests of a row, in the parts that have a line of their own."""
+    """The tests of a row, grouped by their lines in the table."""
     if row.quantity != "supply":
         return [("", rows)]
     constant, *falling = rows

@@ -18,7 +18,7 @@ class Result:
         return _notebook.shown(type(self).__name__, rows)
 
     if not TYPE_CHECKING:
-        # For one release: these results were dictionaries.
+        # Dictionary access works for one more release, because these results were dictionaries.
 
         def __getitem__(self, name: str) -> Any:
             _warn(type(self).__name__, name)

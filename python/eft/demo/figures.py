@@ -43,7 +43,7 @@ def sweeps(results: Sequence[SweepResult]) -> Iterator[Shown]:
     if runs := by_figure.get("8"):
         yield Shown(
             "fig08-sweep",
-            "8.9 kN sweep under each scheme (in the manner of Fig. 8)",
+            "8.9 kN sweep under each scheme (like Fig. 8)",
             "Force against command from 4 to 8 s, where the sweep passes the structure's natural "
             "frequency, and the spectra of the whole sweep. The paper found no obvious difference with "
             "nonlinear compensation and a sharp drop around 1.6 Hz with linear compensation.",
@@ -58,14 +58,14 @@ def sweeps(results: Sequence[SweepResult]) -> Iterator[Shown]:
     if runs := by_figure.get("11a"):
         yield Shown(
             "fig11a-level",
-            "2.2 kN sweep at three compensation levels (in the manner of Fig. 11a)",
+            "2.2 kN sweep at three compensation levels (like Fig. 11a)",
             "Two percent too little lowers the force at the natural frequency, two percent more raises it.",
             plots.figure_11(dict(sorted(runs.items()))),
         )
     if runs := by_figure.get("11b"):
         yield Shown(
             "fig11b-delay",
-            "2.2 kN sweep with three delays in the lead network (in the manner of Fig. 11b)",
+            "2.2 kN sweep with three delays in the lead network (like Fig. 11b)",
             "Too little delay compensation shows as a peak before a valley, too much as a peak after it.",
             plots.figure_11(dict(sorted(runs.items()))),
         )
@@ -81,14 +81,14 @@ def earthquake(test: Earthquake) -> Iterator[Shown]:
     window = _strong_part(test)
     yield Shown(
         "fig09-force",
-        "Earthquake test: force (in the manner of Fig. 9)",
-        "Without compensation the force seems to follow in time, but what it lacks lies near the resonance, "
-        "where the structure takes all its motion from.",
+        "Earthquake test: force (like Fig. 9)",
+        "Without compensation the force seems to follow over time. The missing part is near the resonance, "
+        "which causes most of the structure's motion.",
         plots.figure_9(test.runs, window=window),
     )
     yield Shown(
         "fig10-response",
-        "Earthquake test: displacement and velocity (in the manner of Fig. 10)",
+        "Earthquake test: displacement and velocity (like Fig. 10)",
         "The ideal response is that of the same structure under the command applied exactly.",
         plots.figure_10(test.runs, test.ideal, window=window),
     )

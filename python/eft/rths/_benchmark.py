@@ -98,7 +98,7 @@ class TransferSystem:
 
 @dataclass(frozen=True, kw_only=True)
 class SampleController:
-    """A proportional-integral tracking controller behind a phase lead, as the benchmark's sample controller.
+    """A proportional-integral tracking controller after a phase lead, like the benchmark's sample controller.
 
     ``u = (P + I/s) ((1 + T s)/(1 + T s/10) x_target − x)``, discretized by Tustin. The benchmark's own gains
     were published in a binary file only. The defaults are a design of this package: a zero on the plant's

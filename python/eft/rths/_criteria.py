@@ -45,9 +45,9 @@ def delay(target: ArrayLike, measured: ArrayLike, sample_rate: float, *, lags: i
     Parameters
     ----------
     target : array_like
-        What was to be followed, any unit.
+        The target, in any unit.
     measured : array_like
-        What was reached, of the same length and unit.
+        The measured signal, of the same length and unit.
     sample_rate : float
         Samples per second, Hz.
     lags : int
@@ -91,9 +91,9 @@ def rms_error(wanted: ArrayLike, found: ArrayLike) -> float:
     Parameters
     ----------
     wanted : array_like
-        What was to be followed, any unit.
+        The target, in any unit.
     found : array_like
-        What was reached, of the same length and unit.
+        The measured signal, of the same length and unit.
 
     Returns
     -------
@@ -122,9 +122,9 @@ def peak_error(wanted: ArrayLike, found: ArrayLike) -> float:
     Parameters
     ----------
     wanted : array_like
-        What was to be followed, any unit.
+        The target, in any unit.
     found : array_like
-        What was reached, of the same length and unit.
+        The measured signal, of the same length and unit.
 
     Returns
     -------

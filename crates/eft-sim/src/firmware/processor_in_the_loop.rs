@@ -77,12 +77,14 @@ fn check(rig: &RigConfig) -> Result<()> {
     Ok(())
 }
 
-/// Runs `command` with the firmware `image` on QEMU's `machine` ("mps2-an386", "mps2-an500") as the controller. The
-/// firmware reads its samples, eight `f32` in the order of [`run_with`], from the file `to-firmware`, and writes its
-/// answers, the fields of [`Answer`] in their order, to `from-firmware`, by semihosting, all little-endian. Its sample rate must be the command's, its controller that of `rig`.
+/// Runs `command` with the firmware `image` on QEMU's `machine` ("mps2-an386", "mps2-an500") as the
+/// controller. The firmware reads its samples from the file `to-firmware` by semihosting, eight `f32` in the
+/// order of [`run_with`]. It writes its answers to `from-firmware`, the fields of [`Answer`] in their order.
+/// All data is little-endian. The firmware must have the sample rate of the command and the controller of
+/// `rig`.
 ///
 /// # Errors
-/// As [`run_with`]; QEMU that cannot be started or ends early, by the name of the image.
+/// As [`run_with`], or if QEMU cannot be started or ends early; the error names the image.
 pub fn run_in_qemu(
     rig: &RigConfig,
     command: &Command,
