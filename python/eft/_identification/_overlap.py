@@ -18,12 +18,12 @@ class OverlapEstimate(Estimate):
     __slots__ = ("flow_gains", "null_bias")
 
     null_bias: Estimate
-    """Spool opening at which the valve passes nothing."""
+    """Spool opening at which the flow is zero."""
     flow_gains: tuple[Estimate, Estimate]
-    """Slopes beyond the overlap to the negative and to the positive side, m³/s."""
+    """Slopes beyond the overlap on the negative and on the positive side, m³/s."""
 
     def behind(self, spool: ArrayLike) -> Array:
-        """Return the opening of the flow curve for each spool opening: without null bias and overlap."""
+        """Return the opening of the flow curve for each spool opening, without null bias and overlap."""
         opening = np.asarray(spool, dtype=np.float64) - float(self.null_bias)
         overlap = float(self)
         return np.asarray(opening - np.sign(overlap) * np.clip(opening, -abs(overlap), abs(overlap)))
@@ -39,7 +39,7 @@ def identify_overlap(
 
     The fit is ``A·x(t) = A·x(0) + ∫(s₊·max(spool - a, 0) + s₋·min(spool - c, 0)) dt``. The overlap is half
     the distance of the two knees, ``(a - c)/2``, and the null bias is their mean. The strokes must pass both
-    knees, and must stay where the flow curve is straight. NaN are gaps.
+    knees, and must stay within the straight part of the flow curve. NaN are gaps.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def identify_overlap(
     -------
     OverlapEstimate
         The overlap, negative for an underlap, with its ``uncertainty``; ``null_bias`` and ``flow_gains``
-        (m³/s, to the negative and to the positive side) are estimates as well.
+        (m³/s, on the negative and on the positive side) are estimates as well.
 
     Raises
     ------

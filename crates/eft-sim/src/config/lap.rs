@@ -1,22 +1,25 @@
-//! The flow curve that a controller inverts where the spool's lands overlap or underlap.
+//! The flow curve that a controller inverts for a spool with overlap or underlap.
 //!
 //! With an overlap `o` the valve at the opening `x` passes `f(x − sat(x, o))`, so that the flow `f(y)` needs the opening
-//! `y + o·sgn(y)`. That step at null would chatter, so it is a straight line over the width `δ = 4·o`:
-//! `x = y + o·sat(y/δ)`. With an underlap `u` the valve passes `f(max(x + u, 0)) + f(min(x − u, 0))` at no load, which is
-//! continuous and is inverted as it is.
+//! `y + o·sgn(y)`. The step at null would cause chatter, so it is replaced by a straight line over the width
+//! `δ = 4·o`:
+//! `x = y + o·sat(y/δ)`. With an underlap `u` the valve passes `f(max(x + u, 0)) + f(min(x − u, 0))` at no
+//! load, which is continuous and is inverted exactly.
 
 use super::{FlowCurve, RigConfig};
 use crate::error::{Error, Result};
 use crate::plant::TABLE_CAPACITY;
 
-/// Width `δ` of the smooth step over the overlap. The compensation's gain near null is larger by the inverse of this, at most
-/// a quarter: narrower, the loop through the piston's motion oscillates where the force loop has opened the valve already.
+/// Width `δ` of the smooth step over the overlap. The compensation's gain near null is larger by the inverse
+/// of this, a quarter. With a smaller width the loop through the piston's motion may oscillate when the force
+/// loop has already opened the valve.
 const WIDTH_OVER_OVERLAP: f64 = 4.0;
-/// Points nearer to each other than this share of their opening are one.
+/// Points closer to each other than this share of their opening are merged.
 const APART: f64 = 1e-6;
 
 impl FlowCurve {
-    /// The curve (opening to no-load flow) of a valve with this one behind its lands, smooth as the module says.
+    /// The curve (opening to no-load flow) of a valve with this curve and an overlap, smoothed as the module
+    /// describes.
     fn lapped(&self, overlap: f64) -> Self {
         if overlap < 0.0 { self.underlapped(-overlap) } else { self.overlapped(overlap) }
     }
@@ -50,22 +53,22 @@ impl FlowCurve {
         Self { flows: openings.iter().map(|x| flow(*x)).collect(), openings }
     }
 
-    /// Flow (m³/s) at an opening (1), that of an end beyond it.
+    /// Flow (m³/s) at an opening (1), constant beyond the ends.
     fn at(&self, opening: f64) -> f64 {
         interpolated(&self.openings, &self.flows, opening)
     }
 }
 
 impl RigConfig {
-    /// The flow curve that the controller of this rig inverts: the flow table, behind the lap that the controller knows.
+    /// The flow curve that the controller of this rig inverts: the flow table with the configured lap.
     pub(crate) fn controller_curve(&self) -> &FlowCurve {
         self.lapped.as_ref().unwrap_or(&self.servovalve.flow_table)
     }
 
-    /// The same where a lap is known.
+    /// Computes the controller's curve if a lap is configured.
     ///
     /// # Errors
-    /// A table that has no room for the points of the lap.
+    /// The table has no room for the points of the lap.
     pub(super) fn lap(&mut self) -> Result<()> {
         let valve = &self.values.servovalve;
         if valve.overlap == 0.0 {
@@ -81,8 +84,8 @@ impl RigConfig {
         Ok(())
     }
 
-    /// No-load flows (m³/s) at the openings of the flow table that a controller was found to have, whose curve is behind the
-    /// lap: `found` has them at openings of the spool.
+    /// Learned no-load flows (m³/s) at the openings of the flow table, for a controller whose curve contains
+    /// the lap. `found` returns them at openings of the spool.
     pub fn found_flows(&self, found: impl FnOnce(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
         let table = &self.servovalve.flow_table;
         let Some(curve) = &self.lapped else {
@@ -91,7 +94,7 @@ impl RigConfig {
         let opening = |flow: &f64| interpolated(&curve.flows, &curve.openings, *flow);
         let openings: Vec<f64> = table.flows.iter().map(opening).collect();
         let flows = found(&openings)?;
-        // Beyond the curve's ends the last ratio goes on.
+        // Beyond the curve's ends the last ratio continues.
         let ratio = |(found, opening): (f64, &f64)| found / curve.at(*opening);
         let ratios = flows.into_iter().zip(&openings).map(ratio);
         Some(
@@ -113,7 +116,7 @@ fn sorted(of: impl Iterator<Item = f64>, lowest: f64, highest: f64) -> Vec<f64> 
     within
 }
 
-/// Straight between the points, constant beyond them.
+/// Linear between the points, constant beyond them.
 fn interpolated(at: &[f64], values: &[f64], x: f64) -> f64 {
     let above = at.partition_point(|point| *point <= x);
     match (above.checked_sub(1), values.get(above)) {
@@ -136,7 +139,7 @@ mod tests {
         RigConfig::zhao2005().with(|rig| rig.servovalve.overlap = overlap).unwrap()
     }
 
-    /// What the valve itself passes at no load.
+    /// No-load flow of the true valve.
     fn passed(rig: &RigConfig, x: f64) -> f64 {
         let (o, f) = (rig.servovalve.overlap, &rig.servovalve.flow_table);
         if o > 0.0 { f.at(x - x.clamp(-o, o)) } else { f.at((x - o).max(0.0)) + f.at((x + o).min(0.0)) }
@@ -179,7 +182,7 @@ mod tests {
         });
         let message = rig.unwrap_err().to_string();
         assert!(message.contains("servovalve.flow_table.openings") && message.contains("62"), "{message}");
-        // Wide laps leave no more than the ends, and no room for disorder.
+        // Wide laps leave only the end points, which must stay in order.
         for overlap in [0.5, 0.3, 0.1, 0.025, -0.025, -0.1, -0.5] {
             let rig = with_overlap(overlap);
             let curve = rig.controller_curve();

@@ -1,10 +1,10 @@
 //! Fine tuning of compensation level and response delay from a test (Fig. 11 of the paper), as numbers.
 //!
-//! The force goes under or over at the natural frequency when the level is off, and shows a peak and a valley about it
-//! when the delay is. Both are one statement about spool openings: what the compensation should have opened is
-//! `f⁻¹(A·ẋ/√…)`, from the measured velocity; what it did open is what the flow balance of the actuator asks for less
-//! what the force error opened, Eqs. (1), (6) and (7). The ratio of the two about the natural frequency, `p·(1 − jωδ)`,
-//! has the level's error in `p` and what is left of the delay in `δ`.
+//! A wrong level makes the force too small or too large at the natural frequency. A wrong delay causes a peak
+//! and a valley near it. Both follow from spool openings. The opening that the compensation needs is
+//! `f⁻¹(A·ẋ/√…)`, from the measured velocity. The opening that it produced is that of the actuator's flow
+//! balance minus that of the force error, Eqs. (1), (6) and (7). Near the natural frequency the ratio of the
+//! two is `p·(1 − jωδ)`, where `p` is the error of the level and `δ` the remaining delay.
 
 use std::f64::consts::TAU;
 
@@ -19,36 +19,37 @@ use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of, spectrum};
 use crate::plant::TABLE_CAPACITY;
 
-/// Bins with less than this share of the motion's largest power in the band say little about it.
+/// Bins with less than this share of the motion's largest power in the band are not used.
 const MOVED: f64 = 1e-3;
-/// Fewer bins than this do not tell level from delay.
+/// Least number of bins that distinguishes level from delay.
 const LEAST_BINS: usize = 8;
-/// Less spool opening (1) than this is no motion.
+/// Least spool opening (1) of a motion.
 const LEAST_OPENING: f64 = 1e-3;
-/// The linear scheme has no one level beyond this opening (1): it misses more, the further the curve bends.
+/// Largest opening (1) for the linear scheme. Beyond it the curve bends, and no single level is correct.
 const LINEAR_OPENING: f64 = 0.15;
-/// Beyond this factor between force and command, one of them is in another unit, or the force does not follow at all.
+/// Largest factor between force and command. Beyond it one of them has another unit, or the force does not
+/// follow.
 const LARGEST_FACTOR: f64 = 5.0;
 /// Smallest radicand of the load-pressure correction, as in the controller.
 const FLOOR: f64 = 0.05;
-/// About the natural frequency, in which peak and valley are sought.
+/// Range for peak and valley, relative to the natural frequency.
 const ABOUT: (f64, f64) = (0.75, 1.3);
 
-/// What a test says about the tuning.
+/// Level and delay from a test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FineTuning {
-    /// The compensation level (1) with which the motion would be compensated exactly.
+    /// The compensation level (1) that compensates the motion exactly.
     pub level: Estimate,
-    /// The response delay (s) that leaves none.
+    /// The response delay (s) that compensates the delay exactly.
     pub response_delay: Estimate,
-    /// Frequency (Hz) at which the structure moved most.
+    /// Frequency (Hz) of the largest motion.
     pub natural_frequency: f64,
-    /// |FFT(force)|/|FFT(command)| there (1): below 1 the test was undercompensated.
+    /// |FFT(force)|/|FFT(command)| at that frequency (1); below 1 the test was undercompensated.
     pub force_ratio: f64,
-    /// Frequencies (Hz) of the largest and the smallest ratio about it: peak before valley where the delay was
-    /// compensated too little.
+    /// Frequency (Hz) of the largest ratio near it. If the peak is below the valley, the delay was
+    /// undercompensated.
     pub peak: f64,
-    /// See `peak`.
+    /// Frequency (Hz) of the smallest ratio near it.
     pub valley: f64,
 }
 
@@ -66,11 +67,12 @@ pub struct TestSignals<'a> {
 /// Level and response delay for a rig from a test with its present ones, sampled at a rate (Hz), by least squares
 /// over the frequencies of a band (Hz) at which the structure moves. A sweep through the natural frequency is best.
 ///
-/// The rig's flow curve, gains and valve are taken for granted: a wrong flow gain shows as a level.
+/// The rig's flow curve, gains and valve must be correct; a wrong flow gain appears as a level.
 ///
 /// # Errors
-/// Compensation that is off; unequal, too short or incomplete signals; a band outside 0 to half the rate; a structure
-/// that hardly moves, moves too much for the linear scheme, or from which power comes; a force that is out of all proportion to the command.
+/// Compensation that is off; unequal, too short or incomplete signals; a band outside 0 to half the rate; a
+/// motion that is too small, or too large for the linear scheme; a structure that delivers power; a force of
+/// another magnitude than the command.
 pub fn fine_tune(
     rig: &RigConfig,
     signals: TestSignals<'_>,
@@ -137,7 +139,7 @@ pub fn fine_tune(
     })
 }
 
-/// Force and motion belong together: a structure takes power, and the force is about as large as its command.
+/// Checks signs and units: the structure must absorb power, and the force must be of the size of its command.
 fn plausible(signals: TestSignals<'_>) -> Result<()> {
     let TestSignals { command, force, velocity } = signals;
     let power: f64 = force.iter().zip(velocity).map(|(f, v)| f * v).sum();
@@ -200,9 +202,9 @@ struct Look {
 }
 
 struct Spectra {
-    /// Opening that the motion needs.
+    /// Opening that the compensation of the motion needs.
     needed: Vec<Complex64>,
-    /// Opening that the compensation gave.
+    /// Opening that the compensation produced.
     opened: Vec<Complex64>,
     command: Vec<Complex64>,
     force: Vec<Complex64>,
@@ -214,7 +216,7 @@ impl Spectra {
         let n = signals.command.len();
         let width = sample_rate / n as f64;
         let smooth = |k: usize| {
-            // What lies beyond belongs to noise: a raised cosine over an octave.
+            // Frequencies above the band contain noise and are faded out by a raised cosine over an octave.
             let f = k as f64 * width;
             if f <= cutoff { 1.0 } else { 0.5 + 0.5 * (TAU * 0.5 * (f / cutoff - 1.0).min(1.0)).cos() }
         };
@@ -274,7 +276,7 @@ impl Spectra {
         Ok(Self { needed, opened, command, force, largest_opening })
     }
 
-    /// What one sees in Fig. 11.
+    /// The extremes as in Fig. 11.
     fn look(&self, bins: &[usize], width: f64) -> Look {
         let ratio = |k: usize| self.force[k].norm() / self.command[k].norm().max(f64::MIN_POSITIVE);
         let strongest =

@@ -1,8 +1,8 @@
-//! What the paper measures on its rig, from measured arrays: response delay (Fig. 4a), flow curve and flow gain
-//! (Fig. 4b, Table 2), damping; and the paper's experiments on the virtual rig, which give such arrays.
+//! Identification from measured arrays, as in the paper: response delay (Fig. 4a), flow curve and flow gain
+//! (Fig. 4b, Table 2), and damping. The paper's experiments on the virtual rig give such arrays.
 //!
-//! Samples that are not finite are gaps. Offsets and steady drifts are taken out. Data that cannot carry an answer
-//! is refused with the reason.
+//! Samples that are not finite are gaps. Offsets and linear drifts are removed. Data that does not determine
+//! a result is refused with the reason.
 
 mod damping;
 mod delay;

@@ -1,9 +1,9 @@
 //! Overlap or underlap of the spool's lands, from spool opening and displacement near null without load.
 //!
-//! Near null the flow curve is straight on either side: `A·x(t) = A·x₀ + ∫(s₊·max(x_v − a, 0) + s₋·min(x_v − c, 0))dt`.
-//! The two knees lie at `a = b + o` and `c = b − o`, with the null bias `b` and the overlap `o`, negative for an underlap.
-//! Least squares find knees and slopes on the displacement itself: nothing is differentiated. Unlike the fit of the flow
-//! curve this has no drift, which could not be told from a null bias.
+//! Near null the flow curve is straight on both sides: `A·x(t) = A·x₀ + ∫(s₊·max(x_v − a, 0) + s₋·min(x_v −
+//! c, 0))dt`. The two knees lie at `a = b + o` and `c = b − o`, with the null bias `b` and the overlap `o`,
+//! negative for an underlap. Least squares fit knees and slopes to the displacement, without differentiation.
+//! Unlike the fit of the flow curve this has no drift, which would be indistinguishable from a null bias.
 
 use nalgebra::{DVector, Matrix2, Matrix4, Vector2, Vector4};
 
@@ -13,32 +13,32 @@ use super::{Estimate, Recording};
 use crate::checks;
 use crate::error::{Error, Result};
 
-/// Stretches between gaps that are shorter than this are left out.
+/// Least number of samples of a stretch between gaps.
 const LEAST_STRETCH: usize = 100;
-/// Fewer samples than this beyond a knee say nothing about it.
+/// Least number of samples beyond a knee.
 const LEAST_BEYOND: usize = 50;
-/// Largest opening of the test: the flow curve of a valve bends further out.
+/// Largest opening of the test, because the flow curve of a valve bends at larger openings.
 const NEAR_NULL: f64 = 0.2;
 /// Knees of the first, coarse search on either side of null, as shares of the largest opening there.
 const COARSE: [f64; 13] = [-0.6, -0.4, -0.2, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6];
 const ITERATIONS: usize = 60;
 
-/// What is known of a valve near null.
+/// The estimates of a valve near null.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OverlapEstimate {
     /// Overlap of the lands (1), negative for an underlap.
     pub overlap: Estimate,
     /// Opening (1) at which the valve passes nothing.
     pub null_bias: Estimate,
-    /// Slopes (m³/s per unit opening) beyond the knees, to the negative and to the positive side.
+    /// Slopes (m³/s per unit opening) beyond the knees, on the negative and on the positive side.
     pub flow_gains: [Estimate; 2],
 }
 
 /// The overlap from recordings at a rate (Hz) with a piston of an area (m²), without load.
 ///
 /// # Errors
-/// No recordings, unequal or too short ones, openings beyond ±0.2, a spool that hardly passes its knees, or a flow that does
-/// not rise with the opening.
+/// No recordings, unequal or too short ones, openings beyond ±0.2, too few samples beyond the knees, or a
+/// flow that does not rise with the opening.
 pub fn identify_overlap(
     recordings: &[Recording<'_>],
     sample_rate: f64,
@@ -177,8 +177,8 @@ impl Test<'_> {
         knees
     }
 
-    /// The best slopes with these knees, what the displacement times area has more than the model (m³), and the model's
-    /// derivatives by knees and slopes.
+    /// The best slopes with these knees, the residuals of displacement times area (m³), and the model's
+    /// derivatives with respect to knees and slopes.
     fn fitted(&self, knees: Sides) -> (Sides, DVector<f64>, [DVector<f64>; 4]) {
         // Openings beyond the knees, and whether the ports are open.
         let columns = [
@@ -220,7 +220,7 @@ impl Test<'_> {
         DVector::from_vec(all)
     }
 
-    /// Refuses a spool that hardly passes the knees.
+    /// Refuses a spool signal with too few samples beyond the knees.
     fn check_beyond(&self, knees: Sides) -> Result<()> {
         let below = self.spool().filter(|x| *x < knees[0].min(0.0)).count();
         let above = self.spool().filter(|x| *x > knees[1].max(0.0)).count();
@@ -232,7 +232,7 @@ impl Test<'_> {
     }
 }
 
-/// Adds a stretch less its mean.
+/// Appends a stretch minus its mean.
 fn push_centred(all: &mut Vec<f64>, stretch: impl Iterator<Item = f64>) {
     let from = all.len();
     all.extend(stretch);
@@ -244,11 +244,11 @@ fn product(columns: &[DVector<f64>; 4]) -> Matrix4<f64> {
     Matrix4::from_fn(|i, j| columns[i].dot(&columns[j]))
 }
 
-/// The covariance of knees and slopes. Residuals that hang together count by the sum of their correlations: those of the
-/// integral of a noisy spool wander over many samples.
+/// The covariance of knees and slopes. Correlated residuals count by the sum of their correlations, because
+/// the integral of a noisy spool signal is correlated over many samples.
 fn covariance(rest: &DVector<f64>, jacobian: &[DVector<f64>; 4]) -> Option<Matrix4<f64>> {
     let inverse = product(jacobian).try_inverse()?;
-    // Scores of the least squares, whose covariance over blocks needs no model of the residuals' correlation.
+    // Scores of the least squares. Their covariance over blocks needs no model of the residuals' correlation.
     let count = rest.len();
     let block = (count / BLOCKS).max(1);
     let mut spread = Matrix4::zeros();
