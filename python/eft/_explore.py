@@ -22,7 +22,7 @@ SLIDERS = {
     "c": ("structure.damping", 1e3),
     "p": ("supply.pressure", 1e6),
 }
-"""The page's sliders that a rig has: key, and factor from the slider's unit to SI."""
+"""The sliders of the page: key of the rig, and factor from the slider's unit to SI."""
 
 MODULE = """
 function render({ model, el }) {

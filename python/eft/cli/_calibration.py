@@ -40,14 +40,14 @@ def start_from(plan: TestPlan, path: Path) -> TestPlan:
 
 
 def check_save_calibration(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) -> None:
-    """Refuse, before the test, what would prevent saving the result of the learning.
+    """Refuse, before the test, anything that would prevent saving the calibration.
 
     Raises
     ------
     ValueError
-        If nothing will be learned, or by several actuators; if `path` is another file of the test.
+        If the rig does not learn or has several actuators; if `path` is another file of the test.
     OSError
-        If the folder is not there.
+        If the folder does not exist.
     """
     check_own_file("--save-calibration", path, others)
     _check_adaptive("--save-calibration", path, plan)
