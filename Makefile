@@ -19,6 +19,8 @@ PY := $(BIN)/python
 # An outer virtual environment must not catch what is meant for ours.
 export VIRTUAL_ENV := $(abspath $(VENV))
 unexport PYTHONPATH PYTHONHOME
+# Set in many containers. Without compiled files every process of the tests compiles the packages that it imports.
+unexport PYTHONDONTWRITEBYTECODE
 # Without it clippy and the bindings could see two interpreters and build twice.
 export PYO3_PYTHON := $(abspath $(PY))
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
