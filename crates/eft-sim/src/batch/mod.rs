@@ -41,6 +41,11 @@ pub struct BatchOptions {
     pub fft: bool,
 }
 
+/// How many sets of tests of a batch run side by side on this processor.
+pub fn side_by_side(tests: &[Test<'_>], options: &BatchOptions) -> usize {
+    pieces(tests, options).iter().filter(|piece| piece.side_by_side.is_some()).count()
+}
+
 /// Runs every test, with the controllers in the precision `P`, and returns their outcomes in order. A test
 /// that fails gives an error in its place and does not affect the others.
 ///
@@ -81,6 +86,3 @@ pub fn simulate_batch<P: Precision>(
     };
     pool::run(threads, pieces.len(), tests.len(), work, go_on)
 }
-
-#[cfg(test)]
-mod tests;

@@ -30,8 +30,8 @@ impl Outcome {
     /// Computes the outcome of a test from its traces.
     ///
     /// # Errors
-    /// As [`judged`](Self::judged).
-    pub(super) fn new(rig: &RigConfig, runs: Vec<TestRun>, options: &BatchOptions) -> Result<Self> {
+    /// Commands that are zero throughout, because a relative error is then undefined.
+    pub fn new(rig: &RigConfig, runs: Vec<TestRun>, options: &BatchOptions) -> Result<Self> {
         let mut actuators = Vec::with_capacity(runs.len());
         for run in &runs {
             actuators.push(Actuator {

@@ -32,7 +32,7 @@ pub use outside::Answer;
 pub use replay::{Replay, replay};
 pub use simulate::{
     CONVERGED_STEP, DEFAULT_STEP, SimulateOptions, energy_balance, simulate, simulate_actuators,
-    simulate_specimen,
+    simulate_by_channel, simulate_specimen,
 };
 pub(crate) use simulate::{check_commands, one_actuator, simulate_controlled, soft_end, soft_end_ticks};
 pub use specimen::{Motions, Specimen};

@@ -177,6 +177,30 @@ fn in_double(
     through::<f64>(rig, commands, options, (None, specimen), go_on)
 }
 
+/// A test of the paper's plant whose digital side is the channel and the learner of the firmware: what tests hold
+/// the digital side of [`simulate`] to, which is written for several rigs side by side.
+///
+/// # Errors
+/// As [`simulate`].
+#[doc(hidden)]
+pub fn simulate_by_channel(rig: &RigConfig, command: &Command, width: Width) -> Result<TestRun> {
+    match width {
+        Width::Single => through_channel::<f32>(rig, command),
+        Width::Double => through_channel::<f64>(rig, command),
+    }
+}
+
+fn through_channel<P: Precision>(rig: &RigConfig, command: &Command) -> Result<TestRun> {
+    one_actuator(rig)?;
+    let commands = std::slice::from_ref(command);
+    let (sample_rate, _) = check_commands(rig, commands)?;
+    let options = SimulateOptions::default();
+    let mut test =
+        FastLoop::<f64, P::Lanes<f64>>::new(|_| rig, options.grid(rig, sample_rate)?, options.method)?;
+    test.digital.run_by_channel(rig)?;
+    Ok(run_through(&mut test, rig, commands, &mut |_, _| true)?.swap_remove(0))
+}
+
 /// The energy balance of such a test, for all actuators together.
 ///
 /// # Errors
@@ -335,6 +359,3 @@ fn trip(status: &mut u32) {
         *status |= status::TRIPPED | ((Cause::Request as u32) << status::CAUSE_SHIFT);
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -159,6 +159,3 @@ impl PlantStepper {
         values.iter().try_for_each(|value| crate::checks::finite(name, *value, unit))
     }
 }
-
-#[cfg(test)]
-mod tests;

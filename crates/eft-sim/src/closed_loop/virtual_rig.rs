@@ -238,6 +238,3 @@ impl Instruments {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

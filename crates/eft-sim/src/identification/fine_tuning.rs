@@ -294,6 +294,3 @@ impl Spectra {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

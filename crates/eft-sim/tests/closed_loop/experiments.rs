@@ -12,7 +12,8 @@ use eft_sim::linear::{phase_delay, valve_response};
 #[test]
 fn the_delay_of_valves_from_2_to_10_ms_is_their_phase_slope() {
     for delay in [2e-3, 4e-3, 5.18e-3, 10e-3] {
-        // The delay of the inner loop is 1/(K_3·K_vp/A_v); the pilot's time constant in proportion.
+        // The delay of the inner loop is 1/(K_3·K_vp/A_v); the pilot's time constant is scaled in
+        // proportion.
         let ratio = 5.18e-3 / delay;
         let rig = RigConfig::zhao2005().with(|rig| {
             rig.servovalve.pilot_flow_gain *= ratio;

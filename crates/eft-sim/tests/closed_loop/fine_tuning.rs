@@ -38,7 +38,7 @@ fn the_settings_of_fig_11_lead_back_to_the_tuned_ones() {
         for (level, delay) in [(0.98, 5e-3), (1.02, 5e-3), (1.0, 3e-3), (1.0, 7e-3), (0.98, 3e-3)] {
             let rig = rig(level, delay, realization);
             let found = tuned(&rig);
-            // The valve's own gain is 0.1001 to the 0.1 that the lead network divides by.
+            // The valve's gain is 0.1001, and the lead network divides by 0.1.
             let exact = delay_budget(&rig, RATE, (1.0, 2.5)).unwrap().path;
             let told = format!("{realization:?}, {level}, {delay}: {found:?}, exact {exact}");
             assert!((found.level.value - 1.0).abs() < 0.005, "{told}");

@@ -255,10 +255,13 @@ where
     }
 
     /// Replaces the channels side by side by one channel and its learner; for a digital side of one rig.
-    #[cfg(test)]
-    pub(crate) fn run_by_channel(&mut self, rig: &RigConfig) {
-        let channel = parameters(rig, self.sample_rate).and_then(|one| RigChannel::new(&one, None)).unwrap();
+    ///
+    /// # Errors
+    /// What `eft-core` refuses.
+    pub(crate) fn run_by_channel(&mut self, rig: &RigConfig) -> Result<()> {
+        let channel = RigChannel::new(&parameters(rig, self.sample_rate)?, None)?;
         self.decides = Decides::Channels(vec![channel], Box::default());
+        Ok(())
     }
 
     /// Learned no-load flows (m³/s) of a lane's valve at these openings. `None` if the rig does not learn,
