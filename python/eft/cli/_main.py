@@ -39,7 +39,7 @@ _HELP = """Effective force testing: controller, virtual rig and analysis.
 A first test:
   eft init test.toml --test     a rig and a command, every key explained
   eft check test.toml           whether the rig can do it
-  eft run test.toml             the test on the virtual rig, kept as test.eft
+  eft run test.toml             the test on the virtual rig, saved as test.eft
   eft report test.eft           the report, as test.html
 
 Exit codes: 0 done, 1 done but the answer is no, 2 wrong input (nothing written), 130 interrupted.
