@@ -61,10 +61,10 @@ macro_rules! steps {
                 force: T,
                 spool: T,
                 supply: T,
-                flags: &mut u32
+                outside: &mut bool
             ) -> T {
-                let (opening, raised) = config.required_opening(flow, force, spool, supply, |demand| demand);
-                *flags = raised;
+                let (opening, beyond) = config.opening(config.demand(flow, force, spool, supply).0);
+                *outside = beyond;
                 opening
             }
             feedforward(config: &Feedforward<T>, state: &mut FeedforwardState<T>, command: T) -> T {

@@ -5,7 +5,6 @@ use crate::error::{ConfigError, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::{Mask as _, Scalar};
 use crate::parameters::Parameters;
-use crate::status;
 use crate::table::PiecewiseLinear;
 
 /// Where the sign of the spool opening in the load-pressure correction comes from.
@@ -31,29 +30,22 @@ pub struct InverseFlow<S: Scalar, const N: usize> {
 integrity!(InverseFlow<T, N>: table, load_pressure, sign_from_demand);
 
 impl<S: Scalar, const N: usize> InverseFlow<S, N> {
-    /// Required spool opening (1, within ±1) for a flow (m³/s), given the measured force (N) and spool (1), the supply
-    /// at a multiple `supply` (1) of its pressure, and the flags [`status::DEMAND_SATURATED`] and
-    /// [`status::LOAD_PRESSURE_FLOORED`]. `corrected` goes from the demanded no-load flow (m³/s) to the table's flow at
-    /// the opening that passes it.
-    ///
-    /// # NaN
-    /// Finite and within ±1 for every input; a NaN flow gives an end of the range.
+    /// The no-load flow (m³/s) that is demanded of the valve for a flow (m³/s), given the measured force (N) and spool (1),
+    /// and the supply at a multiple `supply` (1) of its pressure; and where the load pressure's root met its floor.
     #[inline(always)]
-    pub fn required_opening(
-        &self,
-        flow: S,
-        force: S,
-        spool: S,
-        supply: S,
-        corrected: impl FnOnce(S) -> S,
-    ) -> (S, S::Flags) {
+    pub fn demand(&self, flow: S, force: S, spool: S, supply: S) -> (S, S::Mask) {
         let direction = S::select(self.sign_from_demand, flow, spool);
         let (root, floored) = self.load_pressure.root(force, direction, supply);
-        let demand = corrected(flow / root);
-        let (opening, saturated) = self.table.eval_flagged(demand);
-        let flags =
-            S::flag(floored, status::LOAD_PRESSURE_FLOORED) | S::flag(saturated, status::DEMAND_SATURATED);
-        (opening, flags)
+        (flow / root, floored)
+    }
+
+    /// The spool opening (1, within ±1) that passes a no-load flow (m³/s), and where the flow exceeds the table.
+    ///
+    /// # NaN
+    /// Finite and within ±1 for every flow; a NaN flow gives an end of the range.
+    #[inline(always)]
+    pub fn opening(&self, demand: S) -> (S, S::Mask) {
+        self.table.eval_flagged(demand)
     }
 
     /// Inverses of single rigs in lanes.
@@ -126,7 +118,7 @@ mod tests {
         let p = Parameters { sign_from: SignFrom::Spool, ..Parameters::ZHAO2005 };
         let inverse = InverseFlow::<f64, 21>::new(&p).unwrap();
         let opening =
-            |flow, force, spool, supply| inverse.required_opening(flow, force, spool, supply, |flow| flow).0;
+            |flow, force, spool, supply| inverse.opening(inverse.demand(flow, force, spool, supply).0).0;
         let capacity = p.piston_area * p.supply_pressure;
         for supply in [0.64, 1.0, 1.21] {
             for (flow, spool) in [(3e-3, 0.3), (-3e-3, -0.3)] {
@@ -146,9 +138,8 @@ mod tests {
         let inverse = InverseFlow::<f64, 21>::new(&p).unwrap();
         for (most, sign) in [(p.flows.last(), 1.0), (p.flows.first(), -1.0)] {
             let most = most.copied().unwrap();
-            let flags = |share: f64| inverse.required_opening(share * most, 0.0, sign, 1.0, |flow| flow).1;
-            assert_eq!(flags(0.999) & status::DEMAND_SATURATED, 0);
-            assert_ne!(flags(1.001) & status::DEMAND_SATURATED, 0);
+            let saturates = |share: f64| inverse.opening(inverse.demand(share * most, 0.0, sign, 1.0).0).1;
+            assert!(!saturates(0.999) && saturates(1.001));
         }
     }
 }

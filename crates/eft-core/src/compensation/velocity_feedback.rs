@@ -189,16 +189,17 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         calibration: &Calibration<S>,
     ) -> (S, S::Flags) {
         let flow = (self.velocity_to_flow * i.velocity + i.further_flow) * calibration.per_flow_gain;
-        let corrected = |demand| {
-            if !self.corrects.any() {
-                return demand;
-            }
-            S::select(self.corrects, self.grid.apply(&calibration.curve, demand), demand)
-        };
-        let (opening, flags) = self.inverse.required_opening(flow, i.force, i.spool, i.supply, corrected);
+        let (mut demand, floored) = self.inverse.demand(flow, i.force, i.spool, i.supply);
+        if self.corrects.any() {
+            demand = S::select(self.corrects, self.grid.apply(&calibration.curve, demand), demand);
+        }
+        let (opening, saturated) = self.inverse.opening(demand);
         let (required, measured) = (opening.abs(), i.spool.abs());
         let wider = S::select(required.gt(measured), required, measured);
-        (opening, flags | S::flag(wider.gt(self.spool_warning), status::SPOOL_WARNING))
+        let flags = S::flag(floored, status::LOAD_PRESSURE_FLOORED)
+            | S::flag(saturated, status::DEMAND_SATURATED)
+            | S::flag(wider.gt(self.spool_warning), status::SPOOL_WARNING);
+        (opening, flags)
     }
 }
 

@@ -6,7 +6,7 @@ use crate::batch::{BatchOptions, Outcome, Test};
 use crate::closed_loop::estimates::Estimates;
 use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::tick::{Recorder, Tick};
-use crate::closed_loop::traces::Block;
+use crate::closed_loop::traces::{Block, supply_varies};
 use crate::closed_loop::{TestRun, adapts};
 use crate::error::Result;
 use crate::lanes::{Num, Work, dispatch};
@@ -17,6 +17,8 @@ pub(super) struct Floor<S: Num> {
     norms: Norms<S>,
     extremes: Extremes<S>,
     drift: S,
+    /// Whether the supply pressure of any test varies.
+    supply_varies: bool,
     /// Whether any test learns.
     learns: bool,
     estimates: Estimates<S>,
@@ -42,14 +44,18 @@ struct Extremes<S> {
 impl<S: Num> Floor<S> {
     pub(super) fn new(tests: &[Test<'_>], samples: usize, options: &BatchOptions) -> Self {
         let zero = S::splat(0.0);
+        let supply_varies = tests.iter().any(|test| supply_varies(test.rig));
+        let pressure = |lane: usize| tests[lane.min(tests.len() - 1)].rig.plant().supply.pressure;
+        let supply_pressure = if supply_varies { S::splat(f64::INFINITY) } else { S::from_lanes(pressure) };
         let whole = if options.fft && !options.traces { tests.len() } else { 0 };
         let kept = if options.traces { tests } else { &[] };
         let run =
             |test: &Test<'_>| Some(TestRun::with_capacity(test.rig, test.commands[0].sample_rate, samples));
         Self {
             norms: Norms::new(),
-            extremes: Extremes { spool: zero, supply_pressure: S::splat(f64::INFINITY) },
+            extremes: Extremes { spool: zero, supply_pressure },
             drift: zero,
+            supply_varies,
             learns: tests.iter().any(|test| adapts(test.rig)),
             estimates: Estimates::unknown(),
             status: S::Flags::default(),
@@ -67,6 +73,7 @@ impl<S: Num> Floor<S> {
             forces: &mut self.forces[done..],
             displacements: &mut self.displacements[done..],
             extremes: &mut self.extremes,
+            supply_varies: self.supply_varies,
             learns: self.learns,
             estimates: &mut self.estimates,
             status: &mut self.status,
@@ -110,6 +117,7 @@ pub(super) struct FloorRecorder<'a, S: Num> {
     forces: &'a mut [S],
     displacements: &'a mut [S],
     extremes: &'a mut Extremes<S>,
+    supply_varies: bool,
     learns: bool,
     estimates: &'a mut Estimates<S>,
     status: &'a mut S::Flags,
@@ -121,12 +129,12 @@ impl<S: Num> Recorder<S> for FloorRecorder<'_, S> {
     fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>) {
         self.forces[i] = tick.force;
         self.displacements[i] = tick.plant.displacement;
-        let (spool, pressure) = (tick.plant.spool.abs(), tick.supply_pressure);
-        let Extremes { spool: most, supply_pressure: least } = *self.extremes;
-        *self.extremes = Extremes {
-            spool: S::select(spool.gt(most), spool, most),
-            supply_pressure: S::select(pressure.lt(least), pressure, least),
-        };
+        let (spool, most) = (tick.plant.spool.abs(), self.extremes.spool);
+        self.extremes.spool = S::select(spool.gt(most), spool, most);
+        if self.supply_varies {
+            let (pressure, least) = (tick.supply_pressure, self.extremes.supply_pressure);
+            self.extremes.supply_pressure = S::select(pressure.lt(least), pressure, least);
+        }
         if self.learns {
             *self.estimates = *estimates;
         }

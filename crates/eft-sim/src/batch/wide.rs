@@ -38,8 +38,8 @@ impl<P: Precision> WideWork for InPrecision<'_, P> {
             let test = GeneralLoop::<S, P::Lanes<S>>::new(rig, grid)?;
             work.run_on::<S>(&mut if work.options.traces { test } else { test.without_account() })
         } else {
-            let method = work.options.simulate.method;
-            work.run_on::<S>(&mut FastLoop::<S, P::Lanes<S>>::new(rig, grid, method)?)
+            let test = FastLoop::<S, P::Lanes<S>>::new(rig, grid, work.options.simulate.method)?;
+            work.run_on::<S>(&mut if work.options.traces { test } else { test.without_traces() })
         }
     }
 }

@@ -79,6 +79,11 @@ where
         Ok(Self { plant, digital, grid, method, state })
     }
 
+    /// The same loop for metrics alone.
+    pub(crate) fn without_traces(self) -> Self {
+        Self { digital: self.digital.without_traces(), ..self }
+    }
+
     /// The learners' estimates at the last sample.
     #[inline(always)]
     pub(crate) fn estimates(&self) -> &Estimates<S> {

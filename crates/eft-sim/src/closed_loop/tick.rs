@@ -12,6 +12,7 @@ use crate::plant::{ActuatorState, Driver};
 pub(crate) struct Decision<S: Num> {
     /// The sensors' readings; the true values if they are ideal.
     pub(crate) measured: Signals<S>,
+    /// Zero where no trace is kept of it.
     pub(crate) valve_command: S,
     pub(crate) compensation: S,
     pub(crate) status: S::Flags,

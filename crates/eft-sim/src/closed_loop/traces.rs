@@ -61,7 +61,7 @@ impl Groups {
         let sensors = !are_ideal(rig) || rig.controller.velocity_source != VelocitySource::Sensor;
         Self {
             plant: true,
-            supply: needs_detail(rig) || rig.structure.kind == StructureKind::ShearBuilding,
+            supply: supply_varies(rig),
             sensors,
             accelerometer: sensors && has_accelerometer(rig),
             learner: adapts(rig),
@@ -77,6 +77,11 @@ impl Groups {
             learner: self.learner | other.learner,
         }
     }
+}
+
+/// Whether the supply pressure of a rig varies during a test.
+pub(crate) fn supply_varies(rig: &RigConfig) -> bool {
+    needs_detail(rig) || rig.structure.kind == StructureKind::ShearBuilding
 }
 
 /// `name: unit, description, value of a tick => otherwise`, in groups that a test records together, after the

@@ -93,7 +93,7 @@ where
                 let whole = cell.ideal && out.authority.ge(S::splat(1.0)).all();
                 Driver::analog(behind.limited_to(out.authority), whole && !open)
             };
-            (driver, plant.command(&driver), output)
+            (driver, if self.traces { plant.command(&driver) } else { S::splat(0.0) }, output)
         } else {
             (Driver::held(output), output, out.compensation)
         };

@@ -105,6 +105,8 @@ where
     sensors: Option<Sensors<S>>,
     dac: Dac<S>,
     sample_rate: f64,
+    /// Whether a trace is kept of the analog valve command, which nothing else needs.
+    traces: bool,
 }
 
 impl<S: Num, C: Scalar> DigitalSide<S, C>
@@ -156,7 +158,13 @@ where
             sensors,
             dac,
             sample_rate,
+            traces: true,
         })
+    }
+
+    /// The same without a trace of the analog valve command.
+    pub(crate) fn without_traces(self) -> Self {
+        Self { traces: false, ..self }
     }
 
     /// The fastest copy of [`sample`](Self::sample) that is valid.
