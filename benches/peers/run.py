@@ -60,15 +60,19 @@ def median_ms(times, name, tests=1):
 
 def compare(s, converged):
     """One test, and batches on one core and on two."""
-    times = interleaved(
+    # Each kind in turns of its own: what a large batch frees would cost the next single test page faults.
+    single = interleaved({"c": s.c_one, "eft": s.eft_one, "numba": s.numba_one, "adaptive": s.eft_adaptive})
+    plain = interleaved(
         {
-            "eft": s.eft_one,
             "c": s.c_one,
-            "numba": s.numba_one,
             "batch": lambda: s.eft_batch(BATCH, 1),
             "batch on two cores": lambda: s.eft_batch(BATCH, 2),
+        }
+    )
+    others = interleaved(
+        {
+            "c": s.c_one,
             "batch with traces": lambda: s.eft_batch_with_traces(KEPT, 1),
-            "adaptive": s.eft_adaptive,
             "adaptive batch": lambda: s.eft_batch(WIDE, 1, s.adaptive),
             "noisy batch": lambda: s.eft_batch(WIDE, 1, s.noisy),
             "batch of buildings": lambda: s.eft_batch_of_buildings(WIDE, 1),
@@ -78,29 +82,29 @@ def compare(s, converged):
     s.jax(JAX_RIGS, JAX_TICKS)
     jax = min(seconds(lambda: s.jax(JAX_RIGS, JAX_TICKS)) for _ in range(3))
     jax *= DURATION * RATE / JAX_TICKS / JAX_RIGS
-    c = median_ms(times, "c")
+    c = median_ms(single, "c")
     return {
-        "one over c": ratio(times, "eft", "c"),
-        "c over numba": ratio(times, "c", "numba"),
-        "solve_ivp over one": 1e3 * scipy / median_ms(times, "eft"),
-        "batch throughput over c": ratio(times, "c", "batch") * BATCH,
-        "adaptive over c": ratio(times, "adaptive", "c"),
-        "adaptive throughput over c": ratio(times, "c", "adaptive batch") * WIDE,
-        "noisy throughput over c": ratio(times, "c", "noisy batch") * WIDE,
-        "traces throughput over c": ratio(times, "c", "batch with traces") * KEPT,
-        "stories throughput over c": ratio(times, "c", "batch of buildings") * WIDE,
-        "two cores over one": ratio(times, "batch", "batch on two cores"),
+        "one over c": ratio(single, "eft", "c"),
+        "c over numba": ratio(single, "c", "numba"),
+        "solve_ivp over one": 1e3 * scipy / median_ms(single, "eft"),
+        "batch throughput over c": ratio(plain, "c", "batch") * BATCH,
+        "adaptive over c": ratio(single, "adaptive", "c"),
+        "adaptive throughput over c": ratio(others, "c", "adaptive batch") * WIDE,
+        "noisy throughput over c": ratio(others, "c", "noisy batch") * WIDE,
+        "traces throughput over c": ratio(others, "c", "batch with traces") * KEPT,
+        "stories throughput over c": ratio(others, "c", "batch of buildings") * WIDE,
+        "two cores over one": ratio(plain, "batch", "batch on two cores"),
         "milliseconds": {
-            "eft, one test": median_ms(times, "eft"),
+            "eft, one test": median_ms(single, "eft"),
             "C, one step a tick": c,
-            "numba, one step a tick": median_ms(times, "numba"),
-            "eft, batch on one core": median_ms(times, "batch", BATCH),
-            "eft, batch on two cores": median_ms(times, "batch on two cores", BATCH),
-            "eft, batch on one core, traces kept": median_ms(times, "batch with traces", KEPT),
-            "eft, one adaptive test": median_ms(times, "adaptive"),
-            "eft, batch on one core, adaptive": median_ms(times, "adaptive batch", WIDE),
-            "eft, batch on one core, adaptive, noise on every sensor": median_ms(times, "noisy batch", WIDE),
-            "eft, batch on one core, three stories": median_ms(times, "batch of buildings", WIDE),
+            "numba, one step a tick": median_ms(single, "numba"),
+            "eft, batch on one core": median_ms(plain, "batch", BATCH),
+            "eft, batch on two cores": median_ms(plain, "batch on two cores", BATCH),
+            "eft, batch on one core, traces kept": median_ms(others, "batch with traces", KEPT),
+            "eft, one adaptive test": median_ms(single, "adaptive"),
+            "eft, batch on one core, adaptive": median_ms(others, "adaptive batch", WIDE),
+            "eft, batch on one core, adaptive, noise on every sensor": median_ms(others, "noisy batch", WIDE),
+            "eft, batch on one core, three stories": median_ms(others, "batch of buildings", WIDE),
             "SciPy solve_ivp": 1e3 * scipy,
             f"JAX, vmap over {JAX_RIGS} rigs": 1e3 * jax,
         },
