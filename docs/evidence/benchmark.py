@@ -7,7 +7,6 @@ the tables and the picture.
 
 import math
 import os
-import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -20,16 +19,6 @@ from eft.benchmark._run import cases
 
 HERE = Path(__file__).parent
 RESULTS = HERE / "data" / "benchmark.csv"
-BUDGETS = HERE.parents[1] / "firmware" / "budgets.toml"
-# The tick that a controller is in firmware; the force loop's gains are numbers in it.
-TICKS = {
-    "nonlinear": "paper_tick",
-    "analog": "paper_tick",
-    "adaptive": "self_calibrating_tick",
-    "robust-adaptive": "robust_tick",
-    "curve": "self_calibrating_curve_tick",
-    "robust-curve": "self_calibrating_curve_tick",
-}
 CANDIDATES = {"robust": "(a) fixed", "loop-shaping-fixed": "(b) fixed", "robust-curve": "(a) adaptive"}
 CANDIDATES |= {"loop-shaping-adaptive": "(b) adaptive"}
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "0.45"
@@ -55,7 +44,6 @@ def percent(value: float) -> str:
 
 def summary(found: Benchmark) -> str:
     """A line for each controller, best median first."""
-    budgets = tomllib.loads(BUDGETS.read_text(encoding="utf-8"))
     lines = [
         "| controller | lost | error, median | 90 % | below 20 Hz | delay (ms) | peak | sweeps in band "
         "| displacement | largest spool | energy (kJ) | instructions |",
@@ -63,7 +51,6 @@ def summary(found: Benchmark) -> str:
     ]
     for one in found.summary():
         title = COMPETITORS[one.controller].title
-        tick = TICKS.get(one.controller)
         cells = [
             f"{title} (`{one.controller}`)",
             f"{one.lost} of {one.tests}",
@@ -74,7 +61,7 @@ def summary(found: Benchmark) -> str:
             percent(one.displacement_error),
             f"{100 * one.max_spool:.0f} %",
             f"{1e-3 * one.energy:.0f}",
-            str(budgets[tick]["instructions"]) if tick else "–",
+            str(one.instructions or "–"),
         ]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"

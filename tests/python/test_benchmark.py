@@ -2,7 +2,9 @@
 
 import math
 import sys
+import tomllib
 from dataclasses import FrozenInstanceError, fields
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -195,6 +197,20 @@ def test_every_case_is_a_rig_and_every_command_is_within_it():
         for excitation in eft.benchmark.excitations():
             demands = eft.check_feasibility(known, excitation.command(known)).demands
             assert all(demand.required <= demand.advised for demand in demands)
+
+
+def test_the_instructions_are_the_budgets_of_the_ticks():
+    text = (Path(__file__).parents[2] / "firmware" / "budgets.toml").read_text(encoding="utf-8")
+    ticks = {
+        "nonlinear": "paper_tick",
+        "analog": "paper_tick",
+        "adaptive": "self_calibrating_tick",
+        "curve": "self_calibrating_curve_tick",
+        "robust-adaptive": "robust_tick",
+    }
+    budgets = {name: tomllib.loads(text)[tick]["instructions"] for name, tick in ticks.items()}
+    told = {name: one.instructions for name, one in eft.benchmark.COMPETITORS.items() if one.instructions}
+    assert told == budgets
 
 
 def test_the_energy_is_that_of_the_books():

@@ -31,6 +31,8 @@ class Competitor:
     """Makes a controller from outside as ``make(rig, sample_rate=...)``; None for the rig's own."""
     repeats: int = 0
     """Repeats of `eft.iterate` on the same rig before the test that is judged."""
+    instructions: int | None = None
+    """Budget of its tick on a Cortex-M4F, without velocity estimate and protection; None where unknown."""
 
 
 _DIGITAL: dict[str, object] = {"controller.realization": "digital"}
@@ -40,6 +42,10 @@ _CURVE: dict[str, object] = _ADAPTIVE | {"compensation.curve_correction": True}
 _ROBUST: dict[str, object] = {"controller.force_loop": "robust"}
 _COMPLIANCE: dict[str, object] = {"actuator.attachment_stiffness": 1.4e6, "sensors.motion_at": "structure"}
 """A spring between actuator and specimen, N/m; the sensors are at the specimen."""
+
+
+_INSTRUCTIONS = {"nonlinear": 170, "analog": 170, "adaptive": 216, "curve": 230, "robust-adaptive": 236}
+"""Of the controllers whose tick is measured, those of firmware/budgets.toml."""
 
 
 def _table() -> dict[str, Competitor]:
@@ -64,13 +70,20 @@ def _table() -> dict[str, Competitor]:
         "robust-adaptive": ("eft designed loop, adaptive", _ROBUST | _ADAPTIVE),
         "robust-curve": ("eft designed loop, adaptive with curve", _ROBUST | _CURVE),
     }
-    competitors = [Competitor(name, title, _DIGITAL | keys) for name, (title, keys) in own.items()]
+    competitors = _of_the_core(own)
     competitors += [Competitor(name, title, _DIGITAL, make) for name, (title, make) in peers.items()]
     repeated = "the paper, five repeats of drive iteration"
     competitors.append(Competitor("iteration", repeated, _DIGITAL, repeats=5))
     competitors.append(Competitor("compliance", spring, _DIGITAL | _FEEDFORWARD | _ROBUST | _COMPLIANCE))
-    competitors += [Competitor(name, title, _DIGITAL | keys) for name, (title, keys) in ours.items()]
+    competitors += _of_the_core(ours)
     return {one.name: one for one in competitors}
+
+
+def _of_the_core(schemes: Mapping[str, tuple[str, dict[str, object]]]) -> list[Competitor]:
+    return [
+        Competitor(name, title, _DIGITAL | keys, instructions=_INSTRUCTIONS.get(name))
+        for name, (title, keys) in schemes.items()
+    ]
 
 
 COMPETITORS = _table()

@@ -14,6 +14,7 @@ import numpy as np
 
 from eft._files import write_text
 from eft._foreign import WrongFileError, read_text
+from eft.benchmark._controllers import COMPETITORS
 from eft.benchmark._judge import Row
 
 _TEXTS = ("controller", "case", "test", "lost")
@@ -48,6 +49,8 @@ class Summary:
     """Largest spool opening of the tests that were not lost."""
     energy: float
     """Median of the energy taken from the supply, J; lost tests left out."""
+    instructions: int | None
+    """Budget of a tick on a Cortex-M4F; None where none was measured."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +119,7 @@ def _summary(name: str, rows: list[Row]) -> Summary:
         displacement_error=_share(rows, "displacement_error", 0.5),
         max_spool=max((row.max_spool for row in kept), default=math.nan),
         energy=float(np.median([row.energy for row in kept])) if kept else math.nan,
+        instructions=COMPETITORS[name].instructions if name in COMPETITORS else None,
     )
 
 
