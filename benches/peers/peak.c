@@ -1,10 +1,10 @@
-/* What one core can do: independent fused multiplications and additions in AVX2, as many as hide their latency. */
+/* The peak of one core: independent fused multiplications and additions in AVX2, enough to hide their latency. */
 #include <immintrin.h>
 
-/* Runs `n` rounds of ten operations on four doubles each; the sum keeps them from being left out. */
+/* Runs `n` rounds of ten operations on four doubles each; the sum prevents their removal by the compiler. */
 __attribute__((target("avx2,fma"))) double eft_peak(long n) {
   const __m256d step = _mm256_set1_pd(1e-9), factor = _mm256_set1_pd(1.0000000001);
-  /* Single names, which stay in registers where an array would not. */
+  /* Single variables stay in registers, while an array would not. */
   __m256d a = step, b = step, c = step, d = step, e = step, f = step, g = step, h = step, i = step, j = step;
 #define ON(x) x = _mm256_fmadd_pd(x, factor, step)
   for (long round = 0; round < n; round++) {

@@ -1,5 +1,5 @@
 /* The paper's test in C: classical Runge-Kutta around the sampled compensation, analog realization.
- * One file, no library but libm; compiled at -O3 -march=native, so contraction and vector code are allowed. */
+ * One file, with libm only; compiled at -O3 -march=native, so contraction and vector code are allowed. */
 #include <math.h>
 #include <stddef.h>
 
@@ -11,7 +11,7 @@ typedef struct {
   double x[KNOTS], y[KNOTS];
 } Rig;
 
-/* A piecewise linear map through a coarse index of equal cells; at most one knot a cell. */
+/* A piecewise linear map through a coarse index of equal cells; at most one knot per cell. */
 typedef struct {
   double low, high, per_cell;
   unsigned char first[CELLS + 1];
@@ -66,7 +66,7 @@ static inline State plus(State s, State d, double h) {
 /* One test: `traces` are force, displacement, velocity, spool, load pressure, valve command, compensation, status. */
 void eft_test(const Rig *given, const double *restrict command, size_t n, double fs, int steps,
               double *restrict traces) {
-  /* A copy of its own, which the compiler knows that no trace overwrites. */
+  /* A local copy, which no trace can overwrite. */
   const Rig copy = *given, *r = &copy;
   Map curve, inverse;
   build(&curve, r->x, r->y);

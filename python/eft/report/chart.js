@@ -1,11 +1,11 @@
 "use strict";
-// Draws the charts of a report on canvases. Drag to zoom, double-click to see
-// all again; charts of one link group share their horizontal range.
+// Draws the charts of a report on canvases. Drag to zoom, and double-click to show all.
+// Charts of one link group share their horizontal range.
 (() => {
   const MARGIN = { left: 70, right: 14, top: 10, bottom: 42 };
   const charts = [];
 
-  // The page's color of that name, which a dark screen changes; paper is always white.
+  // The color of the page with that name. It depends on dark mode, except in print.
   let printing = false;
   function tint(name, color) {
     return (!printing && getComputedStyle(document.documentElement).getPropertyValue(name).trim()) || color;
@@ -17,7 +17,7 @@
     return new Float32Array(bytes.buffer);
   }
 
-  // Abscissae are either stored or told by start and step.
+  // Abscissae are stored, or given by start and step.
   function abscissa(x) {
     if (typeof x === "string") {
       const values = floats(x);
@@ -26,7 +26,7 @@
     return (i) => x.start + i * x.step;
   }
 
-  // As many as there is room for, and three at least: fewer tell no scale.
+  // As many as fit, but at least three, because fewer do not show the scale.
   function ticks(low, high, room) {
     const rough = (high - low) / Math.max(room, 1);
     const size = (k) => [1, 2, 5][((k % 3) + 3) % 3] * 10 ** Math.floor(k / 3);
@@ -71,7 +71,7 @@
       return this.spec.box || !(high > low) ? spread(low, high) : [low, high];
     }
 
-    // Vertical range of what is visible, the ruled lines included while all is shown.
+    // Vertical range of the visible data; without zoom it includes the ruled lines.
     vertical(low, high) {
       if (this.view && this.view.y) return this.view.y;
       let [bottom, top] = [Infinity, -Infinity];
@@ -86,7 +86,7 @@
     }
 
     draw() {
-      // Twice the pixels at least, so that paper gets a clean line.
+      // At least twice the pixels, for sharp lines in print.
       const scale = Math.max(2, window.devicePixelRatio || 1);
       const [width, height] = [this.canvas.clientWidth || 900, this.canvas.clientHeight || 260];
       this.canvas.width = width * scale;
@@ -150,7 +150,7 @@
       pen.restore();
     }
 
-    // A moment with its name, on the side where there is more room; several names stand below each other.
+    // A moment with its name on the side with more room. Several names are placed below each other.
     mark(pen, x, words, row) {
       pen.save();
       pen.strokeStyle = tint("--limit", "#b00020");
@@ -206,7 +206,7 @@
       pen.globalAlpha = 1;
     }
 
-    // One stroke from the lowest to the highest value of each column of pixels: no peak is lost.
+    // One stroke from the lowest to the highest value in each column of pixels, so that all peaks are visible.
     envelope(pen, s, px, py) {
       const { x0, x1 } = this.map;
       let [column, low, high, last] = [null, 0, 0, 0];
@@ -217,7 +217,7 @@
         pen.lineTo(column, py(last));
       };
       for (let i = 0; i < s.ys.length; i++) {
-        // One point beyond either edge, so that the line reaches it.
+        // One point beyond each edge, so that the line reaches the edge.
         if (i + 1 < s.ys.length && s.xs(i + 1) < x0) continue;
         const y = s.ys[i];
         const here = Math.round(px(s.xs(i)) * 2) / 2;
