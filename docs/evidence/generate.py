@@ -4,11 +4,13 @@ import sys
 from pathlib import Path
 
 import benchmark
+import coverage
 import fixed_against_adaptive
 import force_loop
 import laboratory_causes
 import laboratory_rigs
 import learning_cases
+import learning_lasts
 import paper_figures
 import random_plants
 import random_rigs
@@ -26,6 +28,8 @@ if __name__ == "__main__":
     laboratory_causes.report(FOLDER)
     force_loop.report(FOLDER)
     learning_cases.report(FOLDER)
+    learning_lasts.report(FOLDER)
+    coverage.report(FOLDER)
     random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
     safety.report(FOLDER)

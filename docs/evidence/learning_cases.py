@@ -27,8 +27,15 @@ SCHEMES: dict[str, dict[str, object]] = {
     "one gain": ADAPTIVE,
     "curve": ADAPTIVE | {"compensation.curve_correction": True},
 }
-# The labels that the page shows, and their titles.
-SHOWN = {"delay of the valve": "valve's delay alone", "delay of the velocity": "velocity's delay as well"}
+TODAY = "shape of the curve"
+# The columns of the page: label, scheme, title.
+SHOWN = (
+    (TODAY, "fixed", "fixed, with feedforward"),
+    ("delay of the valve", "one gain", "one gain, valve's delay alone"),
+    (TODAY, "one gain", "one gain, velocity's delay as well"),
+    ("delay of the velocity", "curve", "curve, each band by itself"),
+    (TODAY, "curve", "curve, its shape with a variance"),
+)
 
 
 @dataclass(frozen=True)
@@ -150,13 +157,10 @@ def table() -> str:
     def cell(label: str, case: str, scheme: str) -> str:
         return " / ".join(found[label, case, scheme, amplitude] for amplitude in AMPLITUDES)
 
-    columns = [(next(reversed(SHOWN)), "fixed", "fixed, with feedforward")]
-    for scheme in ("one gain", "curve"):
-        columns += [(label, scheme, f"{scheme}, {title}") for label, title in SHOWN.items()]
-    lines = ["| case | " + " | ".join(title for *_, title in columns) + " |"]
-    lines.append("| --- " * (1 + len(columns)) + "|")
+    lines = ["| case | " + " | ".join(title for *_, title in SHOWN) + " |"]
+    lines.append("| --- " * (1 + len(SHOWN)) + "|")
     for case in cases():
-        cells = " | ".join(cell(label, case.name, scheme) for label, scheme, _ in columns)
+        cells = " | ".join(cell(label, case.name, scheme) for label, scheme, _ in SHOWN)
         lines.append(f"| {case.name} | {cells} |")
     return "\n".join(lines) + "\n"
 
