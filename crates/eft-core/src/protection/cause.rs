@@ -1,4 +1,4 @@
-//! What tripped a protection first: the one fact that is worth most afterwards.
+//! The first cause of a trip.
 
 use crate::integrity::{Integrity, Word};
 

@@ -1,4 +1,4 @@
-//! The gate in front of the sensors: a reading that no rig could have reached since the last one counts as lost.
+//! The gate for readings: one that the rig cannot have reached since the last one counts as lost.
 
 use crate::integrity::integrity;
 use crate::number::Real;
@@ -9,7 +9,7 @@ pub(crate) const DISPLACEMENT: usize = 1;
 pub(crate) const VELOCITY: usize = 2;
 pub(crate) const SPOOL: usize = 3;
 
-/// How far a reading may lie from the one that is foreseen.
+/// How far a reading may be from its prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SensorGate<T> {
     /// In the signals' units.
@@ -17,11 +17,11 @@ pub(crate) struct SensorGate<T> {
     /// What friction (N) may add to the force's jump near a reversal, and the velocity (m/s) below which one is near.
     pub(crate) friction: T,
     pub(crate) reversing: T,
-    /// Changes from sample to sample that are no noise, and that noise exceeds.
+    /// Change from sample to sample below which a reading is still.
     pub(crate) still: [T; 4],
-    /// Share of the way that a liveliness goes in a sample.
+    /// Share of the way that the liveliness goes in a sample.
     pub(crate) forgetting: T,
-    /// Chance below which a run of still readings is no chance.
+    /// Probability below which a series of still readings is a fault.
     pub(crate) chance: T,
     /// Share of the way that the slopes go in a sample.
     pub(crate) share: T,
@@ -42,7 +42,7 @@ pub(crate) struct Signal<T> {
     pub(crate) repeats: u32,
     /// Share of the readings that lay off the line of the two before, as noise does.
     liveliness: T,
-    /// How likely chance made the still readings in a row; 0 has seen nothing.
+    /// Probability that a sound sensor gives the present series of still readings; 0 before the first.
     likelihood: T,
     /// The last change from reading to reading.
     step: T,
@@ -77,7 +77,7 @@ impl<T: Real> SensorGate<T> {
     /// How likely it is that a sound sensor was as still as this one in its latest readings.
     ///
     /// White noise moves a reading by less than a tenth of its deviation with a chance below 8 %, whatever the signal
-    /// and the readings before. That the noise is there is seen in the share of readings that lie off a line.
+    /// and the readings before. The share of readings that lie off a line shows whether the sensor has noise.
     #[inline(always)]
     fn listen(&self, signal: &mut Signal<T>, still: T, step: T) {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
@@ -115,7 +115,7 @@ const ALIVE: f64 = 0.75;
 const LEAST: f64 = 0.13;
 const MARGIN: f64 = 1.6;
 
-/// Counts go no further.
+/// Upper limit of the counts.
 const MOST: u32 = 1 << 20;
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! A fact that is never forgotten: stored twice, the second time inverted.
+//! A latch that no flipped bit resets: it is stored twice, the second time inverted.
 
 use crate::integrity::integrity;
 
-/// Set once, for good; a pattern of bits that is neither counts as set.
+/// Once set it stays set. A pattern of bits that is neither set nor unset counts as set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -36,7 +36,7 @@ impl Latch {
         }
     }
 
-    /// Whether its bits were changed by something else.
+    /// Whether its bits are neither those of a set nor of an unset latch.
     #[inline(always)]
     pub(crate) fn is_corrupt(self) -> bool {
         self.set != !self.unset || (self.set != 0 && self.unset != 0)

@@ -1,4 +1,4 @@
-//! What a protection is made from: levels, times, and what they are in its own precision.
+//! The parameters of a protection: levels and times, and their values in its precision.
 
 use crate::error::{ConfigError, check, range, within};
 use crate::integrity::integrity;
@@ -21,7 +21,7 @@ impl Levels {
     pub const NONE: Self = Self { warning: f64::MAX, trip: f64::MAX };
 }
 
-/// What a plausibility watch takes for granted.
+/// The assumptions of a plausibility watch about noise and false alarms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct PlausibilityParameters {
@@ -51,7 +51,7 @@ impl PlausibilityParameters {
     };
 }
 
-/// What a protection is made from.
+/// The parameters of a protection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct ProtectionParameters {
@@ -134,7 +134,7 @@ macro_rules! constructor {
 constructor!(f32);
 constructor!(f64);
 
-/// No count reaches it.
+/// A number of samples that no count reaches.
 pub(crate) const NEVER: u32 = u32::MAX;
 
 /// Samples in a time (s) at a rate (Hz); [`NEVER`] for `f64::MAX`.

@@ -1,6 +1,6 @@
 //! Notices a force loop that shakes the oil column: the force error from about 30 to 150 Hz persists or grows.
 //!
-//! The overcompensation guard looks at the specimen's frequencies and is blind there. Two high-passes and a low-pass leave
+//! The overcompensation guard observes the specimen's frequencies only. Two high-passes and a low-pass leave
 //! the band of the error. Its mean square over windows of a sixtieth of a second is compared with a limit and with the
 //! window before.
 
@@ -16,7 +16,7 @@ const HIGHEST: f64 = 150.0;
 /// Windows per second (1/s): each holds half a period of the lowest frequency, a whole one of its square.
 const WINDOWS: f64 = 60.0;
 /// Windows in a row beyond the limit that trip, and windows in a row that each have more by the factor (1) if the last
-/// one lies beyond it. A kick dies away within less.
+/// one lies beyond it. The error of a single kick decays faster.
 const PERSISTS: u32 = 15;
 const GROWS: u32 = 3;
 const GROWTH: f64 = 1.3;

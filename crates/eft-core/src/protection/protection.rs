@@ -1,10 +1,10 @@
 //! Protection of the specimen: limits with warning and trip levels, soft start and end, ramp to zero force.
 //!
-//! Two stages. A *trip* freezes the force command and takes it to zero along a ramp, the force loop still closed:
-//! the specimen is let down gently. A *shutdown* takes the whole valve command to zero, for when the loop itself
-//! cannot be trusted: measurements stay lost, the controller refuses its samples and holds its output, a signal goes
-//! well beyond its trip level, or the force stays when the ramp is over. A closed valve locks the piston, and a moving mass against locked oil makes a large force: the
-//! shutdown must be slow against the specimen's period, or act with a bypass valve across the actuator.
+//! Two stages. A *trip* freezes the force command and takes it to zero along a ramp, the force loop still closed. A
+//! *shutdown* takes the whole valve command to zero. It follows if measurements stay lost, the controller refuses its
+//! samples, a signal goes far beyond its trip level, or the force remains after the ramp. A closed valve locks the piston, and a
+//! moving mass against locked oil makes a large force. A shutdown must therefore be slow against the specimen's period,
+//! or act together with a bypass valve across the actuator.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::integrity::integrity;
@@ -26,10 +26,10 @@ pub struct Protection<T> {
     spool: Limit<T>,
     rise: Ramp,
     fall: Ramp,
-    /// Where a sensor is no longer believed.
+    /// The ramp down after a trip by a sensor.
     quick_fall: Ramp,
     shut: Ramp,
-    /// Where a shutdown may follow the specimen first.
+    /// Time in which the piston follows the specimen before the valve closes, if there is one.
     settle: Option<Ramp>,
     lost_samples: u32,
     fault_samples: u32,
@@ -38,7 +38,8 @@ pub struct Protection<T> {
 }
 integrity!(Protection<T>: force, displacement, velocity, spool, rise, fall, quick_fall, shut, settle, lost_samples, fault_samples, timing, oscillation);
 
-/// Share of the velocity's compensation after a trip: less than the margin of a wrong calibration, so that it damps.
+/// Share of the velocity's compensation after a trip. Below 1 the velocity feedback damps the specimen, also with a
+/// calibration that is a few per cent wrong.
 const TRIPPED_LEVEL: f64 = 0.95;
 /// The same in a shutdown, the force loop open.
 const SETTLING_LEVEL: f64 = 0.93;
@@ -52,28 +53,28 @@ const FOLLOWED: f64 = 0.25;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ProtectionState<T> {
-    /// Share of the command that goes through.
+    /// Share of the command that is followed.
     scale: Position,
-    /// Share of the valve command that is taken away.
+    /// Share of the valve command that is removed.
     shut: Position,
-    /// The last valid command (N), since a trip the one there was.
+    /// The last valid command (N); after a trip the last one before it.
     command: T,
-    /// Samples in a row of which a measurement is lost, the command is lost, that the controller refused.
+    /// Samples in a row with a lost measurement, with a lost command, and that the controller refused.
     lost: u32,
     unasked: u32,
     refused: u32,
     /// Samples in a row with a fault that the controller reports.
     faulty: u32,
-    /// Once a fault has persisted.
+    /// Whether a fault has persisted.
     distrusted: bool,
-    /// Where no velocity is left to follow.
+    /// Whether no velocity is left to follow.
     blind: bool,
     cause: Cause,
     tripped: Latch,
     shut_down: Latch,
     /// Share of the way from the shutdown to the closed valve.
     settled: Position,
-    /// Once the end is asked for.
+    /// Whether the soft end was requested.
     ending: bool,
     timing: TimingState<T>,
     oscillation: OscillationWatchState<T>,
@@ -108,7 +109,7 @@ pub struct Protected<T> {
     pub authority: T,
     /// Factor on the velocity that is compensated for (1).
     pub level: T,
-    /// Whether the force loop is to be opened: the piston follows the specimen then, damped.
+    /// Whether the force loop must be opened. The piston then follows the specimen, damped.
     pub open: bool,
     /// [`status::PROTECTION_WARNING`], [`status::TRIPPED`], [`status::SHUT_DOWN`], [`status::INVALID_COMMAND`],
     /// [`status::MISSED_TICK`].
@@ -158,7 +159,7 @@ impl<T: Real> Protection<T> {
             }
         }
         count(&mut state.lost, !valid);
-        // The ramp is over and the force is still there, or a sensor lied: the loop does not do what it should.
+        // A force that remains after the ramp, or a wrong sensor, shows that the loop does not work.
         let unruly = force.abs() > self.force.warning || state.distrusted;
         let stays = before && state.scale.is_zero() && unruly;
         let lost = state.lost > self.lost_samples;
@@ -174,7 +175,7 @@ impl<T: Real> Protection<T> {
         {
             cause = bad.cause();
             if bad == Untimely::Old {
-                // No loop is closed on old samples, and no motion followed.
+                // Old samples allow neither a closed loop nor following the motion.
                 (shutdown, state.blind) = (true, true);
             }
         }
@@ -182,7 +183,7 @@ impl<T: Real> Protection<T> {
             (cause, shutdown) = (Cause::StateCorrupt, true);
         }
         if let (Some(_), Cause::ForceLevel) = (&self.settle, cause) {
-            // A loop that had been closed on a sound sensor would have held the force.
+            // A loop with a correct sensor keeps the force near its command.
             let share = state.scale.share::<T>();
             shutdown |= (share * state.command - force).abs() > T::splat(FOLLOWED) * self.force.trip;
         }
@@ -196,7 +197,7 @@ impl<T: Real> Protection<T> {
         let shut_down = state.shut_down.is_set();
         let command = if state.scale.is_zero() { zero } else { scale * state.command };
         if let (Some(watch), false) = (&self.oscillation, shut_down) {
-            // A ramp would not calm a loop that is unstable by itself: it is opened at the next sample.
+            // A ramp does not stabilise an unstable loop, so the loop is opened at the next sample.
             if watch.step(&mut state.oscillation, command - force) {
                 state.shut_down_by(Cause::ForceOscillation);
             }
@@ -215,7 +216,7 @@ impl<T: Real> Protection<T> {
         }
     }
 
-    /// Goes on with a shutdown, if there is one; the factor on the velocity (1).
+    /// Continues a shutdown, if there is one, and returns the factor on the velocity (1).
     #[inline(always)]
     fn shut(&self, state: &mut ProtectionState<T>) -> T {
         let one = T::splat(1.0);
@@ -235,7 +236,7 @@ impl<T: Real> Protection<T> {
         if state.blind || !(settled < one) {
             state.shut = state.shut.up(self.shut);
         }
-        // The last two thirds of the time it fades.
+        // It fades during the last two thirds of the time.
         let left = T::splat(1.5) * (one - settled);
         T::splat(SETTLING_LEVEL) * if left < one { left } else { one }
     }
@@ -305,8 +306,8 @@ impl<T: Real> ProtectionState<T> {
         }
     }
 
-    /// Trips by a cause that the loop must not be closed on: the piston follows the specimen, where there is a velocity
-    /// to follow, and the valve closes.
+    /// Trips by a cause that forbids a closed loop. The piston follows the specimen if a velocity is left, and the valve
+    /// closes.
     #[inline(always)]
     pub(crate) fn shut_down_by(&mut self, cause: Cause) {
         self.trip_by(cause);
@@ -340,7 +341,7 @@ impl<T: Real> ProtectionState<T> {
     }
 }
 
-/// Counts how often in a row it has been so.
+/// Counts samples in a row with a condition.
 #[inline(always)]
 fn count(counter: &mut u32, so: bool) {
     *counter = if so { counter.saturating_add(1) } else { 0 };

@@ -1,4 +1,4 @@
-//! Ramps that end on the sample they are meant to, however long they are: positions are counted, not summed up.
+//! Ramps that end at their sample however long they are, because positions are integers.
 
 use crate::error::{ConfigError, check, within};
 use crate::integrity::integrity;

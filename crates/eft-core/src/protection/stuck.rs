@@ -1,4 +1,4 @@
-//! Notices a sensor that repeats itself: a frozen converter reads plausibly, and nothing else in the loop sees it.
+//! Detects a sensor that repeats itself: a frozen converter gives plausible readings.
 
 use crate::error::{ConfigError, within};
 use crate::integrity::integrity;

@@ -1,4 +1,4 @@
-//! What a plausibility watch takes for noise and for a wrong calibration, and so what it counts.
+//! The limits of a plausibility watch, from noise and from the allowed error of the calibration.
 
 use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, within};
 use crate::learning::FlowModel;

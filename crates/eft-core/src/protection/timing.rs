@@ -1,4 +1,4 @@
-//! Whether the samples come one after the other, each at its time: alive counter and measured period.
+//! Checks by alive counter and measured period that every sample is new and on time.
 
 use crate::error::{ConfigError, check, positive, within};
 use crate::integrity::integrity;
@@ -26,7 +26,8 @@ pub(crate) struct TimingState<T> {
     /// Whether a counter and a period were ever given.
     counts: bool,
     times: bool,
-    /// Two for each bad sample, one less for each good one: what is bad every second time trips as well.
+    /// Increases by two with each bad sample and decreases by one with each good one. A share of bad samples above a third
+    /// therefore trips.
     trouble: u32,
 }
 integrity!(TimingState<T>: last, counts, times, trouble);
@@ -43,7 +44,7 @@ pub(crate) enum Untimely {
 }
 
 impl Untimely {
-    /// What it trips by where it persists.
+    /// The cause of the trip if it persists.
     pub(crate) fn cause(self) -> Cause {
         if self == Self::Period { Cause::SamplePeriod } else { Cause::SamplesOld }
     }
@@ -53,7 +54,7 @@ impl<T: Real> Timing<T> {
     /// One sample, with its counter (1) and the period (s) since the one before: what is bad about it.
     ///
     /// # NaN
-    /// What was never given is not watched. What was given before, and is not, is bad.
+    /// A counter or period is checked after its first value. A later NaN is bad.
     #[inline(always)]
     pub(crate) fn step(&self, state: &mut TimingState<T>, alive: T, period: T) -> Option<Untimely> {
         let bad = Self::order(state, alive).or_else(|| self.pace(state, period));
@@ -86,7 +87,7 @@ impl<T: Real> Timing<T> {
                 return Some(Untimely::Old);
             }
             state.last = alive;
-            // From its last value, whichever that is, a counter begins again at zero.
+            // A counter of any length returns to zero after its last value.
             return if alive == zero && last > zero { None } else { Some(Untimely::Skipped) };
         }
         if alive.is_finite() {
