@@ -60,7 +60,7 @@ def median_ms(times, name, tests=1):
 
 def compare(s, converged):
     """One test, and batches on one core and on two."""
-    # Each kind in turns of its own: what a large batch frees would cost the next single test page faults.
+    # Each kind in separate turns: memory that a large batch frees causes page faults in a single test.
     single = interleaved({"c": s.c_one, "eft": s.eft_one, "numba": s.numba_one, "adaptive": s.eft_adaptive})
     plain = interleaved(
         {

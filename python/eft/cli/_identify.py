@@ -24,7 +24,7 @@ from eft.traces._write import check_folder
     ),
 )
 def identify() -> None:
-    """Find parameters of a rig in CSV, MAT, HDF5 or Parquet files, whose columns carry their units."""
+    """Find parameters of a rig in CSV, MAT, HDF5 or Parquet files, whose columns name their units."""
 
 
 def _area(piston_area: float | None, rig: Path | None) -> float:

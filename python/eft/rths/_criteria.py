@@ -86,7 +86,7 @@ def delay(target: ArrayLike, measured: ArrayLike, sample_rate: float, *, lags: i
 def rms_error(wanted: ArrayLike, found: ArrayLike) -> float:
     """Compute J2, J4, J6 and J7: the standard deviation of the error over that of the target.
 
-    The mean of either is left out, as in the benchmark. `run.metrics().nrmse` keeps it.
+    The means are removed, as in the benchmark. `run.metrics().nrmse` includes them.
 
     Parameters
     ----------
