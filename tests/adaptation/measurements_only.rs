@@ -53,7 +53,7 @@ fn equal_measurements_give_equal_bits() {
         let seen = run(&adaptive(&[changes.clone(), vec![flow_gain(1.06)]].concat()), &sweep(2200.0));
         let outputs = |rig: &RigConfig| -> Vec<u64> {
             let digital = Parameters { realization: Realization::Digital, ..parameters(rig, RATE).unwrap() };
-            let mut controller = RigChannel::<f64>::new(&digital).unwrap();
+            let mut controller = RigChannel::<f64>::new(&digital, None).unwrap();
             let step = |i: usize| {
                 let input = Input {
                     command: seen.command[i],

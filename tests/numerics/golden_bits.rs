@@ -26,7 +26,7 @@ fn host_computes_the_committed_bits() {
         bits += &format!("{name} compensation {:016x}\n", eft_golden::compensation(&compensation));
     }
     for rig in [read("adaptive"), read("guarded")] {
-        let mut channel = RigChannel::<f32>::new(&digital(&rig)).unwrap();
+        let mut channel = RigChannel::<f32>::new(&digital(&rig), None).unwrap();
         let mut seen = 0;
         let hash = eft_golden::learning(|s| {
             let out = channel.step(&Input {

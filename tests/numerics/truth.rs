@@ -161,7 +161,7 @@ fn by_hand(controller: &RigConfig, plant: &RigConfig) -> Vec<PlantReading> {
     let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
     let mut plant = PlantStepper::new(plant, RATE, &options).unwrap();
     let digital = Parameters { realization: Realization::Digital, ..parameters(controller, RATE).unwrap() };
-    let mut channel = RigChannel::<f64>::new(&digital).unwrap();
+    let mut channel = RigChannel::<f64>::new(&digital, None).unwrap();
     let step = |(i, now): (usize, &f64)| {
         let seen = plant.readings()[0];
         let input = Input {

@@ -243,7 +243,7 @@ fn a_command_that_is_lost_is_let_down_from_the_last_valid_one() {
         let rig = RigConfig::zhao2005().replace(&changes).unwrap();
         // At the moment of the trip, or for good.
         for (lost, force) in [(1, 25e3), (400, 1e3)] {
-            let mut channel = RigChannel::<f64>::new(&parameters(&rig, RATE).unwrap()).unwrap();
+            let mut channel = RigChannel::<f64>::new(&parameters(&rig, RATE).unwrap(), None).unwrap();
             let mut step = |command: f64, force: f64| {
                 channel.step(&Input {
                     command,
