@@ -24,7 +24,7 @@ myst_enable_extensions = ["amsmath", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "_explore", "*/_generated"]
 
-# Names in single backquotes link to what they name, if it is documented.
+# Names in single backquotes link to their documentation, if it exists.
 default_role = "py:obj"
 autosummary_generate = False
 autodoc_member_order = "bysource"
@@ -33,7 +33,7 @@ autodoc_typehints_description_target = "documented"
 autodoc_type_aliases = {name: name for name in ("ArrayLike", "Array")}
 napoleon_use_ivar = True
 
-# Browsers draw MathML without a script, so a page from the disk needs no network.
+# Browsers draw MathML without a script, so the pages need no network.
 html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"eft {release}"
@@ -46,7 +46,7 @@ html_css_files = ["eft.css"]
 def _refuse_colons(
     app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]
 ) -> None:
-    """Napoleon takes an attribute's text up to a colon for its type."""
+    """Napoleon interprets an attribute's text up to a colon as its type."""
     if what in ("attribute", "property") and lines and ":" in lines[0].replace(":py:", "").replace("::", ""):
         logging.getLogger(__name__).warning("%s: its first line must not have a colon", name)
 

@@ -1,4 +1,4 @@
-"""Runs the Python blocks of the pages that show a picture, and keeps the pictures that the blocks save.
+"""Runs the Python blocks of the pages with pictures, and copies the pictures that the blocks save.
 
 A page shows ``_generated/NAME.png`` where one of its blocks saves ``NAME.png``, which a reader can repeat.
 """
@@ -18,7 +18,7 @@ BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def draw(page: Path) -> None:
-    """Run one page in a folder of its own."""
+    """Run one page in a separate folder."""
     text = page.read_text(encoding="utf-8")
     wanted = PICTURE.findall(text)
     if not wanted:

@@ -1,9 +1,9 @@
-"""The paper's fixed scheme against self-calibration, over all that the controller may be wrong about.
+"""The paper's fixed scheme and self-calibration, with errors of all parameters of the controller.
 
 ``python docs/evidence/fixed_against_adaptive.py`` runs every test (some minutes of one core) and writes
-``data/fixed_against_adaptive.csv``. `report` makes the table and the pictures of it for the page; the
-rows that chance decides are those of `random_rigs`. `eft.study` is not used: its row has no ratio over a band
-and no ideal displacement, and the traces of all these tests would take gigabytes.
+``data/fixed_against_adaptive.csv``. `report` makes the table and the pictures for the page. The random rows
+are those of `random_rigs`. `eft.study` is not used, because its rows have no ratio over a band and no ideal
+displacement, and the traces of all tests need gigabytes.
 """
 
 import csv
@@ -27,7 +27,7 @@ RESULTS = Path(__file__).parent / "data" / "fixed_against_adaptive.csv"
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table: what is judged, and between which bounds without noise and with."""
+    """A row of the table: the judged quantity, and its bounds without and with noise."""
 
     title: str
     quantity: str
@@ -57,7 +57,7 @@ ROWS = {
 
 
 def overshoot(run: eft.TestRun, wanted: eft.Command) -> float:
-    """Running peak of the displacement over the ideal one's, at its worst once the test has begun."""
+    """Largest ratio of the running peak of the displacement to that of the ideal one, after the start."""
     ideal = np.maximum.accumulate(np.abs(eft.ideal_response(run.rig, wanted).displacement), axis=-1)
     ideal = ideal[..., : run.displacement.shape[-1]]
     peak = np.maximum.accumulate(np.abs(run.displacement), axis=-1)
@@ -82,7 +82,7 @@ def tested(case: Case) -> dict[str, str]:
 
 
 def read() -> list[dict[str, str]]:
-    """The rows that were kept."""
+    """The stored rows."""
     with RESULTS.open(encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
@@ -95,7 +95,7 @@ def report(folder: Path) -> None:
 
 
 def table(rows: list[dict[str, str]]) -> str:
-    """What was asked, and what both schemes reach."""
+    """The requirement, and the results of both schemes."""
     lines = ["| case | noise | goal | fixed scheme | self-calibrating | met |", "| --- " * 6 + "|"]
     for name, row in ROWS.items():
         for noisy in (False, True):
@@ -123,7 +123,7 @@ def judged(row: Row, rows: list[dict[str, str]]) -> list[tuple[str, list[dict[st
 
 
 def span(row: Row, rows: list[dict[str, str]], scheme: str) -> tuple[float, float, bool]:
-    """Least and largest of what is judged, over the tests that stayed stable, and whether all did not."""
+    """Least and largest judged value of the stable tests, and whether all tests were unstable."""
     names = ("lowest", "highest") if row.quantity == "ratio" else (row.quantity, row.quantity)
     stable = [one for one in rows if float(one[f"{scheme}_unstable"]) == 0.0]
     least, most = (
@@ -134,14 +134,14 @@ def span(row: Row, rows: list[dict[str, str]], scheme: str) -> tuple[float, floa
 
 
 def asked(row: Row, low: float, high: float) -> str:
-    """The bounds, as they are read."""
+    """The bounds as text."""
     if row.quantity == "ratio":
         return f"{low:.2f}–{high:.2f}"
     return f"≤ {100 * high:.0f} %" if row.quantity == "nrmse" else f"≤ {high:.1f}"
 
 
 def told(row: Row, least: float, most: float, unstable: bool) -> str:
-    """What was reached, as it is read."""
+    """The results as text."""
     if row.quantity == "ratio":
         low, high = f"{least:.3f}", f"{most:.3f}"
         return (f"{low} … unstable" if least < np.inf else "unstable") if unstable else f"{low}–{high}"

@@ -1,4 +1,4 @@
-"""The tests of the page that sets the fixed scheme against self-calibration."""
+"""The tests of the page that compares the fixed scheme with self-calibration."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ STIFFNESS = 693.8e3
 
 @dataclass(frozen=True)
 class Case:
-    """One test: what is true of the rig, under which command, with how much noise (seed 0: none)."""
+    """One test: the true values of the rig, the command, and the noise (seed 0: none)."""
 
     row: str
     label: str
@@ -30,7 +30,7 @@ class Case:
     changes: dict[str, object] = field(default_factory=dict)
 
     def rig(self) -> eft.Rig:
-        """The rig; what its controller believes stays the paper's."""
+        """The rig; its controller has the paper's values."""
         changes = true({"servovalve.flow_gain_scale": self.flow_gain}) | self.changes
         if self.response_delay is not None:
             changes |= valve_delay(self.response_delay)
@@ -63,7 +63,7 @@ def cases() -> Iterator[Case]:
 
 
 def structures(seed: int) -> Iterator[Case]:
-    """What the controller is never told; with half the stiffness 8.9 kN would leave the stroke."""
+    """Values that the controller does not know. With half the stiffness 8.9 kN would leave the stroke."""
     halved = true({"structure.kind": "linear", "structure.stiffness": STIFFNESS / 2})
     yield Case("structure", "half the stiffness", "2.2 kN", seed, changes=halved)
     softening = {"displacement": 0.015, "stiffness": STIFFNESS / 2}
@@ -81,7 +81,7 @@ def structures(seed: int) -> Iterator[Case]:
 
 
 def buildings(seed: int) -> Iterator[Case]:
-    """Three equal stories; all actuators are off alike."""
+    """Three equal stories, with the same errors at all actuators."""
     each = {"masses": 7040.0, "dampings": 4330.0, "stiffnesses": STIFFNESS}
     stories: dict[str, object] = {"structure.kind": "shear_building"}
     stories |= {f"structure.stories.{key}": [value] * 3 for key, value in each.items()}
@@ -91,14 +91,14 @@ def buildings(seed: int) -> Iterator[Case]:
 
 
 def supplies() -> Iterator[tuple[str, dict[str, object]]]:
-    """Constant pressure first, which the others are judged against."""
+    """Constant pressure first, as reference for the others."""
     yield "constant", {}
     yield "with a transducer", falling_supply() | {"compensation.supply_correction": True}
     yield "without a transducer", falling_supply()
 
 
 def falling_supply(duration: float = 20.0) -> dict[str, object]:
-    """By 20 %, in so many seconds."""
+    """A decrease by 20 % in a number of seconds."""
     pressure = eft.Rig.zhao2005()["supply.pressure"]
     changes: dict[str, object] = {
         "supply.schedule.times": [0.0, 2.0, 2.0 + duration],
@@ -109,7 +109,7 @@ def falling_supply(duration: float = 20.0) -> dict[str, object]:
 
 @cache
 def command(name: str) -> eft.Command:
-    """The force to be applied."""
+    """The force command."""
     if name == "El Centro":
         record = eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO)
         return eft.effective_force(record, eft.Rig.zhao2005()["structure.mass"], RATE)

@@ -1,4 +1,4 @@
-"""The pictures of the page that sets the fixed scheme against self-calibration."""
+"""The pictures of the page that compares the fixed scheme with self-calibration."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from eft._files import beside
 
 TITLES = {"fixed": "fixed scheme", "adaptive": "calibrates itself"}
 COLORS = {"fixed": ORANGE, "adaptive": BLUE}
-# Read on a telephone, at 400 pixels' width.
+# Legible at a width of 400 pixels.
 STYLE = {"font.size": 11, "axes.titlesize": 12, "axes.spines.top": False, "axes.spines.right": False}
 RATIOS = [0.5, 0.7, 1.0, 1.4, 2.0]
 SWUNG = "0.15"
@@ -23,7 +23,7 @@ Rows = list[dict[str, str]]
 
 
 def write(rows: Rows, folder: Path) -> str:
-    """Pictures, and what stands below each."""
+    """The pictures and their captions."""
     told = []
     with mpl.rc_context(STYLE):
         for name, make in (
@@ -48,7 +48,7 @@ def worst(low: float, high: float) -> float:
 
 
 def maps(rows: Rows, figure: Figure) -> tuple[str, str]:
-    """The worst ratio wherever flow gain and response delay may be, and where the specimen swings up."""
+    """The worst ratio over flow gain and response delay, and the unstable region."""
     tests = [row for row in rows if row["row"] == "map"]
     gains, delays = (sorted({float(row[key]) for row in tests}) for key in ("flow_gain", "response_delay"))
     axes = figure.subplots(1, 2, sharey=True)
@@ -93,7 +93,7 @@ def maps(rows: Rows, figure: Figure) -> tuple[str, str]:
 
 
 def swept(scheme: str, gain: float) -> eft.TestRun:
-    """The sweep of 8.9 kN on a valve that passes so much of the table's flow."""
+    """The sweep of 8.9 kN on a valve with a factor on the table's flow."""
     rig = eft.Rig.zhao2005().replace({"truth.servovalve.flow_gain_scale": gain, **SCHEMES[scheme]})
     return eft.simulate(rig, command("8.9 kN"))
 
@@ -123,7 +123,7 @@ def history(rows: Rows, figure: Figure) -> tuple[str, str]:
 
 
 def curves(rows: Rows, figure: Figure) -> tuple[str, str]:
-    """Force over command at every frequency, for a handful of flow gains."""
+    """Force over command at every frequency, for some flow gains."""
     axes = figure.subplots(1, 2, sharey=True)
     shades = dict(
         zip((0.90, 0.95, 1.00, 1.01, 1.10), mpl.colormaps["cividis"](np.linspace(0.0, 0.9, 5)), strict=True)
@@ -164,7 +164,7 @@ def curves(rows: Rows, figure: Figure) -> tuple[str, str]:
 
 
 def structures(rows: Rows, figure: Figure) -> tuple[str, str]:
-    """From the least to the largest ratio, for structures of which the controller knows nothing."""
+    """From the least to the largest ratio, for structures that the controller does not know."""
     figure.set_size_inches(5.8, 4.6)
     ax = figure.subplots()
     chosen = [row for row in rows if row["row"] in ("structure", "building") and row["seed"] != "0"][::-1]
@@ -190,7 +190,7 @@ def structures(rows: Rows, figure: Figure) -> tuple[str, str]:
 
 
 def bar(ax: Axes, row: dict[str, str], scheme: str, height: float) -> None:
-    """One test; a cross at the edge where the specimen swings up."""
+    """One test; a cross at the edge if it is unstable."""
     if float(row[f"{scheme}_unstable"]) > 0:
         ax.plot(1.36, height, "x", color=COLORS[scheme], mew=2)
     else:
@@ -199,7 +199,7 @@ def bar(ax: Axes, row: dict[str, str], scheme: str, height: float) -> None:
 
 
 def supply(rows: Rows, figure: Figure) -> tuple[str, str]:
-    """The flow gain that is found while the supply falls, and the force's errors."""
+    """The estimated flow gain while the supply pressure falls, and the force errors."""
     ax = figure.subplots()
     rig = eft.Rig.zhao2005().replace(SCHEMES["adaptive"] | falling_supply())
     run = eft.simulate(rig, command("El Centro"))

@@ -34,7 +34,8 @@ CASES = {
     },
 }
 
-# What a real rig may have and its controller not know; most shake the oil column under the paper's gains.
+# Deviations of a real rig that its controller does not know; most of them excite the oil column with the
+# paper's gains.
 OIL_COLUMN = {
     "as believed": {},
     "oil 0.7 times as stiff": {"actuator.compressibility": OIL / 0.7},
@@ -98,7 +99,7 @@ def shaken(truth: dict[str, object], scheme: dict[str, object], rate: float) -> 
 
 
 def oil_column() -> str:
-    """Force errors where the plant has what the controller does not know."""
+    """Force errors of plants with deviations that the controller does not know."""
     with ThreadPoolExecutor() as pool:
         cases = [(name, truth, 4096.0) for name, truth in OIL_COLUMN.items()]
         cases.append(("all digital at 1024 Hz", {}, 1024.0))

@@ -34,5 +34,6 @@ if __name__ == "__main__":
     random_rigs.report(FOLDER)
     safety.report(FOLDER)
     fixed_against_adaptive.report(FOLDER)
-    # A number off its reference makes no page: the documentation must not show it as a result.
+    # A number that misses its reference ends the script, because the documentation must not show it as a
+    # result.
     sys.exit(main(["--output", str(FOLDER)]))

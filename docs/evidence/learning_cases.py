@@ -1,4 +1,4 @@
-"""What self-calibration makes of sensors that are late or noisy, and of valves that differ by direction.
+"""Self-calibration with late or noisy sensors, and with valves that differ by direction.
 
 ``python docs/evidence/learning_cases.py LABEL`` runs every test and stores its results under this label in
 ``data/learning_cases.csv``. `report` makes the table of the page. The same label replaces its rows.
@@ -40,7 +40,7 @@ SHOWN = (
 
 @dataclass(frozen=True)
 class Case:
-    """What is true of a rig, what its controller is told, and a tone (Hz, share of the range) on a sensor."""
+    """The true values of a rig, its controller's changes, and a tone (Hz, share of the range) on a sensor."""
 
     name: str
     truth: dict[str, object] = field(default_factory=dict)
@@ -49,7 +49,7 @@ class Case:
     tone: tuple[str, float, float] | None = None
 
     def rig(self, scheme: str) -> eft.Rig:
-        """The rig; what is not told its controller believes to be the paper's."""
+        """The rig; all other values of its controller are the paper's."""
         rig = eft.Rig.zhao2005().replace(true(self.truth) | noise(self.seed))
         if self.tone is not None:
             rig = rig.replace({"controller.realization": "digital"})
@@ -67,7 +67,7 @@ class Case:
         return float(ratio.min()), float(ratio.max())
 
     def with_tone(self, rig: eft.Rig, command: eft.Command) -> np.ndarray:
-        """The force of a test in which a tone stands on a sensor's reading."""
+        """The force of a test with a tone on a sensor's reading."""
         assert self.tone is not None
         signal, frequency, size = self.tone
         plant, controller = eft.Plant(rig), eft.Controller(rig)
@@ -82,12 +82,12 @@ class Case:
 
 
 def late(sensor: str, delay: float) -> dict[str, object]:
-    """A sensor that is late (s), by whole samples."""
+    """A sensor with a delay (s) of whole samples."""
     return {f"sensors.{sensor}.delay": round(delay * RATE)}
 
 
 def by_direction(share: float) -> dict[str, object]:
-    """A valve that passes more one way and less the other."""
+    """A valve with more flow in one direction and less in the other."""
     table = eft.Rig.zhao2005()["servovalve.flow_table"]
     pairs = zip(table["openings"], table["flows"], strict=True)
     flows = [(1 + share if x > 0 else 1 - share) * q for x, q in pairs]

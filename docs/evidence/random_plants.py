@@ -1,8 +1,8 @@
-"""Rigs of which nothing is as their controllers believe: calibration, plant, sensors and delays.
+"""Rigs whose calibration, plant, sensors and delays all differ from their controllers' configuration.
 
 ``python docs/evidence/random_plants.py [COUNT]`` runs the tests and adds a row a rig to
-``data/random_plants.csv``, going on behind the last (about half a second of one core a rig). `report` makes
-table and picture for the page. The same seed makes the same rigs on every machine.
+``data/random_plants.csv``, continuing after the last row (about half a second of one core per rig). `report`
+makes table and picture for the page. The same seed makes the same rigs on every machine.
 """
 
 import sys
@@ -55,7 +55,7 @@ def draw_plants(count: int) -> list[dict[str, float]]:
 
 
 def plant(truth: dict[str, float], seed: int) -> dict[str, object]:
-    """What is changed of the rig; its controller believes the paper's numbers."""
+    """The changes of the rig; its controller has the paper's numbers."""
     base = eft.Rig.zhao2005()
     changes: dict[str, object] = {
         # The oil column's stiffness is A²/K_a.
@@ -74,7 +74,7 @@ def plant(truth: dict[str, float], seed: int) -> dict[str, object]:
 
 
 def unstable(data: dict[str, np.ndarray], scheme: str) -> np.ndarray:
-    """Where the specimen swings up, or the force error of the earthquake exceeds 100 %."""
+    """Whether the specimen is unstable, or the force error of the earthquake exceeds 100 %."""
     return (data[f"{scheme}_unstable"] > 0) | ~(data[f"{scheme}_nrmse"] <= 1.0)
 
 
@@ -105,7 +105,7 @@ def figure(data: dict[str, np.ndarray], folder: Path) -> None:
 
 
 def groups(data: dict[str, np.ndarray]) -> str:
-    """Share of unstable rigs by what deviates most."""
+    """Share of unstable rigs by the largest deviation."""
     slow, stiff = data["pilot_time_constant"] > 1.5, data["oil_stiffness"] > 1.2
     chosen = {
         "all": np.ones(slow.size, bool),

@@ -1,9 +1,9 @@
-"""A thousand rigs that their controllers misjudge: the paper's fixed scheme, and self-calibration.
+"""A thousand rigs with errors in their controllers: the paper's fixed scheme, and self-calibration.
 
 ``python docs/evidence/random_rigs.py [COUNT]`` runs the tests and adds a row a rig to
-``data/random_rigs.csv``, going on behind the last (a third of a second of one core a rig). Where EFT_RECORDS
-names a folder with the Northridge record it writes ``data/northridge_seeds.csv`` first. `report` makes
-table and pictures of both for the page. The same seed makes the same rigs on every machine.
+``data/random_rigs.csv``, continuing after the last row (a third of a second of one core per rig). If
+EFT_RECORDS names a folder with the Northridge record, it writes ``data/northridge_seeds.csv`` first. `report`
+makes table and pictures of both for the page. The same seed makes the same rigs on every machine.
 """
 
 import csv
@@ -31,14 +31,14 @@ ADAPTIVE = {"compensation.feedforward": True, "compensation.adaptive": True}
 Schemes = dict[str, dict[str, object]]
 Row = dict[str, float]
 TOGETHER = 32
-"""Rigs whose traces are kept at a time."""
+"""Number of rigs whose traces are in memory together."""
 SCHEMES: Schemes = {"fixed": {}, "adaptive": ADAPTIVE}
 RANGES = {"force": 156e3, "displacement": 0.127, "spool": 1.0, "velocity": 1.05}
 BLUE, ORANGE = "#0072B2", "#D55E00"
 
 
 def true(changes: dict[str, object]) -> dict[str, object]:
-    """Changes of the plant that its controller knows nothing of."""
+    """Changes of the plant that its controller does not know."""
     return {f"truth.{key}": value for key, value in changes.items()}
 
 
@@ -66,7 +66,7 @@ def damping_ratio(ratio: float) -> dict[str, object]:
 
 
 def draw(count: int) -> list[dict[str, float]]:
-    """What is true of each rig, against what its controller believes."""
+    """The true values of each rig relative to its controller's."""
     random = np.random.default_rng(SEED)
     return [
         {
@@ -81,7 +81,7 @@ def draw(count: int) -> list[dict[str, float]]:
 
 
 def truths(truth: dict[str, float], seed: int) -> dict[str, object]:
-    """What is changed of the rig; what its controller believes stays the paper's."""
+    """The changes of the rig; its controller has the paper's values."""
     pressure = eft.Rig.zhao2005()["supply.pressure"]
     changes = {
         "servovalve.flow_gain_scale": truth["flow_gain"],
@@ -97,14 +97,14 @@ def truths(truth: dict[str, float], seed: int) -> dict[str, object]:
 
 
 def swings_up(run: eft.TestRun, command: eft.Command) -> bool:
-    """Whether the specimen swung up: not finite, beyond the stroke, or beyond 1.5 times its ideal motion."""
+    """Whether the specimen was unstable: not finite, beyond the stroke, or beyond 1.5 times the ideal."""
     flags = eft.Status.DIVERGED | eft.Status.STROKE_EXCEEDED
     ideal = np.abs(eft.ideal_response(run.rig, command).displacement).max()
     return bool(run.flags & flags) or bool(np.abs(run.displacement).max() > 1.5 * ideal)
 
 
 def judged(rigs: list[dict[str, object]], amplitudes: list[float], schemes: Schemes) -> list[Row]:
-    """Of each rig a sweep of an amplitude (N) and El Centro, with each scheme; side by side."""
+    """A sweep of an amplitude (N) and El Centro for each rig and scheme, side by side."""
     base = eft.Rig.zhao2005()
     sweep = eft.sine_sweep(1.0, 0.0, 10.0, 32.0, RATE)
     record = eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO)
@@ -129,7 +129,7 @@ def judged(rigs: list[dict[str, object]], amplitudes: list[float], schemes: Sche
 def run_missing(
     path: Path, drawn: list[Row], changes: Callable[[Row, int], dict[str, object]], schemes: Schemes
 ) -> None:
-    """The rigs that have no row yet, some at a time: their traces take memory."""
+    """Runs the rigs without a row in groups, because their traces need memory."""
     done = len(read(path)["flow_gain"]) if path.exists() else 0
     for start in range(done, len(drawn), TOGETHER):
         some = drawn[start : start + TOGETHER]
@@ -140,7 +140,7 @@ def run_missing(
 
 
 def write(path: Path, rows: Iterable[dict[str, float]], *, further: bool = False) -> None:
-    """As CSV, four digits; row by row, so that what is there when it is stopped stays."""
+    """As CSV, four digits; row by row, so that the rows remain after an interruption."""
     for row in rows:
         text = ",".join(f"{value:.4g}" for value in row.values()) + "\n"
         if not further:
@@ -171,7 +171,7 @@ def northridge(folder: Path) -> list[dict[str, float]]:
         return float(np.sqrt(np.mean(missed**2) / np.mean(ideal**2)))
 
     def row(seed: int) -> dict[str, float]:
-        # Seed 0 stands for no noise at all.
+        # Seed 0 means no noise.
         return {"seed": seed} | {name: error(seed or None, changes) for name, changes in SCHEMES.items()}
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -186,7 +186,7 @@ def northridge_errors(noisy: bool) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Asked:
-    """Something asked of the rigs, and the share of them that reached it with each scheme."""
+    """A requirement, and the share of the rigs that meet it with each scheme."""
 
     what: str
     wanted: str
@@ -243,7 +243,7 @@ def table(data: dict[str, np.ndarray], schemes: Schemes = SCHEMES) -> str:
 
 
 def figures(data: dict[str, np.ndarray], folder: Path) -> None:
-    """Two pictures that make the point."""
+    """The two pictures."""
     shown = Figure(figsize=(6.7, 3.2), layout="constrained")
     axes = shown.subplots(1, 2, sharey=True)
     title = {"fixed": "fixed scheme", "adaptive": "calibrates itself"}

@@ -1,4 +1,4 @@
-"""Sensor faults against the protection, and sound tests that it must leave alone.
+"""Sensor faults with the protection, and tests without faults that it must not stop.
 
 ``python docs/evidence/safety.py [MOMENTS] [RIGS]`` runs each fault of each sensor at random moments of
 three tests, with either scheme; transient faults on a yielding specimen; ways to respond to a load cell that
@@ -38,7 +38,7 @@ LEVELS = {
     "protection.spool_trip": 0.8,
     "limits.valve_command": 10.0,
 }
-# Effects that no controller of these knows, one a rig in turn.
+# Effects that the controllers do not know, one for each rig in turn.
 EFFECTS: tuple[dict[str, object], ...] = (
     {},
     {"truth.actuator.friction": 500.0},
@@ -101,7 +101,7 @@ def largest(values: np.ndarray) -> float:
 
 
 def faults(moments: int) -> Iterator[dict[str, object]]:
-    """A row a fault and scheme: how often it was noticed, when, and the worst that the specimen saw."""
+    """One row per fault and scheme: detection rate and time, and the largest load."""
     commands = tests()
     base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1))
     for scheme, changes in random_rigs.SCHEMES.items():
@@ -157,7 +157,8 @@ YIELDS: dict[str, object] = {
 
 
 def yielding(moments: int) -> Iterator[dict[str, object]]:
-    """A row a transient fault and ramp: the worst displacement of a yielding specimen over the ideal one."""
+    """One row per transient fault and ramp: the largest displacement of a yielding specimen over the ideal
+    one."""
     command = quake(7040.0)
     values = np.asarray(command.values)
     base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | YIELDS)
@@ -216,7 +217,7 @@ WAYS: tuple[tuple[str, dict[str, object]], ...] = (
 
 
 def responses() -> Iterator[dict[str, object]]:
-    """A row a way to respond to a load cell that is lost at full speed."""
+    """One row per response to a load cell that is lost at full speed."""
     values, _, _ = tests()[0]
     stops = {"actuator.stop_stiffness": 1e8, "controller.realization": "digital"}
     base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | stops)
@@ -234,7 +235,7 @@ def responses() -> Iterator[dict[str, object]]:
 
 
 def sound(rigs: int) -> Iterator[dict[str, object]]:
-    """A row a test without a fault: the cause of its trip, and whether a sensor was out of its range."""
+    """One row per test without a fault: the cause of its trip, and whether a sensor was out of its range."""
     levels = LEVELS | {
         "protection.force_trip": 40e3,
         "protection.displacement_trip": 0.126,

@@ -54,7 +54,7 @@ class Drawing:
         )
 
     def hatch(self, x: float, y: float, w: float, h: float) -> None:
-        """Something that does not move."""
+        """A fixed part."""
         self.parts.append(f'<rect x="{x}" y="{y}" width="{w}" height="{h}" fill="{STEEL}" stroke="{INK}"/>')
 
     def write(self, name: str) -> None:

@@ -29,13 +29,13 @@ def write(folder: Path) -> None:
 
 
 def _rules(text: str) -> str:
-    """The list of what holds for every function, without the header's indent."""
+    """The list of rules for all functions, without the header's indent."""
     lines = [line.strip() for line in text.splitlines()[1:]]
     return "\n".join(line if line.startswith("- ") else f"  {line}" for line in lines if line) + "\n"
 
 
 def _section(text: str) -> str:
-    """One section: every comment belongs to what follows it, and to structs behind that without one."""
+    """One section: a comment belongs to the next item and to structs after it without one."""
     shown, comment, shared, lines = [], [], [], iter(text.splitlines())
     for line in lines:
         if line.startswith("//"):

@@ -17,7 +17,7 @@ from mistakes import WRONG
 
 
 def write(folder: Path) -> None:
-    """Run every wrong input of the tests in a folder of its own and tabulate the answers."""
+    """Run every wrong input of the tests in a separate folder and tabulate the answers."""
     lines = ["| wrong | command | answer |", "| --- | --- | --- |"]
     for name, (arguments, files, _) in WRONG.items():
         said = _said(arguments, files)
