@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from laboratory_rigs import DURATION, RESULTS, SCHEMES, drawn
+from laboratory_rigs import DURATION, SEED, changes_of, drawn, results
 from random_rigs import BAND, Row, read, write
 
 import eft
@@ -19,7 +19,7 @@ from eft.benchmark._rigs import RATE, laboratory
 
 CAUSES = Path(__file__).parent / "data" / "laboratory_causes.csv"
 COUNT = 10
-SCHEME = "robust_curve"
+SCHEME = "told"
 SENSORS = ("force", "displacement", "spool", "velocity")
 GONE = {
     "overlap": {"overlap": 0.0},
@@ -42,8 +42,9 @@ def departure(data: dict[str, np.ndarray], scheme: str = SCHEME) -> np.ndarray:
 
 
 def swept(case: Case, sweep: eft.Command) -> float:
-    """The departure of one rig in a sweep."""
-    run = eft.simulate(case.rig.replace(SCHEMES[SCHEME]), sweep)
+    """The departure of one rig in a sweep, its overlap known."""
+    overlap = case.rig.plant["servovalve.overlap"]
+    run = eft.simulate(case.rig.replace(changes_of(SCHEME, 0, overlap)), sweep)
     if not run.success:
         return np.inf
     ratio = run.fft_ratio(*BAND).ratio
@@ -78,15 +79,15 @@ def report(folder: Path) -> None:
     write_text(folder / "laboratory_causes.md", "\n".join(lines) + "\n")
 
 
-def main(count: int, results: Path = RESULTS, causes: Path = CAUSES) -> None:
+def main(count: int) -> None:
     """The worst rigs of the study."""
-    far = departure(read(results))
+    far = departure(read(results(SEED)))
     rigs, rows = drawn(far.size), list[Row]()
     for number in np.argsort(-far)[:count]:
         rows.append(row(int(number), *rigs[number]))
         print(rows[-1], flush=True)
-    write(causes, rows)
+    write(CAUSES, rows)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT, *(Path(path) for path in sys.argv[2:]))
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT)

@@ -1,8 +1,9 @@
 """Rigs as laboratories have them: late and slow sensors, friction, overlap, and other specimens.
 
-``python docs/evidence/laboratory_rigs.py [COUNT] [FILE]`` runs the tests and adds a row a rig to
-``data/laboratory_rigs.csv``, going on behind the last (one to two seconds of one core a rig). The same seed
-makes the same rigs on every machine.
+``python docs/evidence/laboratory_rigs.py [COUNT] [SEED]`` runs the tests and adds a row a rig to
+``data/laboratory_rigs.csv``, going on behind the last (two to four seconds of one core a rig). The same seed
+makes the same rigs on every machine. Another seed has a file of its own: that of 17 was kept back until all
+was designed.
 """
 
 import sys
@@ -20,8 +21,8 @@ from eft.benchmark._excitations import within_the_rig
 from eft.benchmark._rigs import RATE
 from eft.demo.experiments import EL_CENTRO
 
-RESULTS = Path(__file__).parent / "data" / "laboratory_rigs.csv"
-SEED, COUNT = 16, 1000
+DATA = Path(__file__).parent / "data"
+SEED, COUNT, KEPT_BACK = 16, 60, 17
 AMPLITUDES = (2200.0, 8900.0)
 CURVE = {"compensation.curve_correction": True}
 ROBUST = {"controller.force_loop": "robust", "compensation.look_ahead": True}
@@ -31,7 +32,11 @@ SCHEMES: Schemes = {
     "curve": ADAPTIVE | CURVE,
     "robust": ADAPTIVE | ROBUST,
     "robust_curve": ADAPTIVE | ROBUST | CURVE,
+    "told": ADAPTIVE | ROBUST | CURVE,
+    "told_wrong": ADAPTIVE | ROBUST | CURVE,
 }
+TOLD = {"told": (1.0, 1.0), "told_wrong": (0.7, 1.3)}
+"""What the controller believes of the overlap, over the true one, of rigs with even and with odd numbers."""
 DURATION = 16.0
 """Of the sweep and of what is taken of the record, s."""
 TITLES = {
@@ -40,12 +45,25 @@ TITLES = {
     "curve": "adaptive with curve",
     "robust": "designed loop, adaptive",
     "robust_curve": "designed loop, adaptive with curve",
+    "told": "the same, overlap known",
+    "told_wrong": "overlap known with an error of 30 %",
 }
 UNSTABLE = 1.0
 """Force error (rms over rms) from which on a test counts as unstable."""
 
 
-def tested(case: Case, amplitude: float) -> Row:
+def results(seed: int) -> Path:
+    """The file of a seed's rigs."""
+    return DATA / ("laboratory_rigs.csv" if seed == SEED else f"laboratory_rigs_{seed}.csv")
+
+
+def changes_of(scheme: str, number: int, overlap: float) -> dict[str, object]:
+    """What a scheme is, of the rig with this number, whose lands overlap so far."""
+    believed = TOLD.get(scheme, (0.0, 0.0))[number % 2] * overlap
+    return SCHEMES[scheme] | {"servovalve.overlap": believed}
+
+
+def tested(number: int, case: Case, amplitude: float) -> Row:
     """A sweep and El Centro with each scheme."""
     known = case.rig.replace({"truth": None})
     record = eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO)
@@ -56,9 +74,15 @@ def tested(case: Case, amplitude: float) -> Row:
     row: Row = dict(case.drawn)
     row["amplitude"] = float(np.abs(commands["sweep"].values).max())
     row["scale"] = float(np.abs(commands["quake"].values).max() / np.abs(quake.values).max())
-    for scheme, changes in SCHEMES.items():
-        check = eft.check_feasibility(known.replace(changes), commands["sweep"])
-        found = {"allowed": float(check.verdict != "no"), "unstable": 0.0}
+    allowed: dict[object, float] = {}
+    for scheme in SCHEMES:
+        changes = changes_of(scheme, number, case.drawn["overlap"])
+        # The check depends on force loop and learning alone, and takes long for a designed loop.
+        kind = (changes.get("controller.force_loop"), changes.get("compensation.adaptive"))
+        if kind not in allowed:
+            check = eft.check_feasibility(known.replace(SCHEMES[scheme]), commands["sweep"])
+            allowed[kind] = float(check.verdict != "no")
+        found = {"allowed": allowed[kind], "unstable": 0.0}
         for name, command in commands.items():
             run = eft.simulate(case.rig.replace(changes), command)
             force_error = run.metrics(fft=False).nrmse
@@ -77,18 +101,18 @@ def tested(case: Case, amplitude: float) -> Row:
     return row
 
 
-def drawn(count: int) -> list[tuple[Case, float]]:
+def drawn(count: int, seed: int = SEED) -> list[tuple[Case, float]]:
     """Rigs, and the amplitude of the sweep of each (N)."""
-    amplitudes = np.random.default_rng(SEED + 1).choice(AMPLITUDES, count)
-    return list(zip(drawn_cases(count, SEED), map(float, amplitudes), strict=True))
+    amplitudes = np.random.default_rng(seed + 1).choice(AMPLITUDES, count)
+    return list(zip(drawn_cases(count, seed), map(float, amplitudes), strict=True))
 
 
-def run_missing(path: Path, count: int) -> None:
+def run_missing(count: int, seed: int) -> None:
     """The rigs that have no row yet."""
-    rigs = drawn(count)
+    path, rigs = results(seed), drawn(count, seed)
     done = len(read(path)["mass"]) if path.exists() else 0
     for number in range(done, count):
-        write(path, [tested(*rigs[number])], further=number > 0)
+        write(path, [tested(number, *rigs[number])], further=number > 0)
         print(f"{number + 1} of {count}", flush=True)
 
 
@@ -123,13 +147,34 @@ def shares(data: dict[str, np.ndarray]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def least_errors(data: dict[str, np.ndarray]) -> np.ndarray:
+    """Error below 20 Hz of El Centro's force whose measurement is the command, of each rig's load cell."""
+    record = eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO)
+    command = eft.effective_force(record, 1.0, RATE).values[: int(DURATION * RATE)]
+    spectrum, frequency = np.fft.rfft(command), np.fft.rfftfreq(command.size, 1.0 / RATE)
+    errors = []
+    for gain, delay, bandwidth in zip(
+        data["force_gain"], data["force_delay"], data["force_bandwidth"], strict=True
+    ):
+        late = np.exp(-2j * np.pi * frequency * round(delay * RATE) / RATE)
+        cell = gain * late / (1.0 + 1j * frequency / bandwidth)
+        force = np.fft.irfft(np.where(frequency < 100.0, spectrum / cell, spectrum), command.size)
+        errors.append(slow_error(command, force, RATE))
+    return np.array(errors)
+
+
 def report(folder: Path) -> None:
-    """The table that the page includes."""
-    data = read(RESULTS)
-    write_text(folder / "laboratory_rigs.md", f"{data['mass'].size} rigs.\n\n{shares(data)}")
+    """The tables that the page includes."""
+    for name, seed in (("laboratory_rigs", SEED), ("laboratory_rigs_kept_back", KEPT_BACK)):
+        data = read(results(seed))
+        write_text(folder / f"{name}.md", f"{data['mass'].size} rigs, seed {seed}.\n\n{shares(data)}")
+    least = least_errors(read(results(SEED)))
+    share, median = 100 * np.mean(least <= 0.03), 100 * np.median(least)
+    text = f"This force is within 3 % on {share:.0f} % of the rigs. Its median error is {median:.1f} %.\n"
+    write_text(folder / "laboratory_least.md", text)
 
 
 if __name__ == "__main__":
     run_missing(
-        Path(sys.argv[2]) if len(sys.argv) > 2 else RESULTS, int(sys.argv[1]) if len(sys.argv) > 1 else COUNT
+        int(sys.argv[1]) if len(sys.argv) > 1 else COUNT, int(sys.argv[2]) if len(sys.argv) > 2 else SEED
     )
