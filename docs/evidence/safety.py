@@ -157,8 +157,7 @@ YIELDS: dict[str, object] = {
 
 
 def yielding(moments: int) -> Iterator[dict[str, object]]:
-    """One row per transient fault and ramp: the largest displacement of a yielding specimen over the ideal
-    one."""
+    """One row per transient fault and ramp: largest displacement over the ideal one."""
     command = quake(7040.0)
     values = np.asarray(command.values)
     base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | YIELDS)
