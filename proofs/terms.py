@@ -14,7 +14,7 @@ _names = iter(range(10**9))
 
 
 #: Exponent and significand (bits) of a float by its size (bytes).
-FORMATS = {1: (4, 4), 2: (5, 11), 4: (8, 24), 8: (11, 53)}
+FORMATS = {2: (5, 11), 4: (8, 24), 8: (11, 53)}
 _CODES = {2: ("<e", "<H"), 4: ("<f", "<I"), 8: ("<d", "<Q")}
 
 
