@@ -79,6 +79,8 @@ msrv: ## Check eft-core alone with the oldest Rust that its manifest promises, a
 	rustup run "$(MSRV)" cargo test --locked --package eft-core --features defmt,serde --test wire --target-dir target/msrv
 
 firmware: $(VENV)/.importable $(VENV)/.extra-test ## Build the Cortex-M images, run them under QEMU, budgets against measurements
+	# For OpenSees, rig and processor in one loop; where it cannot be installed, the next line says what is skipped.
+	-$(BIN)/pip install --quiet --no-compile 'effective-force-testing[opensees]'
 	firmware/run
 
 boards: ## Build the firmware examples for real boards; the image for measurements on a processor also runs under QEMU
