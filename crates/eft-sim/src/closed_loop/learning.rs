@@ -87,7 +87,12 @@ where
 
     /// As [`RigChannel::saved`](crate::closed_loop::channel::RigChannel::saved), of a lane.
     pub(crate) fn saved(&self, lane: usize) -> Option<SavedCalibration> {
-        self.learners.get(lane)?.saved()
+        let mut learning = self.learners.get(lane)?.clone();
+        // A window that closed with the last tick would be learned before the next.
+        if self.closed {
+            learning.learner.update(&mut learning.state, &self.state.window(lane));
+        }
+        learning.saved()
     }
 
     /// As [`RigChannel::found_flows`](crate::closed_loop::channel::RigChannel::found_flows), for one lane.

@@ -98,6 +98,11 @@ fn identifier(name: &str) -> Result<&str> {
 
 /// Refuses settings that only the firmware itself can realize.
 pub(crate) fn exportable(rig: &RigConfig) -> Result<()> {
+    if let Some(saved) = &rig.calibration {
+        let allowed =
+            "must be left out: firmware starts from it by `Learner::start_from` or `eft_start_from_f32`";
+        return Err(Error::value("calibration.version", saved.version, allowed));
+    }
     match rig.compensation.computation_delay {
         0 => Ok(()),
         delay => Err(Error::value("compensation.computation_delay", delay, "must be 0 for firmware")),

@@ -1,5 +1,7 @@
 //! Tests of exported and refused rigs.
 
+use eft_core::Deviations;
+
 use crate::config::{KEYS, Key, Kind};
 
 use super::*;
@@ -85,7 +87,9 @@ fn with_another(rig: &RigConfig, row: &Key, truth: &str) -> Option<RigConfig> {
 #[test]
 fn every_key_of_the_controller_is_in_the_text_or_refused_and_none_of_the_plant() {
     let rigs = rigs();
-    for row in KEYS.iter().filter(|row| !OF_NEITHER.contains(&row.key)) {
+    // A calibration is refused as a whole.
+    let told = |row: &&Key| !OF_NEITHER.contains(&row.key) && !row.key.starts_with("calibration.");
+    for row in KEYS.iter().filter(told) {
         for target in [Target::Rust, Target::C] {
             let tells =
                 rigs.iter().filter_map(|rig| Some((rig, with_another(rig, row, "")?))).any(|(rig, other)| {
@@ -97,6 +101,23 @@ fn every_key_of_the_controller_is_in_the_text_or_refused_and_none_of_the_plant()
             let of_the_plant = OF_THE_PLANT.iter().any(|start| row.key.starts_with(start));
             assert_eq!(tells, !of_the_plant, "{} for {target:?}", row.key);
         }
+    }
+}
+
+#[test]
+fn a_saved_calibration_is_refused() {
+    let rig = RigConfig::zhao2005().replace(&[("compensation.adaptive", true.into())]).unwrap();
+    let learner =
+        <f32 as Precision>::learner(&parameters(&rig, rig.controller.sample_rate).unwrap()).unwrap();
+    let mut calibration = learner.saved(&learner.at_rest());
+    // A learner at rest knows no deviations.
+    calibration.deviations =
+        Deviations { flow_gain: 1e-3, valve_gain: 1e-3, response_delay: 1e-4, velocity_delay: 1e-4 };
+    (calibration.curve.asymmetry_deviation, calibration.curve.error) = (1e-3, 1e-6);
+    let saved = rig.with(|rig| rig.calibration = Some(calibration)).unwrap();
+    for target in [Target::Rust, Target::C] {
+        let refusal = export(&saved, Some("rig"), target).unwrap_err().to_string();
+        assert!(refusal.starts_with("calibration.version"), "{refusal}");
     }
 }
 
