@@ -48,6 +48,7 @@ def test_each_is_the_test_it_would_be_alone(rigs, dtype, threads):
         assert entry.traces is not None
         energy = entry.traces.pop("energy")
         assert energy is None or eft.EnergyBalance(**energy) == alone.energy
+        assert entry.traces.pop("calibrations") == [alone.calibration]
         for name, trace in entry.traces.items():
             assert_array_equal(trace, getattr(alone, name), strict=True)
 

@@ -139,14 +139,16 @@ def test_the_kept_benchmark_is_what_the_code_gives(script, tmp_path, monkeypatch
 
 def test_the_kept_laboratory_rigs_are_what_the_code_gives(script, monkeypatch, tmp_path):
     study, rigs = script("laboratory_rigs"), script("random_rigs")
-    kept = rigs.read(study.RESULTS)
+    kept = rigs.read(study.results(study.SEED))
     # An unstable test multiplies the last bit, and what is learned moves with the learner.
     index = int((kept["fixed_unstable"] == 0).nonzero()[0][0])
     monkeypatch.setattr(study, "SCHEMES", {"fixed": {}})
-    now = study.tested(*study.drawn(index + 1)[index])
+    now = study.tested(index, *study.drawn(index + 1)[index])
     same({name: kept[name][index] for name in now}, now)
     for page in (study, script("laboratory_causes")):
         page.report(tmp_path)
     assert (
-        (tmp_path / "laboratory_rigs.md").read_text(encoding="utf-8").startswith(f"{kept['mass'].size} rigs.")
+        (tmp_path / "laboratory_rigs.md")
+        .read_text(encoding="utf-8")
+        .startswith(f"{kept['mass'].size} rigs, seed {study.SEED}.")
     )
