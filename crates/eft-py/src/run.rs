@@ -7,6 +7,7 @@ use eft_sim::closed_loop::{
     self, DEFAULT_STEP, Method, Otherwise, TRACES, Values, ideal_responses, simulate_actuators,
     simulate_specimen,
 };
+use eft_sim::config::calibration_section;
 use eft_sim::metrics::{self as judge, Actuator, METRICS, Metrics, TimeMetrics};
 use eft_sim::plant::EnergyBalance;
 use eft_sim::{SimulateOptions, TestRun};
@@ -181,10 +182,8 @@ pub(crate) fn calibration<'py>(
     py: Python<'py>,
     saved: Option<&SavedCalibration>,
 ) -> PyResult<Option<Bound<'py, PyAny>>> {
-    let Some(saved) = saved else { return Ok(None) };
-    let tree =
-        toml::Value::try_from(saved).map_err(|error| refuse("calibration", error, "must be plain data"))?;
-    to_python_value(py, &tree).map(Some)
+    let section = saved.and_then(calibration_section);
+    section.map(|section| to_python_value(py, &section)).transpose()
 }
 
 /// The traces of a run: name, unit, description, and its value in a test that does not record it: "recorded",

@@ -4,6 +4,9 @@
 //! products would overflow.
 
 use super::schema::{Key, Kind, Need, Preset};
+use super::sections::{
+    FaultKind, FaultSignal, ForceLoop, Mode, MotionAt, Realization, SignFrom, StructureKind, VelocitySource,
+};
 use Kind::{Bool, Choice, Float, Floats, Int, Text};
 use Need::{Optional, Required, When};
 
@@ -75,10 +78,10 @@ pub static KEYS: &[Key] = &[
     key("controller.proportional_gain", "", Float(1e-6, 1e6), Required, "proportional gain G_p, Eq. (1)"),
     key("controller.derivative_gain", "s", Float(0.0, 10.0), Required, "derivative gain G_d, Eq. (1)"),
     key("controller.integral_gain", "1/s", Float(0.0, 1e6), float(0.0), "integral gain G_i of a digital force loop, against a null bias; 0 for none"),
-    key("controller.realization", "", Choice(&["analog", "digital"]), Need::Default(Preset::Text("analog")), "where the force loop runs: in continuous time or sampled"),
-    key("controller.force_loop", "", Choice(&["pd", "robust"]), Need::Default(Preset::Text("pd")), "gains of the force loop: the configured ones, or designed from the rig to damp the oil column; the designed loop is digital"),
+    key("controller.realization", "", Choice(Realization::WORDS), Need::Default(Preset::Text("analog")), "where the force loop runs: in continuous time or sampled"),
+    key("controller.force_loop", "", Choice(ForceLoop::WORDS), Need::Default(Preset::Text("pd")), "gains of the force loop: the configured ones, or designed from the rig to damp the oil column; the designed loop is digital"),
     key("controller.sample_rate", "Hz", Float(1.0, 1e6), Required, "sample rate for a command without its own"),
-    key("controller.velocity_source", "", Choice(&["sensor", "derivative", "observer", "accelerometer"]), Need::Default(Preset::Text("sensor")), "source of the velocity: its sensor, the displacement's derivative, an observer of displacement and force, or an observer of displacement and acceleration"),
+    key("controller.velocity_source", "", Choice(VelocitySource::WORDS), Need::Default(Preset::Text("sensor")), "source of the velocity: its sensor, the displacement's derivative, an observer of displacement and force, or an observer of displacement and acceleration"),
     key("controller.velocity_corner", "Hz", Float(1e-3, 1e6), float(80.0), "corner of the two low-passes of the derivative"),
     key("controller.observer_mass", "kg", Float(1e-3, 1e12), OBSERVER, "mass that the force moves, in the observer"),
     key("controller.observer_displacement_noise", "m", Float(1e-12, 1.0), float(6.4e-5), "noise of the displacement per sample, in the observer"),
@@ -86,7 +89,7 @@ pub static KEYS: &[Key] = &[
     key("controller.observer_drift", "m/s³", Float(1e-6, 1e9), float(200.0), "rate at which spring and damper change the acceleration, in the observer"),
     key("controller.accelerometer_drift", "m/s³", Float(1e-6, 1e9), float(1.0), "rate at which the accelerometer's error changes, in the observer of displacement and acceleration"),
 
-    key("compensation.mode", "", Choice(&["off", "linear", "nonlinear"]), Required, "velocity feedback scheme"),
+    key("compensation.mode", "", Choice(Mode::WORDS), Required, "velocity feedback scheme"),
     key("compensation.level", "", Float(0.0, 10.0), float(1.0), "compensation level, 1 = full"),
     key("compensation.flow_gain", "m³/s", Float(1e-12, 1e3), Required, "no-load flow gain at the origin K_v, of the linear scheme"),
     key("compensation.valve_gain", "1/V", Float(1e-6, 1e6), Required, "valve gain K_s, Eq. (8)"),
@@ -94,7 +97,7 @@ pub static KEYS: &[Key] = &[
     key("compensation.velocity_delay", "s", Float(0.0, 0.1), float(0.0), "known latency of the velocity, for which the lead network also compensates"),
     key("compensation.lead_alpha", "", Float(1e-3, 0.99), Required, "ratio of the lead network's time constants α, Eq. (8)"),
     key("compensation.computation_delay", "samples", Int(0, 1000), int(0), "delay of the compensation by computation"),
-    key("compensation.sign_from", "", Choice(&["spool", "demand"]), Need::Default(Preset::Text("spool")), "signal that gives the sign of the load-pressure term"),
+    key("compensation.sign_from", "", Choice(SignFrom::WORDS), Need::Default(Preset::Text("spool")), "signal that gives the sign of the load-pressure term"),
     key("compensation.feedforward", "", Bool, OFF, "add the flow that the command itself needs"),
     key("compensation.look_ahead", "", Bool, OFF, "feed the next sample's command forward; needs `compensation.feedforward`"),
     key("compensation.adaptive", "", Bool, OFF, "estimate flow gain, delays and valve gain during the test, with the guard against overcompensation"),
@@ -127,7 +130,7 @@ pub static KEYS: &[Key] = &[
     key("calibration.curve.departure_deviations", "m³/s", Floats(17, 17, 0.0, 1e3), Optional, "standard deviations of the departures"),
     key("calibration.curve.error", "m³/s", Float(1e-18, 1e3), Optional, "rms of the flow of a window that the correction leaves unexplained"),
 
-    key("structure.kind", "", Choice(&["linear", "bilinear", "bouc_wen", "shear_building"]), Required, "kind of structure; the keys of other kinds are ignored"),
+    key("structure.kind", "", Choice(StructureKind::WORDS), Required, "kind of structure; the keys of other kinds are ignored"),
     key("structure.mass", "kg", Float(1e-3, 1e12), Required, "mass m"),
     key("structure.damping", "N·s/m", Float(0.0, 1e12), Required, "viscous damping c"),
     key("structure.stiffness", "N/m", Float(0.0, 1e15), Required, "stiffness k"),
@@ -144,7 +147,7 @@ pub static KEYS: &[Key] = &[
     key("structure.stories.stiffnesses", "N/m", Floats(1, 64, 1e-3, 1e15), BUILDING, "stiffness of the columns below each floor"),
 
     key("sensors.seed", "", Int(0, i64::MAX), int(0), "seed of all noise"),
-    key("sensors.motion_at", "", Choice(&["piston", "structure"]), Need::Default(Preset::Text("piston")), "side of the attachment whose displacement and velocity are measured, where `actuator.attachment_stiffness` is given"),
+    key("sensors.motion_at", "", Choice(MotionAt::WORDS), Need::Default(Preset::Text("piston")), "side of the attachment whose displacement and velocity are measured, where `actuator.attachment_stiffness` is given"),
     key("sensors.cell_mass", "kg", Float(0.0, 1e9), Optional, "mass between load cell and piston, part of the structure's"),
     key("sensors.force.gain", "", Float(1e-2, 1e2), float(1.0), "load cell: gain, reading over true value"),
     key("sensors.force.noise", "N", Float(0.0, 1e9), float(0.0), "load cell: standard deviation of the noise per sample"),
@@ -194,8 +197,8 @@ pub static KEYS: &[Key] = &[
     key("sensors.acceleration.delay", "samples", Int(0, 1000), int(0), "accelerometer: delay"),
     key("sensors.acceleration.bias", "m/s²", Float(-1e6, 1e6), float(0.0), "accelerometer: constant offset"),
     key("sensors.acceleration.dropout", "", Float(0.0, 1.0), float(0.0), "accelerometer: share of lost samples"),
-    key("sensors.fault.signal", "", Choice(&["force", "velocity", "displacement", "spool", "supply_pressure", "acceleration"]), Optional, "sensor that fails during the test"),
-    key("sensors.fault.kind", "", Choice(&["lost", "zero", "stuck", "sign", "gain"]), Optional, "kind of failure: no valid reading, zero, the last reading repeated, wrong sign, wrong gain"),
+    key("sensors.fault.signal", "", Choice(FaultSignal::WORDS), Optional, "sensor that fails during the test"),
+    key("sensors.fault.kind", "", Choice(FaultKind::WORDS), Optional, "kind of failure: no valid reading, zero, the last reading repeated, wrong sign, wrong gain"),
     key("sensors.fault.start", "s", Float(0.0, 1e6), Optional, "start of the failure"),
     key("sensors.fault.duration", "s", Float(0.0, 1e6), Optional, "duration of the failure; absent means to the end of the test"),
     key("sensors.fault.gain", "", Float(1e-2, 1e2), When("sensors.fault.kind", "gain"), "reading over true value of the failure; needs `sensors.fault.kind = \"gain\"`"),

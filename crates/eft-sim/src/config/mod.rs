@@ -10,6 +10,7 @@ mod keys;
 mod lap;
 mod quantity;
 mod schema;
+mod section;
 mod sections;
 mod text;
 mod tree;
@@ -32,7 +33,7 @@ use std::ops::Deref;
 use std::path::Path;
 
 use eft_core::SavedCalibration;
-use serde::{Deserialize, Serialize};
+use section::{Entry, section};
 
 use crate::{Error, Result};
 
@@ -80,36 +81,41 @@ impl Deref for RigConfig {
     }
 }
 
-/// The values of a rig by section.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RigValues {
-    /// A name for reports and exported files.
-    pub name: Option<String>,
-    /// The actuator.
-    pub actuator: Actuator,
-    /// The hydraulic supply.
-    pub supply: Supply,
-    /// The true servovalve.
-    pub servovalve: Servovalve,
-    /// The servovalve controller, Eq. (1).
-    pub controller: Controller,
-    /// The velocity feedback compensation as the controller knows it.
-    pub compensation: Compensation,
-    /// What an earlier test has taught, from which an adaptive controller starts.
-    pub calibration: Option<SavedCalibration>,
-    /// The test structure, Fig. 7.
-    pub structure: Structure,
-    /// The errors of the sensors; ideal by default.
-    pub sensors: Sensors,
-    /// The errors of the output converter; ideal by default.
-    pub dac: Dac,
-    /// Protection of the specimen; none by default.
-    pub protection: Protection,
-    /// Limits and plausible measurement ranges; none by default.
-    pub limits: Limits,
-    /// The limits of the verdict.
-    pub verdict: Verdict,
+section! {
+    /// The values of a rig by section.
+    pub struct RigValues {
+        /// A name for reports and exported files.
+        pub name: Option<String>,
+        /// The actuator.
+        pub actuator: Actuator,
+        /// The hydraulic supply.
+        pub supply: Supply,
+        /// The true servovalve.
+        pub servovalve: Servovalve,
+        /// The servovalve controller, Eq. (1).
+        pub controller: Controller,
+        /// The velocity feedback compensation as the controller knows it.
+        pub compensation: Compensation,
+        /// What an earlier test has taught, from which an adaptive controller starts.
+        pub calibration: Option<SavedCalibration>,
+        /// The test structure, Fig. 7.
+        pub structure: Structure,
+        /// The errors of the sensors; ideal by default.
+        pub sensors: Sensors,
+        /// The errors of the output converter; ideal by default.
+        pub dac: Dac,
+        /// Protection of the specimen; none by default.
+        pub protection: Protection,
+        /// Limits and plausible measurement ranges; none by default.
+        pub limits: Limits,
+        /// The limits of the verdict.
+        pub verdict: Verdict,
+    }
+}
+
+/// A saved calibration as the section `calibration` of a rig.
+pub fn calibration_section(saved: &SavedCalibration) -> Option<toml::Value> {
+    saved.write()
 }
 
 impl RigConfig {
@@ -167,9 +173,9 @@ impl RigConfig {
     }
 
     fn from_complete(complete: toml::Table, truth: Option<Box<Truth>>) -> Result<Self> {
-        // Names, types and ranges are already checked. Serde fails only if KEYS and the structs disagree.
-        let values = RigValues::deserialize(toml::Value::Table(complete))
-            .map_err(|error| Error::Toml(error.message().to_owned()))?;
+        // Names, types and ranges are already checked. This fails only if KEYS and the structs disagree.
+        let values = RigValues::read(Some(&toml::Value::Table(complete)))
+            .ok_or_else(|| Error::Toml("a field has no key".into()))?;
         let mut rig = Self { values, given: None, lapped: None, truth };
         rig.lap()?;
         Ok(rig)
@@ -177,19 +183,19 @@ impl RigConfig {
 
     /// The configuration as a tree of sections, defaults included.
     pub fn to_tree(&self) -> toml::Table {
-        // Plain structs of numbers, strings and lists always serialize. The only exception, a seed above
-        // 2^63, is not allowed in a rig.
-        self.tree_of(&self.values).unwrap_or_default()
+        self.tree_of(&self.values)
     }
 
     /// A tree of these values and of this rig's `truth`.
-    fn tree_of(&self, values: &RigValues) -> Result<toml::Table> {
-        let values = self.as_given(values);
-        let mut tree = toml::Table::try_from(&values).map_err(|error| Error::Toml(error.to_string()))?;
+    fn tree_of(&self, values: &RigValues) -> toml::Table {
+        let mut tree = match self.as_given(values).write() {
+            Some(toml::Value::Table(tree)) => tree,
+            _ => toml::Table::new(),
+        };
         if let Some(truth) = &self.truth {
             tree.insert(tree::TRUTH.to_owned(), truth.values.clone().into());
         }
-        Ok(tree)
+        tree
     }
 
     /// The true rig: this one with the values of its `truth`. Plant, sensors and converter are made from it,
@@ -250,7 +256,7 @@ impl RigConfig {
     pub fn with(&self, change: impl FnOnce(&mut RigValues)) -> Result<Self> {
         let mut values = self.values.clone();
         change(&mut values);
-        Self::from_tree(self.tree_of(&values)?)
+        Self::from_tree(self.tree_of(&values))
     }
 
     /// The rig with changed fields, also in the plant, without checks, because an analysis may leave the

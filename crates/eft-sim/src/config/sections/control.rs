@@ -1,39 +1,39 @@
 //! The force loop and its compensation.
 
-use serde::{Deserialize, Serialize};
+use crate::config::section::{choice, section};
 
-/// `[controller]`: the servovalve controller, Eq. (1).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Controller {
-    /// Force sensitivity C_F, V/N.
-    pub force_sensitivity: f64,
-    /// Proportional gain G_p, dimensionless.
-    pub proportional_gain: f64,
-    /// Derivative gain G_d, s.
-    pub derivative_gain: f64,
-    /// Integral gain G_i of a digital force loop, 1/s; 0 means no integral.
-    pub integral_gain: f64,
-    /// Where the force loop runs.
-    pub realization: Realization,
-    /// Where its gains come from.
-    pub force_loop: ForceLoop,
-    /// Sample rate for a command without its own, Hz.
-    pub sample_rate: f64,
-    /// Where the compensation's velocity comes from.
-    pub velocity_source: VelocitySource,
-    /// Corner of the derivative's two low-passes, Hz.
-    pub velocity_corner: f64,
-    /// The mass that the force moves, as the observer knows it, kg.
-    pub observer_mass: Option<f64>,
-    /// Standard deviation of the displacement's noise per sample, as the observer knows it, m.
-    pub observer_displacement_noise: f64,
-    /// The same of the acceleration, measured or the force over the mass, m/s².
-    pub observer_acceleration_noise: f64,
-    /// Rate at which spring and damper change the acceleration, as the observer expects it, m/s³.
-    pub observer_drift: f64,
-    /// Rate at which the accelerometer's error changes, as the observer expects it, m/s³.
-    pub accelerometer_drift: f64,
+section! {
+    /// `[controller]`: the servovalve controller, Eq. (1).
+    pub struct Controller {
+        /// Force sensitivity C_F, V/N.
+        pub force_sensitivity: f64,
+        /// Proportional gain G_p, dimensionless.
+        pub proportional_gain: f64,
+        /// Derivative gain G_d, s.
+        pub derivative_gain: f64,
+        /// Integral gain G_i of a digital force loop, 1/s; 0 means no integral.
+        pub integral_gain: f64,
+        /// Where the force loop runs.
+        pub realization: Realization,
+        /// Where its gains come from.
+        pub force_loop: ForceLoop,
+        /// Sample rate for a command without its own, Hz.
+        pub sample_rate: f64,
+        /// Where the compensation's velocity comes from.
+        pub velocity_source: VelocitySource,
+        /// Corner of the derivative's two low-passes, Hz.
+        pub velocity_corner: f64,
+        /// The mass that the force moves, as the observer knows it, kg.
+        pub observer_mass: Option<f64>,
+        /// Standard deviation of the displacement's noise per sample, as the observer knows it, m.
+        pub observer_displacement_noise: f64,
+        /// The same of the acceleration, measured or the force over the mass, m/s².
+        pub observer_acceleration_noise: f64,
+        /// Rate at which spring and damper change the acceleration, as the observer expects it, m/s³.
+        pub observer_drift: f64,
+        /// Rate at which the accelerometer's error changes, as the observer expects it, m/s³.
+        pub accelerometer_drift: f64,
+    }
 }
 
 impl Controller {
@@ -43,76 +43,76 @@ impl Controller {
     }
 }
 
-/// Where the compensation's velocity comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum VelocitySource {
-    /// The velocity sensor.
-    Sensor,
-    /// The displacement sensor, differentiated and filtered.
-    Derivative,
-    /// Displacement and force, through a steady-state Kalman observer.
-    Observer,
-    /// Displacement and accelerometer, through the same observer.
-    Accelerometer,
+choice! {
+    /// Where the compensation's velocity comes from.
+    pub enum VelocitySource {
+        /// The velocity sensor.
+        Sensor = "sensor",
+        /// The displacement sensor, differentiated and filtered.
+        Derivative = "derivative",
+        /// Displacement and force, through a steady-state Kalman observer.
+        Observer = "observer",
+        /// Displacement and accelerometer, through the same observer.
+        Accelerometer = "accelerometer",
+    }
 }
 
-/// Where the gains of the force loop come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ForceLoop {
-    /// The configuration: the paper's controller.
-    Pd,
-    /// [`crate::design`], from the rig as the controller knows it; the loop is then digital.
-    Robust,
+choice! {
+    /// Where the gains of the force loop come from.
+    pub enum ForceLoop {
+        /// The configuration: the paper's controller.
+        Pd = "pd",
+        /// [`crate::design`], from the rig as the controller knows it; the loop is then digital.
+        Robust = "robust",
+    }
 }
 
-/// Where the force loop runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Realization {
-    /// The loop runs in continuous time; only the compensation is sampled and held.
-    Analog,
-    /// The loop and the compensation are sampled; the valve command is held.
-    Digital,
+choice! {
+    /// Where the force loop runs.
+    pub enum Realization {
+        /// The loop runs in continuous time; only the compensation is sampled and held.
+        Analog = "analog",
+        /// The loop and the compensation are sampled; the valve command is held.
+        Digital = "digital",
+    }
 }
 
-/// `[compensation]`: the velocity feedback compensation, Fig. 5 and Eq. (8).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Compensation {
-    /// The scheme.
-    pub mode: Mode,
-    /// Compensation level, 1 = full, dimensionless.
-    pub level: f64,
-    /// No-load flow gain at the origin K_v, m³/s per full opening.
-    pub flow_gain: f64,
-    /// Valve gain K_s, 1/V.
-    pub valve_gain: f64,
-    /// Response delay of the valve T_d, s.
-    pub response_delay: f64,
-    /// Latency of the velocity that is known, s.
-    pub velocity_delay: f64,
-    /// Ratio of the lead network's time constants α, dimensionless.
-    pub lead_alpha: f64,
-    /// Delay of the compensation by computation, samples.
-    pub computation_delay: u32,
-    /// Which signal gives the sign of the load-pressure term.
-    pub sign_from: SignFrom,
-    /// Whether the flow of the command itself is added.
-    pub feedforward: bool,
-    /// Whether the feedforward uses the command of the next sample.
-    pub look_ahead: bool,
-    /// Whether flow gain and valve are estimated during the test.
-    pub adaptive: bool,
-    /// Whether an adaptive rig also corrects the flow curve by direction and band of opening.
-    pub curve_correction: bool,
-    /// Whether a measured supply pressure scales the flow.
-    pub supply_correction: bool,
-    /// Whether the guard reduces the level on overcompensation, also without estimates.
-    pub guard: bool,
-    /// The bounds of the learner.
-    pub learning: Learning,
+section! {
+    /// `[compensation]`: the velocity feedback compensation, Fig. 5 and Eq. (8).
+    pub struct Compensation {
+        /// The scheme.
+        pub mode: Mode,
+        /// Compensation level, 1 = full, dimensionless.
+        pub level: f64,
+        /// No-load flow gain at the origin K_v, m³/s per full opening.
+        pub flow_gain: f64,
+        /// Valve gain K_s, 1/V.
+        pub valve_gain: f64,
+        /// Response delay of the valve T_d, s.
+        pub response_delay: f64,
+        /// Latency of the velocity that is known, s.
+        pub velocity_delay: f64,
+        /// Ratio of the lead network's time constants α, dimensionless.
+        pub lead_alpha: f64,
+        /// Delay of the compensation by computation, samples.
+        pub computation_delay: u32,
+        /// Which signal gives the sign of the load-pressure term.
+        pub sign_from: SignFrom,
+        /// Whether the flow of the command itself is added.
+        pub feedforward: bool,
+        /// Whether the feedforward uses the command of the next sample.
+        pub look_ahead: bool,
+        /// Whether flow gain and valve are estimated during the test.
+        pub adaptive: bool,
+        /// Whether an adaptive rig also corrects the flow curve by direction and band of opening.
+        pub curve_correction: bool,
+        /// Whether a measured supply pressure scales the flow.
+        pub supply_correction: bool,
+        /// Whether the guard reduces the level on overcompensation, also without estimates.
+        pub guard: bool,
+        /// The bounds of the learner.
+        pub learning: Learning,
+    }
 }
 
 impl Compensation {
@@ -123,46 +123,46 @@ impl Compensation {
     }
 }
 
-/// `[compensation.learning]`: the excitation that learning needs, and the bounds of the estimates.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Learning {
-    /// Opening below which nothing is learned, dimensionless.
-    pub excitation: f64,
-    /// Lowest flow gain over the table's, dimensionless.
-    pub lowest_flow_gain: f64,
-    /// Highest flow gain over the table's, dimensionless.
-    pub highest_flow_gain: f64,
-    /// Lowest valve gain over the configured one, dimensionless.
-    pub lowest_valve_gain: f64,
-    /// Highest valve gain over the configured one, dimensionless.
-    pub highest_valve_gain: f64,
-    /// Shortest response delay over the configured one, dimensionless.
-    pub shortest_delay: f64,
-    /// Longest response delay over the configured one, dimensionless.
-    pub longest_delay: f64,
-    /// Time without a new calibration after which the one in use has expired, s.
-    pub age_limit: f64,
+section! {
+    /// `[compensation.learning]`: the excitation that learning needs, and the bounds of the estimates.
+    pub struct Learning {
+        /// Opening below which nothing is learned, dimensionless.
+        pub excitation: f64,
+        /// Lowest flow gain over the table's, dimensionless.
+        pub lowest_flow_gain: f64,
+        /// Highest flow gain over the table's, dimensionless.
+        pub highest_flow_gain: f64,
+        /// Lowest valve gain over the configured one, dimensionless.
+        pub lowest_valve_gain: f64,
+        /// Highest valve gain over the configured one, dimensionless.
+        pub highest_valve_gain: f64,
+        /// Shortest response delay over the configured one, dimensionless.
+        pub shortest_delay: f64,
+        /// Longest response delay over the configured one, dimensionless.
+        pub longest_delay: f64,
+        /// Time without a new calibration after which the one in use has expired, s.
+        pub age_limit: f64,
+    }
 }
 
-/// The compensation scheme.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// No velocity feedback.
-    Off,
-    /// Constant flow gain `K_v`.
-    Linear,
-    /// Inverse flow curve with load-pressure correction.
-    Nonlinear,
+choice! {
+    /// The compensation scheme.
+    pub enum Mode {
+        /// No velocity feedback.
+        Off = "off",
+        /// Constant flow gain `K_v`.
+        Linear = "linear",
+        /// Inverse flow curve with load-pressure correction.
+        Nonlinear = "nonlinear",
+    }
 }
 
-/// Which signal gives the sign of the load-pressure term.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SignFrom {
-    /// The measured spool opening, as in the paper.
-    Spool,
-    /// The demanded flow, which does not chatter at null.
-    Demand,
+choice! {
+    /// Which signal gives the sign of the load-pressure term.
+    pub enum SignFrom {
+        /// The measured spool opening, as in the paper.
+        Spool = "spool",
+        /// The demanded flow, which does not chatter at null.
+        Demand = "demand",
+    }
 }

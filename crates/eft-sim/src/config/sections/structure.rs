@@ -1,87 +1,87 @@
 //! The test structure.
 
-use serde::{Deserialize, Serialize};
+use crate::config::section::{choice, section};
 
-/// `[structure]`, Fig. 7.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Structure {
-    /// The kind of structure; parts that a kind does not use are ignored.
-    pub kind: StructureKind,
-    /// Mass m, kg.
-    pub mass: f64,
-    /// Viscous damping c, N·s/m.
-    pub damping: f64,
-    /// Stiffness k, N/m.
-    pub stiffness: f64,
-    /// Softening of the bilinear elastic kind.
-    pub softening: Option<Softening>,
-    /// Yielding of the Bouc–Wen kind.
-    pub bouc_wen: Option<BoucWen>,
-    /// A power-law damper in parallel with the viscous one, for any kind except the shear building.
-    pub power_damper: Option<PowerDamper>,
-    /// The stories of a shear building.
-    pub stories: Option<Stories>,
+section! {
+    /// `[structure]`, Fig. 7.
+    pub struct Structure {
+        /// The kind of structure; parts that a kind does not use are ignored.
+        pub kind: StructureKind,
+        /// Mass m, kg.
+        pub mass: f64,
+        /// Viscous damping c, N·s/m.
+        pub damping: f64,
+        /// Stiffness k, N/m.
+        pub stiffness: f64,
+        /// Softening of the bilinear elastic kind.
+        pub softening: Option<Softening>,
+        /// Yielding of the Bouc–Wen kind.
+        pub bouc_wen: Option<BoucWen>,
+        /// A power-law damper in parallel with the viscous one, for any kind except the shear building.
+        pub power_damper: Option<PowerDamper>,
+        /// The stories of a shear building.
+        pub stories: Option<Stories>,
+    }
 }
 
-/// The kind of structure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StructureKind {
-    /// Linear spring.
-    Linear,
-    /// Two slopes, elastic, continuous.
-    Bilinear,
-    /// Hysteretic.
-    BoucWen,
-    /// Several stories, each with an actuator.
-    ShearBuilding,
+choice! {
+    /// The kind of structure.
+    pub enum StructureKind {
+        /// Linear spring.
+        Linear = "linear",
+        /// Two slopes, elastic, continuous.
+        Bilinear = "bilinear",
+        /// Hysteretic.
+        BoucWen = "bouc_wen",
+        /// Several stories, each with an actuator.
+        ShearBuilding = "shear_building",
+    }
 }
 
-/// Where and how a bilinear elastic spring softens.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Softening {
-    /// Displacement of the kink, m.
-    pub displacement: f64,
-    /// Stiffness beyond the kink, N/m.
-    pub stiffness: f64,
+section! {
+    /// Where and how a bilinear elastic spring softens.
+    pub struct Softening {
+        /// Displacement of the kink, m.
+        pub displacement: f64,
+        /// Stiffness beyond the kink, N/m.
+        pub stiffness: f64,
+    }
 }
 
-/// How a Bouc–Wen spring yields.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BoucWen {
-    /// Yield displacement, m.
-    pub yield_displacement: f64,
-    /// Stiffness after yielding over that before, dimensionless.
-    pub post_yield_ratio: f64,
-    /// Sharpness of the yield point n, dimensionless.
-    pub exponent: f64,
-    /// Shape β of the loop, with γ = 1 − β, dimensionless.
-    pub shape: f64,
+section! {
+    /// How a Bouc–Wen spring yields.
+    pub struct BoucWen {
+        /// Yield displacement, m.
+        pub yield_displacement: f64,
+        /// Stiffness after yielding over that before, dimensionless.
+        pub post_yield_ratio: f64,
+        /// Sharpness of the yield point n, dimensionless.
+        pub exponent: f64,
+        /// Shape β of the loop, with γ = 1 − β, dimensionless.
+        pub shape: f64,
+    }
 }
 
-/// The stories of a shear building, from the ground up; one actuator on each floor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Stories {
-    /// Masses of the floors, kg.
-    pub masses: Vec<f64>,
-    /// Damping of the columns below each floor, N·s/m.
-    pub dampings: Vec<f64>,
-    /// Stiffness of the columns below each floor, N/m.
-    pub stiffnesses: Vec<f64>,
+section! {
+    /// The stories of a shear building, from the ground up; one actuator on each floor.
+    pub struct Stories {
+        /// Masses of the floors, kg.
+        pub masses: Vec<f64>,
+        /// Damping of the columns below each floor, N·s/m.
+        pub dampings: Vec<f64>,
+        /// Stiffness of the columns below each floor, N/m.
+        pub stiffnesses: Vec<f64>,
+    }
 }
 
-/// A fluid damper with a power law.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PowerDamper {
-    /// Force at a velocity of 1 m/s, N.
-    pub coefficient: f64,
-    /// Exponent of the velocity, dimensionless.
-    pub exponent: f64,
+section! {
+    /// A fluid damper with a power law.
+    pub struct PowerDamper {
+        /// Force at a velocity of 1 m/s, N.
+        pub coefficient: f64,
+        /// Exponent of the velocity, dimensionless.
+        pub exponent: f64,
+    }
 }
 
 /// Mass of a floor, and its connection to the floor below.
