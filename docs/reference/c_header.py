@@ -17,7 +17,7 @@ def write(folder: Path) -> None:
     """Write the page's generated part, and the rules from the overview at the top of the header."""
     text = HEADER.read_text(encoding="utf-8")
     overview = text[text.index("/*") + 2 : text.index("*/")]
-    rules = overview[overview.index("What holds for every function:") :]
+    rules = overview[overview.index("Rules for every function:") :]
     parts = SECTION.split(text)
     sections = [
         f"## {title}\n\n{_section(body)}"

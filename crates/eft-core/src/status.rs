@@ -1,4 +1,4 @@
-//! What a step reports: one bit for each fact, the same bits in Rust, C, Python and files.
+//! The flags that a step reports. They have the same bits in Rust, C, Python and files.
 
 use core::fmt;
 
@@ -16,11 +16,11 @@ pub const COMMAND_LIMITED: u32 = 1 << 3;
 pub const RATE_LIMITED: u32 = 1 << 4;
 /// A measurement is not finite or out of its range; the last output is held.
 pub const INVALID_MEASUREMENT: u32 = 1 << 5;
-/// The command is not finite; the last output is held, or the last command.
+/// The command is not finite; the last output or the last command is held.
 pub const INVALID_COMMAND: u32 = 1 << 6;
 /// The output was held on request.
 pub const HELD: u32 = 1 << 7;
-/// The spool stands at a stop (set by the rig, which sees the true spool).
+/// The spool is at a stop (set by the simulated rig).
 pub const SPOOL_STOP: u32 = 1 << 8;
 /// The piston is beyond its stroke (set by the rig).
 pub const STROKE_EXCEEDED: u32 = 1 << 9;
@@ -28,34 +28,34 @@ pub const STROKE_EXCEEDED: u32 = 1 << 9;
 pub const DIVERGED: u32 = 1 << 10;
 /// A tick was missed, or a sample is old, missing or of the wrong period.
 ///
-/// Whoever runs the loop sets it where a tick was missed and the last output is held. A protection sets it by the alive
-/// counter or the period.
+/// The caller sets it after a missed tick, when the last output is held. A protection sets it from the alive counter or
+/// the period.
 pub const MISSED_TICK: u32 = 1 << 11;
-/// Nothing is learned: bad samples, or models that do not explain them.
+/// Nothing is learned: samples are bad, or the models do not explain them.
 pub const ADAPTATION_FROZEN: u32 = 1 << 12;
-/// An estimate stands at one of its bounds.
+/// An estimate is at one of its bounds.
 pub const ESTIMATE_BOUNDED: u32 = 1 << 13;
-/// The overcompensation guard has taken the compensation level back.
+/// The overcompensation guard has reduced the compensation level.
 pub const LEVEL_REDUCED: u32 = 1 << 14;
 /// A measurement is beyond its warning level.
 pub const PROTECTION_WARNING: u32 = 1 << 15;
-/// The protection has tripped: the force command is frozen and taken to zero.
+/// The protection has tripped: the force command is frozen and ramps to zero.
 pub const TRIPPED: u32 = 1 << 16;
-/// The protection takes the whole valve command to zero.
+/// The protection ramps the whole valve command to zero.
 pub const SHUT_DOWN: u32 = 1 << 17;
-/// A measurement repeats itself to the last bit, as of a frozen sensor.
+/// A measurement repeats to the last bit, as from a stuck sensor.
 pub const STUCK_MEASUREMENT: u32 = 1 << 18;
 /// The learner's last calibration came late or is missing.
 pub const CALIBRATION_LATE: u32 = 1 << 19;
-/// The force loop is open; an analog controller has to open its own.
+/// The force loop is open; an analog controller must open its own.
 pub const FORCE_LOOP_OPEN: u32 = 1 << 20;
-/// The force is not believed: it is lost for too long, or contradicted.
+/// The force is distrusted: it was lost for too long, or contradicted.
 pub const FORCE_DISTRUSTED: u32 = 1 << 21;
-/// The displacement is not believed.
+/// The displacement is distrusted.
 pub const DISPLACEMENT_DISTRUSTED: u32 = 1 << 22;
-/// The velocity is not believed.
+/// The velocity is distrusted.
 pub const VELOCITY_DISTRUSTED: u32 = 1 << 23;
-/// The spool opening is not believed.
+/// The spool opening is distrusted.
 pub const SPOOL_DISTRUSTED: u32 = 1 << 24;
 /// The calibration in use is older than its age limit.
 pub const CALIBRATION_EXPIRED: u32 = 1 << 25;
@@ -71,8 +71,8 @@ pub fn cause(status: u32) -> Cause {
     Cause::NAMES.iter().find(|(cause, _)| *cause as u32 == number).map_or(Cause::None, |(cause, _)| *cause)
 }
 
-/// The flags of a status in words, and the cause of a trip: `command_limited tripped(force_level)`. For messages, not
-/// for a tick.
+/// The names of a status's flags, and the cause of a trip: `command_limited tripped(force_level)`. For messages, not for
+/// a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Words(pub u32);
 

@@ -6,8 +6,8 @@
 
      extern const eft_parameters rig;      // written by "eft export"
      static eft_channel_f32 channel;       // configuration
-     static eft_state_f32 state;           // what the tick remembers
-     static eft_learner_f32 learner;       // the same for the learner, for a rig that learns
+     static eft_state_f32 state;           // state of the tick
+     static eft_learner_f32 learner;       // the same for the learner, if the rig learns
      static eft_learner_state_f32 learned;
      static eft_input_f32 input;
 
@@ -35,23 +35,23 @@
            eft_publish_f32(&channel, &state, &calibration) != EFT_OK) {
          return 0.0f;
        }
-       return output.voltage;              // output.status says what there is to report
+       return output.voltage;              // output.status has the flags
      }
 
-   Where learning belongs in a task below the interrupt, the interrupt offers the window (eft_offer_window_f32) and
-   publishes what it takes (eft_take_calibration_f32). The task takes the window and offers the calibration.
+   With the learner in a task of lower priority, the interrupt offers the window (eft_offer_window_f32). It publishes
+   the calibration that it takes (eft_take_calibration_f32). The task takes the window and offers the calibration.
 
-   What holds for every function:
-   - Memory. The caller owns every struct and passes it by pointer; the library has no globals and allocates nothing.
+   Rules for every function:
+   - Memory. The caller owns every struct and passes it by pointer. The library has no globals and allocates no memory.
      A struct with a marker is opaque: a function makes it. One that was never made is refused with EFT_NOT_MADE.
-   - Pointers. Each is null or points to a whole, aligned struct of its type, and no two of a call overlap. Null gives
-     EFT_NULL_POINTER and has no other effect, except that eft_step gives 0 V.
-   - Contexts. A function that takes a state runs in the context of its step. Requests (eft_request_...) come from any
-     context at any moment, and none is lost. Of an exchange (eft_offer_..., eft_take_...) each end belongs to one
-     context. Configurations are made and checked outside the interrupt.
-   - Floating point. Round to nearest, no flush to zero, no default NaN: FPSCR as it is after reset. With another mode
-     the bits differ from those of a simulation. Compile your own arithmetic with -ffp-contract=off for the same reason.
-   - Units are SI. A positive spool opening lets flow into the chamber that pulls the structure; load pressure, force,
+   - Pointers. Each is null or points to a whole, aligned struct of its type. The structs of a call do not overlap. Null
+     gives EFT_NULL_POINTER and has no other effect, except that eft_step gives 0 V.
+   - Contexts. Call a function that takes a state in the context of its step. Requests (eft_request_...) may come from
+     any context at any moment, and none is lost. Call eft_offer_... of an exchange in one context and eft_take_... in
+     one context. Make and check configurations outside the interrupt.
+   - Floating point. Round to nearest, without flush to zero and without default NaN, as FPSCR is after reset. In
+     another mode the bits differ from those of a simulation. Compile your own arithmetic with -ffp-contract=off.
+   - Units are SI. A positive spool opening admits flow to the chamber that pulls the structure. Load pressure, force,
      displacement and velocity are then positive. */
 #ifndef EFT_H
 #define EFT_H
@@ -90,39 +90,39 @@ extern "C" {
 #define EFT_NOT_INCREASING 5       // A table does not increase strictly.
 #define EFT_LENGTH 6               // A table's length is not allowed.
 #define EFT_TOO_STEEP 7            // A table rises too steeply.
-#define EFT_BUSY 8                 // What was offered before has not been taken yet.
+#define EFT_BUSY 8                 // The last offer has not been taken yet.
 #define EFT_REFUSED 9              // A parameter was refused for a reason that has no code.
-#define EFT_CORRUPT 10             // The configuration differs from what its parameters make.
-#define EFT_NOT_MADE 11            // An opaque struct was never made: not configured, not reset, not filled.
+#define EFT_CORRUPT 10             // The configuration differs from one that is made from its parameters.
+#define EFT_NOT_MADE 11            // An opaque struct was never configured, reset or filled.
 
 // The version this library was built with: compare it with EFT_ABI_VERSION once at start-up.
 EFT_NODISCARD uint32_t eft_abi_version(void);
 
 /* ---------- Status of a tick ---------- */
 
-#define EFT_NO_STEP (1u << 31)     // The step was refused, and its return code says why; the output is 0 V.
+#define EFT_NO_STEP (1u << 31)     // The step was refused; its return code has the reason, and the output is 0 V.
 #define EFT_SPOOL_WARNING (1u << 0) // The measured or required spool opening is beyond its warning level.
 #define EFT_DEMAND_SATURATED (1u << 1) // The demanded flow is beyond the flow table, or the opening beyond the stroke.
 #define EFT_LOAD_PRESSURE_FLOORED (1u << 2) // The load-pressure correction is at its limit.
 #define EFT_COMMAND_LIMITED (1u << 3) // The valve command was cut to its limit.
 #define EFT_RATE_LIMITED (1u << 4) // The valve command's rate was cut to its limit.
 #define EFT_INVALID_MEASUREMENT (1u << 5) // A measurement is not finite or out of its range; the last output is held.
-#define EFT_INVALID_COMMAND (1u << 6) // The command is not finite; the last output is held, or the last command.
+#define EFT_INVALID_COMMAND (1u << 6) // The command is not finite; the last output or the last command is held.
 #define EFT_HELD (1u << 7)         // The output was held on request.
 #define EFT_MISSED_TICK (1u << 11) // A tick was missed, or a sample is old, missing or of the wrong period.
-#define EFT_ADAPTATION_FROZEN (1u << 12) // Nothing is learned: bad samples, or models that do not explain them.
-#define EFT_ESTIMATE_BOUNDED (1u << 13) // An estimate stands at one of its bounds.
-#define EFT_LEVEL_REDUCED (1u << 14) // The overcompensation guard has taken the compensation level back.
+#define EFT_ADAPTATION_FROZEN (1u << 12) // Nothing is learned: samples are bad, or the models do not explain them.
+#define EFT_ESTIMATE_BOUNDED (1u << 13) // An estimate is at one of its bounds.
+#define EFT_LEVEL_REDUCED (1u << 14) // The overcompensation guard has reduced the compensation level.
 #define EFT_PROTECTION_WARNING (1u << 15) // A measurement is beyond its warning level.
-#define EFT_TRIPPED (1u << 16)     // The protection has tripped: the force command is frozen and taken to zero.
-#define EFT_SHUT_DOWN (1u << 17)   // The protection takes the whole valve command to zero.
-#define EFT_STUCK_MEASUREMENT (1u << 18) // A measurement repeats itself to the last bit, as of a frozen sensor.
+#define EFT_TRIPPED (1u << 16)     // The protection has tripped: the force command is frozen and ramps to zero.
+#define EFT_SHUT_DOWN (1u << 17)   // The protection ramps the whole valve command to zero.
+#define EFT_STUCK_MEASUREMENT (1u << 18) // A measurement repeats to the last bit, as from a stuck sensor.
 #define EFT_CALIBRATION_LATE (1u << 19) // The learner's last calibration came late or is missing.
-#define EFT_FORCE_LOOP_OPEN (1u << 20) // The force loop is open; an analog controller has to open its own.
-#define EFT_FORCE_DISTRUSTED (1u << 21) // The force is not believed: it is lost for too long, or contradicted.
-#define EFT_DISPLACEMENT_DISTRUSTED (1u << 22) // The displacement is not believed.
-#define EFT_VELOCITY_DISTRUSTED (1u << 23) // The velocity is not believed.
-#define EFT_SPOOL_DISTRUSTED (1u << 24) // The spool opening is not believed.
+#define EFT_FORCE_LOOP_OPEN (1u << 20) // The force loop is open; an analog controller must open its own.
+#define EFT_FORCE_DISTRUSTED (1u << 21) // The force is distrusted: it was lost for too long, or contradicted.
+#define EFT_DISPLACEMENT_DISTRUSTED (1u << 22) // The displacement is distrusted.
+#define EFT_VELOCITY_DISTRUSTED (1u << 23) // The velocity is distrusted.
+#define EFT_SPOOL_DISTRUSTED (1u << 24) // The spool opening is distrusted.
 #define EFT_CALIBRATION_EXPIRED (1u << 25) // The calibration in use is older than its age limit.
 #define EFT_CAUSE_SHIFT 26         // Lowest of the five bits of a status that hold the first cause of a trip.
 #define EFT_CAUSE (31u << EFT_CAUSE_SHIFT) // Those five bits, to be shifted to the right.
@@ -171,7 +171,7 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 typedef struct eft_learning {
   uint8_t adaptive;                  // 0 or 1; estimate flow gain and valve
   uint8_t curve_correction;          // 0 or 1; correct the flow table by direction and band of flow as well
-  uint8_t guard;                     // 0 or 1; reduce the level where overcompensation excites the structure
+  uint8_t guard;                     // 0 or 1; reduce the level if overcompensation excites the structure
   double excitation;                 // 1; opening below which nothing is learned
   double flow_gain_bounds[2];        // 1; lowest and highest flow gain over the table's
   double valve_gain_bounds[2];       // 1; lowest and highest valve gain over the configured one
@@ -236,10 +236,10 @@ typedef struct eft_parameters {
   double gain_on_displacement;       // 1; gains of the observers
   double gain_on_velocity;           // 1/s
   double gain_on_drift;              // 1/s2
-  double mass;                       // kg; that the force moves, of EFT_VELOCITY_OBSERVER
+  double mass;                       // kg; moved by the force, for EFT_VELOCITY_OBSERVER
   double velocity_delay;             // s; delay of the velocity; a learning lead network compensates for it as well
   uint32_t computation_delay;        // samples; delay of the compensation by computation, at most 1000
-  uint8_t feedforward;               // 0 or 1; the flow that the command needs is demanded as well
+  uint8_t feedforward;               // 0 or 1; demand the flow that the command needs as well
   uint8_t look_ahead;                // 0 or 1; the feedforward uses the next tick's command
   double force_sensitivity;          // V/N
   double proportional_gain;          // V/V
@@ -259,11 +259,11 @@ typedef struct eft_parameters {
 
 // Why a configuration was refused.
 typedef struct eft_error {
-  double value;                      // refused value or length; 0 where there is none
+  double value;                      // refused value or length; 0 if there is none
   double lowest;                     // lowest value allowed
   double highest;                    // highest value allowed
   uint32_t index;                    // entry of a table
-  char parameter[28];                // name of the parameter, ended by a zero byte
+  char parameter[28];                // name of the parameter, terminated by a zero byte
 } eft_error;
 
 /* ---------- The tick ---------- */
@@ -273,23 +273,23 @@ typedef struct eft_channel_f32 { uint64_t marker; float value[304]; } eft_channe
 // The state of a channel. Each actuator has one.
 typedef struct eft_state_f32 { uint64_t marker; float value[398]; } eft_state_f32;
 
-// One tick's command and measurements. What is never given stays NaN, by eft_input_init. A NaN that the rig needs flags
-// the tick.
+// One tick's command and measurements. eft_input_init sets every field to NaN, which stands for a missing signal. If
+// the rig needs a missing signal, the tick raises a flag.
 typedef struct eft_input_f32 {
   float command;                     // N
-  float velocity;                    // m/s; where a sensor measures it
+  float velocity;                    // m/s; if a sensor measures it
   float force;                       // N
   float spool;                       // 1
-  float displacement;                // m; for a protection, and where the velocity is estimated from it
+  float displacement;                // m; for a protection, or to estimate the velocity
   float acceleration;                // m/s2; for EFT_VELOCITY_ACCELEROMETER
-  float supply_pressure;             // Pa; where its deviations are corrected
-  float next_command;                // N; of the next tick, where the feedforward looks ahead
-  float valve_command;               // V; that of this sample, for learning with an analog controller
-  float alive;                       // 1; counts the samples; for a protection, NaN: not watched
-  float period;                      // s; since the last sample; for a protection, NaN: not watched
+  float supply_pressure;             // Pa; for supply_correction
+  float next_command;                // N; of the next tick, for look_ahead
+  float valve_command;               // V; of this sample, for learning with an analog controller
+  float alive;                       // 1; counter of the samples, for a protection; NaN: not watched
+  float period;                      // s; since the last sample, for a protection; NaN: not watched
 } eft_input_f32;
 
-// The sums of a window that has closed, for the learner.
+// The sums of a closed window, for the learner.
 typedef struct eft_window_f32 { uint64_t marker; float value[14]; } eft_window_f32;
 
 // One tick's result.
@@ -298,55 +298,56 @@ typedef struct eft_output_f32 {
   float compensation;                // V; the compensation signal
   float velocity;                    // m/s; measured or estimated
   float permitted_command;           // N; the command that an analog controller may follow
-  float authority;                   // 1; the protection's factor; an analog controller has to apply it
+  float authority;                   // 1; the protection's factor, which an analog controller must apply
   uint32_t status;                   // the flags and the cause above
-  uint32_t window_closed;            // 1 where a window has closed with this tick, else 0
-  eft_window_f32 window;             // for eft_learn, where one has closed
+  uint32_t window_closed;            // 1 if a window has closed with this tick, else 0
+  eft_window_f32 window;             // for eft_learn, if window_closed is 1
 } eft_output_f32;
 
-// What the learner has found, as the tick uses it.
+// The learner's result for the tick.
 typedef struct eft_calibration_f32 { uint64_t marker; float value[54]; } eft_calibration_f32;
 
-// Checks the parameters and makes a configuration of them. On refusal nothing is made: every function refuses *channel,
-// and *why (may be null) says what was wrong.
+// Checks the parameters and makes a configuration from them. After a refusal every function refuses *channel, and *why
+// (may be null) has the reason.
 EFT_NODISCARD uint8_t eft_configure_f32(const eft_parameters *parameters, eft_channel_f32 *channel, eft_error *why);
 
-// Makes a configuration again and compares. Returns EFT_CORRUPT if any number differs, as after a memory fault.
+// Makes a configuration again and compares it with *channel. Returns EFT_CORRUPT if any number differs, for example
+// after a memory fault.
 EFT_NODISCARD uint8_t eft_check_f32(const eft_channel_f32 *channel, const eft_parameters *parameters);
 
-// Sets *word to a checksum of a configuration. Keep the first, and compare each second: a difference says that memory
-// has changed.
+// Sets *word to a checksum of a configuration. Keep the first checksum and compare it each second. A difference means
+// that memory has changed.
 EFT_NODISCARD uint8_t eft_integrity_f32(const eft_channel_f32 *channel, uint32_t *word);
 
-// Sets *word to a checksum of a state. Compare the one after a tick with the one before the next.
+// Sets *word to a checksum of a state. Compare the checksum after a tick with that before the next tick.
 EFT_NODISCARD uint8_t eft_state_integrity_f32(const eft_state_f32 *state, uint32_t *word);
 
-// Makes the state of a rig at rest: nothing learned, no trip, no request.
+// Makes the state of a rig at rest, with no calibration, trip or request.
 EFT_NODISCARD uint8_t eft_reset_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
-// Makes every field NaN: nothing is given.
+// Sets every field to NaN.
 EFT_NODISCARD uint8_t eft_input_init_f32(eft_input_f32 *input);
 
-// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump. What
-// was learned stays in use, and the protection keeps its state. An invalid input gives a rig at rest.
+// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump. The
+// calibration in use and the state of the protection do not change. An invalid input gives a rig at rest.
 EFT_NODISCARD uint8_t eft_prime_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input);
 
-// One tick, in the interrupt. Where it is refused (a null pointer, a channel or state that was never made) the output
-// is 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last output
-// and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues.
+// One tick, in the interrupt. A null pointer, or a channel or state that was never made, is refused: the output is then
+// 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last output and
+// raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues.
 EFT_NODISCARD uint8_t eft_step_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input,
     eft_output_f32 *output);
 
-// In place of a tick: repeats the last output and raises EFT_HELD; the state stays. For several ticks give eft_step a
-// measurement that is NaN instead, so that nothing is learned of the gap. Refused as eft_step is.
+// In place of a tick: repeats the last output and raises EFT_HELD. The state does not change. For several ticks call
+// eft_step with a measurement of NaN instead, so that nothing is learned from the gap. Refused like eft_step.
 EFT_NODISCARD uint8_t eft_hold_f32(const eft_channel_f32 *channel, const eft_state_f32 *state, eft_output_f32 *output);
 
-// As eft_hold, for a tick that was missed: raises EFT_MISSED_TICK as well.
+// Like eft_hold, for a missed tick. It raises EFT_MISSED_TICK as well.
 EFT_NODISCARD uint8_t eft_missed_f32(const eft_channel_f32 *channel, const eft_state_f32 *state,
     eft_output_f32 *output);
 
-// Gives a calibration to the tick: that of window k takes effect with the first tick of window k + 2. A later one takes
-// effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE.
+// Gives a calibration to the tick. The calibration from window k takes effect with the first tick of window k + 2. A
+// later one takes effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE.
 EFT_NODISCARD uint8_t eft_publish_f32(const eft_channel_f32 *channel, eft_state_f32 *state,
     const eft_calibration_f32 *calibration);
 
@@ -356,10 +357,10 @@ EFT_NODISCARD uint8_t eft_calibration_in_use_f32(const eft_state_f32 *state, eft
 // Requests a trip, for an emergency stop or another actuator of the specimen. The next step trips at the last command.
 EFT_NODISCARD uint8_t eft_request_trip_f32(eft_state_f32 *state);
 
-// Requests the soft end: from the next step on the command, still followed, fades along the ramp.
+// Requests the soft end. From the next step on, the force follows a command that fades along the ramp.
 EFT_NODISCARD uint8_t eft_request_end_f32(eft_state_f32 *state);
 
-// Sets *down to 1 where the protection's ramp has reached zero or the test has not begun, else to 0.
+// Sets *down to 1 if the protection's ramp has reached zero or the test has not begun, else to 0.
 EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down);
 
 /* ---------- The learner ---------- */
@@ -371,111 +372,112 @@ typedef struct eft_learner_f32 { uint64_t marker; float value[158]; } eft_learne
 // The state of a learner. Each channel has one.
 typedef struct eft_learner_state_f32 { uint64_t marker; float value[302]; } eft_learner_state_f32;
 
-// A calibration to be kept beyond a restart, from eft_save_calibration for eft_start_from. It serves either precision
+// A calibration to keep over a restart, from eft_save_calibration for eft_start_from. It is valid for either precision
 // and any sample rate.
 typedef struct eft_saved_calibration {
-  uint32_t version;                  // version of these data: another one is refused
+  uint32_t version;                  // version of this struct; any other is refused
   double greatest_flow;              // m3/s; of the flow table, to which flow gain and curve refer
   double flow_gain;                  // 1; true flow over the table's
   double valve_gain;                 // 1; the spool's gain over the configured one
-  double response_delay;             // s; of the spool, by its sensor
-  double velocity_delay;             // s; of the velocity behind the spool, by their sensors
-  double flow_gain_deviation;        // 1; standard deviations, infinite where nothing was learned
+  double response_delay;             // s; of the measured spool after its command
+  double velocity_delay;             // s; of the measured velocity after the measured spool
+  double flow_gain_deviation;        // 1; standard deviations, infinite before anything is learned
   double valve_gain_deviation;       // 1
   double response_delay_deviation;   // s
   double velocity_delay_deviation;   // s
-  double excitation;                 // s; integral of the squared opening, 0 where nothing was learned
+  double excitation;                 // s; integral of the squared opening, 0 before anything is learned
   double asymmetry;                  // 1; table flow per forward flow over the mean of both directions, less 1
   double asymmetry_deviation;        // 1
   double departures[EFT_CURVE_NODES]; // m3/s; from the direction, at -8/7 to 8/7 of the greatest flow
   double departure_deviations[EFT_CURVE_NODES]; // m3/s
-  double curve_error;                // m3/s; rms that the correction leaves unexplained of a window's flow
+  double curve_error;                // m3/s; rms part of a window's flow that the correction leaves unexplained
 } eft_saved_calibration;
 
 // The numbers of a calibration.
 typedef struct eft_learned_f32 {
   float flow_gain;                   // 1; true flow over the table's
   float valve_gain;                  // 1; the spool's gain over the configured one
-  float response_delay;              // s; of the spool, by its sensor
-  float velocity_delay;              // s; of the velocity behind the spool, by their sensors
-  float flow_gain_deviation;         // 1; standard deviations by sensor noise, infinite where nothing was learned
+  float response_delay;              // s; of the measured spool after its command
+  float velocity_delay;              // s; of the measured velocity after the measured spool
+  float flow_gain_deviation;         // 1; standard deviations by sensor noise, infinite before anything is learned
   float valve_gain_deviation;        // 1
   float response_delay_deviation;    // s
   float velocity_delay_deviation;    // s
   float level;                       // 1; the guard's factor on the compensation level
   float test_ratio;                  // 1; unexplained over permitted residual of the models: above 1 nothing is learned
-  uint32_t window;                   // its window's number; UINT32_MAX where it was made of the configuration
+  uint32_t window;                   // number of its window; UINT32_MAX if it comes from the configuration
   uint32_t status;                   // EFT_ADAPTATION_FROZEN, EFT_ESTIMATE_BOUNDED, EFT_LEVEL_REDUCED
 } eft_learned_f32;
 
-// As eft_configure, for a learner; the parameters are the channel's.
+// Like eft_configure, for a learner. The parameters are the channel's.
 EFT_NODISCARD uint8_t eft_learner_configure_f32(const eft_parameters *parameters, eft_learner_f32 *learner,
     eft_error *why);
 
-// As eft_check, for a learner.
+// Like eft_check, for a learner.
 EFT_NODISCARD uint8_t eft_learner_check_f32(const eft_learner_f32 *learner, const eft_parameters *parameters);
 
-// As eft_integrity, for a learner.
+// Like eft_integrity, for a learner.
 EFT_NODISCARD uint8_t eft_learner_integrity_f32(const eft_learner_f32 *learner, uint32_t *word);
 
-// As eft_state_integrity, for a learner's state. Compare the one after an eft_learn with the one before the next.
+// Like eft_state_integrity, for a learner's state. Compare the checksum after eft_learn with that before the next call.
 EFT_NODISCARD uint8_t eft_learner_state_integrity_f32(const eft_learner_state_f32 *state, uint32_t *word);
 
 // Makes the state of a learner that has learned nothing yet.
 EFT_NODISCARD uint8_t eft_learner_reset_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state);
 
-// As eft_learner_reset, but the learner starts from a saved calibration, which takes effect with the third window.
-// Refuses data that the learner cannot have saved, with the reason in *why, which may be null.
+// Like eft_learner_reset, but the learner starts from a saved calibration, which takes effect with the third window.
+// Refuses data that the learner cannot have saved. *why (may be null) then has the reason.
 EFT_NODISCARD uint8_t eft_start_from_f32(const eft_learner_f32 *learner, const eft_saved_calibration *saved,
     eft_learner_state_f32 *state, eft_error *why);
 
-// Saves what was learned. For use after a test.
+// Saves the calibration, after a test.
 EFT_NODISCARD uint8_t eft_save_calibration_f32(const eft_learner_f32 *learner, const eft_learner_state_f32 *state,
     eft_saved_calibration *saved);
 
-// Takes in a window and makes the next calibration, for eft_publish. After the step, or in a task below the interrupt.
+// Makes the next calibration from a window, for eft_publish. Call it after the step, or in a task of lower priority
+// than the interrupt.
 EFT_NODISCARD uint8_t eft_learn_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state,
     const eft_window_f32 *window, eft_calibration_f32 *calibration);
 
 // Reads the numbers of a calibration.
 EFT_NODISCARD uint8_t eft_read_calibration_f32(const eft_calibration_f32 *calibration, eft_learned_f32 *learned);
 
-// Sets *flow to the no-load flow, m3/s, that the valve was found to pass at a spool opening, 1. At the openings of the
-// table it is the rig's new flow curve; beyond its ends it is the flow of the end. Returns EFT_NOT_FINITE for an
-// opening that is NaN or infinite, and *flow stays. For use after a test.
+// Sets *flow to the learned no-load flow (m3/s) at a spool opening (1), for use after a test. At the openings of the
+// table these are the rig's new flow curve. Beyond the table it is the flow of its end. Returns EFT_NOT_FINITE and
+// leaves *flow unchanged if the opening is NaN or infinite.
 EFT_NODISCARD uint8_t eft_found_flow_f32(const eft_learner_f32 *learner, const eft_calibration_f32 *calibration,
     float opening, float *flow);
 
 /* ---------- From one context to another, without a lock ---------- */
 
-// A configuration, window or calibration on its way from one context to another. With zero bytes it is empty.
+// Passes a configuration, window or calibration from one context to another. It is empty if all its bytes are zero.
 typedef struct eft_channels_f32 { eft_channel_f32 copies[2]; uint32_t offered; uint32_t taken; } eft_channels_f32;
 typedef struct eft_windows_f32 { eft_window_f32 copies[2]; uint32_t offered; uint32_t taken; } eft_windows_f32;
 typedef struct eft_calibrations_f32 { eft_calibration_f32 copies[2]; uint32_t offered; uint32_t taken;
     } eft_calibrations_f32;
 
-// Continues a state under a new configuration without a bump. Call it after eft_take_channel for each state. What was
-// learned stays in use until the new learner publishes, unless the new configuration learns nothing.
+// Continues a state under a new configuration without a bump. Call it after eft_take_channel for each state. The
+// calibration stays in use until the new learner publishes, unless the new configuration learns nothing.
 EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
-// Offers a configuration to the interrupt. Returns EFT_BUSY while the one before waits.
+// Offers a configuration to the interrupt. Returns EFT_BUSY until the last one is taken.
 EFT_NODISCARD uint8_t eft_offer_channel_f32(eft_channels_f32 *to, const eft_channel_f32 *item);
 
-// Offers output->window to the learner's task. Returns EFT_BUSY while the one before waits; the learner then counts the
-// window's samples as lost.
+// Offers output->window to the learner's task. Returns EFT_BUSY until the last one is taken. The learner counts the
+// samples of a window that was not offered as lost.
 EFT_NODISCARD uint8_t eft_offer_window_f32(eft_windows_f32 *to, const eft_window_f32 *item);
 
-// Offers a calibration to the interrupt. Returns EFT_BUSY while the one before waits.
+// Offers a calibration to the interrupt. Returns EFT_BUSY until the last one is taken.
 EFT_NODISCARD uint8_t eft_offer_calibration_f32(eft_calibrations_f32 *to, const eft_calibration_f32 *item);
 
-// The configuration that was offered, or null where there is no new one. After eft_take_over the interrupt steps with
-// it until it takes the next.
+// The offered configuration, or null if there is no new one. After eft_take_over the interrupt steps with it until it
+// takes the next one.
 EFT_NODISCARD const eft_channel_f32 *eft_take_channel_f32(eft_channels_f32 *from);
 
-// The window that was offered, valid until the next is taken; null where there is no new one.
+// The offered window, valid until the next one is taken; null if there is no new one.
 EFT_NODISCARD const eft_window_f32 *eft_take_window_f32(eft_windows_f32 *from);
 
-// The calibration that was offered, for eft_publish, valid until the next is taken; null where there is no new one.
+// The offered calibration for eft_publish, valid until the next one is taken; null if there is no new one.
 EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibrations_f32 *from);
 
 /* ---------- Double precision: as above ---------- */

@@ -10,8 +10,8 @@ use crate::parameters::{EFT_TABLE_CAPACITY, check, configure, eft_error, eft_par
 use crate::place::{give, given, made, make};
 use crate::tables::{data, functions, opaque};
 
-/// A channel's state and the requests from other contexts. A request is never withdrawn, since a trip and an end are
-/// final. So none is lost, and no atomic exchange is needed.
+/// A channel's state and the requests from other contexts. A trip and an end are final, so a request is never withdrawn.
+/// Loads and stores therefore lose none, without an atomic exchange.
 pub struct Running<S> {
     /// Set after either of the others, so that a tick reads one byte.
     requested: AtomicU8,
@@ -38,27 +38,27 @@ opaque! {
     eft_channel[304], 0x5c, Channel<T, EFT_TABLE_CAPACITY>;
     /// The state of a channel. Each actuator has one.
     eft_state[398], 0xa5, Running<ChannelState<T>>;
-    /// The sums of a window that has closed, for the learner.
+    /// The sums of a closed window, for the learner.
     eft_window[14], 0x3a, Window<T>;
-    /// What the learner has found, as the tick uses it.
+    /// The learner's result for the tick.
     eft_calibration[54], 0xc3, Calibration<T>;
 }
 
 data! {
-    /// One tick's command and measurements. What is never given stays NaN, by eft_input_init. A NaN that the rig needs
-    /// flags the tick.
+    /// One tick's command and measurements. eft_input_init sets every field to NaN, which stands for a missing signal. If
+    /// the rig needs a missing signal, the tick raises a flag.
     eft_input<T: Copy> {
         command: T, "N";
-        velocity: T, "m/s; where a sensor measures it";
+        velocity: T, "m/s; if a sensor measures it";
         force: T, "N";
         spool: T, "1";
-        displacement: T, "m; for a protection, and where the velocity is estimated from it";
+        displacement: T, "m; for a protection, or to estimate the velocity";
         acceleration: T, "m/s2; for EFT_VELOCITY_ACCELEROMETER";
-        supply_pressure: T, "Pa; where its deviations are corrected";
-        next_command: T, "N; of the next tick, where the feedforward looks ahead";
-        valve_command: T, "V; that of this sample, for learning with an analog controller";
-        alive: T, "1; counts the samples; for a protection, NaN: not watched";
-        period: T, "s; since the last sample; for a protection, NaN: not watched";
+        supply_pressure: T, "Pa; for supply_correction";
+        next_command: T, "N; of the next tick, for look_ahead";
+        valve_command: T, "V; of this sample, for learning with an analog controller";
+        alive: T, "1; counter of the samples, for a protection; NaN: not watched";
+        period: T, "s; since the last sample, for a protection; NaN: not watched";
     }
 }
 // The core's input has the same fields: a pointer to one is cast to the other.
@@ -71,14 +71,14 @@ data! {
         compensation: T, "V; the compensation signal";
         velocity: T, "m/s; measured or estimated";
         permitted_command: T, "N; the command that an analog controller may follow";
-        authority: T, "1; the protection's factor; an analog controller has to apply it";
+        authority: T, "1; the protection's factor, which an analog controller must apply";
         status: u32, "the flags and the cause above";
-        window_closed: u32, "1 where a window has closed with this tick, else 0";
-        window: eft_window<T>, "for eft_learn, where one has closed";
+        window_closed: u32, "1 if a window has closed with this tick, else 0";
+        window: eft_window<T>, "for eft_learn, if window_closed is 1";
     }
 }
 
-/// Lets a tick write its result. The result of a refused tick is 0 V.
+/// Runs a tick that writes its result. The result of a refused tick is 0 V.
 #[inline(always)]
 unsafe fn answer<T: Real>(
     output: *mut eft_output<T>,
@@ -95,7 +95,7 @@ unsafe fn answer<T: Real>(
     }
 }
 
-/// Writes a tick's result, with a window only where one has closed.
+/// Writes a tick's result, with the window if one has closed.
 // By reference: in an enum with an error code the result would be copied byte by byte.
 #[inline(always)]
 fn write<T: Real>(output: &mut eft_output<T>, out: &Output<T>) {
@@ -119,49 +119,50 @@ unsafe fn give_nothing<T: Real>(input: *mut eft_input<T>) -> Result<(), u8> {
 }
 
 functions! {
-    /// Checks the parameters and makes a configuration of them. On refusal nothing is made: every function refuses
-    /// *channel, and *why (may be null) says what was wrong.
+    /// Checks the parameters and makes a configuration from them. After a refusal every function refuses *channel, and
+    /// *why (may be null) has the reason.
     fn eft_configure_f32 eft_configure_f64(parameters: *const eft_parameters, channel: *mut eft_channel<T>, why: *mut eft_error) {
         configure(parameters, channel, why)
     }
 
-    /// Makes a configuration again and compares. Returns EFT_CORRUPT if any number differs, as after a memory fault.
+    /// Makes a configuration again and compares it with *channel. Returns EFT_CORRUPT if any number differs, for example
+    /// after a memory fault.
     fn eft_check_f32 eft_check_f64(channel: *const eft_channel<T>, parameters: *const eft_parameters) {
         check(channel, parameters)
     }
 
-    /// Sets *word to a checksum of a configuration. Keep the first, and compare each second: a difference says that
-    /// memory has changed.
+    /// Sets *word to a checksum of a configuration. Keep the first checksum and compare it each second. A difference
+    /// means that memory has changed.
     fn eft_integrity_f32 eft_integrity_f64(channel: *const eft_channel<T>, word: *mut u32) {
         give(word, made(channel)?.integrity())
     }
 
-    /// Sets *word to a checksum of a state. Compare the one after a tick with the one before the next.
+    /// Sets *word to a checksum of a state. Compare the checksum after a tick with that before the next tick.
     fn eft_state_integrity_f32 eft_state_integrity_f64(state: *const eft_state<T>, word: *mut u32) {
         give(word, (*made(state)?.state.get()).integrity())
     }
 
-    /// Makes the state of a rig at rest: nothing learned, no trip, no request.
+    /// Makes the state of a rig at rest, with the nominal calibration and without trip or request.
     fn eft_reset_f32 eft_reset_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         make(state, Running::new(made(channel)?.at_rest()))
     }
 
-    /// Makes every field NaN: nothing is given.
+    /// Sets every field to NaN.
     fn eft_input_init_f32 eft_input_init_f64(input: *mut eft_input<T>) {
         give_nothing(input)
     }
 
-    /// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump.
-    /// What was learned stays in use, and the protection keeps its state. An invalid input gives a rig at rest.
+    /// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump. The
+    /// calibration in use and the state of the protection do not change. An invalid input gives a rig at rest.
     fn eft_prime_f32 eft_prime_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const eft_input<T>) {
         let state = &mut *made(state)?.state.get();
         made(channel)?.prime(state, given(input.cast())?);
         Ok(())
     }
 
-    /// One tick, in the interrupt. Where it is refused (a null pointer, a channel or state that was never made) the
-    /// output is 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the
-    /// last output and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues.
+    /// One tick, in the interrupt. A null pointer, or a channel or state that was never made, is refused: the output is
+    /// then 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last
+    /// output and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues.
     fn eft_step_f32 eft_step_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const eft_input<T>, output: *mut eft_output<T>) {
         answer(output, |output| {
             let (core, running, input) = (made(channel)?, made(state)?, given(input.cast())?);
@@ -179,8 +180,8 @@ functions! {
         })
     }
 
-    /// In place of a tick: repeats the last output and raises EFT_HELD; the state stays. For several ticks give
-    /// eft_step a measurement that is NaN instead, so that nothing is learned of the gap. Refused as eft_step is.
+    /// In place of a tick: repeats the last output and raises EFT_HELD. The state does not change. For several ticks call
+    /// eft_step with a measurement of NaN instead, so that nothing is learned from the gap. Refused like eft_step.
     fn eft_hold_f32 eft_hold_f64(channel: *const eft_channel<T>, state: *const eft_state<T>, output: *mut eft_output<T>) {
         answer(output, |output| {
             write(output, &made(channel)?.hold(&*made(state)?.state.get()));
@@ -188,7 +189,7 @@ functions! {
         })
     }
 
-    /// As eft_hold, for a tick that was missed: raises EFT_MISSED_TICK as well.
+    /// Like eft_hold, for a missed tick. It raises EFT_MISSED_TICK as well.
     fn eft_missed_f32 eft_missed_f64(channel: *const eft_channel<T>, state: *const eft_state<T>, output: *mut eft_output<T>) {
         answer(output, |output| {
             let out = made(channel)?.hold(&*made(state)?.state.get());
@@ -197,8 +198,8 @@ functions! {
         })
     }
 
-    /// Gives a calibration to the tick: that of window k takes effect with the first tick of window k + 2. A later one
-    /// takes effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE.
+    /// Gives a calibration to the tick. The calibration from window k takes effect with the first tick of window k + 2. A
+    /// later one takes effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE.
     fn eft_publish_f32 eft_publish_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, calibration: *const eft_calibration<T>) {
         let state = &mut *made(state)?.state.get();
         made(channel)?.publish(state, made(calibration)?);
@@ -217,19 +218,19 @@ functions! {
         running.request(&running.trip)
     }
 
-    /// Requests the soft end: from the next step on the command, still followed, fades along the ramp.
+    /// Requests the soft end. From the next step on, the force follows a command that fades along the ramp.
     fn eft_request_end_f32 eft_request_end_f64(state: *mut eft_state<T>) {
         let running = made(state)?;
         running.request(&running.end)
     }
 
-    /// Sets *down to 1 where the protection's ramp has reached zero or the test has not begun, else to 0.
+    /// Sets *down to 1 if the protection's ramp has reached zero or the test has not begun, else to 0.
     fn eft_is_down_f32 eft_is_down_f64(state: *const eft_state<T>, down: *mut u8) {
         give(down, u8::from((*made(state)?.state.get()).is_down()))
     }
 
-    /// Continues a state under a new configuration without a bump. Call it after eft_take_channel for each state. What
-    /// was learned stays in use until the new learner publishes, unless the new configuration learns nothing.
+    /// Continues a state under a new configuration without a bump. Call it after eft_take_channel for each state. The
+    /// calibration stays in use until the new learner publishes, unless the new configuration learns nothing.
     fn eft_take_over_f32 eft_take_over_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         made(channel)?.take_over(&mut *made(state)?.state.get());
         Ok(())

@@ -1,4 +1,4 @@
-//! What a call returns, and what a status says besides the core's flags and causes, which the header has from there.
+//! The return codes, and the one flag of a status that the core does not have.
 
 use crate::tables::constants;
 
@@ -11,16 +11,16 @@ constants! { u8:
     EFT_NOT_INCREASING = 5, "A table does not increase strictly.";
     EFT_LENGTH = 6, "A table's length is not allowed.";
     EFT_TOO_STEEP = 7, "A table rises too steeply.";
-    EFT_BUSY = 8, "What was offered before has not been taken yet.";
+    EFT_BUSY = 8, "The last offer has not been taken yet.";
     EFT_REFUSED = 9, "A parameter was refused for a reason that has no code.";
-    EFT_CORRUPT = 10, "The configuration differs from what its parameters make.";
-    EFT_NOT_MADE = 11, "An opaque struct was never made: not configured, not reset, not filled.";
+    EFT_CORRUPT = 10, "The configuration differs from one that is made from its parameters.";
+    EFT_NOT_MADE = 11, "An opaque struct was never configured, reset or filled.";
 }
 
-/// The step was refused, and its return code says why; the output is 0 V.
+/// The step was refused; its return code has the reason, and the output is 0 V.
 pub const EFT_NO_STEP: u32 = 1u32 << 31;
 
-/// What a call returns.
+/// The return code of a call.
 #[inline(always)]
 pub(crate) fn returned(call: impl FnOnce() -> Result<(), u8>) -> u8 {
     match call() {

@@ -1,4 +1,4 @@
-//! The learner below the tick: from a window to the next calibration.
+//! The learner, which makes a calibration from each window.
 
 use eft_core::{Learner, LearnerState, SavedCalibration};
 
@@ -20,15 +20,15 @@ data! {
     eft_learned<T: Copy> {
         flow_gain: T, "1; true flow over the table's";
         valve_gain: T, "1; the spool's gain over the configured one";
-        response_delay: T, "s; of the spool, by its sensor";
-        velocity_delay: T, "s; of the velocity behind the spool, by their sensors";
-        flow_gain_deviation: T, "1; standard deviations by sensor noise, infinite where nothing was learned";
+        response_delay: T, "s; of the measured spool after its command";
+        velocity_delay: T, "s; of the measured velocity after the measured spool";
+        flow_gain_deviation: T, "1; standard deviations by sensor noise, infinite before anything is learned";
         valve_gain_deviation: T, "1";
         response_delay_deviation: T, "s";
         velocity_delay_deviation: T, "s";
         level: T, "1; the guard's factor on the compensation level";
         test_ratio: T, "1; unexplained over permitted residual of the models: above 1 nothing is learned";
-        window: u32, "its window's number; UINT32_MAX where it was made of the configuration";
+        window: u32, "number of its window; UINT32_MAX if it comes from the configuration";
         status: u32, "EFT_ADAPTATION_FROZEN, EFT_ESTIMATE_BOUNDED, EFT_LEVEL_REDUCED";
     }
 }
@@ -37,47 +37,48 @@ data! {
 pub const EFT_CURVE_NODES: usize = 17;
 
 data! {
-    /// A calibration to be kept beyond a restart, from eft_save_calibration for eft_start_from. It serves either precision
-    /// and any sample rate.
+    /// A calibration to keep over a restart, from eft_save_calibration for eft_start_from. It is valid for either
+    /// precision and any sample rate.
     eft_saved_calibration {
-        version: u32, "version of these data: another one is refused";
+        version: u32, "version of this struct; any other is refused";
         greatest_flow: f64, "m3/s; of the flow table, to which flow gain and curve refer";
         flow_gain: f64, "1; true flow over the table's";
         valve_gain: f64, "1; the spool's gain over the configured one";
-        response_delay: f64, "s; of the spool, by its sensor";
-        velocity_delay: f64, "s; of the velocity behind the spool, by their sensors";
-        flow_gain_deviation: f64, "1; standard deviations, infinite where nothing was learned";
+        response_delay: f64, "s; of the measured spool after its command";
+        velocity_delay: f64, "s; of the measured velocity after the measured spool";
+        flow_gain_deviation: f64, "1; standard deviations, infinite before anything is learned";
         valve_gain_deviation: f64, "1";
         response_delay_deviation: f64, "s";
         velocity_delay_deviation: f64, "s";
-        excitation: f64, "s; integral of the squared opening, 0 where nothing was learned";
+        excitation: f64, "s; integral of the squared opening, 0 before anything is learned";
         asymmetry: f64, "1; table flow per forward flow over the mean of both directions, less 1";
         asymmetry_deviation: f64, "1";
         departures: [f64; EFT_CURVE_NODES], "m3/s; from the direction, at -8/7 to 8/7 of the greatest flow";
         departure_deviations: [f64; EFT_CURVE_NODES], "m3/s";
-        curve_error: f64, "m3/s; rms that the correction leaves unexplained of a window's flow";
+        curve_error: f64, "m3/s; rms part of a window's flow that the correction leaves unexplained";
     }
 }
-// It has the fields of the core's.
+// The core's struct has the same fields.
 const _: () = assert!(size_of::<eft_saved_calibration>() == size_of::<SavedCalibration>());
 
 functions! {
-    /// As eft_configure, for a learner; the parameters are the channel's.
+    /// Like eft_configure, for a learner. The parameters are the channel's.
     fn eft_learner_configure_f32 eft_learner_configure_f64(parameters: *const eft_parameters, learner: *mut eft_learner<T>, why: *mut eft_error) {
         configure(parameters, learner, why)
     }
 
-    /// As eft_check, for a learner.
+    /// Like eft_check, for a learner.
     fn eft_learner_check_f32 eft_learner_check_f64(learner: *const eft_learner<T>, parameters: *const eft_parameters) {
         check(learner, parameters)
     }
 
-    /// As eft_integrity, for a learner.
+    /// Like eft_integrity, for a learner.
     fn eft_learner_integrity_f32 eft_learner_integrity_f64(learner: *const eft_learner<T>, word: *mut u32) {
         give(word, made(learner)?.integrity())
     }
 
-    /// As eft_state_integrity, for a learner's state. Compare the one after an eft_learn with the one before the next.
+    /// Like eft_state_integrity, for a learner's state. Compare the checksum after eft_learn with that before the next
+    /// call.
     fn eft_learner_state_integrity_f32 eft_learner_state_integrity_f64(state: *const eft_learner_state<T>, word: *mut u32) {
         give(word, made(state)?.integrity())
     }
@@ -87,8 +88,8 @@ functions! {
         make(state, made(learner)?.at_rest())
     }
 
-    /// As eft_learner_reset, but the learner starts from a saved calibration, which takes effect with the third window.
-    /// Refuses data that the learner cannot have saved, with the reason in *why, which may be null.
+    /// Like eft_learner_reset, but the learner starts from a saved calibration, which takes effect with the third window.
+    /// Refuses data that the learner cannot have saved. *why (may be null) then has the reason.
     fn eft_start_from_f32 eft_start_from_f64(learner: *const eft_learner<T>, saved: *const eft_saved_calibration, state: *mut eft_learner_state<T>, why: *mut eft_error) {
         let saved = given(saved.cast::<SavedCalibration>())?;
         match made(learner)?.start_from(saved) {
@@ -97,14 +98,14 @@ functions! {
         }
     }
 
-    /// Saves what was learned. For use after a test.
+    /// Saves the calibration, after a test.
     fn eft_save_calibration_f32 eft_save_calibration_f64(learner: *const eft_learner<T>, state: *const eft_learner_state<T>, saved: *mut eft_saved_calibration) {
         let (core, state) = (made(learner)?, made(state)?);
         give(saved.cast(), core.saved(state))
     }
 
-    /// Takes in a window and makes the next calibration, for eft_publish. After the step, or in a task below the
-    /// interrupt.
+    /// Makes the next calibration from a window, for eft_publish. Call it after the step, or in a task of lower priority
+    /// than the interrupt.
     fn eft_learn_f32 eft_learn_f64(learner: *const eft_learner<T>, state: *mut eft_learner_state<T>, window: *const eft_window<T>, calibration: *mut eft_calibration<T>) {
         let (core, state, window) = (made(learner)?, made_mut(state)?, made(window)?);
         if calibration.is_null() {
@@ -133,9 +134,9 @@ functions! {
         })
     }
 
-    /// Sets *flow to the no-load flow, m3/s, that the valve was found to pass at a spool opening, 1. At the openings of
-    /// the table it is the rig's new flow curve; beyond its ends it is the flow of the end. Returns EFT_NOT_FINITE for
-    /// an opening that is NaN or infinite, and *flow stays. For use after a test.
+    /// Sets *flow to the learned no-load flow (m3/s) at a spool opening (1), for use after a test. At the openings of the
+    /// table these are the rig's new flow curve. Beyond the table it is the flow of its end. Returns EFT_NOT_FINITE and
+    /// leaves *flow unchanged if the opening is NaN or infinite.
     fn eft_found_flow_f32 eft_found_flow_f64(learner: *const eft_learner<T>, calibration: *const eft_calibration<T>, opening: T, flow: *mut T) {
         let (core, calibration) = (made(learner)?, made(calibration)?);
         if !opening.is_finite() {

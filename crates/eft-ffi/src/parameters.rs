@@ -34,7 +34,7 @@ data! {
     eft_learning {
         adaptive: u8, "0 or 1; estimate flow gain and valve";
         curve_correction: u8, "0 or 1; correct the flow table by direction and band of flow as well";
-        guard: u8, "0 or 1; reduce the level where overcompensation excites the structure";
+        guard: u8, "0 or 1; reduce the level if overcompensation excites the structure";
         excitation: f64, "1; opening below which nothing is learned";
         flow_gain_bounds: [f64; 2], "1; lowest and highest flow gain over the table's";
         valve_gain_bounds: [f64; 2], "1; lowest and highest valve gain over the configured one";
@@ -105,10 +105,10 @@ data! {
         gain_on_displacement: f64, "1; gains of the observers";
         gain_on_velocity: f64, "1/s";
         gain_on_drift: f64, "1/s2";
-        mass: f64, "kg; that the force moves, of EFT_VELOCITY_OBSERVER";
+        mass: f64, "kg; moved by the force, for EFT_VELOCITY_OBSERVER";
         velocity_delay: f64, "s; delay of the velocity; a learning lead network compensates for it as well";
         computation_delay: u32, "samples; delay of the compensation by computation, at most 1000";
-        feedforward: u8, "0 or 1; the flow that the command needs is demanded as well";
+        feedforward: u8, "0 or 1; demand the flow that the command needs as well";
         look_ahead: u8, "0 or 1; the feedforward uses the next tick's command";
         force_sensitivity: f64, "V/N";
         proportional_gain: f64, "V/V";
@@ -200,8 +200,8 @@ impl eft_parameters {
         })
     }
 
-    /// Lends them as the core takes them.
-    // By reference: moved out, they would be on the stack twice.
+    /// Calls `f` with the core's parameters.
+    // By reference, because a move would put them on the stack twice.
     #[inline(always)]
     fn with<R>(&self, f: impl FnOnce(&Parameters) -> Result<R, ConfigError>) -> Result<R, ConfigError> {
         match &self.core() {
@@ -214,15 +214,15 @@ impl eft_parameters {
 data! {
     /// Why a configuration was refused.
     eft_error {
-        value: f64, "refused value or length; 0 where there is none";
+        value: f64, "refused value or length; 0 if there is none";
         lowest: f64, "lowest value allowed";
         highest: f64, "highest value allowed";
         index: u32, "entry of a table";
-        parameter: [c_char; 28], "name of the parameter, ended by a zero byte";
+        parameter: [c_char; 28], "name of the parameter, terminated by a zero byte";
     }
 }
 
-/// The code of a refused parameter, and what else there is to say of it.
+/// The code and the details of a refused parameter.
 fn refusal(error: ConfigError) -> (u8, eft_error) {
     let (code, name, [value, lowest, highest], index) = match error {
         ConfigError::NotFinite { parameter } => (EFT_NOT_FINITE, parameter, [0.0; 3], 0),
@@ -244,10 +244,10 @@ fn refusal(error: ConfigError) -> (u8, eft_error) {
     (code, eft_error { value, lowest, highest, index: index as u32, parameter })
 }
 
-/// A configuration of the core. It is made in its place, since the stack has no room for two.
+/// A configuration of the core, constructed in place, because two of them do not fit on the stack.
 pub(crate) trait Configuration: Sized {
     fn make_in(place: &mut MaybeUninit<Self>, p: &Parameters) -> Result<(), ConfigError>;
-    /// Whether it is what the parameters make.
+    /// Whether the parameters give the same configuration.
     fn is_of(&self, p: &Parameters) -> Result<bool, ConfigError>;
 }
 macro_rules! configurations {
@@ -272,13 +272,13 @@ macro_rules! configurations {
 }
 configurations!(f32 f64);
 
-/// Makes a configuration, or says why not. Each pointer is null or valid.
+/// Makes a configuration, or gives the reason for a refusal. Each pointer is null or valid.
 pub(crate) unsafe fn configure<O: Opaque<Value: Configuration>>(
     parameters: *const eft_parameters,
     place: *mut O,
     why: *mut eft_error,
 ) -> Result<(), u8> {
-    // Safety: null or valid; where nobody asks for the reason none is given.
+    // Safety: null or valid.
     unsafe {
         let (parameters, room) = (given(parameters)?, room(place)?);
         parameters.with(|core| O::Value::make_in(room, core)).map_err(|error| refuse(error, why))?;
@@ -287,7 +287,7 @@ pub(crate) unsafe fn configure<O: Opaque<Value: Configuration>>(
     Ok(())
 }
 
-/// The code of a refusal. `why` is null or valid, and gets the reason.
+/// Writes the reason of a refusal to `why`, which is null or valid, and returns its code.
 pub(crate) unsafe fn refuse(error: ConfigError, why: *mut eft_error) -> u8 {
     let (code, reason) = refusal(error);
     // Safety: null or valid.
@@ -295,7 +295,7 @@ pub(crate) unsafe fn refuse(error: ConfigError, why: *mut eft_error) -> u8 {
     code
 }
 
-/// Whether a configuration is what its parameters make. Each pointer is null or valid.
+/// Compares a configuration with one from its parameters. Each pointer is null or valid.
 pub(crate) unsafe fn check<O: Opaque<Value: Configuration> + 'static>(
     place: *const O,
     parameters: *const eft_parameters,

@@ -1,4 +1,4 @@
-//! The interface as tables: how constants, structs and functions of C are written down once for both precisions.
+//! Macros that define constants, structs and functions of C once for both precisions.
 
 /// Constants of one type.
 macro_rules! constants {
@@ -19,7 +19,7 @@ macro_rules! data {
     };
 }
 
-/// Opaque structs, each with room for so many numbers of its precision, its marker (a byte, repeated) and its value.
+/// Opaque structs, each with its size in numbers of its precision, its marker (a byte, repeated) and its value.
 macro_rules! opaque {
     ($($(#[$doc:meta])* $Name:ident[$size:literal], $marker:literal, $Value:ty;)*) => {$(
         $(#[$doc])*
@@ -38,7 +38,7 @@ macro_rules! opaque {
     )*};
 }
 
-/// Functions that return a code. Each has two names: the first where `T` is `f32`, the second where it is `f64`.
+/// Functions that return a code. Each has two names: the first for `T = f32`, the second for `T = f64`.
 macro_rules! functions {
     ($($(#[$doc:meta])* fn $single:ident $double:ident($($arguments:tt)*) $body:block)*) => {$(
         crate::tables::function! { $(#[$doc])* $single f32 $body [] $($arguments)* }
@@ -53,7 +53,7 @@ macro_rules! function {
         #[must_use]
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name($($arguments)*) -> u8 {
-            // Safety: as the interface asks of its callers.
+            // Safety: as the interface requires of its callers.
             crate::codes::returned(|| unsafe { $body })
         }
     };

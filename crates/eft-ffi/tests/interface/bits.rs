@@ -1,4 +1,4 @@
-//! Through C the bits are the core's: tick, learner, and what is read of them, in either precision.
+//! The C interface gives the core's bits: tick, learner and what is read from them, in either precision.
 
 use std::ptr::null_mut;
 
@@ -7,7 +7,7 @@ use eft_ffi::*;
 
 use crate::rig::{GUARDED, LEARNING, RIGS, TABLE, for_c, sample, zeroed};
 
-/// Long enough to learn from, but for an interpreter.
+/// Long enough to learn from; shorter in an interpreter.
 const TICKS: u32 = if cfg!(miri) { 100 } else { 20_000 };
 
 macro_rules! precision {
@@ -21,7 +21,7 @@ macro_rules! precision {
         mod $module {
             use super::*;
 
-            /// The same bits, or no number in either.
+            /// The same bits, or NaN in both.
             fn same(a: $t, b: $t) -> bool {
                 a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
             }
@@ -91,7 +91,7 @@ macro_rules! precision {
                 let (mut channel, mut state, mut output) = (zeroed(), zeroed(), zeroed::<eft_output<$t>>());
                 let (mut learner, mut learned) = (zeroed(), zeroed());
                 let (mut calibration, mut down) = (zeroed(), 7);
-                // Safety: every pointer is valid, or null where it may be.
+                // Safety: every pointer is valid, or null where null is allowed.
                 unsafe {
                     assert_eq!($configure(&parameters, &mut *channel, null_mut()), EFT_OK);
                     assert_eq!($check(&*channel, &parameters), EFT_OK);
@@ -149,7 +149,7 @@ macro_rules! precision {
                         assert!(same(expected, got), "{expected} in Rust, {got} in C");
                     }
                     assert_eq!((said.window, said.status), (used.window, used.status));
-                    // Where the sampled valve command is the one that the spool follows.
+                    // Without a learner the calibration comes from the configuration.
                     assert_eq!(said.window == u32::MAX, !p.learning.is_on());
                     // The saved calibration, and a learner that starts from it.
                     let (mut saved, mut why): (Box<eft_saved_calibration>, Box<eft_error>) =
@@ -179,7 +179,7 @@ macro_rules! precision {
             }
 
             #[test]
-            fn a_state_goes_on_under_another_configuration() {
+            fn a_state_continues_under_another_configuration() {
                 let other = Parameters { response_delay: 3.0e-3, ..Parameters::ZHAO2005 };
                 let [first, second] = [Parameters::ZHAO2005, other]
                     .map(|p| Channel::<$t, EFT_TABLE_CAPACITY>::new(&p).unwrap());
@@ -206,7 +206,7 @@ macro_rules! precision {
             }
 
             #[test]
-            fn what_is_not_given_is_flagged_where_it_is_needed() {
+            fn a_missing_signal_is_flagged_if_it_is_needed() {
                 let mut none: Box<eft_input<$t>> = zeroed();
                 let bits = |p: &Parameters, with: fn(&mut eft_input<$t>)| {
                     let (mut channel, mut state, mut output) =

@@ -1,4 +1,4 @@
-//! Between contexts: nothing is torn, nothing is lost, and a learner beside the tick gives the bits of one behind it.
+//! Exchanges between contexts: nothing is torn or lost. A learner in a task gives the bits of one after the tick.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
@@ -8,9 +8,9 @@ use eft_ffi::*;
 
 use crate::rig::{GUARDED, LEARNING, at_rest, for_c, nothing_learned, sample, zeroed};
 
-/// What two contexts share, by address as in C.
+/// A value that two contexts share, by address as in C.
 struct Shared<T>(*mut T);
-// Safety: what is shared is the interface under test.
+// Safety: the test is of the interface that makes sharing safe.
 unsafe impl<T> Sync for Shared<T> {}
 
 impl<T> Shared<T> {
@@ -19,7 +19,7 @@ impl<T> Shared<T> {
     }
 }
 
-/// Tells the other context to go home, a failed assertion included.
+/// Ends the other context, also after a failed assertion.
 struct Done<'a>(&'a AtomicBool);
 
 impl Drop for Done<'_> {
@@ -47,7 +47,7 @@ fn input(tick: u32) -> eft_input<f32> {
 }
 
 #[test]
-fn what_is_offered_is_taken_once_and_stays_until_the_next() {
+fn an_offer_is_taken_once_and_stays_until_the_next() {
     let levels = [1.0, 0.9, 0.8, 0.7];
     let configurations = levels.map(|level| at_rest(&for_c(&Parameters { level, ..LEARNING })).0);
     let is = |channel: *const eft_channel<f32>, n: usize| {
@@ -56,7 +56,7 @@ fn what_is_offered_is_taken_once_and_stays_until_the_next() {
         unsafe { eft_check_f32(channel, &parameters) }
     };
     let mut exchange = zeroed();
-    // One pointer, as in C: what was taken is read after the exchange has gone on.
+    // One pointer, as in C: a taken item is read after further offers.
     let exchange = &raw mut *exchange;
     // Safety: every pointer is valid.
     unsafe {
@@ -67,7 +67,7 @@ fn what_is_offered_is_taken_once_and_stays_until_the_next() {
         for n in 1..4 {
             assert!(eft_take_channel_f32(exchange).is_null());
             assert_eq!(eft_offer_channel_f32(exchange, &*configurations[n]), EFT_OK);
-            // The one before is still with the taker.
+            // The taker still holds the last item.
             assert_eq!(is(held, n - 1), EFT_OK);
             assert_eq!(eft_offer_channel_f32(exchange, &*configurations[0]), EFT_BUSY);
             held = eft_take_channel_f32(exchange);
@@ -79,7 +79,7 @@ fn what_is_offered_is_taken_once_and_stays_until_the_next() {
 #[test]
 fn no_configuration_is_torn_between_two_threads() {
     let swaps = if cfg!(miri) { 20 } else { 20_000 };
-    // Two that differ from the first number to the last.
+    // Two configurations that differ in their first and in their last number.
     let other = Parameters {
         level: 0.5,
         derivative_gain: 4.0e-4,
@@ -127,13 +127,13 @@ fn no_configuration_is_torn_between_two_threads() {
         }
         drop(home);
         let seen: [usize; 2] = taker.join().unwrap();
-        // The last one may not have been looked at.
+        // The last one may not have been read.
         assert!(seen.iter().sum::<usize>() + 1 >= swaps, "{seen:?} of {swaps}");
     });
 }
 
-/// The tick with its learner: what each tick gives.
-fn behind_the_tick(p: &Parameters, ticks: u32) -> Vec<(u32, u32)> {
+/// The results of each tick, with the learner after it.
+fn after_the_tick(p: &Parameters, ticks: u32) -> Vec<(u32, u32)> {
     let parameters = for_c(p);
     let ((channel, mut state), (learner, mut learned)) = (at_rest(&parameters), nothing_learned(&parameters));
     let (mut output, mut calibration): (Box<eft_output<f32>>, Box<_>) = (zeroed(), zeroed());
@@ -153,8 +153,8 @@ fn behind_the_tick(p: &Parameters, ticks: u32) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// The same with the learner in another thread, whose calibration the tick waits for `patience` ticks after a window.
-fn beside_the_tick(p: &Parameters, ticks: u32, patience: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
+/// The same with the learner in another thread. The tick waits for its calibration up to `patience` ticks after a window.
+fn in_a_task(p: &Parameters, ticks: u32, patience: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
     let parameters = for_c(p);
     let ((channel, mut state), (learner, mut learned)) = (at_rest(&parameters), nothing_learned(&parameters));
     let mut windows: Box<eft_exchange<eft_window<f32>>> = zeroed();
@@ -203,26 +203,26 @@ fn beside_the_tick(p: &Parameters, ticks: u32, patience: impl Fn(u32) -> u32) ->
 }
 
 #[test]
-fn a_learner_in_a_task_gives_the_bits_of_one_behind_the_step() {
+fn a_learner_in_a_task_gives_the_bits_of_one_after_the_step() {
     let ticks = if cfg!(miri) { 100 } else { 4000 };
-    let expected = behind_the_tick(&LEARNING, ticks);
-    // A window has 16 ticks; the task takes anything from nothing to all of them but one.
+    let expected = after_the_tick(&LEARNING, ticks);
+    // A window has 16 ticks; the task takes from 0 to 15 of them.
     let patiences: [fn(u32) -> u32; 3] = [|_| 0, |_| 14, |tick| tick.wrapping_mul(2_654_435_761) >> 28];
     for (n, patience) in patiences.into_iter().enumerate() {
         let patience = |tick| patience(tick).min(14);
-        assert!(beside_the_tick(&LEARNING, ticks, patience) == expected, "patience {n}");
+        assert!(in_a_task(&LEARNING, ticks, patience) == expected, "patience {n}");
     }
     assert!(expected.iter().all(|(_, status)| status & status::CALIBRATION_LATE == 0));
 }
 
 // SR-13
 #[test]
-fn a_trip_that_is_asked_for_while_the_steps_run_is_never_lost() {
+fn a_requested_trip_is_never_lost_while_steps_run() {
     let rounds = if cfg!(miri) { 3 } else { 500 };
     let parameters = for_c(&GUARDED);
     let (channel, mut state) = at_rest(&parameters);
     let shared = Shared(&raw mut *state);
-    // The round that the other context may ask in, and the one in which it has.
+    // The round in which the other context may request, and the last round in which it has.
     let (round, asked, done) = (AtomicU32::new(0), AtomicU32::new(0), AtomicBool::new(false));
     thread::scope(|scope| {
         scope.spawn(|| {
@@ -243,7 +243,7 @@ fn a_trip_that_is_asked_for_while_the_steps_run_is_never_lost() {
         });
         let (_home, mut output) = (Done(&done), zeroed::<eft_output<f32>>());
         for n in 1..=rounds {
-            // Safety: the other context waits for its round, and then only asks.
+            // Safety: the other context waits for its round, and then only requests.
             let mut step = || unsafe {
                 assert_eq!(eft_step_f32(&*channel, shared.get(), &input(1), &mut *output), EFT_OK);
                 output.status & status::TRIPPED != 0

@@ -1,4 +1,4 @@
-//! The committed header is what the pinned cbindgen makes of the sources, and compiles where it is used.
+//! The committed header is what the pinned cbindgen makes from the sources. It compiles in C and C++.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,13 +9,13 @@ use crate::layout::laid_out;
 
 const CRATE: &str = env!("CARGO_MANIFEST_DIR");
 
-/// The sources with every macro expanded: cbindgen sees no further than that.
+/// The sources with every macro expanded, because cbindgen expands none.
 fn expanded() -> Vec<u8> {
     let out = Command::new(env!("CARGO"))
         .args(["rustc", "--quiet", "--lib", "--manifest-path", &format!("{CRATE}/Cargo.toml")])
         .args(["--target-dir", &format!("{CRATE}/../../target/header")])
         .args(["--", "-Zunpretty=expanded"])
-        // Unpretty output is for nightly compilers; nothing that is built here is kept.
+        // Unpretty output needs a nightly compiler. Nothing that is built here is kept.
         .env("RUSTC_BOOTSTRAP", "1")
         .output()
         .unwrap();
@@ -23,7 +23,7 @@ fn expanded() -> Vec<u8> {
     out.stdout
 }
 
-/// What the header asserts: sizes of structs, or of pairs of them in both precisions.
+/// The header's assertions: sizes of structs, or of a struct in both precisions.
 macro_rules! sizes {
     ($($Name:ident)*) => {
         vec![$(format!("EFT_STATIC_ASSERT(sizeof({}) == {});", stringify!($Name), size_of::<$Name>())),*]
@@ -35,13 +35,13 @@ macro_rules! sizes {
     };
 }
 
-/// To take over a change: `EFT_WRITE_HEADER=1 cargo test -p eft-ffi --test interface header`.
+/// To accept a change: `EFT_WRITE_HEADER=1 cargo test -p eft-ffi --test interface header`.
 #[test]
-fn committed_header_is_what_the_sources_say() {
+fn the_committed_header_agrees_with_the_sources() {
     let source = Path::new(env!("CARGO_TARGET_TMPDIR")).join("eft-ffi-expanded.rs");
     std::fs::write(&source, expanded()).unwrap();
     let config = cbindgen::Config::from_file(format!("{CRATE}/cbindgen.toml")).unwrap();
-    // Flags and causes are the core's.
+    // Flags and causes come from the core.
     let core = format!("{CRATE}/../eft-core/src");
     let bindings = cbindgen::Builder::new()
         .with_config(config)
@@ -65,12 +65,12 @@ fn committed_header_is_what_the_sources_say() {
     }
     assert!(
         std::fs::read_to_string(&path).unwrap() == header,
-        "include/eft.h is not what the sources say: EFT_WRITE_HEADER=1 cargo test -p eft-ffi --test interface header"
+        "include/eft.h differs from the sources: EFT_WRITE_HEADER=1 cargo test -p eft-ffi --test interface header"
     );
 }
 
 #[test]
-fn the_proof_without_panics_names_every_function() {
+fn the_proof_of_no_panics_names_every_function() {
     let header = std::fs::read_to_string(format!("{CRATE}/include/eft.h")).unwrap();
     let proof = std::fs::read_to_string(format!("{CRATE}/../../firmware/proof/src/main.rs")).unwrap();
     let named: Vec<_> = proof
@@ -91,12 +91,12 @@ fn the_proof_without_panics_names_every_function() {
     assert!(count > 50, "{count} functions found");
 }
 
-/// The header, and its example as a program of its own would have it.
+/// The header, and its example as a program.
 fn sources() -> [String; 2] {
     let header = std::fs::read_to_string(format!("{CRATE}/include/eft.h")).unwrap();
     let (_, after) = header.split_once("     #include \"eft.h\"\n").unwrap();
-    let (example, _) = after.split_once("\n   Where").unwrap();
-    // As in a project that wants a prototype of each function.
+    let (example, _) = after.split_once("\n   With the learner").unwrap();
+    // For compilers that warn about a missing prototype.
     let prototypes =
         "int start(void);\nfloat tick(float command, float velocity, float force, float spool);\n";
     [
@@ -105,7 +105,7 @@ fn sources() -> [String; 2] {
     ]
 }
 
-/// A file that holds a text.
+/// Writes a file and returns its path.
 fn written(name: &str, text: &str) -> String {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, text).unwrap();
@@ -159,7 +159,7 @@ fn cppcheck_finds_nothing_in_header_and_example() {
 }
 
 #[test]
-fn a_return_code_that_is_dropped_is_seen() {
+fn an_ignored_return_code_is_a_warning() {
     let path = written(
         "dropped.c",
         "#include \"eft.h\"\nvoid f(eft_state_f32 *s);\nvoid f(eft_state_f32 *s)\n{\n  eft_request_trip_f32(s);\n}\n",

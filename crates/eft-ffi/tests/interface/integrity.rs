@@ -1,4 +1,4 @@
-//! A word over a configuration or state sees every bit of it that flips.
+//! Every flipped bit of a configuration or a state changes its checksum.
 
 use std::hint::black_box;
 use std::mem::MaybeUninit;
@@ -10,7 +10,7 @@ use eft_ffi::*;
 
 use crate::rig::{GUARDED, LEARNING, at_rest, for_c};
 
-/// With every part that a channel may have.
+/// Parameters with every optional part of a channel.
 const WATCHED: Parameters = Parameters {
     protection: match GUARDED.protection {
         Some(protection) => {
@@ -21,10 +21,10 @@ const WATCHED: Parameters = Parameters {
     ..GUARDED
 };
 
-/// Flips each bit of a value, and says how many of those that make another value change the word. What lies between the
-/// fields makes no other value.
+/// Flips each bit of a value. Returns the number of flips that change the value, and of those that change the checksum.
+/// A flip in the padding between the fields changes neither.
 fn flipped<V: PartialEq + Copy>(value: &V, word: fn(&V) -> u32) -> (usize, usize) {
-    // The compiler knows of neither, since it may not know what a flipped truth value or variant leads to.
+    // `black_box`, because the compiler must not assume that a flipped bool or enum is valid.
     let (word, same) = (black_box(word), black_box(V::eq as fn(&V, &V) -> bool));
     let sound = MaybeUninit::new(*value);
     let right = word(value);
@@ -32,14 +32,14 @@ fn flipped<V: PartialEq + Copy>(value: &V, word: fn(&V) -> u32) -> (usize, usize
     for place in 0..size_of::<V>() {
         for bit in 0..8 {
             let mut other = sound;
-            // Safety: within the value, whose bytes stay what a memory fault makes of them.
+            // Safety: within the value.
             let (seen, changed) = unsafe {
                 *other.as_mut_ptr().cast::<u8>().add(place) ^= 1 << bit;
                 let other = black_box(other.as_ptr());
                 (word(&*other) != right, !same(&*other, value))
             };
             (different, noticed) = (different + usize::from(changed), noticed + usize::from(seen));
-            // A change that the comparison sees and the word does not would be a field that was left out.
+            // A change of the value without a change of the checksum would be a missing field.
             assert!(seen || !changed, "{}: byte {place}, bit {bit}", std::any::type_name::<V>());
         }
     }
@@ -51,11 +51,11 @@ fn flipped<V: PartialEq + Copy>(value: &V, word: fn(&V) -> u32) -> (usize, usize
 #[test]
 #[cfg_attr(miri, ignore = "a flipped variant is no value of its type")]
 fn every_flipped_bit_of_a_configuration_changes_its_word() {
-    // A table's 21 rows of three numbers are most of it; the watch has one of its own.
+    // Most of it are the 21 rows of three numbers of a table. The plausibility watch has a table as well.
     for (p, tables) in [(LEARNING, 1), (GUARDED, 1), (WATCHED, 2)] {
         let channel = Channel::<f32, EFT_TABLE_CAPACITY>::new(&p).unwrap();
         let (different, noticed) = flipped(&channel, Channel::integrity);
-        // A zero with a sign is equal to one without.
+        // The sign of a zero changes the checksum only.
         assert!(noticed >= different && different > 8 * tables * 21 * 12, "{different} {noticed}");
     }
     let double = Channel::<f64, EFT_TABLE_CAPACITY>::new(&WATCHED).unwrap();
@@ -86,7 +86,7 @@ fn every_flipped_bit_of_a_learner_changes_its_word() {
 }
 
 #[test]
-fn the_words_of_c_are_those_of_the_core() {
+fn the_checksums_in_c_are_those_of_the_core() {
     let parameters = for_c(&GUARDED);
     let (mut channel, mut state) = at_rest(&parameters);
     let (mut word, mut of_state, mut later) = (0, 0, 0);
@@ -101,7 +101,7 @@ fn the_words_of_c_are_those_of_the_core() {
         assert_ne!(later, word);
         assert_eq!(eft_request_trip_f32(&raw mut *state), EFT_OK);
         assert_eq!(eft_state_integrity_f32(&raw const *state, &mut later), EFT_OK);
-        assert_eq!(later, of_state, "what is asked for is no part of it");
+        assert_eq!(later, of_state, "requests are not part of it");
         let mut learner = MaybeUninit::uninit();
         let mut learned = MaybeUninit::uninit();
         assert_eq!(

@@ -1,5 +1,5 @@
-//! The header as a reader wants it, from what cbindgen makes: in sections, constants and fields with their comments on
-//! one line, double precision last and without the comments that it shares.
+//! Lays out the header from cbindgen's output. It has sections, and constants and fields have their comments on the same
+//! line. Double precision comes last, without comments.
 
 use std::fmt::Write as _;
 
@@ -27,7 +27,7 @@ impl<'a> Item<'a> {
     fn new(text: &'a str) -> Self {
         let lines: Vec<_> = text.lines().map(str::trim).collect();
         let (comment, lines) = lines.split_at(lines.iter().take_while(|l| l.starts_with("//")).count());
-        // The keyword is needed where a struct is declared only.
+        // Only the declaration of a struct needs the keyword.
         let plain = |line: &&str| {
             if line.starts_with("typedef") { (*line).to_owned() } else { line.replace("struct eft_", "eft_") }
         };
@@ -38,7 +38,7 @@ impl<'a> Item<'a> {
         self.lines[0].starts_with("#define")
     }
 
-    /// What is declared.
+    /// The declared name.
     fn name(&self) -> &str {
         let first = self.lines[0].split('(').next().unwrap();
         let words: Vec<_> = first.split([' ', '*']).filter(|w| !w.is_empty() && *w != "{").collect();
@@ -61,12 +61,12 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// A struct without fields that have a comment.
+    /// A struct whose fields have no comments.
     fn is_one_line(&self) -> bool {
         self.lines[0].starts_with("typedef") && !self.lines.iter().any(|line| line.starts_with("//"))
     }
 
-    /// Of a constant the first paragraph, since it stands on one line.
+    /// The comment; for a constant only its first paragraph, because it is on one line.
     fn comment(&self) -> String {
         let words = self.comment.iter().map(|line| line.trim_start_matches('/').trim());
         let words = words.take_while(|line| !(self.is_constant() && line.is_empty()));
@@ -86,7 +86,7 @@ impl<'a> Item<'a> {
         if !commented || !self.lines.iter().any(|line| is_comment(&line)) {
             return fill(out, ["", "    "], bare.split_inclusive([',', ';']));
         }
-        // A struct: its first and last line are no fields.
+        // A struct: all lines except the first and the last are fields.
         let (mut comment, last) = (None, self.lines.len() - 1);
         for (n, line) in self.lines.iter().enumerate() {
             match line {
@@ -105,7 +105,7 @@ fn beside(line: &str, comment: Option<&str>) -> String {
     }
 }
 
-/// Pieces on lines of the width, which start as the first and the others.
+/// Writes pieces on lines of the width. The first line starts with `first`, each further one with `others`.
 fn fill<'a>(out: &mut String, [first, others]: [&str; 2], pieces: impl Iterator<Item = &'a str>) {
     let mut line = first.to_owned();
     for piece in pieces {
@@ -162,7 +162,7 @@ pub(crate) fn laid_out(raw: &str, sizes: &[String]) -> String {
             }) {
                 out.push('\n');
             }
-            // Types of one generic type share its comment.
+            // The types of one generic type share its comment.
             item.write(&mut out, n != DOUBLE && item.comment() != said);
             (before, said) = (Some(item), item.comment());
         }

@@ -1,4 +1,4 @@
-//! The C interface: its functions, called as C would, and its header.
+//! The C interface: its functions, called as from C, and its header.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::float_cmp)]
 
 mod bits;

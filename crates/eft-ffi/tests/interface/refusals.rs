@@ -1,4 +1,4 @@
-//! What is wrong is refused: null pointers, structs that were never made, parameters by their name.
+//! Refusals: null pointers, structs that were never made, and parameters, which are named.
 
 use std::ptr::{null, null_mut};
 
@@ -7,7 +7,7 @@ use eft_ffi::*;
 
 use crate::rig::{GUARDED, LEARNING, at_rest, for_c, nothing_learned, zeroed};
 
-/// Calls functions with null pointers only.
+/// Calls functions with null pointers.
 macro_rules! with_nulls {
     ($($name:ident($($null:expr),*))*) => {
         // Safety: null is allowed.
@@ -55,7 +55,7 @@ fn null_pointers_are_refused_by_every_function() {
     }
 }
 
-/// An output that a step which does nothing would leave.
+/// An output that shows whether a step has written it.
 fn poisoned() -> eft_output<f32> {
     eft_output { voltage: 9.0, window_closed: 1, ..*zeroed() }
 }
@@ -99,7 +99,7 @@ fn a_refused_step_gives_0_volt_and_changes_nothing() {
 }
 
 #[test]
-fn what_was_never_made_is_refused_by_every_function() {
+fn structs_that_were_never_made_are_refused_by_every_function() {
     let parameters = for_c(&LEARNING);
     let (channel, mut state) = at_rest(&parameters);
     let (learner, mut learned) = nothing_learned(&parameters);
@@ -135,7 +135,7 @@ fn what_was_never_made_is_refused_by_every_function() {
             eft_offer_channel_f32(&mut *channels, &*no_channel),
             eft_offer_window_f32(&mut *windows, &*window),
             eft_offer_calibration_f32(&mut *calibrations, &*calibration),
-            // What was made as something else.
+            // A struct that was made as another type.
             eft_check_f32((&raw const *learner).cast(), &parameters),
             eft_step_f32(&*channel, (&raw mut *learned).cast(), &*input, &mut poisoned()),
         ]
@@ -145,7 +145,7 @@ fn what_was_never_made_is_refused_by_every_function() {
     // Safety: every pointer is valid.
     unsafe {
         assert!(eft_take_channel_f32(&mut *channels).is_null());
-        // A null calibration leaves the learner as it was.
+        // A null calibration does not change the learner.
         assert_eq!(eft_calibration_in_use_f32(&raw mut *state, &mut *calibration), EFT_OK);
         for opening in [f32::NAN, f32::INFINITY] {
             assert_eq!(eft_found_flow_f32(&*learner, &*calibration, opening, &mut flow), EFT_NOT_FINITE);
