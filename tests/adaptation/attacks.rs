@@ -1,5 +1,5 @@
-//! What self-calibration survives, with one flow gain and with the flow curve corrected: silence, saturation, offsets,
-//! a supply that falls, a sign that is wrong for good.
+//! Self-calibration under disturbances, with one flow gain and with the flow curve corrected: no motion, saturation,
+//! offsets, a falling supply, a wrong sign that persists.
 
 use eft::core::status;
 use eft::sim::excitation::{Command, effective_force};
@@ -9,7 +9,7 @@ use crate::results::keep;
 use crate::rigs::*;
 
 #[test]
-fn minutes_of_silence_teach_nothing() {
+fn nothing_is_learned_in_minutes_without_motion() {
     let (moving, silence) = (sweep(2200.0).values, vec![0.0; (180.0 * RATE) as usize]);
     let command = |parts: &[&[f64]]| Command { values: parts.concat(), sample_rate: RATE };
     let changes = [noise(7), vec![flow_gain(1.07)]].concat();
@@ -28,13 +28,13 @@ fn minutes_of_silence_teach_nothing() {
 }
 
 #[test]
-fn spool_offset_is_no_gain() {
+fn a_spool_offset_does_not_change_the_flow_gain() {
     for curve in EITHER {
         for bias in [0.01, -0.01] {
             let changes = [set("sensors.spool.bias", bias), flow_gain(0.95)];
             let run = run(&correcting(curve, &changes), &sweep(2200.0));
             let (least, largest) = ratio(&run, 0.5, 9.5);
-            let found = astray(&run, 0.95, 0.15);
+            let found = curve_departure(&run, 0.95, 0.15);
             keep(
                 format_args!("spool offset {bias}, {}", flow(curve)),
                 &[("least", least), ("largest", largest), ("curve", found)],
@@ -64,9 +64,9 @@ fn falling_supply_is_followed_with_and_without_a_transducer() {
     }
 }
 
-/// Force and displacement (N, m) beyond which the specimen of these tests must be let go, and a second of estimators
-/// that contradict what they see: they wait a tenth of a second after a lost sample already. The watch for
-/// implausible sensors would notice each of these faults first.
+/// A protection with trip levels of force and displacement (N, m). It trips after a second in which the models are
+/// contradicted, because the estimators already wait a tenth of a second after a lost sample. The plausibility watch is
+/// off, because it would notice each of these faults first.
 fn protected() -> Vec<Change> {
     vec![
         set("protection.enabled", true),
@@ -78,8 +78,8 @@ fn protected() -> Vec<Change> {
     ]
 }
 
-// A sensor wired the wrong way round makes the compensation push where it should give way. The estimators see that
-// their models do not explain it, and the test is let down.
+// With a sensor of wrong sign the compensation acts in the wrong direction. The estimators' models do not explain the
+// measurements, so the test trips.
 #[test]
 fn a_wrong_sign_that_persists_is_ramped_down() {
     for (curve, signal) in EITHER.into_iter().flat_map(|curve| [(curve, "velocity"), (curve, "spool")]) {
@@ -90,7 +90,7 @@ fn a_wrong_sign_that_persists_is_ramped_down() {
         let what = format!("wrong sign of {signal}, {}", flow(curve));
         let displacement = largest(&run.displacement);
         let (gain, found) =
-            (moved(&run.flow_gain_estimate, 1.0, 0..run.force.len()), astray(&run, 1.0, 0.15));
+            (moved(&run.flow_gain_estimate, 1.0, 0..run.force.len()), curve_departure(&run, 1.0, 0.15));
         keep(
             &what,
             &[("tripped after", after), ("displacement", displacement), ("gain", gain), ("curve", found)],
@@ -114,9 +114,9 @@ fn a_short_fault_trips_nothing() {
     }
 }
 
-// The force's wrong sign turns the force loop itself round: no compensation survives that, the protection must.
+// A force of wrong sign makes the force loop unstable under any compensation, so the protection must end the test.
 #[test]
-fn a_force_of_the_wrong_sign_is_the_protections() {
+fn the_protection_ends_a_test_with_a_force_of_wrong_sign() {
     let trip = vec![set("protection.force_trip", 30e3)];
     let changes = [fault("force", "sign", 6.0, 1e3), protected(), trip, noise(11)].concat();
     let run = run(&adaptive(&changes), &sweep(2200.0));
@@ -128,14 +128,14 @@ fn a_force_of_the_wrong_sign_is_the_protections() {
     assert!(largest(&run.displacement) < 0.127);
 }
 
-// More than the valve can give: the estimates stay where the valve was not saturated.
+// The command exceeds the valve's capacity. The estimates must not change while the valve is saturated.
 #[test]
-fn saturation_teaches_nothing_wrong() {
+fn saturation_does_not_change_the_estimates() {
     for curve in EITHER {
         let run = run(&correcting(curve, &[flow_gain(0.95), damping_ratio(0.01)]), &sweep(14_000.0));
         assert_ne!(run.status_union() & status::DEMAND_SATURATED, 0);
         let gain = moved(&run.flow_gain_estimate, 0.95, 4 * 4096..run.force.len());
-        let found = astray(&run, 0.95, 0.75);
+        let found = curve_departure(&run, 0.95, 0.75);
         keep(format_args!("saturation, {}", flow(curve)), &[("gain", gain), ("curve", found)]);
         assert!(curve || gain < 0.02, "{gain}");
         assert!(!curve || found < 0.03, "{found}");

@@ -1,4 +1,4 @@
-//! Flow feedforward: the force follows its command where the paper's scheme lags by its own flow demand.
+//! Flow feedforward: it removes the force error that the paper's scheme has because of the command's own flow.
 
 use eft::sim::excitation::sine_sweep;
 use eft::sim::metrics::{delay, fft_ratio, nrmse};
@@ -10,7 +10,7 @@ fn run(changes: &[(&str, toml::Value)], amplitude: f64) -> TestRun {
     simulate::<f64>(&rig, &command, &SimulateOptions::default(), |_, _| true).unwrap()
 }
 
-// An independent model gives 1.4 % against 5.8 % at this sample rate with the delay as given.
+// An independent model gives 1.4 % instead of 5.8 % at this sample rate with the configured delay.
 #[test]
 fn sweep_error_falls_to_a_quarter() {
     let run = run(&[("compensation.feedforward", true.into())], 8900.0);
@@ -22,7 +22,7 @@ fn sweep_error_falls_to_a_quarter() {
 
 // The command's own flow is late by half a sample of difference and half a sample of hold.
 #[test]
-fn looking_ahead_makes_up_for_a_sample() {
+fn look_ahead_compensates_for_a_sample() {
     let judged = |changes: &[(&str, toml::Value)], sample_rate: f64, ahead: bool| {
         let key = ("compensation.look_ahead", ahead.into());
         let rig = RigConfig::zhao2005().replace(&[changes, &[key]].concat()).unwrap();
@@ -38,7 +38,7 @@ fn looking_ahead_makes_up_for_a_sample() {
         let (without, with) = (judged(&changes, sample_rate, false), judged(&changes, sample_rate, true));
         assert!(with < share * without, "{without} {with}");
     }
-    // Where nothing is fed forward nothing changes.
+    // Without a feedforward nothing changes.
     assert_eq!(judged(&[], 512.0, false).to_bits(), judged(&[], 512.0, true).to_bits());
 }
 

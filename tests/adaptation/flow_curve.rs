@@ -1,4 +1,4 @@
-//! A flow table that is wrong in shape, by direction and by band of opening: what one flow gain cannot follow.
+//! A flow table of wrong shape, by direction and by band of opening, which one flow gain cannot correct.
 
 use eft::core::status;
 use eft::sim::TestRun;
@@ -43,7 +43,7 @@ fn both(changes: &[Vec<Change>], amplitude: f64) -> (TestRun, TestRun) {
 }
 
 #[test]
-fn directions_and_bands_are_followed_where_one_gain_fails() {
+fn the_curve_correction_finds_directions_and_bands() {
     for (name, factor, amplitudes) in [
         ("sided", sided as fn(f64) -> f64, &[2200.0, 8900.0][..]),
         // 2.2 kN does not open the valve so far.
@@ -73,7 +73,7 @@ fn directions_and_bands_are_followed_where_one_gain_fails() {
 }
 
 #[test]
-fn sound_table_stays_sound() {
+fn a_correct_table_is_not_changed() {
     for amplitude in [2200.0, 8900.0] {
         let (one_gain, corrected) = both(&[], amplitude);
         assert!(error(&corrected) < 1.02 * error(&one_gain), "{amplitude} N");
@@ -97,7 +97,7 @@ fn sound_table_stays_sound() {
 }
 
 #[test]
-fn wrong_gain_and_delay_are_followed_as_without_it() {
+fn gain_and_delay_are_found_as_without_the_correction() {
     let correcting = || set("compensation.curve_correction", true);
     for (what, change) in [
         ("gain 0.9", flow_gain(0.9)),
@@ -112,7 +112,7 @@ fn wrong_gain_and_delay_are_followed_as_without_it() {
                     &adaptive(&[vec![change.clone(), correcting()], sensors].concat()),
                     &sweep(amplitude),
                 );
-                // A wrong delay and a sharp resonance have their own table of what must be reached.
+                // Cases with a wrong delay or a sharp resonance have bounds of their own.
                 let (from, to) = if what.starts_with("delay") { (1.2, 2.0) } else { (0.5, 9.5) };
                 let wide = !what.starts_with("gain");
                 let bounds = if wide { (0.95, 1.05) } else { (lowest, highest) };
@@ -122,7 +122,7 @@ fn wrong_gain_and_delay_are_followed_as_without_it() {
     }
 }
 
-/// The largest error of the found curve over the true flow, between 4 % opening and this one.
+/// The largest relative error of the found curve, for openings from 4 % to `widest`.
 fn worst(run: &TestRun, factor: fn(f64) -> f64, widest: f64) -> f64 {
     let known = &run.rig.servovalve.flow_table;
     let truth = known.openings.iter().zip(&known.flows).map(|(x, q)| (x, q * factor(*x)));
@@ -131,7 +131,7 @@ fn worst(run: &TestRun, factor: fn(f64) -> f64, widest: f64) -> f64 {
 }
 
 #[test]
-fn found_curve_is_the_true_one_over_the_openings_visited() {
+fn the_found_curve_is_the_true_one_at_the_visited_openings() {
     for (name, sensors, allowed) in [("", vec![], 0.01), (", noise", noise(2), 0.012)] {
         let (_, run_) = both(&[valve(sided_and_soft), sensors], 8900.0);
         let found = worst(&run_, sided_and_soft, 0.55);
@@ -149,18 +149,18 @@ fn found_curve_is_the_true_one_over_the_openings_visited() {
 fn nothing_is_learned_without_motion_or_with_the_key_off() {
     let (off, on) = both(&[], 2200.0);
     let table = &off.rig.servovalve.flow_table.flows;
-    // With one gain the whole table is scaled, and no more.
+    // One gain only scales the whole table.
     let scale = off.flow_gain_estimate.last().unwrap();
     for (found, known) in off.found_flows.iter().zip(table) {
         assert!((found - scale * known).abs() < 1e-12);
     }
-    // Beyond what 2.2 kN opens, up to the next node, the direction's gain holds.
+    // Beyond the openings at 2.2 kN, up to the next node, the gain of the direction applies.
     assert!(
         on.found_flows.iter().zip(table).all(|(found, known)| (found - known).abs() <= 0.01 * known.abs())
     );
 }
 
-// In the linear scheme the flow gain is that of a straight line: it says nothing of the table, which must stay.
+// In the linear scheme the flow gain is that of a straight line, so the table must not change.
 #[test]
 fn the_linear_scheme_finds_no_table() {
     let linear = set("compensation.mode", "linear");

@@ -1,4 +1,4 @@
-//! Compensation that calibrates itself: what it must reach, and what it must survive.
+//! Self-calibration: its accuracy, and its behaviour under faults.
 #![allow(clippy::unwrap_used)]
 
 mod attacks;

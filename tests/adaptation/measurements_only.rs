@@ -1,4 +1,4 @@
-//! The controller sees measurements and its own configuration, and nothing else.
+//! The controller uses only its measurements and its own configuration.
 
 use eft::core::{Input, Parameters, Realization};
 use eft::sim::RigConfig;
@@ -6,7 +6,7 @@ use eft::sim::closed_loop::{RigChannel, parameters};
 
 use crate::rigs::*;
 
-/// Rigs whose true plants differ in everything from the paper's, their controllers in nothing.
+/// Rigs whose true plants all differ from the paper's, with the paper's controller.
 fn other_plants(changes: &[Change]) -> Vec<RigConfig> {
     let nominal = &RigConfig::zhao2005().servovalve.flow_table;
     let flows: Vec<f64> = nominal.flows.iter().map(|q| if *q > 0.0 { 1.05 * q } else { 0.9 * q }).collect();
@@ -38,7 +38,7 @@ fn other_plants(changes: &[Change]) -> Vec<RigConfig> {
     truths.into_iter().map(|truth| adaptive(&[changes, &truth].concat())).collect()
 }
 
-// Controllers of rigs whose true plants differ in everything, fed with one rig's measurements.
+// Controllers of rigs with different true plants get the measurements of one rig.
 #[test]
 fn equal_measurements_give_equal_bits() {
     let sources = [
@@ -79,9 +79,9 @@ fn equal_measurements_give_equal_bits() {
     }
 }
 
-// The guard, watching a sound compensation, changes no bit of it.
+// With a correct compensation the guard changes no bit.
 #[test]
-fn a_guard_with_nothing_to_do_changes_no_bit() {
+fn a_guard_changes_no_bit_of_a_correct_compensation() {
     let plain = run(&rig(&[]), &sweep(8900.0));
     let watched = [set("compensation.guard", true), set("compensation.supply_correction", true)];
     let watched = run(&rig(&watched), &sweep(8900.0));

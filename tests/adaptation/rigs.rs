@@ -1,4 +1,4 @@
-//! What the tests beyond the paper share: the rigs they misjudge, their sensors, their judgement.
+//! Common parts of the tests beyond the paper: deviating rigs, sensors, measures of the result.
 
 use eft::core::status;
 use eft::sim::excitation::{Command, sine_sweep};
@@ -31,7 +31,7 @@ pub(crate) fn noise(seed: i64) -> Vec<Change> {
     ranges.into_iter().flat_map(sensor).chain([set("sensors.seed", seed)]).collect()
 }
 
-/// The true flow over the curve that the controller has.
+/// The true flow over that of the controller's curve.
 pub(crate) fn flow_gain(scale: f64) -> Change {
     set("servovalve.flow_gain_scale", scale)
 }
@@ -60,7 +60,7 @@ pub(crate) fn adaptive(changes: &[Change]) -> RigConfig {
 /// With one flow gain, and with the flow curve corrected.
 pub(crate) const EITHER: [bool; 2] = [false, true];
 
-/// What of the flow a rig learns that corrects the curve, or does not.
+/// Name of the scheme with or without the correction of the curve.
 pub(crate) fn flow(curve: bool) -> &'static str {
     if curve { "flow curve" } else { "one gain" }
 }
@@ -70,7 +70,7 @@ pub(crate) fn correcting(curve: bool, changes: &[Change]) -> RigConfig {
     adaptive(changes).replace(&[set("compensation.curve_correction", curve)]).unwrap()
 }
 
-/// A sensor that fails for a while (s).
+/// A sensor that fails for a duration (s).
 pub(crate) fn fault(signal: &str, kind: &str, start: f64, duration: f64) -> Vec<Change> {
     vec![
         set("sensors.fault.signal", signal),
@@ -112,13 +112,14 @@ pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, v| v.abs().max(most))
 }
 
-/// Farthest that a trace departs from a value within these samples.
+/// Largest distance of a trace from a value within these samples.
 pub(crate) fn moved(trace: &[f64], from: f64, samples: std::ops::Range<usize>) -> f64 {
     trace[samples].iter().fold(0.0, |most: f64, value| most.max((value - from).abs()))
 }
 
-/// The largest departure of the found curve from the known one times a flow gain, between 4 % opening and this one.
-pub(crate) fn astray(run: &TestRun, gain: f64, widest: f64) -> f64 {
+/// The largest relative distance of the found curve from the known one times a flow gain, for openings from 4 % to
+/// `widest`.
+pub(crate) fn curve_departure(run: &TestRun, gain: f64, widest: f64) -> f64 {
     let known = &run.rig.servovalve.flow_table;
     let expected = known.openings.iter().zip(&known.flows).zip(&run.found_flows);
     let seen: Vec<_> = expected.filter(|((x, _), _)| (0.04..widest).contains(&x.abs())).collect();
@@ -126,7 +127,7 @@ pub(crate) fn astray(run: &TestRun, gain: f64, widest: f64) -> f64 {
     seen.into_iter().fold(0.0, |most: f64, ((_, q), found)| most.max((found / (gain * q) - 1.0).abs()))
 }
 
-/// Where the running peak of the displacement stands against the ideal one's at its worst, once the test has begun.
+/// The largest ratio of the running peaks of true and ideal displacement, after the begin of the motion.
 pub(crate) fn overshoot(run: &eft::sim::TestRun, ideal: &[f64]) -> f64 {
     let began = 0.2 * largest(ideal);
     let (mut peak, mut ideal_peak, mut worst) = (0.0_f64, 0.0_f64, 0.0_f64);

@@ -1,5 +1,5 @@
-//! Compensation that calibrates itself, against rigs that its configuration misjudges: the table of what it must
-//! show, a few points of each row; the study in `docs/` runs the whole grid.
+//! Self-calibration on rigs that differ from the configuration: a few points of each row of the table in `docs/`, whose
+//! study runs the whole grid.
 
 use eft::sim::excitation::effective_force;
 use eft::sim::metrics::nrmse;
@@ -20,7 +20,7 @@ fn sweep_is_followed_within_one_percent() {
 }
 
 #[test]
-fn wrong_flow_gain_does_not_show() {
+fn a_wrong_flow_gain_does_not_increase_the_error() {
     for amplitude in [2200.0, 8900.0] {
         for scale in [0.90, 1.10] {
             let quiet = run(&adaptive(&[flow_gain(scale)]), &sweep(amplitude));
@@ -35,7 +35,7 @@ fn wrong_flow_gain_does_not_show() {
 }
 
 #[test]
-fn wrong_valve_delay_does_not_show() {
+fn a_wrong_valve_delay_does_not_increase_the_error() {
     for amplitude in [2200.0, 8900.0] {
         for delay in [3e-3, 8e-3] {
             for sensors in [vec![], noise(3)] {
@@ -83,7 +83,7 @@ fn digital_realization_and_computation_delay_too() {
 }
 
 #[test]
-fn northridge_moves_the_structure_as_it_should() {
+fn northridge_gives_the_ideal_displacement() {
     let Some(folder) = std::env::var_os("EFT_RECORDS") else {
         eprintln!("skipped: EFT_RECORDS is not set");
         return;
@@ -102,7 +102,7 @@ fn northridge_moves_the_structure_as_it_should() {
 
 // Level 1.1 is unstable: without the guard the rig of 2.2 kN ends at its stops. With it the estimators are not needed.
 #[test]
-fn guard_catches_overcompensation_before_the_structure_swings_up() {
+fn the_guard_ends_overcompensation_before_the_structure_swings_up() {
     for (estimators, curve) in [(true, false), (true, true), (false, false)] {
         for (amplitude, level) in [(2200.0, 1.05), (2200.0, 1.1), (8900.0, 1.1)] {
             for sensors in [vec![], noise(5)] {
@@ -120,7 +120,7 @@ fn guard_catches_overcompensation_before_the_structure_swings_up() {
                 let worst = overshoot(&run, &ideal.displacement);
                 assert!(worst < 1.2, "{amplitude} N, level {level}: {worst}");
                 assert_ne!(run.status_union() & eft::core::status::LEVEL_REDUCED, 0);
-                // From its first move it has the level within 2 % of full compensation in two periods.
+                // Two periods after its first action the level is within 2 % of full compensation.
                 let moved = run.level.iter().position(|factor| *factor < 1.0).unwrap();
                 let sound = run.level.iter().position(|factor| factor * level < 1.02).unwrap();
                 let periods = (sound - moved) as f64 / RATE * 1.58;
@@ -140,9 +140,9 @@ fn guard_catches_overcompensation_before_the_structure_swings_up() {
     }
 }
 
-// A rig that already matches its configuration must not lose by adapting.
+// On a rig that matches its configuration, self-calibration must not increase the error.
 #[test]
-fn sound_calibration_stays_sound() {
+fn a_correct_calibration_is_kept() {
     for amplitude in [2200.0, 8900.0] {
         let fixed = run(&rig(&[set("compensation.feedforward", true)]), &sweep(amplitude));
         let adapting = run(&adaptive(&[]), &sweep(amplitude));
@@ -154,10 +154,10 @@ fn sound_calibration_stays_sound() {
     }
 }
 
-// The true spool's gain is 0.1001 per V. Towards 10 Hz the valve, which is of second order, passes some percent more than
-// gain and delay say.
+// The true spool's gain is 0.1001 per V. Near 10 Hz the valve of second order passes some percent more than a model with
+// gain and delay.
 #[test]
-fn a_misjudged_valve_gain_is_found() {
+fn a_wrong_valve_gain_is_found() {
     for configured in [0.082, 0.09, 0.11, 0.12] {
         let run = run(&adaptive(&[set("compensation.valve_gain", configured)]), &sweep(8900.0));
         let found = |seconds: usize| run.valve_gain_estimate[seconds * 4096 - 1] * configured / 0.1001;
@@ -171,11 +171,11 @@ fn a_misjudged_valve_gain_is_found() {
 }
 
 #[test]
-fn a_late_converter_is_made_up_for_where_it_is_known_or_seen() {
+fn a_known_or_measured_converter_delay_is_compensated() {
     let late = |realization: &str, key: &str| {
         let changes = [
             set("controller.realization", realization),
-            // Two samples of delay in the whole loop are more than the paper's gains bear.
+            // With the paper's gains two samples of delay make the loop unstable.
             set("controller.proportional_gain", 0.5),
             set(key, 4),
         ];
@@ -191,7 +191,7 @@ fn a_late_converter_is_made_up_for_where_it_is_known_or_seen() {
         assert_within(&format!("{realization}, {key}"), ratio, 0.98, 1.02);
         assert!((estimate - expected).abs() < 1e-4, "{estimate}");
     }
-    // Between an analog controller's compensation and its valve command nobody measures it.
+    // A delay between an analog controller's compensation and its valve command is not measured.
     let ((least, most), estimate) = late("analog", "truth.dac.delay");
     assert!(
         least < 0.95 && most > 1.05 && (estimate - 5.18e-3 - 0.5 / RATE).abs() < 1e-4,
@@ -199,9 +199,9 @@ fn a_late_converter_is_made_up_for_where_it_is_known_or_seen() {
     );
 }
 
-// A late velocity transducer: the fixed scheme leads by what it is told, the learning one finds it.
+// A late velocity transducer: the fixed scheme compensates for the configured delay, the learning one also finds it.
 #[test]
-fn a_late_velocity_is_made_up_for_where_it_is_told_or_found() {
+fn a_configured_or_found_velocity_delay_is_compensated() {
     for (samples, told) in [(4, 4.0 / RATE), (8, 8.0 / RATE)] {
         let late = vec![set("sensors.velocity.delay", samples)];
         let telling = [late.clone(), vec![set("compensation.velocity_delay", told)]].concat();
@@ -227,18 +227,22 @@ fn a_late_velocity_is_made_up_for_where_it_is_told_or_found() {
                     assert_within(&what, (least, largest), 0.97, 1.03);
                     assert_within(&what, (untold_least, untold_largest), 0.97, 1.03);
                 } else {
-                    // The fixed scheme has the errors of its own tuning besides.
+                    // The fixed scheme also has the errors of its own tuning.
                     assert_within(&what, (least, largest), 0.9, 1.15);
-                    assert!(untold_least < least && untold_largest > largest, "{what}: telling is no help");
+                    assert!(
+                        untold_least < least && untold_largest > largest,
+                        "{what}: the configured delay does not help"
+                    );
                 }
             }
         }
     }
 }
 
-// What is late of spool and velocity goes into the two delays, and their sum is what the lead network makes up for.
+// The delays of the spool's and the velocity's sensors go into the two estimates, and the lead network compensates for
+// their sum.
 #[test]
-fn late_sensors_are_told_apart_and_add_up() {
+fn delays_of_spool_and_velocity_are_separated() {
     for (sensor, samples, spool, velocity, curve, least, largest) in [
         ("velocity", 4, 0.0, 4.0, false, 0.98, 1.02),
         ("velocity", 20, 0.0, 20.0, false, 0.95, 1.04),
@@ -264,7 +268,7 @@ fn late_sensors_are_told_apart_and_add_up() {
     }
 }
 
-// The noise of a differentiated displacement is as large as some of its motion.
+// The noise of a differentiated displacement is as large as the velocity in parts of the sweep.
 #[test]
 fn a_noisy_derivative_is_followed() {
     for seed in 1..5 {
@@ -281,7 +285,7 @@ fn a_noisy_derivative_is_followed() {
 }
 
 #[test]
-fn a_told_latency_is_no_valve_delay() {
+fn a_configured_latency_does_not_change_the_valve_delay() {
     let told = [set("sensors.velocity.delay", 8), set("compensation.velocity_delay", 8.0 / RATE)];
     let (sound, late) = (run(&adaptive(&[]), &sweep(2200.0)), run(&adaptive(&told), &sweep(2200.0)));
     let end = |run: &eft::sim::TestRun| *run.response_delay_estimate.last().unwrap();

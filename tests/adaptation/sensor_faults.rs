@@ -1,5 +1,5 @@
-//! Sensors that fail for a moment, wherever in a test, with one flow gain and with the flow curve corrected: what was
-//! learned before stands again soon after.
+//! Sensors that fail for a short time, with one flow gain and with the flow curve corrected. The estimates must return to
+//! their earlier values soon afterwards.
 
 use eft::core::status;
 use eft::sim::excitation::Command;
@@ -13,10 +13,10 @@ fn sweep_until(amplitude: f64, end: f64) -> Command {
     Command { values, sample_rate: RATE }
 }
 
-// The transducer that fails is the controller's only one for its signal: nothing can be compensated meanwhile. What
-// counts is that the estimates are not led astray, and that the test comes back.
+// The controller has one sensor per signal, so it cannot compensate during the fault. The estimates must stay near their
+// values, and the test must continue.
 #[test]
-fn a_failed_sensor_leaves_the_estimates_where_they_were() {
+fn a_failed_sensor_hardly_changes_the_estimates() {
     for (signal, kinds, duration) in [
         ("velocity", &["lost", "zero", "stuck", "sign"][..], 0.5),
         ("spool", &["lost", "zero", "stuck", "sign"], 0.5),
@@ -29,7 +29,7 @@ fn a_failed_sensor_leaves_the_estimates_where_they_were() {
             let (gain, delay) = (&run.flow_gain_estimate, &run.response_delay_estimate);
             let moved = |trace: &[f64]| moved(trace, trace[start], start..end);
             let what = format!("{signal} {kind}, {}", flow(curve));
-            let found = astray(&run, 1.0, 0.2);
+            let found = curve_departure(&run, 1.0, 0.2);
             keep(
                 &what,
                 &[
@@ -49,9 +49,9 @@ fn a_failed_sensor_leaves_the_estimates_where_they_were() {
     }
 }
 
-// At and around resonance, where a flow gain that is led astray would cost most.
+// At and near resonance, where a wrong flow gain causes the largest error.
 #[test]
-fn a_moment_s_fault_is_forgotten() {
+fn the_estimates_recover_from_a_short_fault() {
     for signal in ["velocity", "spool", "force"] {
         for kind in ["lost", "zero", "stuck", "sign"] {
             for (amplitude, start, duration) in
@@ -65,7 +65,7 @@ fn a_moment_s_fault_is_forgotten() {
                 let (gain, delay) = (moved(&run.flow_gain_estimate), moved(&run.response_delay_estimate));
                 let what = format!("{signal} {kind}, {amplitude} N, {start} s, {duration} s");
                 keep(&what, &[("gain", gain), ("delay", delay)]);
-                // The force itself is out of control without its sensor, and swings on for a while.
+                // Without its sensor the force is not controlled, and it oscillates for some time afterwards.
                 let (most_gain, most_delay) = if signal == "force" { (0.02, 2e-3) } else { (0.01, 5e-4) };
                 assert!(gain < most_gain, "{what}: gain {gain}");
                 assert!(delay < most_delay, "{what}: delay {delay}");
@@ -74,9 +74,9 @@ fn a_moment_s_fault_is_forgotten() {
     }
 }
 
-// At and around resonance, where whatever fails is large. A fault that ends before it is noticed leaves something.
+// At and near resonance, where every signal is large. A fault that ends before it is noticed leaves an error.
 #[test]
-fn what_a_failing_sensor_taught_the_curve_is_taken_back() {
+fn the_curve_recovers_from_a_short_fault() {
     for (amplitude, start, duration, most) in [
         (2200.0, 4.7, 0.5, 0.01),
         (2200.0, 5.5, 0.5, 0.01),
@@ -101,9 +101,9 @@ fn what_a_failing_sensor_taught_the_curve_is_taken_back() {
     }
 }
 
-// Longer than the means are held for: they are wrong then, and must come back.
+// The fault lasts longer than the means are held. They are then wrong and must recover.
 #[test]
-fn learning_goes_on_after_a_long_fault() {
+fn learning_continues_after_a_long_fault() {
     for signal in ["velocity", "spool"] {
         let changes = [fault(signal, "stuck", 8.3, 6.0), vec![flow_gain(0.95)]].concat();
         let run = run(&adaptive(&changes), &sweep(2200.0));
@@ -116,7 +116,7 @@ fn learning_goes_on_after_a_long_fault() {
 }
 
 #[test]
-fn samples_lost_now_and_then_cost_little() {
+fn single_lost_samples_cost_little() {
     let lossy = ["force", "velocity", "spool"].map(|signal| set(&format!("sensors.{signal}.dropout"), 1e-3));
     let run = run(&adaptive(&[lossy.to_vec(), vec![flow_gain(0.95)]].concat()), &sweep(8900.0));
     assert!(error(&run) < 0.01, "{}", error(&run));
@@ -124,7 +124,7 @@ fn samples_lost_now_and_then_cost_little() {
 }
 
 #[test]
-fn an_offset_of_the_velocity_gives_the_guard_no_voice() {
+fn a_velocity_offset_does_not_lower_the_level() {
     let rest = vec![0.0; 20 * 4096];
     let command = Command { values: [rest, sweep(8900.0).values].concat(), sample_rate: RATE };
     let run = run(&adaptive(&[set("sensors.velocity.bias", 1e-3)]), &command);

@@ -1,4 +1,4 @@
-//! A test that diverges: flagged where it was stopped, and finite up to there.
+//! A test that diverges is flagged at the sample where it was stopped, and is finite up to there.
 
 use eft::core::status;
 use eft::sim::batch::{BatchOptions, Test, simulate_batch};
@@ -7,7 +7,7 @@ use eft::sim::excitation::sine_sweep;
 use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
 use toml::Value;
 
-/// Rigs whose force loop is far from stable, each with its own way past the largest number.
+/// Rigs with unstable force loops, each of which overflows in a different way.
 fn rigs() -> Vec<RigConfig> {
     let mut rigs = Vec::new();
     for leakage in [1.3e-7, 3.5987940799423836e-07, 3.9026420826794947e-07, 4.857599681937549e-07] {
@@ -76,7 +76,7 @@ fn every_trace_is_finite_up_to_the_stop() {
 }
 
 #[test]
-fn side_by_side_the_stop_is_where_it_is_alone() {
+fn a_batch_stops_at_the_sample_of_a_single_test() {
     let command = sine_sweep(1e3, 0.0, 10.0, 0.25, 1024.0).unwrap();
     let rigs = rigs();
     let tests: Vec<_> =

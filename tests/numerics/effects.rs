@@ -1,4 +1,4 @@
-//! The effects beyond the paper's model in a whole test: what each does to the force, and that the energy adds up.
+//! The effects beyond the paper's model in a whole test: the effect of each on the force, and the energy balance.
 
 use eft::sim::closed_loop::{Method, energy_balance};
 use eft::sim::excitation::{Command, sine_sweep};
@@ -62,7 +62,7 @@ fn everything() -> RigConfig {
 
 #[test]
 fn effects_that_are_off_change_nothing() {
-    // A schedule of one pressure needs the general plant, and with it Runge–Kutta, all the same.
+    // A schedule of one constant pressure also needs the general plant, and therefore Runge–Kutta.
     let command = sine_sweep(8900.0, 0.0, 10.0, 8.0, RATE).unwrap();
     let runge_kutta = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
     let plain = simulate::<f64>(&changed(&[]), &command, &runge_kutta, |_, _| true).unwrap();
@@ -102,7 +102,7 @@ fn energy_adds_up_with_every_effect_and_the_gap_shrinks_with_the_step() {
 }
 
 #[test]
-fn energy_adds_up_behind_an_attachment_with_unequal_areas_and_lapped_lands() {
+fn energy_adds_up_with_an_attachment_unequal_areas_and_lapped_lands() {
     let command = sine_sweep(2e3, 0.5, 6.0, 6.0, RATE).unwrap();
     for (overlap, area_ratio, level) in [(-0.01, 0.8, 0.4), (0.005, 1.2, 0.9)] {
         let rig = changed(&[
@@ -144,7 +144,7 @@ fn constant_leakage_worsens_the_tracking_and_proportional_leakage_hardly() {
     let without = tracking(&[]);
     // 0.5 % of the valve's capacity, the paper's bound.
     let constant = tracking(&[("servovalve.leakage.constant", 4.3e-5.into())]);
-    // As much again as the rig's whole proportional leakage.
+    // As large as the rig's whole proportional leakage.
     let proportional = tracking(&[("servovalve.leakage.proportional", 1.3e-11.into())]);
     keep("NRMSE with leakage", &[("none", without), ("constant", constant), ("proportional", proportional)]);
     assert!(constant > 1.4 * without, "{constant} against {without}");
@@ -157,7 +157,7 @@ fn constant_leakage_leaves_an_offset_that_the_loop_cannot_remove() {
     let rig = changed(&[
         ("servovalve.leakage.constant", leakage.into()),
         ("structure.kind", "linear".into()),
-        // Soon at rest.
+        // Damped, so that it is soon at rest.
         ("structure.damping", 1e5.into()),
     ]);
     let run = run(&rig, &Command::new(vec![5000.0; 16384], RATE).unwrap());
@@ -184,8 +184,8 @@ fn a_null_bias_leaves_the_force_that_holds_the_spool_at_the_bias() {
         ]);
         let run = run(&rig, &Command::new(vec![0.0; 16384], RATE).unwrap());
         let force = *run.force.last().unwrap();
-        // At rest the lands pass what leaks: f(x_v − b)·√(1 ∓ P_L/P_s) = C_l·P_L, x_v = −K_s′·G_p·C_F·F; near null the
-        // table is a straight line.
+        // At rest the valve passes the leakage: f(x_v − b)·√(1 ∓ P_L/P_s) = C_l·P_L, x_v = −K_s′·G_p·C_F·F. Near null
+        // the table is a straight line.
         let (v, c) = (&rig.servovalve, &rig.controller);
         let gain = c.proportional_gain * c.force_sensitivity / (v.spool_sensitivity * v.spool_stroke);
         let load = force / rig.actuator.piston_area;
@@ -193,7 +193,7 @@ fn a_null_bias_leaves_the_force_that_holds_the_spool_at_the_bias() {
         let slope = if open < 0.0 { -v.flow_table.flows[9] } else { v.flow_table.flows[11] } / 0.1;
         let flow = slope * open * (1.0 - open.signum() * load / rig.supply.pressure).sqrt();
         assert!((flow / (rig.actuator.leakage * load) - 1.0).abs() < 1e-6, "{force} N");
-        // What an ideal integrator behind the loop would leave, less the loop's own error of 2 %.
+        // The force with an ideal integrator after the loop, less the loop's own error of 2 %.
         assert!((force / (-bias / gain) - 1.0).abs() < 0.03, "{force} N");
     }
 }
@@ -216,7 +216,7 @@ fn a_falling_supply_slows_the_flow_by_its_root() {
     assert_eq!(run.supply_pressure[(17.0 * RATE) as usize], 0.95 * 1.9e7);
     assert!((run.supply_pressure.last().unwrap() - 0.8 * 1.9e7).abs() < 1.0);
     assert_eq!(run.measured_supply_pressure(), run.supply_pressure);
-    // √0.8 is a tenth less flow than the controller counts on.
+    // √0.8 means a tenth less flow than the controller assumes.
     keep("NRMSE as the supply falls", &[("before", error(8.0, 16.0)), ("after", error(24.0, 32.0))]);
     assert!(error(24.0, 32.0) > 2.0 * error(8.0, 16.0));
 }

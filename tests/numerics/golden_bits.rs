@@ -1,5 +1,5 @@
-//! The bits of the firmware on this machine, from the rig files through the simulator's own construction: those that
-//! `firmware/golden/bits.txt` holds, which the processors, C and Python are held to as well.
+//! The golden bits of `firmware/golden/bits.txt` on this machine, from the rig files through the simulator's constructors.
+//! Processors, C and Python are compared with the same file.
 
 use eft::core::{Compensation, Input, Parameters, Realization, status};
 use eft_sim::RigConfig;
@@ -42,7 +42,7 @@ fn host_computes_the_committed_bits() {
             (out.voltage as f32, out.status)
         });
         bits += &format!("{} learning {hash:016x}\n", rig.name.as_deref().unwrap());
-        // It has learned, and been tripped, or the hash would say little.
+        // The run must include learning and a trip, or the hash would not cover them.
         let flow_gain = channel.calibration().unwrap().flow_gain;
         assert!((flow_gain - 1.0).abs() > 0.01, "{flow_gain}");
         let protected = status::TRIPPED | status::SHUT_DOWN;
@@ -52,9 +52,9 @@ fn host_computes_the_committed_bits() {
     assert_eq!(bits, eft_golden::BITS);
 }
 
-/// One bit of one answer makes another hash.
+/// One changed bit of one output changes the hash.
 #[test]
-fn hash_sees_one_bit() {
+fn one_bit_changes_the_hash() {
     let mut a = eft_golden::Hash::EMPTY;
     let mut b = a;
     for n in 0..1000 {

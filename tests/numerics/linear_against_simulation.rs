@@ -1,4 +1,4 @@
-//! The linear models against the simulator, which shares no equation with them but the configuration.
+//! The linear models compared with the simulator. The two share the configuration, but no equation.
 
 use std::f64::consts::TAU;
 
@@ -60,7 +60,8 @@ fn worst_error(rig: &RigConfig) -> (f64, String) {
     worst
 }
 
-/// The kink of Table 2 at the origin would put even harmonics of one tone onto another: the negative half, mirrored.
+/// A symmetric flow table from the negative half of Table 2. With the kink at the origin, even harmonics of one tone would
+/// coincide with other tones.
 fn symmetric(change: impl Fn(&mut RigValues)) -> RigConfig {
     let rig = RigConfig::zhao2005().with(|rig| {
         let flows = &mut rig.servovalve.flow_table.flows;
@@ -132,7 +133,7 @@ fn sampled_model_predicts_the_small_signal_response_to_50_hz() {
             rig.sensors.motion_at = MotionAt::Structure;
             rig.controller.proportional_gain = 0.4;
             rig.actuator.area_ratio = 1.3;
-            // The valve's own curve makes up for the areas: a kink at the origin has no linear model.
+            // The valve's curve cancels the effect of the unequal areas, because a kink at the origin has no linear model.
             let pulling = (2.0 / (1.0 + 1.3_f64.powi(3))).sqrt();
             let mut curve = rig.servovalve.flow_table.clone();
             for flow in &mut curve.flows {
@@ -179,7 +180,7 @@ fn sampled_model_is_of_the_true_plant_under_the_controller_as_configured() {
     }
 }
 
-/// Whether a small push has grown when looked at again after 20 s.
+/// Whether a small push has grown after 20 s.
 fn grows(rig: &RigConfig, level: f64) -> bool {
     let rig = rig.with(|rig| rig.compensation.level = level).unwrap();
     let samples = (44.0 * RATE) as usize;

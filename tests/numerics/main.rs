@@ -1,4 +1,4 @@
-//! The simulation against answers got another way: smaller steps, closed forms, energy, linear models, other machines.
+//! The simulation compared with independent answers: smaller steps, closed forms, energy, linear models, other machines.
 #![allow(clippy::unwrap_used)]
 
 mod convergence;

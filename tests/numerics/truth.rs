@@ -1,4 +1,4 @@
-//! A plant that is not what its controller believes, against the same two put together by hand.
+//! A plant with values under `truth`, compared with a loop of the two rigs that is closed by hand.
 
 use eft::core::{Input, Parameters, Realization};
 use eft::sim::batch::{BatchOptions, Test, simulate_batch};
@@ -39,7 +39,7 @@ fn run(rig: &RigConfig, method: Method) -> TestRun {
     simulate::<f64>(rig, &command(), &options, |_, _| true).unwrap()
 }
 
-/// Plants apart from the paper's in values that no controller of the paper's scheme looks at.
+/// Plants that differ from the paper's in values that the paper's controller does not use.
 fn plants() -> Vec<Vec<Change>> {
     let flows: Vec<f64> =
         RigConfig::zhao2005().servovalve.flow_table.flows.iter().map(|q| 0.95 * q).collect();
@@ -69,7 +69,7 @@ fn plants() -> Vec<Vec<Change>> {
 }
 
 #[test]
-fn what_the_controller_does_not_look_at_is_the_same_under_truth_everywhere() {
+fn a_value_that_the_controller_does_not_use_may_be_under_truth() {
     let time = Time::Sampled(RATE);
     for (n, changes) in plants().iter().enumerate() {
         for realization in ["analog", "digital"] {
@@ -183,7 +183,7 @@ fn by_hand(controller: &RigConfig, plant: &RigConfig) -> Vec<PlantReading> {
 }
 
 #[test]
-fn what_the_controller_looks_at_differs_between_the_two() {
+fn a_value_that_the_controller_uses_differs_under_truth() {
     let changes = [
         set("actuator.piston_area", 8.0e-3),
         set("actuator.compressibility", 6e-13),
@@ -192,7 +192,7 @@ fn what_the_controller_looks_at_differs_between_the_two() {
         set("structure.mass", 8e3),
     ];
     for scheme in ["compensation.feedforward", "compensation.adaptive"] {
-        // A leakage has the simulation take the plant of all effects, as the stepper does.
+        // With a leakage the simulation uses the general plant, as the stepper always does.
         let base = rig(&[
             set("controller.realization", "digital"),
             set("controller.proportional_gain", 0.5),
@@ -211,7 +211,7 @@ fn what_the_controller_looks_at_differs_between_the_two() {
 }
 
 #[test]
-fn the_flow_curve_that_was_found_leaves_the_true_one_as_it_is() {
+fn the_found_flow_curve_does_not_change_the_true_one() {
     let flows: Vec<f64> =
         RigConfig::zhao2005().servovalve.flow_table.flows.iter().map(|q| 0.95 * q).collect();
     let rig = rig(&[

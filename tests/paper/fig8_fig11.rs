@@ -1,5 +1,5 @@
-//! Figs. 8 and 11 of the paper: sweeps under each compensation scheme, level and delay, against the reference
-//! results of an independent model, which `python/eft/data/paper.toml` holds for every user of them.
+//! Figs. 8 and 11 of the paper: sweeps under each compensation scheme, level and delay, compared with the results of an
+//! independent model in `python/eft/data/paper.toml`.
 
 use eft::core::status;
 use eft::sim::excitation::sine_sweep;
@@ -7,7 +7,7 @@ use eft::sim::metrics::{fft_ratio, nrmse};
 use eft::sim::{RigConfig, SimulateOptions, simulate};
 use toml::{Table, Value};
 
-/// Reads a number from a table that must have it.
+/// A number of a table.
 fn number(table: &Table, key: &str) -> f64 {
     let value = &table[key];
     value.as_float().or(value.as_integer().map(|i| i as f64)).unwrap()
@@ -21,7 +21,7 @@ fn assert_near(what: &str, got: f64, expected: f64, tolerance: f64) {
     assert!((got - expected).abs() <= tolerance, "{what}: {got}, reference {expected}");
 }
 
-/// Runs the case of that key and holds it against its reference.
+/// Runs the case of that key and compares it with its reference.
 fn check(key: &str) {
     let data: Table = include_str!("../../python/eft/data/paper.toml").parse().unwrap();
     let mut cases = data["case"].as_array().unwrap().iter().filter_map(Value::as_table);

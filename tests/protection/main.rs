@@ -1,4 +1,4 @@
-//! Protection of the specimen, shown on the rig with faults put in.
+//! Protection of the specimen, tested on the virtual rig with faults.
 #![allow(clippy::unwrap_used)]
 
 use eft::core::Input;
@@ -18,7 +18,7 @@ mod oscillation;
 use results::keep;
 
 const RATE: f64 = 4096.0;
-/// When every fault begins (s).
+/// Start of every fault (s).
 const FAULT: f64 = 3.0;
 
 fn sine() -> Command {
@@ -61,7 +61,7 @@ fn first(run: &TestRun, flag: u32) -> Option<f64> {
 
 // SR-07
 #[test]
-fn a_sound_test_is_left_alone() {
+fn a_test_without_a_fault_does_not_trip() {
     for realization in ["analog", "digital"] {
         let (with, without) = (run(realization, true, &[], &sine()), run(realization, false, &[], &sine()));
         assert_eq!(first(&with, TRIPPED | SHUT_DOWN), None);
@@ -71,7 +71,7 @@ fn a_sound_test_is_left_alone() {
 }
 
 #[test]
-fn sensor_faults_and_wrong_signs_are_caught_before_the_specimen_is_hurt() {
+fn sensor_faults_trip_before_a_large_displacement() {
     for realization in ["analog", "digital"] {
         let sound = run(realization, true, &[], &sine());
         for (signal, kind) in [
@@ -100,7 +100,7 @@ fn sensor_faults_and_wrong_signs_are_caught_before_the_specimen_is_hurt() {
                 assert!(displacement <= 1.05 * largest(&sound.displacement, 0.0));
                 assert!(largest(&run.force, FAULT) < 0.5 * largest(&bare.force, FAULT) || kind == "stuck");
             } else {
-                // A fault that trips nothing must not have led beyond the limits.
+                // A fault without a trip must not lead beyond the limits.
                 assert!(
                     largest(
                         &run.measured_force()
@@ -116,33 +116,33 @@ fn sensor_faults_and_wrong_signs_are_caught_before_the_specimen_is_hurt() {
 }
 
 #[test]
-fn oil_loss_is_survived() {
+fn a_lost_supply_trips() {
     let pressures: Value = Value::Array([1.9e7, 1.9e7, 5e5].map(Value::from).into());
     let times: Value = Value::Array([0.0, FAULT, FAULT + 0.2].map(Value::from).into());
     let loss = [("supply.schedule.times", times), ("supply.schedule.pressures", pressures)];
     let bare = run("digital", false, &loss, &sine());
     let run = run("digital", true, &loss, &sine());
-    // The controller opens the valve further and further; the spool limit trips.
+    // The controller opens the valve further until the spool's level trips.
     let tripped = first(&run, TRIPPED);
     keep(
         "oil loss",
         &[("tripped at", tripped.unwrap_or(f64::NAN)), ("displacement", largest(&run.displacement, FAULT))],
     );
     assert!(tripped.is_some_and(|t| t > FAULT && t < FAULT + 1.0), "{tripped:?}");
-    // Without oil nothing takes the force away: the oil that is left in the chambers holds the specimen where it is.
+    // Without a supply the force cannot decay: the remaining oil in the chambers holds the specimen in place.
     assert!(largest(&run.displacement, FAULT) <= 1.05 * largest(&bare.displacement, FAULT));
     assert!(largest(&run.velocity, 7.0) < 0.05);
 }
 
 #[test]
-fn a_trip_lets_the_specimen_down_along_the_ramp() {
+fn a_trip_ramps_the_force_to_zero() {
     for realization in ["analog", "digital"] {
         let trip =
             [("protection.force_trip", Value::from(5000.0)), ("protection.force_warning", 4000.0.into())];
         let run = run(realization, true, &trip, &sine());
         let (warned, tripped) = (first(&run, PROTECTION_WARNING).unwrap(), first(&run, TRIPPED).unwrap());
         assert!(warned < tripped && first(&run, SHUT_DOWN).is_none());
-        // While the ramp runs the force follows it: frozen command times what is left.
+        // During the ramp the force is the frozen command times the remaining share.
         let start = (tripped * RATE) as usize;
         for part in [0.3, 0.6, 0.9] {
             let i = start + (part * 0.3 * RATE) as usize;
@@ -171,9 +171,9 @@ fn start_and_end_are_soft() {
     }
 }
 
-/// What the controller refuses leaves its output, and so an open valve, as it is: no trip of the command would reach it.
+/// A refused sample holds the output and therefore an open valve, so a ramp of the command would have no effect.
 #[test]
-fn samples_that_the_controller_refuses_shut_down_as_lost_ones_do() {
+fn refused_samples_shut_down_like_lost_ones() {
     // The paper's sweep up to 3.75 Hz, past the structure's 1.58 Hz at 5.1 s.
     let sweep = |amplitude| sine_sweep(amplitude, 0.0, 3.75, 12.0, RATE).unwrap();
     let at = |signal: &str, kind: &str| {
@@ -190,12 +190,12 @@ fn samples_that_the_controller_refuses_shut_down_as_lost_ones_do() {
     let range = |signal, value: f64| vec![(signal, Value::from(value))];
     let velocity = at("velocity", "lost");
     for realization in ["analog", "digital"] {
-        // The paper's protection: no level but what is said.
+        // Without trip levels.
         let run = |amplitude, changes: &[(&str, Value)]| {
             let mut all = vec![
                 ("controller.realization", Value::from(realization)),
                 ("protection.enabled", true.into()),
-                // Which would go on without the sensor.
+                // It would continue without the sensor.
                 ("protection.plausibility", false.into()),
             ];
             all.extend(changes.iter().cloned());
@@ -219,7 +219,7 @@ fn samples_that_the_controller_refuses_shut_down_as_lost_ones_do() {
                 format_args!("refused samples, {realization}, {name}"),
                 &[("refused from", refused), ("shut down at", shut), ("displacement", displacement)],
             );
-            // Ten samples are waited for.
+            // The shutdown follows after ten samples.
             assert!(shut - refused < 3e-3);
             let sound = if amplitude < 3e3 { &sound[0] } else { &sound[1] };
             assert!(displacement < largest(&sound.displacement, 0.0), "{displacement} m");
@@ -230,18 +230,18 @@ fn samples_that_the_controller_refuses_shut_down_as_lost_ones_do() {
 
 // SR-11
 #[test]
-fn a_command_that_is_lost_is_let_down_from_the_last_valid_one() {
+fn a_lost_command_ramps_down_from_the_last_valid_one() {
     for realization in ["analog", "digital"] {
         let changes = [
             ("controller.realization", Value::from(realization)),
             ("protection.enabled", true.into()),
             ("protection.force_trip", 20e3.into()),
             ("protection.ramp_time", 0.05.into()),
-            // The readings below are no rig's.
+            // The readings below are not those of a rig.
             ("protection.plausibility", false.into()),
         ];
         let rig = RigConfig::zhao2005().replace(&changes).unwrap();
-        // At the moment of the trip, or for good.
+        // Lost at the moment of the trip, or for long.
         for (lost, force) in [(1, 25e3), (400, 1e3)] {
             let mut channel = RigChannel::<f64>::new(&parameters(&rig, RATE).unwrap(), None).unwrap();
             let mut step = |command: f64, force: f64| {

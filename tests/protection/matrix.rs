@@ -1,4 +1,4 @@
-//! Every way in which one of the four sensors fails, on both schemes: when it is noticed, and what the specimen sees.
+//! Every kind of fault of each of the four sensors, in both schemes: the time to notice it, force and displacement.
 
 use eft::core::Cause;
 use eft::core::status::{TRIPPED, cause};
@@ -60,7 +60,7 @@ pub(crate) fn fault(signal: &str, kind: &str, start: f64) -> Vec<(&'static str, 
         ("sensors.fault.start", start.into()),
     ];
     if kind == "gain" {
-        // A tenth too much for a second.
+        // 10 % too much for a second.
         changes.extend([("sensors.fault.gain", Value::from(1.1)), ("sensors.fault.duration", 1.0.into())]);
     }
     changes
@@ -95,7 +95,7 @@ const MOMENTS: [f64; 3] = [3.0, 3.08, 3.17];
 
 // SR-02, SR-03, SR-04, SR-07
 #[test]
-fn no_single_fault_of_a_sensor_hurts_the_specimen() {
+fn single_sensor_faults_stay_within_the_limits() {
     for (realization, noisy) in [("digital", false), ("digital", true), ("analog", true)] {
         for adaptive in [false, true] {
             let sound = seen(&run(&rig(realization, adaptive, noisy, &[]), &sine()), 0.0);
@@ -116,7 +116,7 @@ fn no_single_fault_of_a_sensor_hurts_the_specimen() {
                             s.displacement
                         );
                         assert_eq!(s.cause, blamed(signal, kind, s.cause), "{what} at {start}");
-                        // A wrong sign shows where there is a force; noise that stops shows everywhere.
+                        // A wrong sign is visible if there is a force. Noise that stops is visible at any time.
                         let sign = signal == "force" && kind == "sign" && start > 3.0;
                         if sign || (noisy && (kind == "zero" || kind == "stuck")) {
                             assert!(noticed < 0.02, "{what} at {start}: noticed after {noticed}");
@@ -138,7 +138,7 @@ fn no_single_fault_of_a_sensor_hurts_the_specimen() {
     }
 }
 
-/// The cause that names the sensor: it is lost, or it lies.
+/// The cause that names the sensor as lost or implausible.
 fn blamed(signal: &str, kind: &str, named: Cause) -> Cause {
     let lost = kind == "lost";
     match signal {
@@ -186,7 +186,7 @@ fn a_velocity_of_wrong_gain_or_sign_is_noticed_at_every_moment_of_a_swing() {
 
 // SR-06
 #[test]
-fn a_yielding_specimen_is_not_pushed_on() {
+fn a_fault_does_not_push_a_yielding_specimen_further() {
     let yields: [(&str, Value); 5] = [
         ("structure.kind", "bouc_wen".into()),
         ("structure.bouc_wen.yield_displacement", 0.015.into()),
@@ -194,7 +194,7 @@ fn a_yielding_specimen_is_not_pushed_on() {
         ("structure.bouc_wen.exponent", 2.0.into()),
         ("structure.bouc_wen.shape", 0.5.into()),
     ];
-    // 1.5 times what makes it yield, near its resonance.
+    // 1.5 times the force at yield, near its resonance.
     let command = sine_sweep(15e3, 1.0, 1.0, 3.5, RATE).unwrap();
     let sound = rig("digital", false, true, &yields);
     let ideal = ideal_response(&sound, &command, &SimulateOptions::default()).unwrap();
@@ -221,7 +221,7 @@ fn a_yielding_specimen_is_not_pushed_on() {
 
 // SR-12
 #[test]
-fn a_bypass_valve_takes_the_force_off_a_closed_valve() {
+fn a_bypass_valve_lowers_the_force_of_a_closed_valve() {
     let force = |further: &[(&'static str, Value)]| {
         let closes = [("protection.plausibility", false.into()), ("protection.shutdown_time", 0.1.into())];
         (0..6).fold(0.0_f64, |most, n| {

@@ -1,4 +1,4 @@
-//! The watch on the oil column: it opens a force loop that shakes, and leaves a sound one alone.
+//! The oscillation check of the oil column: it opens a force loop that oscillates, and raises no false alarm.
 
 use eft::core::Cause;
 use eft::sim::excitation::{Command, sine_sweep};
@@ -37,7 +37,7 @@ fn sweep() -> Command {
 }
 
 #[test]
-fn sound_tests_raise_no_alarm() {
+fn tests_without_a_fault_raise_no_alarm() {
     for scheme in SCHEMES {
         for noisy in [false, true] {
             let seen = shaken(scheme, Some(LIMIT), noisy, &[]);
@@ -47,7 +47,7 @@ fn sound_tests_raise_no_alarm() {
 }
 
 #[test]
-fn a_loop_that_shakes_the_oil_column_is_opened_before_any_level_is_reached() {
+fn an_unstable_oil_column_opens_the_loop_before_any_level() {
     let cases: [&[(&str, Value)]; 4] = [
         &[("truth.servovalve.torque_motor_frequency", Value::Float(150.0))],
         &[("truth.servovalve.pilot_time_constant", Value::Float(2.8e-3))],
@@ -60,7 +60,7 @@ fn a_loop_that_shakes_the_oil_column_is_opened_before_any_level_is_reached() {
                 let watched = shaken(*scheme, Some(LIMIT), noisy, truth);
                 assert_eq!(watched.cause, Cause::ForceOscillation, "{scheme:?} {noisy} {truth:?}");
                 let unwatched = shaken(*scheme, None, noisy, truth);
-                // The level is 20 kN: the watch is there earlier, and most of the way.
+                // The trip level is 20 kN. The check must open the loop well before it.
                 assert!(
                     watched.force < 16e3 && watched.force < 0.7 * unwatched.force,
                     "{scheme:?} {noisy} {truth:?}: {} N, without the watch {} N",

@@ -1,5 +1,5 @@
-//! Results that may move within a test's bounds without a word: `results.txt` keeps them, and a change of it is
-//! reviewed as code is. `EFT_WRITE_RESULTS=1 cargo test --test adaptation` takes over those of one binary.
+//! Results that may change within a test's bounds. `results.txt` keeps them, and its changes are reviewed like code.
+//! `EFT_WRITE_RESULTS=1 cargo test --test adaptation` rewrites those of one binary.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -7,13 +7,13 @@ use std::sync::Mutex;
 
 const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/results/results.txt");
 
-/// Farthest that a result may be from the kept one, relative to it: what is printed has three digits.
+/// Allowed relative difference of a result from the kept one, which has three digits.
 const TOLERANCE: f64 = 0.01;
 
-/// The rows of this binary that were taken over so far.
+/// The rows of this binary that were rewritten so far.
 static TAKEN_OVER: Mutex<BTreeMap<String, String>> = Mutex::new(BTreeMap::new());
 
-/// Holds the results of one case against their row.
+/// Compares the results of one case with their row.
 #[track_caller]
 pub(crate) fn keep(case: impl Display, results: &[(&str, f64)]) {
     let name = format!("{}: {case}", env!("CARGO_CRATE_NAME"));
@@ -28,7 +28,7 @@ pub(crate) fn keep(case: impl Display, results: &[(&str, f64)]) {
     let pairs: Vec<_> = kept.split(", ").map(|pair| pair.rsplit_once(' ').unwrap()).collect();
     let near = |((what, value), (kept_what, kept)): (&(&str, f64), &(&str, &str))| {
         let kept: f64 = kept.parse().unwrap();
-        // What never happened is no number.
+        // The time of an event that never happened is NaN.
         let equal = (value - kept).abs() <= TOLERANCE * kept.abs() || value.is_nan() && kept.is_nan();
         what == kept_what && equal
     };
@@ -36,7 +36,7 @@ pub(crate) fn keep(case: impl Display, results: &[(&str, f64)]) {
     assert!(same, "{name}: {found}; results.txt keeps {kept}");
 }
 
-/// A number with three digits at least.
+/// A number with at least three digits.
 fn digits(value: f64) -> String {
     if (1e-3..1e5).contains(&value.abs()) {
         format!("{value:.*}", (2.0 - value.abs().log10().floor()).max(0.0) as usize)

@@ -15,7 +15,7 @@ fn swing(tick: u32) -> Input<f64> {
 }
 
 #[test]
-fn a_state_goes_on_under_another_configuration() {
+fn a_state_continues_under_another_configuration() {
     let first = Channel::<f64, 21>::new(&RIG).unwrap();
     let second = Parameters { response_delay: 3.0e-3, valve_gain: 0.12, ..RIG };
     let second = Channel::<f64, 21>::new(&second).unwrap();
