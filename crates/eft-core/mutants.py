@@ -135,7 +135,7 @@ def main() -> int:
     """Tries them, and prints what became of each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="*", default=FOLDERS)
-    parser.add_argument("--sample", type=int, help="so many of them, by chance")
+    parser.add_argument("--sample", type=int, help="number of mutants, drawn at random")
     parser.add_argument("--seed", type=int, default=1, help="of that chance (default: %(default)s)")
     parser.add_argument(
         "--seconds", type=int, default=120, help="for the tests of one (default: %(default)s)"

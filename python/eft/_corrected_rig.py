@@ -17,12 +17,14 @@ def corrected_rig(run: TestRun) -> Rig:
         )
     if run.found_flows.ndim > 1:
         actuators = run.found_flows.shape[0]
-        raise ValueError(f"a run of {actuators} actuators has as many flow curves: take run.actuator(0)'s")
+        raise ValueError(
+            f"a run of {actuators} actuators has one flow curve for each: take run.actuator(0)'s"
+        )
     adapts = any(run.rig[f"compensation.{part}"] for part in ("adaptive", "guard", "supply_correction"))
     if adapts and run.rig["compensation.mode"] == "linear":
         raise ValueError(
             'compensation.mode = "linear": must be "nonlinear" for a flow table to be found: '
-            "the linear scheme looks at none"
+            "the linear scheme uses none"
         )
     valve = run.rig.plant["servovalve"]
     return run.rig.replace(

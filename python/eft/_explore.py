@@ -81,7 +81,7 @@ def page(rig: Rig) -> str:
     """
     if not FILE.is_file():
         raise FileNotFoundError(
-            "this installation has no page of the virtual rig: take the wheel, or run `make explore` first"
+            "this installation has no page of the virtual rig: install the wheel, or run `make explore` first"
         )
     values = {}
     for name, (key, factor) in SLIDERS.items():

@@ -212,7 +212,7 @@ class TestRun(Channels):
         if len(self._calibrations) != 1:
             actuators = len(self._calibrations)
             raise ValueError(
-                f"a run of {actuators} actuators has as many calibrations: take run.actuator(0)'s"
+                f"a run of {actuators} actuators has one calibration for each: take run.actuator(0)'s"
             )
         return self._calibrations[0]
 

@@ -152,14 +152,14 @@ def simulate(
         for name, value in (("method", method), ("largest_step", largest_step)):
             if value is not None:
                 raise ValueError(
-                    f"{name} = {value!r}: must be left out of a converged run, which has its own"
+                    f"{name} = {value!r}: must be left out of a converged run, which sets its own"
                 )
         method, largest_step = "runge-kutta", _CONVERGED_STEP
     if calibration is not None:
         rig = rig.replace({"calibration": calibration})
     if controller is not None:
         if watch:
-            raise ValueError("watch = True: must be left out with a controller from outside")
+            raise ValueError("watch = True: must be left out with an external controller")
         rig, dtype = rig.replace(_TAKEN), "f32"
     if watch:
         show(rig, command, dtype)

@@ -84,7 +84,7 @@ def test_each_floor_of_a_building_has_its_own(rig: eft.Rig) -> None:
     building = rig.replace({"structure.kind": "shear_building", "structure.stories": stories})
     values = np.vstack([SWEEP.values, 0.5 * SWEEP.values])[:, : 2 * 4096]
     run = eft.simulate(building, eft.Command(values, 4096.0))
-    with pytest.raises(ValueError, match="a run of 2 actuators has as many calibrations"):
+    with pytest.raises(ValueError, match="a run of 2 actuators has one calibration for each"):
         _ = run.calibration
     floors = [run.actuator(i).calibration for i in range(2)]
     assert floors[0] is not None

@@ -9,7 +9,7 @@ use eft_core::{
 /// Points of the flow table.
 pub const POINTS: usize = 21;
 
-/// What channel and learner are made from.
+/// The parameters of channel and learner.
 pub const PARAMETERS: Parameters = Parameters {
     sample_rate: 4096.0, // Hz
     realization: Realization::Digital,
@@ -77,7 +77,7 @@ pub static CHANNEL: Channel<f32, POINTS> =
         Err(_) => panic!("refused"),
     };
 
-/// The learner beside it.
+/// The learner, which calibrates the channel.
 pub static LEARNER: Learner<f32, POINTS> =
     match Learner::<f32, POINTS>::new(&PARAMETERS) {
         Ok(made) => made,

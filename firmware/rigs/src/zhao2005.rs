@@ -8,7 +8,7 @@ use eft_core::{
 /// Points of the flow table.
 pub const POINTS: usize = 21;
 
-/// What channel and learner are made from.
+/// The parameters of channel and learner.
 pub const PARAMETERS: Parameters = Parameters {
     sample_rate: 4096.0, // Hz
     realization: Realization::Digital,

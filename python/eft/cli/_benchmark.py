@@ -65,9 +65,9 @@ def benchmark(
     output: Path | None,
     as_json: bool,
 ) -> None:
-    """Run controllers on rigs that differ from what the controllers believe, and print a line for each.
+    """Run controllers on rigs that differ from the controllers' configuration, and print a line for each.
 
-    A controller is a class with a method `step`, see the page "Bring your controller". A test is lost where
+    A controller is a class with a method `step`, see the page "Bring your controller". A test is lost if
     the controller fails, becomes unstable or leaves the stroke. It counts as an infinite error.
     """
     if listed:

@@ -59,7 +59,7 @@ def check_save_calibration(path: Path, plan: TestPlan, others: tuple[Path | None
 
 
 def save_calibration(path: Path, run: eft.TestRun) -> str | None:
-    """Write what a test learned; return the reason where it is not written."""
+    """Write what a test learned; return the reason if it is not written."""
     if run.calibration is None:
         return "nothing was learned"
     if not run.success:

@@ -27,7 +27,7 @@ def design(rig: Path, output: Path | None, as_json: bool) -> None:
     """Print gains for the force loop of the rig file RIG, and their margins with the piston at rest.
 
     `controller.force_loop = "robust"` in the file takes these gains and runs the loop digitally. Exit code 2
-    where no gains keep the oil column damped.
+    if no gains keep the oil column damped.
     """
     if output is not None:
         if output.suffix.lower() not in (".png", ".svg", ".pdf"):

@@ -28,7 +28,7 @@ from eft.traces._write import check_folder
 )
 @click.option(
     "--name",
-    help="Name in the C constant EFT_RIG_NAME, to tell several rigs apart, or the FMU's. Default: the rig's.",
+    help="Name in the C constant EFT_RIG_NAME, for several rigs, or the FMU's. Default: the rig's.",
 )
 @click.option(
     "--part", type=click.Choice(["rig", "controller"]), help="What the FMU is. Default: one file each."

@@ -53,8 +53,8 @@ def _of_one_rate(files: tuple[Path, ...], **data: Any) -> list[Traces]:
     ),
 )
 @click.argument("file", type=FILE)
-@click.option("--reference", default="command", show_default=True, help="What is followed.")
-@click.option("--response", default="force", show_default=True, help="What follows.")
+@click.option("--reference", default="command", show_default=True, help="Signal that is followed.")
+@click.option("--response", default="force", show_default=True, help="Signal that follows it.")
 @click.option("--band", type=float, nargs=2, default=(0.25, 10.0), show_default=True, metavar="HZ HZ")
 @rig_option
 @data_options

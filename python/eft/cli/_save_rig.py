@@ -18,8 +18,9 @@ def check_save_rig(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) 
     Raises
     ------
     ValueError
-        If no curve will be found, or several that a rig file cannot hold; if `path` is another file of the
-        test. OSError If the folder does not exist.
+        If no curve will be found, or one for each floor; if `path` is another file of the test.
+    OSError
+        If the folder does not exist.
     """
     check_own_file("--save-rig", path, others)
     for key in _ASKED:

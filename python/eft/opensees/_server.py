@@ -213,7 +213,11 @@ class _Conversation:
             except TimeoutError:
                 raise ClientError("the client fell silent") from None
             if not part:
-                raise ClientError("the client went away in the middle" if data else "the client went away")
+                raise ClientError(
+                    "the client disconnected in the middle of a message"
+                    if data
+                    else "the client disconnected"
+                )
             if not data:
                 deadline = time.monotonic() + self._patience
             data += part

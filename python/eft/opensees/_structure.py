@@ -125,7 +125,7 @@ class Structure:
         there = set(self._opensees.getNodeTags() or ())
         for node, direction in zip(self._nodes, self._directions, strict=True):
             if node not in there:
-                raise ValueError(f"nodes = {node}: must be a node of the model that stands in OpenSees")
+                raise ValueError(f"nodes = {node}: must be a node of the present model in OpenSees")
             freedoms = self._opensees.getNDF(node)[0]
             if not 1 <= direction <= freedoms:
                 raise ValueError(f"directions = {direction}: must be from 1 to {freedoms} at node {node}")

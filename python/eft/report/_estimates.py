@@ -45,7 +45,7 @@ def draw_estimates(page: Page, runs: Mapping[str, TestRun]) -> None:
             configured = {run.rig[f"compensation.{key}"] for run in adaptive.values()}
             rules = [{"y": delay * 1e3, "label": "as configured"} for delay in configured]
             labels = ("time (s)", f"{title.lower()} (ms)")
-            page.add(f"{title} that is made up for", labels, delays, link="time", rules=rules)
+            page.add(f"{title} that is compensated", labels, delays, link="time", rules=rules)
     _found(page, adaptive, colors)
 
 

@@ -155,7 +155,7 @@ def _ranking(study: Study) -> list[str]:
     ]
     note = (
         "Rank correlation of each setting with the force error of the completed tests, from -1 to 1. "
-        "Of words and switches it has no sign."
+        "For words and switches it has no sign."
     )
     return [html_table(["setting", "rank correlation", "tests"], rows), f'<p class="note">{note}</p>']
 

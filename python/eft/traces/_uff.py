@@ -55,9 +55,7 @@ def _check(source: Path) -> None:
     with opened(source) as file:
         data = file.read(LARGEST_UFF + 1)
     if len(data) > LARGEST_UFF:
-        raise WrongFileError(
-            f"{source}: larger than {LARGEST_UFF >> 20} MiB, the most that is read of its kind"
-        )
+        raise WrongFileError(f"{source}: larger than {LARGEST_UFF >> 20} MiB, the limit for universal files")
     ends = data.count(b"\n") + data.count(b"\r")
     if ends > 1000 + len(data) // 20:
         raise WrongFileError(f"{source}: {_WRONG}: {ends} lines in {len(data)} bytes")

@@ -96,8 +96,7 @@ impl TestRun {
     /// where the table is almost flat.
     pub fn corrected_rig(&self) -> Result<RigConfig> {
         if adapts(&self.rig) && self.rig.compensation.mode == Mode::Linear {
-            let allowed =
-                "must be \"nonlinear\" for a flow table to be found: the linear scheme looks at none";
+            let allowed = "must be \"nonlinear\" for a flow table to be found: the linear scheme uses none";
             return Err(Error::value("compensation.mode", "\"linear\"", allowed));
         }
         if self.found_flows.is_empty() {

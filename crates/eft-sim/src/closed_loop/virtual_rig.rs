@@ -170,7 +170,7 @@ impl VirtualRig {
         if diverged {
             let larger = |most: f64, one: &f64| if one.abs() > most.abs() { *one } else { most };
             let command = valve_commands.iter().fold(0.0, larger);
-            let allowed = "must be such that the rig does not diverge; its state has grown beyond 1e100";
+            let allowed = "must not make the rig diverge; its state has grown beyond 1e100";
             return Err(Error::value("valve_command", command, allowed));
         }
         Ok(())
@@ -197,7 +197,7 @@ impl VirtualRig {
     pub fn go_to(&mut self, state: &[f64]) -> Result<()> {
         let count = self.state().len();
         if state.len() != count {
-            let allowed = format!("must be of a rig like this one, of {count} numbers");
+            let allowed = format!("must be a state of the same rig, with {count} numbers");
             return Err(Error::value("state", format!("{} numbers", state.len()), allowed));
         }
         let mut numbers = state.iter();

@@ -69,7 +69,7 @@ pub(super) fn write(whole: &Table, commented: bool) -> String {
     }
     if commented {
         let sections = PLANT.join(", ");
-        let _ = writeln!(text, "# what is true of the plant where it is not what the controller believes:");
+        let _ = writeln!(text, "# true values of the plant, if they differ from the controller's:");
         let _ = writeln!(text, "# any key of {sections}, such as structure.mass");
     }
     for row in KEYS {

@@ -66,7 +66,7 @@ pub fn identify_delay(
     let bins: Vec<usize> = (first..=last).filter(|k| x[*k].norm_sqr() > EXCITED * strongest).collect();
     if bins.len() < LEAST_BINS || !strongest.is_normal() {
         let found = format!("{} excited frequencies within {low} to {high} Hz", bins.len());
-        let allowed = format!("must excite at least {LEAST_BINS}: a longer sweep, or a wider band");
+        let allowed = format!("must excite at least {LEAST_BINS}: use a longer sweep or a wider band");
         return Err(Error::value("command", found, allowed));
     }
     let cross: Vec<(f64, Complex64)> = bins.iter().map(|&k| (k as f64 * width, y[k] * x[k].conj())).collect();
@@ -75,7 +75,7 @@ pub fn identify_delay(
 
 fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayEstimate> {
     let refuse = |found: String| {
-        Err(Error::value("response", found, "must follow the command: its phases scatter as by chance"))
+        Err(Error::value("response", found, "must follow the command: its phases scatter at random"))
     };
     // The mean change of phase from bin to bin gives the delay within a fraction of a turn over the band. The
     // remaining phase needs no unwrapping.

@@ -108,19 +108,20 @@ pub fn fine_tune(
     }
     if rig.compensation.mode == Mode::Linear && opened > LINEAR_OPENING {
         let found = format!("an opening of {opened:.2}");
-        let allowed =
-            format!("must stay within {LINEAR_OPENING} where the compensation is linear: a smaller test");
+        let allowed = format!(
+            "must stay within {LINEAR_OPENING}, where the compensation is linear: use a smaller force"
+        );
         return Err(Error::value("velocity", found, allowed));
     }
     let bins: Vec<usize> = (first..=last).filter(|k| spectra.needed[*k].norm_sqr() > MOVED * most).collect();
     if bins.len() < LEAST_BINS {
         let found = format!("{} frequencies within {low} to {high} Hz", bins.len());
-        let allowed = format!("must move at {LEAST_BINS} at least: a longer test");
+        let allowed = format!("must move at {LEAST_BINS} at least: use a longer test");
         return Err(Error::value("velocity", found, allowed));
     }
     let fit = Fit::new(&spectra, &bins, width);
     if !(fit.gain > 0.2 && fit.gain < 5.0) {
-        let found = format!("a compensation {:.2} times the one that is set", fit.gain);
+        let found = format!("a compensation {:.2} times the configured one", fit.gain);
         let allowed = "must be that of this rig, compensated: check gains, units and signs";
         return Err(Error::value("velocity", found, allowed));
     }

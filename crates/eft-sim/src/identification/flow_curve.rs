@@ -233,7 +233,7 @@ impl Fit {
             projected.push(part);
         }
         let refused = || {
-            Error::value("spool", format!("{n} cells reached"), "must move enough to tell their slopes apart")
+            Error::value("spool", format!("{n} cells reached"), "must move enough to separate their slopes")
         };
         let factor = normal.cholesky().filter(|_| n >= 2).ok_or_else(refused)?;
         let solution = factor.solve(&right);

@@ -33,14 +33,14 @@ pub(super) fn write(out: &mut String, parts: &Parts) -> Result {
     let used: Vec<_> = used.iter().filter(|name| name.1).map(|name| name.0).collect();
     writeln!(out, "use eft_core::{{\n    {},\n}};\n", used.join(", "))?;
     writeln!(out, "/// Points of the flow table.\npub const POINTS: usize = {};\n", p.openings.len())?;
-    writeln!(out, "/// What channel and learner are made from.")?;
+    writeln!(out, "/// The parameters of channel and learner.")?;
     writeln!(out, "pub const PARAMETERS: Parameters = Parameters {{")?;
     structure(out, &fields(p), "    ")?;
     writeln!(out, "}};\n")?;
     constant(out, "The channel: the whole tick.", "CHANNEL", "Channel")?;
     if learns {
         writeln!(out)?;
-        constant(out, "The learner beside it.", "LEARNER", "Learner")?;
+        constant(out, "The learner, which calibrates the channel.", "LEARNER", "Learner")?;
     }
     Ok(())
 }

@@ -50,7 +50,7 @@ impl Columns {
         };
         let other = names[acceleration];
         if likely.is_empty() && is_other_quantity(other) {
-            return Err(Fault::at(line, format!("`{}` is no acceleration", shown(other))));
+            return Err(Fault::at(line, format!("`{}` is not an acceleration", shown(other))));
         }
         let in_milliseconds = time.is_some_and(|at| unit_words(names[at]).any(|unit| unit == "ms"));
         Ok(Self {

@@ -117,7 +117,7 @@ fn step_of(rows: &[&Line<'_>], times: &[f64]) -> Result<Option<f64>, Fault> {
     for (i, (time, row)) in times.iter().zip(rows).enumerate() {
         let regular = first + i as f64 * step;
         if (time - regular).abs() > TIME_TOLERANCE * step {
-            let message = format!("time {time} where an even step of {step} leads to {regular}");
+            let message = format!("time is {time}, but an even step of {step} leads to {regular}");
             return Err(Fault::at(row, message));
         }
     }

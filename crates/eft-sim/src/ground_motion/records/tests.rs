@@ -145,7 +145,7 @@ fn what_is_no_record_is_said_so() {
         (b"t,v\n0,1\n0,2\n", "x.csv", "must increase"),
         (b"t_s,ag_g,az_g\n0,1,2\n", "x.csv", "2 columns look like acceleration"),
         (b"t_s,x,y\n0,1,2\n", "x.csv", "none of the columns is named as acceleration (t_s, x, y)"),
-        (b"t_s,velocity\n0,1\n1,2\n", "x.csv", "`velocity` is no acceleration"),
+        (b"t_s,velocity\n0,1\n1,2\n", "x.csv", "`velocity` is not an acceleration"),
         (b"# dt = -0.01\n1\n", "x.csv", "line 1: dt = -0.01"),
         (b"# units: counts\n1\n", "x.csv", "`counts`"),
         (b"# dt=0.02\nt,a\n0,1\n0.01,2\n0.02,3\n", "x.csv", "states dt = 0.02 s, but its times are 0.01"),
