@@ -1,4 +1,4 @@
-"""Chromium without a window, asked by its own protocol over a pipe: no port, no package."""
+"""Headless Chromium, driven by its own protocol over a pipe, without a port or a package."""
 
 import json
 import os
@@ -34,7 +34,7 @@ class Page:
                 return answer["result"]
 
     def wait(self, *events):
-        """Go on once the browser has told of these events, one behind the other."""
+        """Wait for these events of the browser, in this order."""
         for event in events:
             while event not in self.events:
                 self.events.append(json.loads(self._next()).get("method"))

@@ -1,4 +1,4 @@
-"""What every test may count on."""
+"""Common fixtures."""
 
 import gc
 import re

@@ -1,4 +1,4 @@
-"""A stand-in for a run, so that figures are tested on signals whose every feature is known."""
+"""A stand-in for a run, so that figures are tested with known signals."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -15,7 +15,7 @@ class Ratio(NamedTuple):
 
 @dataclass
 class FakeRun:
-    """Unit-mass signals in closed form: a sine command and a force that lags and lacks some of it."""
+    """Unit-mass signals in closed form: a sine command and a force that lags and is too small."""
 
     frequency: float = 2.0
     duration: float = 10.0

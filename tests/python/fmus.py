@@ -12,7 +12,7 @@ class Instance:
     """An FMU's file, unpacked into a folder, and one instance of it."""
 
     def __init__(self, file, folder):
-        """Instantiate; `messages` gathers what the FMU logs."""
+        """Instantiate; `messages` collects the log of the FMU."""
         self.messages = []
         self.description = fmpy.read_model_description(str(file))
         self.version = int(self.description.fmiVersion[0])

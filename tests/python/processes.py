@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def wait_until_busy(process, seconds):
-    """Wait until a process has worked for so long: not by the clock, for the machine may be busy."""
+    """Wait until a process has used this processor time, because a busy machine delays it."""
     deadline = time.monotonic() + 100
     while _worked(process) < seconds and time.monotonic() < deadline:
         time.sleep(0.02)

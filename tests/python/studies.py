@@ -1,4 +1,4 @@
-"""The study that the tests of studies share."""
+"""A study for several tests."""
 
 import eft
 

@@ -1,4 +1,4 @@
-"""An accelerometer on the piston: what it sees, what becomes of it, where it goes."""
+"""An accelerometer on the piston: its reading, its faults, and its traces."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ EFFECTS = {
 
 
 def differentiated(run):
-    """Central differences, and how far they can be off: a sixth of what they change by from tick to tick."""
+    """Central differences and their largest error, a sixth of their change from tick to tick."""
     slope = (run.velocity[..., 2:] - run.velocity[..., :-2]) * run.sample_rate / 2
     return slope, np.abs(np.diff(slope, n=2)).max() + 1e-9
 
@@ -69,7 +69,7 @@ def test_a_rig_without_one_has_no_trace_and_the_same_bits():
     assert plain.acceleration is None
     assert plain.measured_acceleration is None
     assert "acceleration" not in plain.to_pandas()
-    # One that nothing reads changes nothing.
+    # If nothing reads it, it changes nothing.
     beside = eft.simulate(eft.Rig.zhao2005().replace(NOISY), SWEEP)
     np.testing.assert_array_equal(beside.force, plain.force)
     assert (beside.measured_acceleration - beside.acceleration).std() == pytest.approx(0.01, rel=0.03)
@@ -94,7 +94,7 @@ def test_a_plant_reads_it():
         assert plant.state.acceleration == pytest.approx(wanted, abs=1e-6)
         plant.step(command)
     assert np.abs(run.acceleration[:2000]).max() > 0.1
-    # With a structure of one's own, what that answered.
+    # With an external structure it is the derivative of that structure's velocity.
     own = eft.Plant(rig, structure=lambda force, dt: (0.0, 0.01))
     assert own.step(0.0).acceleration == pytest.approx(0.01 * RATE)
     assert own.step(0.0).acceleration == 0.0
@@ -121,7 +121,7 @@ def test_when_it_fails_the_output_is_held_and_the_flag_raised(realization):
     np.testing.assert_array_equal((run.status & eft.Status.INVALID_MEASUREMENT) != 0, lost)
     assert (np.diff(run.compensation)[lost[1:]] == 0.0).all()
     assert run.success
-    # One that lies moves the estimate for good, up to what displacement can set right.
+    # A wrong reading makes the estimate wrong until the displacement corrects it.
     for kind in ("zero", "stuck", "sign"):
         lying = {**fault, "sensors.fault.kind": kind, "sensors.fault.duration": 0.2}
         ended = eft.simulate(RIG.replace(lying), eft.sine_sweep(2000.0, 0.0, 10.0, 8.0, RATE))
@@ -137,7 +137,7 @@ def test_its_own_delay_is_in_the_budget(delay, bandwidth):
         late |= {"sensors.acceleration.bandwidth": bandwidth, "sensors.displacement.bandwidth": bandwidth}
     rig = RIG.replace(late)
     expected = eft.linear.delay_budget(rig).sensor
-    # Alike, the two are late as either is.
+    # With equal delays the estimate has the same delay.
     alone = delay / RATE + (1 / (2 * np.pi * bandwidth) if bandwidth else 0.0)
     assert expected == pytest.approx(alone, rel=0.02, abs=1e-6)
     run = eft.simulate(rig.replace({"compensation.level": 0.9}), SWEEP)
@@ -151,7 +151,7 @@ def test_its_drift_enters_the_gains():
         eft.linear.observer_gains(RIG.replace({"controller.accelerometer_drift": d})) for d in (1.0, 10.0)
     )
     assert all(a < b for a, b in zip(slow, fast, strict=True))
-    # With the force as input it has no part.
+    # An observer with the force as input does not use it.
     by_force = {"controller.velocity_source": "observer", "controller.observer_mass": 7040.0}
     rig = eft.Rig.zhao2005().replace(by_force)
     assert eft.linear.observer_gains(rig) == eft.linear.observer_gains(

@@ -1,7 +1,6 @@
-"""The simulated plant against SciPy's DOP853, which stops at every kink of the plant and starts afresh.
+"""The simulated plant compared with SciPy's DOP853, which is restarted at every kink of the plant.
 
-Plant and controller are written here from the paper's equations; nothing of the library enters but the
-command.
+Plant and controller are written here from the paper's equations. Only the command comes from the library.
 """
 
 import numpy as np
@@ -29,7 +28,7 @@ HAIR = 1e-10
 
 
 def compensation(velocity, force, spool, memory, dt):
-    """Nonlinear compensation by the paper's Fig. 5; returns the signal and what the lead network keeps."""
+    """Nonlinear compensation by the paper's Fig. 5; returns the signal and the state of the lead network."""
     root = np.sqrt(max(1.0 - np.sign(spool) * force / (AREA * SUPPLY), 0.05))
     required = np.clip(np.interp(AREA * velocity / root, FLOWS, OPENINGS), -1.0, 1.0)
     t_ld = T_D / (1.0 - ALPHA)
@@ -75,14 +74,14 @@ def terminal(function):
 
 
 def tick(y, dt, f_0, f_rate, v_c):
-    """One sample period, in as many smooth pieces as the plant's kinks cut it into."""
+    """One sample period, divided at the plant's kinks."""
     t = 0.0
     for _ in range(50):
         stopped = abs(y[1]) >= 1.0 and y[0] * y[1] > 0.0
         segment = int(np.clip(np.searchsorted(OPENINGS, y[1], side="right") - 1, 0, 19))
         x = y[3] * UNITS[3]
         outside = int(np.sign(x)) if abs(x) > SOFT_AT else 0
-        # Each piece ends a hair beyond its kink, so that the next does not end where it begins.
+        # Each piece ends slightly beyond its kink, so that the next one has a length.
         low, high = OPENINGS[segment] - HAIR, OPENINGS[segment + 1] + HAIR
         soft = SOFT_AT - HAIR if outside else SOFT_AT + HAIR
         if stopped:

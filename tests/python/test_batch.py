@@ -1,4 +1,4 @@
-"""Many tests in one native call: each is the test it would be alone."""
+"""Many tests in one native call: each has the bits of a single test."""
 
 import _thread
 import threading
@@ -37,7 +37,7 @@ def rigs():
 
 @pytest.mark.parametrize("dtype", ["f64", "f32"])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_each_is_the_test_it_would_be_alone(rigs, dtype, threads):
+def test_each_has_the_bits_of_a_single_test(rigs, dtype, threads):
     commands = [sweep(1000.0 * (i + 1), 2.0 + 0.5 * (i % 2)) for i in range(len(rigs))]
     entries = _native.simulate_batch(rigs, commands, dtype=dtype, threads=threads, traces=True)
     for rig, command, entry in zip(rigs, commands, entries, strict=True):
@@ -62,7 +62,7 @@ def test_without_transforms_the_other_metrics_are_the_same(rigs):
         assert entry.traces is None
 
 
-def test_a_bad_test_loses_no_other():
+def test_a_refused_test_does_not_affect_the_others():
     rig = eft.Rig.zhao2005()
     building = rig.replace(
         {
@@ -79,7 +79,7 @@ def test_a_bad_test_loses_no_other():
         assert entry.metrics == eft.simulate(rig, command).metrics()
 
 
-def test_a_diverged_test_is_told_from_a_finished_one():
+def test_a_diverged_test_differs_from_a_finished_one():
     rig = eft.Rig.zhao2005()
     wild = rig.replace({"structure.mass": 1e-3})
     entries = _native.simulate_batch([wild, rig], sweep(duration=1.0), fft=False)

@@ -1,4 +1,4 @@
-"""The benchmark: every controller gets a row, no mistake of one stops it, equal seeds give equal rows."""
+"""The benchmark: every controller gets a row, a failing one does not end it, equal seeds give equal rows."""
 
 import math
 import sys
@@ -128,7 +128,7 @@ def test_an_unstable_controller_loses_its_test_and_ranks_last():
         ("math:pi", r"^controller = 'math:pi': must be a class that is made as Class"),
     ],
 )
-def test_a_controller_that_is_not_there_is_one_sentence(asked, says, capsys):
+def test_a_missing_controller_is_an_error_of_one_sentence(asked, says, capsys):
     with pytest.raises(ValueError, match=says):
         eft.benchmark.run([asked])
     assert main(["benchmark", "--controller", asked]) == 2
@@ -177,7 +177,7 @@ def test_rows_keep_what_a_controller_called_them(tmp_path):
     ]
 
 
-def test_what_a_controller_is_told_has_no_truth():
+def test_a_controller_gets_no_true_values():
     seen = []
 
     class Looks(Raises):
@@ -213,8 +213,8 @@ def test_the_instructions_are_the_budgets_of_the_ticks():
     assert told == budgets
 
 
-def test_the_energy_is_that_of_the_books():
-    # A stiff oil column stores little, and so pressure times flow is what the pump gives.
+def test_the_energy_is_that_of_the_balance():
+    # A stiff oil column stores little energy, so the pump's energy is pressure times flow.
     [row] = judged("fixed", cases=[CASES["ideal sensors"]])
     rig = CASES["ideal sensors"].rig.replace(dict(eft.benchmark.COMPETITORS["fixed"].settings))
     balance = eft.energy_balance(rig, SWEEP[0].command(rig))

@@ -1,4 +1,4 @@
-"""Shear buildings: an actuator on every floor; the principle of the method, protection, plant, energy."""
+"""Shear buildings with an actuator on every floor: effective forces, protection, plant, energy."""
 
 import pickle
 
@@ -100,8 +100,8 @@ def test_what_does_not_fit_is_named(call, says):
         call()
 
 
-def test_a_trip_on_one_floor_lets_all_floors_down():
-    """The roof moves too far; a floor let down alone would be pulled along by the others."""
+def test_a_trip_on_one_floor_trips_all_floors():
+    """The roof exceeds its level. All floors must trip, because the others would pull a single one along."""
     ramp = 0.4
     rig = building(
         3,
@@ -112,7 +112,7 @@ def test_a_trip_on_one_floor_lets_all_floors_down():
             "protection.ramp_time": ramp,
         },
     )
-    # Only the roof is pushed: it alone goes beyond its level at first.
+    # Only the roof is pushed, so it exceeds its level first.
     time = np.arange(round(4 * RATE)) / RATE
     values = np.zeros((3, time.size))
     values[:2] = 300.0 * np.sin(2 * np.pi * 1.0 * time)
@@ -128,7 +128,7 @@ def test_a_trip_on_one_floor_lets_all_floors_down():
     assert not over[:2].any(), "no other floor had a reason of its own"
     alone = eft.simulate(rig.replace({"protection.enabled": False}), eft.Command(values, RATE))
     np.testing.assert_array_equal(run.force[:, :cause], alone.force[:, :cause])
-    # The command is gone when the ramp is over. What is left is the error of compensation and loop, and
+    # The command is zero after the ramp. The remaining force is the error of compensation and loop, and
     # the damping of a tripped channel: 5 % of the velocity, uncompensated, acts as c_add = A²/(C_l + loop).
     after = time > time[first.max()] + ramp + 0.1
     yields = 1.3e-11 + 5.6e-5 * 0.8059 * 0.1 * 1.64e-2 * 8.212e-3
@@ -157,7 +157,7 @@ def test_the_plant_of_a_building_is_stepped_with_one_command_an_actuator():
         plant.step([0.0, 0.0, 0.0])
 
 
-def test_a_structure_of_one_s_own_takes_all_actuators():
+def test_an_external_structure_takes_all_actuators():
     rig = building(2)
     m, c, k = matrices(2)
     system = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])

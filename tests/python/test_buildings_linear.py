@@ -1,4 +1,4 @@
-"""Linear models of buildings, against matrices written down here and against the simulation."""
+"""Linear models of buildings, compared with matrices from this file and with the simulation."""
 
 import numpy as np
 import pytest
@@ -78,7 +78,7 @@ def test_the_sampled_model_of_a_building_predicts_its_small_motions():
     run = eft.simulate(rig, eft.Command([np.sin(2 * np.pi * frequency * time), 0.0 * time], RATE))
     model = eft.linearize(rig, sampled=True, flow_gain="mean")
     assert model.inputs == ["command_1", "command_2"]
-    last = time >= seconds - 4.0  # whole periods, after all else has died away
+    last = time >= seconds - 4.0  # whole periods, after the transients
     wave = np.exp(-2j * np.pi * frequency * time[last])
     command = (run.command[0][last] * wave).sum()
     for name, trace in (("force", run.force), ("velocity", run.velocity), ("spool", run.spool)):
@@ -107,7 +107,7 @@ def test_a_building_is_checked_before_its_test():
 
 @pytest.mark.parametrize("floors", [3, 5, 8])
 def test_floors_that_share_poles_have_the_eigenvalues_of_numpy(floors):
-    # Every floor's lead network has the same pole; QR iterations that take no care stall at such settings.
+    # Every floor's lead network has the same pole. Some QR iterations do not converge at such settings.
     met = [
         (0.00042223024004577395, 0.020017824124905558),
         (0.00011464747232246094, 0.010693870113456577),
@@ -131,7 +131,7 @@ def test_floors_that_share_poles_have_the_eigenvalues_of_numpy(floors):
         model = eft.linearize(rig, sampled=True)
         found, expected = model.poles(), np.linalg.eigvals(model.A)
         assert found.size == expected.size
-        # Those that vanish within some samples are as ill-conditioned as a chain of delays is long.
+        # Poles that vanish within some samples are ill-conditioned, more so with a longer chain of delays.
         lasting = expected[np.abs(expected) > 0.9]
         assert lasting.size >= 4 * floors
         assert max(np.abs(found - pole).min() for pole in lasting) < 1e-11, change

@@ -43,7 +43,7 @@ def test_metrics_and_ratios_are_those_of_each_actuator(run):
         np.testing.assert_array_equal(ratio.ratio[i], expected.ratio[at])
     with pytest.raises(IndexError, match="actuator = 3: must be from 0 to 2"):
         run.actuator(3)
-    # A run of one actuator has itself.
+    # For a run of one actuator it is the run itself.
     single = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2e3, 0.0, 5.0, 1.0, RATE))
     assert single.actuator(0) is single
 

@@ -1,4 +1,4 @@
-"""A calibration that is kept: from a run, through a file, into the next test."""
+"""A saved calibration: from a run, through a file, into the next test."""
 
 import json
 import tomllib
@@ -29,12 +29,12 @@ def run(rig: eft.Rig) -> eft.TestRun:
     return eft.simulate(rig, SWEEP)
 
 
-def test_what_is_kept_is_what_the_traces_say(run: eft.TestRun) -> None:
+def test_the_saved_values_are_those_of_the_traces(run: eft.TestRun) -> None:
     kept = run.calibration
     assert kept is not None
     assert kept["version"] == 1
     for name in ("flow_gain", "valve_gain", "response_delay", "velocity_delay"):
-        # The window behind the one in use has moved on by little.
+        # The saved calibration is of the window after the one in use, and differs little.
         now, deviation = run._values[f"{name}_estimate"][-1], kept["deviations"][name]
         assert abs(kept[name] - now) < max(deviation, 1e-12), name
         assert deviation == pytest.approx(run._values[f"{name}_deviation"][-1], rel=0.05), name
@@ -44,7 +44,7 @@ def test_what_is_kept_is_what_the_traces_say(run: eft.TestRun) -> None:
 @pytest.mark.parametrize("dtype", ["f64", "f32"])
 def test_the_next_test_starts_from_it(rig: eft.Rig, run: eft.TestRun, dtype: str) -> None:
     again = eft.simulate(rig, SWEEP, dtype, calibration=run.calibration)  # type: ignore[arg-type]
-    # Two windows of 16 ticks by the configuration, as every calibration takes.
+    # Two windows of 16 ticks with the configured values, as after every calibration.
     assert (again.flow_gain_estimate[:32] == 1.0).all()
     assert np.abs(again.flow_gain_estimate[32:] - 0.93).max() < 0.005
     assert np.abs(run.flow_gain_estimate[:2000] - 0.93).max() > 0.06
@@ -73,7 +73,7 @@ def test_it_is_refused_where_it_does_not_belong(rig: eft.Rig, run: eft.TestRun) 
     for name, calibration in wrong.items():
         with pytest.raises(ValueError, match=name):
             eft.simulate(rig, SWEEP, calibration=calibration)
-    # A corrected table is another one.
+    # The corrected table differs from that of the calibration.
     started = eft.simulate(rig, SWEEP, calibration=kept)
     assert started.corrected_rig()["calibration"] is None
     assert eft.simulate(eft.Rig.zhao2005(), SWEEP).calibration is None

@@ -1,4 +1,4 @@
-"""The command line on good input: what it says, what it writes, how it ends."""
+"""The command line with valid input: its output, its files and its exit codes."""
 
 import dataclasses
 import json
@@ -146,7 +146,7 @@ def test_an_interrupted_run_keeps_its_samples_bit_for_bit(folder, monkeypatch, c
     assert "interrupted" in capsys.readouterr().err
 
 
-def test_a_rig_that_leaves_its_stroke_is_said_and_ends_with_one(capsys):
+def test_a_rig_that_leaves_its_stroke_ends_with_exit_code_1(capsys):
     assert main(["run", *SWEEP, "--set", "compensation.level=2.0"]) == 1
     said = capsys.readouterr().out
     assert "left its stroke" in said and "on zhao2005: stroke_exceeded after " in said
@@ -159,7 +159,7 @@ def test_more_than_the_valve_has_is_no_test_where_the_force_misses(capsys):
     assert re.search(r"valve's capacity in [\d.]+% of the samples", out)
 
 
-def test_a_loop_that_swings_by_itself_is_no_test_and_ends_with_one(folder, capsys):
+def test_an_oscillating_loop_ends_with_exit_code_1(folder, capsys):
     swings = ["--set", "controller.proportional_gain=10"]
     assert main(["run", *SWEEP, *swings]) == 1
     said = capsys.readouterr().out
@@ -169,7 +169,7 @@ def test_a_loop_that_swings_by_itself_is_no_test_and_ends_with_one(folder, capsy
     assert error > 1 and f"{error:.0%} (rms)" in said
     assert f"{np.abs(run.force).max() / 1e3:.4g} kN" in said and "2 kN" in said
     assert "the spool at its stop in" in said
-    # No shift makes such a force the command's.
+    # No delay explains such a force.
     assert next(line for line in said.splitlines() if line.startswith("delay")).endswith(" –")
 
 
@@ -232,14 +232,14 @@ def test_check_lets_the_virtual_test_decide_on_a_rig_that_calibrates_itself(caps
     said = capsys.readouterr().out
     assert "as configured, before self-calibration:\n" in said
     assert "unstable at 4096 Hz" in said.split("\nCaution:\n")[1]
-    # A loop that the calibration does not make stable is a no, and so is what becomes of the virtual test.
+    # A loop that stays unstable after the calibration gets the verdict no, and so does the virtual test.
     hopeless = ["--set", "controller.proportional_gain=10", "--set", "compensation.adaptive=true"]
     assert main(["check", *SWEEP, *hopeless]) == 1
     said = capsys.readouterr().out.split("\nNo:\n")[1].lower()
     assert "after self-calibration" in said and re.search(r"force error is \d{3,}%", said)
 
 
-def test_check_says_what_its_model_has_not_and_which_keys_do_nothing(folder, capsys):
+def test_check_names_missing_effects_and_idle_keys(folder, capsys):
     adaptive = ["--set", "compensation.adaptive=true", "--set", "controller.velocity_source=derivative"]
     idle = ["--set", "compensation.look_ahead=true"]
     assert main(["check", *SWEEP, *adaptive, *idle]) in (0, 1)
@@ -254,14 +254,14 @@ def test_check_says_what_its_model_has_not_and_which_keys_do_nothing(folder, cap
     assert "not in the linear model: compensation.adaptive\n" in capsys.readouterr().out
 
 
-def test_check_does_not_hide_a_force_that_stays_away(capsys):
+def test_check_reports_a_missing_force(capsys):
     assert main(["check", *SWEEP, "--set", "compensation.mode=off"]) == 1
     said = capsys.readouterr().out.split("\nNo:\n")[1]
     assert "The force misses the command by" in said
 
 
 def test_check_does_not_call_a_test_feasible_that_fails_on_the_virtual_rig(capsys):
-    # The sensor's sign is no matter of the linear model's demands, and the test fails all the same.
+    # The demands do not depend on the sensor's offset, but the test fails.
     fault = ["--set", "sensors.velocity.bias=5.0"]
     code = main(["check", *SWEEP, *fault])
     said = capsys.readouterr().out
@@ -301,7 +301,7 @@ def test_map_and_export_take_the_rig_of_a_test(folder, capsys):
         assert len((folder / "map.csv").read_text().splitlines()) == 7
 
 
-def test_a_package_that_is_not_there_is_named_with_what_brings_it(folder, monkeypatch, capsys):
+def test_a_missing_package_is_named_with_its_extra(folder, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "h5py", None)
     (folder / "a.h5").write_bytes(b"")
     assert main(["compare", "a.h5", "a.h5"]) == 2

@@ -1,4 +1,4 @@
-"""The page of the command line names every command, and its TOML is what `eft run` reads."""
+"""The page of the command line names every command, and `eft run` reads its TOML."""
 
 import re
 from pathlib import Path

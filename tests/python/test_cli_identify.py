@@ -1,4 +1,4 @@
-"""`eft identify`: parameters from files as laboratories write them, held against the rig behind the data."""
+"""`eft identify`: parameters from files of laboratories, compared with those of the simulated rig."""
 
 import json
 import tomllib

@@ -38,7 +38,7 @@ def test_the_found_curve_is_the_next_test_s(tmp_path, capsys):
     found = np.array(corrected["servovalve.flow_table.flows"])
     np.testing.assert_allclose(found[near], true[near], rtol=0.01)
     np.testing.assert_array_equal(corrected["servovalve.true_flow_table.flows"], true)
-    # The scheme that learns nothing now follows where it went astray.
+    # With the saved curve the fixed scheme follows the command.
     errors = []
     for rig, code in ((options[1], 1), ("next.toml", 0)):
         assert main(["run", "--rig", rig, *SWEEP, "--set", "compensation.adaptive=false", "--json"]) == code

@@ -1,4 +1,4 @@
-"""How the script `eft` starts: at once, and without a traceback when it is stopped."""
+"""Start of the script `eft`: fast, and without a traceback after an interrupt."""
 
 import os
 import signal
@@ -33,7 +33,7 @@ def test_an_interrupt_while_the_package_loads_is_one_line(tmp_path):
     assert process.returncode == 130
 
 
-# Friction takes steps so short that few samples are done, kept and written.
+# Friction needs very short steps, so only few samples are simulated and written.
 SLOW = ["--set", "actuator.friction=2000", "--set", "actuator.friction_velocity=1e-5"]
 LONG = ["--sweep", "8900", "0.5", "10", "1000", *SLOW]
 STUDY = "[command]\nkind='sweep'\namplitude=1.0\nf_start=0.5\nf_end=9.0\nduration=60.0\n" + (

@@ -1,4 +1,4 @@
-"""`eft study` and `eft map`: what they write, what they say, and that nothing is lost."""
+"""`eft study` and `eft map`: their files and output, and that no row is lost."""
 
 import json
 import signal
@@ -69,7 +69,7 @@ def table():
         ),
     ],
 )
-def test_a_file_says_what_the_call_says(folder, capsys, text, parameters):
+def test_a_file_gives_the_study_of_the_call(folder, capsys, text, parameters):
     assert main(["study", written(folder, text)]) == 0
     assert table() == list(eft.study(RIG, SWEEP, parameters))
     assert "s.study written" in capsys.readouterr().out
@@ -102,7 +102,7 @@ def test_the_file_that_init_writes_runs(folder, capsys):
     (folder / "fresh.toml").write_text(text)
     assert main(["study", "fresh.toml"]) == 0
     assert len(eft.Study.load("fresh.study")) == 10
-    # What makes it a study does not keep the other commands from reading its rig and its command.
+    # Other commands read the rig and the command of a study file.
     assert main(["run", "fresh.toml"]) == 0
 
 
@@ -131,7 +131,7 @@ def test_ctrl_c_during_a_run_keeps_the_samples_that_are_done(folder):
     (folder / "t.toml").write_text(
         'rig = "rig.toml"\n' + COMMAND.replace("duration = 1.0", "duration = 1000.0")
     )
-    # Friction takes steps so short that few samples are done, kept and written.
+    # Friction needs very short steps, so only few samples are simulated and written.
     slow = ["--set", "actuator.friction=2000", "--set", "actuator.friction_velocity=1e-5"]
     call = [sys.executable, "-m", "eft", "run", "t.toml", *slow]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -175,7 +175,7 @@ def test_a_map_as_picture_table_and_json(folder, capsys):
 
 
 @pytest.mark.parametrize("kind", eft.linear.STABILITY_MAPS)
-def test_the_maps_of_every_day(folder, kind, capsys):
+def test_the_named_maps(folder, kind, capsys):
     assert main(["map", "--rig", "rig.toml", "--kind", kind, "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     found = eft.linear.STABILITY_MAPS[kind](RIG)

@@ -1,4 +1,4 @@
-"""What the command line says to wrong input: one line, exit code 2, nothing written, never a traceback."""
+"""The command line with wrong input: one line, exit code 2, no file, no traceback."""
 
 import os
 from pathlib import Path
@@ -63,7 +63,7 @@ def test_a_folder_that_lets_nobody_in(tmp_path, monkeypatch, capfd):
     ],
 )
 def test_a_device_is_not_replaced_by_a_file(arguments, tmp_path, monkeypatch, capfd):
-    # A pipe stands for /dev/null, which root would lose for good.
+    # A pipe replaces /dev/null, which a process of root could destroy.
     monkeypatch.chdir(tmp_path)
     (tmp_path / "rig.toml").write_text(eft.Rig.zhao2005().to_toml())
     for name in ("pipe", "pipe.eft"):

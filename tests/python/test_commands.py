@@ -1,4 +1,4 @@
-"""Commands, records and the flow table: numpy in, numpy out."""
+"""Commands, records and the flow table, with NumPy arrays."""
 
 import contextlib
 import math

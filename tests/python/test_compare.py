@@ -1,4 +1,4 @@
-"""Measured over virtual: alignment, numbers, pictures, units."""
+"""Comparison of a measured test with a virtual one: alignment, numbers, pictures, units."""
 
 import dataclasses
 import json
@@ -22,7 +22,7 @@ RUN = eft.simulate(RIG, eft.sine_sweep(4000.0, 0.2, 8.0, 8.0, RATE))
 
 
 def measured(late=0.0, gain=1.0, start=0.0):
-    """The run as a laboratory would have measured it: other clock, gain and rate."""
+    """The run as measured by a laboratory, with another clock, gain and rate."""
     time = np.arange(0.0, RUN.time[-1] + late, 1 / 400.0)
     columns = {
         name: gain * np.interp(time - late, RUN.time, getattr(RUN, name), left=0.0)

@@ -1,4 +1,4 @@
-"""The core from Python: the same step as in the simulation and in firmware."""
+"""The core from Python: it has the bits of the simulation."""
 
 import math
 

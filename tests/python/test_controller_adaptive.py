@@ -1,4 +1,4 @@
-"""The adaptive and the protected controller from Python: what `simulate` runs, sample by sample."""
+"""The adaptive and the protected controller from Python have the bits of `simulate`."""
 
 import copy
 import pickle
@@ -84,7 +84,7 @@ def test_the_compensator_gives_the_simulated_ones_bits(case, dtype):
         run.measured_spool,
         run.command,
         run.measured_supply_pressure,
-        # The command that stood while the other signals were sampled.
+        # The valve command at the time when the other signals were sampled.
         valve_command=np.concatenate([[0.0], run.valve_command[:-1]]),
     )
     np.testing.assert_array_equal(signal, run.compensation)
@@ -130,7 +130,7 @@ def test_the_analog_loop_takes_its_valve_command_as_a_measurement():
         compensator.step(0.1, 0.0, 0.1, 0.0)
     assert np.isfinite(compensator.step(0.1, 0.0, 0.1, 0.0, valve_command=1.0))
     before = compensator.hold()
-    # Only the estimators look at it: they wait, the compensation goes on.
+    # Only the estimators use it: they stop, and the compensation continues.
     assert compensator.step(0.2, 0.0, 0.1, 0.0, valve_command=np.nan) > before
     assert not eft.Status(compensator.status) & eft.Status.INVALID_MEASUREMENT
     for _ in range(64):
@@ -138,7 +138,7 @@ def test_the_analog_loop_takes_its_valve_command_as_a_measurement():
     assert eft.Status(compensator.status) & eft.Status.ADAPTATION_FROZEN
 
 
-def test_what_a_rig_looks_at_must_be_given():
+def test_signals_that_a_rig_uses_must_be_given():
     supply = DIGITAL.replace({"compensation.supply_correction": True})
     with pytest.raises(ValueError, match=r"^supply_pressure = None: must be given"):
         eft.Controller(supply).step(0.0, 0.0, 0.0, 0.0)
@@ -155,7 +155,7 @@ def test_what_a_rig_looks_at_must_be_given():
     for key in ("compensation.guard", "compensation.feedforward", "protection.enabled"):
         with pytest.raises(ValueError, match=rf"^command = None: must be given: `{key}` is on"):
             eft.Compensator(DIGITAL.replace({key: True})).step(0.0, 0.0, 0.0)
-    # Where nothing looks at it, it may be left out.
+    # If nothing uses it, it may be omitted.
     assert eft.Compensator(DIGITAL).step(0.1, 0.0, 0.0) == eft.Compensator(DIGITAL).step(0.1, 0.0, 0.0, 1e3)
 
 

@@ -1,4 +1,4 @@
-"""The flow table that a test corrected: what was found, kept and taken into the next test."""
+"""The corrected flow table of a test: its values, its file, and its use in the next test."""
 
 import dataclasses
 
@@ -31,7 +31,7 @@ def test_either_direction_is_found_and_the_force_met(run):
     assert run.metrics()["nrmse"] < 0.02 < one_gain.metrics()["nrmse"]
 
 
-def test_the_fixed_scheme_goes_on_with_what_was_found(run):
+def test_the_fixed_scheme_uses_the_found_table(run):
     corrected = run.corrected_rig()
     assert corrected["servovalve.flow_table.flows"] == run.found_flows.tolist()
     assert corrected["servovalve.true_flow_table.flows"] == TRUE.tolist()
@@ -41,13 +41,13 @@ def test_the_fixed_scheme_goes_on_with_what_was_found(run):
     assert after < 0.05 < before
 
 
-def test_what_was_found_is_kept_with_the_run(run, tmp_path):
+def test_the_found_table_is_saved_with_the_run(run, tmp_path):
     again = eft.TestRun.load(run.save(tmp_path / "run.eft"))
     assert np.array_equal(again.found_flows, run.found_flows)
 
 
 @pytest.mark.parametrize("adaptive", [True, False])
-def test_a_file_of_before_the_valve_gain_was_kept_can_be_read(adaptive, tmp_path):
+def test_a_file_without_the_valve_gain_can_be_read(adaptive, tmp_path):
     command = eft.sine_sweep(1000.0, 0.0, 10.0, 1.0, 1024.0)
     run = eft.simulate(RIG.replace({"compensation.adaptive": adaptive}), command)
     with np.load(run.save(tmp_path / "run.eft")) as archive:
@@ -55,7 +55,7 @@ def test_a_file_of_before_the_valve_gain_was_kept_can_be_read(adaptive, tmp_path
     with (tmp_path / "older.eft").open("wb") as file:
         np.savez(file, **older)
     again = eft.TestRun.load(tmp_path / "older.eft")
-    # What an estimator found is not known; a fixed controller has the configured gain.
+    # The file does not contain the estimated gain. A fixed controller has the configured one.
     assert np.array_equal(again.valve_gain_estimate, run.valve_gain_estimate) != adaptive
     assert np.isnan(again.valve_gain_estimate).all() == adaptive
     assert np.array_equal(again.force, run.force)
@@ -85,7 +85,7 @@ def test_a_building_has_a_curve_a_floor():
     assert run.actuator(1).found_flows.shape == OPENINGS.shape
 
 
-def test_what_stayed_in_a_processor_is_none_and_refused(tmp_path):
+def test_flows_of_a_processor_are_none_and_refused(tmp_path):
     run = dataclasses.replace(eft.simulate(eft.Rig.zhao2005(), COMMAND), found_flows=None)
     with pytest.raises(ValueError, match=r"^found_flows = None: must have been found here"):
         run.corrected_rig()

@@ -1,4 +1,4 @@
-"""Data sheets become rigs: the formulas against closed forms, and what is missing or wrong."""
+"""Rigs from data sheets: the formulas compared with closed forms, and missing or wrong values."""
 
 import json
 from pathlib import Path
@@ -108,7 +108,7 @@ def test_the_accumulator_follows_the_gas_law_near_its_pressure():
 
 
 def modal_ratios(keys):
-    """φᵀCφ/(2ω) of a building's keys, by another way: full matrices."""
+    """φᵀCφ/(2ω) of a building's keys, computed with full matrices."""
     m, k, c = (np.array(keys[f"structure.stories.{name}"]) for name in ("masses", "stiffnesses", "dampings"))
 
     def matrix(springs):

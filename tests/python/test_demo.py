@@ -1,4 +1,4 @@
-"""The demonstration as a user starts it: what it prints, what it writes, how it fails."""
+"""The demonstration as a user starts it: its output, its files, its errors."""
 
 import re
 

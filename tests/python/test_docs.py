@@ -1,7 +1,7 @@
-"""Every Python block and `eft` command of README and docs runs, and prints what the page says it prints.
+"""Every Python block and `eft` command of README and docs runs, and prints the output on the page.
 
-A reader types the blocks of a page one after another, so they share their names and one folder. A block
-```text output``` right after a Python block is what it prints.
+The blocks of a page run one after another in one folder and share their names. A block ```text output```
+directly after a Python block is its output.
 """
 
 import contextlib
@@ -49,7 +49,7 @@ class Block:
 
 
 def commands(source):
-    # A command whose answer is no says so after it.
+    # A comment after the command states another exit code.
     return [
         (shlex.split(line, comments=True)[1:], int("exit code 1" in line))
         for line in source.splitlines()
@@ -97,7 +97,7 @@ def test_page_runs_as_printed(page, tmp_path, monkeypatch):
             assert printed.getvalue() == block.output, f"{name(page)}, line {block.line}"
 
 
-# What runs the blocks that are not run here.
+# Where the other blocks are run.
 FOLLOWED = {"how-to/firmware-rust.md", "how-to/firmware-c.md"}  # `make firmware`, to the letter
 RUN_ELSEWHERE = (
     "eft ",  # above
@@ -189,7 +189,7 @@ def test_every_public_name_is_in_the_reference():
     shown = [f"{module}.{each}" for topic in topics.values() for module in topic for each in topic[module]]
     assert len(shown) == len(set(shown))
     modules = {module for topic in topics.values() for module in topic}
-    # What stands in two modules is shown in one of them.
+    # A name of two modules is on the page of one of them.
     public = {
         id(thing): f"{module}.{each}"
         for module in sorted(modules)

@@ -1,4 +1,4 @@
-"""Every public function says what it takes, gives and refuses, with an example that runs."""
+"""Every public function documents its arguments, results and errors, with an example that runs."""
 
 import doctest
 import importlib
@@ -39,7 +39,7 @@ def test_a_function_says_what_it_takes_gives_and_refuses(name):
 
 
 def examples(name, thing):
-    """The doctests of a thing and of what it has; doctest itself does not look into the native module."""
+    """The doctests of an object and of its members; doctest does not search the native module."""
     parts = {name: thing}
     if inspect.isclass(thing):
         parts |= {f"{name}.{each}": getattr(thing, each) for each in vars(thing) if not each.startswith("_")}

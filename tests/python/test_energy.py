@@ -1,4 +1,4 @@
-"""The energy of a test closes, with nothing and with every effect on, and closer with a smaller step."""
+"""The energy balance closes without and with every effect, and its gap decreases with the step."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def test_energy_closes_with_every_effect_on_and_closer_with_a_smaller_step():
 
 
 def test_the_parts_are_the_integrals_of_the_traces():
-    """What the dampers took and the structure got, from the traces of the test itself by trapezoids."""
+    """The work of the dampers and of the force, from the traces of the test by the trapezoidal rule."""
     command = eft.sine_sweep(8900.0, 0.0, 6.0, 8.0, 4096.0)
     balance = eft.energy_balance(RIG, command)
     run = eft.simulate(RIG, command)

@@ -140,7 +140,7 @@ def opened_state(folder, module):
     return re.search(r'<html[^>]*data-state="(\w+)"', done.stdout)[1]
 
 
-def test_the_page_asks_nobody():
+def test_the_page_loads_nothing():
     text = TEMPLATE.read_text(encoding="utf-8")
     assert not re.search(r"https?://|<link|@import|fetch\(|XMLHttpRequest|<script src", text)
     assert "default-src 'none'" in text

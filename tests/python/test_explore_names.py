@@ -1,4 +1,4 @@
-"""What a screen reader is told of the page: the browser's own tree of accessible names."""
+"""The page for screen readers: the browser's tree of accessible names."""
 
 from browsers import browsing
 from test_explore import CHROMIUM, PAGE, made
@@ -36,9 +36,9 @@ def test_every_control_and_figure_has_a_name_of_its_own(tmp_path):
     assert any(name.startswith("Mass of the structure") for name in told["slider"])
     assert told["form"] == ["Settings"]
     assert {"Compensation of the velocity feedback", "Test and rig"} <= set(told["group"])
-    # A figure says what it shows.
+    # A figure has a description.
     assert len(told["image"]) == 4 and all(" from " in name and " to " in name for name in told["image"])
-    # What came of the test, and what is wrong with it, are told without being asked for.
+    # The result of the test and its errors are announced.
     assert len(told["status"]) == len(told["alert"]) == 1
 
 
@@ -46,7 +46,7 @@ def test_every_control_and_figure_has_a_name_of_its_own(tmp_path):
 def test_the_keyboard_reaches_every_control_and_moves_a_slider(tmp_path):
     with browsing(CHROMIUM, PAGE.as_uri(), tmp_path) as page:
         assert page.run(READY) == "ready"
-        # What a slider is set to is told with its unit.
+        # A slider has its value with the unit.
         values = page.run(VALUES)
         assert len(values) == 10 and all(len(text.split()) == 2 for text in values)
         before, reached = page.run("document.documentElement.dataset.hash"), []
@@ -73,7 +73,7 @@ def test_a_link_of_a_million_samples_ends_in_one_sentence(tmp_path):
 
 
 def press(page, key):
-    """What has the focus behind a press of a key."""
+    """The element with the focus after a key press."""
     for kind in ("keyDown", "keyUp"):
         number = {"Tab": 9, "ArrowRight": 39}[key]
         page.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=number)

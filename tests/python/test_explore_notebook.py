@@ -49,7 +49,7 @@ MOVE = """(() => {
 
 
 def wait_for(look, seconds=60.0):
-    """The first answer of `look` that is not nothing."""
+    """The first result of `look` that is not empty."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         if (answer := look()) is not None:

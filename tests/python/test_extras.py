@@ -1,4 +1,4 @@
-"""A package that is not installed: what the functions that need it say."""
+"""The errors of functions that need a package which is not installed."""
 
 import sys
 

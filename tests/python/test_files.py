@@ -1,4 +1,4 @@
-"""Files written beside and renamed."""
+"""Files that are written under another name and then renamed."""
 
 import stat
 import subprocess

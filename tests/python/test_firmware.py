@@ -1,4 +1,4 @@
-"""From a rig to its firmware, and the firmware in the loop."""
+"""Export of a rig to firmware, and the firmware in the loop."""
 
 import os
 import re
@@ -82,7 +82,7 @@ def test_the_processors_run_is_the_simulation(machine):
         for name in ("force", "displacement", "spool", "valve_command", "compensation", "measured_force"):
             np.testing.assert_array_equal(getattr(run, name), getattr(expected, name), err_msg=name)
         np.testing.assert_array_equal(run.status, expected.status)
-    # Another rig than the firmware's: the run is not replayed from anywhere.
+    # A rig other than the firmware's, which shows that the firmware computes the run.
     other = eft.simulate(rig.replace({"compensation.level": 1.000001}), command, dtype="f32")
     assert (other.force != run.force).any()
 

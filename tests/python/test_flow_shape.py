@@ -1,4 +1,4 @@
-"""The uncertainty of a flow curve holds on curved valves, with the error of straight pieces in it."""
+"""The uncertainty of a flow curve covers the error of its straight pieces on curved valves."""
 
 import numpy as np
 import pytest
@@ -30,6 +30,6 @@ def test_the_error_is_of_the_size_that_is_stated(name, knots):
     ratio = error[off] / found.uncertainty[off]
     measured = found.measured[off]
     assert 0.3 < np.sqrt(np.mean(ratio[measured] ** 2)) < 3.0 and ratio[measured].max() < 4.0
-    # What lies beyond the data says so, and is more uncertain than any measured point.
+    # Points beyond the data are marked, and are more uncertain than any measured point.
     assert (~measured).any() and ratio[~measured].max() < 2.0
     assert found.uncertainty[off][~measured].min() > np.median(found.uncertainty[off][measured])

@@ -53,7 +53,7 @@ def load(tmp_path):
 
 
 def loop(rig, controller, command, first=0):
-    """Take both through a command, the controller first in each step; traces by name."""
+    """Run both under a command, the controller first in each step; returns traces by name."""
     rows = []
     for tick, value in enumerate(command, first):
         controller.set(command=value, **{name: rig.get(f"measured_{name}") for name in MEASURED})
@@ -165,7 +165,7 @@ def test_states_replay_the_same_bits(fmi, load):
         pair = chance.choice(pairs)
         tick, state = chance.choice(kept[id(pair)])
         if chance.random() < 0.5:
-            # By way of bytes into the other two.
+            # Through bytes into the other two instances.
             written = [half.unit.serializeFMUState(one) for half, one in zip(pair, state, strict=True)]
             pair = pairs[pair is pairs[0]]
             state = [half.unit.deserializeFMUState(one) for half, one in zip(pair, written, strict=True)]

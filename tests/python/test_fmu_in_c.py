@@ -1,4 +1,4 @@
-"""An importer in C, which has no Python, on an FMU's library; under valgrind where that is installed."""
+"""An importer in C without Python loads an FMU's library, also under valgrind if that is installed."""
 
 import shutil
 import struct
@@ -47,7 +47,7 @@ def importer(request, tmp_path_factory):
 
 
 def expected(part):
-    """The last output of what the importer does, in this process."""
+    """The last output of the importer's test, computed in this process."""
     inputs = [0.01 * (tick % 17) for tick in range(100)]
     rig = eft.Rig.zhao2005().replace({"compensation.adaptive": True, "controller.realization": "digital"})
     if part == "controller":

@@ -1,4 +1,4 @@
-"""The FMUs in fmi-sim, an importer with nothing of FMPy's: `cargo install fmi-sim`, which needs libclang."""
+"""The FMUs in fmi-sim, which shares no code with FMPy: `cargo install fmi-sim`, which needs libclang."""
 
 import csv
 import io
@@ -47,7 +47,7 @@ def test_each_half_has_the_bits_of_a_test(part, fmi, tmp_path):
     else:
         sensed = {name: getattr(run, name) for name in SENSED}
         inputs, output, wanted = {"command": command.values, **sensed}, "valve_command", run.valve_command
-    # It takes an input of FMI 2.0 that comes with a step in the next one, and never takes the last row.
+    # An input of FMI 2.0 takes effect one step late, and the last row never does.
     early = 0.5 if fmi == 2 else 0.0
     times = [max(tick - early, 0.0) / RATE for tick in range(SAMPLES)] + [2.0]
     with (tmp_path / "inputs.csv").open("w", newline="") as file:

@@ -1,4 +1,4 @@
-"""The designed force loop, against python-control and on rigs that deviate from what is believed."""
+"""The designed force loop, compared with python-control, and on rigs that deviate from the configuration."""
 
 import numpy as np
 import pytest
@@ -59,7 +59,7 @@ def test_a_rig_takes_the_design_and_its_file_keeps_what_was_written():
     ],
     ids=["slow pilot", "stiff oil", "slow load cell", "all at once"],
 )
-def test_rigs_that_the_paper_s_gains_cannot_hold(truth):
+def test_rigs_on_which_the_paper_s_gains_are_unstable(truth):
     truth = {f"truth.{key}": value for key, value in truth.items()}
     rig = RIG.replace(ADAPTIVE | truth | {"controller.force_loop": "robust"})
     command = eft.sine_sweep(8900.0, 0.0, 10.0, 16.0, 4096.0)
@@ -75,10 +75,10 @@ def test_a_null_bias_leaves_no_force(scheme):
     rig = RIG.replace(scheme | {"controller.force_loop": "robust", "truth.servovalve.null_bias": 0.02})
     command = eft.Command(np.zeros(32768), 4096.0)
     run = eft.simulate(rig, command)
-    # The force that would hold the spool without an integral part, by hand.
+    # The force that holds the spool without an integral part, by hand.
     gain = eft.design_force_loop(RIG).coefficients["controller.proportional_gain"]
     without = 0.02 / (gain * RIG["compensation.valve_gain"] * RIG["controller.force_sensitivity"])
-    # The specimen still swings a little, about nothing.
+    # The specimen still swings a little about zero.
     assert abs(run.force[16384:].mean()) < 1e-3 * without
 
 

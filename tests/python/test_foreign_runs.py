@@ -1,4 +1,4 @@
-"""Saved runs that somebody else made, or that were damaged: one sentence, and no more memory than bytes."""
+"""Saved runs of unknown origin or with damage: an error of one sentence, and bounded memory."""
 
 import io
 import os
@@ -26,7 +26,7 @@ def contents(saved):
 
 
 def refused(path, capsys):
-    """What the command line says of a file, in one line and with exit code 2."""
+    """The error of the command line for a file, which must be one line with exit code 2."""
     capsys.readouterr()
     assert main(["report", str(path), "-o", str(path.with_suffix(".html"))]) == 2
     said = capsys.readouterr().err
@@ -125,7 +125,7 @@ def test_a_run_of_no_samples_is_one_sentence(saved, tmp_path, capsys):
 
 
 def complaint(read, path):
-    """What a reader says against a file; an empty text where it reads it."""
+    """The error of a reader for a file; empty if it reads the file."""
     try:
         read(path)
     except ValueError as error:
@@ -141,7 +141,7 @@ def test_damaged_runs_are_one_sentence(saved, tmp_path, capsys):
         data = bytearray(saved)
         if chance.random() < 0.3:
             del data[chance.randrange(len(data)) :]
-        # The headers and the directory, where a flipped byte does most.
+        # The headers and the directory, where a flipped byte has the most effect.
         for _ in range(chance.randint(1, 4)):
             at = chance.randrange(-min(len(data), 3000), min(len(data), 3000)) if data else 0
             data[at : at + 1] = bytes([chance.randrange(256)])

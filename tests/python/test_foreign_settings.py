@@ -1,4 +1,4 @@
-"""Configuration files that somebody else made: a short answer at once, whatever their size and shape."""
+"""Configuration files of unknown origin: a short and fast error for any size and shape."""
 
 import json
 import time

@@ -1,4 +1,4 @@
-"""Folders of studies that somebody else made: no link followed, no script run, one sentence for damage."""
+"""Studies of unknown origin: no link is followed, no script runs, and damage is an error of one sentence."""
 
 import json
 import re

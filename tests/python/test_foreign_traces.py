@@ -1,4 +1,4 @@
-"""Measurements that are damaged or made to do harm: bounded memory and time, and one sentence."""
+"""Damaged or malicious measurement files: bounded memory and time, and an error of one sentence."""
 
 import random
 import time
@@ -50,7 +50,7 @@ def test_numbers_of_another_length_or_kind_than_float_are_read(suffix, tmp_path)
 def test_a_small_file_of_many_numbers_is_refused_before_they_take_memory(suffix, tmp_path, peak_memory):
     path = save(tmp_path / f"a{suffix}", {"time_s": np.zeros(MANY), "force_N": np.zeros(MANY)})
     with peak_memory(0.5):
-        pass  # what writing took is free again
+        pass  # frees the memory of writing
     allowed = 64 + 100 * path.stat().st_size / 1024**2
     assert allowed < 16 * MANY / 1024**2
     with (
@@ -186,7 +186,7 @@ def test_a_mat_array_that_holds_more_than_its_dimensions_say(tmp_path, peak_memo
 
 
 def complaint(read, path):
-    """What a reader says against a file; an empty text where it reads it."""
+    """The error of a reader for a file; empty if it reads the file."""
     try:
         read(path)
     except ValueError as error:

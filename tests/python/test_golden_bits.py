@@ -1,4 +1,4 @@
-"""The bits of the firmware through the package, held against `firmware/golden/bits.txt`."""
+"""The bits of the core through the package, compared with `firmware/golden/bits.txt`."""
 
 from pathlib import Path
 
@@ -37,7 +37,7 @@ def ticks():
     """Command, velocity, force, spool and further flow of every tick, as 32-bit floats."""
     random = words()
     special, bits, ordinary = [], [], []
-    places = []  # what each number is: a special value, any bits, an ordinary one
+    places = []  # kind of each number: a special value, random bits, or an ordinary one
     for _ in range(STEPS * 5):
         kind = min(next(random) % 16, 2)
         places.append(kind)
@@ -68,7 +68,7 @@ def regular(words, scales):
 
 @pytest.fixture(scope="module")
 def learning():
-    """Command, velocity, force, spool, displacement and supply pressure of the run that is learned from."""
+    """Command, velocity, force, spool, displacement and supply pressure of the run with learning."""
     phase = (np.arange(STEPS) % 1024).astype(np.float32) / np.float32(256)
     swing = np.where(phase < 2, phase - np.float32(1), np.float32(3) - phase)
     opening = np.float32(0.3) * swing
@@ -99,7 +99,7 @@ def learning():
 
 
 def word(controller):
-    """The status as the core gives it: with the number of the first cause above the flags."""
+    """The core's status, with the number of the first cause above the flags."""
     return controller.status | controller.cause << 26
 
 
@@ -124,7 +124,7 @@ def hashed(step, status, rows):
 def test_python_computes_the_committed_bits(name, ticks):
     golden = dict(line.rsplit(" ", 1) for line in (FIRMWARE / "golden" / "bits.txt").read_text().splitlines())
     rig = eft.Rig.zhao2005() if name == "zhao2005" else eft.Rig.from_toml(FIRMWARE / "rigs" / "uneven.toml")
-    # As the paper's controller: whatever was lost, it goes on from where it was.
+    # Like the paper's controller it continues from its last state after any gap.
     rig = rig.replace({"limits.gap_time": 1e3})
     controller = eft.Controller(rig, dtype="f32")
     assert hashed(controller.step, lambda: word(controller), ticks[:, :4]) == golden[f"{name} controller"]

@@ -1,4 +1,4 @@
-"""Identification on the virtual rig's own tests, and on data that is late, noisy, drifting or useless."""
+"""Identification from tests of the virtual rig, and from late, noisy, drifting or useless data."""
 
 import pickle
 
@@ -139,7 +139,7 @@ def test_data_that_cannot_carry_an_answer_is_refused(call, says):
         call()
 
 
-def test_the_paper_s_way_to_the_flow_curve_beside_ours(flow_tests):
+def test_the_paper_s_flow_curve_compared_with_ours(flow_tests):
     truth = np.array(RIG["servovalve.flow_table"]["flows"])
     by_difference = eft.identify_flow_curve(*flow_tests, 2048.0, AREA, method="difference")
     error = abs(by_difference.flows - truth) / truth[-1]
@@ -189,7 +189,7 @@ def test_the_settings_of_fig_11_are_tuned_back(level, delay):
         assert found.peak_before_valley == (delay < exact)
     else:
         assert (found.force_ratio < 1.0) == (level < 1.0)
-    # The test with what it proposes has hardly anything left to tune, and a better force.
+    # With the proposed values little remains to tune, and the force is better.
     better = eft.simulate(found.apply(rig), eft.sine_sweep(2200.0, 0.0, 10.0, 32.0, 2048.0))
     assert better.metrics()["nrmse"] < run.metrics()["nrmse"]
     ratio = better.fft_ratio(1.2, 2.0).ratio
@@ -197,7 +197,7 @@ def test_the_settings_of_fig_11_are_tuned_back(level, delay):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_tuning_stands_noise(seed):
+def test_tuning_works_with_noise(seed):
     noise = {"sensors.force.noise": 40.0, "sensors.velocity.noise": 2e-3, "sensors.seed": seed}
     rig, run = sweep_test({"compensation.level": 0.98, "compensation.response_delay": 3e-3, **noise})
     found = tune(rig, run)
@@ -218,7 +218,7 @@ def test_what_cannot_be_tuned_is_refused():
 
 @pytest.fixture(scope="module")
 def laboratory(tmp_path_factory, flow_tests):
-    """What a laboratory has: files in its own units, with offsets, drifts and empty cells."""
+    """Files of a laboratory in its own units, with offsets, drifts and empty cells."""
     folder = tmp_path_factory.mktemp("laboratory")
 
     def write(name, header, *columns):
@@ -302,6 +302,6 @@ def test_bad_files_are_refused_by_name_and_reason(laboratory, tmp_path):
         eft.identify(RIG, release=text)
     with pytest.raises(FileNotFoundError):
         eft.identify(RIG, release=tmp_path / "nowhere.csv")
-    # Elsewhere a missing sample is still an error.
+    # In other functions a missing sample is an error.
     with pytest.raises(ValueError, match="column 3"):
         eft.traces.read_traces(laboratory["valve"])

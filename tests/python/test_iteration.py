@@ -1,4 +1,4 @@
-"""Drive files: the error falls, what must not be iterated is refused, measured data take one step."""
+"""Drive files: the error decreases, yielding specimens are refused, measured data give one step."""
 
 import json
 from pathlib import Path
@@ -22,7 +22,7 @@ def test_the_paper_s_sweep_falls_below_one_per_cent_in_five_repeats():
     assert found.errors[0] == pytest.approx(0.059, abs=0.002) and len(found.errors) <= 6
     assert min(found.errors) < 0.01
     again = eft.simulate(RIG, found.drive)
-    # The drive's own error is against what was wanted, not against the drive.
+    # The error refers to the desired force, not to the drive.
     wanted = SWEEP.values
     assert np.sqrt(np.mean((again.force - wanted) ** 2) / np.mean(wanted**2)) == pytest.approx(
         min(found.errors)

@@ -1,4 +1,4 @@
-"""Self-calibration in a long test and when something fails: the outcomes that the page of evidence states."""
+"""Self-calibration in long tests and after failures: the results on the evidence page."""
 
 from pathlib import Path
 

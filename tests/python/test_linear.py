@@ -1,4 +1,4 @@
-"""Linear models against matrices written down here from the equations, with numpy's eigenvalues."""
+"""Linear models compared with matrices from the equations in this file, with NumPy's eigenvalues."""
 
 import copy
 import pickle
@@ -204,7 +204,7 @@ def test_the_observers_gains_are_scipys(rate, drift):
     t = 1 / rate
     a = np.array([[1, t, t * t / 2], [0, 1, t], [0, 0, 1]])
     b = rig["controller.observer_acceleration_noise"] * np.array([[t * t / 2], [t], [0]])
-    # In units in which the measurement's noise is 1, or SciPy loses digits.
+    # In units with a measurement noise of 1, because SciPy loses digits otherwise.
     noise = rig["controller.observer_displacement_noise"]
     q = (b @ b.T + np.diag([0, 0, (drift * t) ** 2])) / noise**2
     c = np.array([[1.0, 0, 0]])

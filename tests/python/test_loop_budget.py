@@ -1,4 +1,4 @@
-"""What README, change log and docs say of the tick's cost is what the budgets hold it to."""
+"""README, change log and docs state the cost of the tick as in the budgets."""
 
 import re
 import tomllib
@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 BUDGETS = tomllib.loads((ROOT / "firmware/budgets.toml").read_text(encoding="utf-8"))
-# What the project has set itself for a Cortex-M4F.
+# The project's goals for a Cortex-M4F.
 GOALS = {
     "compensation_step": 110,
     "paper_tick": 175,
@@ -23,7 +23,7 @@ def text(path):
     return " ".join((ROOT / path).read_text(encoding="utf-8").split())
 
 
-def test_goals_are_met_or_it_is_said_why_not():
+def test_goals_are_met_or_explained():
     for name, goal in GOALS.items():
         assert BUDGETS[name]["goal"] == goal
         assert BUDGETS[name]["instructions"] <= goal
@@ -43,7 +43,7 @@ def test_the_page_is_what_was_measured_last_and_no_budget_is_below_it():
         budget = BUDGETS[name]
         assert max(instructions, m33) <= budget["instructions"], name
         assert code <= budget["code"] and stack <= budget["stack"], name
-    # What is measured, and in brackets its budget, of the three ways to hold a channel.
+    # The measured instructions of the three ways to call a channel, with the budget in brackets.
     for found, budget in re.findall(r"(\d+) \((\d+)\)", page):
         assert any(
             (measured[name][0], BUDGETS[name]["instructions"]) == (int(found), int(budget))
@@ -57,7 +57,7 @@ def test_every_number_of_instructions_that_a_page_states_is_a_budget():
     }
     stated = []
     for page in (ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")):
-        # The table of what was measured is held above.
+        # The test above checks this page.
         if page.name != "loop-budget.md" and "_" not in {part[0] for part in page.parts[-3:]}:
             words = " ".join(page.read_text(encoding="utf-8").split())
             numbers = re.findall(r"([\d,]*\d) (?:[A-Za-z]+ )?instructions\b", words)

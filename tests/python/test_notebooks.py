@@ -1,4 +1,4 @@
-"""Every result draws itself and shows itself in a notebook as valid HTML; every option is called once."""
+"""Every result has a figure and valid HTML for a notebook; every option is called once."""
 
 import base64
 import inspect
@@ -150,14 +150,14 @@ def test_the_nyquist_diagram_has_the_margin(results):
     ax = loop.plot(ax=Figure().subplots())
     curve = ax.get_lines()[0]
     x, y = np.array(curve.get_data())
-    # Where the curve crosses the negative real axis first from -1: the gain margin.
+    # The crossing of the negative real axis next to -1 gives the gain margin.
     crossings = np.flatnonzero((y[1:] * y[:-1] < 0) & (x[1:] < 0))
     reach = max(-x[index + 1] for index in crossings)
     assert 1.0 / reach == pytest.approx(loop.margins.gain, rel=0.02)
 
 
 def options(draw):
-    """What can be chosen about a figure, but for where it is drawn."""
+    """The options of a figure, except its axes."""
     parameters = inspect.signature(draw).parameters.values()
     return {
         one.name
@@ -210,7 +210,7 @@ CALLS = [
     ("velocity_history", "run", {"ideal": "ideal"}),
     ("velocity_history", "run", {"window": (1.0, 2.0)}),
 ]  # fmt: skip
-"""Each figure function with each of its options, and what it draws."""
+"""Each figure function with its argument and each of its options."""
 
 
 def test_every_option_of_every_figure_is_called():
@@ -241,7 +241,7 @@ def test_every_option_draws(results, drawn, name, what, given):
 
 @pytest.fixture(scope="module")
 def drawn(results):
-    """What figures take besides the results."""
+    """Further arguments of figures."""
     test = eft.identification.flow_test(RIG, amplitude=0.1)
     linear = eft.simulate(RIG.replace({"compensation.mode": "linear"}), SWEEP)
     return {

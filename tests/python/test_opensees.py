@@ -1,4 +1,4 @@
-"""OpenSees itself at both doors; skipped where it is not installed."""
+"""Both couplings with OpenSees; skipped if it is not installed."""
 
 import importlib.util
 import os
@@ -26,7 +26,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/how-to/opensees.md"
 
 @contextmanager
 def site(rig):
-    """The port of a site of a rig, for one client, and what became of that client."""
+    """The port of a site of a rig for one client, and the results of that client."""
     visits, ports, started = [], [], threading.Event()
 
     def ready(_, port):
@@ -110,7 +110,7 @@ def test_the_page_s_structure_runs():
 
 
 def _displacements(script):
-    # A process of its own: OpenSees has one model, and it talks when it ends.
+    # A separate process, because OpenSees has one model and prints at its end.
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return np.array([float(line) for line in done.stdout.split() if re.match(r"^-?\d", line)])
@@ -164,7 +164,7 @@ def test_a_frame_of_three_stories_takes_three_actuators(ops):
     for floor in range(4):
         for side in (0, 1):
             ops.node(10 * floor + side, 4.0 * side, height * floor)
-            # Beams that do not bend: the floors shift, and do not turn.
+            # Rigid beams: the floors move sideways and do not rotate.
             ops.fix(10 * floor + side, int(floor == 0), 1, 1)
     for floor, (mass, stiffness) in enumerate(zip(masses, stiffnesses, strict=True), 1):
         ops.mass(10 * floor, mass, 0.0, 0.0)
@@ -181,7 +181,7 @@ def test_a_frame_of_three_stories_takes_three_actuators(ops):
     close(found, eft.simulate(rig, command), 1e-3)
 
 
-def test_a_yielding_column_goes_with_our_bouc_wen(ops):
+def test_a_yielding_column_agrees_with_bouc_wen(ops):
     hysteresis = {"yield_displacement": 0.01, "post_yield_ratio": 0.1, "exponent": 4.0, "shape": 0.5}
     rig = RIG.replace({"structure.kind": "bouc_wen", "structure.bouc_wen": hysteresis})
     command = eft.sine_sweep(8000.0, 0.5, 3.0, 8.0, RATE)
@@ -189,7 +189,7 @@ def test_a_yielding_column_goes_with_our_bouc_wen(ops):
     steel = column(ops, "Steel02", 0.01 * stiffness, stiffness, 0.1, 5.0, 0.0, 0.15)
     found, own = eft.simulate(rig, command, structure=steel), eft.simulate(rig, command)
     assert np.abs(own.displacement).max() > 4 * 0.01
-    # Two laws of the same column: alike where it matters, and not the same.
+    # Two different laws of the same column, with similar results.
     work = [np.trapezoid(run.force, run.displacement) for run in (found, own)]
     assert work[0] == pytest.approx(work[1], rel=0.02)
     assert np.abs(found.displacement).max() == pytest.approx(np.abs(own.displacement).max(), rel=0.06)
@@ -213,7 +213,7 @@ def test_a_model_that_does_not_converge_trips_the_test(ops, capfd):
     column(ops, "Steel02", 100.0, RIG["structure.stiffness"], 0.1, 20.0, 0.925, 0.15)
     ops.wipeAnalysis()
     ops.system("FullGeneral")
-    # As long as nothing moves, one iteration will do.
+    # Without motion one iteration suffices.
     ops.test("NormDispIncr", 1e-9, 1, 0)
     ops.algorithm("Newton")
     ops.integrator("Newmark", 0.5, 0.25)

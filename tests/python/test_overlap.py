@@ -1,4 +1,4 @@
-"""Overlap of the spool: found from slow strokes, and made up for in the inverse flow curve."""
+"""Overlap of the spool: identified from slow strokes, and compensated in the inverse flow curve."""
 
 import tomllib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The paper's sweeps as data: complete, and compared the way they claim."""
+"""The paper's sweeps as data: complete, and compared as documented."""
 
 import dataclasses
 

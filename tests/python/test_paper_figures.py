@@ -1,4 +1,4 @@
-"""The page with the paper's figures: made without the paper's record, and true with it."""
+"""The page with the paper's figures: made without the paper's record, and checked with it."""
 
 import importlib
 import os

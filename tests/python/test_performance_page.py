@@ -1,4 +1,4 @@
-"""The performance page says what was measured, and the peers compute the same test as the package."""
+"""The performance page is made from the measurements, and the peers compute the same test as the package."""
 
 import ctypes
 import importlib.util

@@ -1,4 +1,4 @@
-"""Prepared records, spectra and the feasibility check, against SciPy and the paper."""
+"""Prepared records, spectra and the feasibility check, compared with SciPy and the paper."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_band_pass_is_that_of_scipy_run_both_ways():
     low = signal.butter(4, 15.0, "low", fs=100.0, output="sos")
     expected = signal.sosfiltfilt(low, signal.sosfiltfilt(high, RECORD.acceleration))
     inside = slice(600, -600)
-    # SciPy's filter is warped by the bilinear transform; the corner at 15 Hz of 50 feels it a little.
+    # SciPy's filter is warped by the bilinear transform; the corner at 15 Hz of 50 shifts a little.
     error = np.linalg.norm((found - expected)[inside]) / np.linalg.norm(expected[inside])
     assert error < 0.05
 

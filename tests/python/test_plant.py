@@ -1,4 +1,4 @@
-"""The plant sample by sample, and a structure from outside."""
+"""The plant sample by sample, and an external structure."""
 
 import copy
 import math

@@ -1,4 +1,4 @@
-"""The figures: what they draw, in which unit, and that they leave matplotlib as they found it."""
+"""The figures: their content and units, and that they change no setting of Matplotlib."""
 
 import warnings
 
@@ -71,7 +71,7 @@ def test_histories_mark_the_moment_of_a_trip_with_its_cause(draw):
     at = int(((run.status & np.uint32(eft.Status.TRIPPED)) != 0).argmax()) / 1024.0
     assert 0.0 < at < 5.0
     assert list(curve(draw(run, ax=new_axes()), "tripped: force level")[0]) == [at, at]
-    # Not where the window shows another time, and not in a test that ran to its end.
+    # Not if the window shows another time, and not in a complete test.
     labels = [line.get_label() for line in draw(run, window=(at + 0.1, 6.0), ax=new_axes()).get_lines()]
     labels += [line.get_label() for line in draw(FakeRun(), ax=new_axes()).get_lines()]
     assert not any(str(label).startswith("tripped") for label in labels)

@@ -1,4 +1,4 @@
-"""Figs. 4a, 4b, 6 and the maps: what they draw, beside what the paper says of it."""
+"""Figs. 4a, 4b, 6 and the maps: their content, compared with the paper."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def test_map_of_rate_and_realization_is_the_margin_of_each():
     for rig, row, at in ((RIG, 0, 0), (RIG, 0, 1), (digital, 1, 1)):
         expected = eft.stability_margin(rig, sample_rate=rates[at])
         assert found.values[row, at] == pytest.approx(expected, rel=1e-12)
-    # No level helps a digital force loop as slow as this.
+    # No level stabilises a digital force loop at this low rate.
     assert np.isnan(found.values[1, 0])
     with pytest.raises(ValueError, match="no compensation level"):
         eft.stability_margin(digital, sample_rate=rates[0])
@@ -99,7 +99,7 @@ def test_map_of_rate_and_realization_is_the_margin_of_each():
     assert list(drawn) == ["analog", "digital"]
 
 
-def test_the_maps_of_every_day_need_nothing_but_a_rig():
+def test_the_named_maps_need_only_a_rig():
     for name, make in eft.linear.STABILITY_MAPS.items():
         found = make(RIG)
         assert found.values.shape == (found.vertical.size, found.horizontal.size), name

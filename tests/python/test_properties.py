@@ -1,4 +1,4 @@
-"""Whatever the numbers are: a finite answer, or an error in words; never a panic, never a silent NaN."""
+"""Any numbers give a finite result or an error message, never a panic or a silent NaN."""
 
 import dataclasses
 import math
@@ -23,7 +23,7 @@ few = settings(max_examples=25, deadline=None, suppress_health_check=[HealthChec
 
 
 def refused(function, *arguments, **named):
-    """What the function gives, or None for an error in words."""
+    """The result of the function, or None after an error message."""
     try:
         return function(*arguments, **named)
     except ValueError as error:
@@ -34,7 +34,7 @@ def refused(function, *arguments, **named):
 
 @st.composite
 def rigs(draw):
-    """The paper's rig with some of its numbers far from where they were."""
+    """The paper's rig with large changes of some of its numbers."""
     factor = st.floats(-6.0, 6.0).map(lambda power: 10.0**power)
     changes = {key: RIG[key] * draw(factor) for key in draw(st.lists(st.sampled_from(FLOATS), max_size=4))}
     changes["compensation.mode"] = draw(st.sampled_from(["off", "linear", "nonlinear"]))
@@ -54,7 +54,7 @@ def test_any_rig_runs_to_finite_numbers_or_says_that_it_diverged(rig, dtype):
         return
     for name in _TRACES:
         trace = getattr(run, name)
-        # Nothing was learned of a rig that does not adapt.
+        # A rig without self-calibration learns nothing.
         unknown = name.endswith("_deviation")
         assert np.isfinite(trace).all() or (unknown and (trace > 0.0).all()), (name, run.message)
     assert run.success == (len(run) == len(SHORT)), run.message
@@ -80,7 +80,7 @@ def test_any_rig_is_analysed_or_refused(rig):
 @some
 @given(any_float, any_float, any_float, any_float, any_float)
 def test_a_sweep_of_any_numbers(amplitude, f_start, f_end, duration, rate):
-    # No longer than a test may be: what is larger is refused before it is made.
+    # At most the length of a test; a larger one is refused before it is made.
     if math.isfinite(duration) and math.isfinite(rate) and abs(duration * rate) > 1e6:
         duration = 1e3 / rate if rate else duration
     command = refused(eft.sine_sweep, amplitude, f_start, f_end, duration, rate)
@@ -158,7 +158,7 @@ def test_a_study_of_anything_has_a_row_for_each_or_is_refused(parameters):
         assert row["nrmse"] is None or math.isfinite(row["nrmse"])
 
 
-def test_the_keys_that_are_shaken_are_many():
+def test_many_keys_are_changed():
     assert len(FLOATS) > 20
     with pytest.raises(ValueError, match="structure"):
         RIG.replace({"structure.mass": float("nan")})

@@ -1,4 +1,4 @@
-"""A recorded test fed to the learner: from a run, from a file, with a sensor that failed."""
+"""Replay of a recorded test with the learner: from a run, from a file, with a failed sensor."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def test_a_test_without_learning_is_learned_from(run):
     assert found[8] == pytest.approx(replay.flow_gain_estimate[-1], rel=1e-6)
 
 
-def test_a_file_teaches_what_the_run_does(run, tmp_path):
+def test_a_file_gives_the_estimates_of_the_run(run, tmp_path):
     write_run(run, tmp_path / "run.csv")
     read = eft.replay(RIG, tmp_path / "run.csv")
     assert read.flow_gain_estimate[-1] == pytest.approx(eft.replay(RIG, run).flow_gain_estimate[-1], abs=1e-4)
@@ -68,11 +68,11 @@ def test_estimates_scatter_as_their_standard_deviations_say(amplitude, factor):
     command = eft.sine_sweep(amplitude, 0.5, 4.0, 6.0, 4096.0)
     estimates, deviations = np.array([learned(seed, command, factor) for seed in range(40)]).swapaxes(0, 1)
     quiet, _ = learned(0, command, 0.0)
-    # The flow gain is known. What a first-order model makes of three stages, a test without noise says.
+    # The true flow gain is known. A test without noise gives the other values that a first-order model finds.
     truth = np.array([0.95, *quiet[1:]])
     within = np.mean(np.abs(estimates - truth) <= 2.0 * deviations, axis=0)
     assert np.all(within >= 0.9), within
-    # And they do not promise too little.
+    # The deviations are not too large either.
     ratio = estimates.std(axis=0) / deviations.mean(axis=0)
     assert np.all((ratio > 0.5) & (ratio < 1.25)), ratio
     print(f"{amplitude:.0f} N, noise times {factor:g}: within {within}, scatter over said {ratio}")

@@ -1,4 +1,4 @@
-"""The report: what stands in it, and in a headless Chromium (where there is one) what it draws."""
+"""The report: its content, and its charts in a headless Chromium if that is installed."""
 
 import base64
 import dataclasses
@@ -110,7 +110,7 @@ def test_metrics_of_a_test_that_ended_are_those_up_to_there(runs, tmp_path):
     run = runs["nonlinear"]
     status = run.status.copy()
     status[65536:] |= np.uint32(eft.Status.TRIPPED)
-    # What follows a trip is no test's force.
+    # The force after a trip does not count.
     force = np.where(np.arange(len(run)) < 65536, run.force, -5 * run.command)
     ended = dataclasses.replace(run, status=status, _values={**run._values, "force": force})
     text = write_report({"ended": ended, "whole": run}, tmp_path / "a.html").read_text(encoding="utf-8")
@@ -241,7 +241,7 @@ def test_in_chromium_the_estimates_are_drawn_without_an_error(learned, tmp_path)
     answer = opened(page, tmp_path)
     assert answer["errors"] == []
     assert len(answer["before"]) == len(charts(page.read_text(encoding="utf-8")))
-    # The charts of what was found are the last ones; a level that stays 1 lies under its rule.
+    # The charts of the estimates come last. A level that stays 1 is hidden by its rule.
     assert answer["missing"][-3:] == [0] * 3 and min(answer["before"][-4:]) > 3
 
 
@@ -305,12 +305,12 @@ TOLD = """
 
 
 def opened(page, folder, probe=PROBE, act=ACT):
-    """What a headless Chromium says of a page after a zoom into its first figure."""
+    """The state of a page in a headless Chromium after a zoom into its first figure."""
     text = page.read_text(encoding="utf-8")
     probed = folder / "probed.html"
-    # Inside its own scope, for names of ours must not meet those of the page.
+    # In its own scope, so that its names differ from those of the page.
     text = text.replace("</head>", probe + "</head>", 1).replace("</body>", act + "</body>", 1)
-    # The page lets its own script run and no other: these two are let in by name.
+    # The page allows its own script only, so these two are added to its policy.
     for script in re.findall(r"<script>(.*?)</script>", probe + act, re.DOTALL):
         digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
         text = text.replace("; script-src ", f"; script-src 'sha256-{digest}' ", 1)
@@ -330,7 +330,7 @@ def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, tmp_pat
     answer = opened(page, tmp_path)
     assert answer["errors"] == [] and answer["missing"] == [0] * 9
     assert len(answer["before"]) == 9 and min(answer["before"]) > 10
-    # A quarter to a half of 32 s, in every history and in nothing else.
+    # From a quarter to half of 32 s, in every history and in no other chart.
     time_charts, others = answer["zoomed"][:7], answer["zoomed"][7:]
     for view in time_charts:
         assert view == pytest.approx([8.0, 16.0], abs=0.1)

@@ -1,4 +1,4 @@
-"""What a report says besides its charts: heading, verdict, margins, floors, ranking; and its size."""
+"""The parts of a report besides its charts: heading, verdict, margins, floors, ranking; and its size."""
 
 import json
 import re
@@ -75,7 +75,7 @@ def test_a_building_of_40_s_takes_at_most_2_5_mb(tmp_path):
     run = eft.simulate(rig, eft.Command([1e3 * (n + 1) * tone for n in range(4)], 1024.0))
     text = checked(write_report(run, tmp_path / "a.html"))
     assert len(text) < 2.5e6
-    # Each signal is in the page once, in whatever charts it is drawn.
+    # The page contains each signal once, even if several charts draw it.
     data = re.findall(r'<script type="text/plain" id="\w+">([^<]*)<', text)
     assert len(data) == len(set(data)) > 20
 

@@ -1,4 +1,4 @@
-"""Each requirement that the safety page names stands at a test, and the other way round."""
+"""Each requirement of the safety page is named at a test, and the reverse."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The configuration from Python: every way in and out, and what wrong input is told."""
+"""The configuration from Python: every conversion, and the errors for wrong input."""
 
 import math
 import pickle

@@ -1,4 +1,4 @@
-"""A test from Python: its traces, its judgement, its file; and that running it holds nobody up."""
+"""A test from Python: its traces, metrics and file, and that it does not block other threads."""
 
 import json
 import os
@@ -77,7 +77,7 @@ def test_metrics_are_what_their_formulas_say(run):
 
 
 def test_the_delay_is_signed_and_finer_than_a_sample(run):
-    # Against itself the force has none; shifted by three samples it has those.
+    # The force has no delay relative to itself, and three samples after a shift by three.
     from eft import _native
 
     assert _native.metrics(run.force, run.force, 1024.0)["delay"] == pytest.approx(0.0, abs=1e-9)
@@ -172,7 +172,7 @@ def test_a_run_saved_by_the_first_format_is_still_read(tmp_path):
     assert run.force.sum() == 247004.07438617744 and run.measured_force.sum() == 247454.35777115411
     assert run.acceleration is not None and run.acceleration.sum() == -5.141331472450961
     assert np.abs(run.spool).max() == 0.01644341060636544 and run.found_flows.sum() == -0.0011179206194356084
-    # What nobody wrote then is not made up.
+    # Traces that the format did not have are absent.
     assert np.isnan(run.test_ratio).all() and run.energy is None
     assert (run.date, run.record, run.scale, run.mass) == ("", "", None, None)
     again = eft.TestRun.load(run.save(tmp_path / "again.eft"))
@@ -196,7 +196,7 @@ def test_a_saved_run_says_where_it_comes_from(tmp_path):
     with np.load(path, allow_pickle=False) as archive:
         about = json.loads(str(archive["about"]))
         assert about["units"]["force"] == "N" and about["record"] == "a quake"
-        # What stands for another trace, and what is the same throughout.
+        # Traces that refer to another one, and constant ones.
         assert str(archive["measured_force"]) == "force" and float(archive["supply_pressure"]) == 1.9e7
         traces = sum(archive[name].nbytes for name in archive.files)
     assert path.stat().st_size < 0.95 * traces
@@ -300,7 +300,7 @@ def test_progress_is_told_and_may_stop_the_run():
 
 
 def test_other_threads_go_on_while_a_test_runs():
-    # A thread that counts must get on at nearly its own pace; with the interpreter held it would stand still.
+    # A counting thread must be nearly as fast as alone. It would stop if the interpreter were locked.
     command = eft.sine_sweep(2200.0, 0.0, 10.0, 300.0, 4096.0)
     worker = threading.Thread(target=eft.simulate, args=(RIG, command))
     worker.start()

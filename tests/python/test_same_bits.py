@@ -1,4 +1,4 @@
-"""Same seed, same bits: on one thread or many, in this process or others."""
+"""The same seed gives the same bits for any number of threads and processes."""
 
 import hashlib
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor

@@ -1,4 +1,4 @@
-"""The experimental site on a socket: the protocol, and clients that break it."""
+"""The experimental site on a socket: the protocol, and clients that violate it."""
 
 import contextlib
 import socket
@@ -25,7 +25,7 @@ BUILDING = RIG.replace({"structure.kind": "shear_building", **STORIES})
 
 
 class Served:
-    """A server in a thread, and what became of its clients."""
+    """A server in a thread, and the results of its clients."""
 
     def __init__(self, clients, rig=RIG, **options):
         self.visits, self.address, ready = [], None, threading.Event()
@@ -77,7 +77,7 @@ def asked(client, action, size=SIZE, count=1):
 
 
 def a_good_test(served):
-    """A client that keeps to the protocol is served."""
+    """Check that a correct client is served."""
     with served.connect() as client:
         client.sendall(header())
         client.sendall(message(3, 0.004, 0.02))
@@ -157,7 +157,7 @@ def half_closed(client):
 
 def reset(client):
     client.sendall(header() + message(10))
-    # The answer finds nobody.
+    # The client has gone before the answer.
     client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     client.close()
 
@@ -214,7 +214,7 @@ def sent(*parts):
         sent(header(), message(3, float("inf"))),
         sent(header(), message(3, 5.0)),
         sent(header(), message(3, 0.1)),
-        # The length of another header.
+        # The length of a header with another number of degrees of freedom.
         sent(header(), message(3, 0.001, size=100), message(10, size=100), message(3, 1.0, size=100)),
     ],
 )

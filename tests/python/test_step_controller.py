@@ -1,4 +1,4 @@
-"""A controller written in Python in the place of the rig's own, with the rig's sensors and converter."""
+"""A controller in Python in place of the rig's own, with the rig's sensors and converter."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ SWEEP = eft.sine_sweep(8900.0, 0.0, 10.0, 2.0, RATE)
 
 
 class Answers:
-    """A controller that gives the same answer in every tick."""
+    """A controller with a constant output."""
 
     def __init__(self, answer):
         self.answer = answer
@@ -30,7 +30,7 @@ class Answers:
 
 
 @pytest.mark.parametrize("changes", [{}, {"compensation.feedforward": True}, {"actuator.friction": 300.0}])
-def test_the_core_as_a_controller_from_outside_gives_the_simulated_test(changes):
+def test_the_core_as_an_external_controller_gives_the_simulated_test(changes):
     rig = RIG.replace(changes)
     own = eft.simulate(rig, SWEEP, "f32")
     outside = eft.simulate(rig, SWEEP, controller=eft.Controller(rig, "f32", sample_rate=RATE))

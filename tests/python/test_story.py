@@ -1,4 +1,4 @@
-"""A laboratory's story, from data sheets to a verdict: the page's numbers are those of the command line."""
+"""From data sheets to a verdict: the page's numbers are those of the command line."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Structures from outside in whole tests: what they give, and how they fail."""
+"""External structures in whole tests: their results and their failures."""
 
 import math
 
@@ -13,7 +13,7 @@ SWEEP = eft.sine_sweep(8900.0, 0.0, 8.0, 4.0, RATE)
 
 
 class Linear:
-    """The rig's own structure, or that of each floor alone, under a force that runs through its means."""
+    """The rig's own structure, or that of each floor alone, under a force interpolated from its means."""
 
     def __init__(self, rig, stories=1):
         mass, damping, stiffness = (rig[f"structure.{name}"] for name in ("mass", "damping", "stiffness"))
@@ -40,7 +40,7 @@ class Linear:
 
 
 class FailsAt:
-    """A structure that follows until a time, and then does something else."""
+    """A structure that moves correctly until a time, and then calls another function."""
 
     def __init__(self, rig, time, then):
         self.inner, self.left, self.then = Linear(rig), time, then
@@ -59,7 +59,7 @@ def failing(error):
 
 @pytest.mark.parametrize("realization", ["analog", "digital"])
 @pytest.mark.parametrize("dtype", ["f64", "f32"])
-def test_the_own_structure_from_outside_gives_the_own_test(realization, dtype):
+def test_the_own_structure_as_an_external_one_gives_the_same_test(realization, dtype):
     rig = RIG.replace({"controller.realization": realization})
     own = eft.simulate(rig, SWEEP, dtype, method="runge-kutta")
     found = eft.simulate(rig, SWEEP, dtype, structure=Linear(rig))
@@ -130,7 +130,7 @@ def test_an_answer_that_is_none_is_refused(answer):
 
 
 def weak(rig):
-    """For studies: fails where the rig is stiff."""
+    """A structure for studies that fails if the rig is stiff."""
     stiff = rig["structure.stiffness"] > 7e5
     return FailsAt(rig, 0.5 if stiff else 99.0, failing(eft.StructureError("too stiff")))
 

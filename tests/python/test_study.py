@@ -1,4 +1,4 @@
-"""`eft.study`: which rows there are and what stands in them."""
+"""`eft.study`: its rows and their values."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""A study on Dask distributed, two worker processes on loopback, against the same study here."""
+"""A study on two worker processes of Dask distributed, compared with the same study in this process."""
 
 import os
 import signal

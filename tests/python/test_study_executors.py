@@ -1,4 +1,4 @@
-"""Studies on executors: the same rows, and no test lost with another one's worker."""
+"""Studies on executors: the rows are equal, and a lost worker loses no other test."""
 
 import subprocess
 import sys
@@ -43,7 +43,7 @@ def test_a_test_that_takes_its_worker_along_loses_no_other(tmp_path):
     assert [r["status"] for r in study] == ["completed"] * 4 + ["failed", "completed"]
     assert study.row(4)["error"] == "RuntimeError: worker died"
     assert [r for r in study if r["index"] != 4] == [r for r in here if r["index"] != 4]
-    # What failed by accident is tried again.
+    # Tests that failed by accident run again.
     assert rows(eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")) == here
 
 

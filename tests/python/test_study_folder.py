@@ -1,4 +1,4 @@
-"""The folder of a study: what it holds, how it is taken up again, what a kill leaves of it."""
+"""The folder of a study: its content, its resume, and its state after a kill."""
 
 import json
 import signal

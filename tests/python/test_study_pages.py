@@ -1,4 +1,4 @@
-"""The kept results of the study pages are what the code gives today, and the pages are made from them."""
+"""The committed results of the study pages agree with the present code, and the pages are made from them."""
 
 import importlib
 import re
@@ -12,7 +12,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs" / "evidence"
 
 @pytest.fixture(scope="module")
 def script():
-    """The modules stand in one folder and import one another by name."""
+    """The modules are in one folder and import each other by name."""
     known = set(sys.modules)
     sys.path.insert(0, str(DOCS))
     yield importlib.import_module
@@ -23,7 +23,7 @@ def script():
 
 
 def same(kept, now):
-    """Four digits are kept."""
+    """Compare with the committed values, which have four digits."""
     assert list(kept) == list(now)
     for name, cell in kept.items():
         try:
@@ -63,7 +63,7 @@ def test_kept_random_plants_are_what_the_code_gives(script):
     plants = script("random_plants")
     rigs = script("random_rigs")
     kept = rigs.read(plants.RESULTS)
-    # The first rig of which no scheme is unstable.
+    # The first rig on which no scheme is unstable.
     stable = ~sum(plants.unstable(kept, scheme) for scheme in plants.ALL).astype(bool)
     index = int(stable.nonzero()[0][0])
     truth = plants.draw_plants(index + 1)[index]
@@ -76,7 +76,7 @@ def test_pages_are_made_from_what_was_kept(script, tmp_path):
     study.report(tmp_path)
     table = (tmp_path / "fixed_against_adaptive_table.md").read_text(encoding="utf-8")
     lines = [line.split(" | ") for line in table.splitlines()[2:]]
-    # One line without noise and one with, two for the supply, and what chance decides.
+    # A row without noise, one with noise, two for the supply, and random ones.
     assert len(lines) == 2 * (len(study.ROWS) + 1) + 2 + 4
     text = (tmp_path / "fixed_against_adaptive.md").read_text(encoding="utf-8")
     pictures = re.findall(r"\(_generated/(\S+\.png)\)", text)
@@ -98,7 +98,7 @@ def test_a_row_that_misses_what_is_asked_says_so(script):
     assert "0.994 … unstable" in study.table(rows)
 
 
-def test_the_readme_tells_what_was_kept(script):
+def test_the_readme_has_the_committed_results(script):
     rigs = script("random_rigs")
     kept = rigs.read(rigs.RESULTS)
     text = (DOCS.parents[1] / "README.md").read_text(encoding="utf-8")
@@ -123,7 +123,7 @@ def test_the_kept_benchmark_is_what_the_code_gives(script, tmp_path, monkeypatch
     page = script("benchmark")
     kept = eft.benchmark.Benchmark.load(page.RESULTS)
     assert {row.controller for row in kept.rows} == set(eft.benchmark.COMPETITORS)
-    # Those that do not learn: what is learned moves with the learner, and its rows are made anew with it.
+    # Only rigs that do not learn. The rows of the others are computed again with each change of the learner.
     names = ["nonlinear", "robust", "loop-shaping-fixed"]
     nominal = [case for case in eft.benchmark.named_cases() if case.name == "nominal"]
     now = eft.benchmark.run(names, on=nominal)
@@ -140,7 +140,7 @@ def test_the_kept_benchmark_is_what_the_code_gives(script, tmp_path, monkeypatch
 def test_the_kept_laboratory_rigs_are_what_the_code_gives(script, monkeypatch, tmp_path):
     study, rigs = script("laboratory_rigs"), script("random_rigs")
     kept = rigs.read(study.results(study.SEED))
-    # An unstable test multiplies the last bit, and what is learned moves with the learner.
+    # An unstable test multiplies the last bit, and estimates change with the learner.
     index = int((kept["fixed_unstable"] == 0).nonzero()[0][0])
     monkeypatch.setattr(study, "SCHEMES", {"fixed": {}})
     now = study.tested(index, *study.drawn(index + 1)[index])

@@ -1,4 +1,4 @@
-"""The tables of traces and metrics: Rust has them, Python and its type declarations are made of them."""
+"""The tables of traces and metrics are in Rust; Python and its type declarations agree with them."""
 
 import dataclasses
 import os
@@ -191,7 +191,7 @@ MISTAKES = [
 
 def test_mypy_finds_what_is_misspelt(tmp_path):
     pytest.importorskip("mypy")
-    # A script each, all in one run: mypy reads the package once.
+    # One script for each, all in one run, so that mypy reads the package once.
     scripts = [tmp_path / f"script_{number}.py" for number in range(len(MISTAKES))]
     for script, (line, _) in zip(scripts, MISTAKES, strict=True):
         script.write_text(f"{MISSPELT}{line}\n", encoding="utf-8")

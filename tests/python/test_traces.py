@@ -1,4 +1,4 @@
-"""Signals of others: units, headers, the formats that laboratories write, clocks."""
+"""Measured signals: units, headers, the formats of laboratories, clocks."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is true of the plant where it is not what the controller believes."""
+"""True values of the plant that differ from the controller's."""
 
 import pickle
 import tomllib
@@ -107,7 +107,7 @@ def test_linear_models_and_margins_judge_the_true_plant():
     assert eft.linearize(slow).poles().tolist() == eft.linearize(slow.plant).poles().tolist()
     assert eft.linearize(slow).poles().real.max() > 0.0 > eft.linearize(RIG).poles().real.max()
     area = RIG.replace({"truth.actuator.piston_area": 1.03 * RIG["actuator.piston_area"]})
-    # The controller gives too little for a larger piston: the level's margin grows.
+    # For a larger piston the controller compensates too little, so the margin of the level increases.
     assert eft.stability_margin(area) > eft.stability_margin(RIG)
 
 
@@ -142,7 +142,7 @@ def test_the_command_line_sets_it(tmp_path, monkeypatch, capsys):
     assert "truth.limits.valve_command = 1: must be a key of the plant" in capsys.readouterr().err
 
 
-def test_the_flow_curve_that_was_found_leaves_the_true_one_as_it_is():
+def test_the_found_flow_curve_does_not_change_the_true_one():
     flows = (0.95 * np.array(RIG["servovalve.flow_table.flows"])).tolist()
     rig = RIG.replace({"compensation.adaptive": True, "truth.servovalve.flow_table.flows": flows})
     corrected = eft.simulate(rig, COMMAND).corrected_rig()

@@ -1,4 +1,4 @@
-"""Advice on the gains, several tests in one table, and which valve would do."""
+"""Advice on the gains, several tests in one table, and the choice of a valve."""
 
 import json
 from pathlib import Path

@@ -48,14 +48,14 @@ def test_the_observer_follows_through_noise_that_drowns_the_derivative():
             assert lowest > 0.95
             assert highest < 1.05
     assert errors["sensor"] < errors["observer"] < 0.6 * errors["derivative"]
-    # It has the displacement's share of the noise below its few hertz, and integrates its own away above.
+    # Below a few hertz it has the displacement's noise. Above, it integrates the accelerometer's noise.
     assert errors["accelerometer"] < 0.5 * errors["sensor"]
     assert run.metrics()["nrmse"] < 0.02
 
 
 @pytest.mark.parametrize("source", ["derivative", "observer", "accelerometer"])
 def test_without_noise_either_follows(source):
-    # At 80 Hz the lead network leaves a little of the derivative's delay, and that counts forty times.
+    # At 80 Hz the lead network leaves a small part of the derivative's delay, which is amplified forty times.
     error, lowest, highest, _ = swept(source, {"controller.velocity_corner": 400.0})
     assert error < 4e-3
     assert lowest > 0.95
@@ -92,7 +92,7 @@ def test_the_controller_gives_the_simulated_ones_bits(source, dtype):
     run = eft.simulate(rig, eft.sine_sweep(8900.0, 0.0, 10.0, 3.0, RATE), dtype)
     controller = eft.Controller(rig, dtype)
     signals = (run.measured_force, run.measured_spool)
-    # The velocity that is handed over is not looked at.
+    # The velocity of the input is not used.
     nothing = np.zeros(len(run))
     measured = {"displacement": run.measured_displacement, "acceleration": run.measured_acceleration}
     commands = controller.process(run.command, nothing, *signals, **measured)
@@ -123,7 +123,7 @@ def test_primed_at_a_displacement_the_next_steps_have_no_bump(source, kind):
     core.prime(**signals, **given)
     held = core.hold()
     stepped = [core.step(velocity=0.0, **signals, **given) for _ in range(100)]
-    # One volt is a tenth of the valve; without the displacement there were 84 of them.
+    # One volt is a tenth of the opening; without the displacement it was 84 V.
     np.testing.assert_allclose(stepped, held, atol=1e-6)
     for left_out in ("displacement", "acceleration")[: 2 if source == "accelerometer" else 1]:
         rest = {name: value for name, value in given.items() if name != left_out}
@@ -135,7 +135,7 @@ def test_primed_at_a_displacement_the_next_steps_have_no_bump(source, kind):
 
 
 def test_a_lead_of_the_observer_stands_in_the_budget_with_its_sign():
-    # Half the mass doubles what the force says of the acceleration.
+    # Half the mass doubles the acceleration that follows from the force.
     light = {**SOURCES["observer"], "controller.observer_mass": 3500.0, "compensation.mode": "off"}
     rig = eft.Rig.zhao2005().replace(light)
     budget = eft.linear.delay_budget(rig)

@@ -1,4 +1,4 @@
-"""One verdict on a test: what counts, why not, and what helps."""
+"""The verdict on a test, its reasons and its remedies."""
 
 import json
 import re
@@ -16,7 +16,7 @@ SWEEP = eft.sine_sweep(8900.0, 0.0, 10.0, 16.0, 4096.0)
 
 
 def said(run, word):
-    """The reasons with a word in them."""
+    """The reasons that contain a word."""
     return [reason for reason in run.verdict.reasons if word in reason]
 
 
@@ -36,7 +36,7 @@ def test_a_thin_gain_margin_is_no_go_and_the_designed_loop_helps(gain, grade):
 
 
 def test_a_thin_dead_time_margin_is_told():
-    # One sample more behind the digital loop of the paper's rig is unstable; the designed loop bears 3 ms.
+    # One more sample of delay makes the paper's digital loop unstable. The designed loop tolerates 3 ms.
     digital = RIG.replace({"controller.realization": "digital"})
     short = eft.sine_sweep(2200.0, 0.5, 10.0, 4.0, 4096.0)
     assert said(eft.simulate(digital, short), "0.24 ms more of dead time, advised at least 1 ms")
@@ -56,7 +56,7 @@ def test_an_unstable_loop_is_a_no_however_short_the_test():
 def test_what_the_rig_does_not_have_is_the_cause_and_no_setting_helps():
     verdict = eft.simulate(RIG, eft.sine_sweep(40_000.0, 0.0, 10.0, 16.0, 4096.0)).verdict
     assert any(reason.startswith("Displacement exceeds") for reason in verdict.reasons)
-    # Velocity, flow and power are one and the same.
+    # Velocity, flow and power exceed their limits together.
     assert sum(word in reason for reason in verdict.reasons for word in ("Velocity", "Flow", "power")) == 1
     assert not verdict.ok and verdict.remedies == ()
 
@@ -69,7 +69,7 @@ def test_noise_is_named_where_it_makes_the_error():
     assert not said(eft.simulate(RIG.replace({"compensation.mode": "off"}), loud), "Noise")
 
 
-def test_what_the_controller_is_not_told_is_named():
+def test_an_unknown_deviation_is_named():
     rig = RIG.replace({"truth.servovalve.flow_gain_scale": 0.9})
     assert said(eft.simulate(rig, SWEEP), "servovalve.flow_gain_scale = 0.9")
 
@@ -116,7 +116,7 @@ SHORT = eft.sine_sweep(8900.0, 0.5, 6.0, 6.0, 1024.0)
 
 
 def with_valve(share):
-    """The paper's rig with a valve of a share of its flow, which the controller knows."""
+    """The paper's rig with a smaller valve, which the controller knows."""
     flows = [share * flow for flow in RIG["servovalve.flow_table.flows"]]
     return RIG.replace({"servovalve.flow_table.flows": flows})
 
@@ -161,7 +161,7 @@ def test_a_force_error_of_69_per_cent_at_the_stops_is_a_no_and_ends_with_one(tmp
         assert "valve is too small" in capsys.readouterr().out
 
 
-def test_an_untold_flow_gain_is_helped_by_self_calibration():
+def test_self_calibration_is_the_remedy_for_an_unknown_flow_gain():
     rig = RIG.replace({"truth.servovalve.flow_gain_scale": 1.04, "truth.structure.damping": 1500.0})
     run = eft.simulate(rig, SWEEP)
     assert not run.verdict.ok
@@ -169,7 +169,7 @@ def test_an_untold_flow_gain_is_helped_by_self_calibration():
     assert helped.verdict.ok and helped.metrics().nrmse < 0.05
 
 
-def test_a_supply_that_sags_is_named():
+def test_a_falling_supply_is_named():
     low = {"supply.schedule.times": [0.0, 1.0, 2.0], "supply.schedule.pressures": [1.9e7, 1.9e7, 1.5e7]}
     run = eft.simulate(RIG.replace({f"truth.{key}": value for key, value in low.items()}), SWEEP)
     assert said(run, "supply pressure falls to 79 %") or said(run, "supply pressure falls to 79%")
@@ -228,5 +228,5 @@ def test_check_tries_the_remedies_and_finds_the_largest_scale(tmp_path, capsys):
     assert (answer["verdict"], answer["reasons"]) == (verdict.grade, list(verdict.reasons))
     assert answer["remedies"]["compensation.adaptive"] is True
     assert answer["with_remedies"]["grade"] in ("go", "caution")
-    # Whatever the factor, the loop grows.
+    # The loop is unstable for any factor.
     assert answer["largest_scale"] == 0.0 and answer["limited_by"]

@@ -1,4 +1,4 @@
-"""A test looked at as it runs: the simulated test's force, estimates, and what cannot be watched."""
+"""A test that is watched while it runs: force, estimates, and tests that cannot be watched."""
 
 import numpy as np
 import pytest

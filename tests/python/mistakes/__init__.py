@@ -1,4 +1,4 @@
-"""Wrong input to the command line, the files that it needs, and what the answer must contain."""
+"""Wrong input to the command line, the files that it needs, and the required parts of the message."""
 
 from mistakes import comparing, planning, running
 from mistakes.given import SWEEP, paper

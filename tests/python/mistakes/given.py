@@ -1,4 +1,4 @@
-"""Files and options that the wrong inputs share."""
+"""Files and options that several wrong inputs use."""
 
 import eft
 

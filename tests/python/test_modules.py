@@ -1,4 +1,4 @@
-"""The rooms of the package: names that moved still work for a release, results are typed and stay."""
+"""The modules of the package: moved names work for one more release, results are typed and immutable."""
 
 import dataclasses
 import pickle
