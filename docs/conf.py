@@ -38,7 +38,7 @@ html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"eft {release}"
 html_static_path = ["static"]
-# The page of `make explore`, where it was made.
+# The page of `make explore`, if it was made.
 html_extra_path = ["_explore"] if (Path(__file__).parent / "_explore").is_dir() else []
 html_css_files = ["eft.css"]
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Holds what every function of budgets.toml was found to cost against its budget, and writes the docs table.
+"""Compares the measured cost of every function of budgets.toml with its budget, and writes the docs table.
 
 usage: check_budgets.py IMAGE LOOP_TABLE M4F M33 M0+
-IMAGE is the measuring image for the Cortex-M4F (for sizes and calls), LOOP_TABLE the page to write, the
-others what the measuring images printed on each processor.
+IMAGE is the measuring image for the Cortex-M4F (for sizes and calls), LOOP_TABLE the page to write. The
+others are the outputs of the measuring images on each processor.
 """
 
 import re
@@ -15,20 +15,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).parent
-# Assumed for the shares; the page says what a model gives.
+# Assumed for the shares; the page has the values of a model.
 CYCLES_PER_INSTRUCTION = 2.5
-# The compiler's arithmetic in software, doubles above all.
+# The compiler's software arithmetic, mostly of doubles.
 SOFT_FLOAT = re.compile(r"__aeabi_(d|f|u?[il]2[df])|__[a-z]+[sd]f\d?$|__fix[a-z]+$|compiler_builtins.*float")
 
 
 def function(subject: str) -> str:
-    """The function of a subject, which may be one of its settings: `function, setting`."""
+    """The function of a subject, which may name a setting: `function, setting`."""
     return subject.partition(",")[0]
 
 
 @dataclass
 class Cost:
-    """What a function was found to cost."""
+    """The measured cost of a function."""
 
     instructions: int
     code: int
@@ -38,7 +38,7 @@ class Cost:
 
 
 def output(*command: str) -> str:
-    """What a program prints."""
+    """The output of a program."""
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
@@ -49,7 +49,7 @@ def symbols(image: str) -> dict[str, tuple[int, int]]:
 
 
 def calls(image: str, where: dict[str, tuple[int, int]]) -> dict[str, set[str]]:
-    """Which functions each function calls or jumps to."""
+    """The functions that each function calls or jumps to."""
     found: dict[str, set[str]] = {}
     name = ""
     for line in output("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", image).splitlines():
@@ -58,14 +58,14 @@ def calls(image: str, where: dict[str, tuple[int, int]]) -> dict[str, set[str]]:
             found[name] = set()
         elif branch := re.match(r" *([0-9a-f]+):\tb\S*\t[0-9a-f]+ <([^+>]+)", line):
             start, length = where.get(name, (0, 0))
-            # What fills the gap behind a function only looks like a branch.
+            # Padding after a function can look like a branch.
             if not length or int(branch[1], 16) < start + length:
                 found[name] |= {branch[2]} - {name}
     return found
 
 
 def reached(name: str, graph: dict[str, set[str]]) -> set[str]:
-    """A function and everything it leads to."""
+    """A function and all functions that it calls."""
     found, waiting = set(), [name]
     while waiting:
         function = waiting.pop()
@@ -76,12 +76,12 @@ def reached(name: str, graph: dict[str, set[str]]) -> set[str]:
 
 
 RATES, CLOCKS = [1000, 2048, 4096, 5000, 10000, 20000], [48, 84, 168, 216, 480]
-# A window lasts 2.5 ms at the least, whatever the sample rate.
+# A window lasts at least 2.5 ms at any sample rate.
 MOST_WINDOWS = 400
 
 
 def shares(head: str, cycles: dict[str, float]) -> list[str]:
-    """A table of the processor's share, by clock, of so many cycles a second."""
+    """A table of the processor's share by clock, for a number of cycles per second."""
     lines = [
         f"| {head} | " + " | ".join(f"{clock} MHz" for clock in CLOCKS) + " |",
         "| --- |" + " --- |" * len(CLOCKS),
@@ -113,12 +113,12 @@ TICKS = {
     "guarded": "guarded_tick",
     "watched": "watched_tick",
 }
-# What they run in a task, beside the learner.
+# Functions that run in a task, besides the learner.
 TASK = ("configure", "check", "integrity")
 
 
 def ways(rows: dict[str, Cost], budgets: dict[str, dict[str, int]]) -> list[str]:
-    """A table of the three ways to hold a channel, the budget of each in brackets."""
+    """A table of the three ways to call a channel, with the budgets in brackets."""
     lines = ["| tick | `static` in Rust | by reference | from C | goal |", "| --- | --- | --- | --- | --- |"]
     for kind, static in TICKS.items():
         names = (static, f"channel_step, {kind}", f"eft_step_f32, {kind}")
@@ -128,7 +128,7 @@ def ways(rows: dict[str, Cost], budgets: dict[str, dict[str, int]]) -> list[str]
 
 
 def loop_table(rows: dict[str, Cost], budgets: dict[str, dict[str, int]]) -> str:
-    """What the interrupt and the learner cost, as Markdown."""
+    """The costs of the interrupt and the learner, as Markdown."""
     tick, update = rows["self_calibrating_curve_tick"], rows["learner_update, curve"]
     once_a_window = update.instructions + rows["channel_publish"].instructions
     task = [name for name in rows if any(word in name for word in TASK)]

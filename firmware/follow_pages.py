@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Follows the pages "Link the core into your firmware" to the letter, each in a folder of its own.
+"""Follows the pages "Link the core into your firmware" exactly, each in its own folder.
 
-A code block whose first line is a comment with a path is written there; a block of the shell is run. What
-cannot be followed for want of a program is an error, or with ALLOW_SKIPS=1 a remark.
+A code block whose first line is a comment with a path is written to that path. A block of the shell is run. A
+missing program is an error, or with ALLOW_SKIPS=1 a remark.
 """
 
 import os
@@ -20,7 +20,7 @@ NAME = re.compile(r"^(?:#|//|/\*) (?P<path>[\w./-]+\.\w+)(?: \*/)?$")
 
 
 def follow(page: Path, environment: dict[str, str]) -> int:
-    """Follow one page; how many of its blocks were used."""
+    """Follow one page; returns the number of its used blocks."""
     used = 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -50,7 +50,7 @@ def main() -> None:
     """Follow both pages."""
     environment = dict(os.environ)
     environment["PATH"] = f"{ROOT / '.venv/bin'}:{environment['PATH']}"
-    # The page's own compiler, not the one that runs this.
+    # The page's own toolchain, not that of this process.
     for name in ("RUSTUP_TOOLCHAIN", "RUSTC_WRAPPER", "CARGO_TARGET_DIR"):
         environment.pop(name, None)
     if missing := [program for program in NEEDED if not shutil.which(program, path=environment["PATH"])]:

@@ -1,7 +1,7 @@
-"""Runs a function of the IR on symbols: every path at once, merged where they meet.
+"""Symbolic execution of a function of the IR: all paths together, merged where they meet.
 
-A pointer is a struct and a place in it (bytes). A load or store must meet a scalar of its own size there: an obligation
-of every lemma, besides what the lemma says.
+A pointer is a struct and an offset in it (bytes). A load or store must meet a scalar of its own size there. This is an
+obligation of every lemma, in addition to its claims.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _VALUE = r'(%(?:"[^"]*"|[-\w.$]+)|@(?:"[^"]*"|[-\w.$]+)|ptrtoint \(ptr @\S+ to i
 
 @dataclass
 class Struct:
-    """A struct in memory: a value for each scalar in it. On the stack a byte for each byte that was stored."""
+    """A struct in memory: a value for each scalar in it, on the stack a value for each stored byte."""
 
     name: str
     leaves: dict[int, Leaf]
@@ -38,7 +38,7 @@ class Struct:
 @dataclass
 class Pointer:
     struct: Struct
-    #: A number where it is known.
+    #: A number if it is known.
     offset: int | Word = 0
 
     def word(self) -> Word:
@@ -75,10 +75,10 @@ class Either:
 
 @dataclass
 class Run:
-    """What is known while a function runs, and behind it."""
+    """The known facts during and after the execution of a function."""
 
     module: Module
-    #: Operations of which only the `rules` are known; with a constant they are exact.
+    #: Operations that are replaced by the `rules`; with a constant they are exact.
     havoc: frozenset[str] = frozenset()
     rules: tuple = ()
     assumptions: list[Bool] = field(default_factory=list)
@@ -87,7 +87,7 @@ class Run:
     done: list[tuple] = field(default_factory=list)
 
     def compute(self, op: str, *operands: Float) -> Float:
-        """A result, or what stands for it."""
+        """A result, or its replacement."""
         if op in self.havoc and not any(operand.is_known() for operand in operands):
             result = applied(op, *operands)
             for rule in self.rules:
@@ -102,7 +102,7 @@ class Run:
         self.assumptions.append(formula)
 
     def call(self, function: Function, arguments: list, reached: Bool, structs: list[Struct]):
-        """The result; the structs hold what was stored."""
+        """The result; the structs hold the stored values."""
         values = {name: value for (name, _), value in zip(function.arguments, arguments)}
         incoming: dict[str, list[tuple[str, Bool, list[dict]]]] = {label: [] for label in function.blocks}
         entry = next(iter(function.blocks))
@@ -151,7 +151,7 @@ def _laid_out(module: Module, kind: str) -> tuple[int, int]:
 
 
 def _in_order(function: Function) -> list[str]:
-    """Its blocks, each behind those that lead to it; a loop is refused."""
+    """Its blocks, each after its predecessors; a loop is refused."""
     order: list[str] = []
     state: dict[str, int] = {}
 
@@ -208,10 +208,10 @@ class _Frame:
                 return value.float()
             return value
         if kind == "ptr" or text.startswith("ptrtoint"):
-            # The address of a constant, of which nothing is read.
+            # The address of a constant that is not read.
             return Word.any("address", 4)
         if text in ("poison", "undef"):
-            # Anything: what nothing may depend on.
+            # Any value: no claim may depend on it.
             if kind == "i1":
                 return Word.any(text, 1).bit()
             return (
@@ -394,7 +394,7 @@ class _Frame:
         return _laid_out(self.run.module, kind)[0]
 
     def _places(self, pointer: Pointer, size: int) -> list[tuple[int, Bool]]:
-        """Where it may point, a scalar of this size each: an obligation."""
+        """Its possible targets, each a scalar of this size: an obligation."""
         at = pointer.offset
         if isinstance(at, int):
             if at not in pointer.struct.leaves or pointer.struct.leaves[at].size != size:
@@ -470,7 +470,7 @@ class _Frame:
             return
         for at, condition in self._places(pointer, size):
             old, new = pointer.struct.cells[at], value
-            # A place holds floats or words for good.
+            # A place holds either floats or words during the whole execution.
             if isinstance(old, Float) != isinstance(value, Float):
                 new = value.float() if isinstance(value, Word) else value.bits(self.run.assume)
             pointer.struct.cells[at] = new if isinstance(pointer.offset, int) else new.chosen(condition, old)
@@ -481,7 +481,7 @@ class _Frame:
         return Pointer(struct)
 
     def _copy(self, to: Pointer, source: Pointer, size: int) -> None:
-        """Scalar by scalar, after the side that knows them."""
+        """Scalar by scalar, with the names of the side that has them."""
         known = source if to.struct.on_stack else to
         leaves = (
             [Leaf("", n, 1, "int") for n in range(size)]
@@ -522,7 +522,7 @@ class _Frame:
             size = int(_split(text)[2].split()[-1])
             return self._copy(*arguments[:2], size) if "memcpy" in name else self._clear(arguments[0], size)
         if name.startswith("llvm.fptosi.sat.i32."):
-            # Or whatever number: where only the loads are looked at.
+            # Or any number, if only the loads are checked.
             return Word.any("cell", 4) if "fptosi" in self.run.havoc else arguments[0].saturated()
         if name.startswith(("llvm.uadd.sat.", "llvm.usub.sat.", "llvm.umin.", "llvm.umax.")):
             a, b = arguments
@@ -535,7 +535,7 @@ class _Frame:
 
 
 def _split(text: str) -> list[str]:
-    """Arguments, by the commas between them."""
+    """Arguments, split at the commas."""
     parts, depth = [""], 0
     for letter in text:
         depth += (letter == "(") - (letter == ")")

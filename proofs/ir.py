@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 
 
 class Refused(Exception):
-    """What the reader does not know it refuses."""
+    """The IR contains something that the reader does not support."""
 
 
 @dataclass
 class Instruction:
-    """`dest = op rest`, without what only helps the optimizer."""
+    """`dest = op rest`, without hints for the optimizer."""
 
     dest: str | None
     op: str
@@ -31,7 +31,7 @@ class Function:
 
 @dataclass(frozen=True)
 class Leaf:
-    """A scalar of a struct: its place (bytes), size (bytes) and what it holds."""
+    """A scalar of a struct: its offset (bytes), size (bytes) and kind."""
 
     path: str
     offset: int
@@ -132,7 +132,7 @@ class Module:
         return re.findall(r"!\d+|null", self._metadata[node]) if node and node in self._metadata else []
 
     def layouts(self, function: Function) -> list[list[Leaf] | None]:
-        """For each argument the scalars behind it, where it is a pointer."""
+        """For each argument that is a pointer, the scalars behind it."""
         kinds = self._list(self._field(self._field(function.debug, "type"), "types"))[1:]
         if len(kinds) != len(function.arguments):
             raise Refused(f"{function.name}: its arguments are not those of the source")
@@ -172,7 +172,7 @@ class Module:
             at = offset + int(self._field(member, "offset") or 0) // 8
             yield from self._leaves(self._field(member, "baseType"), inner(self._field(member, "name")), at)
         elif "DW_TAG_variant_part" in text:
-            # The discriminant; what a variant holds is reached by its place.
+            # The discriminant. The fields of a variant are found by their offset.
             tag = self._field(member, "discriminator")
             if tag:
                 at = offset + int(self._field(tag, "offset") or 0) // 8

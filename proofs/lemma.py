@@ -1,4 +1,4 @@
-"""A lemma: a function of the core, what is given, what it shows; and its broken twin, which must be refuted."""
+"""A lemma: a function of the core, its assumptions, its claims, and its broken twin, which must be refuted."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Formulas = dict[str, Bool]
 
 @dataclass(frozen=True)
 class Twin:
-    """What is broken: one thing that is given goes, or the first match of a pattern in the instructions changes."""
+    """The difference of the twin: one assumption is missing, or the first match of a pattern in the instructions changes."""
 
     without: str | None = None
     swap: tuple[str, str] | None = None
@@ -33,10 +33,10 @@ class Lemma:
     shows: Callable[[Case], Formulas]
     twin: Twin
     precisions: tuple[str, ...] = ("f32", "f64")
-    #: Operations of which only the rules are known.
+    #: Operations that are replaced by the rules.
     havoc: frozenset[str] = frozenset()
     rules: tuple = ()
-    #: Shown again in a fast run.
+    #: Included in a fast run.
     fast: bool = True
     #: Whether the solver may run out of time: counted as open, not as proven.
     hard: bool = False
@@ -69,7 +69,7 @@ class View:
 
 @dataclass
 class Case:
-    """What a lemma speaks of: the arguments before and, as `after`, behind the call, and the result."""
+    """The values that a lemma refers to: the arguments before and, as `after`, after the call, and the result."""
 
     size: int
     arguments: dict
@@ -92,7 +92,7 @@ class Outcome:
 
 
 def _struct(name: str, layout: list[Leaf]) -> Struct:
-    # Variants lie one over the other; the tag counts, not what it takes its place from.
+    # Variants overlap in memory; the tag has priority over the field at its offset.
     leaves: dict[int, Leaf] = {}
     for leaf in layout:
         if leaves.setdefault(leaf.offset, leaf).size != leaf.size:
@@ -108,7 +108,7 @@ def _struct(name: str, layout: list[Leaf]) -> Struct:
 
 
 def _broken(module: Module, lemma: Lemma, name: str, swap: tuple[str, str], seen: set[str]) -> bool:
-    """Changes the first instruction of the function, or of those that it calls, that the pattern fits."""
+    """Changes the first matching instruction of the function or of the functions that it calls."""
     seen.add(name)
     called = []
     for block in module.function(name).blocks.values():
@@ -125,7 +125,7 @@ def _broken(module: Module, lemma: Lemma, name: str, swap: tuple[str, str], seen
 
 
 def _formulas(module: Module, lemma: Lemma, precision: str, twin: Twin | None):
-    """What is given and assumed, and what is to be shown."""
+    """The assumptions and the claims."""
     name = f"{lemma.function}_{precision}"
     if twin and twin.swap and not _broken(module, lemma, name, twin.swap, set()):
         raise Refused(f"{lemma.name}: no instruction fits {twin.swap[0]}")

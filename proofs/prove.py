@@ -1,4 +1,4 @@
-"""Proves the lemmas of `lemmas/` about what the release build compiles, and refutes a broken twin of each.
+"""Proves the lemmas of `lemmas/` for the code of the release build, and refutes a broken twin of each.
 
     python proofs/prove.py [--fast] [--only WORDS] [--seconds N]
 
@@ -32,7 +32,7 @@ def lowered() -> list[Path]:
             check=True,
         )
     folder = BUILT / TARGET / "release" / "deps"
-    # An older build leaves its files: the newest counts.
+    # Older builds leave their files; the newest one counts.
     return [
         max(folder.glob(f"{crate}-*.ll"), key=lambda p: p.stat().st_mtime)
         for crate in ("eft_lowered", "eft_core")
@@ -95,11 +95,11 @@ def main() -> int:
                     for broken in (False, True):
                         tasks.append((number, op, size, broken, arguments.seconds, files))
                         labels[number, op, size, broken] = f"rule: {name}, {op}, {8 * size} bits"
-    # What may never end comes last, so that a run that is stopped has said the rest.
+    # The hard lemmas come last, so that an interrupted run has printed the others.
     tasks.sort(key=lambda task: len(task) != 6 and LEMMAS[task[0]].hard)
     width = max(map(len, labels.values()))
     good = bad = unknown = 0
-    # A process each: a solver's memory goes with it.
+    # One process for each lemma, so that the solver's memory is freed.
     results = {}
     with get_context("spawn").Pool(min(2, os.cpu_count() or 1), maxtasksperchild=1) as pool:
         for key, outcome in pool.imap_unordered(_run, tasks):

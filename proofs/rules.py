@@ -1,7 +1,7 @@
-"""What is known of rounded arithmetic where a lemma does without the exact operations. Each rule is shown for the exact
-operation (`CHECKS`), but that rounding is monotone, as IEEE 754 defines it.
+"""Rules of rounded arithmetic, for lemmas without the exact operations. Each rule is proven for the exact operation
+(`CHECKS`), except that rounding is monotone, which follows from IEEE 754.
 
-A rule is a function of an operation, its operands, its result and of what was computed before; it returns formulas.
+A rule is a function of an operation, its operands, its result and the earlier operations; it returns formulas.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from terms import Bool, Float, all_of
 
 
 def never_grows(op: str, operands, result: Float, before) -> list[Bool]:
-    """A factor within ±1 makes no finite number larger."""
+    """A factor within ±1 does not increase the magnitude of a finite number."""
     if op != "fmul":
         return []
     a, b = operands
@@ -21,7 +21,7 @@ def never_grows(op: str, operands, result: Float, before) -> list[Bool]:
 
 
 def sign(op: str, operands, result: Float, before) -> list[Bool]:
-    """Adding what is not negative does not lower; the signs of differences and products; zero makes zero."""
+    """Adding a number that is not negative does not decrease a sum; signs of differences and products; zero times x."""
     if op not in ("fmul", "fadd", "fsub"):
         return []
     a, b = operands
@@ -71,8 +71,8 @@ def stays_finite(op: str, operands, result: Float, before) -> list[Bool]:
 
 
 def monotone(op: str, operands, result: Float, before) -> list[Bool]:
-    """With one operand in common the larger other one gives the larger result: a factor that is positive, a summand,
-    what is taken away."""
+    """With one common operand the larger other operand gives the larger result: for products with a positive factor, for
+    sums, and for minuends."""
     if op not in ("fmul", "fadd", "fsub"):
         return []
     said = []
@@ -95,7 +95,7 @@ def monotone(op: str, operands, result: Float, before) -> list[Bool]:
 
 
 def product(first: float, second: float):
-    """A product of numbers within two bounds lies within the product of these."""
+    """A product of numbers within two bounds lies within the product of the bounds."""
 
     def rule(op: str, operands, result: Float, before) -> list[Bool]:
         if op != "fmul":
@@ -111,7 +111,7 @@ def product(first: float, second: float):
 
 
 def total(bound: float):
-    """A sum or difference of numbers within a bound lies within twice this."""
+    """A sum or difference of numbers within a bound lies within twice the bound."""
 
     def rule(op: str, operands, result: Float, before) -> list[Bool]:
         if op not in ("fadd", "fsub"):

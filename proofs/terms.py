@@ -1,4 +1,4 @@
-"""SMT terms that are written like the arithmetic they stand for: floats after IEEE 754, words, truth values."""
+"""SMT terms in the notation of arithmetic: IEEE 754 floats, words, truth values."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Bool:
         return Bool(tm.mk_term(K.EQUAL, [self.term, other.term]))
 
     def pick(self, yes, no):
-        """`yes` where it is true, `no` elsewhere."""
+        """`yes` if it is true, else `no`."""
         return yes.chosen(self, no)
 
     def chosen(self, condition: Bool, no: Bool) -> Bool:
@@ -143,7 +143,7 @@ class Word:
 
     @classmethod
     def joined(cls, parts: list[Word]) -> Word:
-        """One behind the other in memory."""
+        """One after the other in memory."""
         if len(parts) == 1:
             return parts[0]
         size = sum(part.size for part in parts)

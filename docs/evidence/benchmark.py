@@ -1,8 +1,8 @@
-"""The benchmark of force tracking: its rows, and what the page shows of them.
+"""The benchmark of force tracking: its rows, and the tables of the page.
 
-``python docs/evidence/benchmark.py`` runs what ``data/benchmark.csv`` does not have yet, some seconds
-of one core a rig, without ``EFT_RECORDS``, so that everyone has the same commands. `report` makes
-the tables and the picture.
+``python docs/evidence/benchmark.py`` runs the rigs that are not in ``data/benchmark.csv`` yet (some seconds
+of one core per rig). It ignores ``EFT_RECORDS``, so that everyone has the same commands. `report` makes the
+tables and the picture.
 """
 
 import math
@@ -38,7 +38,7 @@ def run_missing() -> None:
 
 
 def percent(value: float) -> str:
-    """A share, or that too many tests are lost."""
+    """A share, or "lost" if too many tests are lost."""
     return f"{100 * value:.1f} %" if math.isfinite(value) else "lost"
 
 

@@ -20,13 +20,13 @@ SEED, COUNT = 20162, 200
 # Angular frequency (rad/s) in the middle of the sweep's last four seconds.
 SPEED = 2 * np.pi * 5.5
 CURVE = ADAPTIVE | {"compensation.curve_correction": True}
-# Openings at which the flow curve is judged, where the motion has reached.
+# Openings at which the flow curve is judged; the motion reaches them.
 OPENINGS = (-0.15, -0.1, -0.05, 0.05, 0.1, 0.15)
 Row = tuple[str, int, float, float, float, float]
 
 
 def draw(index: int) -> tuple[dict[str, object], dict[str, float]]:
-    """One rig's changes, and what is true of it."""
+    """One rig's changes, and its true values."""
     random = np.random.default_rng([SEED, index])
     truth = {
         "flow_gain": random.uniform(0.92, 1.08),
@@ -52,14 +52,14 @@ def test(changes: dict[str, object], amplitude: float) -> eft.TestRun:
 
 
 def delay_of(valve: float, run: eft.TestRun) -> float:
-    """Delay (s) of the spool behind a held command: the phase of the three-stage valve at `SPEED`."""
+    """Delay (s) of the spool after a held command: the phase of the three-stage valve at `SPEED`."""
     pilot = run.rig.plant["servovalve.pilot_time_constant"]
     phase = np.arctan2(SPEED * valve, 1 - pilot * valve * SPEED**2)
     return float(phase / SPEED + 0.5 / RATE)
 
 
 def model_errors(run: eft.TestRun) -> dict[str, float]:
-    """Size of what the learner's models leave out of flow gain (1) and delays (s).
+    """Error of the learner's models in flow gain (1) and delays (s).
 
     They contain the first power of ``ωδ`` of a delay. The next ones are ``(ωδ)²`` in a gain and
     ``δ·(ωδ)²/3`` in the delay. The velocity's delay counts for the whole flow, but the part that compresses
@@ -79,7 +79,7 @@ def model_errors(run: eft.TestRun) -> dict[str, float]:
 
 
 def gain_and_delays(index: int) -> Iterator[Row]:
-    """Flow gain and delays of a valve whose table is right."""
+    """Flow gain and delays of a valve with the correct table."""
     changes, truth = draw(index)
     changes |= ADAPTIVE | true({"servovalve.flow_gain_scale": truth["flow_gain"]})
     run = test(changes, truth["amplitude"])
@@ -137,7 +137,7 @@ def main(count: int) -> None:
 
 
 def table() -> str:
-    """Coverage of each estimate, by the stated deviation and together with what the models leave out."""
+    """Coverage of each estimate, by the stated deviation alone and together with the error of the models."""
     with RESULTS.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     titles = ["estimate", "tests", "rms error", "rms deviation", "within two"]

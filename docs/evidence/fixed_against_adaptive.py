@@ -151,7 +151,7 @@ def told(row: Row, least: float, most: float, unstable: bool) -> str:
 
 
 def chance() -> list[str]:
-    """The rows that depend on chance: the noise of an earthquake test, and a thousand rigs."""
+    """The random rows: the noise of an earthquake test, and a thousand rigs."""
     lines = []
     title = "Northridge × 0.6: displacement against the ideal response"
     for noisy, bound, part in ((False, 0.02, ""), (True, 0.05, ", median of the seeds")):

@@ -1,4 +1,4 @@
-"""Writes what the pages of evidence include: the paper's numbers with the results, and the studies."""
+"""Writes the generated parts of the evidence pages: the paper's numbers with the results, and the studies."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What self-calibration does in a long test and when something fails: one row a case.
+"""Self-calibration in long tests and after failures: one row for each case.
 
 ``python docs/evidence/learning_lasts.py`` runs every test and stores its results in
 ``data/learning_lasts.csv``.
@@ -24,7 +24,7 @@ FAULT = 10.0
 
 @dataclass(frozen=True)
 class Case:
-    """What is true of a rig and what its controller is told, under a sweep from 0 to 10 Hz."""
+    """The true values of a rig and those of its controller, under a sweep from 0 to 10 Hz."""
 
     name: str
     truth: dict[str, object] = field(default_factory=dict)
@@ -40,7 +40,7 @@ class Case:
         return eft.simulate(rig, eft.sine_sweep(self.amplitude, 0.0, 10.0, self.duration, RATE))
 
     def true_flow_gain(self, run: eft.TestRun) -> np.ndarray:
-        """What the estimate should be at each sample: the root of the pressure is part of it."""
+        """The exact estimate at each sample, which includes the root of the pressure."""
         schedule = self.truth.get("supply.schedule.pressures")
         if not isinstance(schedule, list):
             return np.full(len(run), self.flow_gain)

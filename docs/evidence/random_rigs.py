@@ -195,7 +195,7 @@ class Asked:
 
 
 def asked(data: dict[str, np.ndarray], schemes: Schemes = SCHEMES) -> list[Asked]:
-    """What was asked, and how many rigs reached it."""
+    """The requirements, and the share of the rigs that meet each."""
 
     def of(judge: Callable[[dict[str, np.ndarray]], np.ndarray]) -> dict[str, float]:
         names = ("lowest", "highest", "nrmse", "fei", "unstable")
@@ -233,7 +233,7 @@ TITLES = {
 
 
 def table(data: dict[str, np.ndarray], schemes: Schemes = SCHEMES) -> str:
-    """What was asked, and how many rigs reached it."""
+    """The requirements, and the share of the rigs that meet each, as a table."""
     titles = " | ".join(TITLES[scheme] for scheme in schemes)
     lines = [f"| share of the rigs | {titles} | goal |", "| --- " * (2 + len(schemes)) + "|"]
     for one in asked(data, schemes):

@@ -1,4 +1,4 @@
-"""Writes what the pages of reference include: keys of a rig, wrong input, Python names, the C header."""
+"""Writes the generated parts of the reference: keys of a rig, wrong input, Python names, the C header."""
 
 from pathlib import Path
 

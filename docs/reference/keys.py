@@ -51,7 +51,7 @@ def write(folder: Path) -> None:
 
 
 def _entry(name: str, key: dict[str, Any], allowed: str) -> str:
-    """A key as a description, which wraps on a narrow page as a table would not."""
+    """A key as a description, because a table does not wrap on a narrow page."""
     unit = f" ({key['unit']})" if key["unit"] else ""
     doc = key["doc"][0].upper() + key["doc"][1:]
     source = next((one for pattern, one in SOURCES.items() if fnmatchcase(name, pattern)), {})

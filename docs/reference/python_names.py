@@ -1,4 +1,4 @@
-"""Writes what the pages of the Python reference include: the names of each topic."""
+"""Writes the generated parts of the Python reference: the names of each topic."""
 
 import importlib
 import inspect

@@ -10,7 +10,7 @@ use rig::{RIGS, for_c, zeroed};
 #[path = "../../crates/eft-ffi/tests/interface/rig.rs"]
 mod rig;
 
-/// The input, taken from its front; zeros behind its end.
+/// The input, read from its front, with zeros after its end.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -26,14 +26,14 @@ impl Bytes<'_> {
         self.take::<1>()[0]
     }
 
-    /// A number of the scale of what is measured, or any bits.
+    /// A number of the size of a measurement, or random bits.
     fn number(&mut self, scale: f32) -> f32 {
         let bits = f32::from_bits(u32::from_le_bytes(self.take()));
         if self.byte() % 4 == 0 { bits } else { scale * (bits.to_bits() as i32 as f32 / 2_147_483_648.0) }
     }
 }
 
-/// A rig, with some of its numbers changed to any bits: every field is a number, for which all bits are a value.
+/// A rig with random bits in some of its numbers. Every field is a number, so all bits are valid.
 fn parameters(bytes: &mut Bytes) -> eft_parameters {
     let mut parameters = for_c(&RIGS[usize::from(bytes.byte()) % RIGS.len()]);
     for _ in 0..bytes.byte() % 4 {
@@ -67,7 +67,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let (mut channel, mut state, mut learner, mut learned) = (zeroed(), zeroed(), zeroed(), zeroed());
     let (mut output, mut calibration, mut why) = (zeroed::<eft_output<f32>>(), zeroed(), zeroed());
     let (mut channels, mut windows, mut calibrations) = (zeroed(), zeroed(), zeroed());
-    // The highest of the channels so far: a state goes on under the next.
+    // The largest limit of the channels so far, because a state continues under the next one.
     let mut limit = 0.0_f64;
     while !bytes.0.is_empty() {
         let mut word = 0;
@@ -121,7 +121,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
                     EFT_OK
                 }
                 _ => {
-                    // So many samples of the same, as a window has and more.
+                    // More equal samples than a window has.
                     let (input, mut code) = (input(bytes), EFT_OK);
                     for _ in 0..=bytes.byte() {
                         code = eft_step_f32(&*channel, &mut *state, &input, &mut *output);

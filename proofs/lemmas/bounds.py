@@ -9,7 +9,7 @@ from terms import Bool, Word
 LARGEST = 1e12
 #: The largest `f32`, which bounds a reading in either precision.
 MOST = 3.4028234663852886e38
-#: The whole way of a ramp.
+#: The end of a ramp.
 FULL = 1 << 62
 
 EVERYTHING = frozenset({"fmul", "fdiv", "fadd", "fsub", "sqrt", "fptosi"})
@@ -29,7 +29,7 @@ def lead_bounds(lead) -> Formulas:
 
 
 def washout_bound(size: int) -> float:
-    """Where rounding makes pole·washout lose more than the rate can add."""
+    """The size at which pole·washout loses more by rounding than the rate can add."""
     return 2.0**36 if size == 4 else 2.0**65
 
 
@@ -59,7 +59,7 @@ def protection_bounds(c) -> Formulas:
 
 
 def protection_state(s) -> Formulas:
-    """What every step keeps."""
+    """The property that every step keeps."""
     return {
         "positions": (s.scale.__0 <= FULL) & (s.shut.__0 <= FULL) & (s.settled.__0 <= FULL),
         "last command": abs(s.command) <= LARGEST,
@@ -71,7 +71,7 @@ def is_set(latch) -> Bool:
 
 
 def untouched(before, after, but: tuple[str, ...] = ()) -> Bool:
-    """Every bit of a struct, but of the named fields."""
+    """Every bit of a struct except the named fields."""
     result = Bool(True)
     for path, value in before.all().items():
         if not path.startswith(but or ("\0",)):

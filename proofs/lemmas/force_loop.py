@@ -25,7 +25,7 @@ def limiter_shows(v: Case) -> Formulas:
 def rate_shows(v: Case) -> Formulas:
     limiter = v.config
     lowest, highest = -limiter.amplitude, limiter.amplitude
-    # What the rate counts from, as the code has it.
+    # The last command within the amplitude, from which the rate counts.
     raised_ = (v.last > lowest).pick(v.last, lowest)
     back = (raised_ < highest).pick(raised_, highest)
     last = (~(abs(v.last) <= limiter.amplitude)).pick(back, v.last)

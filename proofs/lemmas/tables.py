@@ -1,7 +1,7 @@
-"""The table's map, and what its constructor establishes (`PiecewiseLinear::fill`, `connect` and `index`).
+"""The table's map, and the guarantees of its constructor (`PiecewiseLinear::fill`, `connect` and `index`).
 
-What holds of all knots is given of those that the evaluation meets. The Rust test `what_the_proofs_take_for_granted`
-holds the constructor to it.
+The guarantees hold for all knots and are assumed for the knots that the evaluation reads. The Rust test
+`what_the_proofs_take_for_granted` checks the constructor.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def _abscissa(v: Case, table) -> Float:
 
 
 def evaluation(v: Case, table) -> Float:
-    """What a row gives: `value + (x - start)·slope`."""
+    """The value of a row: `value + (x - start)·slope`."""
     x = _abscissa(v, table)
     distances = [
         r for op, (a, *b), r in v.run.done if op == "fsub" and a is x and b[0].term != table.origin.term
@@ -53,7 +53,7 @@ def table_bounds(v: Case, table) -> Formulas:
     x = _abscissa(v, table)
 
     def cell(at: Float) -> Word:
-        """Counted from 1, as the evaluation finds it."""
+        """Counted from 1, like the index in the evaluation."""
         return v.run.compute(
             "fmul", v.run.compute("fsub", at, table.origin), table.cells_per_unit
         ).saturated()
@@ -62,7 +62,7 @@ def table_bounds(v: Case, table) -> Formulas:
     increasing = all_of(
         (a < b) | (b.equals(infinite) & (a <= infinite)) for a, b in itertools.pairwise(starts)
     )
-    # The row that x lies on: of those that start at or below it the last.
+    # The row of x: the last one that starts at or below it.
     row = reduce(Word.__add__, [(start <= x).pick(Word.of(1, 4), Word.of(0, 4)) for start in starts[1:]])
     start, value, slope = (_at(row, column) for column in (starts, values, slopes))
     next_start, next_value = _at(row + 1, [*starts, infinite]), _at(row + 1, [*values, values[-1]])

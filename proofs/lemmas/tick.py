@@ -21,7 +21,7 @@ DIGITAL = 0
 
 
 def rounding(v: Case, limiter) -> Formulas:
-    """Rules where they are needed, and nowhere else: at the rate limit, and at the last products."""
+    """Rules only where they are needed: at the rate limit, and at the last products."""
     said = []
     products = [done for done in v.run.done if done[0] == "fmul"][-4:]
     for op, operands, result in v.run.done:

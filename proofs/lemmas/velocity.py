@@ -1,4 +1,4 @@
-"""Velocity from the displacement, and sensors that repeat themselves."""
+"""Velocity from the displacement, and stuck sensors."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from lemma import Case, Formulas, Lemma, Twin
 
 from lemmas.bounds import LARGEST, nothing, untouched
 
-#: More than the largest slope, 2·10²⁴ m/s; a power of two, so that no rounding leads beyond it.
+#: More than the largest slope, 2·10²⁴ m/s. A power of two, so that rounding does not exceed it.
 SLOPE = 2.0**82
 
 

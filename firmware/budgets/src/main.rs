@@ -1,4 +1,4 @@
-//! Measures the core on the target.
+//! Measures instructions and stack of the core on the target.
 #![no_std]
 #![no_main]
 

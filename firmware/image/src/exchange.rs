@@ -1,4 +1,4 @@
-//! From one context to another without a lock: two copies of something, and counts of offers and of those taken.
+//! A lock-free exchange between two contexts: two copies of an item, the number of offers, and the last offer taken.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -23,7 +23,7 @@ impl<T: Copy> Exchange<T> {
         }
     }
 
-    /// Offers something, from one context only; false while the one before waits.
+    /// Offers an item, from one context only; false until the last one is taken.
     pub fn offer(&self, item: T) -> bool {
         let last = self.offered.load(Ordering::Relaxed);
         if self.taken.load(Ordering::Acquire) != last {
@@ -36,7 +36,7 @@ impl<T: Copy> Exchange<T> {
         true
     }
 
-    /// The copy that was offered, in the other context only; none if there is no new one.
+    /// The offered copy, in the other context only; `None` if there is no new one.
     pub fn take(&self) -> Option<T> {
         let offered = self.offered.load(Ordering::Acquire);
         if self.taken.load(Ordering::Relaxed) == offered {

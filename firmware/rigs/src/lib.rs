@@ -1,4 +1,4 @@
-//! Rigs as `eft export` wrote them; a test holds them, and their C headers, against a fresh export.
+//! Rigs from `eft export`. A test compares them and their C headers with a fresh export.
 #![no_std]
 
 // As they were exported.

@@ -1,5 +1,5 @@
-//! Each step of the core, and the constructors that bound what it is configured with, under a name of its own: for the
-//! solver to read.
+//! Each step of the core, and the constructors that bound its configuration, exported under their own names for the
+//! solver.
 #![no_std]
 
 use eft_core::*;
