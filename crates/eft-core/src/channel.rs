@@ -37,11 +37,11 @@ pub struct Channel<T: Real, const N: usize> {
     protection: Option<Protection<T>>,
     plausibility: Option<Plausibility<T, N>>,
     stuck: Option<StuckWatch>,
-    /// After this many lost ticks a change since the last sample no longer counts as that of one tick.
+    /// After more lost ticks than this the channel starts from rest at the new operating point.
     gap_ticks: u32,
     /// Whether there are windows for a learner.
     learns: bool,
-    /// Ticks of a window, also where nothing is learned.
+    /// Ticks of a window, also if nothing is learned.
     window_ticks: u32,
     /// A calibration expires after this many windows.
     age_limit: u32,
@@ -130,8 +130,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         self.step_via(state, input, |compensation| compensation)
     }
 
-    /// As [`step`](Self::step), with the compensation signal (V) passed through `path` on its way to the force loop: a
-    /// simulated computation delay, for example.
+    /// Like [`step`](Self::step), with the compensation signal (V) passed through `path` before the force loop, for
+    /// example through a simulated computation delay.
     #[inline(always)]
     pub fn step_via(
         &self,
@@ -139,7 +139,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         input: &Input<T>,
         path: impl FnOnce(T) -> T,
     ) -> Output<T> {
-        // A plain channel has a copy of the tick of its own, in which no part is tested for.
+        // A plain channel has a second copy of the tick, without the checks for optional parts.
         if self.plain {
             self.tick(Parts::NONE, state, input, path)
         } else {
@@ -311,7 +311,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
     }
 
-    /// The next tick's command (N) as the protection will permit it, if nothing new happens.
+    /// The command (N) that the protection will permit at the next tick, if nothing new happens.
     #[inline(always)]
     pub fn preview(&self, state: &ChannelState<T>, next_command: T) -> T {
         match &self.protection {
@@ -320,7 +320,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
     }
 
-    /// A checksum of every number of the configuration. A different checksum says that memory has changed.
+    /// A checksum of every number of the configuration. A different checksum means that memory has changed.
     ///
     /// # Cost
     /// Not for the tick: a rotation, an exclusive or and a multiplication for each number.
@@ -328,7 +328,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         word(self)
     }
 
-    /// Ticks of a window; 0 where nothing is learned.
+    /// Ticks of a window; 0 if nothing is learned.
     pub const fn window_ticks(&self) -> u32 {
         if self.learns { self.window_ticks } else { 0 }
     }
@@ -340,8 +340,8 @@ macro_rules! constructor {
             /// From the rig's parameters; its tables hold up to `N` points.
             ///
             /// # Errors
-            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz where something
-            /// is learned. In a `const` each is a compile error.
+            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz if something is
+            /// learned. In a `const` each is a compile error.
             pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
                 let mut channel = Self::EMPTY;
                 check!(channel.fill(p));
@@ -376,7 +376,7 @@ macro_rules! constructor {
                 plain: false,
             };
 
-            /// Makes one part after the other in place, so that the stack holds one of them only.
+            /// Makes one part after the other in place, so that the stack holds only one of them.
             const fn fill(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 if p.learning.is_on() {
                     check!(within("sample_rate", p.sample_rate, LOWEST_RATE, LARGEST));
@@ -402,7 +402,7 @@ macro_rules! constructor {
                 Ok(())
             }
 
-            /// A function of its own, so that its stack is free again when the next part is made.
+            /// A separate function, so that its stack is free again when the next part is made.
             #[inline(never)]
             const fn protect(
                 &mut self,

@@ -47,7 +47,7 @@ pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
 pub struct ControllerInput<S> {
     /// Force command (N).
     pub command: S,
-    /// Force command (N) of the next tick; used where the feedforward looks ahead.
+    /// Force command (N) of the next tick; used if the feedforward looks ahead.
     pub next_command: S,
     /// Piston velocity (m/s).
     pub velocity: S,
@@ -55,7 +55,7 @@ pub struct ControllerInput<S> {
     pub force: S,
     /// Spool opening (1).
     pub spool: S,
-    /// Supply pressure (Pa); used where it is measured.
+    /// Supply pressure (Pa); used if it is measured.
     pub supply_pressure: S,
 }
 
@@ -76,7 +76,7 @@ impl<S: Scalar> Supply<S> {
     }
 }
 
-/// A tick's input, with the checks of it.
+/// A tick's input, with the results of its checks.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample<'a, S: Scalar> {
     pub(crate) input: &'a ControllerInput<S>,
@@ -108,7 +108,7 @@ integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_comm
 /// One tick's result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControllerOutput<S: Scalar> {
-    /// The valve command `v` (V); the compensation signal where an analog controller closes the force loop.
+    /// The valve command `v` (V), or the compensation signal if an analog controller closes the force loop.
     pub valve_command: S,
     /// The compensation signal `v_c` (V) in it.
     pub compensation: S,
@@ -142,7 +142,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// # NaN
     /// With an invalid measurement or command (not finite, or beyond [`LARGEST`]) the last valve command is held, the
     /// state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the feedforward
-    /// goes on with a valid command, so that the next one's rate is that of one tick. After more than
+    /// continues with a valid command, so that the next one's rate is that of one tick. After more than
     /// [`gap_time`](Parameters::gap_time) of such samples the next good one starts from rest at the new operating
     /// point. The valve command stays within its rate.
     #[inline(always)]
@@ -161,7 +161,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
     }
 
-    /// An input with its checks, and with the supply's.
+    /// An input with its checks and those of the supply.
     #[inline(always)]
     pub(crate) fn sample<'a>(
         &self,
@@ -187,7 +187,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let rests = good & rests;
         let last = self.limiter.within(state.valve_command);
         if self.feeds_forward && rests.any() {
-            // This tick's command replaces a next one that is lost.
+            // This tick's command replaces a lost next one.
             let mut rested = self.feedforward.at_rest(input.command);
             self.feedforward.step(&mut rested, self.known_command(input));
             state.feedforward = FeedforwardState::select(rests, rested, state.feedforward);
@@ -339,7 +339,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     }
 
     /// The supply from its measured pressure.
-    // Value and validity are behind one branch, so that a rig without the measurement pays for neither.
+    // Value and validity are in one branch, so that a rig without the measurement pays for neither.
     #[inline(always)]
     pub(crate) fn supply(&self, i: &ControllerInput<S>) -> Supply<S> {
         if !self.measures_supply.any() {
@@ -358,7 +358,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         S::select(sound, relative, S::splat(1.0))
     }
 
-    /// Where the input is valid, the supply excepted.
+    /// Where the input without the supply is valid.
     #[inline(always)]
     pub(crate) fn accepts(&self, i: &ControllerInput<S>) -> S::Mask {
         i.command.abs().le(S::splat(LARGEST)) & self.compensation.accepts(i.velocity, i.force, i.spool)

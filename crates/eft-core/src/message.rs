@@ -1,4 +1,4 @@
-//! Parameters as a message of any `serde` format. The flow table follows the numbers and has memory of its own.
+//! Parameters as a message of any `serde` format. The flow table follows the numbers and has its own memory.
 
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -8,9 +8,9 @@ use crate::parameters::Parameters;
 
 /// Parameters that own their flow table, of up to `N` entries. A message is read into them.
 ///
-/// Reading checks the form only: names, types and the tables' lengths. The constructors check the values, as they do
-/// those of any other [`Parameters`]. `Parameters` itself is written as the same message. The function
-/// `Parameters::deserialize` is a part of this type and reads no table.
+/// Reading checks the form only: names, types and the tables' lengths. The constructors check the values, as for any
+/// other [`Parameters`]. `Parameters` is written as the same message. The function `Parameters::deserialize` is a part
+/// of this type and reads no table.
 ///
 /// # Memory
 /// The whole size is that of `Parameters` and of `2·N` numbers. Nothing is allocated.
@@ -27,7 +27,7 @@ impl<const N: usize> StoredParameters<N> {
     /// A copy of parameters and of their table.
     ///
     /// # Errors
-    /// [`ConfigError::Length`] where the table has more than `N` entries.
+    /// [`ConfigError::Length`] if the table has more than `N` entries.
     pub fn new(p: &Parameters) -> Result<Self, ConfigError> {
         let openings = Entries::new("openings", p.openings)?;
         let flows = Entries::new("flows", p.flows)?;

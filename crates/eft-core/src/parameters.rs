@@ -22,7 +22,7 @@ pub struct Parameters<'a> {
     pub mode: Mode,
     /// Compensation level (1): 1 is full compensation, 1.02 is 2 % over.
     pub level: f64,
-    /// Where the sign in the load-pressure correction comes from.
+    /// Source of the sign in the load-pressure correction.
     pub sign_from: SignFrom,
     /// Piston area `A` (m²).
     pub piston_area: f64,
@@ -54,7 +54,7 @@ pub struct Parameters<'a> {
     pub velocity_delay: f64,
     /// Delay of the compensation by computation (samples, at most 1000), before it appears in the valve command.
     pub computation_delay: u32,
-    /// Whether the flow that the command needs is demanded as well.
+    /// Whether the flow that the command needs is demanded in addition to the piston's.
     pub feedforward: bool,
     /// Whether the feedforward uses the next tick's command.
     pub look_ahead: bool,
@@ -64,7 +64,7 @@ pub struct Parameters<'a> {
     pub proportional_gain: f64,
     /// Derivative gain `G_d` (s) of the force loop.
     pub derivative_gain: f64,
-    /// Integral gain `G_i` (1/s) of the force loop where it is closed in the channel; 0 for none.
+    /// Integral gain `G_i` (1/s) of a force loop that is closed in the channel; 0 for none.
     pub integral_gain: f64,
     /// Largest valve command (V).
     pub valve_command: f64,
@@ -86,7 +86,7 @@ pub struct Parameters<'a> {
     pub learning: Learning,
     /// The protection of the specimen.
     pub protection: Option<ProtectionParameters>,
-    /// Times (samples) that a measurement may repeat itself to the last bit before it counts as stuck; 0 for no watch.
+    /// Number of samples that a measurement may repeat to the last bit before it counts as stuck; 0 for no check.
     pub stuck_samples: u32,
 }
 
@@ -143,8 +143,7 @@ pub enum VelocitySource {
 pub struct Learning {
     /// Whether flow gain and valve are estimated.
     pub adaptive: bool,
-    /// Whether the flow table is corrected by direction and band of flow as well, where flow gain and valve are
-    /// estimated.
+    /// Whether the flow table is corrected by direction and band of flow. It needs `adaptive`.
     pub curve_correction: bool,
     /// Whether overcompensation reduces the level.
     pub guard: bool,
@@ -183,7 +182,7 @@ impl Learning {
 }
 
 impl Parameters<'_> {
-    /// The greatest flow (m³/s) of the flow table, or of the straight line in its place.
+    /// The greatest flow (m³/s) of the flow table, or of the linear scheme's straight line.
     pub(crate) const fn greatest_flow(&self) -> f64 {
         match (self.mode, self.flows) {
             (Mode::Off | Mode::Nonlinear, [first, .., last]) => {

@@ -6,7 +6,7 @@ use eft_core::{
     ProtectionParameters, StoredParameters, VelocitySource,
 };
 
-/// A rig that uses every kind of value.
+/// Parameters with every kind of value.
 const RIG: Parameters = Parameters {
     learning: Learning { flow_gain_bounds: [0.6, 1.5], ..Learning::ADAPTIVE },
     velocity_source: VelocitySource::Observer { gains: [0.3, 40.0, 900.0], mass: 7040.0 },
@@ -77,7 +77,7 @@ fn a_message_of_another_form_is_refused() {
     assert!(refusal(&text.replace("\"nonlinear\"", "\"none\"")).contains("unknown variant `none`"));
     assert!(refusal(&text.replace("\"openings\":[", "\"openings\":[-2,")).contains("at most 21 numbers"));
 
-    // Of bytes: each that is missing, and a length that nobody has memory for.
+    // In bytes: every truncated message, and a length beyond the memory.
     let bytes = in_bytes(&RIG);
     for length in 0..bytes.len() {
         assert!(postcard::from_bytes::<StoredParameters<21>>(bytes.get(..length).unwrap()).is_err());

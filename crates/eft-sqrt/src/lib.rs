@@ -3,14 +3,14 @@
 
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 mod unit {
-    // What a call is answered with where the compiler leaves one. Weak: a C library may bring its own.
+    // For calls that the compiler does not replace. Weak, because a C library may have its own.
     core::arch::global_asm!(
         ".section .text.sqrtf, \"ax\"",
         ".weak sqrtf",
         ".type sqrtf, %function",
         ".thumb_func",
         "sqrtf:",
-        ".inst.w 0xeeb10ac0", // vsqrt.f32 s0, s0; the assembler is not told of the FPU
+        ".inst.w 0xeeb10ac0", // vsqrt.f32 s0, s0; as a number, because the assembler does not know the FPU
         "bx lr",
         ".size sqrtf, . - sqrtf",
     );
@@ -19,14 +19,14 @@ mod unit {
     }
 }
 
-/// √x in the unit's root, correctly rounded on every target.
+/// √x (root of the unit of `x`), correctly rounded on every target.
 ///
 /// # NaN
 /// NaN for NaN and for negative numbers; −0 for −0.
 ///
 /// # Cost
-/// On ARM with a hardware float ABI: `vsqrt.f32` alone where the compiler sees that `x` is not negative (at opt-level
-/// 3), a call of it elsewhere. On other targets `libm`.
+/// On ARM with a hardware float ABI one `vsqrt.f32`, if the compiler can prove that `x` is not negative (at opt-level 3),
+/// otherwise a call of it. On other targets `libm`.
 #[inline(always)]
 pub fn sqrtf(x: f32) -> f32 {
     #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]

@@ -1,4 +1,4 @@
-//! Which measurements are believed, and the values that replace the others.
+//! Selects the trusted measurements, and replaces the others.
 
 use crate::channel::{Channel, ChannelState, Input};
 use crate::number::Real;
@@ -18,7 +18,7 @@ pub(super) struct Believed<T> {
 }
 
 impl<T: Real, const N: usize> Channel<T, N> {
-    /// Selects the measurements that are believed, and replaces the others.
+    /// Selects the trusted measurements, and replaces the others.
     #[inline(always)]
     pub(super) fn believe(
         &self,
@@ -72,7 +72,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
         let estimated = !matches!(self.velocity, Velocity::Sensor);
         if doubted(DISPLACEMENT) && (doubted(VELOCITY) || estimated) {
-            // No signal is left to follow: the valve closes from its present opening.
+            // No motion signal is left, so the valve closes from its present opening.
             state.protection.shut_down_by(cause);
             state.protection.blind();
             believed.velocity = T::splat(f64::NAN);

@@ -42,7 +42,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     #[inline(always)]
     pub fn publish(&self, state: &mut ChannelState<T>, calibration: impl Borrow<Calibration<T>>) {
         let calibration: &Calibration<T> = calibration.borrow();
-        // This calibration is of the window that has just closed. An earlier one that still waits takes effect now.
+        // This calibration is from the window that has just closed. An earlier unused one takes effect now.
         if state.ticks_left == 0 && calibration.window == state.window.number {
             state.begin_window(self.window_ticks);
         }
@@ -78,8 +78,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     }
 
     /// Sets the state to that of a rig that has long been at this operating point. The next [`step`](Self::step) with
-    /// the same input has no bump. What was learned, the force loop's integral and the protection keep their state, and
-    /// a window begins. An estimated velocity is that of a displacement at rest. An invalid input gives a rig at rest.
+    /// the same input has no bump. The calibration, the force loop's integral and the protection keep their state, and a
+    /// window begins. An estimated velocity is that of a displacement at rest. An invalid input gives a rig at rest.
     pub fn prime(&self, state: &mut ChannelState<T>, input: &Input<T>) {
         let velocity;
         (state.velocity, velocity) = self.velocity.prime(input);

@@ -1,9 +1,8 @@
 //! Channels in lanes that learn: the tick of several rigs at once, with a learner for each lane.
 //!
-//! Controller and windows are the code that [`Channel`](crate::Channel) uses. Only their order is repeated here,
-//! without the optional parts. A channel branches on its protection, its velocity estimate and the slot of its
-//! calibration. With one generic source every lane would run both sides of each branch, and the firmware's tick would
-//! be written in masks.
+//! Controller and windows are the code that [`Channel`](crate::Channel) uses. Only their order is repeated here, without
+//! the optional parts. A channel has branches for its protection, its velocity estimate and its calibration. With one
+//! generic source every lane would run both sides of each branch, and the firmware's tick would consist of masks.
 
 use crate::compensation::Calibration;
 use crate::controller::{Controller, ControllerInput, ControllerOutput, ControllerState};
@@ -46,8 +45,8 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
         }
     }
 
-    /// One tick, and whether a window closes with it. `valve_command` (V) is that of the same sample. It is used where
-    /// an analog controller closes the force loop. `path` is that of [`Controller::step`].
+    /// One tick, and whether a window closes with it. `valve_command` (V) is that of the same sample. It is used if an
+    /// analog controller closes the force loop. `path` is that of [`Controller::step`].
     #[inline(always)]
     pub fn step(
         &self,
@@ -85,8 +84,8 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
         (out, state.ticks == self.window_ticks)
     }
 
-    /// Begins the next window, with the calibrations that the learners made of the closed one. Call it between two
-    /// ticks. The calibrations take effect a window later.
+    /// Begins the next window, with the calibrations that the learners made from the closed one. Call it between two
+    /// ticks. The calibrations take effect one window later.
     pub fn publish<'a>(
         &self,
         state: &mut ChannelLanesState<S>,

@@ -10,27 +10,27 @@ use crate::number::Real;
 pub struct Input<T> {
     /// Force command (N).
     pub command: T,
-    /// Piston velocity (m/s); used where a sensor measures it.
+    /// Piston velocity (m/s); used if a sensor measures it.
     pub velocity: T,
     /// Force (N).
     pub force: T,
     /// Spool opening (1).
     pub spool: T,
-    /// Displacement (m); used by a protection, and where the velocity is estimated from it.
+    /// Displacement (m); used by a protection, and to estimate the velocity.
     pub displacement: T,
     /// Acceleration (m/s²); used by an observer that reads an accelerometer.
     pub acceleration: T,
-    /// Supply pressure (Pa); used where its deviations are corrected.
+    /// Supply pressure (Pa); used if its deviations are corrected.
     pub supply_pressure: T,
-    /// Force command (N) of the next tick; used where the feedforward looks ahead.
+    /// Force command (N) of the next tick; used if the feedforward looks ahead.
     pub next_command: T,
-    /// Valve command (V) of the same sample; used by a learner where an analog controller closes the force loop.
-    /// Nothing is learned from a tick in which it is lost.
+    /// Valve command (V) of the same sample; used by a learner if an analog controller closes the force loop. Nothing is
+    /// learned from a tick in which it is lost.
     pub valve_command: T,
-    /// Alive counter (1), below 2²⁴: one more than in the last sample, or 0 after its highest value, which may be any.
-    /// A protection watches it from the first one that is given.
+    /// Alive counter (1), below 2²⁴. It increases by one in each sample, and returns to 0 after any highest value. A
+    /// protection checks it after its first value.
     pub alive: T,
-    /// Measured time (s) since the last sample. A protection watches it from the first one that is given.
+    /// Measured time (s) since the last sample. A protection checks it after its first value.
     pub period: T,
 }
 
@@ -64,7 +64,7 @@ pub struct Output<T: Real> {
     pub velocity: T,
     /// The force command (N) that the protection permits, for an analog controller to follow.
     pub permitted_command: T,
-    /// The protection's factor (1) on the valve command. `voltage` contains it; an analog controller has to apply it.
+    /// The protection's factor (1) on the valve command. `voltage` contains it; an analog controller must apply it.
     pub authority: T,
     /// Bits of [`status`](crate::status).
     pub status: u32,

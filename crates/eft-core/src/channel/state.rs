@@ -25,7 +25,7 @@ pub struct ChannelState<T: Real> {
     /// Ticks left in the window; 0 after its last tick, until the next window begins.
     pub(super) ticks_left: u32,
     pub(super) window: Window<T>,
-    /// The choice for this window, and for the next one as far as it is known.
+    /// The calibration of this window, and that of the next one if it is known.
     pub(super) in_use: Choice,
     pub(super) next: Choice,
     /// Windows until the latest calibration expires.
@@ -97,7 +97,7 @@ impl<T: Real> ChannelState<T> {
         self.protection.trip();
     }
 
-    /// Requests the soft end of the protection: the command, still followed, fades along the ramp.
+    /// Requests the soft end of the protection: the force follows a command that fades along the ramp.
     pub fn end(&mut self) {
         self.protection.end();
     }
@@ -134,7 +134,7 @@ impl<T: Real> ChannelState<T> {
     }
 }
 
-/// Calibrations of half a second to a second ago. Every sensor fault is noticed in a shorter time.
+/// Calibrations from half a second to a second ago. Every sensor fault is noticed in a shorter time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -154,7 +154,7 @@ impl<T: Real> Sound<T> {
         Self { kept: [nominal; 2], older: Slot::FIRST, gone_back: false }
     }
 
-    /// Keeps a calibration at its turn, in place of the older one.
+    /// Keeps every n-th calibration, in place of the older one.
     #[inline(always)]
     pub(super) fn keep(&mut self, calibration: &Calibration<T>) {
         if calibration.window.is_multiple_of(KEPT_EVERY) && !self.gone_back {

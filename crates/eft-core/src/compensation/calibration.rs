@@ -1,4 +1,4 @@
-//! The learner's estimates, as the tick uses them.
+//! The learner's estimates, in the form that the tick uses.
 
 use crate::integrity::integrity;
 use core::array;
@@ -13,19 +13,19 @@ use crate::parameters::Parameters;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Calibration<S: Scalar> {
-    /// Number of the window that it was made of; `u32::MAX` where it was made of the configuration.
+    /// Number of its window; `u32::MAX` if it comes from the configuration.
     pub window: u32,
     /// Bits of [`status`](crate::status) about the learning.
     pub status: S::Flags,
     /// True flow over the table's, `θ` (1).
     pub flow_gain: S,
-    /// 1/`flow_gain` (1), the tick's factor.
+    /// 1/`flow_gain` (1), by which the tick multiplies the demanded flow.
     pub per_flow_gain: S,
     /// The inverse of the estimated valve, with the guard's level in its gain.
     pub lead: LeadNetwork<S>,
-    /// Delay (s) of the spool, by its sensor: the valve's, half a sample of hold and any computation.
+    /// Delay (s) of the measured spool after its command: the valve's, half a sample of hold and any computation.
     pub response_delay: S,
-    /// Delay (s) of the velocity after the spool, each by its sensor. The lead network compensates for both delays.
+    /// Delay (s) of the measured velocity after the measured spool. The lead network compensates for both delays.
     pub velocity_delay: S,
     /// The spool's gain over the configured one (1).
     pub valve_gain: S,
@@ -40,7 +40,7 @@ pub struct Calibration<S: Scalar> {
 }
 integrity!(Calibration<T>: window, status, flow_gain, per_flow_gain, lead, response_delay, velocity_delay, valve_gain, level, deviations, test_ratio, curve);
 
-/// Standard deviations of the estimates from sensor noise; infinite where nothing was learned.
+/// Standard deviations of the estimates from sensor noise; infinite before anything is learned.
 ///
 /// They follow from the information of the least squares and from the models' mean square residual. They describe the
 /// scatter from test to test. A systematic error of the models is the same in every test, and they do not contain it.
@@ -148,7 +148,7 @@ impl<T: crate::number::Real + defmt::Format> defmt::Format for Calibration<T> {
 macro_rules! constructor {
     ($t:ty) => {
         impl Calibration<$t> {
-            /// The paper's scheme: the configured valve, the flow table as it is.
+            /// The paper's scheme: the configured valve and the uncorrected flow table.
             ///
             /// # Errors
             /// A valve gain, proportional gain, response delay, `α` or sample rate that is refused, by name.

@@ -1,8 +1,8 @@
 //! Flow feedforward: the flow that the command needs in addition to the piston's.
 //!
 //! To hold the force `F_c` the actuator takes `A·ẋ + (K_a/A)·Ḟ_c + (C_l/A)·F_c`, Eq. (7) solved for the load flow. The
-//! paper demands the first term only and leaves the rest to the force error, which therefore never vanishes. The
-//! sum goes through the one inverse: the flow curve is concave, so two inverses do not add up.
+//! paper demands the first term only and leaves the rest to the force error, which therefore never vanishes. The inverse
+//! is taken of the sum, because the flow curve is concave and two inverses do not add up.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::integrity::integrity;
@@ -71,7 +71,7 @@ impl<S: Scalar> Feedforward<S> {
 macro_rules! constructor {
     ($t:ty) => {
         impl Feedforward<$t> {
-            /// No feedforward: the flow is zero whatever the command.
+            /// No feedforward: the flow is zero for any command.
             pub const OFF: Self = Self { flow_per_force: 0.0, flow_per_change: 0.0 };
 
             /// From the rig's parameters.

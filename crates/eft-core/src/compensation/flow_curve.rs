@@ -25,7 +25,7 @@ pub struct CurvePiece<S> {
 }
 integrity!(CurvePiece<T>: offset, slope);
 
-/// The pieces where nothing is corrected.
+/// The pieces without a correction.
 pub(crate) fn table_itself<S: Scalar>() -> [CurvePiece<S>; PIECES] {
     [CurvePiece { offset: S::splat(0.0), slope: S::splat(1.0) }; PIECES]
 }
@@ -46,7 +46,7 @@ impl<S: Scalar> CurveGrid<S> {
     #[inline(always)]
     pub(crate) fn apply(&self, pieces: &[CurvePiece<S>; PIECES], demand: S) -> S {
         let steps = demand * self.per_flow;
-        // Lane by lane, since each lane has a piece of its own.
+        // Lane by lane, because each lane has its own piece.
         S::from_lanes(|lane| {
             let flow = demand.lane(lane);
             match pieces.get(node_below(steps.lane(lane))) {

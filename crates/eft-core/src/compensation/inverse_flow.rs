@@ -7,7 +7,7 @@ use crate::number::{Mask as _, Scalar};
 use crate::parameters::Parameters;
 use crate::table::PiecewiseLinear;
 
-/// Where the sign of the spool opening in the load-pressure correction comes from.
+/// Source of the sign of the spool opening in the load-pressure correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 #[repr(u8)]
@@ -30,8 +30,8 @@ pub struct InverseFlow<S: Scalar, const N: usize> {
 integrity!(InverseFlow<T, N>: table, load_pressure, sign_from_demand);
 
 impl<S: Scalar, const N: usize> InverseFlow<S, N> {
-    /// The no-load flow (m³/s) that is demanded of the valve for a flow (m³/s), given the measured force (N) and spool (1),
-    /// and the supply at a multiple `supply` (1) of its pressure; and where the load pressure's root met its floor.
+    /// The no-load flow (m³/s) that is demanded of the valve for a flow (m³/s), and where the load pressure's root met its
+    /// floor. It depends on measured force (N) and spool (1), and on the supply over the configured one, `supply` (1).
     #[inline(always)]
     pub fn demand(&self, flow: S, force: S, spool: S, supply: S) -> (S, S::Mask) {
         let direction = S::select(self.sign_from_demand, flow, spool);
@@ -88,7 +88,7 @@ macro_rules! constructor {
                 let flow_gain = check!(positive("flow_gain", p.flow_gain));
                 self.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
                 self.sign_from_demand = matches!(p.sign_from, SignFrom::Demand);
-                // The table is refused by its own numbers, in whichever direction it is used.
+                // A refusal names the table's own entries, for either direction of use.
                 check!(self.table.fill("openings", p.openings, "flows", p.flows));
                 if matches!(p.mode, Mode::Linear) {
                     // The straight line over the whole stroke.

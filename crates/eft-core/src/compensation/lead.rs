@@ -6,8 +6,8 @@ use crate::number::Scalar;
 
 /// `H(s) = gain · (T_ld·s + 1)/(α·T_ld·s + 1)`, `T_ld = T_d/(1 − α)`, discretised by Tustin.
 ///
-/// Written as `gain · (1 + washout)`: at rest the washout is zero whatever the coefficients, so the DC gain is
-/// `gain` exactly and coefficients can change while it runs without a bump.
+/// Written as `gain · (1 + washout)`. At rest the washout is zero for any coefficients. The DC gain is therefore exactly
+/// `gain`, and coefficients can change during the test without a bump.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -109,8 +109,8 @@ macro_rules! constructor {
                 let period = 1.0 / check!(positive("sample_rate", sample_rate));
                 let lag = 2.0 * alpha * delay / (1.0 - alpha);
                 let (mut pole, mut rate) = ((lag - period) / (lag + period), 2.0 * delay / (lag + period));
-                // Tustin puts the pole of a vanishing lag at −1, where it would ring for ever. In that case it is a
-                // backward difference with the same lead.
+                // Tustin's rule puts the pole of a vanishing lag at −1, where it would ring forever. Such a lag becomes
+                // a backward difference with the same lead.
                 if pole < -0.9999 {
                     (pole, rate) = (0.0, delay / period);
                 }

@@ -1,7 +1,7 @@
 //! Velocity for rigs that measure only displacement: a filtered derivative, and an observer that uses the force (or a
 //! measured acceleration) as well.
 //!
-//! The delay of both is known. The lead network has to compensate for it as for the valve's.
+//! The delay of both is known. The lead network must compensate for it as for the valve's.
 
 mod derivative;
 mod observer;
@@ -19,7 +19,7 @@ use crate::integrity::{Integrity, Word, integrity};
 use crate::number::Real;
 use crate::parameters::{Parameters, VelocitySource};
 
-/// Where a channel's velocity comes from.
+/// Source of a channel's velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Velocity<T> {
     Sensor,
@@ -224,7 +224,7 @@ mod tests {
         for gains in [[0.0, 5.0, 50.0], [0.1, 0.0, 50.0], [0.1, 5.0, 0.0]] {
             assert!(made(gains).is_err(), "{gains:?}");
         }
-        // What is accepted forgets how it began, however close to the bounds.
+        // Accepted gains forget the initial state, also close to the bounds.
         for gains in
             [[0.1, 0.99 * most, 1e3], [0.1, 5.0, 0.99 * drift], [1.0, 1.98 * RATE, RATE], [1e-3, 1.0, 1.0]]
         {

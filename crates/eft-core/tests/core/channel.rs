@@ -1,5 +1,5 @@
-//! The whole tick with its learner behind it: total, held on bad samples, primed without a bump, and the controller alone
-//! where everything else is off.
+//! The whole tick with its learner: defined for all inputs, held on bad samples, primed without a bump, and equal to the
+//! controller alone if everything else is off.
 
 use eft_core::{
     Channel, Controller, ControllerInput, ControllerState, Input, Learner, Learning, Levels, Parameters,
@@ -9,10 +9,10 @@ use proptest::prelude::*;
 
 use crate::rig;
 
-/// What refuses a sample.
+/// The flags of a refused sample.
 const REFUSED: u32 = status::INVALID_MEASUREMENT | status::INVALID_COMMAND;
 
-/// With any switches on a rig around the paper's, its velocity from a sensor.
+/// A rig near the paper's with random switches and a velocity sensor.
 fn parameters() -> impl Strategy<Value = Parameters<'static>> {
     let realization = prop::sample::select(vec![Realization::Digital, Realization::Analog]);
     (rig::parameters(), any::<[bool; 6]>(), realization).prop_map(
@@ -37,7 +37,7 @@ fn parameters() -> impl Strategy<Value = Parameters<'static>> {
     )
 }
 
-/// The same with any velocity estimate, protection and watch over stuck sensors.
+/// The same with any velocity estimate, protection and check for stuck sensors.
 fn guarded() -> impl Strategy<Value = Parameters<'static>> {
     // Stable at every sample rate of the strategy.
     let gains = [0.07, 10.0, 300.0];
@@ -80,7 +80,7 @@ macro_rules! tests {
                     let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
                     let most = match p.realization {
                         Realization::Digital => 10.0,
-                        // The compensation signal for a whole stroke, at once.
+                        // The largest compensation signal, for a step of the whole stroke.
                         Realization::Analog => 2.001 / 0.02 * 1.25 / (p.proportional_gain * p.valve_gain),
                     };
                     let mut last = 0.0;
@@ -184,7 +184,7 @@ fn swapping_a_configuration_changes_no_state() {
     for tick in 0..100 {
         rig::tick(&channel, &mut state, &rig::SOUND.swing(f64::from(tick) / p.sample_rate, 0.0));
     }
-    // At force zero the sensitivity plays no part: both go on alike.
+    // At zero force the sensitivity has no effect, so both continue equally.
     let (mut one, mut other) = (state, state);
     for tick in 100..200 {
         let i = rig::SOUND.swing(f64::from(tick) / p.sample_rate, 0.0);
@@ -224,7 +224,7 @@ fn a_long_soft_start_ends_on_its_sample() {
     assert_eq!(down, Some(6_000_000));
 }
 
-/// The largest change of the valve command (V) from tick to tick behind a gap of so many ticks, over that of a run without.
+/// The largest change of the valve command (V) per tick after a gap of this many ticks, less that of a run without a gap.
 fn jump_behind(gap: u32, p: &Parameters) -> f64 {
     let channel = Channel::<f64, 21>::new(p).unwrap();
     let run = |lost: core::ops::Range<u32>| {
@@ -257,7 +257,7 @@ fn jump_behind(gap: u32, p: &Parameters) -> f64 {
 
 // SR-14
 #[test]
-fn behind_lost_samples_the_valve_command_does_not_jump_further_than_the_motion() {
+fn after_lost_samples_the_valve_command_jumps_no_further_than_the_motion() {
     let gains = [0.07, 10.0, 736.0];
     let feedforward = Parameters { feedforward: true, ..rig::PARAMETERS };
     let protection = Some(ProtectionParameters::DEFAULT);
@@ -279,7 +279,7 @@ fn behind_lost_samples_the_valve_command_does_not_jump_further_than_the_motion()
 
 // SR-14
 #[test]
-fn a_next_command_that_is_lost_behind_a_gap_makes_no_jump() {
+fn a_lost_next_command_after_a_gap_makes_no_jump() {
     let p = Parameters { feedforward: true, look_ahead: true, ..rig::PARAMETERS };
     let channel = Channel::<f64, 21>::new(&p).unwrap();
     let rests =

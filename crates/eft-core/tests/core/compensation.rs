@@ -1,4 +1,4 @@
-//! One sample of the compensation: against the paper's equations, and total on every input.
+//! One sample of the compensation, compared with the paper's equations, and defined for all inputs.
 
 use eft_core::{
     Calibration, Compensation, CompensationInput, CompensationOutput, CompensationState, Mode, Parameters,
@@ -19,7 +19,7 @@ fn input<T: Real>([velocity, force, spool, further_flow]: [f64; 4]) -> Compensat
     }
 }
 
-/// Required opening by the paper's words, with a linear search and a real square root.
+/// Required opening by the paper's equations, with a linear search and the standard square root.
 fn required_opening(p: &Parameters, velocity: f64, force: f64, spool: f64) -> f64 {
     let flow = p.piston_area * velocity;
     let opening = match p.mode {
@@ -56,7 +56,7 @@ proptest! {
         let gain = 1.0 / (p.proportional_gain * p.valve_gain);
         let expected = gain * required_opening(&p, velocity, force, spool);
         prop_assert!((state.output() - expected).abs() < 1e-12 * gain, "{} {expected}", state.output());
-        // Primed without a bump: the step gives the same bits, and again.
+        // Primed without a bump: the next steps give the same bits.
         for _ in 0..3 {
             let before = state;
             let out = c.step(&mut state, &input, &calibration);

@@ -1,4 +1,4 @@
-//! The controller: Eq. (1) behind the compensation, limits, faults, lanes.
+//! The controller: Eq. (1) after the compensation, limits, faults, lanes.
 
 use eft_core::{
     Calibration, Compensation, CompensationInput, CompensationState, Controller, ControllerInput,
@@ -29,7 +29,7 @@ fn step<T: Real, const N: usize>(
     c.step(state, i, &c.nominal(), |compensation| compensation)
 }
 
-/// With any of its switches, of one realization.
+/// A controller of one realization with any of its switches.
 fn parameters(realization: Realization) -> impl Strategy<Value = Parameters<'static>> {
     let switches = any::<[bool; 4]>();
     (rig::parameters(), switches).prop_map(move |(p, [feedforward, look_ahead, supply, curve])| Parameters {
@@ -68,7 +68,7 @@ fn valve_command_is_equation_1() {
 }
 
 #[test]
-fn an_analog_force_loop_is_given_the_compensation() {
+fn an_analog_force_loop_gets_the_compensation() {
     let p = Parameters { valve_command: 0.1, valve_command_rate: 1.0, ..rig::PARAMETERS };
     let digital = Controller::<f64, 21>::new(&p).unwrap();
     let analog = Controller::<f64, 21>::new(&Parameters { realization: Realization::Analog, ..p }).unwrap();
@@ -102,7 +102,7 @@ fn together<T: Real, const L: usize>(single: &[ControllerInput<T>; L]) -> Contro
 }
 
 #[test]
-fn gaps_of_one_lane_are_none_of_the_others() {
+fn a_gap_of_one_lane_does_not_affect_the_others() {
     let rates = [4096.0, 4096.0, 8192.0, 4096.0];
     let single = rates.map(|sample_rate| {
         let p = Parameters { sample_rate, valve_command_rate: 2.0e3, ..rig::LEARNING };
@@ -111,7 +111,8 @@ fn gaps_of_one_lane_are_none_of_the_others() {
     let wide = Controller::<Lanes<f64, 4>, 21>::pack(|i| &single[i]);
     let calibrations = single.each_ref().map(Controller::nominal);
     let calibration = side_by_side(&calibrations);
-    // The last gap of the first lane ends where one of the second goes on; the fourth's are too short; in the end all.
+    // The last gap of the first lane ends during one of the second. Those of the fourth are too short. At the end all
+    // lanes have a gap.
     let lost = [[100..160, 200..300], [250..900, 0..0], [400..470, 500..590], [600..639, 0..0]];
     let (mut states, mut packed) = ([ControllerState::default(); 4], ControllerState::default());
     let mut resumed = 0;
@@ -137,7 +138,7 @@ fn gaps_of_one_lane_are_none_of_the_others() {
                 u32::from(rests && alone.status & status::INVALID_MEASUREMENT == 0 && before != states[lane]);
         }
     }
-    // Behind each gap of more than 10 ms, and nowhere else.
+    // After each gap of more than 10 ms, and at no other sample.
     assert_eq!(resumed, 2 + 1 + 1 + 4);
 }
 
@@ -225,7 +226,7 @@ macro_rules! totality {
                             lost += 1.0;
                             continue;
                         }
-                        // Behind a gap nothing goes on from before.
+                        // After a gap the old state is not used.
                         if lost > 0.01 * p.sample_rate {
                             good_only = state;
                         } else {
@@ -241,7 +242,7 @@ macro_rules! totality {
                     p in parameters(Realization::Digital), tick in rig::inputs(), amplitude in 0.1..20.0f64, rate in 0.0..1.0e3f64,
                 ) {
                     let c = controller(&Parameters { valve_command: amplitude, valve_command_rate: rate, ..p });
-                    // Long at one command, the next one is the same.
+                    // After long at one command, the next one is the same.
                     let tick = input::<$t>(&Input { next_command: tick.command, ..tick });
                     let primed = c.prime(&ControllerState::default(), &tick, &c.nominal());
                     let mut state = primed;

@@ -1,6 +1,6 @@
-//! Long tests: what is summed up in `f32` neither drifts nor grows. A day at 10 kHz has 864 million ticks, and more here;
-//! the tick is shown to forget, so that a day of swings is one swing over and over, the learner is given all 27 million
-//! windows of a day, and both together go through 100 million noisy ticks.
+//! Long tests: sums in `f32` neither drift nor grow. A day at 10 kHz has 864 million ticks. The tick forgets its past, so
+//! a day of swings is one swing many times. The learner gets all 27 million windows of a day. Both together run for 100
+//! million noisy ticks.
 
 use eft_core::{
     Channel, Input, Learner, Learning, Levels, Parameters, ProtectionParameters, Realization, VelocitySource,
@@ -13,14 +13,14 @@ use crate::rig::{self, SOUND, Valve};
 const SWING: u32 = 12_800;
 /// Sample rate (Hz).
 const RATE: f64 = 10_240.0;
-/// Everything that is learned, of a valve 6 % beyond its table.
+/// A rig with all estimates, whose valve passes 6 % more than its table.
 const RIG: Parameters<'static> = Parameters {
     sample_rate: RATE,
     realization: Realization::Analog,
     learning: Learning { curve_correction: true, ..Learning::ADAPTIVE },
     ..rig::LEARNING
 };
-/// Swings after which the curve has long been found.
+/// Number of swings after which the curve is found.
 const SETTLED: u32 = 300;
 const VALVE: Valve = Valve { flow_gain: 1.06, valve_gain: 1.03, ..SOUND };
 
@@ -29,7 +29,7 @@ fn swing() -> Vec<Input<f32>> {
 }
 
 #[test]
-fn a_tick_forgets_so_a_day_of_swings_is_one_swing() {
+fn a_tick_forgets_its_past_within_some_swings() {
     let protection = ProtectionParameters {
         force: Levels { warning: 8e4, trip: 1e5 },
         start_time: 1.0,
@@ -63,7 +63,7 @@ fn a_tick_forgets_so_a_day_of_swings_is_one_swing() {
             }
             state
         };
-        // The first swings still see the start; what has been seen before comes again for ever.
+        // The first swings still depend on the start. A state that repeats then repeats forever.
         let mut seen = vec![through()];
         let again = (0..300).find(|_| {
             let state = through();
@@ -77,16 +77,16 @@ fn a_tick_forgets_so_a_day_of_swings_is_one_swing() {
 
 #[test]
 #[ignore = "ten seconds in a release build"]
-fn a_learner_stays_where_it_is_for_a_day() {
+fn a_learner_does_not_drift_in_a_day() {
     let channel = Channel::<f32, 21>::new(&RIG).unwrap();
     let learner = Learner::<f32, 21>::new(&RIG).unwrap();
     let mut state = channel.at_rest();
-    // The second swing, whole from its first window.
+    // The second swing, which has complete windows.
     let twice = swing().into_iter().chain(swing());
     let closed = twice.filter_map(|i| rig::tick(&channel, &mut state, &i).window);
     let windows: Vec<Window<f32>> = closed.skip((SWING / channel.window_ticks()) as usize).collect();
     let day = (24.0 * 3600.0 * RATE / f64::from(channel.window_ticks())) as u32;
-    // The window's number wraps at noon.
+    // The window's number wraps in the middle of the day.
     let mut number = (day / 2).wrapping_neg();
     let mut memory = learner.at_rest();
     let mut found = *state.calibration();
@@ -106,7 +106,7 @@ fn a_learner_stays_where_it_is_for_a_day() {
 
 #[test]
 #[ignore = "ten seconds in a release build"]
-fn a_hundred_million_noisy_ticks_leave_the_estimates_where_they_are() {
+fn the_estimates_do_not_drift_in_a_hundred_million_noisy_ticks() {
     let channel = Channel::<f32, 21>::new(&RIG).unwrap();
     let learner = Learner::<f32, 21>::new(&RIG).unwrap();
     let (mut state, mut memory) = (channel.at_rest(), learner.at_rest());

@@ -1,5 +1,5 @@
-//! Every one of the 2^32 inputs of an `f32` through the flow table's inverse and the load-pressure factor: finite, in
-//! range, monotone where it must be. All of them is for release builds: `make firmware` runs it on all cores.
+//! The flow table's inverse and the load-pressure factor for all 2^32 inputs in `f32`: finite, in range, and monotone
+//! where required. The complete tests are for release builds; `make firmware` runs them on all cores.
 
 use std::ops::RangeInclusive;
 use std::thread;
@@ -13,8 +13,8 @@ fn ordered(k: u32) -> f32 {
     f32::from_bits(if k < 0x8000_0000 { !k } else { k ^ 0x8000_0000 })
 }
 
-/// Gives `check` every `stride`-th input in rising order with its result and the one before it with its own (the same at
-/// the start of a part), on all cores; NaNs come with themselves.
+/// Calls `check` on all cores for every `stride`-th input in rising order, with its result, the previous input and that
+/// one's result. At the start of a part and for NaN the previous input is the same.
 fn each<R: Copy>(stride: u32, of: impl Fn(f32) -> R + Sync, check: impl Fn((f32, R), (f32, R)) + Sync) {
     let parts = thread::available_parallelism().map_or(1, |n| n.get() as u32) * 16;
     let next = std::sync::atomic::AtomicU32::new(0);
@@ -29,7 +29,7 @@ fn each<R: Copy>(stride: u32, of: impl Fn(f32) -> R + Sync, check: impl Fn((f32,
                 let x = ordered(k as u32);
                 (x, of(x))
             };
-            // From the last input of the part before, so that no step between two parts is missed.
+            // From the last input of the previous part, so that no pair between two parts is missed.
             let mut k = edge(part).saturating_sub(u64::from(stride));
             let mut before = taken(k);
             while k < edge(part + 1) {
@@ -104,7 +104,7 @@ fn inputs_come_in_order_without_a_gap() {
             assert!(x.is_nan() || (before <= x && result.to_bits() == x.to_bits()));
         },
     );
-    // Each part begins with the end of the part before.
+    // Each part begins with the end of the previous part.
     assert!(count.into_inner() >= 1 << 20);
     assert_eq!(
         [0x007f_ffff, 0x7fff_ffff, 0x8000_0000].map(|k| ordered(k).to_bits()),

@@ -1,4 +1,4 @@
-//! The lead network against closed forms.
+//! The lead network compared with closed forms.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ fn tustin_response(gain: f64, delay: f64, alpha: f64, rate: f64, f: f64) -> (f64
     (gain * top.hypot(1.0) / bottom.hypot(1.0), top.atan() - bottom.atan())
 }
 
-/// Amplitude and phase that the network itself shows, over the last ten of many periods of `samples` each.
+/// Amplitude and phase of the network's output, over the last ten of many periods of `samples` each.
 fn measured_response(lead: &LeadNetwork<f64>, samples: usize) -> (f64, f64) {
     let mut state = LeadState::default();
     let (mut re, mut im) = (0.0, 0.0);
@@ -110,7 +110,7 @@ macro_rules! properties {
                     }
                     let nearest = gain as $t;
                     prop_assert!(output >= nearest.next_down() && output <= nearest.next_up(), "{output} {nearest}");
-                    // At rest it is exact, and at once.
+                    // At rest the output is exact from the first sample.
                     let mut rest = LeadNetwork::at_rest(input as $t);
                     prop_assert_eq!(lead.step(&mut rest, input as $t), lead.gain() * input as $t);
                     prop_assert_eq!(rest, LeadNetwork::at_rest(input as $t));

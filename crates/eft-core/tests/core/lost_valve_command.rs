@@ -6,13 +6,13 @@ use crate::rig;
 
 const BESIDE: Parameters<'static> = Parameters { realization: Realization::Analog, ..rig::LEARNING };
 
-/// A swing of a valve that passes 6 % more than its table, with a force that pumps.
+/// A swing of a valve that passes 6 % more than its table, with a varying force.
 fn swing(tick: u32, force_per_velocity: f64) -> Input<f64> {
     rig::Valve { flow_gain: 1.06, ..rig::SOUND }
         .swing(f64::from(tick) / BESIDE.sample_rate, force_per_velocity)
 }
 
-/// Every tick's output and the calibration then in use, with what `lost` makes of the valve command.
+/// Every tick's output and calibration, with the valve command changed by `lost`.
 fn run(
     learning: Learning,
     pump: f64,
@@ -52,10 +52,10 @@ fn without_estimators_it_has_no_effect() {
 }
 
 #[test]
-fn only_learning_waits_for_it() {
+fn only_learning_stops() {
     let learned = |c: &Calibration<f64>| [c.flow_gain, c.valve_gain, c.response_delay];
     let learning = Learning { guard: false, ..Learning::ADAPTIVE };
-    // A window, and the two that a calibration takes to its effect.
+    // One window, and the two until its calibration takes effect.
     let late = 3 * 16;
     for value in [f64::NAN, f64::INFINITY, 2e12] {
         // Five seconds; the valve command is lost in the third of them.
@@ -73,20 +73,20 @@ fn only_learning_waits_for_it() {
         let frozen = |(out, _): &(Output<f64>, _)| out.status & status::ADAPTATION_FROZEN != 0;
         assert!(ticks[from as usize + late..to as usize].iter().all(frozen));
         assert_eq!(flags(0, end) & (status::INVALID_MEASUREMENT | status::INVALID_COMMAND), 0);
-        // The compensation goes on as if nothing had been: what was learned hardly differs.
+        // The compensation continues, and the estimates hardly differ.
         let sound = run(learning, 0.0, end, |_, v| v);
         let most = sound.iter().fold(0.0, |most: f64, (out, _)| most.max(out.voltage.abs()));
         for ((lost, _), (sound, _)) in ticks.iter().zip(&sound) {
             assert!((lost.voltage - sound.voltage).abs() < 0.03 * most, "{} {}", lost.voltage, sound.voltage);
         }
-        // And it is believed again.
+        // Learning has resumed.
         assert_eq!(flags(to + 1024, end) & status::ADAPTATION_FROZEN, 0);
         assert!((learned(&ticks[end as usize - 1].1)[0] - 1.06).abs() < 0.01);
     }
 }
 
 #[test]
-fn a_guard_beside_estimators_goes_on_without_it() {
+fn a_guard_with_estimators_continues_without_it() {
     let lost = run(Learning::ADAPTIVE, 2e4, 12_000, |tick, v| if tick > 0 { f64::NAN } else { v });
     assert!(lost[11_999].1.level < 0.99, "{}", lost[11_999].1.level);
 }

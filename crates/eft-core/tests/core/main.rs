@@ -1,4 +1,4 @@
-//! Each block of the core against its equations, and total on every input.
+//! Each block of the core compared with its equations, and defined for all inputs.
 // A failed index or unwrap is a failed test; bits are compared on purpose.
 #![allow(clippy::indexing_slicing, clippy::unwrap_used, clippy::float_cmp)]
 

@@ -1,11 +1,11 @@
-//! The piecewise linear map and the flow table: right at the knots and between them, monotone to the last bit.
+//! The piecewise linear map and the flow table: correct at the knots and between them, monotone to the last bit.
 
 use eft_core::{ConfigError, FlowTable, PiecewiseLinear};
 use proptest::prelude::*;
 
 use crate::rig;
 
-/// Straight interpolation in f64 through the knots the map holds: another way to the same value.
+/// Linear interpolation in f64 through the map's knots, as an independent value.
 fn reference(knots: &[(f64, f64)], x: f64) -> (f64, f64) {
     let last = knots.len() - 1;
     let x = x.clamp(knots[0].0, knots[last].0);
@@ -79,7 +79,7 @@ macro_rules! properties {
                     for x in probes(&map, &parts) {
                         let (expected, slope) = reference(&knots, f64::from(x));
                         let error = (f64::from(map.eval(x)) - expected).abs();
-                        // Rounding of the value, and of the place: next to the lower end x may read as the end.
+                        // Rounding of the value and of x, which may round to the lower end.
                         let rounding = f64::from(<$t>::EPSILON) * (3.0 * size + 4.0 * slope * span);
                         prop_assert!(error <= rounding, "at {x}: {error}");
                     }
@@ -109,7 +109,7 @@ macro_rules! properties {
                         let (_, slope) = reference(&knots, within);
                         let error = (f64::from(table.opening(table.flow(x))) - within).abs();
                         let rounding = 6.0 * f64::from(<$t>::EPSILON) * (opening_size + flow_size / slope);
-                        // The flow may round into the next segment, whose slope counts then.
+                        // The flow may round into the next segment, whose slope then applies.
                         let steepest = knots.windows(2).map(|k| (k[1].1 - k[0].1) / (k[1].0 - k[0].0))
                             .fold(f64::MAX, f64::min);
                         let at_knot = 6.0 * f64::from(<$t>::EPSILON) * (opening_size + flow_size / steepest);

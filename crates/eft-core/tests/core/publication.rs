@@ -1,5 +1,5 @@
-//! When a calibration is made does not matter, only when it takes effect: the learner may run inline, or in a task that
-//! takes anywhere between nothing and a whole window.
+//! The time at which a calibration is made does not matter, only the window in which it takes effect. The learner may run
+//! inline, or in a task that takes up to a whole window.
 
 use eft_core::{
     Calibration, Channel, ChannelState, Learner, LearnerState, Learning, Output, Parameters, Realization,
@@ -10,7 +10,7 @@ use crate::rig::{self, SOUND, Valve};
 
 const TICKS: u32 = 6000;
 
-/// A tick's output, and the calibration that it was made by.
+/// A tick's output, and the calibration that it used.
 type Tick = (Output<f32>, Calibration<f32>);
 
 struct Task {
@@ -18,9 +18,9 @@ struct Task {
     state: ChannelState<f32>,
     learner: Learner<f32, 21>,
     memory: LearnerState<f32>,
-    /// Calibrations on their way, each with the ticks that it still takes.
+    /// Calibrations that are not published yet, each with its remaining ticks.
     on_the_way: Vec<(u32, Calibration<f32>)>,
-    /// The window of which it says what it said of the one before.
+    /// The window for which the learner repeats its last calibration.
     repeats: u32,
     last: Calibration<f32>,
 }
@@ -44,7 +44,7 @@ impl Task {
     fn tick(&mut self, tick: u32, delay: u32) -> Tick {
         let valve = Valve { flow_gain: 1.06, valve_gain: 1.03, delay: 6e-3 };
         let mut i = rig::single(&valve.swing(f64::from(tick) / 4096.0, 0.0));
-        // A sample is lost now and then.
+        // Some samples are lost.
         if tick % 1777 == 1776 {
             i.spool = f32::NAN;
         }
@@ -84,7 +84,7 @@ fn a_task_of_any_delay_up_to_a_window_gives_the_bits_of_inline() {
         for delay in 1..=window {
             assert!(run(realization, |_| delay) == inline, "{delay} ticks");
         }
-        // And of a task that takes now more and now less.
+        // And for a task of varying duration.
         assert!(run(realization, |tick| tick / window * 7 % (window + 1)) == inline);
     }
 }
@@ -103,7 +103,7 @@ fn a_calibration_takes_effect_with_the_window_after_the_next() {
 }
 
 #[test]
-fn a_late_one_is_flagged_takes_effect_with_the_next_window_and_changes_nothing_else() {
+fn a_late_calibration_is_flagged_and_takes_effect_with_the_next_window() {
     // One window in the middle, when the valve has long been learned.
     const LATE: u32 = 200;
     let window = Task::new().channel.window_ticks();
@@ -112,7 +112,7 @@ fn a_late_one_is_flagged_takes_effect_with_the_next_window_and_changes_nothing_e
         for tick in 0..TICKS {
             let number = tick / window;
             let (out, in_use) = late.tick(tick, if number == LATE { delay } else { 0 });
-            // The same but for the flag: a learner that says of that window what it said of the one before.
+            // Equal except for the flag: a learner that repeats its last calibration for that window.
             let (expected, repeated) = repeating.tick(tick, 0);
             let waits = number == LATE + 2;
             assert_eq!(out.status & status::CALIBRATION_LATE != 0, waits, "{delay}: tick {tick}");
@@ -124,7 +124,7 @@ fn a_late_one_is_flagged_takes_effect_with_the_next_window_and_changes_nothing_e
 }
 
 #[test]
-fn a_learner_that_has_stopped_is_flagged_for_good_and_the_last_calibration_stays() {
+fn a_stopped_learner_is_flagged_and_the_last_calibration_stays() {
     let mut task = Task::new();
     for tick in 0..4096 {
         task.tick(tick, 3);

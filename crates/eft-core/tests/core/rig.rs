@@ -36,7 +36,7 @@ pub(crate) fn tick<T: Real, const N: usize>(
     channel.step(state, input)
 }
 
-/// The name of the parameter that is refused.
+/// The name of the refused parameter.
 pub(crate) fn refused<T>(made: Result<T, ConfigError>) -> &'static str {
     match made {
         Ok(_) => "accepted",
@@ -49,22 +49,22 @@ pub(crate) fn refused<T>(made: Result<T, ConfigError>) -> &'static str {
     }
 }
 
-/// A valve as it is, over the one that its controller knows.
+/// The true valve relative to the controller's configuration.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Valve {
     /// True flow over the table's (1).
     pub(crate) flow_gain: f64,
     /// The spool's gain over the configured one (1).
     pub(crate) valve_gain: f64,
-    /// Delay of the spool behind its command (s).
+    /// Delay of the spool after its command (s).
     pub(crate) delay: f64,
 }
 
-/// As configured.
+/// The configured valve.
 pub(crate) const SOUND: Valve = Valve { flow_gain: 1.0, valve_gain: 1.0, delay: 5.0e-3 };
 
 impl Valve {
-    /// What is measured at a time (s) of a swing, of a force (N) that goes with the velocity (m/s).
+    /// The measurements at a time (s) of a swing, with a force (N) in phase with the velocity (m/s).
     pub(crate) fn swing(&self, time: f64, force_per_velocity: f64) -> Input<f64> {
         let wave = |time: f64| 0.3 * (std::f64::consts::TAU * 0.8 * time).sin();
         let spool = self.valve_gain * wave(time - self.delay);
@@ -103,7 +103,7 @@ pub(crate) fn double(i: &Input<f64>) -> Input<f64> {
     *i
 }
 
-/// What no sensor should say, and some corners of what it may.
+/// Values that no sensor should give, and limit cases of valid ones.
 pub(crate) const SPECIAL: [f64; 16] = [
     f64::NAN,
     f64::INFINITY,
@@ -137,7 +137,7 @@ pub(crate) fn tables(longest: usize) -> impl Strategy<Value = (Vec<f64>, Vec<f64
     })
 }
 
-/// Any number a sensor may send: plausible, wild, special.
+/// Any number from a sensor: plausible, far out of range, or special.
 pub(crate) fn samples(scale: f64) -> impl Strategy<Value = f64> {
     prop_oneof![
         8 => (-1.0..1.0f64).prop_map(move |x| x * scale),
@@ -152,7 +152,7 @@ pub(crate) fn ticks() -> impl Strategy<Value = [f64; 4]> {
     [samples(1.0e5), samples(2.0), samples(1.56e5), samples(1.1)]
 }
 
-/// One tick of anything.
+/// One tick with any numbers.
 pub(crate) fn inputs() -> impl Strategy<Value = Input<f64>> {
     let supply = prop_oneof![8 => 1.0e7..2.2e7f64, 1 => samples(1.9e7)];
     (ticks(), supply, [samples(0.1), samples(20.0), samples(1.0e5), samples(8.0)]).prop_map(
@@ -171,7 +171,7 @@ pub(crate) fn inputs() -> impl Strategy<Value = Input<f64>> {
     )
 }
 
-/// Parameters around the paper's.
+/// Parameters near the paper's.
 pub(crate) fn parameters() -> impl Strategy<Value = Parameters<'static>> {
     let mode = prop::sample::select(vec![Mode::Off, Mode::Linear, Mode::Nonlinear]);
     let sign = prop::sample::select(vec![SignFrom::Spool, SignFrom::Demand]);

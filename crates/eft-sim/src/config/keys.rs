@@ -190,7 +190,7 @@ pub static KEYS: &[Key] = &[
     key("sensors.supply_pressure.bias", "Pa", Float(-1e9, 1e9), float(0.0), "supply pressure: constant offset"),
     key("sensors.supply_pressure.dropout", "", Float(0.0, 1.0), float(0.0), "supply pressure: share of lost samples"),
     key("sensors.acceleration.gain", "", Float(1e-2, 1e2), float(1.0), "accelerometer: gain, reading over true value"),
-    key("sensors.acceleration.noise", "m/s²", Float(0.0, 1e6), float(0.0), "accelerometer on the piston: standard deviation of the noise per sample"),
+    key("sensors.acceleration.noise", "m/s²", Float(0.0, 1e6), float(0.0), "accelerometer on the structure: standard deviation of the noise per sample"),
     key("sensors.acceleration.bandwidth", "Hz", Float(1e-3, 1e6), Optional, "accelerometer: first-order bandwidth"),
     key("sensors.acceleration.bits", "bits", Int(1, 32), Optional, "accelerometer: resolution over the range"),
     key("sensors.acceleration.range", "m/s²", Float(1e-9, 1e6), Optional, "accelerometer: range to either side"),

@@ -10,7 +10,7 @@ fn rig(changes: &[(&str, toml::Value)]) -> RigConfig {
 }
 
 #[test]
-fn one_that_fails_loses_no_other_and_the_order_stays() {
+fn a_failing_test_does_not_affect_the_others_or_their_order() {
     let command = sine_sweep(8900.0, 0.0, 10.0, 0.5, 4096.0).unwrap();
     let (good, bad) = (RigConfig::zhao2005(), building(2, &[]));
     let (rigs, commands) = ([&good, &bad, &good], [command]);

@@ -1,4 +1,4 @@
-//! What is identified from the experiments on the virtual rig, against what it was made of.
+//! Identification from experiments on the virtual rig, compared with its true values.
 
 use std::f64::consts::TAU;
 

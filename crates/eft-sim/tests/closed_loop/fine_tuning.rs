@@ -49,7 +49,7 @@ fn the_settings_of_fig_11_lead_back_to_the_tuned_ones() {
 }
 
 #[test]
-fn one_sees_what_the_paper_says_one_sees() {
+fn wrong_settings_have_the_effects_of_the_paper() {
     let seen = |level, delay| tuned(&rig(level, delay, Realization::Analog));
     assert!(seen(0.98, 5e-3).force_ratio < 0.8 && seen(1.02, 5e-3).force_ratio > 1.3);
     let (little, much) = (seen(1.0, 3e-3), seen(1.0, 7e-3));

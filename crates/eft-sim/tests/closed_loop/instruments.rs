@@ -116,8 +116,7 @@ fn a_late_converter_gives_what_it_was_given_samples_before() {
     let late = test(&[("dac.delay", 3.into())]);
     assert_eq!(late.first_difference(&test(&[("compensation.computation_delay", 3.into())])), None);
     assert!(late.first_difference(&test(&[])).is_some());
-    // With a digital loop it delays the whole valve command, which responds to the first force before any
-    // motion.
+    // With a digital loop it delays the whole valve command, which responds to the first force before any motion.
     let digital = ("controller.realization", toml::Value::from("digital"));
     let [now, late] = [0, 3].map(|delay| test(&[digital.clone(), ("dac.delay", delay.into())]));
     let first = |run: &TestRun| run.valve_command.iter().position(|v| *v != 0.0).unwrap();

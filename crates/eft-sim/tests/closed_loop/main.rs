@@ -1,4 +1,4 @@
-//! Whole tests by the public interface, so that the closed loops are compiled once, in the library.
+//! Whole tests through the public interface, so that the closed loops are compiled once, in the library.
 #![allow(clippy::unwrap_used)]
 
 mod batch;

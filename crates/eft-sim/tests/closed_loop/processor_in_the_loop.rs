@@ -1,4 +1,4 @@
-//! A controller outside, in the place of the simulator's.
+//! An external controller in place of the simulator's.
 
 use eft_core::{Input, status};
 use eft_sim::closed_loop::{Precision, parameters};
@@ -11,7 +11,7 @@ fn digital() -> RigConfig {
     RigConfig::zhao2005().with(|rig| rig.controller.realization = Realization::Digital).unwrap()
 }
 
-/// The core outside of the simulator, as firmware runs it.
+/// The core as an external controller, as in firmware.
 fn firmware(rig: &RigConfig) -> impl FnMut([f32; 8]) -> Result<Answer> + Send + 'static {
     let parameters = parameters(rig, 4096.0).unwrap();
     let channel = <f32 as Precision>::channel(&parameters).unwrap();
@@ -49,7 +49,7 @@ fn firmware(rig: &RigConfig) -> impl FnMut([f32; 8]) -> Result<Answer> + Send + 
 }
 
 #[test]
-fn what_stands_around_the_controller_is_the_simulations_bit_for_bit() {
+fn the_loop_around_an_external_controller_has_the_simulations_bits() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/rigs/guarded.toml");
     let rig = RigConfig::from_toml(&std::fs::read_to_string(path).unwrap()).unwrap();
     let stuck = [
@@ -78,7 +78,7 @@ fn what_stands_around_the_controller_is_the_simulations_bit_for_bit() {
 }
 
 #[test]
-fn loop_closed_from_outside_is_the_simulation_bit_for_bit() {
+fn an_externally_closed_loop_has_the_simulations_bits() {
     let command = sine_sweep(8900.0, 0.0, 10.0, 2.0, 4096.0).unwrap();
     let noisy = [("sensors.force.noise", 20.0.into()), ("sensors.velocity.noise", 1.0e-3.into())];
     let wrong = [
@@ -113,7 +113,7 @@ fn a_controller_that_fails_ends_the_run() {
 }
 
 #[test]
-fn what_firmware_has_not_is_refused() {
+fn features_that_firmware_does_not_have_are_refused() {
     let command = sine_sweep(8900.0, 0.0, 10.0, 1.0, 4096.0).unwrap();
     for change in [
         ("controller.realization", "analog".into()),

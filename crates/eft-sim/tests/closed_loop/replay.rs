@@ -25,7 +25,7 @@ fn recorded(changes: &[(&str, toml::Value)]) -> (RigConfig, Vec<Input<f64>>, Vec
 }
 
 #[test]
-fn a_replayed_test_teaches_what_the_test_taught() {
+fn a_replayed_test_gives_the_estimates_of_the_test() {
     let changes = [
         ("compensation.adaptive", true.into()),
         ("compensation.feedforward", true.into()),

@@ -1,4 +1,4 @@
-//! The plant in steps against a whole test.
+//! The plant sample by sample, compared with a whole test.
 
 use eft_sim::closed_loop::{Method, PlantStepper, simulate_actuators};
 use eft_sim::excitation::{Command, sine_sweep};

@@ -1,4 +1,4 @@
-//! What a test records.
+//! The traces of a test.
 
 use eft_sim::closed_loop::{Otherwise, TRACES, Values};
 use eft_sim::excitation::sine_sweep;
@@ -11,7 +11,7 @@ fn run(changes: &[(&str, toml::Value)]) -> TestRun {
 }
 
 #[test]
-fn names_are_different_and_what_stands_in_for_a_trace_is_one() {
+fn names_are_unique_and_a_replacement_is_a_trace() {
     for (i, trace) in TRACES.iter().enumerate() {
         assert!(TRACES[..i].iter().all(|other| other.name != trace.name), "{}", trace.name);
         if let Otherwise::Same(other) = trace.otherwise {

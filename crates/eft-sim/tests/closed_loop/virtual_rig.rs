@@ -1,4 +1,4 @@
-//! The virtual rig and the controller in turn against a whole test.
+//! The virtual rig and the controller in turn, compared with a whole test.
 
 use eft_core::{Input, status};
 use eft_sim::closed_loop::{RigChannel, RigReading, VirtualRig, parameters, simulate_actuators};
@@ -48,7 +48,7 @@ fn whole_test(rig: &RigConfig, commands: &[Command]) -> Vec<TestRun> {
     simulate_actuators::<f64>(rig, commands, &SimulateOptions::default(), |_, _| true).unwrap()
 }
 
-/// What the controller gets at a sample.
+/// The controller's input at a sample.
 fn input(reading: &RigReading, command: f64, next_command: f64) -> Input<f64> {
     Input {
         command,
