@@ -1,4 +1,4 @@
-"""An accelerometer on the piston: its reading, its faults, and its traces."""
+"""An accelerometer on the structure: its reading, its faults, and its traces."""
 
 import numpy as np
 import pytest
