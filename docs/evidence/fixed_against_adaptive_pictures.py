@@ -84,11 +84,11 @@ def maps(rows: Rows, figure: Figure) -> tuple[str, str]:
     return (
         "Two maps of flow gain and response delay: the fixed scheme is coloured or black nearly everywhere, "
         "self-calibration white everywhere",
-        f"What is true of the valve, against a controller that always believes in the circle: worst force "
-        f"over command, 0.5–9.5 Hz, in the sweeps of 2.2 and 8.9 kN with noise. White is right; black: the "
-        f"specimen swings up, {100 * swung['fixed']:.0f} % of the fixed scheme's map and "
-        f"{100 * swung['adaptive']:.0f} % of the other, whose colours span {span['adaptive'][0]:.3f} to "
-        f"{span['adaptive'][1]:.3f}.",
+        f"Worst force over command, 0.5–9.5 Hz, in the sweeps of 2.2 and 8.9 kN with noise, over the true "
+        f"values of the valve. The circle is the configuration of the controller. White is 1. In the black "
+        f"region the specimen swings up: {100 * swung['fixed']:.0f} % of the fixed scheme's map, "
+        f"{100 * swung['adaptive']:.0f} % of the other one. The colours of the latter range from "
+        f"{span['adaptive'][0]:.3f} to {span['adaptive'][1]:.3f}.",
     )
 
 
@@ -184,8 +184,8 @@ def structures(rows: Rows, figure: Figure) -> tuple[str, str]:
     return (
         "From the least to the largest force over command for ten structures and three buildings: with "
         "self-calibration all within the grey band",
-        "From the least to the largest force over command, with noise; the grey band is 0.95–1.05, and a bar "
-        "that touches the edge goes on beyond.",
+        "From the least to the largest force over command, with noise. The grey band is 0.95–1.05. A bar "
+        "that touches the edge ends beyond it.",
     )
 
 
@@ -206,7 +206,7 @@ def supply(rows: Rows, figure: Figure) -> tuple[str, str]:
     pressure = rig["supply.pressure"]
     ax.plot(run.time, 100 * np.sqrt(run.supply_pressure / pressure), "k--", lw=1.5, label="true")
     ax.plot(run.time, 100 * run.flow_gain_estimate, color=BLUE, lw=2, label="found without a transducer")
-    ax.axhline(100, color=ORANGE, lw=2, label="what the fixed scheme believes")
+    ax.axhline(100, color=ORANGE, lw=2, label="fixed scheme")
     ax.set(xlabel="time, s", ylabel="flow gain, % of the table's", ylim=(85, 102), xlim=(0, run.time[-1]))
     ax.legend(frameon=False, loc="lower left")
     constant = next(row for row in rows if row["label"] == "constant" and row["seed"] == "0")
@@ -216,11 +216,11 @@ def supply(rows: Rows, figure: Figure) -> tuple[str, str]:
         if row["row"] == "faster"
     }
     return (
-        "The flow gain found over time follows the true one while the supply pressure falls by 20 %",
-        "El Centro while the supply falls by 20 % in 20 s, unmeasured and without noise: the flow gain goes "
-        f"with the root of the pressure. A faster fall is followed too late: in 10 s the force's error is "
-        f"{faster['10 s']:.1f} times that of constant supply, in 5 s {faster['5 s']:.1f} times; with a "
-        f"transducer, in 5 s, {faster['measured']:.2f} times.",
+        "The estimated flow gain follows the true one while the supply pressure falls by 20 %",
+        "El Centro while the supply falls by 20 % in 20 s, not measured and without noise. The flow gain is "
+        "proportional to the root of the pressure. The estimate lags a faster fall. With a fall in 10 s the "
+        f"force error is {faster['10 s']:.1f} times that with constant supply, in 5 s "
+        f"{faster['5 s']:.1f} times. With a transducer it is {faster['measured']:.2f} times, for 5 s.",
     )
 
 

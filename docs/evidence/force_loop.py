@@ -19,7 +19,7 @@ LOOPS = {
 OIL = RIG["actuator.compressibility"]
 PILOT = RIG["servovalve.pilot_time_constant"]
 CASES = {
-    "as believed": {},
+    "as configured": {},
     "oil 0.6 times as stiff": {"actuator.compressibility": OIL / 0.6},
     "oil 1.5 times as stiff": {"actuator.compressibility": OIL / 1.5},
     "pilot 1.5 times slower": {"servovalve.pilot_time_constant": 1.5 * PILOT},
@@ -37,7 +37,7 @@ CASES = {
 # Deviations of a real rig that its controller does not know; most of them excite the oil column with the
 # paper's gains.
 OIL_COLUMN = {
-    "as believed": {},
+    "as configured": {},
     "oil 0.7 times as stiff": {"actuator.compressibility": OIL / 0.7},
     "oil 1.3 times as stiff": {"actuator.compressibility": OIL / 1.3},
     "load cell of 300 Hz": {"sensors.force.bandwidth": 300.0},

@@ -134,7 +134,7 @@ def report(folder: Path) -> None:
         "(_generated/random_plants.png)",
         "",
         "*Each point is a self-calibrating rig: with the paper's gains in an analog and in a digital loop, "
-        "and with the designed loop. Ratios are true values over believed ones.*",
+        "and with the designed loop. Ratios are true values over configured ones.*",
         "",
         groups(data),
         "",

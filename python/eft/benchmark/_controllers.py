@@ -1,4 +1,4 @@
-"""Who competes: settings of the rig's own controller, classes of others, and where a name leads."""
+"""The controllers of the benchmark: settings of the rig's own, external classes, and their names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eft._simulate import StepController
 from eft.benchmark import _peers
 
 GROUP = "eft.controllers"
-"""Entry points of other packages: a name, and the class."""
+"""Group of the entry points by which other packages register a class under a name."""
 
 Maker = Callable[..., StepController]
 
@@ -22,17 +22,17 @@ class Competitor:
     """A controller of the benchmark."""
 
     name: str
-    """By which it is asked for."""
+    """Its name in arguments."""
     title: str
-    """What it is, in words."""
+    """Its description."""
     settings: Mapping[str, object] = field(default_factory=dict)
-    """Keys of the rig's own controller; of a controller from outside, of what it is told."""
+    """Changed keys of the rig's own controller, or of the rig that an external controller gets."""
     make: Maker | None = None
-    """Makes a controller from outside as ``make(rig, sample_rate=...)``; None for the rig's own."""
+    """Makes an external controller as ``make(rig, sample_rate=...)``; None for the rig's own."""
     repeats: int = 0
-    """Repeats of `eft.iterate` on the same rig before the test that is judged."""
+    """Repeats of `eft.iterate` on the same rig before the judged test."""
     instructions: int | None = None
-    """Budget of its tick on a Cortex-M4F, without velocity estimate and protection; None where unknown."""
+    """Budget of its tick on a Cortex-M4F, without velocity estimate and protection; None if unknown."""
 
 
 _DIGITAL: dict[str, object] = {"controller.realization": "digital"}
@@ -45,7 +45,7 @@ _COMPLIANCE: dict[str, object] = {"actuator.attachment_stiffness": 1.4e6, "senso
 
 
 _INSTRUCTIONS = {"nonlinear": 170, "analog": 170, "adaptive": 216, "curve": 230, "robust-adaptive": 236}
-"""Of the controllers whose tick is measured, those of firmware/budgets.toml."""
+"""Budgets of the controllers whose tick is measured, from firmware/budgets.toml."""
 
 
 def _table() -> dict[str, Competitor]:
@@ -91,7 +91,7 @@ COMPETITORS = _table()
 
 
 def find(asked: str | Competitor | Maker) -> Competitor:
-    """Find a competitor: by name, by entry point, as ``package:Class``, or made of a class."""
+    """Find a competitor by name, by entry point, as ``package:Class``, or from a class."""
     if isinstance(asked, Competitor):
         return asked
     if not isinstance(asked, str):
@@ -121,7 +121,7 @@ def _loaded(asked: str, load: Callable[[], object]) -> object:
     try:
         return load()
     except Exception as error:
-        # Whatever a module of somebody else raises while it is imported.
+        # The import of an external module may raise any exception.
         raise ValueError(f"controller = {asked!r}: cannot be imported: {told(error)}") from None
 
 
@@ -135,13 +135,13 @@ def _outside(name: str, make: object) -> Competitor:
 
 
 def field_of(competitors: Iterable[str | Competitor | Maker] | None) -> tuple[Competitor, ...]:
-    """Return the competitors that were asked for, each once; all that ship where none was."""
+    """Return the requested competitors, each once; without a request all that ship."""
     asked = COMPETITORS.values() if competitors is None else [find(one) for one in competitors]
     return tuple({one.name: one for one in asked}.values())
 
 
 def made(competitor: Competitor, rig: Rig, sample_rate: float) -> StepController:
-    """Make a controller of what it may know: the rig without its truth."""
+    """Make a controller from the rig without its truth."""
     assert competitor.make is not None
     controller = competitor.make(rig.replace({"truth": None}), sample_rate=sample_rate)
     if not callable(getattr(controller, "step", None)):

@@ -26,7 +26,7 @@ class Summary:
     """A controller over all its tests. A lost test counts as an infinite error, and is within no bound."""
 
     controller: str
-    """Its name."""
+    """Name of the controller."""
     tests: int
     """Number of tests."""
     lost: int
@@ -34,7 +34,7 @@ class Summary:
     nrmse: float
     """Median of the force error, rms over rms."""
     nrmse_90: float
-    """What 90 % of the tests stay below; infinite where more than 10 % are lost."""
+    """The error that 90 % of the tests stay below; infinite if more than 10 % are lost."""
     slow_error: float
     """Median of the error below 20 Hz."""
     delay: float
@@ -48,14 +48,14 @@ class Summary:
     max_spool: float
     """Largest spool opening of the tests that were not lost."""
     energy: float
-    """Median of the energy taken from the supply, J; lost tests left out."""
+    """Median of the energy taken from the supply, J, without lost tests."""
     instructions: int | None
-    """Budget of a tick on a Cortex-M4F; None where none was measured."""
+    """Budget of a tick on a Cortex-M4F; None if it was not measured."""
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """What `run` found: a row for each controller, rig and command."""
+    """The result of `run`: a row for each controller, rig and command."""
 
     rows: tuple[Row, ...]
     """In the order in which they were run."""
@@ -77,7 +77,7 @@ class Benchmark:
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Benchmark:
-        """Read rows that `save` wrote; ValueError where the file is something else."""
+        """Read rows that `save` wrote; ValueError for any other file."""
         source = Path(path)
         lines = csv.DictReader(read_text(source, _LARGEST, "file of a benchmark").splitlines())
         names = [field.name for field in fields(Row)]
@@ -124,6 +124,6 @@ def _summary(name: str, rows: list[Row]) -> Summary:
 
 
 def _share(rows: Iterable[Row], name: str, share: float) -> float:
-    """The value that a share of the tests stay at or below, lost ones being infinite."""
+    """The value that a share of the tests do not exceed; a lost test counts as infinite."""
     values = [math.inf if row.lost else abs(getattr(row, name)) for row in rows]
     return float(np.quantile(np.where(np.isnan(values), math.inf, values), share, method="inverted_cdf"))

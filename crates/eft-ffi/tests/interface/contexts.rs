@@ -250,7 +250,7 @@ fn a_requested_trip_is_never_lost_while_steps_run() {
             };
             // Safety: the same.
             assert_eq!(unsafe { eft_reset_f32(&*channel, shared.get()) }, EFT_OK);
-            assert!(!step(), "nobody has asked");
+            assert!(!step(), "no trip was requested");
             round.store(n, Ordering::Release);
             while asked.load(Ordering::Acquire) != n {
                 step();

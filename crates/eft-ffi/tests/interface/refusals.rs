@@ -196,7 +196,7 @@ fn parameters_are_refused_by_name_in_either_precision() {
             let said = why.parameter.map(|c| c as u8);
             assert_eq!(said.split(|c| *c == 0).next().unwrap(), name.as_bytes());
         }
-        // Safety: every pointer is valid; nobody asks for the reason.
+        // Safety: every pointer is valid or null.
         unsafe {
             assert_eq!(eft_configure_f32(&p, &mut *single, null_mut()), expected);
             // What was refused is not there, where a configuration was before neither.

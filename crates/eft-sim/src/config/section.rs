@@ -1,14 +1,14 @@
-//! Sections and their values as parts of a tree. Plain code reads them, since a generic deserializer is compiled anew for
-//! each of thirty sections.
+//! Sections and their values as parts of a tree. Plain code reads them, because a generic deserializer would be compiled
+//! again for each of thirty sections.
 
 use eft_core::{Deviations, SavedCalibration, SavedCurve};
 use toml::{Table, Value};
 
 /// A value or section that has a place in a tree.
 pub(super) trait Entry: Sized {
-    /// What stands at the place; `None` if that is no value of this type.
+    /// Reads the value at a place; `None` if it is not a value of this type.
     fn read(place: Option<&Value>) -> Option<Self>;
-    /// What is to stand at the place; `None` for an absent option.
+    /// The value for the place; `None` for an absent option.
     fn write(&self) -> Option<Value>;
 
     /// The dotted keys of this type at a place.
@@ -141,7 +141,7 @@ macro_rules! entry {
     };
 }
 
-/// A struct whose fields are keys of a section. The compiler sees it as it is written.
+/// A struct whose fields are keys of a section.
 macro_rules! section {
     ($(#[$about:meta])* pub struct $name:ident { $($(#[$doc:meta])* pub $field:ident: $kind:ty,)* }) => {
         $(#[$about])*
