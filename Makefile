@@ -1,5 +1,5 @@
-# One command for each job; `make help` lists them. Everything Python lives in
-# .venv, and a stamp file there keeps it from being built again for nothing.
+# One command for each job; `make help` lists them. All Python packages are in
+# .venv. Stamp files there avoid unnecessary builds.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -16,12 +16,12 @@ PYTEST_ARGS ?= --numprocesses auto --dist worksteal
 VENV := .venv
 BIN := $(VENV)/bin
 PY := $(BIN)/python
-# An outer virtual environment must not catch what is meant for ours.
+# An active virtual environment must not receive our packages.
 export VIRTUAL_ENV := $(abspath $(VENV))
 unexport PYTHONPATH PYTHONHOME
 # Set in many containers. Without compiled files every process of the tests compiles the packages that it imports.
 unexport PYTHONDONTWRITEBYTECODE
-# Without it clippy and the bindings could see two interpreters and build twice.
+# Without it clippy and the bindings could find different interpreters and build twice.
 export PYO3_PYTHON := $(abspath $(PY))
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export MPLBACKEND := Agg
@@ -46,13 +46,13 @@ demo: $(VENV)/.built ## Run the paper's tests: a table, figures and a report (DE
 build: $(VENV)/.built ## Build the package into .venv, optimized
 
 test: $(VENV)/.made ## Build and run every host test
-	# The packages that Python's tests need are fetched while Rust compiles.
+	# The packages for the Python tests are downloaded while Rust compiles.
 	$(MAKE) --no-print-directory $(VENV)/.packages & packages=$$!; \
 	  $(MAKE) --no-print-directory test-rust && wait $$packages
 	$(MAKE) --no-print-directory test-python
 
 test-rust:
-	# With eft-py, which has no tests of its own here: crates get the features of the extension, and are built once.
+	# With eft-py, which has no Rust tests, so that the crates have the features of the extension and are built once.
 	$(CARGO) test --locked --workspace --exclude eft-benches
 
 test-python: $(VENV)/.importable $(VENV)/.extra-test
@@ -79,7 +79,7 @@ msrv: ## Check eft-core alone with the oldest Rust that its manifest promises, a
 	rustup run "$(MSRV)" cargo test --locked --package eft-core --features defmt,serde --test wire --target-dir target/msrv
 
 firmware: $(VENV)/.importable $(VENV)/.extra-test ## Build the Cortex-M images, run them under QEMU, budgets against measurements
-	# For OpenSees, rig and processor in one loop; where it cannot be installed, the next line says what is skipped.
+	# For the loop of OpenSees, rig and processor. If it cannot be installed, the next line names the skipped tests.
 	-$(BIN)/pip install --quiet --no-compile 'effective-force-testing[opensees]'
 	firmware/run
 
@@ -117,7 +117,7 @@ dist: $(VENV)/.made $(PAGE) ## Build the wheel and the source distribution
 	$(BIN)/maturin build --release --locked --out dist
 	$(BIN)/maturin sdist --out dist
 
-dist-check: dist ## Install both as a stranger would, the wheel without Rust, and run a test; build the packaged crates
+dist-check: dist ## Install both like a user, the wheel without Rust, and run a test; build the packaged crates
 	.ci/dist-check
 
 release-check: $(VENV)/.built ## Build and try the files of a release: wheels for other systems, archives of the C library
@@ -140,7 +140,7 @@ $(VENV)/.built: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
 	$(BIN)/maturin develop --release --locked
 	@touch $@ $(VENV)/.importable
 
-# Enough to import: in the profile of the Rust tests, whose libraries it shares, unless an optimized one is there.
+# For imports only: in the profile of the Rust tests, whose libraries it shares, unless an optimized one exists.
 $(VENV)/.importable: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
 	$(BIN)/maturin develop --locked
 	@rm -f $(VENV)/.built

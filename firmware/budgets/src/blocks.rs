@@ -32,7 +32,7 @@ impl Answer {
     }
 }
 
-/// One tick of a channel of which the compiler knows nothing: the cost of a C interface without its own checks.
+/// One tick of a channel by reference: the cost of a C interface without its own checks.
 #[unsafe(no_mangle)]
 pub extern "C" fn channel_step(
     channel: &Channel<f32, N>,
@@ -43,7 +43,7 @@ pub extern "C" fn channel_step(
     answer.take(&channel.step(state, input));
 }
 
-/// One tick of a rig that stands in a `static`, as `eft export` writes it.
+/// One tick of a rig in a `static`, as `eft export` writes it.
 macro_rules! tick {
     ($name:ident, $parameters:expr) => {
         #[unsafe(no_mangle)]
