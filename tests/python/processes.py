@@ -7,8 +7,13 @@ from pathlib import Path
 
 def wait_until_busy(process, seconds):
     """Wait until a process has used this processor time, because a busy machine delays it."""
+    wait_for(lambda: _worked(process) >= seconds)
+
+
+def wait_for(condition):
+    """Wait until a condition holds, 100 s at the most."""
     deadline = time.monotonic() + 100
-    while _worked(process) < seconds and time.monotonic() < deadline:
+    while not condition() and time.monotonic() < deadline:
         time.sleep(0.02)
 
 

@@ -9,7 +9,7 @@ import time
 import pytest
 
 import eft
-from processes import wait_until_busy
+from processes import wait_for, wait_until_busy
 
 SCRIPT = "import sys, _eft_script; sys.exit(_eft_script.main())"
 
@@ -35,29 +35,48 @@ def test_an_interrupt_while_the_package_loads_is_one_line(tmp_path):
 
 # Friction needs very short steps, so only few samples are simulated and written.
 SLOW = ["--set", "actuator.friction=2000", "--set", "actuator.friction_velocity=1e-5"]
-LONG = ["--sweep", "8900", "0.5", "10", "1000", *SLOW]
-STUDY = "[command]\nkind='sweep'\namplitude=1.0\nf_start=0.5\nf_end=9.0\nduration=60.0\n" + (
+SWEEP = ["--sweep", "8900", "0.5", "10"]
+LONG = [*SWEEP, "1000", *SLOW]
+STUDY = "[command]\nkind='sweep'\namplitude=1.0\nf_start=0.5\nf_end=9.0\nduration=0.5\n" + (
     "[study.grid]\n'compensation.level' = { low = 0.5, high = 1.0, count = 5000 }\n"
 )
+INTERRUPTED = [
+    (command, gap) for command in (["run", *LONG], ["study", "a.toml"]) for gap in (0.0, 0.003, 0.05)
+]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="interrupts are sent as signals")
-@pytest.mark.parametrize("gap", [0.0, 0.003, 0.05])
-@pytest.mark.parametrize("command", [["run", *LONG], ["study", "a.toml"]], ids=["run", "study"])
-def test_five_interrupts_in_a_row_leave_no_traceback(command, gap, tmp_path):
+@pytest.mark.parametrize(
+    ("command", "gap"),
+    [*INTERRUPTED, (["check", *SWEEP, "60", *SLOW], 0.003)],
+    ids=lambda it: it[0] if isinstance(it, list) else it,
+)
+def test_five_interrupts_in_a_row_leave_whole_files_and_no_traceback(command, gap, tmp_path):
     (tmp_path / "a.toml").write_text(eft.Rig.zhao2005().to_toml() + STUDY)
+    study = tmp_path / "a.study"
     process = subprocess.Popen(
         [sys.executable, "-c", SCRIPT, *command], stderr=subprocess.PIPE, text=True, cwd=tmp_path
     )
     with process:
-        # Loading takes a third of it.
-        wait_until_busy(process, 1.0)
+        if command[0] == "study":
+            wait_for(lambda: list(study.glob("part-*")))
+        else:
+            # Loading takes a third of it.
+            wait_until_busy(process, 1.0)
         for _ in range(5):
             process.send_signal(signal.SIGINT)
             time.sleep(gap)
         said = process.communicate(timeout=30)[1]
     assert process.returncode == 130, said
     assert "interrupted" in said and "Traceback" not in said and "panicked" not in said, said
+    # What was finished is kept and whole; of the rest there is nothing, and no temporary file.
+    left = {path.name for path in tmp_path.iterdir()} - {"a.toml"}
+    if command[0] == "study":
+        assert left == {"a.study"} and not list(study.glob(".*"))
+        assert 0 < len(eft.Study.load(study)) < 5000
+    else:
+        assert left <= ({"run.eft"} if command[0] == "run" else set())
+        assert not left or len(eft.TestRun.load(tmp_path / "run.eft")) > 1
 
 
 def test_help_loads_neither_plots_nor_tables_nor_files_of_others():
