@@ -145,12 +145,12 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_CAUSE_VELOCITY_IMPLAUSIBLE 16 // The velocity contradicts displacement and flow, jumped, or is stuck.
 #define EFT_CAUSE_SPOOL_IMPLAUSIBLE 17 // The spool opening contradicts command and flow, or jumped.
 #define EFT_CAUSE_FLOW_IMPLAUSIBLE 18 // The valve's flow is not the piston's: check supply, valve and flow curve.
-#define EFT_CAUSE_VALVE_IMPLAUSIBLE 19 // The spool does not follow its command, though the flow follows the spool.
+#define EFT_CAUSE_VALVE_IMPLAUSIBLE 19 // The spool does not follow its command, but the flow follows the spool.
 #define EFT_CAUSE_STATE_CORRUPT 20 // A latch in memory was changed from outside.
 #define EFT_CAUSE_SAMPLES_OLD 21   // The alive counter stood still or skipped.
 #define EFT_CAUSE_SAMPLE_PERIOD 22 // The measured sample period was off.
 #define EFT_CAUSE_CALIBRATION_EXPIRED 23 // The learner published nothing for longer than its age limit.
-#define EFT_CAUSE_FORCE_OSCILLATION 24 // The force loop shook the oil column, from about 30 to 150 Hz.
+#define EFT_CAUSE_FORCE_OSCILLATION 24 // The force error from about 30 to 150 Hz persisted or grew.
 
 /* ---------- Parameters ---------- */
 
@@ -322,7 +322,7 @@ EFT_NODISCARD uint8_t eft_integrity_f32(const eft_channel_f32 *channel, uint32_t
 // Sets *word to a checksum of a state. Compare the checksum after a tick with that before the next tick.
 EFT_NODISCARD uint8_t eft_state_integrity_f32(const eft_state_f32 *state, uint32_t *word);
 
-// Makes the state of a rig at rest, with no calibration, trip or request.
+// Makes the state of a rig at rest, with the nominal calibration and without trip or request.
 EFT_NODISCARD uint8_t eft_reset_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
 // Sets every field to NaN.
