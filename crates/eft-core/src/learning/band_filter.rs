@@ -1,5 +1,4 @@
-//! The band in which the estimators look at their signals: one filter for all of them, so that what it does to one it
-//! does to the others, and no estimate depends on it.
+//! The common band filter of the estimators' signals. All signals have the same filter, so it does not bias an estimate.
 
 use crate::integrity::integrity;
 use crate::number::Real;
@@ -7,14 +6,14 @@ use crate::number::Real;
 /// Two equal first-order low-passes, then a first-order high-pass against offsets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BandFilter<T> {
-    /// Share of the way that a low-pass goes to its input in a step.
+    /// Share of the difference to its input by which a low-pass changes in a step.
     pub(crate) low_pass: T,
-    /// Share of the way that the mean goes to its input in a step, long after the start.
+    /// The same of the mean, long after the start.
     pub(crate) high_pass: T,
 }
 integrity!(BandFilter<T>: low_pass, high_pass);
 
-/// What one signal's filter remembers.
+/// The state of one signal's filter.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -26,9 +25,9 @@ pub(crate) struct BandState<T> {
 integrity!(BandState<T>: first, second, mean);
 
 impl<T: Real> BandFilter<T> {
-    /// The filtered signal in the middle between the last step and this one, and its change between them: both
-    /// belong to one instant, so that value and rate of a sine stand in quadrature exactly. `high_pass` is the share
-    /// of the way that the mean goes in this step. After a `restart` the low-passes have long been at this input.
+    /// The filtered signal midway between the last step and this one, and its change between them. Both belong to one
+    /// instant, so value and rate of a sine are exactly in quadrature. `high_pass` is the mean's share in this step. A
+    /// `restart` sets the low-passes to their steady state at this input.
     pub(crate) fn step(&self, state: &mut BandState<T>, input: T, high_pass: T, restart: bool) -> (T, T) {
         if restart {
             let mean = state.mean + high_pass * (input - state.mean);
@@ -44,8 +43,8 @@ impl<T: Real> BandFilter<T> {
         (value, change)
     }
 
-    /// The mean's share in the next step: 1, 1/2, 1/3, … so that the first mean is that of many steps and not one
-    /// step's noise. In a `restart` it stays, since a few steps do not make another mean.
+    /// The mean's share in the next step: 1, 1/2, 1/3, … The first means are thus those of all steps so far. In a
+    /// `restart` the mean is kept, because a few lost steps do not change it.
     pub(crate) fn next_share(&self, share: T, restart: bool) -> T {
         let next = share / (T::splat(1.0) + share);
         if restart {
@@ -64,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn value_and_change_of_a_sine_stand_in_quadrature() {
+    fn value_and_change_of_a_sine_are_in_quadrature() {
         let filter = BandFilter { low_pass: 0.25, high_pass: 0.002 };
         let mut state = BandState::default();
         let (mut crossed, mut squares) = (0.0, 0.0);
@@ -76,7 +75,7 @@ mod tests {
                 squares += value * value;
             }
         }
-        // And the offset is gone.
+        // The offset is removed.
         assert!((crossed / squares).abs() < 1e-6, "{crossed} {squares}");
         assert!((squares / 6000.0 - 1.0).abs() < 0.2, "{squares}");
     }

@@ -1,16 +1,16 @@
-//! Flow estimator: the flow that the actuator shows against the flow that the table predicts, its gain and its delay.
+//! Flow estimator: gain and delay of the actuator's measured flow relative to the flow that the table predicts.
 //!
-//! The delay `δ` is that of the velocity behind the spool, each as it is measured: `q(t) = θ·p(t − δ)`. Both signals
-//! are moved by half of it, `q + ½δ·q̇ = θ·(p − ½δ·ṗ)`: the amplitude is then exact and the phase right to the third order.
+//! The delay `δ` is that of the measured velocity after the measured spool: `q(t) = θ·p(t − δ)`. Both signals are shifted
+//! by half of it, `q + ½δ·q̇ = θ·(p − ½δ·ṗ)`. The amplitude is then exact, and the phase error is of third order.
 //!
-//! The model's own spool and its rate are the instruments. They follow the valve command, so the noise of spool and
-//! velocity sensors is not in them, and does not pull the estimates down as it would in plain least squares.
+//! The instruments are the spool of a valve model and its rate. They follow the valve command and contain no noise of the
+//! spool and velocity sensors. The noise therefore does not bias the estimates, as it would in ordinary least squares.
 
 use crate::integrity::integrity;
 use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors};
 use crate::number::Real;
 
-/// The estimator, whose `θ` is the gain, and whose delay is the velocity's behind the spool.
+/// The estimator of the gain `θ` and the velocity's delay after the spool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowEstimator<T> {
     pub(crate) priors: Priors<T>,
@@ -20,18 +20,18 @@ integrity!(FlowEstimator<T>: priors);
 /// A window's flows (m³/s) in the estimators' band.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct FlowSample<T> {
-    /// That the actuator took, by its sensors.
+    /// The actuator's measured flow.
     pub(crate) taken: T,
-    /// That the table predicts.
+    /// The flow that the table predicts.
     pub(crate) predicted: T,
-    /// What a delay by one window adds.
+    /// The change by a delay of one window.
     pub(crate) late: T,
-    /// What the estimates leave unexplained.
+    /// The part that the estimates leave unexplained.
     pub(crate) missed: T,
 }
 
 impl<T: Real> FlowEstimator<T> {
-    /// A window's flow that was taken and that is predicted (m³/s), each with its change over a window.
+    /// From a window's measured and predicted flow (m³/s), each with its change over a window.
     pub(crate) fn sample(
         &self,
         state: &GainAndDelay<T>,
@@ -44,9 +44,9 @@ impl<T: Real> FlowEstimator<T> {
         FlowSample { taken, predicted, late, missed }
     }
 
-    /// Brings a window's mean flow that was taken, and another one, to one instant: the earlier one through a lag. A lag
-    /// never overshoots, as an extrapolation over more than a window would. What it takes from the amplitude at the motion's
-    /// mean-square frequency (1/s²) is given back.
+    /// Shifts a window's measured mean flow and another one to one instant, by a lag on the earlier one. A lag does not
+    /// overshoot, unlike an extrapolation over more than a window. The lag's loss of amplitude at the motion's mean-square
+    /// frequency (1/s²) is compensated.
     pub(crate) fn together(
         &self,
         state: &GainAndDelay<T>,
@@ -68,8 +68,8 @@ impl<T: Real> FlowEstimator<T> {
         ([taken, flow], [taken_gain * taken, flow_gain * flow])
     }
 
-    /// Takes in a window, with its instruments: an opening (1) and its decrease over a window. `weight` is the window's time
-    /// (s), the older ones are kept by the share `keep`.
+    /// Adds a window with its instruments: an opening (1) and its decrease over a window. `weight` is the window's time
+    /// (s), and `keep` the share of the older sums that remains.
     pub(crate) fn take(
         &self,
         sums: &mut LeastSquares<T>,
@@ -97,14 +97,14 @@ mod tests {
     };
     const ESTIMATOR: FlowEstimator<f64> = FlowEstimator { priors: PRIORS };
 
-    /// What is found of a flow at a time (s), the instrument a sine of 2 Hz and the prediction 1e-3 of it with noise.
+    /// The estimate from a flow over time (s). The instrument is a sine of 2 Hz, the prediction 1e-3 of it with noise.
     fn after(windows: u32, noise: f64, flow: impl Fn(f64) -> f64) -> GainAndDelay<f64> {
         let (mut state, mut sums) = (PRIORS.at_rest(), LeastSquares::default());
         let (mut taken, mut predicted) = ([0.0; 2], [0.0; 2]);
         for n in 0..windows {
             let time = f64::from(n) * PRIORS.period;
             let now = [flow(time), wave(time) + noise * (f64::from(n) * 12.9898).sin()];
-            // Value between two samples, and change between them.
+            // Value midway between two samples, and their difference.
             let between = |last: f64, now: f64| [0.5 * (last + now), now - last];
             let sample = ESTIMATOR.sample(&state, between(taken[0], now[0]), between(predicted[0], now[1]));
             let [opening, change] = between(wave(time - PRIORS.period), wave(time));
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beyond_the_bounds_counts_as_the_bound_and_is_told() {
+    fn results_beyond_the_bounds_are_bounded_and_reported() {
         for (wrong, bound) in [(0.0, 0.7), (0.5, 0.7), (2.0, 1.35)] {
             let state = after(2000, 0.0, |t| wrong * wave(t));
             assert!(
@@ -146,8 +146,8 @@ mod tests {
     }
 
     #[test]
-    fn noise_of_the_prediction_does_not_pull_it_down() {
-        // As large as the signal, but not in the instrument.
+    fn noise_of_the_prediction_causes_no_bias() {
+        // Noise as large as the signal, but not in the instrument.
         let state = after(20_000, 1e-3, |t| 1.1 * wave(t - 2e-3));
         assert!((state.gain.value - 1.1).abs() < 1e-2, "{state:?}");
         assert!((state.delay.value - 2e-3).abs() < 2e-4, "{state:?}");

@@ -1,4 +1,4 @@
-//! The flow that the configured valve would pass: the inverse flow's own model, forwards.
+//! The flow of the configured valve: the model of the inverse flow, in the forward direction.
 
 use crate::compensation::{LoadPressure, Mode};
 use crate::error::{ConfigError, check};
@@ -22,7 +22,7 @@ pub(crate) struct ModelFlow<T> {
     pub(crate) at_no_load: T,
     /// Its slope (m³/s per unit opening).
     pub(crate) slope: T,
-    /// What the load pressure multiplies it by (1).
+    /// The factor of the load pressure (1).
     pub(crate) root: T,
 }
 
@@ -44,7 +44,7 @@ impl<T: Real, const N: usize> FlowModel<T, N> {
 macro_rules! constructor {
     ($t:ty) => {
         impl<const N: usize> FlowModel<$t, N> {
-            /// Of the rig's parameters, in place.
+            /// From the rig's parameters, in place.
             pub(crate) const fn fill(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 if !matches!(p.mode, Mode::Linear) {
                     return self.fill_table(p);
@@ -53,7 +53,7 @@ macro_rules! constructor {
                 self.curve.fill("flow_gain", &openings, "flow_gain", &flows)
             }
 
-            /// By the flow table, whatever the scheme.
+            /// With the flow table, for any scheme.
             pub(crate) const fn fill_table(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 self.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
                 self.curve.fill("openings", p.openings, "flows", p.flows)

@@ -1,7 +1,7 @@
-//! The gate: whether a window's evidence counts, and for how long.
+//! The gate: whether and how long a window's evidence counts.
 //!
-//! The test ratio is what the models leave unexplained over what is allowed, both averaged. Above 1 nothing is learned;
-//! where the signal is large enough to judge by, a hold-off follows.
+//! The test ratio is the models' unexplained part over the allowed part, both averaged. Above 1 nothing is learned. If the
+//! signal is large enough for a judgement, a hold-off follows.
 
 use crate::integrity::integrity;
 use crate::learning::flow::FlowSample;
@@ -10,7 +10,7 @@ use crate::number::Real;
 /// Constants of the gate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Gate<T> {
-    /// Opening (1) beyond which the valve is taken to be saturated.
+    /// Opening (1) beyond which the valve counts as saturated.
     pub(crate) linear_range: T,
     /// Square of the opening (1) below which nothing is learned.
     pub(crate) excitation: T,
@@ -18,9 +18,9 @@ pub(crate) struct Gate<T> {
     pub(crate) change_weight: T,
     /// Square of the opening (1) per square of a flow (m³/s), for comparing the two models' errors.
     pub(crate) per_square_flow: T,
-    /// Share of the way the averages go in a step.
+    /// Share of the difference to its input by which an average changes in a step.
     pub(crate) average: T,
-    /// Share of the signals' squares that the models' errors may have (1).
+    /// Allowed squared error of the models over the signals' squares (1).
     pub(crate) threshold: T,
     /// Period of the learner (s).
     pub(crate) period: T,
@@ -28,7 +28,7 @@ pub(crate) struct Gate<T> {
     pub(crate) kept: T,
     /// Evidence (s) at which half of the shortest memory is reached.
     pub(crate) half: T,
-    /// Share forgotten in a step at the most.
+    /// Largest share that is forgotten in a step.
     pub(crate) forgotten: T,
     /// Windows without learning after a rejection.
     pub(crate) hold_off: u32,
@@ -37,18 +37,18 @@ pub(crate) struct Gate<T> {
 }
 integrity!(Gate<T>: linear_range, excitation, change_weight, per_square_flow, average, threshold, period, kept, half, forgotten, hold_off, settling);
 
-/// What the gate remembers.
+/// The state of the gate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct GateState<T> {
     signal: T,
     error: T,
-    /// Windows left without learning.
+    /// Remaining windows without learning.
     hold_off: u32,
     /// Whether something was learned since the last rejection.
     learned: bool,
-    /// Whether nothing was learned since a rejection: what is half explained then would be rejected again.
+    /// Whether nothing was learned since a rejection. A test ratio above one half is then rejected again.
     cautious: bool,
 }
 integrity!(GateState<T>: signal, error, hold_off, learned, cautious);
@@ -59,33 +59,33 @@ pub(crate) struct Signals<T> {
     pub(crate) flow: FlowSample<T>,
     /// Measured spool opening (1).
     pub(crate) spool: T,
-    /// Opening (1) that was asked for.
+    /// Demanded opening (1).
     pub(crate) asked: T,
     /// Its change over the window (1).
     pub(crate) asked_change: T,
 }
 
-/// What the gate says of a window.
+/// The gate's decision on a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Verdict {
     /// The models explain it.
     Accepted,
-    /// Nothing can be learned of it.
+    /// Nothing can be learned from it.
     Passed,
-    /// The models have ceased to explain what is measured. `learned` is whether something was learned since the last
-    /// time.
+    /// The models no longer explain the measurements. `learned` says whether anything was learned since the last
+    /// rejection.
     Rejected { learned: bool },
 }
 
 impl<T: Real> Gate<T> {
-    /// One window less to wait, `least` at the least.
+    /// Waits for one window less, but at least for `least` ones.
     pub(crate) fn wait(&self, state: &mut GateState<T>, least: u32) {
         let left = state.hold_off.saturating_sub(1);
         state.hold_off = if left > least { left } else { least };
     }
 
-    /// Takes in what both models leave unexplained, and judges. `usable` is where the window is
-    /// whole and the learner adapts.
+    /// Adds the unexplained parts of both models and decides. `usable` means that the window is complete and that the
+    /// learner adapts.
     pub(crate) fn judge(&self, state: &mut GateState<T>, s: &Signals<T>, usable: bool) -> Verdict {
         let FlowSample { taken, predicted, missed, .. } = s.flow;
         let spool_error = s.spool - s.asked;
@@ -102,7 +102,7 @@ impl<T: Real> Gate<T> {
         if state.error <= allowed * state.signal {
             return Verdict::Accepted;
         }
-        // Of a smaller signal what the models leave unexplained may be noise.
+        // For a smaller signal the unexplained part may be noise.
         if !(state.signal > T::splat(9.0) * self.excitation) {
             return Verdict::Passed;
         }
@@ -111,8 +111,8 @@ impl<T: Real> Gate<T> {
         Verdict::Rejected { learned }
     }
 
-    /// Time (s) that an accepted window's evidence counts for, and the share of the older evidence that stays.
-    /// The demand must be large enough, and both openings (1, measured and demanded, before the filters) clear of the stops.
+    /// Time (s) that an accepted window's evidence counts for, and the share of the older evidence that remains. The demand
+    /// must be large enough, and the measured and the demanded opening (1, before the filters) must be away from the stops.
     pub(crate) fn weigh(
         &self,
         state: &mut GateState<T>,
@@ -136,12 +136,12 @@ impl<T: Real> Gate<T> {
 }
 
 impl<T: Real> GateState<T> {
-    /// Whether learning stands still.
+    /// Whether learning is held off.
     pub(crate) fn is_held_off(&self) -> bool {
         self.hold_off > 0
     }
 
-    /// Averaged error over what is allowed (1); 0 where there is no signal.
+    /// Averaged error over the allowed one (1); 0 without a signal.
     pub(crate) fn test_ratio(&self, gate: &Gate<T>) -> T {
         let allowed = gate.threshold * self.signal;
         if allowed > T::splat(0.0) { self.error / allowed } else { T::splat(0.0) }
@@ -204,12 +204,12 @@ mod tests {
         while gate.window(0.1, -0.1) {}
         assert!(gate.state.test_ratio(&GATE) > 1.0 && gate.state.is_held_off());
         let waited = (0..200).position(|_| gate.window(0.1, 0.1));
-        // Until the errors' average has forgotten it, and the hold-off after that.
+        // Until the average of the errors has decayed, and for the hold-off after that.
         assert!(waited.is_some_and(|n| (19..120).contains(&n)), "{waited:?}");
     }
 
     #[test]
-    fn old_evidence_fades_only_as_new_comes() {
+    fn old_evidence_is_forgotten_only_with_new() {
         let mut gate = Fixture::default();
         for _ in 0..1000 {
             gate.window(0.3, 0.3);

@@ -1,9 +1,8 @@
-//! Overcompensation guard: takes the level back before the structure swings up.
+//! Overcompensation guard: it reduces the level before the structure swings up.
 //!
-//! Compensation above the piston's flow gives the force an error in phase with the velocity: the actuator then pumps
-//! energy into the structure, and past `c/c_add` more than its damping takes out. The guard watches that error
-//! itself, so it needs neither the structure's frequency nor its damping, and it sees the pump before the motion
-//! has had time to grow.
+//! Compensation above the piston's flow gives a force error in phase with the velocity. The actuator then feeds energy
+//! into the structure, beyond an overcompensation of `c/c_add` more than the damping dissipates. The guard measures this
+//! error. It needs neither frequency nor damping of the structure, and acts before the motion has grown.
 
 use crate::integrity::integrity;
 use crate::number::Real;
@@ -14,36 +13,36 @@ pub(crate) struct Guard<T> {
     /// Overcompensation (1) per force error in phase with a velocity (N·s/m): the inverse of the natural velocity
     /// feedback `c_add`.
     pub(crate) per_added_damping: T,
-    /// Force error (N) that the loop leaves per flow (m³/s) that was not demanded.
+    /// Force error (N) of the loop per flow (m³/s) that was not demanded.
     pub(crate) force_per_flow: T,
-    /// 1 where the command's own flow is demanded, 0 where it is not.
+    /// 1 with a feedforward of the command's flow, else 0.
     pub(crate) fed_forward: T,
-    /// Share of the way that the two equal low-passes of error and velocity go in a step: above them the loop
-    /// follows its sensors' noise.
+    /// Share of the two equal low-passes of error and velocity in a step. Above their corner the loop follows the noise of
+    /// its sensors.
     pub(crate) low_pass: T,
-    /// Share of the way that the averages go to their input in a step.
+    /// Share of the averages in a step.
     pub(crate) average: T,
-    /// The same of the slow average that the motion is held against.
+    /// The same of the slow average with which the motion is compared.
     pub(crate) slow_average: T,
-    /// Mean square of a velocity (m²/s²) below which the guard has no voice.
+    /// Mean square of the velocity (m²/s²) below which the guard does not act.
     pub(crate) quiet: T,
     /// Overcompensation (1) that is tolerated.
     pub(crate) tolerated: T,
-    /// Share of the overcompensation that is taken back in a step.
+    /// Share of the overcompensation that is removed in a step.
     pub(crate) correction: T,
-    /// Lowest level (1) the guard goes to.
+    /// Lowest level (1).
     pub(crate) lowest: T,
 }
 integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, low_pass, average, slow_average, quiet, tolerated, correction, lowest);
 
-/// What the guard remembers.
+/// The state of the guard.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct GuardState<T> {
     error: LowPass<T>,
     velocity: LowPass<T>,
-    /// Of the error: what offsets of sensors make.
+    /// Mean of the error, from offsets of the sensors.
     mean_error: T,
     pumped: T,
     squares: T,
@@ -85,8 +84,8 @@ impl<T: Real> Default for GuardState<T> {
 }
 
 impl<T: Real> Guard<T> {
-    /// Takes in force error (N, measured less command), flow (m³/s) that the actuator took beyond what was demanded
-    /// for it, and velocity (m/s).
+    /// Adds force error (N, measured less command), flow (m³/s) of the actuator beyond the demanded one, and velocity
+    /// (m/s).
     pub(crate) fn observe(&self, state: &mut GuardState<T>, error: T, undemanded: T, velocity: T) {
         state.error = state.error.after(error + self.force_per_flow * undemanded, self.low_pass);
         state.velocity = state.velocity.after(velocity, self.low_pass);
@@ -98,16 +97,16 @@ impl<T: Real> Guard<T> {
         state.slow_squares = state.slow_squares + self.slow_average * (square - state.slow_squares);
     }
 
-    /// Follows the error that offsets make, by a `share` of the way.
+    /// Follows the mean error by a `share` of the difference.
     pub(crate) fn follow_offset(&self, state: &mut GuardState<T>, share: T) {
         state.mean_error = state.mean_error + share * (state.error.second - state.mean_error);
     }
 
-    /// Acts where the error pumps more than is tolerated into a motion that grows, and then until the level is back
-    /// at 1: moves the level until the error neither pumps nor drains.
+    /// Changes the level until the error feeds no energy into the motion and takes none. It begins if the overcompensation
+    /// exceeds the tolerance and the motion grows, and ends when the level is 1 again.
     pub(crate) fn act(&self, state: &mut GuardState<T>) {
         let one = T::splat(1.0);
-        // Where hardly anything moves, offsets and noise would have a voice.
+        // At a very small motion offsets and noise dominate.
         if !(state.squares > self.quiet) {
             return;
         }
@@ -136,8 +135,8 @@ mod tests {
         lowest: 0.5,
     };
 
-    /// The level after a growing swing of period 160 windows with this error (N per m/s) in phase with the velocity,
-    /// or a quarter of a period behind.
+    /// The level after a growing swing of 160 windows a period, with this error (N per m/s) in phase with the velocity or a
+    /// quarter of a period later.
     fn level(in_phase: f64, behind: f64) -> f64 {
         let mut state = GuardState::default();
         for n in 0..640_u32 {
@@ -152,8 +151,8 @@ mod tests {
     }
 
     #[test]
-    fn a_pump_takes_the_level_back_and_nothing_else_does() {
-        // 5 % of the natural velocity feedback pumped in.
+    fn only_overcompensation_lowers_the_level() {
+        // An overcompensation of 5 %.
         assert!(level(5e3, 0.0) < 0.97);
         for (in_phase, behind) in [(0.0, 0.0), (-5e3, 0.0), (5e2, 0.0), (0.0, 5e3)] {
             assert!((level(in_phase, behind) - 1.0).abs() < 1e-12, "{in_phase} {behind}");

@@ -1,12 +1,12 @@
-//! A gain and a delay by least squares with forgetting, and how the estimates go towards what is found.
+//! A gain and a delay by least squares with forgetting, with bounds and limited rates of the estimates.
 
 use crate::integrity::integrity;
 use crate::number::Real;
 
-/// Sums over the windows that count: instruments × regressors, and instruments × what is to be explained.
+/// Sums over the accepted windows: instruments × regressors, and instruments × measured signal.
 ///
-/// Where the regressors are noisy, instruments without that noise keep it from pulling the estimate down. Where they are
-/// not, they are their own instruments.
+/// Instruments without the noise of the regressors avoid a bias of the estimate. Regressors without noise are their own
+/// instruments.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -17,30 +17,30 @@ pub(crate) struct LeastSquares<T> {
 integrity!(LeastSquares<T>: matrix, right);
 
 impl<T: Real> LeastSquares<T> {
-    /// Takes in one window at a weight, the older ones kept by the share `keep`.
+    /// Adds one window with a weight; the share `keep` of the older sums remains.
     pub(crate) fn take(&mut self, [z, w]: [T; 2], [x, y]: [T; 2], error: T, [weight, keep]: [T; 2]) {
         let (zero, z, w) = (T::splat(0.0), weight * z, weight * w);
         let [[a, b], [c, d]] = self.matrix;
         let (a, d) = (keep * a + z * x, keep * d + w * y);
-        // Instrument and regressor have the same sign unless a sensor has the wrong one.
+        // Instrument and regressor have the same sign, except with a sensor of wrong sign.
         let (a, d) = (if a > zero { a } else { zero }, if d > zero { d } else { zero });
         self.matrix = [[a, keep * b + z * y], [keep * c + w * x, d]];
         let [on_first, on_second] = self.right;
         self.right = [keep * on_first + z * error, keep * on_second + w * error];
     }
 
-    /// The inverse under priors; `None` where nothing is known.
+    /// The inverse with the priors; `None` if nothing is known.
     fn inverse(&self, [first, second]: [T; 2]) -> Option<[[T; 2]; 2]> {
         let [[a, b], [c, d]] = self.matrix;
         let (a, d) = (a + first, d + second);
         let determinant = a * d - b * c;
         let per = T::splat(1.0) / determinant;
-        // The priors keep the determinant positive but for rounding.
+        // With the priors the determinant is positive, except for rounding.
         (determinant > T::splat(0.0)).then(|| [[d * per, -b * per], [-c * per, a * per]])
     }
 }
 
-/// Where an estimate may go.
+/// The range and the rate of an estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Range<T> {
     pub(crate) bounds: [T; 2],
@@ -55,9 +55,9 @@ integrity!(Range<T>: bounds, change);
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Estimate<T> {
     pub(crate) value: T,
-    /// How far what was found last lay beyond the bounds.
+    /// Distance of the last result beyond the bounds.
     pub(crate) beyond: T,
-    /// How far it is from the value.
+    /// Distance of the last result from the value.
     pub(crate) away: T,
 }
 integrity!(Estimate<T>: value, beyond, away);
@@ -67,7 +67,7 @@ impl<T: Real> Estimate<T> {
         Self { value, beyond: T::splat(0.0), away: T::splat(0.0) }
     }
 
-    /// Goes towards what was found, within the bounds, at a limited rate.
+    /// Moves towards a result, within the bounds, at a limited rate.
     fn approach(&mut self, range: &Range<T>, found: T) {
         let [least, most] = range.bounds;
         let target = found.limit(least, most);
@@ -76,24 +76,24 @@ impl<T: Real> Estimate<T> {
     }
 }
 
-/// What a gain and a delay are estimated under.
+/// Constants of the estimate of a gain and a delay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Priors<T> {
-    /// Period of the estimator (s), and 1 over it.
+    /// Period of the estimator (s), and its reciprocal.
     pub(crate) period: T,
     pub(crate) per_period: T,
-    /// Delay (s) by the configuration.
+    /// Configured delay (s).
     pub(crate) nominal_delay: T,
-    /// Weights of the belief that the gain is 1 and the delay the configured one (per square of the period).
+    /// Weights of the priors: a gain of 1, and the configured delay (per square of the period).
     pub(crate) weights: [T; 2],
-    /// Of the gain (1).
+    /// Range of the gain (1).
     pub(crate) gain: Range<T>,
-    /// Of the delay (s).
+    /// Range of the delay (s).
     pub(crate) delay: Range<T>,
 }
 integrity!(Priors<T>: period, per_period, nominal_delay, weights, gain, delay);
 
-/// A gain (1) and a delay (s) as they are estimated.
+/// The estimate of a gain (1) and a delay (s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -104,12 +104,12 @@ pub(crate) struct GainAndDelay<T> {
 integrity!(GainAndDelay<T>: gain, delay);
 
 impl<T: Real> Priors<T> {
-    /// Nothing found yet.
+    /// The configured values.
     pub(crate) fn at_rest(&self) -> GainAndDelay<T> {
         GainAndDelay { gain: Estimate::at(T::splat(1.0)), delay: Estimate::at(self.nominal_delay) }
     }
 
-    /// Goes towards the gain and the delay that explain what was taken in.
+    /// Moves towards the gain and the delay that explain the sums.
     pub(crate) fn solve(&self, state: &mut GainAndDelay<T>, sums: &LeastSquares<T>) {
         let Some([[a, b], [c, d]]) = sums.inverse(self.weights) else { return };
         let [on_gain, on_delay] = sums.right;
@@ -118,8 +118,8 @@ impl<T: Real> Priors<T> {
         state.delay.approach(&self.delay, self.nominal_delay + self.period * further);
     }
 
-    /// Variances of gain (1) and delay (s²) per variance of the errors and per time over which it lasts, with the `squares`
-    /// of the instruments; 0 where nothing is known.
+    /// Variances of gain (1) and delay (s²), per variance of the errors and per time for which an error lasts, with the
+    /// `squares` of the instruments; 0 if nothing is known.
     pub(crate) fn spread(&self, sums: &LeastSquares<T>, squares: &[[T; 2]; 2]) -> [T; 2] {
         let [[zz, zw], [_, ww]] = *squares;
         let Some(rows) = sums.inverse(self.weights) else { return [T::splat(0.0); 2] };

@@ -1,10 +1,10 @@
-//! Sums over a window of ticks, from which the learner lives.
+//! Sums over a window of ticks, the input of the learner.
 
 use crate::LARGEST;
 use crate::integrity::integrity;
 use crate::number::{Flags, Mask, Scalar};
 
-/// What is summed up.
+/// The summed signals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -24,7 +24,7 @@ pub struct Sums<T> {
 }
 integrity!(Sums<T>: velocity, force, spool, command, valve_command, spool_without_command);
 
-/// What changes over a window, at one moment of it.
+/// Signals whose change over a window is used, at one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -36,30 +36,30 @@ pub struct Moment<T> {
 }
 integrity!(Moment<T>: force, command);
 
-/// A window of ticks, of one channel or of several side by side: all that the learner is given.
+/// A window of ticks of one channel, or of several in lanes. It is the learner's only input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Window<S: Scalar> {
     /// Its number since the start; wraps.
     pub number: u32,
-    /// Ticks without a valid sample; one more in a window that nothing was measured before.
+    /// Ticks without a valid sample, plus one in a window without a valid sample before it.
     pub lost: S::Flags,
     /// Ticks whose valve command was lost.
     pub lost_commands: S::Flags,
-    /// Over its valid ticks.
+    /// Sums over its valid ticks.
     pub sums: Sums<S>,
-    /// At the last valid tick before it.
+    /// Signals at the last valid tick before it.
     pub start: Moment<S>,
-    /// At its last valid tick.
+    /// Signals at its last valid tick.
     pub end: Moment<S>,
-    /// Supply pressure over the configured one (1) at its last valid tick; 1 where none is measured.
+    /// Supply pressure over the configured one (1) at its last valid tick; 1 if it is not measured.
     pub supply: S,
 }
 integrity!(Window<T>: number, lost, lost_commands, sums, start, end, supply);
 
 impl<S: Scalar> Window<S> {
-    /// A window that nothing was measured before.
+    /// A window without a valid sample before it.
     pub(crate) fn first(number: u32) -> Self {
         Self {
             number,
@@ -72,7 +72,7 @@ impl<S: Scalar> Window<S> {
         }
     }
 
-    /// Goes on to the window behind it.
+    /// Begins the next window.
     #[inline(always)]
     pub(crate) fn go_on(&mut self) {
         *self = Self {
@@ -85,7 +85,7 @@ impl<S: Scalar> Window<S> {
         };
     }
 
-    /// Takes in the measurements of a tick where it is `good`.
+    /// Adds the measurements of a tick where it is `good`.
     #[inline(always)]
     pub(crate) fn add(&mut self, good: S::Mask, velocity: S, spool: S, now: Moment<S>) {
         let (sums, end) = (&mut self.sums, self.end);
@@ -99,13 +99,13 @@ impl<S: Scalar> Window<S> {
         };
     }
 
-    /// Takes in such a tick's valve command (V), which is finite.
+    /// Adds such a tick's valve command (V), which is finite.
     #[inline(always)]
     pub(crate) fn add_command(&mut self, good: S::Mask, valve_command: S) {
         add::<S>(&mut self.sums.valve_command, good, valve_command);
     }
 
-    /// Takes in a valve command (V) that was sampled: where it is not finite it is lost, and the spool opening (1) counts.
+    /// Adds a sampled valve command (V). If it is not finite it is lost, and the spool opening (1) is added instead.
     #[inline(always)]
     pub(crate) fn add_sampled_command(&mut self, good: S::Mask, valve_command: S, spool: S) {
         let known = valve_command.abs().le(S::splat(LARGEST));
@@ -117,13 +117,13 @@ impl<S: Scalar> Window<S> {
         count::<S>(&mut self.lost_commands, good & !known);
     }
 
-    /// Counts a tick without a valid sample there.
+    /// Counts a tick without a valid sample in the mask's lanes.
     #[inline(always)]
     pub(crate) fn lose(&mut self, there: S::Mask) {
         count::<S>(&mut self.lost, there);
     }
 
-    /// One channel's.
+    /// The window of one lane.
     pub(crate) fn lane(&self, lane: usize) -> Window<S::Element> {
         let of = |value: S| value.lane(lane);
         let moment = |at: &Moment<S>| Moment { force: of(at.force), command: of(at.command) };
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn lost_valve_command_is_counted_apart() {
+    fn a_lost_valve_command_is_counted_separately() {
         let mut window = Window::first(0);
         add(&mut window, 1.0);
         window.add(true, 2.0, 6.0, Moment { force: 4.0, command: -2.0 });

@@ -47,7 +47,7 @@ pub enum Cause {
     SpoolImplausible = 17,
     /// The valve's flow is not the piston's: check supply, valve and flow curve.
     FlowImplausible = 18,
-    /// The spool does not follow its command, though the flow follows the spool.
+    /// The spool does not follow its command, but the flow follows the spool.
     ValveImplausible = 19,
     /// A latch in memory was changed from outside.
     StateCorrupt = 20,
@@ -57,7 +57,7 @@ pub enum Cause {
     SamplePeriod = 22,
     /// The learner published nothing for longer than its age limit.
     CalibrationExpired = 23,
-    /// The force loop shook the oil column, from about 30 to 150 Hz.
+    /// The force error from about 30 to 150 Hz persisted or grew.
     ForceOscillation = 24,
 }
 
@@ -97,7 +97,7 @@ impl Cause {
         (Self::ForceOscillation, "force_oscillation"),
     ];
 
-    /// Whether measurements are lost or contradict each other: nobody knows then what the specimen sees.
+    /// Whether measurements are lost or contradict each other, so that the state of the specimen is unknown.
     #[inline(always)]
     pub(crate) fn is_of_sensors(self) -> bool {
         let number = self as u32;

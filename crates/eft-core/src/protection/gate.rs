@@ -1,4 +1,4 @@
-//! The gate for readings: one that the rig cannot have reached since the last one counts as lost.
+//! The gate for readings: a reading that the rig cannot have reached since the last one counts as lost.
 
 use crate::integrity::integrity;
 use crate::number::Real;
@@ -9,38 +9,38 @@ pub(crate) const DISPLACEMENT: usize = 1;
 pub(crate) const VELOCITY: usize = 2;
 pub(crate) const SPOOL: usize = 3;
 
-/// How far a reading may be from its prediction.
+/// The allowed distance of a reading from its prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SensorGate<T> {
     /// In the signals' units.
     pub(crate) jump: [T; 4],
-    /// What friction (N) may add to the force's jump near a reversal, and the velocity (m/s) below which one is near.
+    /// Jump of the force (N) that friction may add near a reversal, and the velocity (m/s) below which a reversal is near.
     pub(crate) friction: T,
     pub(crate) reversing: T,
     /// Change from sample to sample below which a reading is still.
     pub(crate) still: [T; 4],
-    /// Share of the way that the liveliness goes in a sample.
+    /// Share of the difference by which the liveliness changes in a sample.
     pub(crate) forgetting: T,
     /// Probability below which a series of still readings is a fault.
     pub(crate) chance: T,
-    /// Share of the way that the slopes go in a sample.
+    /// Share of the difference by which a slope changes in a sample.
     pub(crate) share: T,
 }
 integrity!(SensorGate<T>: jump, friction, reversing, still, forgetting, chance, share);
 
-/// What the gate remembers of one signal. `default()` has seen nothing.
+/// The gate's state of one signal. `default()` is that before the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Signal<T> {
-    /// The last reading that was accepted, and its slope per sample.
+    /// The last accepted reading, and its slope per sample.
     pub(crate) last: T,
     slope: T,
     /// Samples in a row that were not accepted.
     pub(crate) lost: u32,
     /// Times in a row that the reading repeated itself to the last bit.
     pub(crate) repeats: u32,
-    /// Share of the readings that lay off the line of the two before, as noise does.
+    /// Liveliness: share of the readings that were off the line of the two earlier ones, as noise is.
     liveliness: T,
     /// Probability that a sound sensor gives the present series of still readings; 0 before the first.
     likelihood: T,
@@ -53,7 +53,7 @@ pub(crate) struct Signal<T> {
 integrity!(Signal<T>: last, slope, lost, repeats, liveliness, likelihood, step, jumped, seen);
 
 impl<T: Real> SensorGate<T> {
-    /// One reading of a signal: itself, or NaN where it is not accepted.
+    /// One reading of a signal: the reading, or NaN if it is not accepted.
     #[inline(always)]
     pub(crate) fn pass(&self, signal: &mut Signal<T>, jump: T, still: T, reading: T) -> T {
         let number = reading.abs() <= T::splat(f32::MAX as f64);
@@ -74,10 +74,10 @@ impl<T: Real> SensorGate<T> {
         reading
     }
 
-    /// How likely it is that a sound sensor was as still as this one in its latest readings.
+    /// The probability that a working sensor was as still as this one in its latest readings.
     ///
-    /// White noise moves a reading by less than a tenth of its deviation with a chance below 8 %, whatever the signal
-    /// and the readings before. The share of readings that lie off a line shows whether the sensor has noise.
+    /// White noise changes a reading by less than a tenth of its deviation with a probability below 8 %, for any signal
+    /// and any earlier readings. The share of readings off a line shows whether the sensor has noise.
     #[inline(always)]
     fn listen(&self, signal: &mut Signal<T>, still: T, step: T) {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
@@ -99,19 +99,19 @@ impl<T: Real> SensorGate<T> {
         signal.likelihood > T::splat(0.0) && signal.likelihood < self.chance
     }
 
-    /// How far the force may jump: friction changes its sign where the velocity does.
+    /// Largest jump of the force; friction changes its sign with the velocity.
     #[inline(always)]
     pub(crate) fn jump_of_force(&self, jump: T, velocity: &Signal<T>) -> T {
         if velocity.last.abs() < self.reversing { jump + self.friction } else { jump }
     }
 }
 
-/// Distance of a reading from the line of the two before, in the changes that count as still: the second difference
-/// of white noise is √3 times as large as the first.
+/// Distance of a reading from the line of the two earlier ones, in units of a still change. The second difference of white
+/// noise is √3 times as large as the first.
 const OFF_A_LINE: f64 = 1.7320508;
 /// Share of readings off a line above which a sensor is alive.
 const ALIVE: f64 = 0.75;
-/// Chance of a still reading: at the least this, and by this factor more than of one on a line.
+/// Probability of a still reading: at least this value, and this factor times that of a reading on a line.
 const LEAST: f64 = 0.13;
 const MARGIN: f64 = 1.6;
 
@@ -175,7 +175,7 @@ mod tests {
         for n in 0..200_000 {
             assert!(!still(50.0 * libm::sin(2e-3 * f64::from(n)) + noisy(&mut seed)), "{n}");
         }
-        // A dead input has a little noise of its own.
+        // An open input has little noise.
         let readings = (1..).find(|n| still(0.02 * f64::from(n % 2)));
         assert!(readings.is_some_and(|n| (8..20).contains(&n)), "{readings:?}");
     }
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_changes_the_force_where_the_velocity_turns() {
+    fn friction_changes_the_force_at_a_reversal() {
         let gate = SensorGate { friction: 5.0, reversing: 0.1, ..gate() };
         let at = |velocity: f64| gate.jump_of_force(1.0, &Signal { last: velocity, ..Signal::default() });
         assert!((at(0.05) - 6.0).abs() < 1e-12 && (at(-0.2) - 1.0).abs() < 1e-12);

@@ -2,7 +2,7 @@
 
 use crate::integrity::integrity;
 
-/// Once set it stays set. A pattern of bits that is neither set nor unset counts as set.
+/// Once set, it stays set. Bits that are neither those of a set nor of an unset latch count as set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]

@@ -35,7 +35,7 @@ pub struct PlausibilityParameters {
     pub spool_noise: f64,
     /// False alarms (1/h) that this noise may raise.
     pub false_alarms: f64,
-    /// Time (s) in which a shutdown lets the piston follow the specimen, damped, before the valve is closed.
+    /// Time (s) of a shutdown during which the piston follows the specimen and damps it, before the valve closes.
     pub settle_time: f64,
 }
 
@@ -69,22 +69,22 @@ pub struct ProtectionParameters {
     pub ramp_time: f64,
     /// Time (s) from the whole valve command to zero in a shutdown.
     pub shutdown_time: f64,
-    /// Lost or refused samples in a row (1), at most 100,000, that are waited for before the shutdown; so many lost commands
-    /// before the trip.
+    /// Number of lost or refused samples in a row (1), at most 100,000, that do not cause a shutdown yet. The same number of
+    /// lost commands does not trip yet.
     pub lost_samples: u32,
-    /// Time (s) for which a fault that the controller reports is waited for before the trip; `f64::MAX` for ever.
+    /// Longest time (s) of a fault that the controller reports, before the trip; `f64::MAX` for no limit.
     pub fault_time: f64,
     /// Share (1) by which a measured sample period may differ from the configured one.
     pub period_tolerance: f64,
-    /// Root mean square (N) of the force error from about 30 to 150 Hz that shuts down where it persists or grows;
-    /// `f64::MAX` does not watch.
+    /// Root mean square (N) of the force error from about 30 to 150 Hz that shuts down if it persists or grows; `f64::MAX`
+    /// for no check.
     pub oscillation_limit: f64,
-    /// Whether the measurements must agree with each other, and under which noise.
+    /// The plausibility watch, if the measurements are compared with each other.
     pub plausibility: Option<PlausibilityParameters>,
 }
 
 impl ProtectionParameters {
-    /// No levels; ramps of half a second, a shutdown of a tenth; ten lost samples are waited for.
+    /// No levels; ramps of half a second, a shutdown of a tenth of a second after more than ten lost samples.
     pub const DEFAULT: Self = Self {
         force: Levels::NONE,
         displacement: Levels::NONE,
@@ -113,7 +113,7 @@ integrity!(Limit<T>: warning, trip, shutdown);
 macro_rules! constructor {
     ($t:ty) => {
         impl Limit<$t> {
-            /// Of a signal's levels; the names are those of the errors.
+            /// From a signal's levels; the names are for errors.
             pub(crate) const fn new(
                 warning: &'static str,
                 trip: &'static str,

@@ -1,8 +1,8 @@
-//! Notices a force loop that shakes the oil column: the force error from about 30 to 150 Hz persists or grows.
+//! The oscillation check: a force error from about 30 to 150 Hz that persists or grows shows an unstable oil column.
 //!
-//! The overcompensation guard observes the specimen's frequencies only. Two high-passes and a low-pass leave
-//! the band of the error. Its mean square over windows of a sixtieth of a second is compared with a limit and with the
-//! window before.
+//! The overcompensation guard observes the specimen's frequencies only. Two high-passes and a low-pass select the band of
+//! the error. Its mean square over windows of a sixtieth of a second is compared with a limit and with the previous
+//! window.
 
 use crate::integrity::integrity;
 use core::f64::consts::TAU;
@@ -15,8 +15,8 @@ const LOWEST: f64 = 40.0;
 const HIGHEST: f64 = 150.0;
 /// Windows per second (1/s): each holds half a period of the lowest frequency, a whole one of its square.
 const WINDOWS: f64 = 60.0;
-/// Windows in a row beyond the limit that trip, and windows in a row that each have more by the factor (1) if the last
-/// one lies beyond it. The error of a single kick decays faster.
+/// Number of windows in a row beyond the limit that trip. Number of windows in a row, each larger by the factor (1), that
+/// trip if the last one is beyond the limit. The error of a single kick decays faster.
 const PERSISTS: u32 = 15;
 const GROWS: u32 = 3;
 const GROWTH: f64 = 1.3;
@@ -24,7 +24,7 @@ const GROWTH: f64 = 1.3;
 /// An oscillation watch's immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OscillationWatch<T> {
-    /// Shares (1) of the way in a sample, of the high-passes and of the low-pass.
+    /// Coefficients (1) of the high-passes and of the low-pass.
     high: T,
     low: T,
     /// Largest sum of squares of a window (N²).
@@ -33,12 +33,12 @@ pub(super) struct OscillationWatch<T> {
 }
 integrity!(OscillationWatch<T>: high, low, limit, ticks);
 
-/// What it remembers. `default()` is a rig at rest.
+/// Its state. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(super) struct OscillationWatchState<T> {
-    /// Low-passed error, what is left of it low-passed again, and the band (N).
+    /// The states of both high-passes, and the filtered error (N).
     slow: [T; 2],
     band: T,
     /// Sums of squares of this window and of the last one (N²).
@@ -51,14 +51,14 @@ pub(super) struct OscillationWatchState<T> {
 integrity!(OscillationWatchState<T>: slow, band, sum, last, ticks, beyond, growing);
 
 impl<T: Real> OscillationWatch<T> {
-    /// Takes in a force error (N), and says whether the loop shakes.
+    /// Adds a force error (N); whether the loop oscillates.
     ///
     /// # NaN
-    /// An error that is not finite leaves the state.
+    /// An error that is not finite does not change the state.
     ///
     /// # Cost
-    /// Independent of history but for the comparison at a window's end.
-    // A function of its own, so that a protection without it does not save registers for it.
+    /// Independent of history, except for the comparison at a window's end.
+    // A separate function, so that a protection without it does not save registers for it.
     #[inline(never)]
     pub(super) fn step(&self, state: &mut OscillationWatchState<T>, error: T) -> bool {
         if !(error.abs() <= T::splat(LARGEST)) {
@@ -85,7 +85,7 @@ impl<T: Real> OscillationWatch<T> {
     }
 }
 
-/// Share (1) of the way in a sample of a first-order low-pass that turns by an angle (rad) of its corner in it.
+/// Coefficient (1) of a first-order low-pass whose corner turns by an angle (rad) in a sample.
 const fn share(angle: f64) -> f64 {
     angle / (1.0 + angle)
 }
@@ -94,7 +94,7 @@ macro_rules! constructor {
     ($t:ty) => {
         impl OscillationWatch<$t> {
             /// From the root mean square (N) of the error in the band that trips, and the sample rate (Hz); `f64::MAX`
-            /// does not watch.
+            /// for no check.
             ///
             /// # Errors
             /// `oscillation_limit` not positive, or beyond 10¹².
@@ -138,19 +138,19 @@ mod tests {
     }
 
     #[test]
-    fn what_stays_or_grows_in_the_band_trips() {
-        // Of a steady amplitude of 1000 N the band leaves 0.36 to 0.7, over √2.
+    fn errors_that_persist_or_grow_in_the_band_trip() {
+        // The band passes 0.36 to 0.7 of a steady amplitude of 1000 N; the root mean square is smaller by √2.
         for frequency in [35.0, 65.0, 120.0] {
             let after = trips(200.0, |t| 1000.0 * wave(frequency, t)).unwrap();
             assert!((0.2..0.3).contains(&after), "{frequency} Hz: {after} s");
         }
-        // From a newton, at 30 1/s: 400 N are passed after 0.2 s.
+        // A newton that grows at 30 1/s exceeds 400 N after 0.2 s.
         let after = trips(200.0, |t| libm::exp(30.0 * t) * wave(65.0, t)).unwrap();
         assert!((0.2..0.27).contains(&after), "{after} s");
     }
 
     #[test]
-    fn what_is_slow_small_or_dies_away_does_not() {
+    fn slow_small_and_decaying_errors_do_not_trip() {
         assert_eq!(trips(200.0, |t| 3000.0 * wave(10.0, t)), None);
         assert_eq!(trips(200.0, |t| 200.0 * wave(65.0, t)), None);
         // A kick, and again one second later.

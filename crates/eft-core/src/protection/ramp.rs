@@ -1,20 +1,20 @@
-//! Ramps that end at their sample however long they are, because positions are integers.
+//! Ramps of any length that end at the exact sample, because positions are integers.
 
 use crate::error::{ConfigError, check, within};
 use crate::integrity::integrity;
 use crate::number::Real;
 
-/// The whole way, in steps of a ramp.
+/// The end of a ramp, in its steps.
 const FULL: u64 = 1 << 62;
 /// Longest ramp (samples): up to here a ramp is exact to a sample.
 const LONGEST: f64 = 1e9;
 
-/// Part of the way (1/2⁶²) that a ramp goes in a sample.
+/// Progress of a ramp in a sample (1/2⁶²).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Ramp(u64);
 integrity!(Ramp: 0);
 
-/// Where a ramp is, from nothing to the whole way.
+/// The position of a ramp, from zero to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -22,7 +22,7 @@ pub(crate) struct Position(u64);
 integrity!(Position: 0);
 
 impl Ramp {
-    /// Over a time (s) at a rate (Hz); one sample at the least.
+    /// A ramp over a time (s) at a rate (Hz), of at least one sample.
     pub(crate) const fn new(name: &'static str, time: f64, rate: f64) -> Result<Self, ConfigError> {
         let samples = check!(within(name, time, 0.0, LONGEST / rate)) * rate;
         // Half a sample of tolerance for a time that is no binary fraction.
@@ -45,7 +45,7 @@ impl Position {
     pub(crate) fn is_zero(self) -> bool {
         self.0 == 0
     }
-    /// Share of the way (1); 0 and 1 exactly at its ends.
+    /// Position as a share (1); exactly 0 and 1 at the ends.
     #[inline(always)]
     pub(crate) fn share<T: Real>(self) -> T {
         // A share of 2⁻³¹ is fine enough for either precision.

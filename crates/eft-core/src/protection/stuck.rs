@@ -1,21 +1,21 @@
-//! Detects a sensor that repeats itself: a frozen converter gives plausible readings.
+//! Detects a stuck sensor by equal readings, because the readings of a frozen converter are plausible.
 
 use crate::error::{ConfigError, within};
 use crate::integrity::integrity;
 use crate::number::Real;
 use crate::status;
 
-/// How often a measurement may repeat itself to the last bit.
+/// The number of samples that a measurement may repeat to the last bit.
 ///
-/// A real signal carries the noise of its converter, so that a long run of equal bits means that it is frozen. How long
-/// is long depends on the converter: a quiet one of 12 bits on a rig at rest repeats itself for many samples.
+/// A real signal has the noise of its converter, so many equal readings mean that the converter is frozen. The number
+/// depends on the converter: a quiet one of 12 bits on a rig at rest repeats a reading for many samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StuckWatch {
     repeats: u32,
 }
 integrity!(StuckWatch: repeats);
 
-/// The last measurements and how often each has repeated itself. `default()` has seen nothing.
+/// The last measurements and the number of their repetitions. `default()` is the state before the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -26,7 +26,7 @@ pub struct StuckWatchState<T> {
 integrity!(StuckWatchState<T>: last, repeats);
 
 impl StuckWatch {
-    /// From the number of samples (1) that a measurement may repeat itself before it counts as stuck.
+    /// From the number of samples (1) that a measurement may repeat before it counts as stuck.
     ///
     /// # Errors
     /// `stuck_samples` outside [1, 1e6].
@@ -37,11 +37,11 @@ impl StuckWatch {
         }
     }
 
-    /// One sample of piston velocity (m/s), force (N) and spool opening (1): [`status::STUCK_MEASUREMENT`] where one of
-    /// them has repeated itself too often.
+    /// One sample of piston velocity (m/s), force (N) and spool opening (1). The result is [`status::STUCK_MEASUREMENT`] if
+    /// one of them has repeated too often.
     ///
     /// # NaN
-    /// NaN equals nothing, so it is never stuck; the controller refuses it.
+    /// NaN is equal to no number, so it is never stuck; the controller refuses it.
     ///
     /// # Cost
     /// Independent of history.
@@ -51,7 +51,7 @@ impl StuckWatch {
         let remembered = state.last.iter_mut().zip(&mut state.repeats);
         for ((last, repeats), now) in remembered.zip([velocity, force, spool]) {
             let equal = now == *last;
-            // Not counted further than needed.
+            // The count stops at the limit.
             let counted = if *repeats < self.repeats { *repeats + 1 } else { *repeats };
             *repeats = if equal { counted } else { 0 };
             *last = now;
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn nan_is_never_stuck_and_the_count_does_not_run_away() {
+    fn nan_is_never_stuck_and_the_count_is_limited() {
         let watch = StuckWatch::new(2).unwrap();
         let mut state = StuckWatchState::default();
         for _ in 0..10 {

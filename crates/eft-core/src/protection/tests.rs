@@ -39,7 +39,7 @@ fn a_trip_takes_the_frozen_command_to_zero_and_stays() {
     let (p, mut state) = (protection(), ProtectionState::default());
     p.step(&mut state, &input(90.0, 90.0, 0.0, 0.0, 0.0));
     for n in 1..=20 {
-        // The force obeys; the command would go on.
+        // The force follows, and the command continues.
         let out =
             p.step(&mut state, &input(90.0 + f64::from(n), if n == 1 { 101.0 } else { 0.0 }, 0.0, 0.0, 0.0));
         let expected = 91.0 * (1.0 - 0.1 * f64::from(n)).max(0.0);

@@ -6,24 +6,24 @@ use crate::number::Real;
 use crate::protection::cause::Cause;
 use crate::protection::limits::ProtectionParameters;
 
-/// A watch of alive counter and sample period.
+/// A check of alive counter and sample period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Timing<T> {
     rate: T,
     tolerance: T,
-    /// What of [`trouble`](TimingState::trouble) is waited for.
+    /// Largest [`trouble`](TimingState::trouble) without a trip.
     patience: u32,
 }
 integrity!(Timing<T>: rate, tolerance, patience);
 
-/// What it remembers. `default()` was never given anything.
+/// Its state. `default()` is that before the first counter and period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct TimingState<T> {
-    /// The last counter that was given.
+    /// The last counter.
     last: T,
-    /// Whether a counter and a period were ever given.
+    /// Whether there was a counter, and a period.
     counts: bool,
     times: bool,
     /// Increases by two with each bad sample and decreases by one with each good one. A share of bad samples above a third
@@ -32,14 +32,14 @@ pub(crate) struct TimingState<T> {
 }
 integrity!(TimingState<T>: last, counts, times, trouble);
 
-/// What is bad about a sample's timing.
+/// The error of a sample's timing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Untimely {
     /// The sample is not new.
     Old,
     /// Samples are missing before it.
     Skipped,
-    /// Its period is off.
+    /// Its period is wrong.
     Period,
 }
 
@@ -51,7 +51,7 @@ impl Untimely {
 }
 
 impl<T: Real> Timing<T> {
-    /// One sample, with its counter (1) and the period (s) since the one before: what is bad about it.
+    /// One sample, with its counter (1) and the period (s) since the last one: the error of its timing.
     ///
     /// # NaN
     /// A counter or period is checked after its first value. A later NaN is bad.
@@ -110,7 +110,7 @@ impl<T: Real> Timing<T> {
 macro_rules! constructor {
     ($t:ty) => {
         impl Timing<$t> {
-            /// Of a protection and the sample rate (Hz).
+            /// From the parameters of a protection and the sample rate (Hz).
             pub(crate) const fn new(p: &ProtectionParameters, sample_rate: f64) -> Result<Self, ConfigError> {
                 check!(within("lost_samples", p.lost_samples as f64, 0.0, 1e5));
                 Ok(Self {
@@ -135,7 +135,7 @@ mod tests {
         Timing::<f32>::new(&ProtectionParameters::DEFAULT, 1000.0).unwrap()
     }
 
-    /// At which sample these counters and periods trip, and what by.
+    /// The sample at which these counters and periods trip, and the cause.
     fn trips(samples: impl IntoIterator<Item = (f32, f32)>) -> Option<(usize, Cause, bool)> {
         let (timing, mut state) = (timing(), TimingState::default());
         samples.into_iter().enumerate().find_map(|(n, (alive, period))| {
@@ -151,14 +151,14 @@ mod tests {
             (0..10_u16).map(f32::from).chain((10..200).map(then)).map(|alive| (alive, NONE))
         };
         assert_eq!(trips(ten_and_then(f32::from)), None);
-        // Ten are waited for.
+        // Ten bad samples do not trip yet.
         assert_eq!(trips(ten_and_then(|_| 9.0)), Some((20, Cause::SamplesOld, true)));
         assert_eq!(trips(ten_and_then(|_| NONE)), Some((20, Cause::SamplesOld, true)));
         assert_eq!(trips(ten_and_then(|n| f32::from(2 * n))), Some((20, Cause::SamplesOld, false)));
-        // Each of them twice.
+        // Each counter twice.
         let (n, cause, _) = trips(ten_and_then(|n| f32::from(n / 2))).unwrap();
         assert!(cause == Cause::SamplesOld && (25..60).contains(&n), "{n}");
-        // One in a hundred that is lost is left alone.
+        // One lost sample in a hundred does not trip.
         assert_eq!(trips((0..10_000_u16).map(|n| (f32::from(n + n / 100), NONE))), None);
     }
 
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_never_given_is_not_watched() {
+    fn missing_counters_and_periods_are_not_checked() {
         assert_eq!(trips(core::iter::repeat_n((NONE, NONE), 1000)), None);
     }
 }

@@ -1,4 +1,4 @@
-//! Which sensor is named.
+//! Selection of the distrusted sensor.
 
 use crate::channel::Input;
 use crate::number::Real;
@@ -8,8 +8,8 @@ use crate::protection::plausibility::{
     BALANCE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
 };
 
-/// Share of the greatest recent speed's square by which the velocity must fit the flow better than the displacement
-/// before the displacement is blamed for a ratio: as where one has the wrong sign.
+/// The displacement is blamed for a ratio only if the velocity fits the flow better, by this share of the square of the
+/// largest recent speed. This is so if one of the two has the wrong sign.
 const CLEARLY: f64 = 0.25;
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
@@ -36,7 +36,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// A signal whose noise has stopped, or that repeats itself while it should have moved.
+    /// A signal whose noise has stopped, or that repeats although it should have moved.
     #[inline(always)]
     pub(super) fn stuck(
         &self,
@@ -78,7 +78,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// Which sensor the sums point to; where the force has left its command, a share of what counts elsewhere is enough.
+    /// The sensor that the sums indicate. If the force is far from its command, a share of each limit is enough.
     #[inline(always)]
     pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
         let beyond = |n: usize, share: f64| self.is_beyond(state, n, share);
@@ -114,7 +114,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// Whether a sum is beyond a share of what counts.
+    /// Whether a sum is beyond a share of its limit.
     #[inline(always)]
     pub(super) fn is_beyond(&self, state: &PlausibilityState<T>, of: usize, share: f64) -> bool {
         let late = if of == TRAVEL { state.late } else { T::splat(0.0) };
@@ -124,7 +124,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// Velocity and displacement differ by a ratio. Where the flow does not tell, the larger one is not believed: a
+    /// Velocity and displacement differ by a ratio. If the flow does not decide, the larger one is distrusted, because a
     /// velocity that is too small leaves damping.
     #[inline(always)]
     fn of_ratio(&self, state: &PlausibilityState<T>) -> Cause {

@@ -5,7 +5,7 @@ use crate::number::Real;
 use crate::protection::plausibility::sums::{envelope, follow, rest};
 use crate::protection::plausibility::{Known, Plausibility, PlausibilityState};
 
-/// Share of the flow that a wrong calibration may leave: the self-calibration's bounds, and what the curve adds.
+/// Share of the flow that a wrong calibration may leave: the bounds of the self-calibration, and the curve's error.
 const FLOW: f64 = 0.5;
 /// The same above the motion's frequencies, where a wrong curve or gain leaves less in a few milliseconds.
 const FAST_FLOW: f64 = 0.2;
@@ -21,7 +21,7 @@ const TURNED_NULL: f64 = 0.25;
 const VALVE: f64 = 0.3;
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
-    /// Takes the residuals of a tick into their sums.
+    /// Adds the residuals of a tick to their sums.
     #[inline(always)]
     pub(super) fn sum_up(
         &self,
@@ -34,7 +34,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let [valve_low, piston_low, force_low, velocity_low, displacement_low] = &mut state.lows;
         let model = self.model.flow(input.spool, input.spool, input.force, known.supply);
         let flow = known.flow_gain * (model.root * model.at_no_load);
-        // The means over the tick, as the differences of force and displacement are.
+        // The means over the tick, as for the differences of force and displacement.
         let passed = follow(valve_low, self.low, half * (flow + state.flow));
         let speed = half * (velocity + state.last_velocity);
         (state.flow, state.last_velocity) = (flow, velocity);
@@ -44,7 +44,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let oil = self.oil * self.rate * (follow(force_low, self.low, input.force) - before);
         let moved = follow(velocity_low, self.low, speed);
         if !state.goes_on {
-            // What was travelled before the first sample, or while some were lost, has no velocity beside it.
+            // For the motion before the first sample, or during lost samples, there is no velocity.
             let travelled = input.displacement - state.displacement - self.period * speed;
             *displacement_low = *displacement_low + travelled;
         }
@@ -69,10 +69,10 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let flow_above = envelope(of_fast, self.fast_decay, rest(of_flow, self.high, passed));
         let measured = rest(of_force, self.high, oil);
         let oil_above = envelope(of_oil, self.fast_decay, measured);
-        // Near null an overlap that is not in the table hides what passes.
+        // Near null an overlap that is not in the table blocks the flow.
         let near = if input.spool.abs() < T::splat(NULL_REGION) { T::splat(1.0) } else { T::splat(0.0) };
         let hidden = envelope(&mut state.near_null, T::splat(1.0) - self.high, near) * self.null_drift;
-        // No more than what a single high-pass leaves of the flow through it.
+        // At most the output of a single high-pass for this flow.
         let [before, _] = &of_flow;
         let through = (passed - *before).abs();
         let hidden = if through < hidden { through } else { hidden };
@@ -82,7 +82,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             let tolerance = T::splat(FAST_FLOW) * flow_above + fast_drift + T::splat(TURNED_NULL) * hidden;
             let opposed = opposed(measured, measured - residual_above);
             turned.add(self.period * opposed, self.period * tolerance, turned_limit);
-            // That they agree is as it should be.
+            // Both have the same sign, as they should.
             turned.below = T::splat(0.0);
 
             let off = moved - travelled;
@@ -97,7 +97,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             let one = T::splat(1.0);
             let beyond = off * (self.per_reversal * speed).limit(-one, one);
             ratio.add(self.period * beyond, self.period * (T::splat(MOTION) * speed.abs()), ratio_limit);
-            // Nothing is left of the flow's residual with the right one of the two.
+            // The flow's residual vanishes with the correct one of the two.
             let worse = off * (unbalanced - half * (self.area * off));
             follow(&mut state.worse, self.slow, worse);
         }
@@ -113,7 +113,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     }
 }
 
-/// By how much two signals are opposed: the smaller of their sizes, negative where they agree.
+/// The opposition of two signals: the smaller of their sizes, negative if they have the same sign.
 #[inline(always)]
 fn opposed<T: Real>(a: T, b: T) -> T {
     let (first, second) = (a.abs(), b.abs());

@@ -1,9 +1,9 @@
-//! The filters and sums that a watch is made of.
+//! The filters and sums of a plausibility watch.
 
 use crate::integrity::integrity;
 use crate::number::Real;
 
-/// Two sums, of what is above and what is below.
+/// A two-sided cumulative sum.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -33,7 +33,7 @@ pub(super) fn follow<T: Real>(state: &mut T, share: T, value: T) -> T {
     *state
 }
 
-/// What two first-order high-passes leave.
+/// Two first-order high-passes in series.
 #[inline(always)]
 pub(super) fn rest<T: Real>([first, second]: &mut [T; 2], share: T, value: T) -> T {
     let once = value - follow(first, share, value);

@@ -1,4 +1,4 @@
-//! What a watch counts, against numbers that were worked out from noise, levels and rig apart from this code.
+//! The limits of a watch, compared with numbers that were computed from noise, levels and rig without this code.
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
@@ -31,15 +31,15 @@ fn functions_in_constants_are_those_of_the_library() {
     for power in [0.0, -0.3, -0.5, -0.6, -2.0, -24.9, -60.0] {
         near("exponential", exponential(power), libm::exp(power));
     }
-    // A low-pass of 80 Hz at 4096 Hz goes 11.6 % of the way; a corner beyond the rate all of it.
+    // The coefficient of a low-pass of 80 Hz at 4096 Hz is 11.6 %; for a corner beyond the rate it is 1.
     near("share", share(80.0, 4096.0), 0.1156239);
     assert_eq!(share(4096.0, 4096.0).to_bits(), 1.0_f64.to_bits());
 }
 
 #[test]
 fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
-    // Noise of 78 N, 63.5 µm, 0.525 mm/s and 0.05 % that may raise an alarm in a thousand hours at 4096 Hz: four signals
-    // have 2^36 readings in them, so that 36·ln 2 = 24.953 is the exponent and 7.064 the deviations.
+    // Noise of 78 N, 63.5 µm, 0.525 mm/s and 0.05 %, with one false alarm in a thousand hours at 4096 Hz. Four signals have
+    // 2^36 readings in this time, so the exponent is 36·ln 2 = 24.953, which means 7.064 deviations.
     let to = |trip: f64| Levels { warning: trip, trip };
     let protection = ProtectionParameters {
         force: to(20e3),
@@ -101,9 +101,9 @@ fn without_levels_capacity_and_greatest_flow_stand_in() {
         near(name, found, expected);
     }
     assert!(watch.gate.jump[1] >= f64::from(f32::MAX));
-    // Eight samples at the least, and the delay.
+    // At least eight samples, and the delay.
     assert_eq!((watch.repeats, watch.senses_velocity), (11, false));
-    // Almost every reading may raise an alarm: nothing below one deviation or so is asked for.
+    // Almost every reading may raise an alarm, so the limit is about one deviation.
     let coarse =
         put(&Parameters { sample_rate: 60.0, ..rig }, &ProtectionParameters::DEFAULT, &noise).unwrap();
     near("chance", coarse.gate.chance, libm::exp(-1.0));
@@ -128,7 +128,7 @@ fn what_is_out_of_range_is_named() {
         assert_eq!(named(PlausibilityParameters { spool_noise: bad, ..sound }), "spool_noise");
         assert_eq!(named(PlausibilityParameters { false_alarms: bad, ..sound }), "false_alarms");
     }
-    // A displacement without noise would make every rounding a contradiction.
+    // Without noise of the displacement every rounding error would be a contradiction.
     for bad in [-1.0, 0.0, f64::NAN, 1.1] {
         assert_eq!(named(PlausibilityParameters { displacement_noise: bad, ..sound }), "displacement_noise");
     }
