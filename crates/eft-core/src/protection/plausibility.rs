@@ -1,4 +1,4 @@
-//! Whether the measurements agree with each other, without a second sensor.
+//! The plausibility watch: it compares the measurements with each other, without redundant sensors.
 //!
 //! Three balances, each a residual with a two-sided cumulative sum: the actuator's flow (once as it is, once above the
 //! motion's frequencies, where the oil and so the force shows), the velocity against the displacement's derivative, the
@@ -29,7 +29,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) gate: SensorGate<T>,
     pub(super) derivative: FilteredDerivative<T>,
     pub(super) lost_samples: u32,
-    /// Repetitions (1) that look frozen.
+    /// Number of repetitions (1) of a stuck sensor.
     pub(super) repeats: u32,
     /// Whether a sensor measures the velocity.
     pub(super) senses_velocity: bool,
@@ -40,22 +40,22 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) leakage: T,
     pub(super) oil: T,
     pub(super) valve_gain: T,
-    /// Shares of the way in a sample: the residuals' low-pass, high-pass, the valve's lag, the valve's low-pass.
+    /// Coefficients (1): the residuals' low-pass and high-pass, the valve's lag, the valve's low-pass.
     pub(super) low: T,
     pub(super) high: T,
     pub(super) lag: T,
     pub(super) slow: T,
-    /// Shares of the envelopes that stay, of the fast residual and of the others.
+    /// Shares of the envelopes that remain in a sample, for the fast residual and for the others.
     pub(super) fast_decay: T,
     pub(super) decay: T,
-    /// What noise and offsets may leave of flow, fast flow (m³/s), motion (m/s) and opening (1), and sums that count.
+    /// Residuals from noise and offsets, of flow, fast flow (m³/s), motion (m/s) and opening (1), and limits of the sums.
     pub(super) drift: [T; 4],
     pub(super) limit: [T; 6],
-    /// Time (s) by which velocity and displacement may be apart.
+    /// Largest time (s) between velocity and displacement.
     pub(super) late: T,
-    /// Share of the way that velocity and difference go in a sample before their ratio is looked at.
+    /// Coefficient (1) of the low-pass of velocity and difference, before their ratio is compared.
     pub(super) fine: T,
-    /// One over the velocity (s/m) below which the direction counts in part.
+    /// Reciprocal of the velocity (s/m) below which the direction has a smaller weight.
     pub(super) per_reversal: T,
     /// Share that is left in a sample of the difference between two velocities that follow each other.
     pub(super) fade: T,
@@ -76,7 +76,7 @@ pub(super) const STROKE: usize = 3;
 pub(super) const TURNED: usize = 4;
 pub(super) const RATIO: usize = 5;
 
-/// What a watch remembers. `default()` is a rig at rest.
+/// The state of a watch. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -93,10 +93,10 @@ pub(crate) struct PlausibilityState<T> {
     lows: [T; 5],
     /// High-passes of residual, valve's flow and oil's flow.
     highs: [[T; 2]; 3],
-    /// The command's way through the valve, and spool and that low-passed.
+    /// The valve model's opening, and that and the spool after a low-pass.
     valve: [T; 4],
     envelopes: [T; 6],
-    /// How close to null the spool has just been (1).
+    /// Smallest recent distance of the spool from null (1).
     near_null: T,
     /// Velocity, its difference from the displacement's and the flow's residual, low-passed further.
     fine: [T; 3],
@@ -104,11 +104,11 @@ pub(crate) struct PlausibilityState<T> {
     /// The last displacement (m) of the motion's balance, and whether this sample follows it.
     displacement: T,
     goes_on: bool,
-    /// Distance (m) that lateness may put between velocity and displacement.
+    /// Difference (m) between velocity and displacement that a delay may cause.
     late: T,
-    /// By how much the velocity's flow fits worse than the displacement's, times their difference (m⁴/s²), averaged.
+    /// Average of the larger misfit of the velocity's flow than of the displacement's, times their difference (m⁴/s²).
     worse: T,
-    /// Once the force is blamed for a flow balance, in which the velocity counts as well.
+    /// Set when the force is blamed for a flow balance that contains the velocity as well.
     by_balance: bool,
     /// The velocity (m/s) that was last followed, what is left of its difference from the one before, and which it is.
     followed: T,
@@ -117,12 +117,12 @@ pub(crate) struct PlausibilityState<T> {
 }
 integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, late, worse, by_balance, followed, step, source);
 
-/// What else a watch has to know of a tick.
+/// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Known<T> {
     /// Force command (N).
     pub(crate) command: T,
-    /// Valve command (V) that stood; NaN where it is not known.
+    /// Valve command (V) during the last sample; NaN if unknown.
     pub(crate) valve_command: T,
     pub(crate) flow_gain: T,
     pub(crate) valve_gain: T,
@@ -130,7 +130,7 @@ pub(crate) struct Known<T> {
 }
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
-    /// The readings, NaN where they are not accepted.
+    /// The readings; NaN if they are not accepted.
     #[inline(always)]
     pub(crate) fn gate(&self, state: &mut PlausibilityState<T>, input: &Input<T>) -> Input<T> {
         let mut out = *input;
@@ -182,8 +182,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         cause
     }
 
-    /// The velocity (m/s) to follow: where its source changes, the step between the two fades in the valve's time, for
-    /// the lead network would make a kick of it.
+    /// The velocity (m/s) to follow. After a change of its source the step between the two fades in the valve's delay,
+    /// because the lead network would respond to the step with a kick.
     #[inline(always)]
     pub(crate) fn bridge(&self, state: &mut PlausibilityState<T>, velocity: T, source: u32) -> T {
         if !velocity.is_finite() {
@@ -211,7 +211,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
 }
 
 impl<T: Real> PlausibilityState<T> {
-    /// Believes a sensor no longer.
+    /// Distrusts a sensor from now on.
     #[inline(always)]
     pub(crate) fn distrust(&mut self, cause: Cause) {
         let [force, displacement, velocity, spool] = &mut self.distrusted;
@@ -231,25 +231,25 @@ impl<T: Real> PlausibilityState<T> {
         force.lost > 0 && force.jumped
     }
 
-    /// Whether the force is blamed for a flow balance, in which the velocity counts as well.
+    /// Whether the force is blamed for a flow balance that contains the velocity as well.
     #[inline(always)]
     pub(crate) fn is_by_balance(&self) -> bool {
         self.by_balance
     }
 
-    /// Sensors that are no longer believed, in the order of [`FORCE`] and its siblings.
+    /// The distrusted sensors, in the order of [`FORCE`] and its siblings.
     #[inline(always)]
     pub(crate) fn distrusted(&self) -> [bool; 4] {
         self.distrusted
     }
 
-    /// The velocity (m/s) that the displacement gives.
+    /// The velocity (m/s) from the displacement.
     #[inline(always)]
     pub(crate) fn velocity(&self) -> T {
         self.velocity
     }
 
-    /// The spool opening (1) that the valve command gives.
+    /// The spool opening (1) from the valve command.
     #[inline(always)]
     pub(crate) fn spool(&self) -> T {
         let [_, opening, ..] = self.valve;

@@ -1,7 +1,7 @@
 //! Protection of the specimen: limits with warning and trip levels, soft start and end, ramp to zero force.
 //!
-//! Two stages. A *trip* freezes the force command and takes it to zero along a ramp, the force loop still closed. A
-//! *shutdown* takes the whole valve command to zero. It follows if measurements stay lost, the controller refuses its
+//! Two stages. A *trip* freezes the force command and ramps it to zero, with the force loop still closed. A *shutdown*
+//! ramps the whole valve command to zero. It follows if measurements stay lost, the controller refuses its
 //! samples, a signal goes far beyond its trip level, or the force remains after the ramp. A closed valve locks the piston, and a
 //! moving mass against locked oil makes a large force. A shutdown must therefore be slow against the specimen's period,
 //! or act together with a bypass valve across the actuator.
@@ -41,21 +41,21 @@ integrity!(Protection<T>: force, displacement, velocity, spool, rise, fall, quic
 /// Share of the velocity's compensation after a trip. Below 1 the velocity feedback damps the specimen, also with a
 /// calibration that is a few per cent wrong.
 const TRIPPED_LEVEL: f64 = 0.95;
-/// The same in a shutdown, the force loop open.
+/// The same in a shutdown, with the force loop open.
 const SETTLING_LEVEL: f64 = 0.93;
-/// Share of the ramp's time after a trip by a sensor: a yielding specimen goes on as long as a force holds.
+/// Share of the ramp's time after a trip by a sensor, because a yielding specimen moves on under a force.
 const QUICK: f64 = 0.2;
 /// Share of the force's trip level by which a force that follows its command may differ from it.
 const FOLLOWED: f64 = 0.25;
 
-/// What a protection remembers. `default()` is a rig at rest before the start.
+/// The state of a protection. `default()` is a rig at rest before the start.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ProtectionState<T> {
-    /// Share of the command that is followed.
+    /// Followed share of the command.
     scale: Position,
-    /// Share of the valve command that is removed.
+    /// Removed share of the valve command.
     shut: Position,
     /// The last valid command (N); after a trip the last one before it.
     command: T,
@@ -72,7 +72,7 @@ pub struct ProtectionState<T> {
     cause: Cause,
     tripped: Latch,
     shut_down: Latch,
-    /// Share of the way from the shutdown to the closed valve.
+    /// Progress from the shutdown to the closed valve.
     settled: Position,
     /// Whether the soft end was requested.
     ending: bool,
@@ -94,7 +94,7 @@ pub struct ProtectionInput<T> {
     pub velocity: T,
     /// Spool opening (1).
     pub spool: T,
-    /// Alive counter (1), as in [`Input`](crate::Input); NaN is not watched before the first that is given.
+    /// Alive counter (1), as in [`Input`](crate::Input); NaN is allowed before the first value.
     pub alive: T,
     /// Measured time (s) since the last sample; the same.
     pub period: T,
@@ -120,9 +120,8 @@ impl<T: Real> Protection<T> {
     /// One sample.
     ///
     /// # NaN
-    /// A measurement that is not finite counts as lost. In place of a command that is not finite or beyond
-    /// [`LARGEST`] the last valid one is followed and [`status::INVALID_COMMAND`] raised; when it stays lost the test
-    /// is tripped.
+    /// A measurement that is not finite counts as lost. A command that is not finite or beyond [`LARGEST`] is replaced by
+    /// the last valid one and raises [`status::INVALID_COMMAND`]. If it stays lost, the test trips.
     ///
     /// # Cost
     /// Independent of history.
@@ -146,7 +145,7 @@ impl<T: Real> Protection<T> {
             (&self.spool, spool, Cause::SpoolLevel),
         ] {
             let size = value.abs();
-            // What is not finite is lost, not large.
+            // A value that is not finite is lost, not large.
             if !(size <= T::splat(f32::MAX as f64)) {
                 valid = false;
             } else if size > limit.warning {
@@ -241,11 +240,12 @@ impl<T: Real> Protection<T> {
         T::splat(SETTLING_LEVEL) * if left < one { left } else { one }
     }
 
-    /// Counts samples in a row by what the controller reports of them. Those that it refused, so that it holds its
-    /// output ([`status::INVALID_MEASUREMENT`], [`status::INVALID_COMMAND`]), shut down when they persist as lost
-    /// measurements do. Those of which a measurement cannot be right, though it looks plausible
-    /// ([`status::ADAPTATION_FROZEN`], [`status::STUCK_MEASUREMENT`]), trip when they persist; the ramp down is
-    /// followed by a shutdown then. An expired calibration ([`status::CALIBRATION_EXPIRED`]) trips. After each [`step`](Self::step).
+    /// Counts samples in a row by the controller's flags. Call it after each [`step`](Self::step).
+    ///
+    /// Refused samples, for which the output is held ([`status::INVALID_MEASUREMENT`], [`status::INVALID_COMMAND`]), shut
+    /// down if they persist, like lost measurements. Samples with a wrong but finite measurement
+    /// ([`status::ADAPTATION_FROZEN`], [`status::STUCK_MEASUREMENT`]) trip if they persist, and a shutdown follows the
+    /// ramp. An expired calibration ([`status::CALIBRATION_EXPIRED`]) trips.
     #[inline(always)]
     pub fn watch(&self, state: &mut ProtectionState<T>, flags: u32) {
         let raised = |faults: u32| flags & faults != 0;
@@ -270,7 +270,7 @@ impl<T: Real> Protection<T> {
         T::splat(1.0) - state.shut.share()
     }
 
-    /// What the next [`step`](Self::step) will make of a command (N) if nothing new happens.
+    /// The command (N) that the next [`step`](Self::step) will permit for a command (N), if nothing new happens.
     #[inline(always)]
     pub fn preview(&self, state: &ProtectionState<T>, command: T) -> T {
         let followed = command.abs() <= T::splat(LARGEST) && !state.tripped.is_set();
@@ -290,7 +290,7 @@ impl<T: Real> Protection<T> {
 }
 
 impl<T: Real> ProtectionState<T> {
-    /// Trips from outside, at the last command: an emergency stop, or another actuator of the same specimen.
+    /// Trips on request, at the last command: for an emergency stop, or another actuator of the same specimen.
     pub fn trip(&mut self) {
         self.trip_by(Cause::Request);
     }
@@ -330,7 +330,7 @@ impl<T: Real> ProtectionState<T> {
         self.tripped.is_set()
     }
 
-    /// Asks for the soft end: the command, still followed, fades along the ramp.
+    /// Requests the soft end: the force follows a command that fades along the ramp.
     pub fn end(&mut self) {
         self.ending = true;
     }

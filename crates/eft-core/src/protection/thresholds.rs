@@ -8,13 +8,13 @@ use crate::protection::limits::{PlausibilityParameters, ProtectionParameters};
 use crate::protection::plausibility::Plausibility;
 use crate::velocity::FilteredDerivative;
 
-/// Corner (Hz) of what the residuals see, and of the velocity that replaces a sensor's.
+/// Corner (Hz) of the residuals, and of the velocity that replaces a sensor's.
 const CORNER: f64 = 80.0;
-/// Corner (Hz) above which the force shows in the flow balance.
+/// Corner (Hz) above which the force has a large part in the flow balance.
 const ABOVE: f64 = 15.0;
-/// Corner (Hz) below which the ratio of velocity and displacement is looked at.
+/// Corner (Hz) below which the ratio of velocity and displacement is compared.
 const FINE: f64 = 15.0;
-/// Time (s) by which a velocity may be late beyond what its share allows.
+/// Delay (s) that a velocity may have in addition to its share.
 const LATE: f64 = 5.0e-4;
 /// Share of the velocity's trip level below which its direction counts in part.
 const REVERSAL: f64 = 0.01;
@@ -26,10 +26,10 @@ const SLOW: f64 = 5.0;
 const SWING: f64 = 30.0;
 /// Share of the actuator's capacity by which friction may change the force at once.
 const FRICTION: f64 = 0.01;
-/// Share of the greatest flow that null bias, overlap and leakage may leave, and of it what changes fast.
+/// Share of the greatest flow that null bias, overlap and leakage may leave, and the share of it that changes fast.
 const OFFSET: f64 = 0.05;
 const FAST_OFFSET: f64 = 7.0e-4;
-/// Share of the greatest flow that an overlap of about one per cent of the stroke hides near null.
+/// Share of the greatest flow that an overlap of about one per cent of the stroke blocks near null.
 const OVERLAP: f64 = 0.02;
 
 /// Natural logarithm, rounded up to a multiple of that of 2.
@@ -52,7 +52,7 @@ const fn root(square: f64) -> f64 {
 const REVERSING: f64 = 0.05;
 /// Share of such a gate for the force: one reading beyond it is only held, and `lost_samples` in a row trip.
 const HELD: f64 = 0.56;
-/// Share of its noise's deviation by which a reading changes at the most where a sensor is still.
+/// Largest change of a still sensor's reading, as a share of the deviation of its noise.
 const STILL: f64 = 0.1;
 
 /// e to the power of a negative number, in a constant.
@@ -75,14 +75,14 @@ const fn exponential(power: f64) -> f64 {
     result
 }
 
-/// Share of the way that a first-order low-pass goes in a sample; at the most all of it.
+/// Coefficient of a first-order low-pass, at most 1.
 const fn share(corner: f64, rate: f64) -> f64 {
     let angle = core::f64::consts::TAU * corner / rate;
     let share = angle / (1.0 + 0.5 * angle);
     if share < 1.0 { share } else { 1.0 }
 }
 
-/// A trip level, or a scale in its place.
+/// A trip level, or a replacement if there is none.
 const fn level(trip: f64, scale: f64) -> f64 {
     if trip < LARGEST { trip } else { scale }
 }
@@ -90,7 +90,7 @@ const fn level(trip: f64, scale: f64) -> f64 {
 macro_rules! constructor {
     ($t:ty) => {
         impl<const N: usize> Plausibility<$t, N> {
-            /// Puts the watch of a rig and its protection into `place`: a stack has no room for a second one.
+            /// Makes the watch of a rig and its protection in `place`, because the stack has no space for a second one.
             #[inline(never)]
             pub(crate) const fn put(
                 place: &mut Option<Self>,
@@ -121,7 +121,7 @@ macro_rules! constructor {
                 let velocity = level(protection.velocity.trip, greatest / area);
                 let spool = level(protection.spool.trip, 1.0);
                 let swing = core::f64::consts::TAU * SWING / rate;
-                // A third more for the noise of what is foreseen.
+                // A third more for the noise of the prediction.
                 let noise = 1.33 * deviations;
                 let far = if protection.displacement.trip < LARGEST {
                     noise * displacement_noise + swing * displacement
@@ -130,7 +130,7 @@ macro_rules! constructor {
                 };
                 let low = share(CORNER, rate);
                 let flow_noise = area * velocity_noise + greatest * spool_noise;
-                // Three deviations of white noise behind the low-pass, and what the sums of the rest may reach.
+                // Three deviations of white noise after the low-pass, and the range of the sums of the rest.
                 let behind = 3.0 * root(1.0 + low) * 0.75 * root(1.0 + 2.0 * low) * low;
                 let wandering = readings * flow_noise / (6.0 * rate);
                 // The low-passed noise of the displacement at a sum's two ends, seven deviations of it, and half as much
