@@ -1,22 +1,21 @@
-//! What the estimators have taken in, and the checkpoints to go back to when the latest turns out to be wrong.
+//! The evidence of the estimators, and its checkpoints for a rollback.
 //!
-//! A sensor that fails is noticed only when the models have missed its signal for some windows, and these count until
-//! then. So there is a checkpoint from time to time, and when the models cease to explain what is measured the older of
-//! the last two is restored.
+//! A failed sensor is noticed only after some windows, which count until then. The learner therefore makes checkpoints at
+//! intervals. When the models no longer explain the measurements, it restores the older of the last two.
 
 use crate::integrity::integrity;
 use crate::learning::flow_curve::CurveEvidence;
 use crate::learning::least_squares::LeastSquares;
 
-/// Sums over the windows that count, older ones less than newer ones.
+/// Sums over the accepted windows; older ones have a smaller weight.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Evidence<T> {
-    /// Of the flow, and of the spool.
+    /// Sums of the flow and of the spool.
     pub(crate) flow: LeastSquares<T>,
     pub(crate) valve: LeastSquares<T>,
-    /// All of it (s, of squared opening × time).
+    /// Total evidence (s, of squared opening × time).
     pub(crate) amount: T,
     /// As the squares of the asked opening, with the squares of the shares by which older ones are kept.
     pub(crate) newer_openings: T,
@@ -40,7 +39,7 @@ pub(crate) struct Checkpoints<T> {
 integrity!(Checkpoints<T>: older, newer);
 
 impl<T: Copy> Checkpoints<T> {
-    /// Both of the same evidence.
+    /// Two checkpoints of the same evidence.
     pub(crate) fn of(evidence: &Evidence<T>) -> Self {
         Self { older: *evidence, newer: *evidence }
     }
@@ -51,7 +50,7 @@ impl<T: Copy> Checkpoints<T> {
         self.newer = *evidence;
     }
 
-    /// Goes back to the older one, for good.
+    /// Restores the older one, which replaces both.
     pub(crate) fn restore(&mut self, evidence: &mut Evidence<T>) {
         *evidence = self.older;
         self.newer = self.older;

@@ -15,13 +15,13 @@ use crate::learning::tuning as t;
 use crate::learning::valve::ValveEstimator;
 use crate::parameters::Parameters;
 
-/// Delay by computation (samples) at the most.
+/// Largest computation delay (samples).
 const MOST_COMPUTATION: f64 = 1000.0;
-/// Windows per second that are aimed at, at the least (Hz).
+/// Least intended number of windows per second (Hz).
 const WINDOW_RATE: f64 = 200.0;
 /// Ticks of the shortest window.
 const SHORTEST: u32 = 8;
-/// Sample rate (Hz) that the learner needs at the least: below, its filters have too few windows.
+/// Lowest sample rate (Hz) of the learner. Below it there are too few windows for its filters.
 pub(crate) const LOWEST_RATE: f64 = 200.0;
 
 /// Ticks of a window: a power of two.
@@ -39,21 +39,21 @@ const fn windows(time: f64, period: f64) -> u32 {
     if whole as f64 * period < time { whole + 1 } else { whole }
 }
 
-/// Share of the way a first-order low-pass with this corner (rad/s) goes in a period (s), Tustin's without a zero.
+/// Coefficient of a first-order low-pass with this corner (rad/s) and period (s), by Tustin's rule without its zero.
 const fn share(corner: f64, period: f64) -> f64 {
     let angle = corner * period;
     angle / (1.0 + 0.5 * angle)
 }
 
-/// Variance (1) that two equal low-passes with this share leave of noise of variance 1: the sum of their impulse
-/// response's squares.
+/// Variance (1) of noise of variance 1 after two equal low-passes with this coefficient: the sum of the squares of their
+/// impulse response.
 const fn noise_passed(share: f64) -> f64 {
     let kept = (1.0 - share) * (1.0 - share);
     let rest = 1.0 - kept;
     share * share * share * share * (1.0 + kept) / (rest * rest * rest)
 }
 
-/// Refuses bounds between which nothing lies.
+/// Refuses bounds without a value between them.
 const fn bounds(parameter: &'static str, [lowest, highest]: [f64; 2]) -> Result<[f64; 2], ConfigError> {
     check!(within(parameter, highest, check!(positive(parameter, lowest)), LARGEST));
     Ok([lowest, highest])
@@ -98,7 +98,7 @@ macro_rules! constructor {
                 let period = ticks as f64 * sample;
                 let tau = core::f64::consts::TAU;
                 let network = check!(LeadNetwork::<$t>::by(p));
-                // The actuator, seen once a window.
+                // The actuator, sampled once a window.
                 let area = check!(positive("piston_area", p.piston_area));
                 let volume = check!(positive("compressibility", p.compressibility)) / area / period;
                 let leak = check!(within("leakage", p.leakage, 0.0, LARGEST)) / area;

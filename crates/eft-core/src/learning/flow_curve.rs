@@ -1,39 +1,39 @@
-//! The flow table's correction by direction and band of flow, as it is learned.
+//! The estimate of the flow table's correction by direction and band of flow.
 //!
-//! The flow gain `θ` is one number for the whole table. What it leaves is the error of the table's shape: the map from
-//! the no-load flow over `θ` to the flow that the table has at the opening which passes it.
+//! The flow gain `θ` is one number for the whole table. The correction is the remaining error of the table's shape. It maps
+//! the no-load flow over `θ` to the table's flow at the same opening.
 //!
-//! - The *asymmetry* sets the two directions' gains apart. It is found by least squares together with an offset of the
-//!   opening, which is an error of the sensor and not of the table.
-//! - Each node has a *departure* from that, which only flows in the two adjacent pieces move, by a Kalman filter of one
-//!   state. A band that was never visited follows its direction.
+//! - The *asymmetry* separates the gains of the two directions. It is found by least squares together with an offset of
+//!   the opening, which is an error of the sensor and not of the table.
+//! - Each node has a *departure* from the gain of its direction. Only flows in the two adjacent pieces change it, by a
+//!   Kalman filter of one state. A band that was never visited follows its direction.
 //!
-//! Both start from the belief that the table is right. What they may depart from it follows from the variance of what
-//! they leave unexplained: where the sensors are noisy they hardly act. The sensors' noise does not pull them either:
-//! instruments and nodes follow the opening that was asked of the valve, not the measured one.
+//! Both start with the prior that the table is correct. The variance of their unexplained part determines how fast they
+//! change, so they change little with noisy sensors. The noise does not bias them, because instruments and nodes follow the
+//! demanded opening, not the measured one.
 //!
-//! Estimated is the inverse and not the curve: the nodes then stand where demands are, and a tick finds its piece by one
-//! multiplication.
+//! The inverse of the curve is estimated. Its nodes are at demanded flows, so a tick finds its piece by one multiplication.
 
 use crate::compensation::{CurveGrid, CurvePiece, FIRST_NODE, NODES, PIECES, node_below, table_itself};
 use crate::integrity::integrity;
 use crate::number::Real;
 
-/// Belief in the table, as standard deviations: of a direction's gain (1).
+/// Prior standard deviation of a direction's gain (1).
 const GAIN_BELIEF: f64 = 0.03;
-/// Of the opening's offset (1).
+/// Prior standard deviation of the opening's offset (1).
 const OFFSET_BELIEF: f64 = 0.01;
-/// Of a node's departure from its direction, over the node's own flow.
+/// Prior standard deviation of a node's departure from its direction, over the node's flow.
 const NODE_BELIEF: f64 = 0.05;
-/// Least share of a window's squared error that is taken for noise and not for an error of the table.
+/// Least share of a window's squared error that counts as noise and not as an error of the table.
 const NOISE: f64 = 0.02;
 /// Variance (squared steps) of the errors before any is known, and the windows that it counts for.
 const FIRST_ERRORS: [f64; 2] = [4.0e-4, 10.0];
 /// Bound of the asymmetry.
 pub(super) const FARTHEST: f64 = 0.3;
-/// Largest departure of a node from its direction, over the node's own flow.
+/// Largest departure of a node from its direction, over the node's flow.
 pub(super) const DEPARTURE: f64 = 0.2;
-/// Parts of the departures that the asymmetry and the flow gain look past: what they can explain they take over, slowly.
+/// Parts of the departures that are removed before the estimates of asymmetry and flow gain. Asymmetry and flow gain slowly
+/// take over what they can explain.
 const SHARED: [f64; 2] = [0.5, 0.3];
 /// Weight (squared steps) of no departures at all in what they have in common.
 const COMMON_BELIEF: f64 = 1.0e-2;
@@ -47,11 +47,11 @@ const ZERO: usize = PIECES / 2;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowCurve<T> {
     pub(crate) grid: CurveGrid<T>,
-    /// What the sums of the directions forget, over what those of the flow gain do.
+    /// Forgetting of the directions' sums, over that of the flow gain's.
     pub(crate) forgotten: T,
     /// Share of the mean squared error that a further window displaces.
     pub(crate) average: T,
-    /// Windows that an error lasts: as many say what one would.
+    /// Number of windows for which an error lasts; together they count as one.
     pub(crate) correlation: T,
     /// Largest change of the asymmetry at a time (1).
     pub(crate) change: T,
@@ -65,24 +65,24 @@ integrity!(FlowCurve<T>: grid, forgotten, average, correlation, change, drift);
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 struct Direction<T> {
-    /// Of the table's slope squared, times flow, times error.
+    /// Sums of the table's slope squared, times flow, times error.
     slopes: T,
     slope_flows: T,
     slope_errors: T,
-    /// Of the instrument times flow, times error.
+    /// Sums of the instrument times flow, times error.
     flows: T,
     flow_errors: T,
 }
 integrity!(Direction<T>: slopes, slope_flows, slope_errors, flows, flow_errors);
 
-/// What a checkpoint keeps of the curve.
+/// The part of the curve's state in a checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct CurveEvidence<T> {
     /// Backwards, forwards.
     directions: [Direction<T>; 2],
-    /// How far the forward gain lies above the mean of both, and the backward one below, over that mean.
+    /// Difference of the forward gain from the mean of both, over that mean; the backward gain has the opposite one.
     pub(super) asymmetry: T,
     /// The nodes' departures (steps) from their direction.
     pub(super) departures: [T; NODES],
@@ -95,7 +95,7 @@ pub(crate) struct CurveEvidence<T> {
 }
 integrity!(CurveEvidence<T>: directions, asymmetry, departures, windows, squares, instrument_departures, common);
 
-/// What the correction remembers besides; flows in steps.
+/// Further state of the correction; flows in steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -107,26 +107,26 @@ pub(crate) struct CurveState<T> {
     pub(super) variances: [T; NODES],
     /// The spool sensor's offset (unit opening).
     offset: T,
-    /// How far the asymmetry wanted to go beyond its bounds (1).
+    /// Distance of the asymmetry's last result beyond its bounds (1).
     pub(crate) beyond: T,
-    /// The node that was brought up to date last.
+    /// The last updated node.
     node: u32,
 }
 integrity!(CurveState<T>: nodes, pieces, variances, offset, beyond, node);
 
-/// A window as the correction sees it; flows over the flow gain.
+/// A window's data for the correction; flows are divided by the flow gain.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CurveSample<T> {
-    /// Flow at no load, by the actuator.
+    /// No-load flow from the actuator's measurements.
     demand: T,
-    /// The same by the opening that was asked of the valve: free of the noise of spool and velocity.
+    /// The same from the demanded opening, without the noise of spool and velocity.
     instrument: T,
-    /// What the nodes' departures add to the demand.
+    /// The departures' part of the demand.
     departures: T,
     /// The table's flow at the measured opening, and its slope there (1/unit opening).
     passed: T,
     slope: T,
-    /// What the table has more than the correction says.
+    /// Excess of the table's flow over the corrected one.
     error: T,
 }
 
@@ -145,7 +145,7 @@ impl<T: Real> Default for CurveState<T> {
 }
 
 impl<T: Real> FlowCurve<T> {
-    /// The no-load flow (m³/s) that passes where the table has this one (m³/s), by searching.
+    /// The no-load flow (m³/s) at the opening for which the table has this flow (m³/s), by a search.
     pub(crate) fn undo(&self, pieces: &[CurvePiece<T>; PIECES], flow: T) -> T {
         let mut found = flow;
         for (n, piece) in pieces.iter().enumerate() {
@@ -158,8 +158,8 @@ impl<T: Real> FlowCurve<T> {
         found
     }
 
-    /// A window: flow (m³/s) that the actuator took, at no load and over the flow gain; flow (m³/s) by the table at no load
-    /// and its slope (m³/s per unit opening); how far the asked opening (1) lies above the measured one.
+    /// A window's data from three values: the actuator's no-load flow over the flow gain (m³/s), the table's no-load flow
+    /// (m³/s) with its slope (m³/s per unit opening), and the demanded opening less the measured one (1).
     pub(crate) fn sample(
         &self,
         (state, evidence): (&CurveState<T>, &CurveEvidence<T>),
@@ -181,7 +181,7 @@ impl<T: Real> FlowCurve<T> {
         }
     }
 
-    /// A window's flow (m³/s, at no load and over the flow gain) as the table would have it at the same openings, for the
+    /// A window's no-load flow over the flow gain (m³/s), converted to that of the table at the same openings, for the
     /// estimator of the flow gain.
     pub(crate) fn straightened(&self, state: &CurveState<T>, evidence: &CurveEvidence<T>, flow: T) -> T {
         let corrected = self.grid.apply(&state.pieces, flow);
@@ -189,8 +189,8 @@ impl<T: Real> FlowCurve<T> {
         corrected - T::splat(shared) * evidence.common * flow
     }
 
-    /// Learns of a window that counts, at a flow gain (1). `keep` is the share of the older ones that the flow gain's
-    /// estimator keeps.
+    /// Learns from an accepted window, at a flow gain (1). `keep` is the share of the older sums that remains in the
+    /// estimator of the flow gain.
     pub(crate) fn learn(
         &self,
         state: &mut CurveState<T>,
@@ -215,7 +215,7 @@ impl<T: Real> FlowCurve<T> {
     fn observe(&self, state: &CurveState<T>, evidence: &mut CurveEvidence<T>, s: &CurveSample<T>) -> T {
         let error = s.error - state.offset * s.slope;
         let square = error * error;
-        // What the table may be wrong by is no noise.
+        // The table's possible error is not noise.
         let (noise, least) = (square - belief(s.instrument), T::splat(NOISE) * square);
         let noise = if noise > least { noise } else { least };
         let keep = T::splat(1.0) - self.average;
@@ -270,7 +270,7 @@ impl<T: Real> FlowCurve<T> {
         evidence.directions = [of(one - asymmetry), of(one + asymmetry)];
     }
 
-    /// Moves a node's departure towards the flows seen in the adjacent pieces.
+    /// Moves a node's departure towards the flows in the adjacent pieces.
     fn depart(
         &self,
         state: &mut CurveState<T>,
@@ -279,7 +279,7 @@ impl<T: Real> FlowCurve<T> {
         node: usize,
         noise: T,
     ) {
-        // The nodes at zero and beyond the ends of the table stay where they are.
+        // The nodes at zero and beyond the ends of the table do not move.
         if node == ZERO || node == 0 || node >= NODES - 1 {
             return;
         }
@@ -303,7 +303,7 @@ impl<T: Real> FlowCurve<T> {
     fn gather(evidence: &mut CurveEvidence<T>, s: &CurveSample<T>, flow_gain: T, keep: T) {
         let [back, forth] = &mut evidence.directions;
         let d = if s.instrument < T::splat(0.0) { back } else { forth };
-        // Of the flow itself, since the flow gain moves faster than these sums; and against most of the departures.
+        // For the flow itself, because the flow gain changes faster than these sums, and without most of the departures.
         let (flow, instrument) = (flow_gain * s.demand, flow_gain * s.instrument);
         let [shared, _] = SHARED;
         let error = s.passed - T::splat(1.0 - shared) * s.departures - flow;
@@ -360,7 +360,7 @@ impl<T: Real> FlowCurve<T> {
 }
 
 impl<T: Real> CurveState<T> {
-    /// After what was learned turned out wrong: the departures are believed no more than at the start.
+    /// After a rollback: the variances of the departures are those of the start.
     pub(crate) fn doubt(&mut self) {
         self.variances = Self::default().variances;
     }
@@ -377,7 +377,7 @@ impl<T: Real> CurveState<T> {
     }
 }
 
-/// Variance of the belief in the table at a flow (steps).
+/// Prior variance of the table's error at a flow (steps).
 fn belief<T: Real>(flow: T) -> T {
     T::splat(NODE_BELIEF * NODE_BELIEF) * (flow * flow)
 }
@@ -464,7 +464,7 @@ mod tests {
 
     #[test]
     fn map_increases_whatever_was_learned() {
-        // A curve that no table can have.
+        // A curve that a table cannot have.
         let state = learned(7.0, 0.0, |flow| if flow.abs() < 3.0 { 2.0 * flow } else { 0.3 * flow });
         let mut before = f64::NEG_INFINITY;
         for n in -1200..=1200 {

@@ -1,4 +1,4 @@
-//! The learner: one straight-line function from a window to the calibration that it makes.
+//! The learner: one straight-line function from a window to a calibration.
 
 use crate::compensation::{Calibration, LeadNetwork};
 use crate::integrity::{integrity, word};
@@ -19,7 +19,7 @@ use crate::status;
 /// A learner's immutable configuration; one serves any number of channels of the same parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Learner<T: Real, const N: usize> {
-    /// Whether flow and valve are estimated; otherwise they stay the configured ones.
+    /// Whether flow and valve are estimated; otherwise the configured values stay.
     pub(super) adapts: bool,
     /// Whether the table is corrected by direction and band of flow as well.
     pub(super) corrects: bool,
@@ -41,30 +41,30 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) curve: FlowCurve<T>,
     pub(super) deviation: Deviation<T>,
     pub(super) guard: Guard<T>,
-    /// The lead network by the configuration.
+    /// The configured lead network.
     pub(super) lead: LeadNetwork<T>,
 }
 integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead);
 
-/// Everything a learner remembers; made by [`Learner::at_rest`].
+/// The state of a learner, made by [`Learner::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct LearnerState<T> {
-    /// Number of the next window, if none is left out.
+    /// Number of the next window, if none is missing.
     number: u32,
-    /// Windows taken in, up to the first checkpoint and round again.
+    /// Number of windows since the last checkpoint.
     since_checkpoint: u32,
-    /// Windows taken in, as far as the start counts.
+    /// Number of windows, counted up to the end of the start.
     since_start: u32,
-    /// Whether the filters have taken in the window before.
+    /// Whether the filters contain the previous window.
     filtered: bool,
-    /// Whether the means go on although learning is held off.
+    /// Whether the means continue although learning is held off.
     means_go_on: bool,
     means: Means<T>,
-    /// Share of the way that the filters' means go in a window, were learning not held off.
+    /// The means' share in a window if learning is not held off.
     mean_share: T,
-    /// The same as it is.
+    /// The means' share in use.
     share: T,
     filters: Filters<T>,
     /// Flow (m³/s) that the actuator took and the table's, both at no load and at one instant.
@@ -106,7 +106,7 @@ struct Filters<T> {
 }
 integrity!(Filters<T>: asked, spool, predicted, flow);
 
-/// Windows at the start in which lost samples need no settling: a rig starts at rest, or primed.
+/// Number of windows at the start in which lost samples need no settling, because a rig starts at rest or primed.
 const START: u32 = 3;
 
 impl<T: Real> LearnerState<T> {
@@ -152,11 +152,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
         }
     }
 
-    /// Takes in a window, and gives the calibration to [publish](crate::Channel::publish).
+    /// Makes the calibration to [publish](crate::Channel::publish) from a window.
     ///
     /// # NaN
-    /// A window's sums are finite, since the tick refuses what is not. A window that was left out counts as one with
-    /// lost samples.
+    /// A window's sums are finite, because the tick refuses other samples. A missing window counts as one with lost
+    /// samples.
     ///
     /// # Cost
     /// The same for every window but those of a checkpoint.
@@ -164,7 +164,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     pub fn update(&self, state: &mut LearnerState<T>, window: &Window<T>) -> Calibration<T> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
 
-        // What was measured.
+        // The measurements.
         let whole = window.lost == 0;
         if whole {
             state.means = self.means(window, state.valve.found.gain.value);
@@ -175,7 +175,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         state.filtered = whole;
         state.mean_share = self.filter.next_share(state.mean_share, restart);
 
-        // The opening that was asked of the valve, and the one there is, in the estimators' band.
+        // The demanded and the measured opening in the estimators' band.
         self.valve.asked(&mut state.valve, means.valve_command, restart);
         let (filter, filters, share) = (&self.filter, &mut state.filters, state.share);
         let (opening, change) = filter.step(&mut filters.asked, state.valve.opening(), share, restart);
@@ -203,7 +203,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let flow = filter.step(&mut filters.flow, straightened, share, restart);
         let flow = self.flow.sample(&state.flow, flow.into(), predicted.into());
 
-        // The guard judges the part of the flow that was not demanded.
+        // The guard uses the part of the flow that was not demanded.
         if self.guards && !restart {
             let error = means.force - means.command;
             let fed = self.flow_per_force * means.command + self.flow_per_change * means.command_change;
@@ -229,15 +229,15 @@ impl<T: Real, const N: usize> Learner<T, N> {
         if let Verdict::Rejected { learned } = verdict {
             state.checkpoints.restore(&mut state.evidence);
             state.curve.doubt();
-            // Where nothing was learned since the last time it may be the means that are wrong.
+            // If nothing was learned since the last rejection, the means may be wrong.
             state.means_go_on = !learned;
         }
-        // What is not believed is no part of the means either.
+        // Distrusted measurements do not enter the means either.
         let stopped = state.gate.is_held_off() && !state.means_go_on;
         state.share = if stopped { zero } else { state.mean_share };
         self.guard.follow_offset(&mut state.guard, state.share);
 
-        // What the window teaches.
+        // The estimates from this window.
         let mut weights = [zero, one];
         if verdict == Verdict::Accepted {
             let openings = [means.spool, state.valve.opening()];
@@ -283,8 +283,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
         self.curve.undo(&calibration.curve, self.model.at_no_load(opening)) * calibration.flow_gain
     }
 
-    /// What a whole window measured. In place of a lost valve command (V) stands the one that asks for the measured
-    /// opening, since with any other the filters' means would contradict each other for seconds.
+    /// The means of a whole window. A lost valve command (V) is replaced by that for the measured opening. With any other
+    /// one the filters' means would contradict each other for seconds.
     fn means(&self, window: &Window<T>, valve_gain: T) -> Means<T> {
         let Sums { velocity, force, spool, valve_command, command, spool_without_command } = window.sums;
         let stand_in = spool_without_command / (self.valve.valve_gain * valve_gain);
@@ -300,7 +300,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         }
     }
 
-    /// Makes a checkpoint where one is due. While nothing is learned it is what it was.
+    /// Makes a checkpoint if one is due.
     fn save_checkpoint(&self, state: &mut LearnerState<T>) {
         state.since_checkpoint += 1;
         if state.since_checkpoint >= self.checkpoint_windows {

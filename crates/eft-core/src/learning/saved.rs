@@ -1,7 +1,7 @@
-//! A calibration that outlives a restart: what was learned as plain data, and a learner that starts from it.
+//! A saved calibration: the estimates as plain data, and a learner that starts from them.
 //!
-//! The data have SI units and depend neither on the sample rate nor on the precision. A learner that starts from them has
-//! the estimates, and evidence that gives the same standard deviations. New windows displace this evidence as any other.
+//! The data have SI units, and are independent of sample rate and precision. A learner that starts from them has the same
+//! estimates and standard deviations. New windows replace this evidence like any other.
 
 use crate::compensation::{Deviations, FIRST_NODE, NODES, PIECES};
 use crate::error::{ConfigError, LARGEST, positive, within};
@@ -11,7 +11,7 @@ use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
 use crate::number::Real;
 
-/// What was learned, to be kept beyond a restart; made by [`Learner::saved`].
+/// A calibration to keep over a restart, made by [`Learner::saved`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -57,18 +57,18 @@ pub struct SavedCurve {
 }
 
 impl SavedCalibration {
-    /// Version of these data (1): another one is refused.
+    /// Version of these data (1); any other is refused.
     pub const VERSION: u32 = 1;
 }
 
-/// Share of a range by which rounding may take a value beyond it.
+/// Share of a range by which rounding may put a value beyond it.
 const ROUNDING: f64 = 1.0e-6;
 
 /// Time (s) for which the saved mean errors count.
 const ERROR_TIME: f64 = 1.0;
 
 impl<T: Real, const N: usize> Learner<T, N> {
-    /// What has been learned, to be [started from](Self::start_from) later.
+    /// The calibration, for [`start_from`](Self::start_from) later.
     ///
     /// # Cost
     /// For after a test, not for a tick.
@@ -103,8 +103,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
         }
     }
 
-    /// A learner at rest that knows what was saved. Its calibrations take effect as any: the first one at the first tick of
-    /// the third window. A learner that does not adapt, and data of which nothing was learned, give [`at_rest`](Self::at_rest).
+    /// A learner at rest with the saved estimates. Its first calibration takes effect at the first tick of the third window,
+    /// as always. A learner that does not adapt, and data without evidence, give [`at_rest`](Self::at_rest).
     ///
     /// # Errors
     /// Another version; a flow table with another greatest flow; an estimate beyond the learner's bounds; a standard
@@ -156,7 +156,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let error = of(curve.error * per_step);
             let asymmetry = [of(curve.asymmetry), of(curve.asymmetry_deviation)];
             self.curve.know(&mut evidence.curve, error * error, asymmetry, state.flow.gain.value);
-            // The map increases in every step on the way there.
+            // The map increases after every step of the construction.
             for _ in 0..NODES * NODES {
                 self.curve.refresh(&mut state.curve, &evidence.curve);
             }
@@ -169,7 +169,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         self.curve.grid.step.to_f64() * (PIECES / 2 - 1) as f64
     }
 
-    /// Refuses what this learner cannot have saved.
+    /// Refuses data that this learner cannot have saved.
     fn check(&self, saved: &SavedCalibration) -> Result<(), ConfigError> {
         let near = |parameter, value: f64, lowest: f64, highest: f64| {
             let slack = ROUNDING * (lowest.abs() + highest.abs());

@@ -10,7 +10,7 @@ pub(crate) const MEMORY: f64 = 0.25;
 pub(crate) const HALF_EVIDENCE: f64 = 1.5e-3;
 /// Evidence (squared opening × s) that is never forgotten.
 pub(crate) const KEPT_EVIDENCE: f64 = 5.0e-5;
-/// Time (s) from one checkpoint to the next, at the least: by then a failed sensor is noticed.
+/// Least time (s) between two checkpoints, within which a failed sensor is noticed.
 pub(crate) const CHECKPOINT: f64 = 0.2;
 /// Time (s) without learning after a rejection.
 pub(crate) const HOLD_OFF: f64 = 0.5;
@@ -18,11 +18,11 @@ pub(crate) const HOLD_OFF: f64 = 0.5;
 pub(crate) const SETTLING: f64 = 0.1;
 /// Time (s) over which the gate averages.
 pub(crate) const GATE_AVERAGE: f64 = 0.03;
-/// Share of the signals' squares (1) that the models may miss.
+/// Allowed squared error of the models, as a share of the signals' squares (1).
 pub(crate) const GATE_THRESHOLD: f64 = 0.03;
-/// Opening (1) beyond which the valve is taken to be saturated.
+/// Opening (1) beyond which the valve counts as saturated.
 pub(crate) const LINEAR_RANGE: f64 = 0.9;
-/// Time (s) by which a rate of opening is weighed against an opening.
+/// Time (s) that weights a rate of opening in comparison with an opening.
 pub(crate) const EXCITATION_TIME: f64 = 0.1;
 
 /// Largest rate of the flow gain (1/s).
@@ -31,7 +31,7 @@ pub(crate) const FLOW_GAIN_RATE: f64 = 0.5;
 pub(crate) const VALVE_GAIN_RATE: f64 = 0.2;
 /// Largest rate of either delay over the configured response delay (1/s).
 pub(crate) const DELAY_RATE: f64 = 2.0;
-/// Farthest that the velocity's delay goes from the configured one, over the configured response delay (1).
+/// Largest distance of the velocity's delay from the configured one, over the configured response delay (1).
 pub(crate) const VELOCITY_DELAY_REACH: [f64; 2] = [-1.0, 2.0];
 /// Weight of the configured flow gain (squared opening × s).
 pub(crate) const FLOW_GAIN_PRIOR: f64 = 1.0e-7;
@@ -45,7 +45,7 @@ pub(crate) const VELOCITY_DELAY_PRIOR: f64 = 6.0e-4;
 pub(crate) const DIRECTION_MEMORY: f64 = 5.0;
 /// Time (s) over which the errors of the flow curve are averaged.
 pub(crate) const CURVE_AVERAGE: f64 = 4.0;
-/// Time (s) that an error of the flow curve is taken to last: half a period of a tone of some hertz.
+/// Assumed duration (s) of an error of the flow curve: half a period of a tone of some hertz.
 pub(crate) const CURVE_CORRELATION: f64 = 0.12;
 /// Drift of a node over its own flow (1/√s of motion beside it).
 pub(crate) const CURVE_DRIFT: f64 = 0.016;
@@ -56,9 +56,9 @@ pub(crate) const TOLERATED: f64 = 1.0e-2;
 pub(crate) const GUARD_LOW_PASS: f64 = 4.0;
 /// Time (s) over which the guard averages.
 pub(crate) const GUARD_AVERAGE: f64 = 0.2;
-/// Time (s) in which the guard takes overcompensation back.
+/// Time (s) in which the guard removes overcompensation.
 pub(crate) const GUARD_TIME: f64 = 0.33;
 /// Velocity (m/s) below which the guard does not act.
 pub(crate) const GUARD_QUIET: f64 = 5.0e-3;
-/// Lowest level (1) the guard goes to.
+/// Lowest level (1) of the guard.
 pub(crate) const LOWEST_LEVEL: f64 = 0.5;

@@ -1,8 +1,8 @@
-//! Valve estimator: response delay and gain of the spool behind its command.
+//! Valve estimator: response delay and gain of the spool after its command.
 //!
-//! The measured command, taken back through the lead network, is the opening that a perfect inverse would give. What
-//! the spool does instead is explained by a gain and a further delay, by least squares. The regressors come from
-//! the command, which carries no sensor noise of the spool, so noise does not pull the delay down.
+//! The inverse of the lead network converts the measured command to the opening of a perfect inverse. Least squares find
+//! the gain and the further delay of the measured spool. The regressors come from the command, which contains no noise of
+//! the spool's sensor, so noise does not bias the delay.
 
 use crate::compensation::LeadNetwork;
 use crate::integrity::integrity;
@@ -12,9 +12,9 @@ use crate::number::Real;
 /// Constants of the estimate; delays in s, periods in s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ValveEstimator<T> {
-    /// Unit opening per V by the configuration.
+    /// Configured unit opening per V.
     pub(crate) valve_gain: T,
-    /// DC gain of the lead network (V per unit opening) by the configuration.
+    /// Configured DC gain of the lead network (V per unit opening).
     pub(crate) lead_gain: T,
     /// Lag of Tustin's lead network per response delay, 2α/(1 − α).
     pub(crate) lag_per_delay: T,
@@ -27,7 +27,7 @@ pub(crate) struct ValveEstimator<T> {
 }
 integrity!(ValveEstimator<T>: valve_gain, lead_gain, lag_per_delay, sample, sampling_delay, priors);
 
-/// What the estimator remembers.
+/// The state of the estimator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -39,14 +39,14 @@ pub(crate) struct ValveState<T> {
 integrity!(ValveState<T>: opening, washout, found);
 
 impl<T: Real> ValveState<T> {
-    /// The opening (1) that was last asked.
+    /// The last demanded opening (1).
     pub(crate) fn opening(&self) -> T {
         self.opening
     }
 }
 
 impl<T: Real> ValveEstimator<T> {
-    /// Nothing found yet.
+    /// The configured values.
     pub(crate) fn at_rest(&self) -> ValveState<T> {
         let zero = T::splat(0.0);
         ValveState { opening: zero, washout: zero, found: self.priors.at_rest() }
@@ -82,7 +82,7 @@ impl<T: Real> ValveEstimator<T> {
         sums.take(asked, asked, spool - asked[0] + known * decrease, weights);
     }
 
-    /// What the estimate leaves unexplained of the measured spool (1).
+    /// The part of the measured spool (1) that the estimate leaves unexplained.
     pub(crate) fn missed(&self, state: &ValveState<T>, [asked, decrease]: [T; 2], spool: T) -> T {
         spool - state.found.gain.value * asked + self.sampling_delay * self.priors.per_period * decrease
     }
