@@ -28,7 +28,7 @@ fn a_state_continues_under_another_configuration() {
     }
     second.take_over(&mut state);
     assert_eq!(state.calibration(), expected.calibration());
-    // The lead network forgets what it did before in a few hundred ticks; the trip stays.
+    // The lead network forgets its state within a few hundred ticks; the trip stays.
     for tick in 1000..2000 {
         let (out, like) = (second.step(&mut state, &swing(tick)), second.step(&mut expected, &swing(tick)));
         assert!((out.voltage - like.voltage).abs() < 0.1 * 0.9_f64.powi((tick - 1000) as i32) + 1e-12);
@@ -66,7 +66,7 @@ fn a_state_that_learned_nothing_begins_its_first_window_under_a_learning_configu
     let last = learning.window_ticks() - 1;
     for tick in 0..=last {
         let window = learning.step(&mut state, &swing(100 + tick)).window;
-        // Nothing was measured before it.
+        // There is no valid sample before it.
         assert_eq!(window.map(|w| (w.number, w.lost)), (tick == last).then_some((0, 1)), "tick {tick}");
     }
 }
@@ -149,14 +149,14 @@ fn an_integral_outlives_lost_samples_and_prime_without_a_bump() {
         channel.step(&mut state, &resting);
     }
     let held = channel.step(&mut state, &Input { force: 3000.0, ..resting }).voltage;
-    // Lost samples hold the output, and leave the integral.
+    // Lost samples hold the output and do not change the integral.
     let kept = channel.step(&mut state.clone(), &Input { force: 3000.0, ..resting }).voltage;
     for _ in 0..100 {
         assert_eq!(channel.step(&mut state, &Input { force: f32::NAN, ..resting }).voltage, held);
     }
     let behind = channel.step(&mut state, &Input { force: 3000.0, ..resting }).voltage;
     assert!((behind - kept).abs() < 1e-3 * kept.abs(), "{behind} {kept}");
-    // Primed, the first output is that of a channel without it, and the integral: the same again and again.
+    // After priming, each output is that of a channel without an integral part, plus the integral.
     let balanced = Input { force: 3000.0, ..resting };
     channel.prime(&mut state, &balanced);
     let mut plain = without.at_rest();
@@ -174,7 +174,7 @@ fn an_integral_outlives_lost_samples_and_prime_without_a_bump() {
 
 #[test]
 fn lost_samples_are_waited_for_after_the_windows_have_wrapped() {
-    // Nothing is ever published.
+    // No calibration is published.
     let learning = Learning { age_limit: f64::MAX, ..Learning::ADAPTIVE };
     let learning = Parameters { learning, ..RIG };
     let channel = Channel::<f64, 21>::new(&learning).unwrap();
@@ -186,7 +186,7 @@ fn lost_samples_are_waited_for_after_the_windows_have_wrapped() {
         for tick in 0..500 {
             let out = channel.step(&mut state, &good(tick));
             assert_eq!(out.status & status::TRIPPED, 0, "tick {tick}");
-            // Gaps shorter than the protection waits for.
+            // Gaps too short for the protection.
             for _ in 0..ProtectionParameters::DEFAULT.lost_samples {
                 let out = channel.step(&mut state, &lost);
                 assert_eq!(out.status & status::TRIPPED, 0, "tick {tick}: {:?}", state.cause());
@@ -199,12 +199,12 @@ fn lost_samples_are_waited_for_after_the_windows_have_wrapped() {
     assert_eq!(waited(0), Some(0));
 }
 
-/// The flow gain that a window of this number teaches.
+/// The flow gain from the window of this number.
 fn gain(window: u32) -> f64 {
     1.0 + 1e-4 * f64::from(window)
 }
 
-/// A tick, its window learned from; whether the protection has tripped.
+/// A tick with its learner; whether the protection has tripped.
 fn taught(
     channel: &Channel<f64, 21>,
     nominal: &Calibration<f64>,
@@ -242,11 +242,11 @@ fn what_a_lying_sensor_taught_is_taken_back() {
     for _ in 0..2000 {
         taught(&channel, &nominal, &mut state, &lost);
     }
-    // Of the two that were kept last, the 768th and the 896th, the older one: no fault is that old.
+    // The older one of the last two, the 768th and the 896th. It is older than any unnoticed fault.
     assert_eq!((state.cause(), state.calibration().flow_gain), (Cause::VelocityLost, gain(768)));
 }
 
-/// What a channel with a protection answers until it trips or so many ticks are over.
+/// The outputs of a channel with a protection, until it trips or for a number of ticks.
 fn until_tripped(
     state: &mut ChannelState<f64>,
     channel: &Channel<f64, 21>,
@@ -294,7 +294,7 @@ fn still(_: u32) -> Input<f64> {
     Input { displacement: 0.0, ..swing(0) }
 }
 
-/// The first of so many ticks in which a calibration has expired, its learner running or not.
+/// The first tick with an expired calibration, up to a number of ticks, with or without a running learner.
 fn expires(
     channel: &Channel<f64, 21>,
     state: &mut ChannelState<f64>,
@@ -332,7 +332,7 @@ fn a_learner_that_stops_is_noticed_and_what_it_found_stays() {
     let stopped = expires(&alone, &mut state, 8192, false);
     assert!(stopped.is_some_and(|tick| (4000..4200).contains(&tick)), "{stopped:?}");
     assert!(state.calibration().flow_gain > 1.05);
-    // It comes back.
+    // The learner runs again.
     expires(&alone, &mut state, 64, true);
     assert_eq!(expires(&alone, &mut state, 8192, true), None);
 }

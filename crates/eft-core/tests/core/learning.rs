@@ -1,10 +1,10 @@
-//! What a channel and its learner find of a valve, inline, at the speed of a test.
+//! The estimates of a channel with its learner inline.
 
 use eft_core::{Calibration, Channel, Learner, Learning, Parameters, Realization, status};
 
 use crate::rig::{self, SOUND, Valve};
 
-/// Beside an analog force loop, whose valve command is sampled: what is measured does not depend on what is found.
+/// With an analog force loop, whose valve command is sampled, so that the measurements do not depend on the estimates.
 const BESIDE: Parameters<'static> = Parameters { realization: Realization::Analog, ..rig::LEARNING };
 
 macro_rules! tests {
@@ -12,7 +12,7 @@ macro_rules! tests {
         mod $module {
             use super::*;
 
-            /// The last calibration in use after some seconds of swinging, its learner, and the last flags.
+            /// After some seconds of swinging: the calibration in use, the learner, and the last flags.
             fn learned(
                 p: &Parameters,
                 valve: Valve,
@@ -43,13 +43,13 @@ macro_rules! tests {
                 let p = Parameters { feedforward: false, learning: quiet, ..BESIDE };
                 let (found, ..) = learned(&p, spool, 0.0, 3.0);
                 assert!((found.valve_gain - 1.05).abs() < 0.01, "{found:?}");
-                // The lead network's voltage shows in the command that is sampled one sample later.
+                // The sampled command contains the lead network's voltage one sample later.
                 let whole = 7.0e-3 + 1.0 / 4096.0;
                 assert!((f64::from(found.response_delay) - whole).abs() < 1e-4, "{found:?}");
             }
 
             #[test]
-            fn a_guard_alone_takes_the_level_back_and_keeps_the_rest() {
+            fn a_guard_alone_lowers_the_level_only() {
                 let p = Parameters { learning: Learning { guard: true, ..Learning::OFF }, ..BESIDE };
                 let nominal = Calibration::<$t>::nominal(&p).unwrap();
                 let (found, _, flags) = learned(&p, SOUND, 2.0e4, 3.0);
@@ -77,7 +77,7 @@ macro_rules! tests {
             }
 
             #[test]
-            fn what_a_sensor_taught_while_it_stuck_is_lost() {
+            fn estimates_from_a_stuck_sensor_are_discarded() {
                 let p = Parameters { learning: Learning { guard: false, ..Learning::ADAPTIVE }, ..BESIDE };
                 let channel = Channel::<$t, 21>::new(&p).unwrap();
                 let learner = Learner::<$t, 21>::new(&p).unwrap();
@@ -129,13 +129,13 @@ fn flow_gain_is_found_at_every_sample_rate_that_is_allowed() {
     {
         assert!(refused.to_string().starts_with("sample_rate = 199: must lie in [200, "), "{refused}");
     }
-    // What does not average asks for nothing.
+    // Without learning there is no lowest rate.
     let off = Parameters { sample_rate: 10.0, learning: Learning::OFF, ..BESIDE };
     assert_eq!(Channel::<f64, 21>::new(&off).unwrap().window_ticks(), 0);
 }
 
 #[test]
-fn learning_that_makes_no_sense_is_refused_by_name() {
+fn impossible_learning_parameters_are_refused_by_name() {
     let l = Learning::ADAPTIVE;
     let with = |learning| Parameters { learning, ..BESIDE };
     for (name, parameters) in [

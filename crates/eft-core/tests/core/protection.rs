@@ -1,4 +1,4 @@
-//! The protection against everything that a loop may hand it, in any order.
+//! The protection with any inputs, in any order.
 
 use eft_core::{Levels, Protection, ProtectionInput, ProtectionParameters, ProtectionState, status};
 use proptest::prelude::*;
@@ -31,7 +31,7 @@ fn protection() -> Protection<f64> {
     Protection::<f64>::new(&parameters, RATE).unwrap()
 }
 
-/// One call.
+/// The inputs of one call.
 #[derive(Debug, Clone, Copy)]
 enum Call {
     Step([f64; 5]),
@@ -41,7 +41,7 @@ enum Call {
     End,
 }
 
-/// Mostly what a sound rig has, at times anything at all.
+/// Mostly inputs of a working rig, sometimes any numbers.
 fn number(scale: f64) -> impl Strategy<Value = f64> {
     prop_oneof![
         12 => -scale..scale,
@@ -88,7 +88,7 @@ proptest! {
                         since_trip = Some(since_trip.unwrap_or(0) + 1);
                     }
                     prop_assert_eq!(out.status & status::TRIPPED != 0, since_trip.is_some());
-                    // A ramp of ten tenths may leave the last bit.
+                    // The sum of ten tenths may differ in the last bit.
                     if since_trip > Some(RAMP) {
                         prop_assert_eq!(out.command, 0.0);
                     }
@@ -105,20 +105,20 @@ proptest! {
     }
 
     #[test]
-    fn what_the_controller_refuses_is_lost(
+    fn refused_samples_count_as_lost(
         command in -60.0..60.0f64, flag in prop::sample::select(vec![status::INVALID_MEASUREMENT, status::INVALID_COMMAND]),
         other in any::<u32>(),
     ) {
         let (p, mut state) = (protection(), ProtectionState::default());
         let mut authority_after = |refused: bool| {
             let out = p.step(&mut state, &input(command, 0.0, 0.0, 0.0, 0.0));
-            // Other flags play no part here; these two would, in their own way.
+            // Without the two flags that have their own counts.
             let other = other & !(status::INVALID_MEASUREMENT | status::INVALID_COMMAND);
             let other = other & !(status::ADAPTATION_FROZEN | status::STUCK_MEASUREMENT);
             p.watch(&mut state, other | if refused { flag } else { 0 });
             (out.authority, out.status & status::SHUT_DOWN != 0)
         };
-        // Three in a row are waited for, time and again.
+        // Three refused samples in a row do not shut down, also repeatedly.
         for refused in [true, true, true, false, true, true, true, false, true, true, true, true] {
             prop_assert_eq!(authority_after(refused), (1.0, false));
         }
@@ -148,7 +148,7 @@ fn a_lost_command_is_the_last_valid_one_and_ramped_down_when_it_stays_lost() {
     for _ in 0..3 {
         assert_eq!(step(f64::NAN).1.command, 30.0);
     }
-    // The loop is sound: let down gently, with the whole authority, whatever the command does by now.
+    // The loop works: the command ramps to zero with full authority, for any further command.
     for n in 1..=12 {
         let (_, out) = step(if n % 2 == 1 { f64::NAN } else { 20.0 });
         let expected = 30.0 * (1.0 - 0.1 * f64::from(n)).max(0.0);
@@ -170,7 +170,7 @@ fn a_trip_in_the_soft_start_has_no_step() {
         } else {
             state.trip();
         }
-        // A ramp goes in steps of 2⁻³¹.
+        // A ramp has steps of 2⁻³¹.
         assert!((step(&mut state) - 40.0 * (0.5 - 0.1)).abs() < 1e-7);
     }
 }

@@ -1,4 +1,4 @@
-//! A calibration that was saved: a learner that starts from it goes on as if it had never stopped.
+//! A saved calibration: a learner that starts from it continues like one that never stopped.
 
 use eft_core::{
     Calibration, Channel, Deviations, Input, Learner, LearnerState, Learning, Parameters, Realization,
@@ -12,12 +12,12 @@ const BESIDE: Parameters<'static> =
     Parameters { realization: Realization::Analog, learning: LEARNS, ..rig::LEARNING };
 const TRUE: Valve = Valve { flow_gain: 1.06, valve_gain: 1.03, delay: 7.0e-3 };
 
-/// A learner, what it remembers, and what is measured of the valve with some noise.
+/// A learner, its state, and measurements of a valve with some noise.
 struct Bench {
     channel: Channel<f64, 21>,
     learner: Learner<f64, 21>,
     memory: LearnerState<f64>,
-    /// Times the forward flow, and over the backward one.
+    /// Factor on the forward flow; the backward flow is divided by it.
     forward: f64,
     noise: u64,
 }
@@ -33,18 +33,18 @@ impl Bench {
         Self { memory: bench.learner.start_from(saved).unwrap(), ..bench }
     }
 
-    /// From -1 to 1, as noise of a sensor.
+    /// A number from -1 to 1, for the noise of a sensor.
     fn noise(&mut self) -> f64 {
         self.noise =
             self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.noise >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// The calibrations of some seconds of swinging, from rest; a sensor of the velocity that `lies` has another sign.
+    /// The calibrations of some seconds of swinging, from rest. With `lies` the velocity has the wrong sign.
     fn swing(&mut self, seconds: f64, lies: bool) -> Vec<Calibration<f64>> {
         let (mut state, mut found) = (self.channel.at_rest(), Vec::new());
         for tick in 0..(seconds * BESIDE.sample_rate) as u32 {
-            // From rest, as a test begins.
+            // From rest, like a test.
             let time = f64::from(tick) / BESIDE.sample_rate;
             let wave = |time: f64| 0.3 * time.clamp(0.0, 1.0) * (5.0 * time).sin();
             let spool = TRUE.valve_gain * wave(time - TRUE.delay);
@@ -81,7 +81,7 @@ fn close(one: f64, other: f64, share: f64) -> bool {
 }
 
 #[test]
-fn what_is_saved_is_what_the_last_calibration_said() {
+fn the_saved_values_are_those_of_the_last_calibration() {
     let (last, saved) = learned();
     assert_eq!((saved.version, saved.flow_gain), (SavedCalibration::VERSION, last.flow_gain));
     assert_eq!((saved.valve_gain, saved.response_delay), (last.valve_gain, last.response_delay));
@@ -92,7 +92,7 @@ fn what_is_saved_is_what_the_last_calibration_said() {
 }
 
 #[test]
-fn a_learner_goes_on_where_it_was() {
+fn a_learner_continues_from_its_calibration() {
     let mut unbroken = Bench::new(&BESIDE);
     unbroken.swing(8.0, false);
     let saved = unbroken.saved();
@@ -122,7 +122,7 @@ fn a_learner_goes_on_where_it_was() {
     }
     let nodes = saved.curve.departures.iter().zip(&again.curve.departures);
     assert!(nodes.clone().all(|(one, other)| (one - other).abs() < 1e-15), "{nodes:?}");
-    // Through the next test as the one that never stopped.
+    // The next test has the estimates of a learner that never stopped.
     let stayed = unbroken.swing(3.0, false);
     for (now, then) in bench.swing(3.0, false).iter().zip(&stayed) {
         assert!((now.flow_gain - then.flow_gain).abs() < 5e-3, "{now:?} {then:?}");
@@ -143,7 +143,7 @@ fn single_precision_starts_from_what_double_saved_and_another_rate_too() {
     let again = single.saved(&single.start_from(&saved).unwrap());
     assert!(close(again.flow_gain, saved.flow_gain, 1e-6), "{again:?}");
     assert!(close(again.deviations.velocity_delay, saved.deviations.velocity_delay, 1e-2), "{again:?}");
-    // What is on a bound in one precision is not beyond it in another.
+    // A value on a bound in one precision is not beyond it in the other.
     let bound = SavedCalibration { flow_gain: f64::from(1.35_f32), ..again };
     let double = Learner::<f64, 21>::new(&Parameters { sample_rate: 1024.0, ..BESIDE }).unwrap();
     let again = double.saved(&double.start_from(&bound).unwrap());
@@ -152,7 +152,7 @@ fn single_precision_starts_from_what_double_saved_and_another_rate_too() {
 }
 
 #[test]
-fn a_wrong_start_is_displaced_as_any_evidence() {
+fn a_wrong_start_is_replaced_like_any_evidence() {
     let (_, saved) = learned();
     let wrong = SavedCalibration { flow_gain: 1.2, valve_gain: 0.9, response_delay: 1.0e-2, ..saved };
     let learning = Learning { curve_correction: false, ..LEARNS };
@@ -165,7 +165,7 @@ fn a_wrong_start_is_displaced_as_any_evidence() {
 }
 
 #[test]
-fn a_rejection_goes_back_to_the_start() {
+fn a_rejection_returns_to_the_start() {
     let (_, saved) = learned();
     let found = Bench::start(&BESIDE, &saved).swing(2.0, true);
     assert!(found.iter().any(|c| c.status & status::ADAPTATION_FROZEN != 0));
@@ -174,19 +174,19 @@ fn a_rejection_goes_back_to_the_start() {
 }
 
 #[test]
-fn nothing_known_is_a_learner_at_rest() {
+fn data_without_evidence_give_a_learner_at_rest() {
     let learner = Learner::<f64, 21>::new(&BESIDE).unwrap();
     let nothing = learner.saved(&learner.at_rest());
     assert!(nothing.excitation == 0.0 && nothing.deviations.flow_gain.is_infinite());
     assert_eq!(learner.start_from(&nothing), Ok(learner.at_rest()));
-    // One that does not estimate has no use for it.
+    // A learner without estimates does not use it.
     let guard = Learning { guard: true, ..Learning::OFF };
     let guards = Learner::<f64, 21>::new(&Parameters { learning: guard, ..BESIDE }).unwrap();
     assert_eq!(guards.start_from(&learned().1), Ok(guards.at_rest()));
 }
 
 #[test]
-fn what_cannot_have_been_saved_is_refused_by_name() {
+fn impossible_data_are_refused_by_name() {
     let (_, saved) = learned();
     let refuses = |name: &str, change: fn(&mut SavedCalibration)| {
         let mut wrong = saved;
@@ -209,7 +209,7 @@ fn what_cannot_have_been_saved_is_refused_by_name() {
     refuses("calibration.departures", |s| s.curve.departures[7] = f64::NAN);
     refuses("calibration.departures", |s| s.curve.departures[8] = 1e-6);
     refuses("calibration.departure_deviations", |s| s.curve.departure_deviations[2] = -1e-6);
-    // Another table is another calibration.
+    // A calibration is refused for another table.
     let linear = Parameters { mode: eft_core::Mode::Linear, ..BESIDE };
     let learner = Learner::<f64, 21>::new(&linear).unwrap();
     assert_eq!(refused(learner.start_from(&saved)), "calibration.greatest_flow");

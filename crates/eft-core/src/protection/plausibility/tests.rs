@@ -1,4 +1,4 @@
-//! The watch against signals whose balance is known in closed form.
+//! The watch with signals whose balance is known in closed form.
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
@@ -27,7 +27,7 @@ pub(super) fn watch() -> Plausibility<f64, 21> {
 /// Force, displacement, velocity and spool of a sample.
 type Readings = [f64; 4];
 
-/// When (s) the watch names a cause for readings at each time, and which.
+/// The time (s) at which the watch names a cause for these readings, and the cause.
 fn named(seconds: f64, readings: impl Fn(f64) -> Readings) -> Option<(f64, Cause)> {
     let watch = watch();
     let mut state = PlausibilityState::default();
@@ -53,13 +53,13 @@ fn swing(time: f64) -> Readings {
     [0.0, displacement, velocity, table.opening(RIG.piston_area * velocity)]
 }
 
-/// The swing, from 1.05 s on with a factor on displacement and velocity that takes so long (s) to come.
+/// The swing, with a factor on displacement and velocity that appears from 1.05 s on within a time (s).
 fn swing_by(displacement: f64, velocity: f64, within: f64) -> Option<(f64, Cause)> {
     named(6.0, |time| {
         let [force, x, v, spool] = swing(time);
         let come = ((time - 1.05) / within).clamp(0.0, 1.0);
         let [of_x, of_v] = [displacement, velocity].map(|factor| 1.0 + come * (factor - 1.0));
-        // From where it is, as a gate would ask for.
+        // Without a jump, which the gate would reject.
         [force, of_x * x + (1.0 - of_x) * swing(1.05)[1], of_v * v, spool]
     })
 }
@@ -69,7 +69,7 @@ fn velocity_and_displacement_may_differ_by_four_hundredths_and_not_by_a_tenth() 
     for factor in [0.96, 1.0, 1.04] {
         assert_eq!((swing_by(1.0, factor, 1.0), swing_by(factor, 1.0, 1.0)), (None, None), "{factor}");
     }
-    // The larger of the two is not believed, whichever it is.
+    // The larger of the two is distrusted.
     let larger = [(1.0, 1.1, Cause::VelocityImplausible), (1.0, 0.9, Cause::DisplacementImplausible)];
     for (displacement, velocity, cause) in larger {
         let Some((time, named)) = swing_by(displacement, velocity, 0.2) else {
@@ -81,15 +81,15 @@ fn velocity_and_displacement_may_differ_by_four_hundredths_and_not_by_a_tenth() 
 }
 
 #[test]
-fn a_wrong_sign_is_told_from_the_right_one_by_the_flow() {
+fn the_flow_separates_a_wrong_sign_from_a_right_one() {
     let displacement = swing_by(-1.0, 1.0, STEP).unwrap();
     let velocity = swing_by(1.0, -1.0, STEP).unwrap();
     assert_eq!([displacement.1, velocity.1], [Cause::DisplacementImplausible, Cause::VelocityImplausible]);
     assert!(displacement.0 < 1.07 && velocity.0 < 1.07, "{displacement:?} {velocity:?}");
 }
 
-/// A piston that is held, the spool swinging about null; what flows within an overlap (1) is lost, and the force's
-/// sensor reads a share of the force.
+/// A blocked piston with the spool swinging about null. There is no flow within an overlap (1), and the load cell reads a
+/// share of the force.
 fn held(overlap: f64, share: impl Fn(f64) -> f64) -> Option<(f64, Cause)> {
     const SAMPLES: usize = 4096;
     let spool = |time: f64| 0.015 * libm::sin(core::f64::consts::TAU * 25.0 * time);
@@ -112,7 +112,7 @@ fn a_force_of_wrong_sign_is_noticed_near_null_and_an_overlap_is_not() {
     for overlap in [0.0, 0.005, 0.01] {
         assert_eq!(held(overlap, |_| 1.0), None, "{overlap}");
     }
-    // Where the force is zero, so that no reading jumps.
+    // At zero force, so that no reading jumps.
     let start = 0.4;
     let (time, cause) = held(0.0, |time| if time > start { -1.0 } else { 1.0 }).unwrap();
     assert_eq!(cause, Cause::ForceImplausible);
@@ -120,13 +120,13 @@ fn a_force_of_wrong_sign_is_noticed_near_null_and_an_overlap_is_not() {
 }
 
 #[test]
-fn from_one_velocity_to_another_there_is_no_step() {
+fn a_change_of_the_velocitys_source_makes_no_step() {
     let watch = watch();
     let mut state = PlausibilityState::default();
     for n in 0..100 {
         assert_eq!(watch.bridge(&mut state, 0.5, 0).to_bits(), 0.5_f64.to_bits(), "{n}");
     }
-    // In the valve's response delay a share of 1/e is left.
+    // After the valve's response delay a share of 1/e remains.
     let ticks = (RIG.response_delay * RIG.sample_rate) as u32;
     let passed = (0..=ticks).fold([0.5; 2], |[_, before], n| {
         let now = watch.bridge(&mut state, 0.4, 1);
@@ -134,7 +134,7 @@ fn from_one_velocity_to_another_there_is_no_step() {
         [before, now]
     });
     assert!((passed[1] - 0.4 - 0.1 / core::f64::consts::E).abs() < 3e-3, "{passed:?}");
-    // A lost velocity is lost, and changes nothing.
+    // A lost velocity changes nothing.
     let before = state;
     assert!(watch.bridge(&mut state, f64::NAN, 2).is_nan());
     assert_eq!(state, before);
