@@ -1,4 +1,4 @@
-//! A bare link: nothing but the interface and what it reaches.
+//! Links only the interface and the functions that it calls.
 fn main() {
     println!("cargo:rustc-link-arg=--entry=eft_proof");
     println!("cargo:rustc-link-arg=--gc-sections");

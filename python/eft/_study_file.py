@@ -17,7 +17,7 @@ from eft._test_file import NOT_THE_RIG, command_section, make_command, parse_tom
 from eft._toml_lines import only_sections, pointed
 
 TEMPLATE = """
-# what is varied: every value with every other,
+# the varied settings: every value with every other,
 [study.grid]
 "compensation.mode" = ["linear", "nonlinear"]
 # evenly spaced; with log = true in even ratios
@@ -35,7 +35,7 @@ TEMPLATE = """
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """What `eft.study` needs."""
+    """The arguments of `eft.study`."""
 
     rig: Rig
     commands: dict[str, Command]
@@ -51,7 +51,7 @@ def read_study(path: Path, changes: Mapping[str, Any]) -> StudyPlan:
     tree = parse_toml(path, text)
     section = tree.pop("study", None)
     if not isinstance(section, dict):
-        raise ValueError(f"{path}: no section [study]; it must say what is varied, as [study.grid] does")
+        raise ValueError(f"{path}: no section [study]; it must name the varied settings, as in [study.grid]")
     sections = _command_sections(path, tree)
     rig = rig_within(path, text, tree, changes)
     try:

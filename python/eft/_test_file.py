@@ -20,7 +20,7 @@ EL_CENTRO = "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
 """The record in the package; its name is `elcentro`."""
 
 TEMPLATE = """
-# what the force is to follow: a sine sweep,
+# the force command: a sine sweep,
 [command]
 kind = "sweep"
 # N
@@ -77,7 +77,7 @@ def command_section(path: Path, tree: Mapping[str, Any]) -> dict[str, Any]:
     """The section with the command."""
     section = tree.get("command")
     if section is None:
-        raise ValueError(f"{path}: no section [command]; it must say what the force is to follow")
+        raise ValueError(f"{path}: no section [command]; it must describe the force command")
     if not isinstance(section, dict):
         raise ValueError(f"{path}: command = {section!r}: must be a section [command]")
     return section

@@ -24,7 +24,7 @@ static mut EFT_PROBE: Probe = Probe { function: 0, depth: 0, saved: [0; 8], star
 // Calls the function with its caller's registers and stack pointer, since arguments may be on the stack.
 global_asm!(
     ".syntax unified",
-    // For the emulated processor, whatever the target of the other code.
+    // For the emulated processor, which may differ from the target of the other code.
     ".arch armv7e-m",
     ".thumb",
     ".section .text.eft_probe_call, \"ax\"",

@@ -17,13 +17,13 @@ const TICKS: u32 = 5_000;
 const PERIOD: u32 = 11_999;
 
 struct Shared(UnsafeCell<MaybeUninit<eft_exchange<eft_channel<f32>>>>);
-// Safety: what the interrupt and the main loop share is the interface under test.
+// Safety: interrupt and main loop share the exchange under test.
 unsafe impl Sync for Shared {}
 static EXCHANGE: Shared = Shared(UnsafeCell::new(MaybeUninit::zeroed()));
 
 /// The configuration that the interrupt steps with.
 static IN_USE: AtomicPtr<eft_channel<f32>> = AtomicPtr::new(null_mut());
-/// Whether the interrupt reads the first copy whatever was offered, as a program without an exchange would.
+/// Whether the interrupt always reads the first copy, as in a program without an exchange.
 static CARELESS: AtomicBool = AtomicBool::new(false);
 static COUNT: AtomicU32 = AtomicU32::new(0);
 /// The answers of the two configurations, and how often the interrupt computed each, or another.
@@ -41,7 +41,7 @@ fn answer(channel: *const eft_channel<f32>) -> u32 {
         MaybeUninit::<eft_input<f32>>::uninit(),
         MaybeUninit::<eft_output<f32>>::zeroed(),
     );
-    // Safety: every pointer is valid, and what is read has been filled.
+    // Safety: every pointer is valid, and the values that are read were written.
     unsafe {
         let _ = eft_reset_f32(channel, state.as_mut_ptr());
         let _ = eft_input_init_f32(input.as_mut_ptr());

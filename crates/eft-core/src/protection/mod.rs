@@ -6,7 +6,7 @@ mod latch;
 mod limits;
 mod oscillation;
 mod plausibility;
-#[allow(clippy::module_inception, reason = "the room is named after what it holds")]
+#[allow(clippy::module_inception, reason = "the module is named after its type")]
 mod protection;
 mod ramp;
 mod stuck;

@@ -52,7 +52,7 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
     ///
     /// # Cost
     /// Five additions and multiplications and two comparisons; where knots are crowded as many comparisons as `N` has
-    /// bits, whatever the map holds.
+    /// bits, for any map.
     #[inline(always)]
     pub fn eval(&self, x: S) -> S {
         self.eval_flagged(x).0
@@ -139,7 +139,7 @@ impl<S: Scalar> Row<S> {
 }
 
 /// The last of `N` ordered rows that starts at or below `x`, or the first if none does. The number of steps is that of
-/// the bits of `N`, whatever the rows hold. Rows beyond the last knot start at infinity.
+/// the bits of `N`, for any rows. Rows beyond the last knot start at infinity.
 #[inline(always)]
 pub(crate) fn search<R, S: Real, const N: usize>(rows: &[R; N], start: impl Fn(&R) -> S, x: S) -> Option<&R> {
     let mut rows = rows.as_slice();

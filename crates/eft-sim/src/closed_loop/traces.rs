@@ -146,7 +146,7 @@ macro_rules! traces {
             }
 
             $($(
-                #[doc = concat!($doc, " (", $unit, "), or what it is where the test does not record it; empty of a constant.")]
+                #[doc = concat!($doc, " (", $unit, "). A trace that the test does not record is its replacement; a constant one is empty.")]
                 pub fn $name(&self) -> &[f64] {
                     self.samples(stringify!($name))
                 }

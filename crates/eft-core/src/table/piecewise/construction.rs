@@ -183,7 +183,7 @@ macro_rules! constructor {
             }
 
             /// Fills the index in the arithmetic of `eval` itself. The cell is a monotone function of `x`, so
-            /// every knot in an earlier cell lies at or below `x` whatever the rounding.
+            /// every knot in an earlier cell lies at or below `x` for any rounding.
             #[allow(clippy::indexing_slicing)]
             const fn index(&mut self, len: usize) {
                 let (mut cell, mut next) = (0, 1);
