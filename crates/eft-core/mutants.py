@@ -3,8 +3,8 @@
     python crates/eft-core/mutants.py [FOLDER...] [--sample N] [--seed N] [--seconds N]
 
 A change is textual: a comparison, an operator, a sign, a constant or a truth value. The tests run
-on a copy of the repository below `target/mutants`; the sources stay as they are. A change that does
-not compile is no mutant.
+on a copy of the repository below `target/mutants`; the sources do not change. A change that does not
+compile does not count.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ FOLDERS = (
 )
 SHARE = 0.95
 
-#: What is replaced by what, where it stands in code.
+#: Patterns in code, and their replacements.
 CHANGES = [
     (r"(?<= )<(?= )", ">="),
     (r"(?<= )<=(?= )", "<"),
@@ -75,11 +75,11 @@ class Mutant:
 
 
 def mutants(folders: list[str]) -> list[Mutant]:
-    """All of them, but for tests, documentation and generic bounds."""
+    """All mutants, except in tests, documentation and generic bounds."""
     found = []
     source = ROOT / "crates/eft-core/src"
     for folder in folders:
-        # A folder's parent module stands beside it.
+        # A folder's parent module is a file of the same name.
         for file in sorted([*source.glob(f"{folder}.rs"), *(source / folder).rglob("*.rs")]):
             if file.stem in ("tests", "established", "mod") or file.parent.name == "tests":
                 continue
@@ -99,7 +99,7 @@ def mutants(folders: list[str]) -> list[Mutant]:
 
 
 def copied() -> None:
-    """The files that git knows, without what was built."""
+    """Copy the files of the repository, without build results."""
     listed = subprocess.run(
         ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True, text=True
     ).stdout
@@ -112,13 +112,13 @@ def copied() -> None:
 
 
 def tested(seconds: int) -> str:
-    """What the core's tests say: "passes", "noticed", "too slow" or "does not compile"."""
+    """Result of the core's tests: "passes", "noticed", "too slow" or "does not compile"."""
     common = {
         "cwd": COPY / "src",
         "capture_output": True,
         "env": {**os.environ, "CARGO_TARGET_DIR": str(COPY / "build"), "CARGO_PROFILE_DEV_DEBUG": "0"},
     }
-    # The unit tests alone are compiled in half the time, and most mutants go no further.
+    # The unit tests compile in half the time, and notice most mutants.
     for tests in (["--lib"], ["--test", "core"]):
         cargo = ["cargo", "test", "--quiet", "--offline", "--locked", "-p", "eft-core", *tests]
         if subprocess.run([*cargo, "--no-run"], check=False, **common).returncode:
@@ -132,19 +132,19 @@ def tested(seconds: int) -> str:
 
 
 def main() -> int:
-    """Tries them, and prints what became of each."""
+    """Try the mutants, and print the result of each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="*", default=FOLDERS)
     parser.add_argument("--sample", type=int, help="number of mutants, drawn at random")
-    parser.add_argument("--seed", type=int, default=1, help="of that chance (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the draw (default: %(default)s)")
     parser.add_argument(
-        "--seconds", type=int, default=120, help="for the tests of one (default: %(default)s)"
+        "--seconds", type=int, default=120, help="limit for the tests of one mutant (default: %(default)s)"
     )
     arguments = parser.parse_args()
     found = mutants(arguments.folders)
     print(f"{len(found)} mutants of {', '.join(arguments.folders)}")
     if arguments.sample:
-        # In the order of the draw: those tried so far are a sample at any time.
+        # In the order of the draw, so that the tried ones are a random sample at any time.
         found = random.Random(arguments.seed).sample(found, min(arguments.sample, len(found)))
     copied()
     if (before := tested(10 * arguments.seconds)) != "passes":

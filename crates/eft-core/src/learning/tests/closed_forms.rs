@@ -1,4 +1,4 @@
-//! Parts of the learner against their closed forms.
+//! Parts of the learner compared with closed forms.
 
 use crate::channel::{Channel, Input};
 use crate::compensation::{CurveGrid, LeadNetwork, PIECES};
@@ -15,7 +15,7 @@ fn learner() -> Learner<f64, 21> {
     Learner::<f64, 21>::new(&RIG).unwrap()
 }
 
-/// A correction with steps of 1 m³/s that forgets nothing and moves at once.
+/// A correction with steps of 1 m³/s, without forgetting and without a limited rate.
 const CURVE: FlowCurve<f64> = FlowCurve {
     grid: CurveGrid::over((PIECES / 2 - 1) as f64),
     forgotten: 0.0,
@@ -26,7 +26,7 @@ const CURVE: FlowCurve<f64> = FlowCurve {
 };
 /// A flow (steps) so small that no node moves.
 const FLOW: f64 = 0.02;
-/// Windows of either direction.
+/// Number of windows in each direction.
 const WINDOWS: u32 = 2000;
 
 /// Windows with `flow` (steps) forwards and backwards in turn, through a valve that passes `gains` of it backwards and
@@ -48,13 +48,13 @@ fn learn(
     }
 }
 
-/// Weight of the belief that something with this standard deviation is zero.
+/// Weight of the prior that a quantity with this standard deviation is zero.
 fn weight(evidence: &CurveEvidence<f64>, belief: f64) -> f64 {
     CURVE.mean_square(evidence) * CURVE.correlation / (belief * belief)
 }
 
 #[test]
-fn asymmetry_is_that_of_least_squares_under_a_belief_of_three_hundredths() {
+fn asymmetry_is_that_of_least_squares_with_a_prior_of_three_hundredths() {
     let mut learned = Default::default();
     learn(&mut learned, FLOW, [0.9, 1.2], [0.0, 0.0]);
     let (_, evidence) = learned;
@@ -69,7 +69,7 @@ fn asymmetry_is_that_of_least_squares_under_a_belief_of_three_hundredths() {
 }
 
 #[test]
-fn offset_is_that_of_least_squares_under_a_belief_of_a_hundredth() {
+fn offset_is_that_of_least_squares_with_a_prior_of_a_hundredth() {
     let (slope, offset) = (0.02, 0.05);
     let mut learned = Default::default();
     learn(&mut learned, FLOW, [1.0; 2], [slope, offset]);
@@ -83,7 +83,7 @@ fn offset_is_that_of_least_squares_under_a_belief_of_a_hundredth() {
 }
 
 #[test]
-fn an_offset_that_is_known_is_no_error_and_moves_no_node() {
+fn a_known_offset_is_no_error_and_moves_no_node() {
     let offset = 0.05;
     let mut learned = Default::default();
     learn(&mut learned, FLOW, [1.0; 2], [1.0, offset]);
@@ -96,7 +96,7 @@ fn an_offset_that_is_known_is_no_error_and_moves_no_node() {
 }
 
 #[test]
-fn nothing_known_has_no_spread() {
+fn without_evidence_the_variances_are_zero() {
     let mut priors = learner().valve.priors;
     let squares = [[4.0, 0.0], [0.0, 9.0]];
     let sums = LeastSquares { matrix: [[0.5, 0.0], [0.0, 0.25]], ..LeastSquares::default() };

@@ -1,4 +1,4 @@
-//! The sums' growth in a tick, of signals for which filters and residuals are known in closed form.
+//! The growth of the sums in a tick, for signals whose filters and residuals are known in closed form.
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
@@ -13,7 +13,7 @@ const PERIOD: f64 = 1.0 / 4096.0;
 const AT_THREE_TENTHS: f64 = 260.4 * 1.6387064e-5;
 const AT_ONE_TENTH: f64 = 102.2 * 1.6387064e-5;
 
-/// What a rig does steadily, but for the displacement, which has a velocity of its own.
+/// Steady signals of a rig; the displacement has a separate velocity.
 #[derive(Clone, Copy)]
 struct Steady {
     force: f64,
@@ -23,7 +23,7 @@ struct Steady {
     valve_command: f64,
 }
 
-/// The sums, and the average of which velocity fits, after one tick of such a rig whose filters have settled.
+/// The sums, and the average that compares the two velocities, after one tick of such a rig with settled filters.
 fn grown(rig: Steady) -> ([[f64; 2]; 6], f64) {
     let watch = watch();
     let mut state = PlausibilityState::default();
@@ -52,8 +52,8 @@ fn near(what: &str, found: f64, expected: f64) {
 }
 
 #[test]
-fn a_steady_flow_is_held_against_half_of_the_larger_one() {
-    // Against 4 kN the valve passes √(1 − 4/156.028) of its flow, which 3 V ask for; 5 % of the greatest flow may be off.
+fn a_steady_flow_is_compared_with_half_of_the_larger_one() {
+    // Under 4 kN the valve passes √(1 − 4/156.028) of its flow at 3 V. An error of 5 % of the greatest flow is allowed.
     let passed = AT_THREE_TENTHS * libm::sqrt(1.0 - 4e3 / (AREA * 1.9e7));
     let leaked = 1.3e-11 / AREA * 4e3;
     let drift = watch().drift[BALANCE];
@@ -82,7 +82,8 @@ fn velocity_and_displacement_may_differ_by_a_twentieth() {
     let (sums, _) = grown(Steady { travel: 0.4, ..rig });
     near("travel", sums[TRAVEL][1], PERIOD * (0.1 - 0.05 * 0.4 - drift));
     near("ratio", sums[RATIO][1], PERIOD * (0.1 - 0.05 * 0.3));
-    // Backwards too large is above as well; below 1 % of the trip level, 12 mm/s, the direction counts in part.
+    // A velocity that is too large backwards counts as above as well. Below 1 % of the trip level, 12 mm/s, the direction
+    // has a smaller weight.
     let (sums, _) = grown(Steady { velocity: -0.3, travel: -0.2, spool: -0.1, valve_command: -1.0, ..rig });
     near("backwards", sums[RATIO][0], PERIOD * (0.1 - 0.05 * 0.3));
     let (sums, _) = grown(Steady { velocity: 0.006, travel: 0.0, spool: 0.0, valve_command: 0.0, ..rig });
@@ -114,7 +115,7 @@ fn first(force: f64, spool: f64, senses_velocity: bool) -> [[f64; 2]; 6] {
 #[test]
 fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
     let Parameters { compressibility, leakage, .. } = Parameters::ZHAO2005;
-    // Of what steps, a low-pass of 80 Hz lets through a ninth, and two high-passes of 15 Hz nearly all of that.
+    // A low-pass of 80 Hz passes a ninth of a step, and two high-passes of 15 Hz nearly all of that.
     let (low, once) = (0.1156239, 1.0 - 0.02274800);
     let twice = once * once;
     for (force, opening, flow, overlap) in
@@ -124,7 +125,7 @@ fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
         let passed = low * 0.5 * root * flow;
         let taken = low * leakage / AREA * force;
         let oil = compressibility / AREA * 4096.0 * low * force;
-        // Within 3 % of null an overlap may hide what passes.
+        // Within 3 % of null an overlap may block the flow.
         let hidden = overlap * once * passed;
         let drift = watch().drift[FAST];
         let residual = twice * (taken + oil - passed);
@@ -132,13 +133,13 @@ fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
         let tolerance = twice * (0.2 * passed + 0.6 * oil.abs()) + drift + hidden;
         near("above", above, (PERIOD * (residual - tolerance)).max(0.0));
         near("below", below, (PERIOD * (-residual - tolerance)).max(0.0));
-        // Where the oil's flow by the force and by the rest are opposed, the smaller of them.
+        // If the oil's flow from the force and that from the rest are opposed, the smaller one counts.
         let opposed = if force < 0.0 { twice * (passed - taken).min(-oil) } else { 0.0 };
         let tolerance = twice * 0.2 * passed + drift + 0.25 * hidden;
         let [turned, _] = first(force, opening, true)[TURNED];
         near("turned", turned, (PERIOD * (opposed - tolerance)).max(0.0));
         assert!(force > 0.0 || (turned > 0.0 && below > 0.0));
-        // Behind an estimate of the velocity nothing of this counts.
+        // With an estimated velocity none of this counts.
         let estimated = first(force, opening, false);
         assert_eq!([estimated[FAST], estimated[TURNED]].concat(), [0.0; 4]);
     }
