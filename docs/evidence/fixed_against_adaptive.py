@@ -47,7 +47,7 @@ ROWS = {
         {False: (0.0, 1.5), True: (0.0, 1.5)},
     ),
     "structure": Row("damping 1 … 20 %, half the stiffness, springs that yield", "ratio", WIDER),
-    "building": Row("three-story building, an actuator a floor, 2 kN sweeps", "ratio", WIDER),
+    "building": Row("three-story building, an actuator per floor, 2 kN sweeps", "ratio", WIDER),
     "level": Row(
         "level 1.05 and 1.10 by mistake: displacement over the ideal one",
         "overshoot",

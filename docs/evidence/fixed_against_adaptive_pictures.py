@@ -159,7 +159,7 @@ def curves(rows: Rows, figure: Figure) -> tuple[str, str]:
     return (
         "Force over command against frequency: a notch at resonance or instability with the fixed scheme, "
         "one flat line with self-calibration",
-        "Force over command in the 8.9 kN sweep, without noise; dotted: the specimen has swung up.",
+        "Force over command in the 8.9 kN sweep, without noise. Dotted lines: the specimen swings up.",
     )
 
 

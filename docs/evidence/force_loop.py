@@ -81,7 +81,7 @@ def cases() -> str:
             name: [pool.submit(tested, truth, loop) for loop in LOOPS.values()]
             for name, truth in CASES.items()
         }
-    lines = ["| true of the rig | paper's gains | designed gains |", "| --- | --- | --- |"]
+    lines = ["| true rig | paper's gains | designed gains |", "| --- | --- | --- |"]
     lines += [f"| {name} | {' | '.join(job.result() for job in jobs)} |" for name, jobs in rows.items()]
     return "\n".join(lines) + "\n"
 
@@ -107,7 +107,7 @@ def oil_column() -> str:
             name: [pool.submit(shaken, truth, scheme, rate) for scheme in SCHEMES.values()]
             for name, truth, rate in cases
         }
-    lines = [f"| true of the rig | {' | '.join(SCHEMES)} |", "| --- |" + " --- |" * len(SCHEMES)]
+    lines = [f"| true rig | {' | '.join(SCHEMES)} |", "| --- |" + " --- |" * len(SCHEMES)]
     lines += [f"| {name} | {' | '.join(job.result() for job in jobs)} |" for name, jobs in rows.items()]
     return "\n".join(lines) + "\n"
 

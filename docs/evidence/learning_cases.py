@@ -102,7 +102,7 @@ def cases() -> Iterator[Case]:
     for delay in (1e-3, 2e-3, 5e-3):
         yield Case(f"velocity {1e3 * delay:.0f} ms late", late("velocity", delay))
     told = {"compensation.velocity_delay": round(2e-3 * RATE) / RATE}
-    yield Case("velocity 2 ms late, told", late("velocity", 2e-3), told)
+    yield Case("velocity 2 ms late, configured", late("velocity", 2e-3), told)
     yield Case("spool sensor 2 ms late", late("spool", 2e-3))
     yield Case("force sensor 1 ms late", late("force", 1e-3))
     for seed in range(1, 5):
