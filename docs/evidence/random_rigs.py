@@ -276,11 +276,12 @@ def report(folder: Path) -> None:
     text = [
         f"{len(data['flow_gain'])} rigs. With the fixed scheme the specimen swings up on {unstable} of them.",
         "",
-        "![Force over command from 0.5 to 9.5 Hz, one line per rig: with the fixed scheme from nothing to ten "
-        "times, with self-calibration within the grey band](_generated/random_rigs_ratio.png)",
+        "![Force over command from 0.5 to 9.5 Hz, one line per rig: from nothing to ten times "
+        "with the fixed scheme, with self-calibration within the grey band]"
+        "(_generated/random_rigs_ratio.png)",
         "",
-        "*Force over command in the sweep, one line from the least to the largest ratio per rig. The grey band "
-        "is 0.93–1.07.*",
+        "*Force over command in the sweep, one line from the least to the largest ratio per rig. The grey "
+        "band is 0.93–1.07.*",
         "",
         "![Share of the rigs below a force error in the earthquake test](_generated/random_rigs_error.png)",
         "",
