@@ -2,7 +2,8 @@
 
 use eft::core::Cause;
 use eft::core::status::{TRIPPED, cause};
-use eft::sim::excitation::{Command, sine_sweep};
+use eft::sim::excitation::{Command, effective_force, sine_sweep};
+use eft::sim::records::read_record;
 use eft::sim::{RigConfig, SimulateOptions, TestRun, ideal_response, simulate};
 use toml::Value;
 
@@ -184,16 +185,48 @@ fn a_velocity_of_wrong_gain_or_sign_is_noticed_at_every_moment_of_a_swing() {
     }
 }
 
-// SR-06
-#[test]
-fn a_fault_does_not_push_a_yielding_specimen_further() {
-    let yields: [(&str, Value); 5] = [
+/// A specimen that yields at 15 mm.
+fn yields() -> [(&'static str, Value); 5] {
+    [
         ("structure.kind", "bouc_wen".into()),
         ("structure.bouc_wen.yield_displacement", 0.015.into()),
         ("structure.bouc_wen.post_yield_ratio", 0.1.into()),
         ("structure.bouc_wen.exponent", 2.0.into()),
         ("structure.bouc_wen.shape", 0.5.into()),
-    ];
+    ]
+}
+
+// SR-06
+#[test]
+fn a_fast_yielding_specimen_is_braked_after_a_trip() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/python/eft/data/RSN6_IMPVALL.I_I-ELC180-hor1.AT2");
+    let mut command = effective_force(&read_record(path).unwrap(), 7040.0, RATE, 1.0).unwrap();
+    let sound = rig("digital", false, true, &yields());
+    let ideal = ideal_response(&sound, &command, &SimulateOptions::default()).unwrap();
+    let ideal = ideal.displacement.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    // The specimen moves at 0.39 m/s then, and the earthquake would have braked it.
+    let start = 2.227;
+    command.values.truncate(((start + 3.0) * RATE) as usize);
+    for signal in ["displacement", "velocity", "spool"] {
+        for adaptive in [false, true] {
+            let mut changes = fault(signal, "lost", start);
+            changes.push(("sensors.fault.duration", 0.5.into()));
+            changes.extend(yields());
+            let run = run(&rig("digital", adaptive, true, &changes), &command);
+            let most = seen(&run, start).displacement / ideal;
+            keep(
+                format_args!("yielding specimen in El Centro, {signal} lost, adaptive {adaptive}"),
+                &[("displacement over the ideal one", most)],
+            );
+            assert!(most < 1.2, "{signal}, adaptive {adaptive}: {most}");
+        }
+    }
+}
+
+// SR-06
+#[test]
+fn a_fault_does_not_push_a_yielding_specimen_further() {
+    let yields = yields();
     // 1.5 times the force at yield, near its resonance.
     let command = sine_sweep(15e3, 1.0, 1.0, 3.5, RATE).unwrap();
     let sound = rig("digital", false, true, &yields);

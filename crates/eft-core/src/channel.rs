@@ -211,8 +211,12 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 }
                 let source = protected.status & (status::TRIPPED | status::SHUT_DOWN) | u32::from(follows);
                 let source = source | believed.status & status::VELOCITY_DISTRUSTED;
-                believed.velocity =
-                    watch.bridge(&mut state.plausibility, believed.velocity * protected.level, source);
+                let compensated = believed.velocity * protected.level;
+                let braked = match state.protection.braking() {
+                    Some(share) if !protected.open => watch.brake(compensated, share),
+                    _ => compensated,
+                };
+                believed.velocity = watch.bridge(&mut state.plausibility, braked, source);
                 if protected.open {
                     // Without a force error the loop is open, and leakage damps the oil's spring.
                     believed.force = command;

@@ -21,6 +21,8 @@ use sums::{Sum, follow};
 
 /// Share of the limits that counts where the force has left its command.
 const ASTRAY: f64 = 0.5;
+/// Share of the velocity that the brake leaves uncompensated.
+const BRAKE: f64 = 0.2;
 
 /// A plausibility watch's immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,6 +61,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) per_reversal: T,
     /// Share that is left in a sample of the difference between two velocities that follow each other.
     pub(super) fade: T,
+    /// Largest velocity (m/s) that the brake leaves uncompensated.
+    pub(super) brake: T,
     /// Flow (m³/s) that an overlap of the spool may hide.
     pub(super) null_drift: T,
     /// Difference (N) from the command at which the force has left it.
@@ -66,7 +70,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// Changes of force (N) and displacement (m) that a frozen sensor would have shown.
     pub(super) evidence: [T; 2],
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, null_drift, astray, evidence);
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, brake, null_drift, astray, evidence);
 
 /// The residuals, in the order of their arrays: flow, fast flow, motion, stroke, force's direction, motion's ratio.
 pub(super) const BALANCE: usize = 0;
@@ -195,6 +199,13 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         state.step = self.fade * state.step;
         state.followed = velocity + state.step;
         state.followed
+    }
+
+    /// The velocity (m/s) to compensate for at a share (1) of the brake. The rest makes a force against the motion, as
+    /// friction does, up to a limit.
+    #[inline(always)]
+    pub(crate) fn brake(&self, velocity: T, share: T) -> T {
+        velocity - share * (T::splat(BRAKE) * velocity).limit(-self.brake, self.brake)
     }
 
     /// The opening that the valve command should have led to.

@@ -314,6 +314,13 @@ impl<T: Real> ProtectionState<T> {
         self.shut_down.set();
     }
 
+    /// Share of the brake (1) that takes the command's place after a trip by a sensor. Without it a specimen keeps its
+    /// kinetic energy when its command goes to zero, and a yielding one travels far.
+    #[inline(always)]
+    pub(crate) fn braking(&self) -> Option<T> {
+        self.cause.is_of_sensors().then(|| T::splat(1.0) - self.scale.share())
+    }
+
     /// There is no velocity left to follow in a shutdown.
     #[inline(always)]
     pub(crate) fn blind(&mut self) {

@@ -49,6 +49,24 @@ fn a_trip_takes_the_frozen_command_to_zero_and_stays() {
     }
 }
 
+// SR-06
+#[test]
+fn the_brake_takes_the_commands_place_after_a_trip_by_a_sensor() {
+    for (cause, brakes) in [(Cause::VelocityLost, true), (Cause::Request, false), (Cause::ForceLevel, false)]
+    {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        assert_eq!(state.braking(), None);
+        state.trip_by(cause);
+        for n in 1..=12 {
+            let out = p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
+            let expected = brakes.then_some(1.0 - out.command / 60.0);
+            let error = state.braking().unwrap_or(9.0) - expected.unwrap_or(9.0);
+            assert!(error.abs() < 1e-6, "{cause:?} {n}: {:?} {expected:?}", state.braking());
+        }
+    }
+}
+
 // SR-05
 #[test]
 fn a_sensor_that_lies_ramps_the_force_in_a_fifth_of_the_time() {

@@ -18,6 +18,8 @@ const FINE: f64 = 15.0;
 const LATE: f64 = 5.0e-4;
 /// Share of the velocity's trip level below which its direction counts in part.
 const REVERSAL: f64 = 0.01;
+/// Share of the velocity's trip level that the brake leaves uncompensated at the most.
+const BRAKE: f64 = 1.0 / 30.0;
 /// Share of friction's oil flow at which a force of the wrong sign counts: friction turns no sign.
 const TURNED: f64 = 0.25;
 /// Corner (Hz) below which the spool is compared with its command.
@@ -200,6 +202,7 @@ macro_rules! constructor {
                     fine: share(FINE, rate) as $t,
                     per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
                     fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
+                    brake: (BRAKE * velocity) as $t,
                     null_drift: (OVERLAP * greatest) as $t,
                     astray: (10.0 * force_noise + 0.15 * force) as $t,
                     evidence: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],

@@ -150,3 +150,20 @@ fn neither_a_start_off_the_middle_nor_samples_that_are_lost_look_like_motion() {
     });
     assert_eq!(watched, None);
 }
+
+// SR-06
+#[test]
+fn the_brake_is_a_share_of_the_velocity_up_to_a_limit() {
+    let watch = watch();
+    // A thirtieth of the trip level of 1.2 m/s is 0.04 m/s.
+    for (velocity, compensated) in [(0.1, 0.08), (0.2, 0.16), (0.4, 0.36), (1.0, 0.96)] {
+        for side in [1.0, -1.0] {
+            let braked = watch.brake(side * velocity, 1.0);
+            assert!((braked - side * compensated).abs() < 1e-12, "{velocity}: {braked}");
+            let half = watch.brake(side * velocity, 0.5);
+            assert!((half - 0.5 * side * (velocity + compensated)).abs() < 1e-12, "{velocity}: {half}");
+            assert_eq!(watch.brake(side * velocity, 0.0).to_bits(), (side * velocity).to_bits());
+        }
+    }
+    assert!(watch.brake(f64::NAN, 1.0).is_nan());
+}
