@@ -33,11 +33,15 @@ def test_outcome(evidence, name: str) -> None:
     assert row["ends"] == "completed", row
 
 
-def test_a_lost_supply_transducer_holds_the_output_and_says_so(evidence) -> None:
+@pytest.mark.parametrize("name", ["supply transducer lost", "supply transducer lost, protection on"])
+def test_a_lost_supply_transducer_leaves_its_last_reading_and_a_flag(evidence, name: str) -> None:
     import eft
 
-    case = next(case for case in evidence.cases() if case.name == "supply transducer lost")
-    run = case.run()
+    case = next(case for case in evidence.cases() if case.name == name)
+    run, row = case.run(), case.row()
     after = run.time > evidence.FAULT + 0.01
-    assert (run.status[after] & eft.Status.INVALID_MEASUREMENT != 0).all()
-    assert abs(run.flow_gain_estimate[-1] - 1.0) < 0.01
+    assert (run.status[after] & eft.Status.STUCK_MEASUREMENT != 0).all()
+    assert (run.status & eft.Status.INVALID_MEASUREMENT == 0).all()
+    assert float(row["force error"].rstrip("%")) <= 2.0, row
+    assert row["learning stands still"] == "0.00 s", row
+    assert row["ends"] == "completed", row

@@ -118,7 +118,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// One tick.
     ///
     /// # NaN
-    /// With an invalid measurement or command (not finite, or beyond its range) the last output is held, the
+    /// An invalid supply pressure is replaced by the last valid one, and [`status::STUCK_MEASUREMENT`] is raised. With
+    /// another invalid measurement or an invalid command (not finite, or beyond its range) the last output is held, the
     /// controller's state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first
     /// good tick recovers. After more than [`gap_time`](Parameters::gap_time) of such ticks it starts from rest at the
     /// new operating point. The change since the last good tick then does not count as that of one tick.
@@ -232,7 +233,11 @@ impl<T: Real, const N: usize> Channel<T, N> {
             spool: believed.spool,
             supply_pressure: input.supply_pressure,
         };
-        let supply = if parts.measures_supply { self.controller.supply(&asked) } else { Supply::nominal() };
+        let supply = if parts.measures_supply {
+            self.controller.supply(&mut state.controller, asked.supply_pressure)
+        } else {
+            Supply::nominal()
+        };
         let sample = self.controller.sample(&state.controller, &asked, supply);
         let sample = Sample { integrates: parts.integrates, ..sample };
         let out = if !sample.good {

@@ -55,16 +55,16 @@ pub struct ControllerInput<S> {
     pub force: S,
     /// Spool opening (1).
     pub spool: S,
-    /// Supply pressure (Pa); used if it is measured.
+    /// Supply pressure (Pa); used if it is measured. The last valid one replaces an invalid one.
     pub supply_pressure: S,
 }
 
 /// The supply pressure.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Supply<S: Scalar> {
-    /// Its ratio to the configured pressure (1); 1 where it is not measured.
+    /// The last valid ratio to the configured pressure (1); 1 where it is not measured.
     pub(crate) ratio: S,
-    /// Where the ratio lies between 1/20 and 4.
+    /// Where this is the present one: it lies between 1/20 and 4.
     pub(crate) valid: S::Mask,
 }
 
@@ -73,6 +73,12 @@ impl<S: Scalar> Supply<S> {
     #[inline(always)]
     pub(crate) fn nominal() -> Self {
         Self { ratio: S::splat(1.0), valid: S::Mask::splat(true) }
+    }
+
+    /// The flag of a last valid pressure in place of the present one.
+    #[inline(always)]
+    fn held(&self) -> S::Flags {
+        S::flag(!self.valid, status::STUCK_MEASUREMENT)
     }
 }
 
@@ -102,8 +108,10 @@ pub struct ControllerState<S: Scalar> {
     lost: S::Flags,
     /// The force loop's integral (V).
     integral: S,
+    /// The last valid ratio of the measured supply pressure to the configured one, less 1 (1).
+    supply: S,
 }
-integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, lost, integral);
+integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, lost, integral, supply);
 
 /// One tick's result.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,9 +148,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// example through a computation delay.
     ///
     /// # NaN
-    /// With an invalid measurement or command (not finite, or beyond [`LARGEST`]) the last valve command is held, the
-    /// state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the feedforward
-    /// continues with a valid command, so that the next one's rate is that of one tick. After more than
+    /// An invalid supply pressure (not finite, below 1/20 or beyond 4 times the configured one) is replaced by the last
+    /// valid one, and [`status::STUCK_MEASUREMENT`] is raised. With another invalid measurement or an invalid command
+    /// (not finite, or beyond [`LARGEST`]) the last valve command is held, the state stays and
+    /// [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the feedforward continues with a
+    /// valid command, so that the next one's rate is that of one tick. After more than
     /// [`gap_time`](Parameters::gap_time) of such samples the next good one starts from rest at the new operating
     /// point. The valve command stays within its rate.
     #[inline(always)]
@@ -153,7 +163,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let sample = self.sample(state, input, self.supply(input));
+        let supply = self.supply(state, input.supply_pressure);
+        let sample = self.sample(state, input, supply);
         if sample.good.any() {
             self.follow(state, sample, calibration, path)
         } else {
@@ -169,7 +180,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         input: &'a ControllerInput<S>,
         supply: Supply<S>,
     ) -> Sample<'a, S> {
-        let good = self.accepts(input) & supply.valid;
+        let good = self.accepts(input);
         let rests = S::at_least(state.lost, self.gap);
         Sample { input, supply, good, rests, integrates: self.integrates() }
     }
@@ -218,13 +229,13 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         state.compensation = next;
         state.servovalve = ServovalveControllerState::select(good, servovalve, state.servovalve);
         state.valve_command = S::select(good, valve_command, state.valve_command);
-        let mut status = flags | limits;
+        let mut status = flags | limits | supply.held();
         if good.all() {
             state.lost = S::Flags::default();
         } else {
             state.count(good);
-            status =
-                S::select_flags(good, status, self.faults(command, velocity, force, spool, supply.valid));
+            let faults = self.faults(command, velocity, force, spool) | supply.held();
+            status = S::select_flags(good, status, faults);
         }
         ControllerOutput { valve_command: state.valve_command, compensation, status }
     }
@@ -241,7 +252,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         self.further_flow(&mut state.feedforward, input);
         state.count(S::Mask::splat(false));
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        self.last(state, self.faults(command, velocity, force, spool, supply.valid), path)
+        self.last(state, self.faults(command, velocity, force, spool) | supply.held(), path)
     }
 
     /// The last output with these flags.
@@ -272,7 +283,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     ) -> ControllerState<S> {
         // After long at one command, the next one is the same.
         let input = &ControllerInput { next_command: input.command, ..*input };
-        let good = self.accepts(input) & self.supply(input).valid;
+        let good = self.accepts(input);
         ControllerState::select(good, self.settled(before, input, calibration), ControllerState::default())
     }
 
@@ -284,7 +295,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         calibration: &Calibration<S>,
     ) -> ControllerState<S> {
         let feedforward = self.feedforward.at_rest(self.known_command(input));
-        let supply = self.supply(input);
+        let mut measured = *before;
+        let supply = self.supply(&mut measured, input.supply_pressure);
         let further_flow = self.further_flow(&mut { feedforward }, input);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
         let sample = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
@@ -299,7 +311,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             Realization::Analog => compensation.output(),
         };
         let lost = S::Flags::default();
-        ControllerState { compensation, feedforward, servovalve, integral, valve_command, lost }
+        let supply = measured.supply;
+        ControllerState { compensation, feedforward, servovalve, integral, valve_command, lost, supply }
     }
 
     /// The calibration of the configuration, which is the paper's scheme.
@@ -338,27 +351,22 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
     }
 
-    /// The supply from its measured pressure.
+    /// The supply from its measured pressure (Pa), or from the last valid one.
     // Value and validity are in one branch, so that a rig without the measurement pays for neither.
     #[inline(always)]
-    pub(crate) fn supply(&self, i: &ControllerInput<S>) -> Supply<S> {
+    pub(crate) fn supply(&self, state: &mut ControllerState<S>, pressure: S) -> Supply<S> {
         if !self.measures_supply.any() {
             return Supply::nominal();
         }
-        let relative = i.supply_pressure * self.per_supply_pressure;
-        let ratio = S::select(self.measures_supply, relative, S::splat(1.0));
-        Supply { ratio, valid: (ratio - S::splat(2.025)).abs().le(S::splat(1.975)) }
+        let one = S::splat(1.0);
+        let measured = S::select(self.measures_supply, pressure * self.per_supply_pressure, one);
+        let valid = (measured - S::splat(2.025)).abs().le(S::splat(1.975));
+        let ratio = S::select(valid, measured, one + state.supply);
+        state.supply = ratio - one;
+        Supply { ratio, valid }
     }
 
-    /// The supply (1) of a measured pressure (Pa); 1 where it is not measured, or not a number.
-    #[inline(always)]
-    pub(crate) fn supply_of(&self, pressure: S) -> S {
-        let relative = pressure * self.per_supply_pressure;
-        let sound = self.measures_supply & relative.abs().le(S::splat(LARGEST));
-        S::select(sound, relative, S::splat(1.0))
-    }
-
-    /// Where the input without the supply is valid.
+    /// Where the input is valid. The last valid supply pressure replaces an invalid one.
     #[inline(always)]
     pub(crate) fn accepts(&self, i: &ControllerInput<S>) -> S::Mask {
         i.command.abs().le(S::splat(LARGEST)) & self.compensation.accepts(i.velocity, i.force, i.spool)
@@ -367,9 +375,9 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     // By value and not inlined, so that a good tick does not pay for these checks.
     #[cold]
     #[inline(never)]
-    fn faults(&self, command: S, velocity: S, force: S, spool: S, supplied: S::Mask) -> S::Flags {
+    fn faults(&self, command: S, velocity: S, force: S, spool: S) -> S::Flags {
         let commanded = command.abs().le(S::splat(LARGEST));
-        let measured = self.compensation.accepts(velocity, force, spool) & supplied;
+        let measured = self.compensation.accepts(velocity, force, spool);
         S::flag(!commanded, status::INVALID_COMMAND) | S::flag(!measured, status::INVALID_MEASUREMENT)
     }
 
@@ -399,6 +407,7 @@ impl<S: Scalar> ControllerState<S> {
             integral: S::select(mask, yes.integral, no.integral),
             valve_command: S::select(mask, yes.valve_command, no.valve_command),
             lost: S::select_flags(mask, yes.lost, no.lost),
+            supply: S::select(mask, yes.supply, no.supply),
         }
     }
 }

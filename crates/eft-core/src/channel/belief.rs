@@ -27,8 +27,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         input: &Input<T>,
         mut believed: Believed<T>,
     ) -> Believed<T> {
+        let supply = self.controller.supply(&mut state.controller, input.supply_pressure).ratio;
         let calibration = state.calibration();
-        let supply = self.controller.supply_of(input.supply_pressure);
         let known = Known {
             command: input.command,
             valve_command: match self.realization {

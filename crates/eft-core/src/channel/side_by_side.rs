@@ -56,7 +56,7 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
         path: impl FnOnce(S) -> S,
     ) -> (ControllerOutput<S>, bool) {
         let stood = state.controller.valve_command();
-        let supply = self.controller.supply(input);
+        let supply = self.controller.supply(&mut state.controller, input.supply_pressure);
         let sample = self.controller.sample(&state.controller, input, supply);
         let good = sample.good;
         let [calibration, _] = &state.calibrations;

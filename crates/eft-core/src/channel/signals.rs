@@ -20,7 +20,7 @@ pub struct Input<T> {
     pub displacement: T,
     /// Acceleration (m/s²); used by an observer that reads an accelerometer.
     pub acceleration: T,
-    /// Supply pressure (Pa); used if its deviations are corrected.
+    /// Supply pressure (Pa); used if its deviations are corrected. The last valid one replaces an invalid one.
     pub supply_pressure: T,
     /// Force command (N) of the next tick; used if the feedforward looks ahead.
     pub next_command: T,

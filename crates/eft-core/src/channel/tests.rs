@@ -349,3 +349,28 @@ fn an_age_limit_that_a_calibration_in_time_would_reach_is_refused() {
         until_tripped(&mut channel.at_rest(), &channel, |_| Input { displacement: 0.0, ..swing(0) });
     assert_eq!(tripped, u32::MAX);
 }
+
+#[test]
+fn an_invalid_supply_pressure_is_replaced_by_the_last_valid_one() {
+    let measured = Parameters { supply_correction: true, protection: None, ..RIG };
+    let channel = Channel::<f64, 21>::new(&measured).unwrap();
+    let nominal = measured.supply_pressure;
+    for wrong in [f64::NAN, f64::INFINITY, -nominal, 0.0, 0.04 * nominal, 4.1 * nominal] {
+        let (mut state, mut sound) = (channel.at_rest(), channel.at_rest());
+        // Before any valid one it is the configured pressure.
+        for (tick, pressure) in [(0, nominal), (1, 0.8 * nominal), (2, 0.8 * nominal), (3, 0.9 * nominal)] {
+            let good = Input { supply_pressure: pressure, ..swing(tick) };
+            let lost = tick % 2 == 0;
+            let given = if lost { Input { supply_pressure: wrong, ..good } } else { good };
+            let (out, like) = (channel.step(&mut state, &given), channel.step(&mut sound, &good));
+            assert!((out.voltage - like.voltage).abs() < 1e-12, "{wrong}, tick {tick}: {out:?} {like:?}");
+            assert_eq!(out.status, like.status | if lost { status::STUCK_MEASUREMENT } else { 0 });
+        }
+        // And a prime goes on from it.
+        let lost = Input { supply_pressure: wrong, ..swing(4) };
+        channel.prime(&mut state, &lost);
+        channel.prime(&mut sound, &Input { supply_pressure: 0.9 * nominal, ..lost });
+        let (out, like) = (channel.step(&mut state, &lost), channel.step(&mut sound, &lost));
+        assert!((out.voltage - like.voltage).abs() < 1e-12, "{wrong}: {out:?} {like:?}");
+    }
+}

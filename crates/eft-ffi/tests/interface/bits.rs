@@ -227,7 +227,7 @@ macro_rules! precision {
                 assert_eq!(bits(&LEARNING, |i| i.force = <$t>::NAN), status::INVALID_MEASUREMENT);
                 assert_eq!(bits(&LEARNING, |i| i.command = <$t>::INFINITY), status::INVALID_COMMAND);
                 assert_eq!(bits(&GUARDED, |i| i.supply_pressure = 1.9e7), status::INVALID_MEASUREMENT);
-                assert_eq!(bits(&GUARDED, |i| i.displacement = 0.0), status::INVALID_MEASUREMENT);
+                assert_eq!(bits(&GUARDED, |i| i.displacement = 0.0), status::STUCK_MEASUREMENT);
                 assert_eq!(bits(&GUARDED, |i| (i.displacement, i.supply_pressure) = (0.0, 1.9e7)), 0);
                 // Safety: valid.
                 assert_eq!(unsafe { $input_init(&mut *none) }, EFT_OK);
