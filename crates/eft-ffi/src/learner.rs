@@ -10,9 +10,9 @@ use crate::tables::{data, functions, opaque};
 
 opaque! {
     /// A learner's configuration. One serves any number of channels of the same parameters.
-    eft_learner[158], 0x96, Learner<T, EFT_TABLE_CAPACITY>;
+    eft_learner[161], 0x96, Learner<T, EFT_TABLE_CAPACITY>;
     /// The state of a learner. Each channel has one.
-    eft_learner_state[302], 0x69, LearnerState<T>;
+    eft_learner_state[305], 0x69, LearnerState<T>;
 }
 
 data! {
@@ -22,7 +22,7 @@ data! {
         valve_gain: T, "1; the spool's gain over the configured one";
         response_delay: T, "s; of the measured spool after its command";
         velocity_delay: T, "s; of the measured velocity after the measured spool";
-        flow_gain_deviation: T, "1; standard deviations by sensor noise, infinite before anything is learned";
+        flow_gain_deviation: T, "1; standard deviations by noise and errors of the models, infinite before anything is learned";
         valve_gain_deviation: T, "1";
         response_delay_deviation: T, "s";
         velocity_delay_deviation: T, "s";

@@ -40,12 +40,11 @@ pub struct Calibration<S: Scalar> {
 }
 integrity!(Calibration<T>: window, status, flow_gain, per_flow_gain, lead, response_delay, velocity_delay, valve_gain, level, deviations, test_ratio, curve);
 
-/// Standard deviations of the estimates from sensor noise; infinite before anything is learned.
+/// Standard deviations of the estimates; infinite before anything is learned.
 ///
-/// They follow from the information of the least squares and from the models' mean square residual. They describe the
-/// scatter from test to test. A systematic error of the models is the same in every test, and they do not contain it.
-/// The deviation of the flow gain is far below its scatter. Gain and delay are those of a valve of first order. The
-/// paper's valve has three stages: in its sweeps they are off by up to 0.005 and 0.08 ms, which is several deviations.
+/// They have two parts. The scatter from test to test by noise follows from the information of the least squares and from
+/// the models' mean square residual. The systematic errors of the models are the same in every test. Their size follows from
+/// the delays and from the motion's mean-square frequency. The page on self-calibration has the equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

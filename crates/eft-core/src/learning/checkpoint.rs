@@ -23,10 +23,12 @@ pub(crate) struct Evidence<T> {
     pub(crate) time: T,
     pub(crate) flow_errors: T,
     pub(crate) spool_errors: T,
+    /// As the squares of the asked opening, of the flow (m³/s) that compressed the oil.
+    pub(crate) compressed: T,
     /// For the flow curve.
     pub(crate) curve: CurveEvidence<T>,
 }
-integrity!(Evidence<T>: flow, valve, amount, newer_openings, time, flow_errors, spool_errors, curve);
+integrity!(Evidence<T>: flow, valve, amount, newer_openings, time, flow_errors, spool_errors, compressed, curve);
 
 /// The last two checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

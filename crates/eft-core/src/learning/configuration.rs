@@ -153,7 +153,13 @@ macro_rules! constructor {
                         hold_off: windows(t::HOLD_OFF, period),
                         settling: windows(t::SETTLING, period),
                     },
-                    deviation: Deviation { correlation: (period / noise_passed(low_pass)) as $t },
+                    deviation: Deviation {
+                        correlation: (period / noise_passed(low_pass)) as $t,
+                        per_square_flow: (1.0 / (flow_gain * flow_gain)) as $t,
+                        half_sample: (0.5 * sample) as $t,
+                        leaks_below: (leak * leak / (volume * volume * period * period) + t::SLOWEST) as $t,
+                        of_phase: (1.0 / 3.0 + alpha / ((1.0 - alpha) * (1.0 - alpha))) as $t,
+                    },
                     flow: FlowEstimator {
                         priors: Priors::<$t>::of(
                             [period, velocity_delay],

@@ -206,8 +206,8 @@ impl<T: Real> FlowCurve<T> {
         self.depart(state, evidence, s, above, variance);
         let keep = T::splat(1.0) - self.forgotten * (T::splat(1.0) - keep);
         Self::gather(evidence, s, flow_gain, keep);
-        state.refresh(evidence, below);
-        state.refresh(evidence, above);
+        state.refresh(evidence, below, self.grid.step);
+        state.refresh(evidence, above, self.grid.step);
         self.solve(state, evidence, variance);
     }
 
@@ -318,15 +318,10 @@ impl<T: Real> FlowCurve<T> {
         evidence.common = flow_gain * evidence.instrument_departures / flows;
     }
 
-    /// Brings the next node, round and round, up to its direction's gain, and the pieces up to their nodes.
+    /// Brings the next node, round and round, up to its direction's gain.
     pub(crate) fn refresh(&self, state: &mut CurveState<T>, evidence: &CurveEvidence<T>) {
         state.node = if state.node < NODES as u32 - 2 { state.node + 1 } else { 1 };
-        state.refresh(evidence, state.node as usize);
-        let ends = state.nodes.iter().zip(state.nodes.iter().skip(1));
-        for (n, (piece, (&low, &high))) in state.pieces.iter_mut().zip(ends).enumerate() {
-            let slope = high - low;
-            *piece = CurvePiece { offset: (low - slope * start(n)) * self.grid.step, slope };
-        }
+        state.refresh(evidence, state.node as usize, self.grid.step);
     }
 
     /// The offset that both directions share and either direction's gain, by least squares; the asymmetry goes there at a
@@ -365,15 +360,22 @@ impl<T: Real> CurveState<T> {
         self.variances = Self::default().variances;
     }
 
-    /// Brings a node up to what is known, between its neighbours. The ends stay where they are.
-    fn refresh(&mut self, evidence: &CurveEvidence<T>, node: usize) {
-        let (Some([below, here, above]), Some(&departure)) =
-            (self.nodes.get_mut(node.wrapping_sub(1)..node.wrapping_add(2)), evidence.departures.get(node))
-        else {
+    /// Brings a node up to what is known, between its neighbours, and the two pieces beside it. The ends stay where they
+    /// are. `step` is the grid's (m³/s).
+    fn refresh(&mut self, evidence: &CurveEvidence<T>, node: usize, step: T) {
+        let last = node.wrapping_sub(1);
+        let (Some([below, here, above]), Some([left, right]), Some(&departure)) = (
+            self.nodes.get_mut(last..node.wrapping_add(2)),
+            self.pieces.get_mut(last..node.wrapping_add(1)),
+            evidence.departures.get(node),
+        ) else {
             return;
         };
         let (at, rise) = (start::<T>(node), T::splat(RISE));
         *here = (at + evidence.asymmetry * at.abs() + departure).limit(*below + rise, *above - rise);
+        let piece = |low: T, slope: T, at: T| CurvePiece { offset: (low - slope * at) * step, slope };
+        *left = piece(*below, *here - *below, at - T::splat(1.0));
+        *right = piece(*here, *above - *here, at);
     }
 }
 

@@ -89,10 +89,11 @@ struct Means<T> {
     spool: T,
     valve_command: T,
     command: T,
-    force_change: T,
     command_change: T,
+    /// Flow (m³/s) that the force shows: what leaks, and what compresses the oil.
+    compressed: T,
 }
-integrity!(Means<T>: velocity, force, spool, valve_command, command, force_change, command_change);
+integrity!(Means<T>: velocity, force, spool, valve_command, command, command_change, compressed);
 
 /// The signals' filters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -183,8 +184,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let (spool, _) = filter.step(&mut filters.spool, means.spool, share, restart);
 
         // The flow that the actuator took, and the one that the table predicts.
-        let compressed = self.flow_per_force * means.force + self.flow_per_change * means.force_change;
-        let taken = self.piston_area * means.velocity + compressed;
+        let taken = self.piston_area * means.velocity + means.compressed;
         // The asked opening has no offset of a sensor.
         let model = self.model.flow(means.spool, state.valve.opening(), means.force, window.supply);
         let predicted = filter.step(&mut filters.predicted, model.at_no_load * model.root, share, restart);
@@ -210,7 +210,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             self.guard.observe(
                 &mut state.guard,
                 error,
-                compressed - self.guard.fed_forward * fed,
+                means.compressed - self.guard.fed_forward * fed,
                 means.velocity,
             );
             self.guard.act(&mut state.guard);
@@ -240,20 +240,20 @@ impl<T: Real, const N: usize> Learner<T, N> {
         // The estimates from this window.
         let mut weights = [zero, one];
         if verdict == Verdict::Accepted {
-            let openings = [means.spool, state.valve.opening()];
+            let openings = [state.means.spool, state.valve.opening()];
             weights = self.gate.weigh(&mut state.gate, &mut state.evidence.amount, openings, &signals);
         }
         if self.adapts {
             let [weight, _] = weights;
             if weight > zero {
-                let missed = [flow.missed, self.valve.missed(&state.valve, asked, spool)];
                 let evidence = &mut state.evidence;
-                self.deviation.take(evidence, opening, missed, weights);
                 self.flow.take(&mut evidence.flow, &flow, asked, weights);
                 self.valve.take(&state.valve, &mut evidence.valve, asked, spool, weights);
+                let missed = [flow.missed, self.valve.missed(&state.valve, asked, spool)];
+                self.deviation.take(evidence, [opening, state.means.compressed], missed, weights);
                 if self.corrects {
                     let [taken, passed] = flows;
-                    let asked = state.valve.opening() - means.spool;
+                    let asked = state.valve.opening() - state.means.spool;
                     let curve = (&state.curve, &evidence.curve);
                     let sample = self.curve.sample(curve, taken / flow_gain, [passed, model.slope], asked);
                     let [_, keep] = weights;
@@ -289,14 +289,16 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let Sums { velocity, force, spool, valve_command, command, spool_without_command } = window.sums;
         let stand_in = spool_without_command / (self.valve.valve_gain * valve_gain);
         let per_window = self.per_window;
+        let force = force * per_window;
+        let force_change = window.end.force - window.start.force;
         Means {
             velocity: velocity * per_window,
-            force: force * per_window,
+            force,
             spool: spool * per_window,
             valve_command: (valve_command + stand_in) * per_window,
             command: command * per_window,
-            force_change: window.end.force - window.start.force,
             command_change: window.end.command - window.start.command,
+            compressed: self.flow_per_force * force + self.flow_per_change * force_change,
         }
     }
 
@@ -313,7 +315,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
         let (flow, valve) = (&state.flow, &state.valve.found);
         let level = state.guard.level;
-        let lead = self.valve.lead(valve, &state.evidence.valve, flow.delay.value, level);
+        let square = self.valve.mean_square_frequency(&state.evidence.valve);
+        let lead = self.valve.lead(valve, square, flow.delay.value, level);
         // Without estimates the configured network stays as it is, only its level moves.
         let lead =
             if self.adapts { lead } else { LeadNetwork::of(self.lead.pole(), self.lead.rate(), lead.gain()) };
@@ -334,6 +337,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             level,
             deviations: self.deviation.of(
                 &state.evidence,
+                square,
                 (&self.flow.priors, flow),
                 (&self.valve.priors, valve),
             ),

@@ -64,6 +64,12 @@ impl SavedCalibration {
 /// Share of a range by which rounding may put a value beyond it.
 const ROUNDING: f64 = 1.0e-6;
 
+/// Halvings that leave nothing of an interval in double precision.
+const BISECTIONS: u32 = 60;
+
+/// Share of a variance that may be what the models leave out: some is noise.
+const MOST_LEFT_OUT: f64 = 0.98;
+
 /// Time (s) for which the saved mean errors count.
 const ERROR_TIME: f64 = 1.0;
 
@@ -75,8 +81,9 @@ impl<T: Real, const N: usize> Learner<T, N> {
     pub fn saved(&self, state: &LearnerState<T>) -> SavedCalibration {
         let of = T::to_f64;
         let (flow, valve) = (&state.flow, &state.valve.found);
-        let found =
-            self.deviation.of(&state.evidence, (&self.flow.priors, flow), (&self.valve.priors, valve));
+        let (evidence, priors) = (&state.evidence, (&self.flow.priors, &self.valve.priors));
+        let square = self.valve.mean_square_frequency(&evidence.valve);
+        let found = self.deviation.of(evidence, square, (priors.0, flow), (priors.1, valve));
         let step = of(self.curve.grid.step);
         let curve = &state.evidence.curve;
         SavedCalibration {
@@ -115,24 +122,47 @@ impl<T: Real, const N: usize> Learner<T, N> {
         if !self.adapts || saved.excitation <= 0.0 {
             return Ok(state);
         }
-        let (of, zero) = (T::from_f64, T::splat(0.0));
+        let (of, zero, one) = (T::from_f64, T::splat(0.0), T::splat(1.0));
         let (d, excitation) = (&saved.deviations, of(saved.excitation));
         let (flow, valve) = (&self.flow.priors, &self.valve.priors);
         state.flow = flow.at(of(saved.flow_gain), of(saved.velocity_delay));
         state.valve.found = valve.at(of(saved.valve_gain), of(saved.response_delay));
 
-        // Squares of the regressors, and of the errors, that give these deviations.
-        let known = |priors: &Priors<T>, squares: T, deviation: f64| {
+        // Squares of the regressors, and of the errors, that give these deviations together with what the models leave out.
+        let known = |priors: &Priors<T>, squares: T, variance: T| {
             let [prior, _] = priors.weights;
-            of(deviation) * (squares + prior) / excitation.sqrt()
+            (if variance > zero { variance } else { zero }).sqrt() * (squares + prior) / excitation.sqrt()
         };
-        let spool_error = known(valve, excitation, d.valve_gain);
-        let change = spool_error * valve.period / of(d.response_delay);
-        let flows = excitation / self.gate.per_square_flow.sqrt();
-        let flow_error = known(flow, flows, d.flow_gain);
-        let late = flow_error * change * flow.period / of(d.velocity_delay);
+        let [of_flow_gain, of_valve_gain, of_response, of_velocity] =
+            [d.flow_gain, d.valve_gain, d.response_delay, d.velocity_delay].map(|deviation| {
+                let deviation = of(deviation);
+                deviation * deviation
+            });
+        let left_out =
+            |not_late, square| self.deviation.left_out(not_late, square, &state.flow, &state.valve.found);
+        let square = frequency([of_valve_gain, of_response], |square| {
+            let left_out = left_out(zero, square);
+            [left_out.valve_gain, left_out.response_delay]
+        });
+        // As much of the flow's deviations as leaves those of one noise to the rest.
+        let unit = left_out(one, square);
+        let most =
+            T::splat(MOST_LEFT_OUT) * least(of_velocity / unit.velocity_delay, of_flow_gain / unit.flow_gain);
+        let found = (square * of_velocity - of_flow_gain) / (square * unit.velocity_delay - unit.flow_gain);
+        let not_late = if found > zero { least(found, most) } else { zero };
+        let left_out = left_out(not_late, square);
+
+        let per_flow = self.deviation.per_square_flow.sqrt();
+        let flows = excitation / per_flow;
+        let changes = square * excitation * valve.period * valve.period;
+        let spool_error = known(valve, excitation, of_valve_gain - left_out.valve_gain);
+        let flow_error = known(flow, flows, of_flow_gain - left_out.flow_gain);
+        let rest = (of_velocity - left_out.velocity_delay).sqrt();
+        let late = flow_error * changes.sqrt() * flow.period / rest;
+        let differs = self.deviation.late(&state.flow) * per_flow;
         let evidence = &mut state.evidence;
-        evidence.valve = LeastSquares::of(valve, [excitation, change * change], &state.valve.found);
+        evidence.compressed = not_late * excitation / (differs * differs);
+        evidence.valve = LeastSquares::of(valve, [excitation, changes], &state.valve.found);
         evidence.flow = LeastSquares::of(flow, [flows, late], &state.flow);
         (evidence.amount, evidence.newer_openings) = (excitation, excitation);
         evidence.time = of(ERROR_TIME);
@@ -209,6 +239,22 @@ impl<T: Real, const N: usize> Learner<T, N> {
         }
         Ok(())
     }
+}
+
+fn least<T: Real>(one: T, other: T) -> T {
+    if one < other { one } else { other }
+}
+
+/// Mean-square frequency (1/s²) of the motion on which variances of a gain (1) and of a delay (s²) rest: that at which
+/// the rests behind what the models leave out are those of one noise.
+fn frequency<T: Real>([gain, delay]: [T; 2], left_out: impl Fn(T) -> [T; 2]) -> T {
+    let (mut low, mut high) = (T::splat(0.0), gain / delay);
+    for _ in 0..BISECTIONS {
+        let middle = T::splat(0.5) * (low + high);
+        let [of_gain, of_delay] = left_out(middle);
+        if gain - of_gain > middle * (delay - of_delay) { low = middle } else { high = middle }
+    }
+    low
 }
 
 impl<T: Real> Priors<T> {

@@ -25,6 +25,9 @@ pub(crate) const LINEAR_RANGE: f64 = 0.9;
 /// Time (s) that weights a rate of opening in comparison with an opening.
 pub(crate) const EXCITATION_TIME: f64 = 0.1;
 
+/// Square of the lowest frequency (1/s²) that tells a leak from the oil's compression.
+pub(crate) const SLOWEST: f64 = 1.0e-6;
+
 /// Largest rate of the flow gain (1/s).
 pub(crate) const FLOW_GAIN_RATE: f64 = 0.5;
 /// Largest rate of the valve gain (1/s).

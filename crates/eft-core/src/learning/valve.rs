@@ -89,18 +89,17 @@ impl<T: Real> ValveEstimator<T> {
 
     /// The lead network for the valve and a velocity that is late (s), at a compensation level (1) on top of the
     /// configured one. The valve's gain contains what a network for the valve alone would add to the amplitude. What this
-    /// one adds more is taken back at the motion's mean frequency.
+    /// one adds more is taken back at the motion's mean-square frequency (1/s²).
     pub(crate) fn lead(
         &self,
         found: &GainAndDelay<T>,
-        sums: &LeastSquares<T>,
+        square: T,
         velocity_delay: T,
         level: T,
     ) -> LeadNetwork<T> {
         let [shortest, _] = self.priors.delay.bounds;
         let delay = found.delay.value + velocity_delay;
         let delay = if delay > shortest { delay } else { shortest };
-        let square = self.mean_square_frequency(sums);
         let added = self.amplitude(delay, square) / self.amplitude(found.delay.value, square);
         let lag = self.lag_per_delay * delay;
         let per = T::splat(1.0) / (lag + self.sample);
@@ -177,7 +176,7 @@ mod tests {
         let mut estimator = ESTIMATOR;
         estimator.priors.period = estimator.sample;
         let mut state = estimator.at_rest();
-        let lead = estimator.lead(&state.found, &LeastSquares::default(), 0.0, 1.0);
+        let lead = estimator.lead(&state.found, 0.0, 0.0, 1.0);
         let mut network = LeadNetwork::at_rest(0.0);
         for n in 0..3000_u32 {
             let opening = 0.3 * (0.01 * f64::from(n)).sin();

@@ -22,13 +22,13 @@ macro_rules! estimates {
                     calibration.valve_gain => |_| 1.0;
                 level: "", "Factor of the overcompensation guard on the compensation level; 1 without its action",
                     calibration.level => |_| 1.0;
-                flow_gain_deviation: "", "Standard deviation of the flow gain by noise; infinite before anything is learned",
+                flow_gain_deviation: "", "Standard deviation of the flow gain, by noise and errors of the models; infinite before anything is learned",
                     calibration.deviations.flow_gain => |_| f64::INFINITY;
-                response_delay_deviation: "s", "Standard deviation of the spool's delay by noise; infinite before anything is learned",
+                response_delay_deviation: "s", "Standard deviation of the spool's delay, as that of the flow gain; infinite before anything is learned",
                     calibration.deviations.response_delay => |_| f64::INFINITY;
-                velocity_delay_deviation: "s", "Standard deviation of the velocity's delay by noise; infinite before anything is learned",
+                velocity_delay_deviation: "s", "Standard deviation of the velocity's delay, as that of the flow gain; infinite before anything is learned",
                     calibration.deviations.velocity_delay => |_| f64::INFINITY;
-                valve_gain_deviation: "", "Standard deviation of the spool's gain by noise; infinite before anything is learned",
+                valve_gain_deviation: "", "Standard deviation of the spool's gain, as that of the flow gain; infinite before anything is learned",
                     calibration.deviations.valve_gain => |_| f64::INFINITY;
                 test_ratio: "", "Test ratio of the gate in the last window; above 1 nothing is learned from it",
                     calibration.test_ratio => |_| 0.0;
