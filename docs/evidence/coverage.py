@@ -157,7 +157,9 @@ def main(count: int) -> None:
     lines = ["size,estimate,rig,truth,found,deviation"]
     for size in RIGS:
         curve = nodes if size == "paper's rig" else lambda *_: ()
-        rows = (row for index in range(count) for kind in (gain_and_delays, curve) for row in kind(size, index))
+        rows = (
+            row for index in range(count) for kind in (gain_and_delays, curve) for row in kind(size, index)
+        )
         for row in rows:
             of, name, rig, truth, found, deviation = row
             lines.append(f"{of},{name},{rig},{truth:.6g},{found:.6g},{deviation:.3g}")

@@ -43,7 +43,9 @@ pub const PROTECTION_WARNING: u32 = 1 << 15;
 pub const TRIPPED: u32 = 1 << 16;
 /// The protection ramps the whole valve command to zero.
 pub const SHUT_DOWN: u32 = 1 << 17;
-/// A measurement repeats to the last bit, as from a stuck sensor, or the last valid supply pressure replaces an invalid one.
+/// A measurement repeats to the last bit, as from a stuck sensor.
+///
+/// So does a supply pressure whose last valid value replaces an invalid one.
 pub const STUCK_MEASUREMENT: u32 = 1 << 18;
 /// The learner's last calibration came late or is missing.
 pub const CALIBRATION_LATE: u32 = 1 << 19;

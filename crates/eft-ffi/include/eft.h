@@ -271,7 +271,7 @@ typedef struct eft_error {
 // A channel's configuration. One drives any number of actuators.
 typedef struct eft_channel_f32 { uint64_t marker; float value[304]; } eft_channel_f32;
 // The state of a channel. Each actuator has one.
-typedef struct eft_state_f32 { uint64_t marker; float value[398]; } eft_state_f32;
+typedef struct eft_state_f32 { uint64_t marker; float value[399]; } eft_state_f32;
 
 // One tick's command and measurements. eft_input_init sets every field to NaN, which stands for a missing signal. If
 // the rig needs a missing signal, the tick raises a flag.
@@ -334,7 +334,8 @@ EFT_NODISCARD uint8_t eft_prime_f32(const eft_channel_f32 *channel, eft_state_f3
 
 // One tick, in the interrupt. A null pointer, or a channel or state that was never made, is refused: the output is then
 // 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last output and
-// raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues.
+// raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. The last valid supply pressure
+// replaces an invalid one and raises EFT_STUCK_MEASUREMENT.
 EFT_NODISCARD uint8_t eft_step_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input,
     eft_output_f32 *output);
 
@@ -368,9 +369,9 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 #define EFT_CURVE_NODES 17         // nodes of the flow curve's correction
 
 // A learner's configuration. One serves any number of channels of the same parameters.
-typedef struct eft_learner_f32 { uint64_t marker; float value[158]; } eft_learner_f32;
+typedef struct eft_learner_f32 { uint64_t marker; float value[161]; } eft_learner_f32;
 // The state of a learner. Each channel has one.
-typedef struct eft_learner_state_f32 { uint64_t marker; float value[302]; } eft_learner_state_f32;
+typedef struct eft_learner_state_f32 { uint64_t marker; float value[305]; } eft_learner_state_f32;
 
 // A calibration to keep over a restart, from eft_save_calibration for eft_start_from. It is valid for either precision
 // and any sample rate.
@@ -399,7 +400,7 @@ typedef struct eft_learned_f32 {
   float valve_gain;                  // 1; the spool's gain over the configured one
   float response_delay;              // s; of the measured spool after its command
   float velocity_delay;              // s; of the measured velocity after the measured spool
-  float flow_gain_deviation;         // 1; standard deviations by sensor noise, infinite before anything is learned
+  float flow_gain_deviation;         // 1; standard deviations, infinite before anything is learned
   float valve_gain_deviation;        // 1
   float response_delay_deviation;    // s
   float velocity_delay_deviation;    // s
@@ -483,7 +484,7 @@ EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibratio
 /* ---------- Double precision: as above ---------- */
 
 typedef struct eft_channel_f64 { uint64_t marker; double value[304]; } eft_channel_f64;
-typedef struct eft_state_f64 { uint64_t marker; double value[398]; } eft_state_f64;
+typedef struct eft_state_f64 { uint64_t marker; double value[399]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
     } eft_input_f64;
@@ -495,8 +496,8 @@ typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; uint32_t offered; u
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; uint32_t offered; uint32_t taken; } eft_windows_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; uint32_t offered; uint32_t taken;
     } eft_calibrations_f64;
-typedef struct eft_learner_f64 { uint64_t marker; double value[158]; } eft_learner_f64;
-typedef struct eft_learner_state_f64 { uint64_t marker; double value[302]; } eft_learner_state_f64;
+typedef struct eft_learner_f64 { uint64_t marker; double value[161]; } eft_learner_f64;
+typedef struct eft_learner_state_f64 { uint64_t marker; double value[305]; } eft_learner_state_f64;
 typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double velocity_delay;
     double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
     double velocity_delay_deviation; double level; double test_ratio; uint32_t window; uint32_t status;
@@ -551,13 +552,13 @@ EFT_STATIC_ASSERT(sizeof(eft_parameters) == 864);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 384);
 EFT_SIZES(eft_channel, 1224, 2440);
-EFT_SIZES(eft_state, 1600, 3192);
+EFT_SIZES(eft_state, 1608, 3200);
 EFT_SIZES(eft_input, 44, 88);
 EFT_SIZES(eft_output, 96, 168);
 EFT_SIZES(eft_window, 64, 120);
 EFT_SIZES(eft_calibration, 224, 440);
-EFT_SIZES(eft_learner, 640, 1272);
-EFT_SIZES(eft_learner_state, 1216, 2424);
+EFT_SIZES(eft_learner, 656, 1296);
+EFT_SIZES(eft_learner_state, 1232, 2448);
 EFT_SIZES(eft_learned, 48, 88);
 
 #ifdef __cplusplus

@@ -22,7 +22,7 @@ data! {
         valve_gain: T, "1; the spool's gain over the configured one";
         response_delay: T, "s; of the measured spool after its command";
         velocity_delay: T, "s; of the measured velocity after the measured spool";
-        flow_gain_deviation: T, "1; standard deviations by noise and errors of the models, infinite before anything is learned";
+        flow_gain_deviation: T, "1; standard deviations, infinite before anything is learned";
         valve_gain_deviation: T, "1";
         response_delay_deviation: T, "s";
         velocity_delay_deviation: T, "s";
