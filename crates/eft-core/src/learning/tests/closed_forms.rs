@@ -127,8 +127,9 @@ fn a_late_velocity_adds_a_lead_without_an_amplitude_at_the_motions_frequency() {
     let found = valve.priors.at_rest();
     let change = frequency * valve.priors.period;
     let sums = LeastSquares { matrix: [[1e3, 0.0], [0.0, 1e3 * change * change]], ..LeastSquares::default() };
+    let square = valve.mean_square_frequency(&sums);
     let [prompt, late] =
-        [0.0, 10e-3].map(|delay| amplitude(&valve.lead(&found, &sums, delay, 1.0), frequency));
+        [0.0, 10e-3].map(|delay| amplitude(&valve.lead(&found, square, delay, 1.0), frequency));
     assert!((late / prompt - 1.0).abs() < 1e-3, "{late} {prompt}");
 }
 
