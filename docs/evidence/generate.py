@@ -11,6 +11,7 @@ import laboratory_causes
 import laboratory_rigs
 import learning_cases
 import learning_lasts
+import null_bias
 import paper_figures
 import random_plants
 import random_rigs
@@ -29,6 +30,7 @@ if __name__ == "__main__":
     force_loop.report(FOLDER)
     learning_cases.report(FOLDER)
     learning_lasts.report(FOLDER)
+    null_bias.report(FOLDER)
     coverage.report(FOLDER)
     random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
