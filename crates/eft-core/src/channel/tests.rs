@@ -222,7 +222,7 @@ fn taught(
 
 // SR-10
 #[test]
-fn what_a_lying_sensor_taught_is_taken_back() {
+fn a_calibration_from_a_wrong_sensor_is_reverted() {
     let watched = ProtectionParameters {
         plausibility: Some(crate::protection::PlausibilityParameters::DEFAULT),
         ..ProtectionParameters::DEFAULT
@@ -258,7 +258,7 @@ fn until_tripped(
 
 // SR-15
 #[test]
-fn samples_that_are_no_longer_new_shut_down_and_those_at_the_wrong_time_ramp() {
+fn repeated_samples_shut_down_and_samples_at_a_wrong_period_ramp() {
     let channel = Channel::<f64, 21>::new(&RIG).unwrap();
     let good = |tick: u32| Input {
         displacement: 0.0,
@@ -318,7 +318,7 @@ fn expires(
 
 // SR-16
 #[test]
-fn a_learner_that_stops_is_noticed_and_what_it_found_stays() {
+fn a_stopped_learner_is_noticed_and_its_estimates_stay() {
     let learning = Parameters { learning: Learning::ADAPTIVE, ..RIG };
     let guarded = Channel::<f64, 21>::new(&learning).unwrap();
     let mut state = guarded.at_rest();

@@ -19,13 +19,13 @@ pub(crate) struct Evidence<T> {
     pub(crate) amount: T,
     /// As the squares of the asked opening, with the squares of the shares by which older ones are kept.
     pub(crate) newer_openings: T,
-    /// Its time (s), and the squares of what the models missed of the flow and of the spool.
+    /// Its time (s), and the squared residuals of the flow and of the spool.
     pub(crate) time: T,
     pub(crate) flow_errors: T,
     pub(crate) spool_errors: T,
-    /// As the squares of the asked opening, of the flow (m³/s) that compressed the oil.
+    /// Sum of the squares of the flow (m³/s) that compressed the oil, with the weights of the asked opening.
     pub(crate) compressed: T,
-    /// For the flow curve.
+    /// Sums for the flow curve.
     pub(crate) curve: CurveEvidence<T>,
 }
 integrity!(Evidence<T>: flow, valve, amount, newer_openings, time, flow_errors, spool_errors, compressed, curve);

@@ -1,15 +1,15 @@
-//! Standard deviations of the estimates: the scatter by noise, and the size of what the models leave out.
+//! Standard deviations of the estimates: the scatter by noise, and the size of the models' systematic errors.
 //!
-//! The scatter follows from the least squares: the information that was taken in, and the mean square of what the models
-//! leave unexplained of it. What the models leave out is the same in every test. At the motion's frequency `ω` they contain
-//! the first power of `ωT` of a delay `T`:
+//! The scatter follows from the least squares: their information, and the mean square of the residuals. The systematic
+//! errors are the same in every test. At the motion's frequency `ω` the models contain a delay `T` to the first power of
+//! `ωT`:
 //!
-//! - The lead network for a delay `T` turns the phase by `ωT·(1 − (1/3 + α/(1 − α)²)·(ωT)²)`. A spool of two or three stages
-//!   differs from its inverse by as much, in gain and delay.
-//! - The velocity's delay `δ` counts for the whole flow, but the force shows what leaks and what compresses the oil. The
-//!   delay of these flows differs by `δ`, and by the half sample between the mean of a force and its change. The estimated
-//!   delay is wrong by the oil's share of the flow, since the oil's flow is in phase with the piston's. What leaks is in
-//!   quadrature with it: its share times `ωδ` is the error of the flow gain.
+//! - The phase of the lead network for a delay `T` is `ωT·(1 − (1/3 + α/(1 − α)²)·(ωT)²)`. A spool of two or three stages
+//!   differs from its model by as much, in gain and delay.
+//! - The model applies the velocity's delay `δ` to the whole flow. The flows of leakage and of the oil's compression follow
+//!   from the force, so their delay differs by `δ` and by the half sample between the mean of a force and its change. The
+//!   oil's flow is in phase with the piston's: its share of the flow is the relative error of the delay. The leakage is in
+//!   quadrature: its share times `ωδ` is the error of the flow gain.
 
 use crate::compensation::Deviations;
 use crate::integrity::integrity;
@@ -20,20 +20,20 @@ use crate::number::Real;
 /// Constants of the standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Deviation<T> {
-    /// Time (s) for which an error lasts in the estimators' band: as many windows of noise say what one would.
+    /// Correlation time (s) of an error in the estimators' band. The windows within it count as one.
     pub(crate) correlation: T,
     /// Square of the opening (1) per square of a flow (m³/s).
     pub(crate) per_square_flow: T,
     /// Half a sample (s).
     pub(crate) half_sample: T,
-    /// Square of the frequency (1/s²) below which more leaks than compresses the oil; positive.
+    /// Square of the frequency (1/s²) below which the leakage exceeds the oil's flow; positive.
     pub(crate) leaks_below: T,
     /// Share of `(ωT)²` by which the phase of the lead network for a delay `T` differs from `ωT`.
     pub(crate) of_phase: T,
 }
 integrity!(Deviation<T>: correlation, per_square_flow, half_sample, leaks_below, of_phase);
 
-/// Squares of what the models leave out: of flow gain (1), valve gain (1), response delay (s) and velocity delay (s).
+/// Squares of the systematic errors: of flow gain (1), valve gain (1), response delay (s) and velocity delay (s).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LeftOut<T> {
     pub(super) flow_gain: T,
@@ -43,8 +43,8 @@ pub(super) struct LeftOut<T> {
 }
 
 impl<T: Real> Deviation<T> {
-    /// Takes in the asked opening (1) of one window, the flow (m³/s) that compressed the oil, and what the models missed: of
-    /// the flow (m³/s) and of the spool (1). `weight` is the window's time (s), the older ones are kept by the share `keep`.
+    /// Adds one window: the asked opening (1), the flow (m³/s) that compressed the oil, and the residuals of flow (m³/s) and
+    /// spool (1). `weight` is the window's time (s); `keep` is the remaining share of the older sums.
     pub(crate) fn take(
         &self,
         evidence: &mut Evidence<T>,
@@ -59,8 +59,8 @@ impl<T: Real> Deviation<T> {
         evidence.spool_errors = keep * evidence.spool_errors + weight * spool * spool;
     }
 
-    /// By what has been taken in, at the motion's mean-square frequency (1/s²); infinite where nothing has. What an estimate
-    /// in use is away from the one that was found, by a bound or a limited rate, counts in.
+    /// The deviations at the motion's mean-square frequency (1/s²); infinite without evidence. They include the difference
+    /// between the estimate in use and the one found, which a bound or a limited rate causes.
     pub(crate) fn of(
         &self,
         evidence: &Evidence<T>,
@@ -76,7 +76,7 @@ impl<T: Real> Deviation<T> {
         let late = self.late(found_flow);
         let not_late = self.per_square_flow * evidence.compressed / openings * late * late;
         let left_out = self.left_out(not_late, square, found_flow, found_valve);
-        // A sum that forgets scatters less than one over the same time: its older errors count less.
+        // A sum with forgetting scatters less than a sum over the same time, because its older errors have less weight.
         let per_time = self.correlation * evidence.newer_openings / (evidence.time * openings);
         let [flow_gain, velocity_delay] = flow.spread(&evidence.flow, squares);
         let [valve_gain, response_delay] = valve.spread(&evidence.valve, squares);
@@ -92,8 +92,8 @@ impl<T: Real> Deviation<T> {
         }
     }
 
-    /// What the models leave out at the motion's mean-square frequency (1/s²). `not_late` (s²) is the square of the time by
-    /// which the flow that the force shows is less late, times the square of its share of the flow.
+    /// The systematic errors at the motion's mean-square frequency (1/s²). `not_late` (s²) is the square of
+    /// [`late`](Self::late), times the square of the share of leakage and oil in the flow.
     pub(super) fn left_out(
         &self,
         not_late: T,
@@ -113,12 +113,12 @@ impl<T: Real> Deviation<T> {
         }
     }
 
-    /// Share (1) of what leaks in the square of the flow that the force shows, at a mean-square frequency (1/s²).
+    /// Share (1) of the leakage in the square of the flow of leakage and oil, at a mean-square frequency (1/s²).
     pub(super) fn leaks(&self, square: T) -> T {
         self.leaks_below / (self.leaks_below + square)
     }
 
-    /// By how much (s) the flow that the force shows is less late than the velocity.
+    /// Difference (s) between the delay of the velocity and that of the flows that follow from the force.
     pub(super) fn late(&self, flow: &GainAndDelay<T>) -> T {
         flow.delay.value.abs() + self.half_sample
     }

@@ -318,7 +318,7 @@ impl<T: Real> FlowCurve<T> {
         evidence.common = flow_gain * evidence.instrument_departures / flows;
     }
 
-    /// Brings the next node, round and round, up to its direction's gain.
+    /// Updates one node with the gain of its direction, one after the other in a cycle.
     pub(crate) fn refresh(&self, state: &mut CurveState<T>, evidence: &CurveEvidence<T>) {
         state.node = if state.node < NODES as u32 - 2 { state.node + 1 } else { 1 };
         state.refresh(evidence, state.node as usize, self.grid.step);

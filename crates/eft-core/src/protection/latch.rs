@@ -49,7 +49,7 @@ mod tests {
 
     // SR-09
     #[test]
-    fn no_flipped_bit_forgets_it_and_each_is_noticed() {
+    fn no_flipped_bit_resets_it_and_each_is_noticed() {
         for bit in 0..32 {
             let mut set = Latch::default();
             set.set();

@@ -19,7 +19,7 @@ use crate::protection::gate::{SensorGate, Signal};
 use crate::velocity::{FilteredDerivative, FilteredDerivativeState};
 use sums::{Sum, follow};
 
-/// Share of the limits that counts where the force has left its command.
+/// Share of the limits that is enough if the force is far from its command.
 const ASTRAY: f64 = 0.5;
 /// Share of the velocity that the brake leaves uncompensated.
 const BRAKE: f64 = 0.2;
@@ -59,15 +59,15 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) fine: T,
     /// Reciprocal of the velocity (s/m) below which the direction has a smaller weight.
     pub(super) per_reversal: T,
-    /// Share that is left in a sample of the difference between two velocities that follow each other.
+    /// Share (1) of the step between two sources of the velocity that remains after a sample.
     pub(super) fade: T,
     /// Largest velocity (m/s) that the brake leaves uncompensated.
     pub(super) brake: T,
     /// Flow (m³/s) that an overlap of the spool may hide.
     pub(super) null_drift: T,
-    /// Difference (N) from the command at which the force has left it.
+    /// Difference (N) at which the force counts as far from its command.
     pub(super) astray: T,
-    /// Changes of force (N) and displacement (m) that a frozen sensor would have shown.
+    /// Changes of command (N) and displacement (m) at which a working sensor must have changed.
     pub(super) evidence: [T; 2],
 }
 integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, brake, null_drift, astray, evidence);
@@ -208,7 +208,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         velocity - share * (T::splat(BRAKE) * velocity).limit(-self.brake, self.brake)
     }
 
-    /// The opening that the valve command should have led to.
+    /// The opening that should follow from the valve command.
     #[inline(always)]
     fn pass_through_valve(&self, state: &mut PlausibilityState<T>, known: &Known<T>) {
         if known.valve_command.is_finite() {

@@ -321,7 +321,7 @@ impl<T: Real> ProtectionState<T> {
         self.cause.is_of_sensors().then(|| T::splat(1.0) - self.scale.share())
     }
 
-    /// There is no velocity left to follow in a shutdown.
+    /// Records that no velocity is left to follow in a shutdown.
     #[inline(always)]
     pub(crate) fn blind(&mut self) {
         self.blind = true;

@@ -69,7 +69,7 @@ fn the_brake_takes_the_commands_place_after_a_trip_by_a_sensor() {
 
 // SR-05
 #[test]
-fn a_sensor_that_lies_ramps_the_force_in_a_fifth_of_the_time() {
+fn a_wrong_sensor_ramps_the_force_in_a_fifth_of_the_time() {
     for (cause, samples) in [
         (Cause::ForceLost, 2),
         (Cause::VelocityImplausible, 2),
@@ -134,7 +134,7 @@ fn a_fault_that_persists_trips_and_the_ramp_follows() {
 
 // SR-01
 #[test]
-fn lost_samples_are_waited_for_then_shut_down() {
+fn persisting_lost_samples_shut_down() {
     let (p, mut state) = (protection(), ProtectionState::default());
     let mut status_of = |force: f64| p.step(&mut state, &input(50.0, force, 0.0, 0.0, 0.0)).status;
     for force in [1.0, f64::NAN, f64::INFINITY, f64::NAN, 1.0, f64::NAN, f64::NAN, f64::NAN] {

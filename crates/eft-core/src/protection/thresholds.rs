@@ -16,11 +16,12 @@ const ABOVE: f64 = 15.0;
 const FINE: f64 = 15.0;
 /// Delay (s) that a velocity may have in addition to its share.
 const LATE: f64 = 5.0e-4;
-/// Share of the velocity's trip level below which its direction counts in part.
+/// Share of the velocity's trip level below which its direction has a smaller weight.
 const REVERSAL: f64 = 0.01;
 /// Share of the velocity's trip level that the brake leaves uncompensated at the most.
 const BRAKE: f64 = 1.0 / 30.0;
-/// Share of friction's oil flow at which a force of the wrong sign counts: friction turns no sign.
+/// Share of friction's oil flow that is allowed for a force of the wrong sign. It is small, because friction does not
+/// reverse a sign.
 const TURNED: f64 = 0.25;
 /// Corner (Hz) below which the spool is compared with its command.
 const SLOW: f64 = 5.0;

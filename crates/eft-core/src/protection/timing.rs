@@ -146,7 +146,7 @@ mod tests {
 
     // SR-15
     #[test]
-    fn a_counter_that_stands_or_skips_trips() {
+    fn a_counter_that_stops_or_skips_trips() {
         let ten_and_then = |then: fn(u16) -> f32| {
             (0..10_u16).map(f32::from).chain((10..200).map(then)).map(|alive| (alive, NONE))
         };
