@@ -38,7 +38,7 @@ class Replay:
     valve_gain_estimate: npt.NDArray[np.float64]
     """The spool's gain over the configured one."""
     flow_gain_deviation: npt.NDArray[np.float64]
-    """Standard deviation of the flow gain by noise and errors of the models; infinite where nothing was learned."""
+    """Standard deviation of the flow gain by noise and model errors; infinite where nothing was learned."""
     response_delay_deviation: npt.NDArray[np.float64]
     """The same of the response delay, s."""
     velocity_delay_deviation: npt.NDArray[np.float64]

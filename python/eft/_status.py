@@ -45,7 +45,7 @@ class Status(IntFlag):
     SHUT_DOWN = 1 << 17
     """The protection ramped the whole valve command to zero."""
     STUCK_MEASUREMENT = 1 << 18
-    """A measurement repeated itself to the last bit, or the last valid supply pressure replaced an invalid one."""
+    """A measurement repeated to the last bit, or the last valid supply pressure replaced an invalid one."""
     CALIBRATION_LATE = 1 << 19
     """The learner's last calibration was late or missing, so an older one was in use."""
     FORCE_LOOP_OPEN = 1 << 20

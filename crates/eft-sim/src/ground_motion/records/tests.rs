@@ -124,7 +124,7 @@ fn bad_values_name_their_line() {
     }
     let csv = text(sample!("two_columns.csv"));
     assert!(message(csv.replace("0.0300,", "0.0300,nan"), "x").contains("line 6: column 2"));
-    assert!(message(csv.replace("0.0300,", "0.0340,"), "x").contains("line 6: time 0.034"));
+    assert!(message(csv.replace("0.0300,", "0.0340,"), "x").contains("line 6: time is 0.034"));
     assert!(message(csv.replace("0.0300,", "0.0300,1,"), "x").contains("line 6: 3 columns"));
     let csmip = text(sample!("csmip.v2"));
     let at = csmip.find("   0.00000").unwrap();
