@@ -134,7 +134,7 @@ def run_missing(count: int, seed: int) -> None:
 def shares(data: dict[str, np.ndarray]) -> str:
     """What was asked, and the share of the rigs that reached it."""
     asked: dict[str, tuple[str, Callable[[dict[str, np.ndarray]], np.ndarray]]] = {
-        "unstable, of those that the check lets pass": (
+        "unstable although the check passes": (
             "none",
             lambda one: one["unstable"][one["allowed"] > 0] > 0,
         ),

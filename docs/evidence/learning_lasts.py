@@ -58,7 +58,7 @@ class Case:
             "force error": f"{run.metrics()['nrmse']:.1%}",
             "flow gain, largest error after 5 s": f"{off.max():.3f}",
             "at the end": f"{off[-1]:.3f}",
-            "learning stands still": f"{(frozen.sum() - frozen_now) / RATE:.2f} s",
+            "time without learning": f"{(frozen.sum() - frozen_now) / RATE:.2f} s",
             "largest opening": f"{np.abs(run.spool).max():.2f}",
             "ends": run.message.split(";")[0],
         }

@@ -46,7 +46,7 @@ def draw_plants(count: int) -> list[dict[str, float]]:
             "pilot_time_constant": float(np.exp(random.uniform(np.log(0.5), np.log(2.0)))),
             "mass": random.uniform(0.7, 1.3),
             "piston_area": random.uniform(0.97, 1.03),
-            "untold_delay": float(random.integers(0, 3)),
+            "unknown_delay": float(random.integers(0, 3)),
             "digital": float(random.integers(0, 2)),
         }
         | {f"{sensor}_gain": random.uniform(0.98, 1.02) for sensor in RANGES}
@@ -60,7 +60,7 @@ def plant(truth: dict[str, float], seed: int) -> dict[str, object]:
     changes: dict[str, object] = {
         # The oil column's stiffness is A²/K_a.
         "actuator.compressibility": base["actuator.compressibility"] / truth["oil_stiffness"],
-        "dac.delay": int(truth["untold_delay"]),
+        "dac.delay": int(truth["unknown_delay"]),
     }
     factors = {
         "servovalve.pilot_time_constant": "pilot_time_constant",

@@ -305,7 +305,7 @@ def _oscillation(facts: Facts) -> Iterator[Finding]:
 
 def _errors(facts: Facts) -> Iterator[Finding]:
     rig, error = facts.rig, facts.metrics["nrmse"]
-    untold = _untold(rig)
+    unknown = _unknown(rig)
     if error >= NO_FORCE:
         form = shown("force")
         stops = (
@@ -313,26 +313,26 @@ def _errors(facts: Facts) -> Iterator[Finding]:
         )
         sentence = (
             f"The force error is {error:.0%} (rms), larger than without any force. The force reaches "
-            f"{form(facts.peak_force)} under a command of {form(facts.peak_command)}{stops}.{untold}"
+            f"{form(facts.peak_force)} under a command of {form(facts.peak_command)}{stops}.{unknown}"
         )
         yield Finding("no", sentence, SELF_CALIBRATION)
         return
     if grade := above(rig, "force_error", error):
         allowed = rig[f"verdict.{grade}.force_error"]
-        sentence = f"The force misses the command by {error:.1%} (rms), more than {allowed:.0%}.{untold}"
+        sentence = f"The force misses the command by {error:.1%} (rms), more than {allowed:.0%}.{unknown}"
         yield Finding(grade, sentence, SELF_CALIBRATION)
-        untold = ""
+        unknown = ""
     # For an external structure the ideal motion is unknown.
     motion = facts.metrics["displacement_error"]
     if not facts.outside and (grade := above(rig, "displacement_error", motion)):
         allowed = rig[f"verdict.{grade}.displacement_error"]
         sentence = (
-            f"The displacement misses the ideal one by {motion:.1%} (rms), more than {allowed:.0%}.{untold}"
+            f"The displacement misses the ideal one by {motion:.1%} (rms), more than {allowed:.0%}.{unknown}"
         )
         yield Finding(grade, sentence, SELF_CALIBRATION)
 
 
-def _untold(rig: Rig) -> str:
+def _unknown(rig: Rig) -> str:
     """True values of the plant that the controller does not have."""
     tree = rig.to_dict()
     found = dict(_leaves(tree.get("truth", {})))

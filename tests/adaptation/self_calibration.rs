@@ -204,7 +204,7 @@ fn a_known_or_measured_converter_delay_is_compensated() {
 fn a_configured_or_found_velocity_delay_is_compensated() {
     for (samples, told) in [(4, 4.0 / RATE), (8, 8.0 / RATE)] {
         let late = vec![set("sensors.velocity.delay", samples)];
-        let telling = [late.clone(), vec![set("compensation.velocity_delay", told)]].concat();
+        let known = [late.clone(), vec![set("compensation.velocity_delay", told)]].concat();
         let fixed = vec![set("compensation.adaptive", false)];
         for amplitude in [2200.0, 8900.0] {
             for (scheme, changes) in [("fixed", fixed.clone()), ("adaptive", vec![])] {
@@ -213,24 +213,24 @@ fn a_configured_or_found_velocity_delay_is_compensated() {
                     ratio(&run(&rig, &sweep(amplitude)), 0.5, 9.5)
                 };
                 let what = format!("velocity {samples} samples late, {amplitude} N, {scheme}");
-                let ((least, largest), (untold_least, untold_largest)) = (judged(&telling), judged(&late));
+                let ((least, largest), (unknown_least, unknown_largest)) = (judged(&known), judged(&late));
                 keep(
                     &what,
                     &[
                         ("least", least),
                         ("largest", largest),
-                        ("untold least", untold_least),
-                        ("untold largest", untold_largest),
+                        ("delay unknown: least", unknown_least),
+                        ("delay unknown: largest", unknown_largest),
                     ],
                 );
                 if scheme == "adaptive" {
                     assert_within(&what, (least, largest), 0.97, 1.03);
-                    assert_within(&what, (untold_least, untold_largest), 0.97, 1.03);
+                    assert_within(&what, (unknown_least, unknown_largest), 0.97, 1.03);
                 } else {
                     // The fixed scheme also has the errors of its own tuning.
                     assert_within(&what, (least, largest), 0.9, 1.15);
                     assert!(
-                        untold_least < least && untold_largest > largest,
+                        unknown_least < least && unknown_largest > largest,
                         "{what}: the configured delay does not help"
                     );
                 }

@@ -75,15 +75,15 @@ fn a_value_that_the_controller_does_not_use_may_be_under_truth() {
         for realization in ["analog", "digital"] {
             let base =
                 rig(&[set("controller.realization", realization), set("controller.proportional_gain", 0.5)]);
-            let (told, untold) = (base.replace(changes).unwrap(), base.replace(&as_truth(changes)).unwrap());
-            assert_ne!(told, untold);
+            let (known, hidden) = (base.replace(changes).unwrap(), base.replace(&as_truth(changes)).unwrap());
+            assert_ne!(known, hidden);
             for method in [Method::Exponential, Method::RungeKutta] {
-                let [told, untold, base] = [&told, &untold, &base].map(|rig| run(rig, method));
-                assert_eq!(told.first_difference(&untold), None, "plant {n}, {realization}");
-                assert!(told.first_difference(&base).is_some(), "plant {n} makes no difference");
+                let [known, hidden, base] = [&known, &hidden, &base].map(|rig| run(rig, method));
+                assert_eq!(known.first_difference(&hidden), None, "plant {n}, {realization}");
+                assert!(known.first_difference(&base).is_some(), "plant {n} makes no difference");
             }
             let of =
-                |judge: &dyn Fn(&RigConfig) -> String| assert_eq!(judge(&told), judge(&untold), "plant {n}");
+                |judge: &dyn Fn(&RigConfig) -> String| assert_eq!(judge(&known), judge(&hidden), "plant {n}");
             let (command, options) = (command(), SimulateOptions::default());
             of(&|rig| format!("{:?}", ideal_response(rig, &command, &options).unwrap()));
             of(&|rig| {
@@ -98,10 +98,10 @@ fn a_value_that_the_controller_does_not_use_may_be_under_truth() {
             of(&|rig| format!("{:?}", valve_test(rig, 0.0254, 512.0).unwrap()));
             of(&|rig| format!("{:?}", flow_test(rig, 0.03, 3.0, 0.2, 20.0, 1024.0).unwrap()));
             of(&|rig| format!("{:?}", free_vibration(rig, 0.03, 0.5, 512.0).unwrap()));
-            let mut steppers = [&told, &untold].map(|rig| PlantStepper::new(rig, RATE, &options).unwrap());
+            let mut steppers = [&known, &hidden].map(|rig| PlantStepper::new(rig, RATE, &options).unwrap());
             for _ in 0..20 {
-                let [told, untold] = steppers.each_mut().map(|plant| plant.step(&[0.2]).unwrap());
-                assert_eq!(told, untold);
+                let [known, hidden] = steppers.each_mut().map(|plant| plant.step(&[0.2]).unwrap());
+                assert_eq!(known, hidden);
             }
         }
     }
@@ -138,21 +138,21 @@ fn buildings_too() {
     ];
     let rigs = [base.replace(&changes).unwrap(), base.replace(&as_truth(&changes)).unwrap()];
     let (commands, options) = (vec![command(); 2], SimulateOptions::default());
-    let [told, untold] =
+    let [known, hidden] =
         rigs.each_ref().map(|rig| simulate_actuators::<f64>(rig, &commands, &options, |_, _| true).unwrap());
-    for (told, untold) in told.iter().zip(&untold) {
-        assert_eq!(told.first_difference(untold), None);
+    for (known, hidden) in known.iter().zip(&hidden) {
+        assert_eq!(known.first_difference(hidden), None);
     }
-    let [told, untold] = rigs.each_ref().map(|rig| ideal_responses(rig, &commands, &options).unwrap());
-    assert_eq!(told, untold);
-    let [told, untold] =
+    let [known, hidden] = rigs.each_ref().map(|rig| ideal_responses(rig, &commands, &options).unwrap());
+    assert_eq!(known, hidden);
+    let [known, hidden] =
         rigs.each_ref().map(|rig| linearize(rig, FlowGain::Mean, Time::Sampled(RATE)).unwrap());
-    assert_eq!(told, untold);
-    let [told, untold] = rigs.each_ref().map(|rig| {
+    assert_eq!(known, hidden);
+    let [known, hidden] = rigs.each_ref().map(|rig| {
         let mut plant = PlantStepper::new(rig, RATE, &options).unwrap();
         plant.step(&[0.2, 0.1]).unwrap()
     });
-    assert_eq!(told, untold);
+    assert_eq!(known, hidden);
 }
 
 /// A digital test of the controller of one rig on the plant of another, the two of them stepped by hand.
@@ -200,13 +200,13 @@ fn a_value_that_the_controller_uses_differs_under_truth() {
             set("compensation.feedforward", true),
             set(scheme, true),
         ]);
-        let untold = run(&base.replace(&as_truth(&changes)).unwrap(), Method::RungeKutta);
-        let told = base.replace(&changes).unwrap();
-        for (i, reading) in by_hand(&base, &told).iter().enumerate() {
-            assert_eq!(reading.force, untold.force[i], "{scheme}, sample {i}");
-            assert_eq!(reading.displacement, untold.displacement[i], "{scheme}, sample {i}");
+        let hidden = run(&base.replace(&as_truth(&changes)).unwrap(), Method::RungeKutta);
+        let known = base.replace(&changes).unwrap();
+        for (i, reading) in by_hand(&base, &known).iter().enumerate() {
+            assert_eq!(reading.force, hidden.force[i], "{scheme}, sample {i}");
+            assert_eq!(reading.displacement, hidden.displacement[i], "{scheme}, sample {i}");
         }
-        assert!(run(&told, Method::RungeKutta).first_difference(&untold).is_some());
+        assert!(run(&known, Method::RungeKutta).first_difference(&hidden).is_some());
     }
 }
 

@@ -62,7 +62,7 @@ def test_the_page_s_numbers_are_those_of_its_commands(rigs, capsys):
 
 
 @pytest.mark.parametrize("rig", ["large", "small"])
-def test_two_per_cent_of_flow_gain_untold_is_refused_and_helped(rig, rigs, capsys):
+def test_two_per_cent_of_unknown_flow_gain_error_is_refused_and_helped(rig, rigs, capsys):
     plain = ["--set", "compensation.adaptive=false", "--set", "truth.servovalve.flow_gain_scale=1.02"]
     told = answer(capsys, "check", "--rig", f"{rig}.toml", *QUAKE, *plain, "--try-remedies", code=1)
     assert told["verdict"] == "no" and told["metrics"]["nrmse"] > 0.3

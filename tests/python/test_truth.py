@@ -72,14 +72,14 @@ def test_every_key_of_the_plant_is_listed_once_more():
 
 @pytest.mark.parametrize("dtype", ["f32", "f64"])
 def test_a_flow_gain_is_the_same_either_way(dtype):
-    told = eft.simulate(RIG.replace({"servovalve.flow_gain_scale": 0.95}), COMMAND, dtype=dtype)
-    untold = eft.simulate(RIG.replace({"truth.servovalve.flow_gain_scale": 0.95}), COMMAND, dtype=dtype)
-    assert same(told, untold) and not same(told, eft.simulate(RIG, COMMAND, dtype=dtype))
+    known = eft.simulate(RIG.replace({"servovalve.flow_gain_scale": 0.95}), COMMAND, dtype=dtype)
+    hidden = eft.simulate(RIG.replace({"truth.servovalve.flow_gain_scale": 0.95}), COMMAND, dtype=dtype)
+    assert same(known, hidden) and not same(known, eft.simulate(RIG, COMMAND, dtype=dtype))
 
 
 def test_a_test_run_and_its_ideal_are_of_the_true_structure(tmp_path):
-    run, told = (eft.simulate(rig, COMMAND) for rig in (HEAVY, HEAVY.plant))
-    assert same(run, told) and run.metrics() == told.metrics()
+    run, known = (eft.simulate(rig, COMMAND) for rig in (HEAVY, HEAVY.plant))
+    assert same(run, known) and run.metrics() == known.metrics()
     ideals = [eft.ideal_response(rig, COMMAND).displacement for rig in (HEAVY, HEAVY.plant, RIG)]
     assert np.array_equal(ideals[0], ideals[1]) and not np.array_equal(ideals[0], ideals[2])
     run.save(tmp_path / "run.npz")
@@ -91,12 +91,12 @@ def test_a_controller_is_blind_to_it():
         {"compensation.feedforward": True, "compensation.adaptive": True, "controller.realization": "digital"}
     )
     wrong = {"actuator.compressibility": 5e-13, "actuator.piston_area": 8e-3, "supply.pressure": 1.6e7}
-    untold = rig.replace({f"truth.{key}": value for key, value in wrong.items()})
+    hidden = rig.replace({f"truth.{key}": value for key, value in wrong.items()})
     signals = np.sin(np.outer([3000.0, 0.2, 2500.0, 0.3], np.linspace(0.0, 20.0, 4000)))
-    outputs = [eft.Controller(one).process(*signals) for one in (rig, untold, rig.replace(wrong))]
+    outputs = [eft.Controller(one).process(*signals) for one in (rig, hidden, rig.replace(wrong))]
     assert np.array_equal(outputs[0], outputs[1]) and not np.array_equal(outputs[0], outputs[2])
     for target in ("rust", "c"):
-        assert eft.firmware.export(untold, target) == eft.firmware.export(rig, target)
+        assert eft.firmware.export(hidden, target) == eft.firmware.export(rig, target)
 
 
 def test_linear_models_and_margins_judge_the_true_plant():
@@ -116,17 +116,17 @@ def test_maps_and_feasibility_take_it():
     found = eft.linear.stability_map(
         RIG, ("truth.structure.mass", masses), ("compensation.level", [0.9, 1.0])
     )
-    told = eft.linear.stability_map(RIG, ("structure.mass", masses), ("compensation.level", [0.9, 1.0]))
-    assert np.array_equal(found.values, told.values)
+    known = eft.linear.stability_map(RIG, ("structure.mass", masses), ("compensation.level", [0.9, 1.0]))
+    assert np.array_equal(found.values, known.values)
     assert eft.check_feasibility(HEAVY, COMMAND) == eft.check_feasibility(HEAVY.plant, COMMAND)
 
 
 def test_a_study_over_a_true_value_is_one_over_rigs():
     masses = [5000.0, 7040.0, 9000.0]
-    untold = eft.study(RIG, COMMAND, {"truth.structure.mass": masses})
-    told = eft.study(RIG, COMMAND, {"structure.mass": masses})
-    assert untold["truth.structure.mass"].tolist() == masses
-    assert np.array_equal(untold["nrmse"], told["nrmse"]) and len(set(untold["nrmse"])) == 3
+    hidden = eft.study(RIG, COMMAND, {"truth.structure.mass": masses})
+    known = eft.study(RIG, COMMAND, {"structure.mass": masses})
+    assert hidden["truth.structure.mass"].tolist() == masses
+    assert np.array_equal(hidden["nrmse"], known["nrmse"]) and len(set(hidden["nrmse"])) == 3
     with pytest.raises(ValueError, match=r"`truth\.structure` is a section: name one of its keys"):
         eft.study(RIG, COMMAND, {"truth.structure": [1.0]})
 

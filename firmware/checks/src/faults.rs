@@ -54,7 +54,7 @@ pub fn run() -> Result<u32, &'static str> {
             Fault::Reads(-f32::MAX),
             Fault::Stuck,
         ] {
-            // A command that stands still is no fault.
+            // A constant command is not a fault.
             if channel > 0 || matches!(fault, Fault::Reads(_)) {
                 survive(channel, fault)?;
                 count += 1;

@@ -122,7 +122,7 @@ WRONG = {
         {"a.txt": "Time\tForce\ns\tstones\n0\t1\n0.1\t2\n"},
         ["a.txt", "Force", "stones", "kip"],
     ),
-    "clock that stands still": (
+    "time that does not increase": (
         ["compare", "a.csv", "a.csv"],
         {"a.csv": "time (s),force (N)\n1,1\n1,2\n1,3\n"},
         ["a.csv", "time must increase"],
