@@ -259,7 +259,7 @@ typedef struct eft_parameters {
 
 // Why a configuration was refused.
 typedef struct eft_error {
-  double value;                      // refused value or length; 0 if there is none
+  double value;                      // refused value or length; 0 without one
   double lowest;                     // lowest value allowed
   double highest;                    // highest value allowed
   uint32_t index;                    // entry of a table

@@ -214,7 +214,7 @@ impl eft_parameters {
 data! {
     /// Why a configuration was refused.
     eft_error {
-        value: f64, "refused value or length; 0 if there is none";
+        value: f64, "refused value or length; 0 without one";
         lowest: f64, "lowest value allowed";
         highest: f64, "highest value allowed";
         index: u32, "entry of a table";

@@ -85,7 +85,7 @@ const fn share(corner: f64, rate: f64) -> f64 {
     if share < 1.0 { share } else { 1.0 }
 }
 
-/// A trip level, or a replacement if there is none.
+/// A trip level, or a replacement if no level is configured.
 const fn level(trip: f64, scale: f64) -> f64 {
     if trip < LARGEST { trip } else { scale }
 }
