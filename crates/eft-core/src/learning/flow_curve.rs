@@ -5,8 +5,7 @@
 //!
 //! - The *asymmetry* separates the gains of the two directions. It is found by least squares together with an offset of
 //!   the opening, which is an error of the sensor and not of the table.
-//! - Each node has a *departure* from the gain of its direction. Only flows in the two adjacent pieces change it, by a
-//!   Kalman filter of one state. A band that was never visited follows its direction.
+//! - Each [node](super::curve_nodes) has a *departure* from the gain of its direction.
 //!
 //! Both start with the prior that the table is correct. The variance of their unexplained part determines how fast they
 //! change, so they change little with noisy sensors. The noise does not bias them, because instruments and nodes follow the
@@ -14,35 +13,26 @@
 //!
 //! The inverse of the curve is estimated. Its nodes are at demanded flows, so a tick finds its piece by one multiplication.
 
-use crate::compensation::{CurveGrid, CurvePiece, FIRST_NODE, NODES, PIECES, node_below, table_itself};
+use crate::compensation::{CurveGrid, NODES, node_below};
 use crate::integrity::integrity;
+use crate::learning::curve_nodes::{CurveNodes, belief};
 use crate::number::Real;
 
 /// Prior standard deviation of a direction's gain (1).
 const GAIN_BELIEF: f64 = 0.03;
 /// Prior standard deviation of the opening's offset (1).
 const OFFSET_BELIEF: f64 = 0.01;
-/// Prior standard deviation of a node's departure from its direction, over the node's flow.
-const NODE_BELIEF: f64 = 0.05;
 /// Least share of a window's squared error that counts as noise and not as an error of the table.
 const NOISE: f64 = 0.02;
 /// Variance (squared steps) of the errors before any is known, and the windows that it counts for.
 const FIRST_ERRORS: [f64; 2] = [4.0e-4, 10.0];
 /// Bound of the asymmetry.
 pub(super) const FARTHEST: f64 = 0.3;
-/// Largest departure of a node from its direction, over the node's flow.
-pub(super) const DEPARTURE: f64 = 0.2;
 /// Parts of the departures that are removed before the estimates of asymmetry and flow gain. Asymmetry and flow gain slowly
 /// take over what they can explain.
 const SHARED: [f64; 2] = [0.5, 0.3];
 /// Weight (squared steps) of no departures at all in what they have in common.
 const COMMON_BELIEF: f64 = 1.0e-2;
-/// Least rise from node to node (steps).
-const RISE: f64 = 0.3;
-
-/// The node at no flow.
-const ZERO: usize = PIECES / 2;
-
 /// Constants of the correction; flows in steps from node to node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowCurve<T> {
@@ -100,19 +90,13 @@ integrity!(CurveEvidence<T>: directions, asymmetry, departures, windows, squares
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct CurveState<T> {
-    /// Table flow at each node of no-load flow, and the pieces between them.
-    nodes: [T; NODES],
-    pub(crate) pieces: [CurvePiece<T>; PIECES],
-    /// Variance of each departure.
-    pub(super) variances: [T; NODES],
+    pub(crate) nodes: CurveNodes<T>,
     /// The spool sensor's offset (unit opening).
     offset: T,
     /// Distance of the asymmetry's last result beyond its bounds (1).
     pub(crate) beyond: T,
-    /// The last updated node.
-    node: u32,
 }
-integrity!(CurveState<T>: nodes, pieces, variances, offset, beyond, node);
+integrity!(CurveState<T>: nodes, offset, beyond);
 
 /// A window's data for the correction; flows are divided by the flow gain.
 #[derive(Debug, Clone, Copy)]
@@ -132,32 +116,11 @@ pub(crate) struct CurveSample<T> {
 
 impl<T: Real> Default for CurveState<T> {
     fn default() -> Self {
-        let zero = T::splat(0.0);
-        Self {
-            nodes: core::array::from_fn(start),
-            pieces: table_itself(),
-            variances: core::array::from_fn(|node| belief(start(node))),
-            offset: zero,
-            beyond: zero,
-            node: 0,
-        }
+        Self { nodes: CurveNodes::default(), offset: T::splat(0.0), beyond: T::splat(0.0) }
     }
 }
 
 impl<T: Real> FlowCurve<T> {
-    /// The no-load flow (m³/s) at the opening for which the table has this flow (m³/s), by a search.
-    pub(crate) fn undo(&self, pieces: &[CurvePiece<T>; PIECES], flow: T) -> T {
-        let mut found = flow;
-        for (n, piece) in pieces.iter().enumerate() {
-            let (low, high) = (start::<T>(n) * self.grid.step, start::<T>(n + 1) * self.grid.step);
-            let demand = (flow - piece.offset) / piece.slope;
-            if demand >= low && demand <= high {
-                found = demand;
-            }
-        }
-        found
-    }
-
     /// A window's data from three values: the actuator's no-load flow over the flow gain (m³/s), the table's no-load flow
     /// (m³/s) with its slope (m³/s per unit opening), and the demanded opening less the measured one (1).
     pub(crate) fn sample(
@@ -168,7 +131,7 @@ impl<T: Real> FlowCurve<T> {
         asked: T,
     ) -> CurveSample<T> {
         let per_flow = self.grid.per_flow;
-        let corrected = self.grid.apply(&state.pieces, flow) * per_flow;
+        let corrected = self.grid.apply(&state.nodes.pieces, flow) * per_flow;
         let (demand, passed, slope) = (flow * per_flow, passed * per_flow, slope * per_flow);
         let added = corrected - demand;
         CurveSample {
@@ -184,7 +147,7 @@ impl<T: Real> FlowCurve<T> {
     /// A window's no-load flow over the flow gain (m³/s), converted to that of the table at the same openings, for the
     /// estimator of the flow gain.
     pub(crate) fn straightened(&self, state: &CurveState<T>, evidence: &CurveEvidence<T>, flow: T) -> T {
-        let corrected = self.grid.apply(&state.pieces, flow);
+        let corrected = self.grid.apply(&state.nodes.pieces, flow);
         let [_, shared] = SHARED;
         corrected - T::splat(shared) * evidence.common * flow
     }
@@ -202,12 +165,15 @@ impl<T: Real> FlowCurve<T> {
         let variance = self.observe(state, evidence, s);
         let below = node_below(s.instrument);
         let above = below.wrapping_add(1);
-        self.depart(state, evidence, s, below, variance);
-        self.depart(state, evidence, s, above, variance);
+        let measured = [s.instrument, s.error - state.offset * s.slope];
+        for node in [below, above] {
+            state.nodes.depart(&mut evidence.departures, node, measured, [variance, self.drift]);
+        }
         let keep = T::splat(1.0) - self.forgotten * (T::splat(1.0) - keep);
         Self::gather(evidence, s, flow_gain, keep);
-        state.refresh(evidence, below, self.grid.step);
-        state.refresh(evidence, above, self.grid.step);
+        for node in [below, above] {
+            state.nodes.refresh(node, &evidence.departures, evidence.asymmetry, self.grid.step);
+        }
         self.solve(state, evidence, variance);
     }
 
@@ -270,35 +236,6 @@ impl<T: Real> FlowCurve<T> {
         evidence.directions = [of(one - asymmetry), of(one + asymmetry)];
     }
 
-    /// Moves a node's departure towards the flows in the adjacent pieces.
-    fn depart(
-        &self,
-        state: &mut CurveState<T>,
-        evidence: &mut CurveEvidence<T>,
-        s: &CurveSample<T>,
-        node: usize,
-        noise: T,
-    ) {
-        // The nodes at zero and beyond the ends of the table do not move.
-        if node == ZERO || node == 0 || node >= NODES - 1 {
-            return;
-        }
-        let (Some(departure), Some(variance)) =
-            (evidence.departures.get_mut(node), state.variances.get_mut(node))
-        else {
-            return;
-        };
-        let at = start::<T>(node);
-        let weight = T::splat(1.0) - (s.instrument - at).abs();
-        let error = s.error - state.offset * s.slope;
-        let (grown, most) = (*variance + self.drift * (at * at), belief(at));
-        let grown = if grown < most { grown } else { most };
-        let share = grown / (weight * weight * grown + noise);
-        *variance = share * noise;
-        let reach = T::splat(DEPARTURE) * at.abs();
-        *departure = (*departure + share * weight * error).limit(-reach, reach);
-    }
-
     /// Adds the window to its direction's sums.
     fn gather(evidence: &mut CurveEvidence<T>, s: &CurveSample<T>, flow_gain: T, keep: T) {
         let [back, forth] = &mut evidence.directions;
@@ -320,8 +257,7 @@ impl<T: Real> FlowCurve<T> {
 
     /// Updates one node with the gain of its direction, one after the other in a cycle.
     pub(crate) fn refresh(&self, state: &mut CurveState<T>, evidence: &CurveEvidence<T>) {
-        state.node = if state.node < NODES as u32 - 2 { state.node + 1 } else { 1 };
-        state.refresh(evidence, state.node as usize, self.grid.step);
+        state.nodes.refresh_next(&evidence.departures, evidence.asymmetry, self.grid.step);
     }
 
     /// The offset that both directions share and either direction's gain, by least squares; the asymmetry goes there at a
@@ -354,45 +290,11 @@ impl<T: Real> FlowCurve<T> {
     }
 }
 
-impl<T: Real> CurveState<T> {
-    /// After a rollback: the variances of the departures are those of the start.
-    pub(crate) fn doubt(&mut self) {
-        self.variances = Self::default().variances;
-    }
-
-    /// Brings a node up to what is known, between its neighbours, and the two pieces beside it. The ends stay where they
-    /// are. `step` is the grid's (m³/s).
-    fn refresh(&mut self, evidence: &CurveEvidence<T>, node: usize, step: T) {
-        let last = node.wrapping_sub(1);
-        let (Some([below, here, above]), Some([left, right]), Some(&departure)) = (
-            self.nodes.get_mut(last..node.wrapping_add(2)),
-            self.pieces.get_mut(last..node.wrapping_add(1)),
-            evidence.departures.get(node),
-        ) else {
-            return;
-        };
-        let (at, rise) = (start::<T>(node), T::splat(RISE));
-        *here = (at + evidence.asymmetry * at.abs() + departure).limit(*below + rise, *above - rise);
-        let piece = |low: T, slope: T, at: T| CurvePiece { offset: (low - slope * at) * step, slope };
-        *left = piece(*below, *here - *below, at - T::splat(1.0));
-        *right = piece(*here, *above - *here, at);
-    }
-}
-
-/// Prior variance of the table's error at a flow (steps).
-fn belief<T: Real>(flow: T) -> T {
-    T::splat(NODE_BELIEF * NODE_BELIEF) * (flow * flow)
-}
-
-/// No-load flow (steps) at a node.
-fn start<T: Real>(node: usize) -> T {
-    T::from_u32(node as u32) + T::splat(FIRST_NODE)
-}
-
 #[cfg(test)]
 #[allow(clippy::indexing_slicing, reason = "tests")]
 mod tests {
     use super::*;
+    use crate::learning::curve_nodes::undo;
 
     const CURVE: FlowCurve<f64> = FlowCurve {
         grid: CurveGrid::over(8.0),
@@ -411,7 +313,7 @@ mod tests {
 
     impl Learned {
         fn apply(&self, demand: f64) -> f64 {
-            CURVE.grid.apply(&self.state.pieces, demand)
+            CURVE.grid.apply(&self.state.nodes.pieces, demand)
         }
     }
 
@@ -452,14 +354,14 @@ mod tests {
         let state = learned(6.5, -0.02, sided);
         for n in -60..=60 {
             let table = 0.1 * f64::from(n);
-            let found = CURVE.undo(&state.state.pieces, table);
+            let found = undo(&state.state.nodes.pieces, CURVE.grid.step, table);
             assert!((found - sided(table)).abs() < 0.03, "{table}: {found} of {}", sided(table));
             assert!((state.apply(found) - table).abs() < 1e-12);
         }
         // A band that was never visited follows its direction, which shares the neighbours' departures for long.
         let state = learned(2.0, 0.0, sided);
         for (flow, ratio) in [(6.0, 1.05), (-6.0, 0.95)] {
-            let found = CURVE.undo(&state.state.pieces, flow) / flow;
+            let found = undo(&state.state.nodes.pieces, CURVE.grid.step, flow) / flow;
             assert!((found - ratio).abs() < 0.015, "{flow}: {found}");
         }
     }

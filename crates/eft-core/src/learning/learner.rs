@@ -4,6 +4,7 @@ use crate::compensation::{Calibration, LeadNetwork};
 use crate::integrity::{integrity, word};
 use crate::learning::band_filter::{BandFilter, BandState};
 use crate::learning::checkpoint::{Checkpoints, Evidence};
+use crate::learning::curve_nodes::undo;
 use crate::learning::deviation::Deviation;
 use crate::learning::flow::FlowEstimator;
 use crate::learning::flow_curve::{CurveState, FlowCurve};
@@ -228,7 +229,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let verdict = self.gate.judge(&mut state.gate, &signals, usable);
         if let Verdict::Rejected { learned } = verdict {
             state.checkpoints.restore(&mut state.evidence);
-            state.curve.doubt();
+            state.curve.nodes.doubt();
             // If nothing was learned since the last rejection, the means may be wrong.
             state.means_go_on = !learned;
         }
@@ -280,7 +281,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         if !(opening.abs() >= T::splat(0.0)) {
             return opening;
         }
-        self.curve.undo(&calibration.curve, self.model.at_no_load(opening)) * calibration.flow_gain
+        undo(&calibration.curve, self.curve.grid.step, self.model.at_no_load(opening)) * calibration.flow_gain
     }
 
     /// The means of a whole window. A lost valve command (V) is replaced by that for the measured opening. With any other
@@ -342,7 +343,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 (&self.valve.priors, valve),
             ),
             test_ratio: state.gate.test_ratio(&self.gate),
-            curve: state.curve.pieces,
+            curve: state.curve.nodes.pieces,
         }
     }
 }

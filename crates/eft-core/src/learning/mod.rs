@@ -3,6 +3,7 @@
 mod band_filter;
 mod checkpoint;
 mod configuration;
+mod curve_nodes;
 mod deviation;
 mod flow;
 mod flow_curve;

@@ -6,7 +6,8 @@
 use crate::compensation::{Deviations, FIRST_NODE, NODES, PIECES};
 use crate::error::{ConfigError, LARGEST, positive, within};
 use crate::learning::checkpoint::Checkpoints;
-use crate::learning::flow_curve::{DEPARTURE, FARTHEST};
+use crate::learning::curve_nodes::DEPARTURE;
+use crate::learning::flow_curve::FARTHEST;
 use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
 use crate::number::Real;
@@ -104,7 +105,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 asymmetry: of(curve.asymmetry),
                 asymmetry_deviation: of(self.curve.asymmetry_deviation(curve)),
                 departures: curve.departures.map(|departure| of(departure) * step),
-                departure_deviations: state.curve.variances.map(|variance| of(variance.sqrt()) * step),
+                departure_deviations: state.curve.nodes.variances.map(|variance| of(variance.sqrt()) * step),
                 error: of(self.curve.mean_square(curve).sqrt()) * step,
             },
         }
@@ -181,7 +182,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 })
             };
             evidence.curve.departures = steps(&curve.departures);
-            state.curve.variances =
+            state.curve.nodes.variances =
                 steps(&curve.departure_deviations).map(|deviation: T| deviation * deviation);
             let error = of(curve.error * per_step);
             let asymmetry = [of(curve.asymmetry), of(curve.asymmetry_deviation)];
