@@ -273,20 +273,19 @@ typedef struct eft_channel_f32 { uint64_t marker; float value[304]; } eft_channe
 // The state of a channel. Each actuator has one.
 typedef struct eft_state_f32 { uint64_t marker; float value[399]; } eft_state_f32;
 
-// One tick's command and measurements. eft_input_init sets every field to NaN, which stands for a missing signal. If
-// the rig needs a missing signal, the tick raises a flag.
+// One tick's command and measurements. A signal that is not given is NaN. If the tick needs it, the tick raises a flag.
 typedef struct eft_input_f32 {
-  float command;                     // N
-  float velocity;                    // m/s; if a sensor measures it
-  float force;                       // N
-  float spool;                       // 1
-  float displacement;                // m; for a protection, or to estimate the velocity
-  float acceleration;                // m/s2; for EFT_VELOCITY_ACCELEROMETER
-  float supply_pressure;             // Pa; for supply_correction
-  float next_command;                // N; of the next tick, for look_ahead
-  float valve_command;               // V; of this sample, for learning with an analog controller
-  float alive;                       // 1; counter of the samples, for a protection; NaN: not watched
-  float period;                      // s; since the last sample, for a protection; NaN: not watched
+  float command;                     // Force command (N).
+  float velocity;                    // Piston velocity (m/s), if a sensor measures it.
+  float force;                       // Force (N).
+  float spool;                       // Spool opening (1).
+  float displacement;                // Displacement (m), for a protection or to estimate the velocity.
+  float acceleration;                // Acceleration (m/s2), for a velocity from an accelerometer.
+  float supply_pressure;             // Supply pressure (Pa), for supply_correction.
+  float next_command;                // Force command (N) of the next tick, for look_ahead.
+  float valve_command;               // Valve command (V) of this sample, for learning with an analog controller.
+  float alive;                       // Counter of the samples (1), for a protection; NaN if there is none.
+  float period;                      // Time (s) since the last sample, for a protection; NaN if it is not measured.
 } eft_input_f32;
 
 // The sums of a closed window, for the learner.
@@ -325,7 +324,7 @@ EFT_NODISCARD uint8_t eft_state_integrity_f32(const eft_state_f32 *state, uint32
 // Makes the state of a rig at rest, with the nominal calibration and without trip or request.
 EFT_NODISCARD uint8_t eft_reset_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
-// Sets every field to NaN.
+// Sets every field to NaN, for signals that the rig does not have.
 EFT_NODISCARD uint8_t eft_input_init_f32(eft_input_f32 *input);
 
 // Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump. The

@@ -44,25 +44,8 @@ opaque! {
     eft_calibration[54], 0xc3, Calibration<T>;
 }
 
-data! {
-    /// One tick's command and measurements. eft_input_init sets every field to NaN, which stands for a missing signal. If
-    /// the rig needs a missing signal, the tick raises a flag.
-    eft_input<T: Copy> {
-        command: T, "N";
-        velocity: T, "m/s; if a sensor measures it";
-        force: T, "N";
-        spool: T, "1";
-        displacement: T, "m; for a protection, or to estimate the velocity";
-        acceleration: T, "m/s2; for EFT_VELOCITY_ACCELEROMETER";
-        supply_pressure: T, "Pa; for supply_correction";
-        next_command: T, "N; of the next tick, for look_ahead";
-        valve_command: T, "V; of this sample, for learning with an analog controller";
-        alive: T, "1; counter of the samples, for a protection; NaN: not watched";
-        period: T, "s; since the last sample, for a protection; NaN: not watched";
-    }
-}
-// The core's input has the same fields: a pointer to one is cast to the other.
-const _: () = assert!(size_of::<eft_input<f64>>() == size_of::<Input<f64>>());
+/// A tick's input has the same struct in C as in the core. The header takes its comments from there.
+pub use eft_core::Input as eft_input;
 
 data! {
     /// One tick's result.
@@ -112,12 +95,6 @@ fn write<T: Real>(output: &mut eft_output<T>, out: &Output<T>) {
     }
 }
 
-/// Makes an input whose fields are all NaN.
-unsafe fn give_nothing<T: Real>(input: *mut eft_input<T>) -> Result<(), u8> {
-    // Safety: null or valid.
-    unsafe { give(input.cast(), Input::<T>::default()) }
-}
-
 functions! {
     /// Checks the parameters and makes a configuration from them. After a refusal every function refuses *channel, and
     /// *why (may be null) has the reason.
@@ -147,16 +124,16 @@ functions! {
         make(state, Running::new(made(channel)?.at_rest()))
     }
 
-    /// Sets every field to NaN.
-    fn eft_input_init_f32 eft_input_init_f64(input: *mut eft_input<T>) {
-        give_nothing(input)
+    /// Sets every field to NaN, for signals that the rig does not have.
+    fn eft_input_init_f32 eft_input_init_f64(input: *mut Input<T>) {
+        give(input, Input::default())
     }
 
     /// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump. The
     /// calibration in use and the state of the protection do not change. An invalid input gives a rig at rest.
-    fn eft_prime_f32 eft_prime_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const eft_input<T>) {
+    fn eft_prime_f32 eft_prime_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const Input<T>) {
         let state = &mut *made(state)?.state.get();
-        made(channel)?.prime(state, given(input.cast())?);
+        made(channel)?.prime(state, given(input)?);
         Ok(())
     }
 
@@ -164,9 +141,9 @@ functions! {
     /// then 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last
     /// output and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. The last valid
     /// supply pressure replaces an invalid one and raises EFT_STUCK_MEASUREMENT.
-    fn eft_step_f32 eft_step_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const eft_input<T>, output: *mut eft_output<T>) {
+    fn eft_step_f32 eft_step_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const Input<T>, output: *mut eft_output<T>) {
         answer(output, |output| {
-            let (core, running, input) = (made(channel)?, made(state)?, given(input.cast())?);
+            let (core, running, input) = (made(channel)?, made(state)?, given(input)?);
             let state = &mut *running.state.get();
             if running.requested.load(Ordering::Relaxed) != 0 {
                 if running.trip.load(Ordering::Relaxed) != 0 {

@@ -81,7 +81,11 @@ functions! {
 }
 
 macro_rules! take {
-    ($($(#[$doc:meta])* $name:ident: $Item:ty;)*) => {$(
+    ($($(#[$doc:meta])* $single:ident $double:ident: $Item:ident;)*) => {$(
+        take! { @ $(#[$doc])* $single: $Item<f32> }
+        take! { @ $(#[$doc])* $double: $Item<f64> }
+    )*};
+    (@ $(#[$doc:meta])* $name:ident: $Item:ty) => {
         $(#[$doc])*
         #[must_use]
         #[unsafe(no_mangle)]
@@ -89,20 +93,14 @@ macro_rules! take {
             // Safety: as the interface requires of its callers.
             unsafe { take(from) }
         }
-    )*};
+    };
 }
 take! {
     /// The offered configuration, or null if there is no new one. After eft_take_over the interrupt steps with it until it
     /// takes the next one.
-    eft_take_channel_f32: eft_channel<f32>;
+    eft_take_channel_f32 eft_take_channel_f64: eft_channel;
     /// The offered window, valid until the next one is taken; null if there is no new one.
-    eft_take_window_f32: eft_window<f32>;
+    eft_take_window_f32 eft_take_window_f64: eft_window;
     /// The offered calibration for eft_publish, valid until the next one is taken; null if there is no new one.
-    eft_take_calibration_f32: eft_calibration<f32>;
-    /// Like eft_take_channel_f32.
-    eft_take_channel_f64: eft_channel<f64>;
-    /// Like eft_take_window_f32.
-    eft_take_window_f64: eft_window<f64>;
-    /// Like eft_take_calibration_f32.
-    eft_take_calibration_f64: eft_calibration<f64>;
+    eft_take_calibration_f32 eft_take_calibration_f64: eft_calibration;
 }

@@ -19,7 +19,7 @@ use crate::subjects::later;
 type Step = unsafe extern "C" fn(
     *const eft_channel<f32>,
     *mut eft_state<f32>,
-    *const eft_input<f32>,
+    *const Input<f32>,
     *mut eft_output<f32>,
 ) -> u8;
 type Learn = unsafe extern "C" fn(
@@ -132,7 +132,7 @@ fn costs(p: &Parameters) -> [Cost; 4] {
             assert!(codes == [EFT_OK; 2], "refused");
             wait = 0;
         }
-        let input = input(&rig(tick, &mut position, &mut random));
+        let input = rig(tick, &mut position, &mut random);
         let mut measured = |what: usize, code: u8| {
             assert!(code == EFT_OK, "refused");
             worst[what].raise(cost());
@@ -163,22 +163,6 @@ fn costs(p: &Parameters) -> [Cost; 4] {
         }
     }
     worst
-}
-
-fn input(i: &Input<f32>) -> eft_input<f32> {
-    eft_input {
-        command: i.command,
-        velocity: i.velocity,
-        force: i.force,
-        spool: i.spool,
-        displacement: i.displacement,
-        acceleration: i.acceleration,
-        supply_pressure: i.supply_pressure,
-        next_command: i.next_command,
-        valve_command: i.valve_command,
-        alive: i.alive,
-        period: i.period,
-    }
 }
 
 /// The same rig for C.

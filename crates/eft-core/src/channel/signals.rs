@@ -3,34 +3,39 @@
 use crate::learning::Window;
 use crate::number::Real;
 
-/// One tick's command and measurements, in SI units. A signal that is not given is NaN. If the tick needs it, the tick
-/// raises a flag.
+/// One tick's command and measurements. A signal that is not given is NaN. If the tick needs it, the tick raises a flag.
+// The C header has the first paragraph of each comment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Input<T> {
     /// Force command (N).
     pub command: T,
-    /// Piston velocity (m/s); used if a sensor measures it.
+    /// Piston velocity (m/s), if a sensor measures it.
     pub velocity: T,
     /// Force (N).
     pub force: T,
     /// Spool opening (1).
     pub spool: T,
-    /// Displacement (m); used by a protection, and to estimate the velocity.
+    /// Displacement (m), for a protection or to estimate the velocity.
     pub displacement: T,
-    /// Acceleration (m/s²); used by an observer that reads an accelerometer.
+    /// Acceleration (m/s²), for a velocity from an accelerometer.
     pub acceleration: T,
-    /// Supply pressure (Pa); used if its deviations are corrected. The last valid one replaces an invalid one.
+    /// Supply pressure (Pa), for `supply_correction`.
+    ///
+    /// The last valid one replaces an invalid one.
     pub supply_pressure: T,
-    /// Force command (N) of the next tick; used if the feedforward looks ahead.
+    /// Force command (N) of the next tick, for `look_ahead`.
     pub next_command: T,
-    /// Valve command (V) of the same sample; used by a learner if an analog controller closes the force loop. Nothing is
-    /// learned from a tick in which it is lost.
+    /// Valve command (V) of this sample, for learning with an analog controller.
+    ///
+    /// Nothing is learned from a tick in which it is lost.
     pub valve_command: T,
-    /// Alive counter (1), below 2²⁴. It increases by one in each sample, and returns to 0 after any highest value. A
-    /// protection checks it after its first value.
+    /// Counter of the samples (1), for a protection; NaN if there is none.
+    ///
+    /// It is below 2²⁴, increases by one in each sample, and returns to 0 after any highest value. The protection checks it
+    /// after its first value, and the period as well.
     pub alive: T,
-    /// Measured time (s) since the last sample. A protection checks it after its first value.
+    /// Time (s) since the last sample, for a protection; NaN if it is not measured.
     pub period: T,
 }
 

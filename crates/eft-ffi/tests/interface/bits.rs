@@ -26,39 +26,23 @@ macro_rules! precision {
                 a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
             }
 
-            fn inputs(tick: u32) -> (Input<$t>, eft_input<$t>) {
+            fn input(tick: u32) -> Input<$t> {
                 let [command, velocity, force, spool, displacement, acceleration, supply, next, valve] =
                     sample(tick).map(|value| value as $t);
                 let (supply_pressure, next_command, valve_command) = (supply, next, valve);
-                let (alive, period) = (tick as $t, 1.0 / 4096.0);
-                (
-                    Input {
-                        command,
-                        velocity,
-                        force,
-                        spool,
-                        displacement,
-                        acceleration,
-                        supply_pressure,
-                        next_command,
-                        valve_command,
-                        alive,
-                        period,
-                    },
-                    eft_input {
-                        command,
-                        velocity,
-                        force,
-                        spool,
-                        displacement,
-                        acceleration,
-                        supply_pressure,
-                        next_command,
-                        valve_command,
-                        alive,
-                        period,
-                    },
-                )
+                Input {
+                    command,
+                    velocity,
+                    force,
+                    spool,
+                    displacement,
+                    acceleration,
+                    supply_pressure,
+                    next_command,
+                    valve_command,
+                    alive: tick as $t,
+                    period: 1.0 / 4096.0,
+                }
             }
 
             fn assert_same(expected: &eft_core::Output<$t>, output: &eft_output<$t>, tick: u32) {
@@ -100,10 +84,10 @@ macro_rules! precision {
                     assert_eq!($learner_check(&*learner, &parameters), EFT_OK);
                     assert_eq!($learner_reset(&*learner, &mut *learned), EFT_OK);
                     for tick in 0..TICKS {
-                        let (input, c_input) = inputs(tick);
+                        let input = input(tick);
                         if tick == 50 {
                             core.prime(&mut expected, &input);
-                            assert_eq!($prime(&*channel, &raw mut *state, &c_input), EFT_OK);
+                            assert_eq!($prime(&*channel, &raw mut *state, &input), EFT_OK);
                         }
                         if tick == TICKS - 40 {
                             let tripped = output.status & status::TRIPPED != 0;
@@ -116,7 +100,7 @@ macro_rules! precision {
                             assert_eq!($end(&raw mut *state), EFT_OK);
                         }
                         let out = core.step(&mut expected, &input);
-                        assert_eq!($step(&*channel, &raw mut *state, &c_input, &mut *output), EFT_OK);
+                        assert_eq!($step(&*channel, &raw mut *state, &input, &mut *output), EFT_OK);
                         assert_same(&out, &output, tick);
                         if let Some(window) = out.window {
                             let found = core_learner.update(&mut expected_learned, &window);
@@ -192,14 +176,14 @@ macro_rules! precision {
                     }
                     assert_eq!($reset(&*channels[0], &raw mut *state), EFT_OK);
                     for tick in 0..200 {
-                        let (input, c_input) = inputs(tick);
+                        let input = input(tick);
                         if tick == 100 {
                             second.take_over(&mut expected);
                             assert_eq!($take_over(&*channels[1], &raw mut *state), EFT_OK);
                         }
                         let n = usize::from(tick >= 100);
                         let out = [&first, &second][n].step(&mut expected, &input);
-                        assert_eq!($step(&*channels[n], &raw mut *state, &c_input, &mut *output), EFT_OK);
+                        assert_eq!($step(&*channels[n], &raw mut *state, &input, &mut *output), EFT_OK);
                         assert_same(&out, &output, tick);
                     }
                 }

@@ -41,13 +41,14 @@ fn the_committed_header_agrees_with_the_sources() {
     let source = Path::new(env!("CARGO_TARGET_TMPDIR")).join("eft-ffi-expanded.rs");
     std::fs::write(&source, expanded()).unwrap();
     let config = cbindgen::Config::from_file(format!("{CRATE}/cbindgen.toml")).unwrap();
-    // Flags and causes come from the core.
+    // Flags, causes and the input come from the core.
     let core = format!("{CRATE}/../eft-core/src");
     let bindings = cbindgen::Builder::new()
         .with_config(config)
         .with_src(source)
         .with_src(format!("{core}/status.rs"))
         .with_src(format!("{core}/protection/cause.rs"))
+        .with_src(format!("{core}/channel/signals.rs"))
         .generate()
         .unwrap();
     let mut raw = Vec::new();

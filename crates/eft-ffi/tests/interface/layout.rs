@@ -68,9 +68,8 @@ impl<'a> Item<'a> {
 
     /// The comment; for a constant only its first paragraph, because it is on one line.
     fn comment(&self) -> String {
-        let words = self.comment.iter().map(|line| line.trim_start_matches('/').trim());
-        let words = words.take_while(|line| !(self.is_constant() && line.is_empty()));
-        words.collect::<Vec<_>>().join(" ")
+        let words = self.comment.iter().map(|line| text(line));
+        words.take_while(|line| !(self.is_constant() && line.is_empty())).collect::<Vec<_>>().join(" ")
     }
 
     fn write(&self, out: &mut String, commented: bool) {
@@ -78,7 +77,7 @@ impl<'a> Item<'a> {
         let bare: Vec<_> = self.lines.iter().filter(|line| !is_comment(line)).map(String::as_str).collect();
         let (bare, comment) = (bare.join(" "), self.comment());
         if self.is_constant() || commented && self.is_one_line() && bare.len() + comment.len() < WIDTH - 3 {
-            return writeln!(out, "{}", beside(&bare, Some(&comment))).unwrap();
+            return writeln!(out, "{}", with_comment(&bare, &comment)).unwrap();
         }
         if commented && !comment.is_empty() {
             fill(out, ["// ", "// "], comment.split_inclusive(' '));
@@ -86,23 +85,29 @@ impl<'a> Item<'a> {
         if !commented || !self.lines.iter().any(|line| is_comment(&line)) {
             return fill(out, ["", "    "], bare.split_inclusive([',', ';']));
         }
-        // A struct: all lines except the first and the last are fields.
-        let (mut comment, last) = (None, self.lines.len() - 1);
+        // A struct: all lines except the first and the last are fields. Each has its comment's first paragraph.
+        let (mut comment, last) = (Vec::new(), self.lines.len() - 1);
         for (n, line) in self.lines.iter().enumerate() {
             match line {
-                line if is_comment(&line) => comment = Some(line.as_str()),
+                line if is_comment(&line) => comment.push(text(line)),
                 line if n == 0 || n == last => writeln!(out, "{line}").unwrap(),
-                line => writeln!(out, "  {}", beside(line, comment.take())).unwrap(),
+                line => {
+                    let paragraph: Vec<_> = comment.drain(..).take_while(|words| !words.is_empty()).collect();
+                    writeln!(out, "  {}", with_comment(line, &paragraph.join(" "))).unwrap();
+                }
             }
         }
     }
 }
 
-fn beside(line: &str, comment: Option<&str>) -> String {
-    match comment {
-        Some(comment) => format!("{line:<34} // {}", comment.trim_start_matches('/').trim()),
-        None => line.to_owned(),
-    }
+/// The words of a comment's line.
+fn text(line: &str) -> &str {
+    line.trim_start_matches('/').trim()
+}
+
+/// A declaration with its comment on the same line.
+fn with_comment(line: &str, comment: &str) -> String {
+    if comment.is_empty() { line.to_owned() } else { format!("{line:<34} // {comment}") }
 }
 
 /// Writes pieces on lines of the width. The first line starts with `first`, each further one with `others`.
@@ -133,7 +138,12 @@ fn as_in_c(items: &str) -> String {
         }
     }
     out = (out + after).replace("#define EFT_", "#define ").replace("#define ", "#define EFT_");
-    out = out.replace("(1 <<", "(1u <<").replace("(31 << CAUSE", "(31u << EFT_CAUSE");
+    out = out
+        .replace("(1 <<", "(1u <<")
+        .replace("(31 << CAUSE", "(31u << EFT_CAUSE")
+        .replace('`', "")
+        .replace('²', "2");
+    out = out.replace("Input_f", "eft_input_f");
     for item in ["channel", "window", "calibration"] {
         out = out.replace(&format!("eft_exchange_eft_{item}_"), &format!("eft_{item}s_"));
     }
