@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn the_paper_s_sweep_asks_for_the_opening_it_reports() {
+    fn the_papers_sweep_demands_the_reported_opening() {
         let answer = check_feasibility(&RigConfig::zhao2005(), &[sweep(8900.0)]).unwrap();
         let opening = answer.demands.iter().find(|d| d.name == "spool opening").unwrap();
         assert!((opening.required - 0.55).abs() < 0.06, "{opening:?}");
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn too_much_shows_and_so_does_a_loop_that_no_level_makes_stable() {
+    fn excessive_demands_and_unstable_loops_are_reported() {
         let over = |amplitude: f64| -> Vec<&str> {
             let asked = demands(&RigConfig::zhao2005(), &[sweep(amplitude)]).unwrap();
             asked

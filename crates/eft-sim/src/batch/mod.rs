@@ -1,8 +1,8 @@
 //! Many tests at once, on all cores, as studies run them.
 //!
 //! Tests of one kind run side by side in the processor's vector registers, with the same plant and controller
-//! as a single test. A test's outcome does not depend on the tests beside it, on their order or on the number
-//! of threads.
+//! as a single test. A test's outcome depends neither on the other tests nor on their order and the number of
+//! threads.
 
 mod floor;
 mod outcome;

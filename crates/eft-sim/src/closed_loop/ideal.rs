@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_integrated_is_refused() {
+    fn a_structure_that_cannot_be_integrated_is_refused() {
         let stiff = |rig: &mut RigValues| (rig.structure.mass, rig.structure.stiffness) = (1e-3, 1e15);
         let rig = linear(0.0).with(stiff).unwrap();
         let error = respond(&rig, &Command::new(vec![1.0; 100], 1.0).unwrap()).unwrap_err();

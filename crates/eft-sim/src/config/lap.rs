@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_smooth_step_the_controller_has_the_valve_s_own_curve() {
+    fn beyond_the_smooth_step_the_controller_has_the_curve_of_the_valve() {
         for overlap in [1e-3, 5e-3, 0.03, -2e-3, -0.02] {
             let rig = with_overlap(overlap);
             let curve = rig.controller_curve();
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn within_it_the_flow_is_never_more_than_asked_for_and_the_gain_a_quarter_more() {
+    fn within_the_smooth_step_the_flow_is_at_most_the_demand_and_the_gain_a_quarter_larger() {
         let rig = with_overlap(2e-3);
         let (curve, table) = (rig.controller_curve(), &rig.servovalve.flow_table);
         for n in (-40..=40).filter(|n| *n != 0) {
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_without_room_for_the_lap_is_refused_by_name() {
+    fn a_table_without_space_for_the_lap_is_refused_by_name() {
         let openings: Vec<f64> = (0..63).map(|n| f64::from(n - 31) / 31.0).collect();
         let rig = RigConfig::zhao2005().with(|rig| {
             rig.servovalve.flow_table.flows = openings.iter().map(|x| 1e-2 * x).collect();
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn flows_that_were_found_are_those_behind_the_lap() {
+    fn found_flows_exclude_the_lap() {
         for overlap in [0.0, 2e-3, 0.05, -2e-3] {
             let rig = with_overlap(overlap);
             let table = &rig.servovalve.flow_table;

@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_quantity_of_the_dimension_is_refused() {
+    fn a_text_that_is_not_a_quantity_of_the_dimension_is_refused() {
         for (text, si) in [
             ("", "kg"),
             ("t", "kg"),

@@ -46,7 +46,7 @@ fn the_schema_and_the_structs_have_the_same_keys() {
 }
 
 #[test]
-fn every_word_of_a_choice_is_one_the_structs_know() {
+fn the_structs_accept_every_word_of_a_choice() {
     for row in KEYS {
         if let Kind::Choice(words) = row.kind {
             for word in words {
@@ -121,7 +121,7 @@ fn commented_toml_names_every_key() {
 }
 
 #[test]
-fn nothing_physical_has_a_silent_default() {
+fn physical_keys_have_no_default() {
     assert_eq!(
         message(RigConfig::from_tree(Table::new())),
         "missing key `actuator.piston_area` (effective piston area A, m²)"
@@ -175,7 +175,7 @@ fn unknown_keys_name_the_nearest() {
 }
 
 #[test]
-fn wrong_values_are_named_with_what_is_allowed() {
+fn messages_name_the_wrong_value_and_the_allowed_ones() {
     let cases: Vec<(&str, Value, &str)> = vec![
         (
             "controller.sample_rate",
@@ -274,7 +274,7 @@ fn whole_numbers_serve_as_floats() {
 }
 
 #[test]
-fn replacing_is_all_or_nothing_and_order_free() {
+fn a_replacement_is_complete_and_independent_of_the_order() {
     let rig = RigConfig::zhao2005();
     let linear = rig
         .replace(&[("structure.kind", "linear".into())])
@@ -291,7 +291,7 @@ fn replacing_is_all_or_nothing_and_order_free() {
 }
 
 #[test]
-fn malformed_toml_says_where() {
+fn the_message_on_malformed_toml_has_its_place() {
     let said = message(RigConfig::from_toml("[actuator]\npiston_area = 1.0.0\n"));
     assert!(said.starts_with("line 2, column 1"), "{said}");
     assert!(!said.contains('\n'), "{said}");
@@ -300,7 +300,7 @@ fn malformed_toml_says_where() {
 }
 
 #[test]
-fn fields_set_by_hand_are_checked_too() {
+fn changed_fields_are_checked() {
     let rig = RigConfig::zhao2005();
     assert_eq!(rig.with(|_| ()).unwrap(), rig);
     assert_eq!(rig.with(|values| values.structure.mass = 9e3).unwrap().structure.mass, 9e3);
@@ -311,7 +311,7 @@ fn fields_set_by_hand_are_checked_too() {
 }
 
 #[test]
-fn keys_of_any_length_get_a_short_answer_at_once() {
+fn a_key_of_any_length_gets_a_short_message_at_once() {
     let long = "a".repeat(100_000);
     let parts = "a.".repeat(100_000);
     let began = std::time::Instant::now();
@@ -403,7 +403,7 @@ proptest! {
 }
 
 #[test]
-fn keys_that_do_nothing_are_named_with_what_they_need() {
+fn messages_name_keys_without_effect_and_what_they_need() {
     let rig = RigConfig::zhao2005();
     assert_eq!(rig.idle_keys(), []);
     fn on(keys: &[&'static str]) -> Vec<(&'static str, Value)> {

@@ -24,7 +24,7 @@ fn another(row: &Key, whole: &Table) -> Value {
 }
 
 #[test]
-fn every_key_of_the_plant_has_a_truth_and_no_other_has() {
+fn only_keys_of_the_plant_have_a_truth() {
     let whole = everything();
     let believed = RigConfig::from_tree(whole.clone()).unwrap();
     for row in KEYS.iter().filter(|row| !row.key.starts_with("servovalve.flow_table")) {
@@ -52,7 +52,7 @@ fn every_key_of_the_plant_has_a_truth_and_no_other_has() {
 }
 
 #[test]
-fn without_truth_the_plant_is_what_is_believed() {
+fn without_truth_the_plant_has_the_controllers_values() {
     let rig = RigConfig::zhao2005();
     assert_eq!(rig.plant(), &rig);
     assert!(!rig.to_toml().contains("truth") && !rig.to_tree().contains_key("truth"));
@@ -68,7 +68,7 @@ fn without_truth_the_plant_is_what_is_believed() {
 }
 
 #[test]
-fn truth_stays_where_beliefs_change() {
+fn a_change_of_the_controllers_values_keeps_the_truth() {
     let rig = zhao2005(&[("truth.structure.mass", 9e3.into())]).unwrap();
     let changed =
         rig.replace(&[("structure.damping", 5e3.into()), ("compensation.level", 0.9.into())]).unwrap();
@@ -80,7 +80,7 @@ fn truth_stays_where_beliefs_change() {
 }
 
 #[test]
-fn wrong_truths_are_named_with_what_is_allowed() {
+fn messages_name_the_wrong_truth_and_the_allowed_values() {
     let one = || Value::Array(vec![1e3.into()]);
     let building = |stories: usize| -> Vec<(&str, Value)> {
         let keys =

@@ -317,7 +317,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_paper_s_rig_gets_the_margins_of_an_independent_model() {
+    fn the_papers_rig_has_the_margins_of_an_independent_model() {
         // NumPy's margins of G_p 0.36 and G_d 1.0 ms.
         let chosen = ForceLoop {
             proportional_gain: 0.36,
@@ -333,7 +333,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn rigs_of_three_sizes_stay_damped_wherever_they_deviate() {
+    fn rigs_of_three_sizes_stay_damped_under_every_deviation() {
         for plant in sizes() {
             let designed = design(&plant).unwrap();
             let margins = designed.margins().unwrap();
@@ -357,7 +357,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn an_actuator_that_hardly_leaks_has_a_loop_as_well() {
+    fn a_loop_is_designed_for_an_actuator_with_little_leakage() {
         let leaking = design(&zhao2005()).unwrap();
         let tight = design(&HeldPiston { leakage: 1e-16, ..zhao2005() }).unwrap();
         assert!((tight.proportional_gain / leaking.proportional_gain - 1.0).abs() < 0.2, "{tight:?}");
@@ -371,7 +371,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_rig_uses_what_is_designed_and_keeps_what_was_given() {
+    fn a_rig_uses_the_designed_gains_and_keeps_its_own() {
         let base = RigConfig::zhao2005();
         let robust = base.replace(&[("controller.force_loop", "robust".into())]).unwrap();
         let designed = design(&zhao2005()).unwrap();
@@ -388,7 +388,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_whole_rig_is_stable_where_the_paper_s_gains_are_not() {
+    fn the_designed_rig_is_stable_where_the_papers_gains_are_not() {
         let truth = [
             ("truth.actuator.compressibility", (7.56e-13 / 1.4).into()),
             ("truth.servovalve.pilot_time_constant", 2.4e-3.into()),

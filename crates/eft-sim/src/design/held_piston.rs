@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn the_open_loop_is_that_of_an_independent_model_in_both_forms() {
+    fn both_realizations_have_the_open_loop_of_an_independent_model() {
         let plant = late();
         let expected = [(1.0, 23.26742331, -9.33745899), (60.0, -0.69504105, -0.04092098)];
         for (frequency, re, im) in expected {

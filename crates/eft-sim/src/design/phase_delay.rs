@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pure_delay_is_found_through_many_turns() {
+    fn a_pure_delay_of_many_periods_is_found() {
         let delay = phase_delay(|f| Complex::from_polar(0.3, 1.0 - TAU * f * 0.7), (0.25, 10.0)).unwrap();
         assert!((delay - 0.7).abs() < 1e-12);
         assert!(phase_delay(|_| Complex::new(1.0, 0.0), (2.0, 1.0)).is_err());

@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_decay_is_refused() {
+    fn a_vibration_that_does_not_decay_is_refused() {
         let text = |signal: &[f64]| identify_damping(signal, 500.0).unwrap_err().to_string();
         assert!(text(&[1.0; 10]).contains("at least 20"));
         assert!(text(&[1.0; 1000]).contains("must vibrate"));

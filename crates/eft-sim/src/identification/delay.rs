@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pure_delay_of_either_sign_and_of_many_turns() {
+    fn a_pure_delay_of_either_sign_and_of_many_periods_is_found() {
         for delay in [0.0, 4.7e-3, -3e-3, 0.3] {
             let (x, y) = late(delay);
             let found = identify_delay(&x, &y, RATE, BAND).unwrap();
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_offset_and_drift_do_not_matter() {
+    fn gaps_offset_and_drift_do_not_change_the_result() {
         let (x, mut y) = late(5e-3);
         let clean = identify_delay(&x, &y, RATE, BAND).unwrap().delay;
         y.iter_mut().enumerate().for_each(|(i, v)| *v = 0.2 * *v + 3.0 + 1e-4 * i as f64);
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn the_uncertainty_is_what_noise_does() {
+    fn the_uncertainty_is_the_scatter_by_noise() {
         let (x, y) = late(5e-3);
         let mut state = 1_u64;
         let mut noise = || {
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn data_without_an_answer_is_refused_with_the_reason() {
+    fn unusable_data_are_refused_with_the_reason() {
         let (x, y) = late(5e-3);
         let text = |x: &[f64], y: &[f64], band| identify_delay(x, y, RATE, band).unwrap_err().to_string();
         assert!(text(&x, &y[1..], BAND).starts_with("response = 31999 samples"));

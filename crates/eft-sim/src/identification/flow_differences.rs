@@ -90,7 +90,7 @@ mod tests {
     use crate::identification::flow_test;
 
     #[test]
-    fn the_paper_s_tests_give_table_2_back() {
+    fn the_papers_tests_reproduce_table_2() {
         let rig = RigConfig::zhao2005();
         let run = |share: f64| flow_test(&rig, share * rig.actuator.stroke, 3.0, 4.0, 20.0, 2048.0).unwrap();
         let tests = [0.9, 0.8, 0.6, 0.4, 0.2].map(run);
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_carries_no_curve_is_refused() {
+    fn data_without_a_flow_curve_are_refused() {
         let text = |spool: &[f64], displacement: &[f64]| {
             let recordings = [Recording { spool, displacement }];
             flow_curve_by_differences(&recordings, 100.0, 0.01, 21).unwrap_err().to_string()

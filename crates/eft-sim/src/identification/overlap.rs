@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn data_without_an_answer_are_refused_by_name() {
+    fn unusable_data_are_refused_by_name() {
         let test = strokes(1e-3, 0.0);
         let refusal = |change: &dyn Fn(&mut FlowTest)| {
             let mut test = test.clone();

@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn lanes_are_the_streams_alone() {
+    fn each_lane_has_the_numbers_of_its_own_stream() {
         let of = |lane: usize| Noise::new(5, lane as u64);
         let mut lanes = NoiseLanes::<eft_core::Lanes<f64, 4>>::new(of);
         for index in 0..100 {

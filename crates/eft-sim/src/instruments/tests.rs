@@ -28,7 +28,7 @@ fn ramp(changes: &[(&str, toml::Value)], ticks: usize) -> Vec<f64> {
 }
 
 #[test]
-fn ideal_sensors_are_none() {
+fn ideal_sensors_are_not_simulated() {
     assert!(sensors(&[], 0).is_none());
 }
 
@@ -66,7 +66,7 @@ fn noise_has_its_deviation_and_no_memory() {
 }
 
 #[test]
-fn lost_samples_come_at_their_share() {
+fn the_share_of_lost_samples_is_the_configured_one() {
     let lost = ramp(&[("sensors.force.dropout", 0.1.into())], 20_000).iter().filter(|r| r.is_nan()).count();
     assert!((1830..2170).contains(&lost), "{lost}");
 }

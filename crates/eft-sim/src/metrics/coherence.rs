@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_linear_answer_is_coherent_and_too_few_segments_are_refused() {
+    fn a_linear_response_is_coherent_and_too_few_segments_are_refused() {
         let (c, _) = signals(1000);
         let found = coherence(&c, &c.iter().map(|c| -3.0 * c).collect::<Vec<_>>(), 50.0, 200).unwrap();
         assert!(found.coherence.iter().all(|c| *c > 1.0 - 1e-12 && *c <= 1.0));

@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_command_has_no_delay_and_no_answer_is_an_error() {
+    fn a_constant_command_has_no_delay_and_no_response_is_an_error() {
         assert_eq!(delay(&[2.0; 50], &[1.9; 50], 10.0).unwrap(), 0.0);
         assert_eq!(delay(&[2.0], &[1.0], 10.0).unwrap(), 0.0);
         let text = |c: &[f64], m: &[f64]| delay(c, m, 10.0).unwrap_err().to_string();

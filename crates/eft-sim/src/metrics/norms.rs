@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_come_to_what_two_passes_over_the_whole_give() {
+    fn blocks_give_the_sums_of_two_passes_over_all_samples() {
         for (n, offset) in [(1, 0.0), (1023, 50.0), (1024, 0.0), (5000, 1e9), (10_241, -7.0)] {
             let (command, measured) = signals(n, offset);
             let error: Vec<f64> = command.iter().zip(&measured).map(|(c, m)| m - c).collect();

@@ -36,7 +36,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     #[test]
-    fn a_swing_within_the_band_is_its_share_and_one_outside_is_none() {
+    fn the_oscillation_counts_within_its_band_only() {
         let rate = 1000.0;
         let tone = |f: f64, a: f64| move |i: usize| a * (TAU * f * i as f64 / rate).sin();
         let command: Vec<f64> = (0..2000).map(tone(2.0, 5.0)).collect();

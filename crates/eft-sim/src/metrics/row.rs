@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_story_drifts_against_the_one_below() {
+    fn drift_is_the_displacement_relative_to_the_story_below() {
         let list = |value: f64| toml::Value::Array(vec![value.into(); 2]);
         let rig = RigConfig::zhao2005()
             .replace(&[

@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn the_parts_are_the_functions() {
+    fn metrics_agree_with_the_single_functions() {
         let c: Vec<f64> = (0..512).map(|i| (0.1 * f64::from(i)).sin()).collect();
         let m: Vec<f64> = (0..512).map(|i| 0.9 * (0.1 * f64::from(i) - 0.2).sin() + 0.01).collect();
         let metrics = Metrics::new(&c, &m, 100.0).unwrap();
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_answer_is_absent() {
+    fn an_undefined_metric_is_absent() {
         let steady = Metrics::new(&[2.0; 20], &[1.0; 20], 10.0).unwrap();
         assert_eq!((steady.nrmse, steady.delay), (0.5, Some(0.0)));
         assert!(steady.nrmse_bias_free.is_none() && steady.fei_frequency.is_none());

@@ -46,7 +46,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pure_gain_has_no_area_and_errors_are_errors() {
+    fn a_pure_gain_has_no_area_and_wrong_input_is_an_error() {
         let command = [0.0, 1.0, 3.0, -2.0];
         let history = tracking_indicator(&command, &command.map(|c| 0.7 * c)).unwrap();
         assert!(history.iter().all(|t| t.abs() < 1e-15));

@@ -137,7 +137,7 @@ mod tests {
     use crate::plant::changed;
 
     #[test]
-    fn chambers_off_the_middle_are_two_springs_in_series() {
+    fn chambers_away_from_the_middle_are_two_springs_in_parallel() {
         let rig = changed(&[("actuator.dead_length", 0.013.into())]);
         let actuator = Actuator::<f64>::pack(|_| &rig);
         let (area, half) = (rig.actuator.piston_area, 0.14);

@@ -72,7 +72,7 @@ mod tests {
     use crate::plant::changed;
 
     #[test]
-    fn it_opens_in_its_time_and_passes_the_flow_of_an_orifice() {
+    fn the_bypass_opens_in_its_time_and_passes_the_flow_of_an_orifice() {
         let rig = changed(&[("actuator.bypass_flow", 4e-3.into()), ("actuator.bypass_time", 0.02.into())]);
         let mut valve = BypassValve::<f64>::pack(|_| &rig);
         assert!(valve.flow(1e6).abs() < 1e-15);

@@ -146,7 +146,7 @@ impl<S: Num> Analog<S> {
     // The compensation is added last by one operation, because the loop waits for it. All cells use one
     // formula, so that an ideal cell changes no bit.
     #[inline(always)]
-    fn above_beside(&self, level: S, time: S, offset: S) -> S {
+    fn demand_above(&self, level: S, time: S, offset: S) -> S {
         let error = self.command + self.command_rate * time - offset;
         let known = self.proportional * error + self.derivative * self.command_rate;
         (known - level).plus(self.gain, self.compensation)
@@ -190,7 +190,7 @@ impl<S: Num> Drive<S> for ThroughCell<S> {
     }
     #[inline(always)]
     fn above(&self, level: S, time: S) -> S {
-        self.analog.above_beside(level, time, self.offset)
+        self.analog.demand_above(level, time, self.offset)
     }
     #[inline(always)]
     fn slope(&self) -> S {
@@ -224,7 +224,7 @@ impl<S: Num> Drive<S> for Analog<S> {
     }
     #[inline(always)]
     fn above(&self, level: S, time: S) -> S {
-        self.above_beside(level, time, S::splat(0.0))
+        self.demand_above(level, time, S::splat(0.0))
     }
     #[inline(always)]
     fn slope(&self) -> S {

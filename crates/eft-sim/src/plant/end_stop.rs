@@ -104,14 +104,14 @@ mod tests {
     }
 
     #[test]
-    fn an_elastic_stop_returns_what_arrives() {
+    fn an_elastic_stop_returns_the_whole_velocity() {
         for side in [1.0, -1.0] {
             assert!((rebound(0.0, 0.5, side) + 0.5).abs() < 1e-5);
         }
     }
 
     #[test]
-    fn a_damped_stop_returns_two_thirds_of_damping_less() {
+    fn a_damped_stop_reduces_the_velocity_by_two_thirds_of_the_damping() {
         let (damping, arrival) = (0.05, 0.5);
         let expected = -arrival * (1.0 - 2.0 / 3.0 * damping * arrival);
         // The next term is of the order (d·v)².
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn force_and_rate_agree_and_never_pull() {
+    fn the_stops_force_agrees_with_its_rate_and_never_pulls() {
         let rig = changed(&[("actuator.stop_stiffness", 1e8.into()), ("actuator.stop_damping", 2.0.into())]);
         let stop = EndStop::<f64>::pack(|_| &rig);
         assert_eq!(stop.force(0.1, 3.0), 0.0);

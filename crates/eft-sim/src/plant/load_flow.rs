@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn unequal_areas_share_the_pressure_as_two_lands_in_series_do() {
+    fn unequal_areas_share_the_pressure_like_two_lands_in_series() {
         let (ratio, supply) = (1.3, 1.9e7);
         let rig = changed(&[("actuator.area_ratio", ratio.into())]);
         let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();

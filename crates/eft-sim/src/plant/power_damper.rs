@@ -55,7 +55,7 @@ mod tests {
     use crate::plant::changed;
 
     #[test]
-    fn a_cycle_takes_the_known_work() {
+    fn the_work_of_a_cycle_agrees_with_its_formula() {
         // Over a sine of amplitude X at ω: 2^(2+a)·Γ(1+a/2)²/Γ(2+a)·C·ω^a·X^(1+a).
         for exponent in [0.3, 0.5, 1.0, 2.0] {
             let rig = changed(&[

@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_pump_the_accumulator_empties() {
+    fn a_flow_above_the_pumps_empties_the_accumulator() {
         let supply = supply(&[("supply.pump_flow", 1e-3.into())]);
         // At its largest flow the pump cannot follow the droop, and the pressure falls linearly.
         let rate = |p| supply.rate(supply.pump_flow(1.9e7, p, 5e-3), 5e-3);

@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_is_that_of_a_second_order_system() {
+    fn the_step_response_is_that_of_a_second_order_system() {
         let (frequency, damping): (f64, f64) = (250.0, 0.5);
         let rig = changed(&[
             ("servovalve.torque_motor_frequency", frequency.into()),

@@ -60,7 +60,7 @@ mod tests {
     use crate::plant::changed;
 
     #[test]
-    fn equal_parts_are_eq_5() {
+    fn equal_clearances_give_eq_5() {
         let conductance = 4e-12;
         let rig = changed(&[
             ("servovalve.leakage.proportional", (conductance / 2.0).into()),
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_lost_to_one_side_at_null() {
+    fn a_constant_leakage_is_zero_at_null() {
         let rig = changed(&[("servovalve.leakage.constant", 4e-5.into())]);
         let leak = ValveLeakage::<f64>::pack(|_| &rig).leak(0.0, 0.0, 1.9e7);
         assert_eq!((leak.lost, leak.drawn), (0.0, 0.0));

@@ -48,7 +48,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
-        fn the_poles_of_a_building_have_the_sums_that_its_matrix_has(
+        fn the_poles_of_a_building_have_the_sums_of_its_matrix(
             floors in 1_usize..9,
             alike in any::<bool>(),
             logs in prop::collection::vec((3.0..4.5, 2.0..4.5, 4.5..7.0), 8),
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_refused() {
+    fn entries_that_are_not_finite_are_refused() {
         assert!(eigenvalues(&DMatrix::from_element(2, 2, f64::NAN)).is_err());
     }
 }

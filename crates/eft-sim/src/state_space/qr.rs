@@ -43,8 +43,8 @@ pub(super) fn hessenberg_eigenvalues(mut h: DMatrix<f64>) -> Option<Vec<Complex<
 /// negligible and set to zero.
 fn block_start(h: &mut DMatrix<f64>, end: usize, largest: f64) -> usize {
     for k in (1..end).rev() {
-        let beside = h[(k - 1, k - 1)].abs() + h[(k, k)].abs();
-        let scale = if beside == 0.0 { largest } else { beside };
+        let neighbours = h[(k - 1, k - 1)].abs() + h[(k, k)].abs();
+        let scale = if neighbours == 0.0 { largest } else { neighbours };
         if h[(k, k - 1)].abs() <= f64::EPSILON * scale {
             h[(k, k - 1)] = 0.0;
             return k;
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_and_chains_of_delays_end_at_once() {
+    fn eigenvalues_of_zeros_and_of_chains_of_delays_are_found() {
         assert_eq!(checked(&DMatrix::zeros(5, 5)), [Complex::default(); 5]);
         let chain = DMatrix::from_fn(40, 40, |i, j| f64::from(u8::from(i == j + 1)));
         assert_eq!(hessenberg_eigenvalues(chain).unwrap(), [Complex::default(); 40]);

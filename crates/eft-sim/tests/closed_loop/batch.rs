@@ -116,7 +116,7 @@ fn side_by_side_in_the_digital_realization_at_another_rate_and_step() {
 }
 
 #[test]
-fn tests_of_many_kinds_find_their_own_outcomes() {
+fn each_test_of_a_mixed_batch_has_its_own_outcome() {
     let rigs: Vec<_> = mixed().into_iter().cycle().take(40).collect();
     let commands: Vec<_> = (0..rigs.len())
         .map(|i| sine_sweep(8900.0, 0.0, 10.0, 0.5 + 0.25 * (i % 3) as f64, 4096.0).unwrap())

@@ -73,7 +73,7 @@ fn a_wrong_flow_gain_shows_as_a_level_and_noise_as_uncertainty() {
 }
 
 #[test]
-fn what_cannot_be_tuned_is_refused() {
+fn data_that_cannot_be_tuned_are_refused() {
     let rig = rig(1.0, 5e-3, Realization::Analog);
     let run = run(&rig);
     let text = |rig: &RigConfig, force: &[f64], velocity: &[f64], band| {

@@ -58,7 +58,7 @@ fn same_seed_same_bits_other_seed_other_noise() {
 }
 
 #[test]
-fn a_gain_of_the_cell_is_one_of_the_loop_and_of_its_command() {
+fn a_gain_of_the_cell_scales_the_loop_and_its_command() {
     const GAIN: f64 = 1.05;
     let command = sine_sweep(8900.0, 0.0, 10.0, 4.0, RATE).unwrap();
     let less = Command::new(command.values.iter().map(|value| value / GAIN).collect(), RATE).unwrap();
@@ -107,7 +107,7 @@ fn bias_of_the_cell_shifts_the_force_in_both_realizations() {
 }
 
 #[test]
-fn a_late_converter_gives_what_it_was_given_samples_before() {
+fn a_late_converter_outputs_an_earlier_sample() {
     let command = sine_sweep(4000.0, 0.0, 10.0, 1.0, RATE).unwrap();
     let test = |changes: &[(&str, toml::Value)]| {
         simulate::<f64>(&rig(changes), &command, &SimulateOptions::default(), |_, _| true).unwrap()

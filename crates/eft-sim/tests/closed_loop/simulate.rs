@@ -119,7 +119,7 @@ fn energy_of_a_building_adds_up_and_closer_with_a_smaller_step() {
 }
 
 #[test]
-fn what_does_not_fit_the_building_is_refused() {
+fn a_command_that_does_not_fit_the_building_is_refused() {
     let command = sine_sweep(2000.0, 0.0, 10.0, 0.5, RATE).unwrap();
     let rig = building(2, &[]);
     let refused = |commands: &[Command]| {

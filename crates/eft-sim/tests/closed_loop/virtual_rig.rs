@@ -64,7 +64,7 @@ fn input(reading: &RigReading, command: f64, next_command: f64) -> Input<f64> {
 }
 
 #[test]
-fn controller_and_rig_in_turn_give_the_test() {
+fn controller_and_rig_in_turn_reproduce_the_test() {
     for rig in rigs() {
         let floors = rig.structure.floors();
         let size = |floor| 4000.0 / f64::from(floor);

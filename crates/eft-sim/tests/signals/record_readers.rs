@@ -69,7 +69,7 @@ proptest! {
     }
 
     #[test]
-    fn spoilt_samples(
+    fn damaged_samples(
         which in 0..SAMPLES.len(),
         edits in proptest::collection::vec((any::<proptest::sample::Index>(), 0..PIECES.len(), 0_usize..30), 1..4),
     ) {
@@ -98,7 +98,7 @@ proptest! {
     }
 
     #[test]
-    fn columns_survive_the_trip(
+    fn written_columns_are_read_back(
         values in proptest::collection::vec(-20.0..20.0_f64, 2..200),
         steps_per_second in 10..5000_u32,
     ) {

@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn with_feedforward_the_command_s_own_flow_is_there_without_an_error() {
+    fn with_feedforward_the_commands_flow_needs_no_force_error() {
         // If valve and lead cancel and all flow is fed forward, the force error vanishes. At low frequency
         // the response is then 1 apart from the load cell's own loop, and not 1 − 1/47.
         let rig = changed(|rig| rig.compensation.valve_gain = valve_response_at_rest(rig));
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn leakage_and_supply_at_rest_are_in_the_model_and_what_is_not_is_named() {
+    fn the_model_contains_leakage_and_supply_and_names_missing_effects() {
         let rig = changed(|rig| rig.servovalve.leakage.proportional = 5e-12);
         let leaking = changed(|rig| rig.actuator.leakage += 5e-12);
         let poles = |rig: &RigConfig| continuous(rig, FlowGain::Nominal).unwrap().poles().unwrap();
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn a_building_of_one_story_is_the_linear_structure_and_each_mode_of_three_is_there() {
+    fn a_building_has_the_linear_structure_of_one_story_and_the_modes_of_three() {
         let list = |value: f64, n: usize| toml::Value::Array(vec![value.into(); n]);
         let building = |n: usize| {
             RigConfig::zhao2005()

@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_paper_s_rig_needs_what_it_was_tuned_to() {
+    fn the_papers_rig_has_the_delay_that_it_was_tuned_to() {
         let rig = RigConfig::zhao2005();
         let band = (0.25, 10.0);
         let budget = delay_budget(&rig, 1e4, band).unwrap();

@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn the_linear_scheme_divides_by_its_own_gain_whatever_the_table_says() {
+    fn the_linear_scheme_divides_by_its_own_gain_for_any_table() {
         let rig = RigConfig::zhao2005().with(|rig| {
             rig.compensation.mode = Mode::Linear;
             rig.compensation.level = 1.5;

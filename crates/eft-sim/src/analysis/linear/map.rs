@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn every_point_is_the_rig_with_both_settings() {
+    fn every_point_of_a_map_is_the_rig_with_both_settings() {
         let rig = RigConfig::zhao2005();
         let (levels, dampings) = ([0.9, 1.0, 1.05], [2000.0, 8000.0]);
         let map = |quantity| {
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_mapped_is_refused() {
+    fn settings_that_cannot_be_mapped_are_refused() {
         let rig = RigConfig::zhao2005();
         let text = |x: &MapAxis, y: &MapAxis, go_on: bool| {
             stability_map(&rig, x, y, MapQuantity::GrowthRate, FlowGain::Nominal, || go_on)

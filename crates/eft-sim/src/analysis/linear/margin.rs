@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_no_level_makes_stable_is_said_to_be_one() {
+    fn a_loop_that_no_level_makes_stable_is_reported() {
         let rig = RigConfig::zhao2005().with(|rig| rig.controller.force_sensitivity *= 20.0).unwrap();
         let error = stability_margin(&rig, FlowGain::Nominal, Time::Continuous).unwrap_err();
         assert!(error.to_string().starts_with("growth rate = "), "{error}");
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_more_behind_a_digital_force_loop_is_a_sample_too_many() {
+    fn one_more_sample_of_delay_makes_a_digital_loop_unstable() {
         let rig =
             RigConfig::zhao2005().with(|rig| rig.controller.realization = Realization::Digital).unwrap();
         let time = Time::Sampled(4096.0);

@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn the_controller_s_delay_says_nothing_of_the_specimen() {
+    fn the_controllers_delay_is_independent_of_the_specimen() {
         let rig = rig(VelocitySource::Observer);
         let known = rig.velocity_delay(4096.0).unwrap();
         assert!(known < 1e-6, "{known}");
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn behind_an_accelerometer_the_delay_is_its_own() {
+    fn with_an_accelerometer_the_delay_is_that_of_its_sensor() {
         let rig = rig(VelocitySource::Accelerometer);
         assert!(rig.velocity_delay(4096.0).unwrap() < 1e-6);
         // This band is far above the few hertz up to which the observer follows the displacement.

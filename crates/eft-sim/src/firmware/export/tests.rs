@@ -153,7 +153,7 @@ fn a_name_stays_in_its_comment() {
 }
 
 #[test]
-fn the_comment_says_what_a_constant_cannot_hold() {
+fn the_comment_lists_the_duties_of_the_firmware() {
     let comment = |changes: &[(&str, toml::Value)], target| {
         let text = export(&RigConfig::zhao2005().replace(changes).unwrap(), Some("rig"), target).unwrap();
         let comment: Vec<_> =
@@ -233,7 +233,7 @@ fn velocity_and_protection_are_written_in_either_language() {
 }
 
 #[test]
-fn a_name_that_is_no_identifier_is_refused() {
+fn a_name_that_is_not_an_identifier_is_refused() {
     let rig = RigConfig::zhao2005();
     for name in ["", "2nd", "my rig", "a-b", "é", "a\nb"] {
         let refusal = export(&rig, Some(name), Target::C).unwrap_err().to_string();
@@ -247,7 +247,7 @@ fn a_name_that_is_no_identifier_is_refused() {
 }
 
 #[test]
-fn what_firmware_must_build_itself_is_refused() {
+fn a_rig_that_needs_code_of_the_firmware_is_refused() {
     let rig = RigConfig::zhao2005().with(|rig| rig.compensation.computation_delay = 2).unwrap();
     let refusal = export(&rig, Some("rig"), Target::C).unwrap_err().to_string();
     assert_eq!(refusal, "compensation.computation_delay = 2: must be 0 for firmware");

@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_at_another_rate_ends_within_itself() {
+    fn a_resampled_record_ends_within_its_duration() {
         let command = effective_force(&record(&[1.0; 5372], 0.01), 1.0, 4096.0, 1.0).unwrap();
         assert_eq!(command.values.len(), 219_997, "53.71 s × 4096 Hz = 219,996.2 periods");
         assert!(command.values.iter().all(|v| *v == -1.0));

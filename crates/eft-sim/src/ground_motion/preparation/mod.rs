@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_polynomial_baseline_is_taken_out() {
+    fn a_polynomial_baseline_is_removed() {
         let mut record = sine(2.0, 0.01, 4000);
         let pure = record.clone();
         record.acceleration.iter_mut().enumerate().for_each(|(i, v)| *v += 0.3 - 1e-4 * i as f64);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn the_band_passes_and_the_rest_does_not() {
+    fn a_band_pass_keeps_only_its_band() {
         let passed = |frequency| band_passed(&sine(frequency, 0.01, 8000), 0.5, 20.0, 4).unwrap();
         assert!(off(&passed(3.0), 3.0, 1.0) < 2e-3);
         // Butterworth both ways: |H|² is 1/2 at the corners.
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn resampling_keeps_what_fits_and_lets_nothing_fold_back() {
+    fn resampling_keeps_the_band_without_aliasing() {
         for rate in [37.0, 100.0, 256.0] {
             let kept = resampled(&sine(5.0, 0.005, 8000), rate).unwrap();
             assert!((kept.dt - 1.0 / rate).abs() < 1e-15);

@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_named() {
+    fn the_message_names_a_field_that_is_not_a_number() {
         for text in ["1.0 NaN", "inf", "1e999", "****", "1.2.3", "--1", "0.1x", "é-1", "1.0 é2.5-3é"] {
             let message = row(text, Some(10)).unwrap_err();
             assert!(message.contains("line 7") && message.contains("number"), "{text}: {message}");

@@ -51,7 +51,7 @@ fn every_format_holds_the_same_motion() {
 }
 
 #[test]
-fn content_decides_and_not_the_suffix() {
+fn the_content_decides_the_format() {
     for (bytes, _) in [sample!("nga.AT2"), sample!("csmip.v2"), sample!("two_columns.csv")] {
         for name in ["a.at2", "a.v2", "a.csv", "a", ""] {
             check(&parse(bytes, name).unwrap(), 0.01, 1.0, 1e-6);
@@ -132,7 +132,7 @@ fn bad_values_name_their_line() {
 }
 
 #[test]
-fn what_is_no_record_is_said_so() {
+fn a_file_without_a_record_is_refused() {
     for (content, name, expected) in [
         (&b""[..], "x.csv", "is empty"),
         (b" \r\n\r\n\x1a", "x.at2", "is empty"),
@@ -163,7 +163,7 @@ fn what_is_no_record_is_said_so() {
 }
 
 #[test]
-fn a_message_repeats_a_glimpse_of_the_file() {
+fn a_message_quotes_only_a_short_part_of_the_file() {
     let rows = [",1".repeat(60), ",2".repeat(60)].map(|row| format!("0{row}\n")).concat();
     for name in ["quantity", "acc"] {
         let names: String = (0..60).map(|n| format!(",{name}_{n}_{}", "x".repeat(500))).collect();
@@ -173,7 +173,7 @@ fn a_message_repeats_a_glimpse_of_the_file() {
 }
 
 #[test]
-fn the_caller_fills_in_what_the_file_leaves_open() {
+fn the_caller_gives_what_the_file_omits() {
     let options = ReadOptions { dt: Some(0.02), unit: Some(Unit::Gravity), channel: None };
     let record = parse_with(b"0.1 0.2 0.3\n0.4\n", "rows.txt", &options).unwrap();
     assert_eq!((record.acceleration.len(), record.dt), (4, 0.02));
@@ -234,7 +234,7 @@ fn a_file_of_many_lines_is_refused() {
 }
 
 #[test]
-fn a_units_comment_may_say_less_than_the_header() {
+fn a_units_comment_may_omit_units_of_the_header() {
     let record = parse(b"# units: s, g\nt_s,a_g\n0,0.5\n0.1,0.25\n", "x.csv").unwrap();
     assert_eq!(record.pga(), 0.5 * STANDARD_GRAVITY);
     assert!(message("# units: s, g\n0,0.5\n0.1,0.25\n", "x.csv").contains("line 1: units `s`"));

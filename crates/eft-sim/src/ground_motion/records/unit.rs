@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_in_the_wild() {
+    fn names_of_columns_in_common_files_are_recognised() {
         for (name, factor) in [
             ("G", 9.80665),
             ("cm/sec/sec", 0.01),

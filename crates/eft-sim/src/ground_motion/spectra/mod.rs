@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn very_stiff_and_very_soft_oscillators_show_the_ground_s_own_peaks() {
+    fn very_stiff_and_very_soft_oscillators_have_the_peaks_of_the_ground() {
         let acceleration: Vec<f64> = (0..1000).map(|i| (0.07 * f64::from(i)).sin()).collect();
         let record = Record::new("sine", acceleration, 0.01).unwrap();
         let stiff = displacement_spectrum(&record, &[0.01], 0.05).unwrap()[0] * (TAU / 0.01_f64).powi(2);

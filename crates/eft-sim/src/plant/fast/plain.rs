@@ -177,7 +177,7 @@ mod tests {
     use crate::plant::{Plant, TimeGrid};
 
     #[test]
-    fn it_moves_as_the_plant_whose_effects_are_off_to_the_last_bit() {
+    fn the_plain_plant_has_the_bits_of_the_plant_without_effects() {
         let rig = changed(&[]);
         let (plain, mut plant) = (PlainPlant::<f64>::pack(|_| &rig).unwrap(), Plant::pack(|_| &rig).unwrap());
         let mut state = ActuatorState::default();

@@ -133,7 +133,7 @@ mod tests {
     use crate::plant::runge_kutta::{Equations, Stages, runge_kutta};
 
     #[test]
-    fn one_step_is_what_many_small_ones_come_to() {
+    fn one_step_gives_the_result_of_many_small_ones() {
         let rig = RigConfig::zhao2005();
         let plant = PlainPlant::<f64>::pack(|_| &rig).unwrap();
         let drive = Analog::<f64>::pack(|_| &rig);
