@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 @contextmanager
-def beside(path: Path) -> Iterator[Path]:
+def atomic_write(path: Path) -> Iterator[Path]:
     """A temporary name in the folder of `path`; renamed to `path` at the end, removed after an error.
 
     Raises
@@ -43,11 +43,11 @@ def check_replaceable(path: Path) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file under a temporary name and rename it."""
-    with beside(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a file under a temporary name and rename it."""
-    with beside(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(content)

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from eft import _foreign as foreign
 from eft._energy import EnergyBalance
-from eft._files import beside
+from eft._files import atomic_write
 from eft._native import Command, Rig
 from eft._table import TRACES
 
@@ -79,7 +79,7 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
         "status": run.status,
     }
     with (
-        beside(path) as temporary,
+        atomic_write(path) as temporary,
         zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive,
     ):
         for name, array in arrays.items():

@@ -31,7 +31,7 @@ def without_names(module: bytes) -> bytes:
 
 
 def main(module: Path, page: Path) -> None:
-    """Write `page` from the template beside this file."""
+    """Write `page` from the template in this folder."""
     # A browser unpacks it as any other; a twentieth smaller than by `gzip`.
     small = zopfli.gzip.compress(without_names(module.read_bytes()))
     packed = base64.b64encode(small).decode("ascii")
@@ -41,9 +41,9 @@ def main(module: Path, page: Path) -> None:
     if size > LARGEST:
         raise SystemExit(f"{page}: {size} bytes compressed, must be at most {LARGEST}")
     page.parent.mkdir(parents=True, exist_ok=True)
-    beside = page.with_suffix(".new")
-    beside.write_text(text, encoding="utf-8")
-    beside.replace(page)
+    new = page.with_suffix(".new")
+    new.write_text(text, encoding="utf-8")
+    new.replace(page)
     print(f"{page}: {size} bytes compressed")
 
 

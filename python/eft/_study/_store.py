@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 from eft import _foreign as foreign
 from eft._extras import need
-from eft._files import beside, write_text
+from eft._files import atomic_write, write_text
 from eft._run import TestRun
 from eft._study._checked import checked_about, read_part
 from eft._study._plan import FORMAT, configuration_hash
@@ -169,7 +169,7 @@ class Folder:
                 outcome.run.save(self._trace(outcome.row["index"]))
         columns = by_column([outcome.row for outcome in outcomes], self._schema.names)
         table = pa.Table.from_pydict(columns, schema=self._schema)
-        with beside(self._part(number)) as temporary:
+        with atomic_write(self._part(number)) as temporary:
             self._parquet.write_table(table, temporary, compression="zstd")
 
     def read(self, number: int, names: Sequence[str] | None = None) -> Columns:

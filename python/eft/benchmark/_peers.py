@@ -64,8 +64,8 @@ class CompensatedLoopShaping(LoopShaping):
         """Design the loop and configure the compensation."""
         super().__init__(rig, sample_rate)
         # The compensation only, as with an analog loop; it receives the valve command.
-        beside = rig.replace({"controller.realization": "analog"} | self.changes)
-        self._compensator = Compensator(beside, sample_rate=sample_rate)
+        analog = rig.replace({"controller.realization": "analog"} | self.changes)
+        self._compensator = Compensator(analog, sample_rate=sample_rate)
         self._gain: float = rig["controller.proportional_gain"]
 
     def compensation(

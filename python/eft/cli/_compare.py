@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 import eft
-from eft._files import beside
+from eft._files import atomic_write
 from eft._test_file import read_rig
 from eft.cli._data import data_options, read_data, rig_option
 from eft.cli._output import FILE, as_json, emit_json, epilog, table, units_option
@@ -68,7 +68,7 @@ def compare(
     )
     found = compare_traces(one, two, align=align, band=band)
     if picture is not None:
-        with beside(picture) as temporary:
+        with atomic_write(picture) as temporary:
             found.plot().savefig(temporary)
     if as_json:
         about = {

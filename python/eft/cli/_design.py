@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 import eft
-from eft._files import beside
+from eft._files import atomic_write
 from eft._test_file import read_rig
 from eft.cli._output import FILE, as_json, emit_json, epilog, table
 from eft.traces._write import check_folder
@@ -39,7 +39,7 @@ def design(rig: Path, output: Path | None, as_json: bool) -> None:
         # Imported here, because matplotlib is slow to import.
         from eft.plots._style import page, printed
 
-        with printed(), beside(output) as temporary:
+        with printed(), atomic_write(output) as temporary:
             figure = page(3.4)
             eft.tune_force_loop(config).plot(ax=figure.subplots())
             figure.savefig(temporary)

@@ -9,7 +9,7 @@ import click
 import numpy as np
 
 import eft
-from eft._files import beside
+from eft._files import atomic_write
 from eft._test_file import drive_files
 from eft.cli._output import FILE, as_json, emit_json, epilog, table
 from eft.cli._plan import plan_of, test_options
@@ -82,7 +82,7 @@ def iterate(
     drives = np.atleast_2d(found.drive.values)
     files = drive_files(output, len(drives))
     for file, values in zip(files, drives, strict=True):
-        with beside(file) as temporary:
+        with atomic_write(file) as temporary:
             columns = np.column_stack([found.drive.time, values])
             np.savetxt(temporary, columns, "%.9g", ",", header="time (s),command (N)", comments="")
     written = ", ".join(map(str, files))

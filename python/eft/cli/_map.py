@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 import eft
-from eft._files import beside, write_text
+from eft._files import atomic_write, write_text
 from eft._test_file import read_rig
 from eft.cli._output import FILE, as_json, emit_json, epilog, json_text, settings, units_option
 from eft.traces._write import check_folder
@@ -124,7 +124,7 @@ def _write(found: eft.linear.StabilityMap, rig: eft.Rig, target: Path) -> None:
         from eft.plots._style import page, printed
         from eft.plots.planning import map_axis
 
-        with printed(), beside(target) as temporary:
+        with printed(), atomic_write(target) as temporary:
             figure = page(4.0)
             ax = plots.stability_map(found, ax=figure.subplots())
             ax.set_title(rig["name"] or "")

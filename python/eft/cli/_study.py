@@ -13,7 +13,7 @@ import click
 
 import eft
 from eft._extras import need
-from eft._files import beside
+from eft._files import atomic_write
 from eft._study._summary import SHOWN, reasons, summary
 from eft._study_file import read_study
 from eft.cli._output import FILE, as_json, emit_json, epilog, settings, table
@@ -69,7 +69,7 @@ def study(
         raise
     seconds = time.monotonic() - began
     if sheet is not None:
-        with beside(sheet) as temporary:
+        with atomic_write(sheet) as temporary:
             _SHEETS[sheet.suffix.lower()](found, temporary)
     answer = summary(found) | {"output": str(target), "seconds": seconds}
     if as_json:

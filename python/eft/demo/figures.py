@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eft import plots
-from eft._files import beside
+from eft._files import atomic_write
 from eft.demo.experiments import Earthquake, SweepResult
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class Shown:
     def save(self, folder: Path) -> Path:
         """Write the figure as PNG, under another name first, and rename it."""
         path = folder / f"{self.name}.png"
-        with beside(path) as temporary:
+        with atomic_write(path) as temporary:
             self.figure.savefig(temporary, format="png")
         return path
 

@@ -57,8 +57,8 @@ class Specimen(NamedTuple):
 def _between_floors(stories: Array) -> Array:
     """The matrix of elements between each floor and the one below it."""
     above = np.append(stories[1:], 0.0)
-    beside = np.diag(-stories[1:], 1)
-    return np.asarray(np.diag(stories + above) + beside + beside.T)
+    off_diagonal = np.diag(-stories[1:], 1)
+    return np.asarray(np.diag(stories + above) + off_diagonal + off_diagonal.T)
 
 
 def design(rig: Rig, specimen: Specimen) -> Gains:

@@ -66,7 +66,8 @@ def write_report(
     limit of 60 %, the supply pressure if it changes, and the restoring force. For a rig that adapts it has
     the estimates of flow gain, valve gain, level, response delay and flow curve. Demands and margins,
     configuration and versions follow. Each test of `measured`, by its name, is compared with the first run,
-    aligned in time, in a table and charts. The page uses no network. Written beside and renamed.
+    aligned in time, in a table and charts. The page uses no network. It is written under a temporary name
+    and renamed.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from eft._extras import need
-from eft._files import beside, check_replaceable
+from eft._files import atomic_write, check_replaceable
 from eft._run import TestRun
 from eft.traces._tdms import write_tdms
 from eft.traces._traces import Traces
@@ -58,7 +58,7 @@ def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
     check_output(target)
     if (write := _WRITERS[target.suffix.lower()]) is None:
         return run.save(target)
-    with beside(target) as temporary:
+    with atomic_write(target) as temporary:
         write(run, temporary)
     return target
 
