@@ -131,6 +131,8 @@ clean: ## Remove everything that was built
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo "$(PYTHON) is older than 3.11: make PYTHON=/path/to/python3.11 ..." >&2; exit 1; }
+	@command -v $(firstword $(CARGO)) >/dev/null || { \
+	  echo "no Rust: install 1.89 or later from https://rustup.rs" >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { \
 	  echo "no virtual environment: on Debian, apt-get install python3-venv" >&2; exit 1; }
 	$(BIN)/pip install --quiet 'maturin>=1.9.4,<2'

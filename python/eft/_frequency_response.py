@@ -68,8 +68,8 @@ class ValveEstimate:
 def identify_valve(frequency: ArrayLike, amplitude: ArrayLike, phase: ArrayLike) -> ValveEstimate:
     """Fit a spool of second order to a frequency response of spool over command.
 
-    The inverse response ``(1 + 2ζs/ω_n + s²/ω_n²)/g`` is linear in its coefficients and fitted by weighted
-    least squares, so that every point's relative error counts the same.
+    The inverse response ``(1 + 2ζs/ω_n + s²/ω_n²)/g`` is linear in its coefficients. It is fitted by least
+    squares, with weights that give the relative error of every point the same importance.
 
     Parameters
     ----------

@@ -35,8 +35,9 @@ class _Span(NamedTuple):
 class Sampler:
     """Points distributed over ranges of dotted keys.
 
-    Each key has ``(low, high)`` with an even distribution, ``(low, high, "log")`` with an even distribution
-    of the logarithm, or a list whose entries are equally frequent. The same seed gives the same points.
+    The value of a key is ``(low, high)`` for an even distribution, or ``(low, high, "log")`` for an even
+    distribution of the logarithm. The entries of a list are equally frequent. The same seed gives the same
+    points.
     """
 
     ranges: Mapping[str, Range]

@@ -133,12 +133,20 @@ def named_cases() -> list[Case]:
 def drawn_cases(count: int, seed: int = 1) -> list[Case]:
     """Draw rigs as laboratories have them.
 
-    The controller knows the specimen and has the paper's numbers for everything else. These numbers are
-    uniform: latency of each sensor 0 to 1.5 ms, oil 0.75 to 1.5 times as stiff, flow by direction and bend ±4
-    %, overlap up to 0.1 %, friction up to 1 % of the capacity, mass 4 to 18 t, each sensor's gain and the
-    piston area ±2 %, supply ±5 %. The logarithms of these are uniform: bandwidth of each sensor 0.3 to 3 kHz,
-    pilot time constant 0.6 to 1.7 times, natural frequency 0.8 to 4 Hz, damping ratio 0.5 to 10 %, noise 0.5
-    to 2 times 0.05 % of the range.
+    The controller knows the specimen and has the paper's numbers for everything else.
+
+    These numbers have a uniform distribution:
+
+    - latency of each sensor: 0 to 1.5 ms; its gain: ±2 %
+    - stiffness of the oil: 0.75 to 1.5 times; piston area: ±2 %; supply pressure: ±5 %
+    - flow by direction, and by bend of the curve: ±4 %; overlap: up to 0.1 %
+    - friction: up to 1 % of the capacity; mass: 4 to 18 t
+
+    The logarithms of these numbers have a uniform distribution:
+
+    - bandwidth of each sensor: 0.3 to 3 kHz; its noise: 0.5 to 2 times 0.05 % of the range
+    - pilot time constant: 0.6 to 1.7 times
+    - natural frequency: 0.8 to 4 Hz; damping ratio: 0.5 to 10 %
 
     Parameters
     ----------

@@ -51,15 +51,15 @@ def check(
 ) -> None:
     """Say whether a rig can do a test: go, caution or no, and why.
 
-    The demands on the rig assume that the structure gets exactly the commanded force. The margins come from a
-    linear model about rest, sampled at the rate of the command. Each margin changes one setting alone. If the
-    controller calibrates itself or guards its level, the margins hold before it does so. Effects that the
-    model leaves out are named, and so are keys without effect. Then the test runs on the virtual rig.
-    Nothing is written. The exit code is 1 when the answer is no.
+    The demands on the rig assume that the structure receives exactly the commanded force. The margins come
+    from a linear model about rest, sampled at the rate of the command. Each margin changes one setting alone.
+    If the controller calibrates itself or guards its level, the margins are those before it does so. The
+    output names effects that the model does not contain, and keys without effect. Then the test runs on the
+    virtual rig. No file is written. The exit code is 1 if the answer is no.
 
     TESTS is a test file. Without it, options such as --sweep or --record give the command. Several tests or
-    ground motions give one table. So does --valves, with a line for each valve. Exit code 1 then means that
-    the answer is no for one of the tests, or that no valve suffices for all of them.
+    ground motions give one table. --valves gives a table with a line for each valve. Exit code 1 then means
+    that the answer is no for one of the tests, or that no valve suffices for all of them.
     """
     if valves is not None or len(tests) > 1:
         if try_remedies:

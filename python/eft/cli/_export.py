@@ -47,10 +47,10 @@ def export(
 ) -> None:
     """Write the controller of the rig file RIG, or of a test's rig, as source or as an FMU.
 
-    The controller runs at the rig's `controller.sample_rate`. The first comment of a source says what the
-    firmware must do itself: close the force loop, pass the measured supply pressure, start the soft end. A
-    computation delay is refused, because it follows from the firmware's own timing. An FMU is for
-    co-simulation: the virtual rig under a valve command, or the digital controller. Its step is one sample.
+    The controller runs at the rig's `controller.sample_rate`. The first comment of a source lists the duties
+    of the firmware, for example to close the force loop or to start the soft end. A computation delay is
+    refused, because it follows from the firmware's own timing. An FMU is for co-simulation. It contains the
+    virtual rig, with the valve command as its input, or the digital controller. Its step is one sample.
     """
     source = read_rig(rig, {})
     if target != "fmu":

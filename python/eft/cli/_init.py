@@ -37,8 +37,8 @@ from eft.traces._write import check_folder
 def init(file: Path, test: bool, study: bool, data_sheet: bool, sheet: Path | None, force: bool) -> None:
     """Write a rig to FILE (rig.toml), every key with its meaning, unit and range.
 
-    It is the paper's rig, or that of a data sheet. On a terminal, eft asks for numbers that the sheet leaves
-    open. Without a terminal it names the missing keys and ends with exit code 2.
+    It is the paper's rig, or that of a data sheet. On a terminal, eft prompts for numbers that the sheet does
+    not contain. Without a terminal it names the missing keys and ends with exit code 2.
     """
     if test and study:
         raise click.UsageError("give --test or --study: a study is a test already")
@@ -65,7 +65,7 @@ _FIRST = """\
 
 
 def _from(sheet: Path) -> eft.Rig:
-    """The rig of a data sheet; on a terminal the user is asked for missing values."""
+    """The rig of a data sheet; on a terminal the user enters missing values."""
     given: dict[str, Any] = parse_toml(sheet, read_text(sheet))
     questions = eft.data_sheets.missing(given)
     sections = {question.key.partition(".")[0] for question in questions}

@@ -66,8 +66,10 @@ def iterate(
 
     Each repeat corrects the drive by the remaining error. The correction inverts the response of the force to
     the drive, at every frequency with a high coherence. A specimen that yields is refused. A test file runs
-    a drive with `kind = "drive"` and `file = "drive.csv"` in its section [command]. Of several actuators each
-    has a file, from the ground: drive-1.csv, drive-2.csv, and so on; `file = "drive.csv"` reads them all.
+    a drive with `kind = "drive"` and `file = "drive.csv"` in its section [command].
+
+    With several actuators each one has a file, the ground floor's first: drive-1.csv, drive-2.csv, and so
+    on. `file = "drive.csv"` reads all of them.
     """
     check_folder(output)
     plan = plan_of(test, rig, changes, command)

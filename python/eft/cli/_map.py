@@ -57,9 +57,10 @@ def stability_map(
 ) -> None:
     """Draw where the sampled loop about rest is stable, over two settings of the rig or test in FILE.
 
-    The common maps are level-damping (compensation level and damping of the structure), delay-rate (response
-    delay given to the controller, and sample rate), and rate-realization (largest stable level over the
-    sample rate, force loop analog and digital). --x and --y take any two keys.
+    There are three common maps. level-damping varies the compensation level and the damping of the structure.
+    delay-rate varies the response delay in the controller and the sample rate. rate-realization shows the
+    largest stable level over the sample rate, for an analog and a digital force loop. --x and --y take any
+    two keys.
     """
     targets = outputs or (() if as_json else (Path("map.png"),))
     for target in targets:

@@ -33,11 +33,11 @@ from eft.traces._write import check_folder
 def report(runs: tuple[Path, ...], output: Path | None, title: str | None, **data: Any) -> None:
     """Write a report of the RUNS that `eft run` saved, or of a study's folder: one HTML file, no network.
 
-    A report of runs has the verdict, metrics, time histories with zoom, force over command by frequency,
-    spool opening against the advised 60 %, restoring force, configuration and versions. Several runs share
-    the charts. A file of measurements, such as CSV or TDMS, is compared with the first run, aligned in time;
-    --column, --unit and --sample-rate describe it. A report of a study says how the tests ended, and has
-    each metric over each setting and the worst tests.
+    A report of runs has the verdict, the metrics, time histories with zoom, and force over command by
+    frequency. It also has the spool opening with the advised 60 %, the restoring force, the configuration
+    and the versions. Several runs share the charts. A file of measurements, such as CSV or TDMS, is aligned
+    in time and compared with the first run. --column, --unit and --sample-rate describe it. A report of a
+    study has the number of tests by status, each metric over each setting, and the worst tests.
     """
     target = output or runs[0].with_suffix(".html")
     if target.suffix.lower() not in (".html", ".htm"):

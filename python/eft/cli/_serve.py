@@ -43,8 +43,8 @@ def serve_rig(
 ) -> None:
     """Let the element `genericClient` of OpenSees drive the rig of a file as its experimental site.
 
-    A client sends displacements. The rig moves its specimen there, waits until it rests, and answers with
-    the force. One client is served at a time, and each finds the rig at rest. Ctrl-C ends it.
+    A client sends displacements. The rig moves its specimen there, waits until it rests, and returns the
+    force. One client is served at a time, and each starts with the rig at rest. Ctrl-C ends it.
     """
     site = Site(read_rig(rig, changes))
     serve(

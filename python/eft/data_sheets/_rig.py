@@ -59,8 +59,8 @@ QUESTIONS = (
 )
 """The required values of a data sheet, in its order."""
 
-TEMPLATE = """# What the makers say of actuator, valve and supply, and what is known of the specimen.
-# Values have their unit. `eft init rig.toml --from-data-sheet` makes a rig of them.
+TEMPLATE = """# The data of actuator, valve and supply from their makers, and the data of the specimen.
+# Values have their unit. `eft init rig.toml --from-data-sheet FILE` makes a rig of them.
 name = "my rig"
 
 [structure]
@@ -123,12 +123,13 @@ def missing(sheet: Mapping[str, Any]) -> list[Question]:
 def rig(sheet: Mapping[str, Any] | str | PathLike[str]) -> Rig:
     """Make a rig from a data sheet: its plant and an initial controller.
 
-    The sections of the sheet are ``structure``, ``actuator``, ``servovalve`` and ``supply``, with the
-    arguments of the functions of those names (a building has those of `stories`), and ``controller`` with
-    ``sample_rate``. The pressures of the valve's flow and the actuator's force are that of the supply.
+    The sheet has the sections ``structure``, ``actuator``, ``servovalve`` and ``supply``. The keys of a
+    section are the arguments of the function of the same name. For a building the keys of ``structure`` are
+    those of `stories`. A section ``controller`` may have a ``sample_rate``. The flow of the valve and the force of the
+    actuator refer to the pressure of the supply.
 
-    The controller has the designed force loop (`eft.design_force_loop`), a load cell of 10 V at the largest
-    force, the nonlinear compensation with the delay of `eft.linear.delay_budget`, and the self-calibration.
+    The controller has the designed force loop (`eft.design_force_loop`) and self-calibration. Its nonlinear
+    compensation has the delay of `eft.linear.delay_budget`. The load cell has 10 V at the largest force.
 
     Parameters
     ----------

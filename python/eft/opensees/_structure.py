@@ -22,8 +22,8 @@ class Structure:
 
     In each sample the forces of the actuators act on their nodes. The model takes one step and commits it,
     and the pistons follow the motions of the nodes. The forces at the end of a sample are extrapolated from
-    the mean forces of the last two samples, so the exchange is of second order in the sample period. Motions
-    are relative to the present state of the model.
+    the mean forces of the last two samples. The error of the exchange is therefore of second order in the
+    sample period. Motions are relative to the present state of the model.
 
     A step that does not converge is divided into ten. If these do not converge either, the test ends as
     tripped, and `TestRun.stopped` has the reason.

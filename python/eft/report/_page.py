@@ -61,13 +61,12 @@ def write_report(
 
     The actuators of a shear building are shown like separate tests.
 
-    It has the verdict with reasons and remedies, the metrics, and time histories with the ideal response and
-    a zoom. It also has the ratio of force to command over the frequency, the spool opening with the advised
-    limit of 60 %, the supply pressure if it changes, and the restoring force. For a rig that adapts it has
-    the estimates of flow gain, valve gain, level, response delay and flow curve. Demands and margins,
-    configuration and versions follow. Each test of `measured`, by its name, is compared with the first run,
-    aligned in time, in a table and charts. The page uses no network. It is written under a temporary name
-    and renamed.
+    The report has the verdict with reasons and remedies, the metrics, and time histories with the ideal
+    response and a zoom. It has the ratio of force to command over the frequency, and the spool opening with
+    the advised limit of 60 %. It has the restoring force, and the supply pressure if it changes. For a rig
+    that adapts it has the estimates of flow gain, valve gain, level, response delay and flow curve. Demands,
+    margins, configuration and versions follow. A table and charts compare each test of `measured` with the
+    first run, aligned in time. The page uses no network. It is written under a temporary name and renamed.
 
     Parameters
     ----------

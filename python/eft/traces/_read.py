@@ -31,8 +31,8 @@ def read_traces(
     ``.unv`` (dataset 58, pyuff). Any other file must be a run that `TestRun.save` wrote.
 
     The name of a column states its quantity, and the unit follows the name: ``force (kip)`` or ``force_kip``.
-    The unit may also be in a line below the names, in the attribute ``units`` of an HDF5 dataset, or in the
-    property ``unit_string`` of a TDMS channel. A column without a unit is refused unless `units` names one.
+    The unit may also be in a line below the names. An HDF5 dataset has it in its attribute ``units``, a TDMS
+    channel in its property ``unit_string``. A column without a unit is refused unless `units` names one.
     Text may be separated by tabs, semicolons, commas or blanks, have decimal commas, and begin with a
     preamble as MTS writes it.
 
