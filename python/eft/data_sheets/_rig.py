@@ -125,8 +125,8 @@ def rig(sheet: Mapping[str, Any] | str | PathLike[str]) -> Rig:
 
     The sheet has the sections ``structure``, ``actuator``, ``servovalve`` and ``supply``. The keys of a
     section are the arguments of the function of the same name. For a building the keys of ``structure`` are
-    those of `stories`. A section ``controller`` may have a ``sample_rate``. The flow of the valve and the force of the
-    actuator refer to the pressure of the supply.
+    those of `stories`. A section ``controller`` may have a ``sample_rate``. The flow of the valve and the
+    force of the actuator refer to the pressure of the supply.
 
     The controller has the designed force loop (`eft.design_force_loop`) and self-calibration. Its nonlinear
     compensation has the delay of `eft.linear.delay_budget`. The load cell has 10 V at the largest force.
