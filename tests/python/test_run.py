@@ -312,15 +312,25 @@ def test_other_threads_go_on_while_a_test_runs():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-def test_ctrl_c_stops_a_long_test():
+@pytest.mark.parametrize(
+    "call",
+    [
+        "simulate(rig, command)",
+        "check_feasibility(rig, command)",
+        "ideal_response(rig, command)",
+        "records.displacement_spectrum(eft.Record(command.values, 1e-4), range(1, 200))",
+        "stability_map(rig, ('compensation.level', [1.0] * 500), ('structure.mass', [7e3] * 500))",
+    ],
+)
+def test_ctrl_c_stops_a_long_call(call):
     script = textwrap.dedent(
-        """
+        f"""
         import eft
         rig = eft.Rig.zhao2005()
         command = eft.sine_sweep(2200.0, 0.0, 10.0, 2000.0, 10000.0)
         print("ready", flush=True)
         try:
-            eft.simulate(rig, command)
+            eft.{call}
         except KeyboardInterrupt:
             print("interrupted", flush=True)
         """

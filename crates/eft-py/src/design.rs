@@ -2,9 +2,9 @@
 
 use pyo3::prelude::*;
 
-use crate::errors::to_python;
 use crate::linear::LinearModel;
 use crate::rig::Rig;
+use crate::run::interruptible;
 
 /// Gains G_p (1), G_d (s) and G_i (1/s); margins gain (1), delay (s), damping (1), e_max (1); the open and
 /// the closed loop.
@@ -18,7 +18,7 @@ pub(crate) fn design_force_loop(py: Python<'_>, rig: &Rig, sample_rate: f64) -> 
         let margins = designed.margins()?;
         Ok((designed, margins))
     };
-    let (designed, margins) = py.detach(design).map_err(to_python)?;
+    let (designed, margins) = interruptible(py, design)?;
     Ok((
         [designed.proportional_gain, designed.derivative_gain, designed.integral_gain],
         [margins.gain, margins.delay, margins.damping, margins.e_max],

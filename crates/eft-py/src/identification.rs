@@ -6,9 +6,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::errors::{refuse, to_python};
+use crate::errors::refuse;
 use crate::flow_table::FlowTable;
 use crate::rig::Rig;
+use crate::run::interruptible;
 
 /// Return delay, uncertainty, intercept, coherence, frequencies and phase lags.
 #[pyfunction]
@@ -20,9 +21,7 @@ pub(crate) fn identify_delay<'py>(
     band: (f64, f64),
 ) -> PyResult<Bound<'py, PyDict>> {
     let (command, response) = (arrays::vector("command", command)?, arrays::vector("response", response)?);
-    let found = py
-        .detach(|| identification::identify_delay(&command, &response, sample_rate, band))
-        .map_err(to_python)?;
+    let found = interruptible(py, || identification::identify_delay(&command, &response, sample_rate, band))?;
     let answer = PyDict::new(py);
     answer.set_item("value", found.delay)?;
     answer.set_item("uncertainty", found.uncertainty)?;
@@ -65,12 +64,10 @@ pub(crate) fn identify_flow_curve(
         }
     };
     let (spool, displacement) = (vectors("spool", &spool)?, vectors("displacement", &displacement)?);
-    let found = py
-        .detach(|| {
-            let runs = recordings(&spool, &displacement);
-            identify(&runs, sample_rate, piston_area, knots)
-        })
-        .map_err(to_python)?;
+    let found = interruptible(py, || {
+        let runs = recordings(&spool, &displacement);
+        identify(&runs, sample_rate, piston_area, knots)
+    })?;
     FlowTable::found(found)
 }
 
@@ -85,11 +82,11 @@ pub(crate) fn identify_flow_gain<'py>(
     limit: f64,
 ) -> PyResult<(f64, f64)> {
     let (spool, displacement) = (vectors("spool", &spool)?, vectors("displacement", &displacement)?);
-    let found = py.detach(|| {
+    let found = interruptible(py, || {
         let runs = recordings(&spool, &displacement);
         identification::identify_flow_gain(&runs, sample_rate, piston_area, limit)
-    });
-    found.map(|found| (found.value, found.uncertainty)).map_err(to_python)
+    })?;
+    Ok((found.value, found.uncertainty))
 }
 
 /// Return overlap, null bias and the flow gains on either side, each with its uncertainty.
@@ -102,10 +99,9 @@ pub(crate) fn identify_overlap(
     piston_area: f64,
 ) -> PyResult<[(f64, f64); 4]> {
     let (spool, displacement) = (vectors("spool", &spool)?, vectors("displacement", &displacement)?);
-    let found = py.detach(|| {
+    let found = interruptible(py, || {
         identification::identify_overlap(&recordings(&spool, &displacement), sample_rate, piston_area)
-    });
-    let found = found.map_err(to_python)?;
+    })?;
     let [back, forth] = found.flow_gains;
     Ok([found.overlap, found.null_bias, back, forth].map(|one| (one.value, one.uncertainty)))
 }
@@ -118,8 +114,7 @@ pub(crate) fn identify_damping(
     sample_rate: f64,
 ) -> PyResult<(f64, f64, f64, f64, f64)> {
     let displacement = arrays::vector("displacement", displacement)?;
-    let found =
-        py.detach(|| identification::identify_damping(&displacement, sample_rate)).map_err(to_python)?;
+    let found = interruptible(py, || identification::identify_damping(&displacement, sample_rate))?;
     let (ratio, frequency) = (found.ratio, found.frequency);
     Ok((ratio.value, ratio.uncertainty, frequency.value, frequency.uncertainty, found.decrement))
 }
@@ -137,12 +132,10 @@ pub(crate) fn fine_tune<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let command = arrays::vector("command", command)?;
     let (force, velocity) = (arrays::vector("force", force)?, arrays::vector("velocity", velocity)?);
-    let found = py
-        .detach(|| {
-            let signals = TestSignals { command: &command, force: &force, velocity: &velocity };
-            identification::fine_tune(&rig.config, signals, sample_rate, band)
-        })
-        .map_err(to_python)?;
+    let found = interruptible(py, || {
+        let signals = TestSignals { command: &command, force: &force, velocity: &velocity };
+        identification::fine_tune(&rig.config, signals, sample_rate, band)
+    })?;
     let answer = PyDict::new(py);
     answer.set_item("level", (found.level.value, found.level.uncertainty))?;
     answer.set_item("response_delay", (found.response_delay.value, found.response_delay.uncertainty))?;
@@ -180,8 +173,7 @@ pub(crate) fn valve_test<'py>(
     amplitude: f64,
     sample_rate: f64,
 ) -> PyResult<(Array<'py>, Array<'py>)> {
-    let test =
-        py.detach(|| identification::valve_test(&rig.config, amplitude, sample_rate)).map_err(to_python)?;
+    let test = interruptible(py, || identification::valve_test(&rig.config, amplitude, sample_rate))?;
     Ok((PyArray1::from_vec(py, test.valve_command), PyArray1::from_vec(py, test.spool)))
 }
 
@@ -220,7 +212,7 @@ pub(crate) fn flow_test<'py>(
 ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
     let run =
         || identification::flow_test(&rig.config, amplitude, frequency, duration, piston_mass, sample_rate);
-    let test = py.detach(run).map_err(to_python)?;
+    let test = interruptible(py, run)?;
     Ok((
         PyArray1::from_vec(py, test.command),
         PyArray1::from_vec(py, test.displacement),
@@ -250,5 +242,5 @@ pub(crate) fn free_vibration<'py>(
     sample_rate: f64,
 ) -> PyResult<Array<'py>> {
     let run = || identification::free_vibration(&rig.config, displacement, duration, sample_rate);
-    Ok(PyArray1::from_vec(py, py.detach(run).map_err(to_python)?))
+    Ok(PyArray1::from_vec(py, interruptible(py, run)?))
 }

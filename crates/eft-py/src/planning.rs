@@ -8,9 +8,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::arrays;
-use crate::errors::to_python;
 use crate::excitation::{Command, Record, record};
 use crate::rig::Rig;
+use crate::run::interruptible;
 
 /// Return the record without the polynomial of a degree (0 to 5) that fits its acceleration best.
 #[pyfunction]
@@ -91,8 +91,8 @@ pub(crate) fn displacement_spectrum<'py>(
     damping: f64,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let periods = arrays::vector("periods", periods)?;
-    let found = py.detach(|| spectra::displacement_spectrum(&record.inner, &periods, damping));
-    Ok(PyArray1::from_vec(py, found.map_err(to_python)?))
+    let spectrum = || spectra::displacement_spectrum(&record.inner, &periods, damping);
+    Ok(PyArray1::from_vec(py, interruptible(py, spectrum)?))
 }
 
 /// Return the demands of force commands on a rig, one dictionary each: ``name``, ``unit``, ``required``,
@@ -104,7 +104,7 @@ pub(crate) fn displacement_spectrum<'py>(
 pub(crate) fn demands<'py>(py: Python<'py>, rig: &Rig, command: &Command) -> PyResult<Bound<'py, PyList>> {
     let rig = &rig.config;
     let commands = command.of(rig)?;
-    listed(py, &py.detach(|| feasibility::demands(rig, commands)).map_err(to_python)?)
+    listed(py, &interruptible(py, || feasibility::demands(rig, commands))?)
 }
 
 fn listed<'py>(py: Python<'py>, demands: &[Demand]) -> PyResult<Bound<'py, PyList>> {
@@ -139,7 +139,7 @@ pub(crate) fn check_feasibility<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let rig = &rig.config;
     let commands = command.of(rig)?;
-    let found = py.detach(|| feasibility::check_feasibility(rig, commands)).map_err(to_python)?;
+    let found = interruptible(py, || feasibility::check_feasibility(rig, commands))?;
     let answer = PyDict::new(py);
     answer.set_item("demands", listed(py, &found.demands)?)?;
     answer.set_item(

@@ -7,9 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::errors::{refuse, to_python};
+use crate::errors::refuse;
 use crate::rig::Rig;
-use crate::run::{Dtype, calibration};
+use crate::run::{Dtype, calibration, interruptible};
 
 /// Run a rig's learner on a recorded test; the estimates by name, each an array with one value per window.
 ///
@@ -81,5 +81,5 @@ fn learned<P: Precision<Flags = u32>>(
     sample_rate: f64,
     inputs: &[Input<f64>],
 ) -> PyResult<Replay> {
-    py.detach(|| replayed::<P>(&rig.config, sample_rate, inputs)).map_err(to_python)
+    interruptible(py, || replayed::<P>(&rig.config, sample_rate, inputs))
 }

@@ -1,5 +1,7 @@
 //! Tests on the virtual rig and their metrics.
 
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use eft_core::{Cause, SavedCalibration, status};
@@ -64,6 +66,7 @@ pub(crate) fn options(method: &str, largest_step: Option<f64>) -> PyResult<Simul
 }
 
 /// Checks Ctrl-C and calls `progress` at intervals during a run.
+#[derive(Default)]
 pub(crate) struct Watch {
     progress: Option<Py<PyAny>>,
     last: Option<Instant>,
@@ -77,6 +80,9 @@ impl Watch {
 
     /// Whether to continue; the exception of an interruption is kept.
     pub(crate) fn go_on(&mut self, done: usize, total: usize) -> bool {
+        if self.stopped.is_some() {
+            return false;
+        }
         let now = Instant::now();
         if done < total && self.last.is_some_and(|last| now - last < PATIENCE) {
             return true;
@@ -97,6 +103,19 @@ impl Watch {
             None => outcome.map_err(to_python),
         }
     }
+}
+
+/// Runs `work` without the interpreter. Ctrl-C ends its long loops.
+pub(crate) fn interruptible<R: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> eft_sim::Result<R> + Send,
+) -> PyResult<R> {
+    py.detach(|| {
+        let watch = Rc::new(RefCell::new(Watch::default()));
+        let asked = Rc::clone(&watch);
+        let result = eft_sim::interruptible(move || asked.borrow_mut().go_on(0, 1), work);
+        watch.take().end(result)
+    })
 }
 
 /// Run `command` on `rig`; the traces by name, each an array with one value per sample.
@@ -249,7 +268,7 @@ pub(crate) fn judge_test<'py>(
             min_supply_pressure: least(&supply[i]),
         })
         .collect();
-    let rows = py.detach(|| judge::rows(&rig.config, sample_rate, &actuators, costly)).map_err(to_python)?;
+    let rows = interruptible(py, || judge::rows(&rig.config, sample_rate, &actuators, costly))?;
     let answer = PyDict::new(py);
     for metric in METRICS.iter().filter(|metric| costly || !metric.costly) {
         let values: Vec<_> = rows.iter().filter_map(|row| row.get(metric.name)).collect();
@@ -270,13 +289,13 @@ pub(crate) fn metrics<'py>(
     fft: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
-    let judged = py.detach(|| match fft {
+    let judged = interruptible(py, || match fft {
         true => Metrics::new(&command, &force, sample_rate).map(|metrics| metrics.all().to_vec()),
         false => TimeMetrics::new(&command, &force).map(|metrics| metrics.all().to_vec()),
-    });
+    })?;
     let answer = PyDict::new(py);
     // All keys always exist, so that the rows of a study have the same columns.
-    for (name, value) in judged.map_err(to_python)? {
+    for (name, value) in judged {
         answer.set_item(name, value.unwrap_or(f64::NAN))?;
     }
     Ok(answer)
@@ -294,8 +313,7 @@ pub(crate) fn fft_ratio<'py>(
     f_high: f64,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
-    let ratio =
-        py.detach(|| judge::fft_ratio(&command, &force, sample_rate, f_low, f_high)).map_err(to_python)?;
+    let ratio = interruptible(py, || judge::fft_ratio(&command, &force, sample_rate, f_low, f_high))?;
     Ok((PyArray1::from_vec(py, ratio.frequency), PyArray1::from_vec(py, ratio.ratio)))
 }
 
@@ -311,7 +329,7 @@ pub(crate) fn coherence<'py>(
     segment: usize,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
-    let found = py.detach(|| judge::coherence(&command, &force, sample_rate, segment)).map_err(to_python)?;
+    let found = interruptible(py, || judge::coherence(&command, &force, sample_rate, segment))?;
     Ok((PyArray1::from_vec(py, found.frequency), PyArray1::from_vec(py, found.coherence)))
 }
 
@@ -324,7 +342,7 @@ pub(crate) fn ideal_response<'py>(
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     let (rig, options) = (&rig.config, SimulateOptions::default());
     let (commands, building) = (command.of(rig)?, is_building(rig));
-    let responses = py.detach(|| ideal_responses(rig, commands, &options)).map_err(to_python)?;
+    let responses = interruptible(py, || ideal_responses(rig, commands, &options))?;
     let (displacements, velocities) = responses.into_iter().map(|r| (r.displacement, r.velocity)).unzip();
     Ok((arrays::stacked(py, displacements, building)?, arrays::stacked(py, velocities, building)?))
 }
@@ -339,7 +357,7 @@ pub(crate) fn energy_balance<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (rig, options) = (&rig.config, options("runge-kutta", largest_step)?);
     let commands = command.of(rig)?;
-    let balance = py.detach(|| closed_loop::energy_balance(rig, commands, &options)).map_err(to_python)?;
+    let balance = interruptible(py, || closed_loop::energy_balance(rig, commands, &options))?;
     energies(py, &balance)
 }
 

@@ -4,6 +4,7 @@ pub(crate) use eft_fft::Complex64;
 use eft_fft::FftError;
 
 use crate::error::{Error, Result};
+use crate::interruption;
 
 /// One-sided, unnormalised spectrum of a real signal: bins 0 to `n/2`.
 pub(crate) fn spectrum(signal: &[f64]) -> Result<Vec<Complex64>> {
@@ -12,12 +13,14 @@ pub(crate) fn spectrum(signal: &[f64]) -> Result<Vec<Complex64>> {
 
 /// [`spectrum`] of a signal padded with zeros to `length`.
 pub(crate) fn padded_spectrum(signal: &[f64], length: usize) -> Result<Vec<Complex64>> {
+    interruption::check()?;
     eft_fft::spectrum(signal, length).map_err(|error| wrong_size(length, &error))
 }
 
 /// The real signal of `length` samples that has a one-sided spectrum; `length` times too large, as usual for
 /// an FFT.
 pub(crate) fn signal_of(spectrum: Vec<Complex64>, length: usize) -> Result<Vec<f64>> {
+    interruption::check()?;
     eft_fft::signal(spectrum, length).map_err(|error| wrong_size(length, &error))
 }
 

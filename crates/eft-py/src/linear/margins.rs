@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use crate::errors::{refuse, to_python};
 use crate::linear::LinearModel;
 use crate::rig::Rig;
+use crate::run::interruptible;
 use crate::values;
 
 fn flow_gain(name: &str) -> PyResult<FlowGain> {
@@ -110,7 +111,7 @@ pub(crate) fn stability_margin(
     flow_gain: &str,
 ) -> PyResult<f64> {
     let (gain, time) = (self::flow_gain(flow_gain)?, time(rig, sampled, sample_rate));
-    py.detach(|| linear::stability_margin(&rig.config, gain, time)).map_err(to_python)
+    interruptible(py, || linear::stability_margin(&rig.config, gain, time))
 }
 
 /// Return every stability margin of the linear model, each setting changed alone.
@@ -136,7 +137,7 @@ pub(crate) fn stability_margins<'py>(
     flow_gain: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (gain, time) = (self::flow_gain(flow_gain)?, time(rig, sampled, sample_rate));
-    let margins = py.detach(|| linear::stability_margins(&rig.config, gain, time)).map_err(to_python)?;
+    let margins = interruptible(py, || linear::stability_margins(&rig.config, gain, time))?;
     let answer = PyDict::new(py);
     answer.set_item("growth_rate", margins.growth_rate)?;
     answer.set_item("level", margins.level)?;
@@ -164,8 +165,8 @@ pub(crate) fn margins_within(
 ) -> PyResult<(f64, Option<[f64; 3]>)> {
     let reach = Reach { level, dead_time, loop_gain };
     let time = Time::Sampled(sample_rate);
-    let found = py.detach(|| linear::margins_within(&rig.config, FlowGain::Steeper, time, reach));
-    let (growth_rate, within) = found.map_err(to_python)?;
+    let found = || linear::margins_within(&rig.config, FlowGain::Steeper, time, reach);
+    let (growth_rate, within) = interruptible(py, found)?;
     Ok((growth_rate, within.map(|found| [found.level, found.dead_time, found.loop_gain])))
 }
 
@@ -189,18 +190,8 @@ pub(crate) fn stability_map<'py>(
     };
     let gain = self::flow_gain(flow_gain)?;
     let (horizontal, vertical) = (axis(horizontal)?, axis(vertical)?);
-    let mut stopped = None;
-    let rows = py.detach(|| {
-        linear::stability_map(&rig.config, &horizontal, &vertical, quantity, gain, || {
-            stopped = Python::attach(|py| py.check_signals()).err();
-            stopped.is_none()
-        })
-    });
-    match (rows, stopped) {
-        (_, Some(error)) => Err(error),
-        (Err(error), None) => Err(to_python(error)),
-        (Ok(rows), None) => Ok(PyArray2::from_vec2(py, &rows)?),
-    }
+    let map = || linear::stability_map(&rig.config, &horizontal, &vertical, quantity, gain);
+    Ok(PyArray2::from_vec2(py, &interruptible(py, map)?)?)
 }
 
 fn axis((key, values): (String, Vec<Bound<'_, PyAny>>)) -> PyResult<MapAxis> {

@@ -4,6 +4,7 @@ use crate::closed_loop::simulate::{SimulateOptions, check_commands, one_actuator
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
+use crate::interruption;
 use crate::plant::{Equations, Motion, Stages, Structure, TimeGrid, runge_kutta};
 
 /// Motion of the structure alone, one value per command sample.
@@ -49,7 +50,7 @@ pub fn ideal_responses(
         let now = values[i];
         [now, (values.get(i + 1).copied().unwrap_or(now) - now) * sample_rate]
     };
-    let responses = motions(&structure, &at_rest, samples, grid, force);
+    let responses = motions(&structure, &at_rest, samples, grid, force)?;
     let finite =
         |i: usize| responses.iter().all(|r| r.displacement[i].is_finite() && r.velocity[i].is_finite());
     match (0..samples).find(|&i| !finite(i)) {
@@ -70,13 +71,16 @@ pub(crate) fn motions(
     samples: usize,
     grid: TimeGrid,
     force: impl Fn(usize, usize) -> [f64; 2],
-) -> Vec<IdealResponse> {
+) -> Result<Vec<IdealResponse>> {
     let trace = || Vec::with_capacity(samples);
     let response = |_: &Motion<f64>| IdealResponse { displacement: trace(), velocity: trace() };
     let mut responses: Vec<_> = start.iter().map(response).collect();
     let mut state: Vec<f64> = start.iter().flat_map(|motion| motion.to_array()).collect();
     let mut stages = Stages::new(&state);
     for i in 0..samples {
+        if i.is_multiple_of(1024) {
+            interruption::check()?;
+        }
         for ([displacement, velocity, _], response) in state.as_chunks().0.iter().zip(&mut responses) {
             response.displacement.push(*displacement);
             response.velocity.push(*velocity);
@@ -87,7 +91,7 @@ pub(crate) fn motions(
             runge_kutta(&mut state, &mut stages, start, grid.step(), &mut equations);
         }
     }
-    responses
+    Ok(responses)
 }
 
 /// A structure under forces that are linear in time.

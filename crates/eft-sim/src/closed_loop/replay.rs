@@ -5,6 +5,7 @@ use eft_core::{Calibration, Deviations, Input, Learning, Parameters, Realization
 use crate::closed_loop::controller::{Precision, parameters};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
+use crate::interruption;
 
 /// The estimates, one value per window of ticks.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -84,6 +85,9 @@ pub fn replay<P: Precision<Flags = u32>>(
     let (mut state, mut learned) = (channel.at_rest(), start?);
     let mut replay = Replay::default();
     for (tick, input) in inputs.iter().enumerate() {
+        if tick.is_multiple_of(1024) {
+            interruption::check()?;
+        }
         if let Some(window) = channel.step(&mut state, &super::channel::rounded(input)).window {
             let calibration = learner.update(&mut learned, &window);
             channel.publish(&mut state, calibration);

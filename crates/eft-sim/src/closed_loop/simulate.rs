@@ -16,6 +16,7 @@ use crate::closed_loop::traces::{BLOCK_TICKS, Block};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
+use crate::interruption;
 use crate::plant::{EnergyBalance, TimeGrid, longest_step, needs_detail};
 
 /// The default of the largest integration step (s). For the paper's tests the force then differs from the
@@ -312,6 +313,7 @@ fn run_through(
         if !go_on(start, total) {
             return Err(Error::Interrupted);
         }
+        interruption::check()?;
         if Some(start) == soft_end {
             test.end();
         }

@@ -4,6 +4,7 @@ use crate::closed_loop::{SimulateOptions, motions, one_actuator};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::{Command, sine_sweep};
+use crate::interruption;
 use crate::plant::{
     ActuatorState, Driver, Equations, Motion, Plant, ServoActuator, Spool, Stages, Structure, TimeGrid,
     runge_kutta,
@@ -99,7 +100,10 @@ pub fn flow_test(
     let grid = TimeGrid::new(sample_rate, steps.max((4.0 * resonance / sample_rate).ceil() as u32));
     let per_metre = FULL_SCALE / rig.actuator.stroke;
     let mut test = FlowTest { command: Vec::new(), displacement: Vec::new(), spool: Vec::new() };
-    for command in sweep.values {
+    for (i, command) in sweep.values.into_iter().enumerate() {
+        if i.is_multiple_of(1024) {
+            interruption::check()?;
+        }
         let state = plant.actuator(0);
         test.command.push(command);
         test.displacement.push(state.displacement);
@@ -128,6 +132,6 @@ pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f6
     let start = [Motion { displacement: from, ..Motion::default() }];
     let structure = Structure::pack(|_| rig);
     let grid = TimeGrid::new(sample_rate, 8);
-    let mut responses = motions(&structure, &start, still.values.len(), grid, |_, _| [0.0; 2]);
+    let mut responses = motions(&structure, &start, still.values.len(), grid, |_, _| [0.0; 2])?;
     Ok(responses.swap_remove(0).displacement)
 }

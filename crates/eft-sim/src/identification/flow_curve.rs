@@ -9,6 +9,7 @@ use super::Estimate;
 use super::gaps::{check, stretches};
 use crate::checks;
 use crate::error::{Error, Result};
+use crate::interruption;
 
 /// Least number of samples within a cell or beyond a point.
 pub(super) const LEAST_SAMPLES: usize = 20;
@@ -212,6 +213,7 @@ impl Fit {
         let mut projected = Vec::new();
         let mut samples = 0;
         for (spool, displacement) in stretches {
+            interruption::check()?;
             let rows = rows(spool);
             let count = rows.len();
             samples += count;
@@ -224,6 +226,9 @@ impl Fit {
             let y_drift = displacement.iter().enumerate().map(|(i, x)| x * time(i)).sum::<f64>() / square;
             let mut part = Vec::with_capacity(count);
             for (i, row) in rows.into_iter().enumerate() {
+                if i.is_multiple_of(1024) {
+                    interruption::check()?;
+                }
                 let row = row - &mean - &drift * time(i);
                 let flow = area * (displacement[i] - y_mean - y_drift * time(i));
                 normal.ger(1.0, &row, &row, 1.0);

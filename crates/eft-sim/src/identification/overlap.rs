@@ -12,6 +12,7 @@ use super::gaps::{check, stretches};
 use super::{Estimate, Recording};
 use crate::checks;
 use crate::error::{Error, Result};
+use crate::interruption;
 
 /// Least number of samples of a stretch between gaps.
 const LEAST_STRETCH: usize = 100;
@@ -134,6 +135,7 @@ impl Test<'_> {
         let mut best = (f64::INFINITY, None);
         for below in COARSE {
             for above in COARSE {
+                interruption::check()?;
                 let knees = Sides::new(below * -lowest, above * highest);
                 let (slopes, rest, _) = self.fitted(knees);
                 let squares = rest.dot(&rest);

@@ -26,18 +26,17 @@ pub struct MapAxis {
 }
 
 /// A quantity of the exactly sampled loop over two settings, at each rig's own `controller.sample_rate`. The
-/// result has one row for each value of `vertical`. `go_on` is called after each row; `false` ends the map.
+/// result has one row for each value of `vertical`.
 ///
 /// # Errors
 /// An unknown key, the same key twice, a value that the key does not allow, an axis without values,
-/// or [`Error::Interrupted`].
+/// or [`Error::Interrupted`] within [`interruptible`](crate::interruptible).
 pub fn stability_map(
     rig: &RigConfig,
     horizontal: &MapAxis,
     vertical: &MapAxis,
     quantity: MapQuantity,
     gain: FlowGain,
-    mut go_on: impl FnMut() -> bool,
 ) -> Result<Vec<Vec<f64>>> {
     if horizontal.key == vertical.key {
         return Err(Error::value(
@@ -58,9 +57,6 @@ pub fn stability_map(
             at(&changed, quantity, gain)
         };
         rows.push(horizontal.values.iter().map(point).collect::<Result<_>>()?);
-        if !go_on() {
-            return Err(Error::Interrupted);
-        }
     }
     Ok(rows)
 }
@@ -89,7 +85,7 @@ mod tests {
         let (levels, dampings) = ([0.9, 1.0, 1.05], [2000.0, 8000.0]);
         let map = |quantity| {
             let (x, y) = (axis("compensation.level", &levels), axis("structure.damping", &dampings));
-            stability_map(&rig, &x, &y, quantity, FlowGain::Nominal, || true).unwrap()
+            stability_map(&rig, &x, &y, quantity, FlowGain::Nominal).unwrap()
         };
         let (growth, level) = (map(MapQuantity::GrowthRate), map(MapQuantity::Level));
         let time = Time::Sampled(rig.controller.sample_rate);
@@ -112,9 +108,8 @@ mod tests {
     fn settings_that_cannot_be_mapped_are_refused() {
         let rig = RigConfig::zhao2005();
         let text = |x: &MapAxis, y: &MapAxis, go_on: bool| {
-            stability_map(&rig, x, y, MapQuantity::GrowthRate, FlowGain::Nominal, || go_on)
-                .unwrap_err()
-                .to_string()
+            let map = || stability_map(&rig, x, y, MapQuantity::GrowthRate, FlowGain::Nominal);
+            crate::interruptible(move || go_on, map).unwrap_err().to_string()
         };
         let (level, damping) = (axis("compensation.level", &[1.0]), axis("structure.damping", &[1e3]));
         assert!(text(&level, &level, true).starts_with("vertical = compensation.level"));

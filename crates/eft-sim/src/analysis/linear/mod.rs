@@ -27,6 +27,7 @@ pub use nalgebra::DMatrix;
 
 use crate::config::RigConfig;
 use crate::error::Result;
+use crate::interruption;
 
 /// Continuous or sampled time of a linear model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +44,7 @@ pub enum Time {
 /// # Errors
 /// An invalid sample rate; a building with too many stories for a sampled model.
 pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpace> {
+    interruption::check()?;
     match time {
         Time::Continuous => continuous::continuous(rig, gain),
         Time::Sampled(rate) => sampled::sampled(&*rig.at_rate(rate)?, gain, rate),
