@@ -81,6 +81,7 @@ static const eft_parameters EFT_RIG_ADAPTIVE = {
       6.35e-5, /* displacement_noise, m */
       0.000525, /* velocity_noise, m/s */
       0.0005, /* spool_noise, 1 */
+      DBL_MAX, /* load_pressure_tolerance, N */
       0.001, /* false_alarms, 1/h */
       1.5, /* settle_time, s */
     },

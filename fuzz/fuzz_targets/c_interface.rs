@@ -58,6 +58,7 @@ fn input(bytes: &mut Bytes) -> eft_input<f32> {
         valve_command: bytes.number(10.0),
         alive: bytes.number(1e6),
         period: bytes.number(1e-3),
+        load_pressure: bytes.number(2e7),
     }
 }
 

@@ -248,6 +248,7 @@ class Compensator:
         next_command: float | None = None,
         alive: float | None = None,
         period: float | None = None,
+        load_pressure: float | None = None,
     ) -> float: ...
     def process(
         self,
@@ -263,6 +264,7 @@ class Compensator:
         next_command: ArrayLike | None = None,
         alive: ArrayLike | None = None,
         period: ArrayLike | None = None,
+        load_pressure: ArrayLike | None = None,
     ) -> _Array: ...
     def prime(
         self,
@@ -318,6 +320,7 @@ class Controller:
         next_command: float | None = None,
         alive: float | None = None,
         period: float | None = None,
+        load_pressure: float | None = None,
     ) -> float: ...
     def process(
         self,
@@ -332,6 +335,7 @@ class Controller:
         next_command: ArrayLike | None = None,
         alive: ArrayLike | None = None,
         period: ArrayLike | None = None,
+        load_pressure: ArrayLike | None = None,
     ) -> _Array: ...
     def prime(
         self,

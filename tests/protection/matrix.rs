@@ -1,7 +1,7 @@
 //! Every kind of fault of each of the four sensors, in both schemes: the time to notice it, force and displacement.
 
 use eft::core::Cause;
-use eft::core::status::{TRIPPED, cause};
+use eft::core::status::{STUCK_MEASUREMENT, TRIPPED, cause};
 use eft::sim::excitation::{Command, effective_force, sine_sweep};
 use eft::sim::records::read_record;
 use eft::sim::{RigConfig, SimulateOptions, TestRun, ideal_response, simulate};
@@ -134,6 +134,69 @@ fn single_sensor_faults_stay_within_the_limits() {
                         );
                     }
                 }
+            }
+        }
+    }
+}
+
+/// Chamber pressures with noise and a gain error of 2 %.
+fn pressures() -> [(&'static str, Value); 3] {
+    [
+        ("protection.load_pressure_tolerance", 500.0.into()),
+        ("sensors.load_pressure.noise", 1e4.into()),
+        ("sensors.load_pressure.gain", 1.02.into()),
+    ]
+}
+
+// SR-18
+#[test]
+fn a_measured_load_pressure_reveals_a_wrong_force_at_every_moment() {
+    for (realization, adaptive) in [("digital", false), ("analog", true)] {
+        let pressures = pressures();
+        let test = |changes: &[(&str, Value)]| {
+            run(&rig(realization, adaptive, true, &[&pressures[..], changes].concat()), &sine())
+        };
+        assert_eq!(seen(&test(&[]), 0.0).cause, Cause::None);
+        for kind in ["zero", "stuck", "sign"] {
+            let mut worst = [0.0_f64; 3];
+            for n in 0..16 {
+                let start = 3.0 + f64::from(n) / 24.0;
+                let s = seen(&test(&fault("force", kind, start)), start);
+                let noticed = s.noticed.unwrap_or(f64::INFINITY);
+                assert!(noticed < 0.02, "{realization} {adaptive} {kind} at {start}: {noticed} s");
+                assert_eq!(s.cause, Cause::ForceImplausible);
+                for (most, value) in worst.iter_mut().zip([noticed, s.force, s.displacement]) {
+                    *most = most.max(value);
+                }
+            }
+            let [noticed, force, displacement] = worst;
+            assert!(force < 1.75 * FORCE_TRIP && displacement < DISPLACEMENT_TRIP, "{kind}: {force} N");
+            keep(
+                format_args!("force {kind} with a load pressure, {realization}, adaptive {adaptive}"),
+                &[("noticed after", noticed), ("force", force), ("displacement", displacement)],
+            );
+        }
+    }
+}
+
+// SR-18
+#[test]
+fn a_failed_load_pressure_is_flagged_and_the_test_goes_on() {
+    for realization in ["digital", "analog"] {
+        let pressures = pressures();
+        let of = |changes: &[(&str, Value)]| {
+            run(&rig(realization, false, true, &[&pressures[..], changes].concat()), &sine())
+        };
+        let sound = of(&[]);
+        assert_eq!(sound.status_union() & STUCK_MEASUREMENT, 0);
+        for kind in ["lost", "zero", "stuck"] {
+            for start in MOMENTS {
+                let run = of(&fault("load_pressure", kind, start));
+                assert_eq!(seen(&run, start).noticed, None, "{kind} at {start}");
+                let flagged = run.status.iter().position(|s| s & STUCK_MEASUREMENT != 0);
+                let after = flagged.map_or(f64::INFINITY, |tick| tick as f64 / RATE - start);
+                assert!((0.0..0.02).contains(&after), "{kind} at {start}: flagged after {after} s");
+                assert_eq!(run.force, sound.force);
             }
         }
     }

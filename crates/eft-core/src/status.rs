@@ -45,7 +45,7 @@ pub const TRIPPED: u32 = 1 << 16;
 pub const SHUT_DOWN: u32 = 1 << 17;
 /// A measurement repeats to the last bit, as from a stuck sensor.
 ///
-/// So does a supply pressure whose last valid value replaces an invalid one.
+/// Also: the last valid supply pressure replaces an invalid one, or the load pressure has failed and is ignored.
 pub const STUCK_MEASUREMENT: u32 = 1 << 18;
 /// The learner's last calibration came late or is missing.
 pub const CALIBRATION_LATE: u32 = 1 << 19;

@@ -186,6 +186,7 @@ typedef struct eft_plausibility {
   double displacement_noise;         // m
   double velocity_noise;             // m/s
   double spool_noise;                // 1
+  double load_pressure_tolerance;    // N; force against load pressure times area; DBL_MAX: not measured
   double false_alarms;               // 1/h; false alarms that this noise may raise
   double settle_time;                // s; the piston follows the specimen for this time in a shutdown
 } eft_plausibility;
@@ -286,6 +287,7 @@ typedef struct eft_input_f32 {
   float valve_command;               // Valve command (V) of this sample, for learning with an analog controller.
   float alive;                       // Counter of the samples (1), for a protection; NaN if there is none.
   float period;                      // Time (s) since the last sample, for a protection; NaN if it is not measured.
+  float load_pressure;               // Load pressure (Pa), with the sign of the force, for load_pressure_tolerance.
 } eft_input_f32;
 
 // The sums of a closed window, for the learner.
@@ -486,7 +488,7 @@ typedef struct eft_channel_f64 { uint64_t marker; double value[304]; } eft_chann
 typedef struct eft_state_f64 { uint64_t marker; double value[399]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
-    } eft_input_f64;
+    double load_pressure; } eft_input_f64;
 typedef struct eft_window_f64 { uint64_t marker; double value[14]; } eft_window_f64;
 typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;
     double authority; uint32_t status; uint32_t window_closed; eft_window_f64 window; } eft_output_f64;
@@ -545,14 +547,14 @@ EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const e
 /* ---------- Sizes, as the library has them ---------- */
 
 EFT_STATIC_ASSERT(sizeof(eft_learning) == 72);
-EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_protection) == 184);
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 864);
+EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 64);
+EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 872);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 384);
 EFT_SIZES(eft_channel, 1224, 2440);
 EFT_SIZES(eft_state, 1608, 3200);
-EFT_SIZES(eft_input, 44, 88);
+EFT_SIZES(eft_input, 48, 96);
 EFT_SIZES(eft_output, 96, 168);
 EFT_SIZES(eft_window, 64, 120);
 EFT_SIZES(eft_calibration, 224, 440);

@@ -51,6 +51,7 @@ data! {
         displacement_noise: f64, "m";
         velocity_noise: f64, "m/s";
         spool_noise: f64, "1";
+        load_pressure_tolerance: f64, "N; force against load pressure times area; DBL_MAX: not measured";
         false_alarms: f64, "1/h; false alarms that this noise may raise";
         settle_time: f64, "s; the piston follows the specimen for this time in a shutdown";
     }
@@ -168,7 +169,8 @@ impl eft_parameters {
         let levels = |warning, trip| Levels { warning, trip };
         let p = &self.protection;
         let plausibility = core! { PlausibilityParameters, p.plausibility;
-            copied: force_noise displacement_noise velocity_noise spool_noise false_alarms settle_time;
+            copied: force_noise displacement_noise velocity_noise spool_noise load_pressure_tolerance
+                false_alarms settle_time;
             switches: ;
         };
         let protection = core! { ProtectionParameters, p;

@@ -243,6 +243,7 @@ fn parameters(p: &Parameters) -> eft_parameters {
                 displacement_noise: p.displacement_noise,
                 velocity_noise: p.velocity_noise,
                 spool_noise: p.spool_noise,
+                load_pressure_tolerance: p.load_pressure_tolerance,
                 false_alarms: p.false_alarms,
                 settle_time: p.settle_time,
             };

@@ -64,5 +64,6 @@ pub fn rig(tick: u32, position: &mut f32, r: &mut Random) -> Input<f32> {
         valve_command: sample(10.0, 10.2 * opening),
         alive: sample(1.0e6, tick as f32),
         period: sample(1.0e-3, 1.0 / 4096.0),
+        load_pressure: sample(2.0e7, 0.0),
     }
 }

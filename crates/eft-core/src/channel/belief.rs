@@ -40,6 +40,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
             supply,
         };
         let cause = watch.judge(&mut state.plausibility, input, believed.velocity, &known);
+        let (cause, pressure_failed) = watch.compare_pressure(&mut state.plausibility, input, cause);
+        believed.status |= pressure_failed;
         state.plausibility.distrust(cause);
         match cause {
             Cause::ForceLost | Cause::ForceImplausible => state.protection.shut_down_by(cause),

@@ -37,6 +37,10 @@ pub struct Input<T> {
     pub alive: T,
     /// Time (s) since the last sample, for a protection; NaN if it is not measured.
     pub period: T,
+    /// Load pressure (Pa), with the sign of the force, for `load_pressure_tolerance`.
+    ///
+    /// It is the difference `p₁ − p₂` of the chamber pressures, for equal piston areas.
+    pub load_pressure: T,
 }
 
 impl<T: Real> Default for Input<T> {
@@ -54,6 +58,7 @@ impl<T: Real> Default for Input<T> {
             valve_command: none,
             alive: none,
             period: none,
+            load_pressure: none,
         }
     }
 }

@@ -52,6 +52,20 @@ pub(crate) struct Signal<T> {
 }
 integrity!(Signal<T>: last, slope, lost, repeats, liveliness, likelihood, step, jumped, seen);
 
+impl<T: Real> Signal<T> {
+    /// Change per sample, low-passed.
+    #[inline(always)]
+    pub(crate) fn slope(&self) -> T {
+        self.slope
+    }
+
+    /// Whether the last reading was still or a repetition, as the readings of a failed sensor are.
+    #[inline(always)]
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.repeats > 0 || self.likelihood < T::splat(1.0)
+    }
+}
+
 impl<T: Real> SensorGate<T> {
     /// One reading of a signal: the reading, or NaN if it is not accepted.
     #[inline(always)]

@@ -33,6 +33,9 @@ pub struct PlausibilityParameters {
     pub velocity_noise: f64,
     /// Noise of the spool opening (1).
     pub spool_noise: f64,
+    /// Largest difference (N) between the force and the load pressure times the piston area, by friction, inertia and offsets;
+    /// `f64::MAX` if the chamber pressures are not measured.
+    pub load_pressure_tolerance: f64,
     /// False alarms (1/h) that this noise may raise.
     pub false_alarms: f64,
     /// Time (s) of a shutdown during which the piston follows the specimen and damps it, before the valve closes.
@@ -46,6 +49,7 @@ impl PlausibilityParameters {
         displacement_noise: 6.35e-5,
         velocity_noise: 5.25e-4,
         spool_noise: 5.0e-4,
+        load_pressure_tolerance: f64::MAX,
         false_alarms: 1.0e-3,
         settle_time: 1.5,
     };

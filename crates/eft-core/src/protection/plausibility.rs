@@ -5,6 +5,7 @@
 //! spool against its command. What a wrong calibration may leave of a balance is taken off before it is summed up.
 
 mod blame;
+mod load_pressure;
 mod residuals;
 mod sums;
 #[cfg(test)]
@@ -16,7 +17,10 @@ use crate::learning::FlowModel;
 use crate::number::Real;
 use crate::protection::cause::Cause;
 use crate::protection::gate::{SensorGate, Signal};
+use crate::status;
 use crate::velocity::{FilteredDerivative, FilteredDerivativeState};
+use load_pressure::LoadPressureState;
+pub(super) use load_pressure::LoadPressureWatch;
 use sums::{Sum, follow};
 
 /// Share of the limits that is enough if the force is far from its command.
@@ -69,8 +73,10 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) astray: T,
     /// Changes of command (N) and displacement (m) at which a working sensor must have changed.
     pub(super) evidence: [T; 2],
+    /// If the chamber pressures are measured.
+    pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, brake, null_drift, astray, evidence);
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
 
 /// The residuals, in the order of their arrays: flow, fast flow, motion, stroke, force's direction, motion's ratio.
 pub(super) const BALANCE: usize = 0;
@@ -118,8 +124,9 @@ pub(crate) struct PlausibilityState<T> {
     followed: T,
     step: T,
     source: u32,
+    load_pressure: LoadPressureState<T>,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, late, worse, by_balance, followed, step, source);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, late, worse, by_balance, followed, step, source, load_pressure);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -184,6 +191,25 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let cause = self.contradiction(state, if astray { ASTRAY } else { 1.0 });
         state.by_balance |= cause == Cause::ForceImplausible;
         cause
+    }
+
+    /// Compares the force with the load pressure, if that is measured. Returns what contradicts now, and a flag if the
+    /// pressure has failed.
+    #[inline(always)]
+    pub(crate) fn compare_pressure(
+        &self,
+        state: &mut PlausibilityState<T>,
+        input: &Input<T>,
+        cause: Cause,
+    ) -> (Cause, u32) {
+        let Some(watch) = &self.load_pressure else { return (cause, 0) };
+        let ([force_distrusted, ..], counts) = (state.distrusted, (self.lost_samples, self.repeats));
+        let compared = &mut state.load_pressure;
+        let readings = [input.force, input.load_pressure];
+        let contradicts = !(force_distrusted | compared.failed)
+            && watch.contradicts(compared, &self.gate, counts, self.period, readings);
+        let flag = if compared.failed { status::STUCK_MEASUREMENT } else { 0 };
+        (if contradicts && cause == Cause::None { Cause::ForceImplausible } else { cause }, flag)
     }
 
     /// The velocity (m/s) to follow. After a change of its source the step between the two fades in the valve's delay,

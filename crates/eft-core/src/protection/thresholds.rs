@@ -1,11 +1,11 @@
 //! The limits of a plausibility watch, from noise and from the allowed error of the calibration.
 
-use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, within};
+use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, range, within};
 use crate::learning::FlowModel;
 use crate::parameters::{Parameters, VelocitySource};
 use crate::protection::gate::SensorGate;
 use crate::protection::limits::{PlausibilityParameters, ProtectionParameters};
-use crate::protection::plausibility::Plausibility;
+use crate::protection::plausibility::{LoadPressureWatch, Plausibility};
 use crate::velocity::FilteredDerivative;
 
 /// Corner (Hz) of the residuals, and of the velocity that replaces a sensor's.
@@ -16,6 +16,8 @@ const ABOVE: f64 = 15.0;
 const FINE: f64 = 15.0;
 /// Delay (s) that a velocity may have in addition to its share.
 const LATE: f64 = 5.0e-4;
+/// Time (s) of a difference of twice the tolerance between force and load pressure before it is a contradiction.
+const PRESSURE_TIME: f64 = 5.0e-4;
 /// Share of the velocity's trip level below which its direction has a smaller weight.
 const REVERSAL: f64 = 0.01;
 /// Share of the velocity's trip level that the brake leaves uncompensated at the most.
@@ -147,6 +149,20 @@ macro_rules! constructor {
                 let lag = 0.5 * delay * rate + 0.5 * (1.0 + delays);
                 let derivative = check!(FilteredDerivative::<$t>::new(CORNER, rate));
                 let leakage = check!(within("leakage", p.leakage, 0.0, LARGEST)) / area;
+                let tolerance = check!(range("load_pressure_tolerance", watch.load_pressure_tolerance));
+                let load_pressure = if tolerance < LARGEST {
+                    let pressure_noise = force_noise / area;
+                    Some(LoadPressureWatch {
+                        area: area as $t,
+                        jump: (HELD * (noise * pressure_noise + swing * force / area)) as $t,
+                        still: (STILL * pressure_noise) as $t,
+                        tolerance: (tolerance + 4.0 * force_noise) as $t,
+                        late: (LATE * rate) as $t,
+                        limit: (PRESSURE_TIME * (tolerance + 4.0 * force_noise)) as $t,
+                    })
+                } else {
+                    None
+                };
                 let valve_gain = check!(positive("valve_gain", p.valve_gain));
                 *place = Some(Self {
                     model: FlowModel::<$t, N>::EMPTY,
@@ -207,6 +223,7 @@ macro_rules! constructor {
                     null_drift: (OVERLAP * greatest) as $t,
                     astray: (10.0 * force_noise + 0.15 * force) as $t,
                     evidence: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],
+                    load_pressure,
                 });
                 match place {
                     Some(watch) => watch.model.fill_table(p),

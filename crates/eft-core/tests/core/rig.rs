@@ -95,6 +95,7 @@ pub(crate) fn single(i: &Input<f64>) -> Input<f32> {
         valve_command: i.valve_command as f32,
         alive: i.alive as f32,
         period: i.period as f32,
+        load_pressure: i.load_pressure as f32,
     }
 }
 

@@ -42,6 +42,7 @@ macro_rules! precision {
                     valve_command,
                     alive: tick as $t,
                     period: 1.0 / 4096.0,
+                    load_pressure: force / 8e-3,
                 }
             }
 

@@ -43,6 +43,7 @@ fn input(tick: u32) -> eft_input<f32> {
         valve_command: f32::NAN,
         alive: f32::NAN,
         period: f32::NAN,
+        load_pressure: f32::NAN,
     }
 }
 

@@ -167,6 +167,7 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
                 displacement_noise: w.displacement_noise,
                 velocity_noise: w.velocity_noise,
                 spool_noise: w.spool_noise,
+                load_pressure_tolerance: w.load_pressure_tolerance,
                 false_alarms: w.false_alarms,
                 settle_time: w.settle_time,
             },

@@ -60,6 +60,7 @@ pub(super) struct Further {
     pub(super) next_command: Option<f64>,
     pub(super) alive: Option<f64>,
     pub(super) period: Option<f64>,
+    pub(super) load_pressure: Option<f64>,
 }
 
 /// The output before the first call.
@@ -184,6 +185,7 @@ impl Channel {
             next_command,
             alive,
             period,
+            load_pressure,
         } = further;
         self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
         if self.looks_ahead() && next_command.is_none() {
@@ -202,6 +204,7 @@ impl Channel {
             acceleration: acceleration.unwrap_or(0.0),
             alive: alive.unwrap_or(f64::NAN),
             period: period.unwrap_or(f64::NAN),
+            load_pressure: load_pressure.unwrap_or(f64::NAN),
         })
     }
 
@@ -286,11 +289,19 @@ impl Channel {
         &mut self,
         py: Python<'py>,
         [command, velocity, force, spool]: [Option<&Bound<'py, PyAny>>; 4],
-        [supply_pressure, valve_command, displacement, acceleration, next_command, alive, period]: [Option<&Bound<'py, PyAny>>;
-            7],
+        [
+            supply_pressure,
+            valve_command,
+            displacement,
+            acceleration,
+            next_command,
+            alive,
+            period,
+            load_pressure,
+        ]: [Option<&Bound<'py, PyAny>>; 8],
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
-        let columns: [Column<'_, 'py>; 11] = [
+        let columns: [Column<'_, 'py>; 12] = [
             ("velocity", velocity, |s| &mut s.velocity),
             ("force", force, |s| &mut s.force),
             ("spool", spool, |s| &mut s.spool),
@@ -302,6 +313,7 @@ impl Channel {
             ("next_command", next_command, |s| &mut s.next_command),
             ("alive", alive, |s| &mut s.alive),
             ("period", period, |s| &mut s.period),
+            ("load_pressure", load_pressure, |s| &mut s.load_pressure),
         ];
         let rest = self.rest();
         let mut samples: Option<(&str, Vec<Input<f64>>)> = None;

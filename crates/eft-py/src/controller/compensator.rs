@@ -67,10 +67,13 @@ python_methods!(Compensator {
     ///     watches it from the first given one on.
     /// period : float, optional
     ///     Measured time since the last sample, s. The protection watches it from the first given one on.
+    /// load_pressure : float, optional
+    ///     Measured load pressure, the difference of the chamber pressures, Pa, with the sign of the force; for
+    ///     ``protection.load_pressure_tolerance``.
     // The signature shows the effective default, while the code distinguishes a missing command from zero.
     #[pyo3(
-        signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None),
-        text_signature = "($self, velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None)"
+        signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None),
+        text_signature = "($self, velocity, force, spool, command=0.0, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None)"
     )]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn step(
@@ -86,6 +89,7 @@ python_methods!(Compensator {
         next_command: Option<f64>,
         alive: Option<f64>,
         period: Option<f64>,
+        load_pressure: Option<f64>,
     ) -> PyResult<f64> {
         self.channel.needs_command(command.is_some())?;
         let further = Further {
@@ -96,6 +100,7 @@ python_methods!(Compensator {
             next_command,
             alive,
             period,
+            load_pressure,
         };
         self.channel.step([command.unwrap_or(0.0), velocity, force, spool], further)
     }
@@ -103,7 +108,7 @@ python_methods!(Compensator {
     /// Take a whole array of samples and return the compensation signal in V; `status` collects their flags.
     ///
     /// The arrays are those of `step`.
-    #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None))]
+    #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None))]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn process<'py>(
         &mut self,
@@ -119,11 +124,12 @@ python_methods!(Compensator {
         next_command: Option<&Bound<'py, PyAny>>,
         alive: Option<&Bound<'py, PyAny>>,
         period: Option<&Bound<'py, PyAny>>,
+        load_pressure: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.channel.needs_command(command.is_some())?;
         let signals = [command, Some(velocity), Some(force), Some(spool)];
         let further =
-            [supply_pressure, valve_command, displacement, acceleration, next_command, alive, period];
+            [supply_pressure, valve_command, displacement, acceleration, next_command, alive, period, load_pressure];
         self.channel.process(py, signals, further)
     }
 

@@ -65,7 +65,10 @@ python_methods!(Controller {
     ///     watches it from the first given one on.
     /// period : float, optional
     ///     Measured time since the last sample, s. The protection watches it from the first given one on.
-    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None))]
+    /// load_pressure : float, optional
+    ///     Measured load pressure, the difference of the chamber pressures, Pa, with the sign of the force; for
+    ///     ``protection.load_pressure_tolerance``.
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn step(
         &mut self,
@@ -79,6 +82,7 @@ python_methods!(Controller {
         next_command: Option<f64>,
         alive: Option<f64>,
         period: Option<f64>,
+        load_pressure: Option<f64>,
     ) -> PyResult<f64> {
         let further = Further {
             supply_pressure,
@@ -87,13 +91,14 @@ python_methods!(Controller {
             next_command,
             alive,
             period,
+            load_pressure,
             ..Further::default()
         };
         self.channel.step([command, velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the valve commands in V; `status` collects their flags.
-    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None))]
+    #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn process<'py>(
         &mut self,
@@ -108,9 +113,10 @@ python_methods!(Controller {
         next_command: Option<&Bound<'py, PyAny>>,
         alive: Option<&Bound<'py, PyAny>>,
         period: Option<&Bound<'py, PyAny>>,
+        load_pressure: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let signals = [Some(command), Some(velocity), Some(force), Some(spool)];
-        let further = [supply_pressure, None, displacement, acceleration, next_command, alive, period];
+        let further = [supply_pressure, None, displacement, acceleration, next_command, alive, period, load_pressure];
         self.channel.process(py, signals, further)
     }
 

@@ -194,6 +194,7 @@ pub(super) fn rounded<P: Precision>(i: &Input<f64>) -> Input<P> {
         valve_command: P::from_f64(i.valve_command),
         alive: P::from_f64(i.alive),
         period: P::from_f64(i.period),
+        load_pressure: P::from_f64(i.load_pressure),
     }
 }
 

@@ -181,6 +181,7 @@ fn plausibility(rig: &RigConfig) -> PlausibilityParameters {
         displacement_noise: p.displacement_noise.unwrap_or(SHARE * p.displacement_trip.unwrap_or(0.1)),
         velocity_noise: p.velocity_noise.unwrap_or(SHARE * greatest / a.piston_area),
         spool_noise: p.spool_noise,
+        load_pressure_tolerance: p.load_pressure_tolerance.unwrap_or(f64::MAX),
         false_alarms: p.false_alarms,
         settle_time: p.settle_time,
     }

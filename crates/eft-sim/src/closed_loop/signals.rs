@@ -17,6 +17,7 @@ impl<S: Num> Signals<S> {
             spool: self.spool.lane(lane),
             supply_pressure: self.supply_pressure.lane(lane),
             acceleration: self.acceleration.lane(lane),
+            load_pressure: self.load_pressure.lane(lane),
         }
     }
 }
@@ -34,6 +35,7 @@ impl Signals<f64> {
             displacement: self.displacement,
             acceleration: self.acceleration,
             supply_pressure: self.supply_pressure,
+            load_pressure: self.load_pressure,
             ..Input::default()
         }
     }

@@ -5,7 +5,7 @@ use crate::closed_loop::controller::adapts;
 use crate::closed_loop::estimates::{Estimates, estimates};
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::{RigConfig, StructureKind, VelocitySource};
-use crate::instruments::{are_ideal, has_accelerometer};
+use crate::instruments::{are_ideal, has_accelerometer, has_load_pressure};
 use crate::lanes::{Num, Work, dispatch};
 use crate::plant::needs_detail;
 
@@ -53,6 +53,7 @@ struct Groups {
     supply: bool,
     sensors: bool,
     accelerometer: bool,
+    pressures: bool,
     learner: bool,
 }
 
@@ -64,6 +65,7 @@ impl Groups {
             supply: supply_varies(rig),
             sensors,
             accelerometer: sensors && has_accelerometer(rig),
+            pressures: sensors && has_load_pressure(rig),
             learner: adapts(rig),
         }
     }
@@ -74,6 +76,7 @@ impl Groups {
             supply: self.supply | other.supply,
             sensors: self.sensors | other.sensors,
             accelerometer: self.accelerometer | other.accelerometer,
+            pressures: self.pressures | other.pressures,
             learner: self.learner | other.learner,
         }
     }
@@ -243,6 +246,10 @@ estimates!(traces! {
         acceleration: "m/s²", "Acceleration, of a rig with an accelerometer", tick.acceleration => Absent;
         measured_acceleration: "m/s²", "Acceleration as the accelerometer reported it",
             tick.decision.measured.acceleration => Absent;
+    }
+    pressures |tick| {
+        measured_load_pressure: "Pa", "Load pressure as its sensors reported it",
+            tick.decision.measured.load_pressure => Absent;
     }
 });
 

@@ -26,6 +26,8 @@ pub struct RigReading {
     pub measured_supply_pressure: f64,
     /// Acceleration as the accelerometer reports it (m/s²).
     pub measured_acceleration: f64,
+    /// Load pressure as its sensors report it (Pa).
+    pub measured_load_pressure: f64,
 }
 
 /// Plant, sensors and converters of a rig under the valve commands of an external controller.
@@ -135,6 +137,7 @@ impl VirtualRig {
                 measured_spool: measured.spool,
                 measured_supply_pressure: measured.supply_pressure,
                 measured_acceleration: measured.acceleration,
+                measured_load_pressure: measured.load_pressure,
             }
         })
     }
@@ -231,6 +234,7 @@ impl Instruments {
             &mut m.spool,
             &mut m.supply_pressure,
             &mut m.acceleration,
+            &mut m.load_pressure,
         ];
         measured.into_iter().for_each(&mut *visit);
         if let Some(sensors) = &mut self.sensors {

@@ -16,6 +16,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("sensors.spool.bits", "sensors.spool.range"),
     ("sensors.supply_pressure.bits", "sensors.supply_pressure.range"),
     ("sensors.acceleration.bits", "sensors.acceleration.range"),
+    ("sensors.load_pressure.bits", "sensors.load_pressure.range"),
     ("supply.droop", "supply.accumulator"),
     ("supply.accumulator", "supply.droop"),
     ("supply.pump_flow", "supply.droop"),

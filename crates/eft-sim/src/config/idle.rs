@@ -35,6 +35,8 @@ const NEEDS: &[IdleKey] = &[
     idle("controller.integral_gain", "controller.realization", &["digital"]),
     idle("protection.stuck_samples", "protection.enabled", ON),
     idle("protection.oscillation_limit", "protection.enabled", ON),
+    idle("protection.load_pressure_tolerance", "protection.enabled", ON),
+    idle("protection.load_pressure_tolerance", "protection.plausibility", ON),
     idle("protection.fault_time", "protection.enabled", ON),
     idle("protection.fault_time", "compensation.adaptive", ON),
 ];

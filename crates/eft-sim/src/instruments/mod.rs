@@ -32,6 +32,8 @@ pub(crate) struct Signals<S> {
     pub(crate) supply_pressure: S,
     /// Acceleration (m/s²).
     pub(crate) acceleration: S,
+    /// Load pressure (Pa).
+    pub(crate) load_pressure: S,
 }
 
 /// The sensors of one actuator, of one rig or of several side by side.
@@ -43,6 +45,7 @@ pub(crate) struct Sensors<S: Num> {
     spool: Sensor<S>,
     supply_pressure: Sensor<S>,
     acceleration: Sensor<S>,
+    load_pressure: Sensor<S>,
     tick: u64,
 }
 
@@ -84,6 +87,7 @@ impl<S: Num> Sensors<S> {
             spool: lanes(|sensors| &sensors.spool, FaultSignal::Spool, 6),
             supply_pressure: lanes(|sensors| &sensors.supply_pressure, FaultSignal::SupplyPressure, 8),
             acceleration: lanes(|sensors| &sensors.acceleration, FaultSignal::Acceleration, 10),
+            load_pressure: lanes(|sensors| &sensors.load_pressure, FaultSignal::LoadPressure, 12),
             tick: 0,
         })
     }
@@ -102,17 +106,19 @@ impl<S: Num> Sensors<S> {
             spool: self.spool.read(tick, truth.spool).0,
             supply_pressure: self.supply_pressure.read(tick, truth.supply_pressure).0,
             acceleration: self.acceleration.read(tick, truth.acceleration).0,
+            load_pressure: self.load_pressure.read(tick, truth.load_pressure).0,
         };
         (readings, wire)
     }
 
     /// Visits every number of the state after the first reading, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
-        let Self { displacement, velocity, force, spool, supply_pressure, acceleration, tick } = self;
+        let Self { displacement, velocity, force, spool, supply_pressure, acceleration, load_pressure, tick } =
+            self;
         let mut number = *tick as f64;
         visit(&mut number);
         *tick = number as u64;
-        for sensor in [displacement, velocity, force, spool, supply_pressure, acceleration] {
+        for sensor in [displacement, velocity, force, spool, supply_pressure, acceleration, load_pressure] {
             sensor.numbers(visit);
             sensor.go_to(*tick);
         }
@@ -131,9 +137,10 @@ pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
         spool,
         supply_pressure,
         acceleration,
+        load_pressure,
         fault,
     } = &rig.plant().sensors;
-    let all = [force, velocity, displacement, spool, supply_pressure, acceleration];
+    let all = [force, velocity, displacement, spool, supply_pressure, acceleration, load_pressure];
     all.into_iter().all(is_ideal) && fault.is_none() && !piston_moves_alone(rig)
 }
 
@@ -143,6 +150,14 @@ pub(crate) fn has_accelerometer(rig: &RigConfig) -> bool {
     rig.controller.velocity_source == VelocitySource::Accelerometer
         || !is_ideal(&sensors.acceleration)
         || sensors.fault.as_ref().is_some_and(|fault| fault.signal == FaultSignal::Acceleration)
+}
+
+/// Whether a rig measures its load pressure: the protection reads it, or the configuration describes its sensor.
+pub(crate) fn has_load_pressure(rig: &RigConfig) -> bool {
+    let sensors = &rig.plant().sensors;
+    rig.protection.load_pressure_tolerance.is_some()
+        || !is_ideal(&sensors.load_pressure)
+        || sensors.fault.as_ref().is_some_and(|fault| fault.signal == FaultSignal::LoadPressure)
 }
 
 fn is_ideal(sensor: &config::Sensor) -> bool {

@@ -9,6 +9,7 @@ const STILL: Signals<f64> = Signals {
     spool: 0.0,
     supply_pressure: 0.0,
     acceleration: 0.0,
+    load_pressure: 0.0,
 };
 
 fn rig(changes: &[(&str, toml::Value)]) -> RigConfig {

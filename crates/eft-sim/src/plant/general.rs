@@ -264,6 +264,7 @@ impl<S: Num> Plant<S> {
             spool: actuator.spool,
             supply_pressure: self.supply_pressure(),
             acceleration: self.accelerations[i],
+            load_pressure: actuator.load_pressure,
         }
     }
 

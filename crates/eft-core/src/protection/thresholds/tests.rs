@@ -127,6 +127,8 @@ fn what_is_out_of_range_is_named() {
         assert_eq!(named(PlausibilityParameters { velocity_noise: bad, ..sound }), "velocity_noise");
         assert_eq!(named(PlausibilityParameters { spool_noise: bad, ..sound }), "spool_noise");
         assert_eq!(named(PlausibilityParameters { false_alarms: bad, ..sound }), "false_alarms");
+        let watch = PlausibilityParameters { load_pressure_tolerance: bad, ..sound };
+        assert_eq!(named(watch), "load_pressure_tolerance");
     }
     // Without noise of the displacement every rounding error would be a contradiction.
     for bad in [-1.0, 0.0, f64::NAN, 1.1] {

@@ -119,7 +119,7 @@ where
     /// Runs the external controller.
     #[inline(never)]
     pub(super) fn ask(&mut self, [command, next_command]: [S; 2], mut measured: Signals<S>) -> Decision<S> {
-        let Signals { velocity, force, spool, displacement, supply_pressure, acceleration } = measured;
+        let Signals { velocity, force, spool, displacement, supply_pressure, acceleration, .. } = measured;
         let signals =
             [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command];
         let answer = match &mut self.decides {

@@ -75,6 +75,9 @@ section! {
         pub velocity_noise: Option<f64>,
         /// The same of the spool opening, dimensionless.
         pub spool_noise: f64,
+        /// Allowed difference between the force and the measured load pressure times the area, N; absent without chamber
+        /// pressures.
+        pub load_pressure_tolerance: Option<f64>,
         /// Allowed rate of false alarms by this noise, 1/h.
         pub false_alarms: f64,
         /// Time of a shutdown during which the piston follows and damps the specimen, s.

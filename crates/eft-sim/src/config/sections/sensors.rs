@@ -23,6 +23,8 @@ section! {
         pub supply_pressure: Sensor,
         /// Accelerometer, at the structure, m/s².
         pub acceleration: Sensor,
+        /// Load pressure, from sensors in both chambers, Pa.
+        pub load_pressure: Sensor,
         /// A failure of one sensor during the test.
         pub fault: Option<SensorFault>,
     }
@@ -91,6 +93,8 @@ choice! {
         SupplyPressure = "supply_pressure",
         /// The accelerometer.
         Acceleration = "acceleration",
+        /// The sensors of the chamber pressures.
+        LoadPressure = "load_pressure",
     }
 }
 

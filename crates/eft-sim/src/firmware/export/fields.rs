@@ -188,6 +188,7 @@ pub(super) fn plausibility(p: &PlausibilityParameters) -> Vec<Field<'static>> {
         displacement_noise,
         velocity_noise,
         spool_noise,
+        load_pressure_tolerance,
         false_alarms,
         settle_time,
     } = *p;
@@ -196,6 +197,7 @@ pub(super) fn plausibility(p: &PlausibilityParameters) -> Vec<Field<'static>> {
         ("displacement_noise", Number(displacement_noise), "m"),
         ("velocity_noise", Number(velocity_noise), "m/s"),
         ("spool_noise", Number(spool_noise), "1"),
+        ("load_pressure_tolerance", Number(load_pressure_tolerance), "N"),
         ("false_alarms", Number(false_alarms), "1/h"),
         ("settle_time", Number(settle_time), "s"),
     ]

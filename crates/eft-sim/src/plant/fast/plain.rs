@@ -61,11 +61,11 @@ impl<S: Num> PlainPlant<S> {
     /// The true signals of the sensors.
     #[inline(always)]
     pub(crate) fn signals(&self, state: &ActuatorState<S>) -> Signals<S> {
-        let ActuatorState { spool, displacement, velocity, .. } = *state;
+        let ActuatorState { spool, load_pressure, displacement, velocity, .. } = *state;
         let force = self.force(state);
         let acceleration = self.story.acceleration(force, displacement, velocity);
         let supply_pressure = self.supply_pressure;
-        Signals { displacement, velocity, force, spool, supply_pressure, acceleration }
+        Signals { displacement, velocity, force, spool, supply_pressure, acceleration, load_pressure }
     }
 
     /// Lanes with the spool at a stop, and lanes with the piston beyond its stroke.
