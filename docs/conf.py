@@ -1,5 +1,6 @@
 """Sphinx configuration; `make docs` builds with warnings as errors."""
 
+import re
 from importlib import metadata
 from pathlib import Path
 
@@ -61,7 +62,18 @@ def _displayed(page: HTML5Translator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+def _breakable(app: Sphinx, document: nodes.document, page: str) -> None:
+    """In a table a long name may break after a point or an underscore, and nowhere else."""
+    for entry in document.findall(nodes.entry):
+        for name in list(entry.findall(nodes.literal)):
+            first, *parts = re.split(r"(?<=[._])(?=\w)", name.astext())
+            name.children = [nodes.Text(first)]
+            for part in parts:
+                name += [nodes.raw("", "<wbr>", format="html"), nodes.Text(part)]
+
+
 def setup(app: Sphinx) -> None:
-    """Draw equations, and check the texts of attributes before napoleon reads them."""
+    """Draw equations, break long names, and check the texts of attributes before napoleon reads them."""
     app.add_html_math_renderer("mathml", (_inline, None), (_displayed, None))
     app.connect("autodoc-process-docstring", _refuse_colons, priority=400)
+    app.connect("doctree-resolved", _breakable)
