@@ -35,7 +35,7 @@ tick on a Cortex-M4F, where it is measured."""
 
 
 @click.command(
-    short_help="Compare controllers on rigs that deviate.",
+    short_help="Compare controllers on rigs that differ from their configuration.",
     epilog=epilog(
         "eft benchmark --short",
         "eft benchmark --controller mine:Controller --controller robust-curve",
@@ -51,8 +51,10 @@ tick on a Cortex-M4F, where it is measured."""
     help="A name of --list, an entry point, or package:Class; may be repeated. All of --list by default.",
 )
 @click.option("--short", is_flag=True, help="Five rigs and two commands only.")
-@click.option("--random", type=click.IntRange(0, 100_000), help="Random rigs; default 8, of --short none.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the random rigs.")
+@click.option(
+    "--random", type=click.IntRange(0, 100_000), help="Number of random rigs; default: 8, with --short 0."
+)
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the random rigs.")
 @click.option("--list", "listed", is_flag=True, help="List the controllers and rigs, and run nothing.")
 @click.option("-o", "--output", type=FILE, help="Write a row for each test (.csv).")
 @as_json

@@ -15,7 +15,10 @@ from eft.cli._output import FILE
 from eft.cli._save_rig import check_own_file
 
 calibration_option = click.option(
-    "--calibration", type=FILE, metavar="FILE", help="File of --save-calibration to start from."
+    "--calibration",
+    type=FILE,
+    metavar="FILE",
+    help="Start from this calibration, a file of --save-calibration.",
 )
 
 

@@ -21,7 +21,7 @@ from eft.cli._run import graded, metrics_of, remedies_of
 
 
 @click.command(
-    short_help="Can this rig do this test?",
+    short_help="Check whether a rig can do a test.",
     epilog=epilog(
         "eft check test.toml",
         "eft check --rig rig.toml --record northridge.at2 --scale 0.6",
@@ -34,7 +34,7 @@ from eft.cli._run import graded, metrics_of, remedies_of
 )
 @click.argument("tests", type=FILE, nargs=-1)
 @command_options
-@click.option("--valves", type=FILE, help="Catalogue of valves (TOML): try each of them, print one table.")
+@click.option("--valves", type=FILE, help="Catalogue of valves (TOML): try each valve and print one table.")
 @click.option("--try-remedies", is_flag=True, help="Run the test once more with all remedies, and compare.")
 @click.option("--largest", is_flag=True, help="Find the largest factor on the command that the rig can do.")
 @units_option

@@ -33,8 +33,10 @@ _RUNS = (".eft", ".npz")
 )
 @click.argument("reference", type=FILE)
 @click.argument("other", type=FILE)
-@click.option("--align", is_flag=True, help="Move OTHER in time by its delay behind REFERENCE.")
-@click.option("--band", type=float, nargs=2, default=BAND, show_default=True, metavar="HZ HZ")
+@click.option("--align", is_flag=True, help="Shift OTHER in time by its delay after REFERENCE.")
+@click.option(
+    "--band", type=float, nargs=2, default=BAND, show_default=True, metavar="HZ HZ", help="Band of the ratio."
+)
 @click.option("--plot", "picture", type=FILE, help="Draw both tests and their difference: .png, .svg, .pdf.")
 @rig_option
 @units_option
@@ -52,7 +54,7 @@ def compare(
 ) -> None:
     """Compare the signals of OTHER with those of REFERENCE.
 
-    Each is a run that `eft run` saved, or a file of measurements whose columns carry their units:
+    Each is a run that `eft run` saved, or a file of measurements whose columns name their units:
     `time (s),force (kip),displacement (in)`. --column and --unit hold for every such file. A spool opening
     in V takes the sensor of the other test's rig, or of --rig.
     """

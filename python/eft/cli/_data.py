@@ -14,12 +14,22 @@ from eft.traces import Traces, read_traces
 
 _OPTIONS = (
     click.option(
-        "--column", "columns", multiple=True, metavar="QUANTITY=HEADER", help="Which column holds it."
+        "--column",
+        "columns",
+        multiple=True,
+        metavar="QUANTITY=HEADER",
+        help="Header of the column that has a quantity.",
     ),
     click.option(
-        "--unit", "units", multiple=True, metavar="QUANTITY=UNIT", help="Its unit, if not in the file."
+        "--unit",
+        "units",
+        multiple=True,
+        metavar="QUANTITY=UNIT",
+        help="Unit of a quantity that has none in the file.",
     ),
-    click.option("--sample-rate", type=float, metavar="HZ", help="For files without a time column."),
+    click.option(
+        "--sample-rate", type=float, metavar="HZ", help="Sample rate of a file without a time column."
+    ),
 )
 
 

@@ -18,7 +18,7 @@ from eft.cli._output import FILE, epilog, units_option
 @click.option("--record", metavar="FILE", type=FILE, help="Ground motion instead of El Centro.")
 @click.option("--unit", metavar="UNIT", help="Unit of the record, if not in the file: g, m/s2, cm/s2, ...")
 @click.option("--scale", type=float, help="Factor on the ground acceleration.")
-@click.option("--short", is_flag=True, help="Leave out the sweeps of Fig. 11.")
+@click.option("--short", is_flag=True, help="Omit the sweeps of Fig. 11.")
 @click.option(
     "--output", type=FILE, default=Path("demo-output"), show_default=True, help="Folder to write to."
 )

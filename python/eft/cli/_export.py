@@ -24,19 +24,26 @@ from eft.traces._write import check_folder
 )
 @click.argument("rig", type=FILE)
 @click.option(
-    "--target", type=click.Choice(["rust", "c", "fmu"]), required=True, help="The language, or an FMU."
+    "--target",
+    type=click.Choice(["rust", "c", "fmu"]),
+    required=True,
+    help="Language of the source, or an FMU.",
 )
 @click.option(
     "--name",
     help="Name in the C constant EFT_RIG_NAME, for several rigs, or the FMU's. Default: the rig's.",
 )
 @click.option(
-    "--part", type=click.Choice(["rig", "controller"]), help="What the FMU is. Default: one file each."
+    "--part",
+    type=click.Choice(["rig", "controller"]),
+    help="Part to write as an FMU. Default: both, one file each.",
 )
 @click.option(
     "--fmi", type=click.Choice(["2", "3"]), default="2", help="The FMU's version of FMI. Default: 2."
 )
-@click.option("-o", "--output", type=FILE, help="Default: RIG with the ending .rs, .h or -PART.fmu.")
+@click.option(
+    "-o", "--output", type=FILE, help="File to write; default: RIG with the ending .rs, .h or -PART.fmu."
+)
 def export(
     rig: Path,
     target: Literal["rust", "c", "fmu"],

@@ -18,7 +18,7 @@ from eft.traces._write import check_folder
 
 
 @click.group(
-    short_help="A rig's parameters from measured data.",
+    short_help="Find a rig's parameters in measured data.",
     epilog=epilog(
         "eft identify delay test.csv", "eft identify curve slow.csv fast.csv --rig rig.toml -o curve.toml"
     ),
@@ -46,23 +46,31 @@ def _of_one_rate(files: tuple[Path, ...], **data: Any) -> list[Traces]:
 
 
 @identify.command(
-    short_help="Delay of one signal behind another.",
+    short_help="Find the delay of one signal after another.",
     epilog=epilog(
         "eft identify delay test.csv",
         "eft identify delay valve.csv --reference valve_command --response spool --band 0.5 15",
     ),
 )
 @click.argument("file", type=FILE)
-@click.option("--reference", default="command", show_default=True, help="Signal that is followed.")
-@click.option("--response", default="force", show_default=True, help="Signal that follows it.")
-@click.option("--band", type=float, nargs=2, default=(0.25, 10.0), show_default=True, metavar="HZ HZ")
+@click.option("--reference", default="command", show_default=True, help="Earlier signal.")
+@click.option("--response", default="force", show_default=True, help="Later signal.")
+@click.option(
+    "--band",
+    type=float,
+    nargs=2,
+    default=(0.25, 10.0),
+    show_default=True,
+    metavar="HZ HZ",
+    help="Band of the phase.",
+)
 @rig_option
 @data_options
 @as_json
 def delay(
     file: Path, reference: str, response: str, band: tuple[float, float], as_json: bool, **data: Any
 ) -> None:
-    """Delay of one signal of FILE behind another, from the slope of the phase."""
+    """Find the delay of one signal of FILE after another, from the slope of the phase."""
     traces = read_data(file, **data)
     found = eft.identify_delay(traces[reference], traces[response], traces.sample_rate, band)
     if as_json:
@@ -74,7 +82,7 @@ def delay(
 
 
 @identify.command(
-    short_help="Flow curve of the valve.",
+    short_help="Find the flow curve of the valve.",
     epilog=epilog(
         "eft identify curve slow.csv fast.csv --piston-area 0.008212",
         "eft identify curve slow.csv --rig rig.toml -o curve.toml",
@@ -97,7 +105,7 @@ def curve(
     as_json: bool,
     **data: Any,
 ) -> None:
-    """Flow curve of the valve, from spool and displacement of an actuator without load, one file per run."""
+    """Find the valve's flow curve in spool and displacement of tests without load, one file per test."""
     area = _area(piston_area, rig)
     if output is not None:
         check_folder(output)
@@ -134,7 +142,7 @@ def curve(
 
 
 @identify.command(
-    short_help="Overlap of the spool's lands.",
+    short_help="Find the overlap of the spool's lands.",
     epilog=epilog(
         "eft identify overlap null.csv --rig rig.toml",
         "eft identify overlap null.csv --piston-area 0.008212 -o overlap.toml",
@@ -154,7 +162,7 @@ def overlap(
     as_json: bool,
     **data: Any,
 ) -> None:
-    """Overlap and null bias of the spool, from slow strokes near null without load, one file per run."""
+    """Find overlap and null bias of the spool in slow strokes near null without load, one file per test."""
     area = _area(piston_area, rig)
     if output is not None:
         check_folder(output)
@@ -185,7 +193,7 @@ def overlap(
 
 
 @identify.command(
-    short_help="Damping ratio and natural frequency.",
+    short_help="Find damping ratio and natural frequency.",
     epilog=epilog("eft identify damping release.csv --start 1.2"),
 )
 @click.argument("file", type=FILE)
@@ -194,7 +202,7 @@ def overlap(
 @data_options
 @as_json
 def damping(file: Path, start: float | None, as_json: bool, **data: Any) -> None:
-    """Damping ratio and natural frequency from a free vibration's displacement."""
+    """Find damping ratio and natural frequency, from the displacement of a free vibration."""
     traces = read_data(file, **data)
     part = slice(None) if start is None else traces.time >= start
     found = eft.identification.identify_damping(traces["displacement"][part], traces.sample_rate)
@@ -213,7 +221,7 @@ def damping(file: Path, start: float | None, as_json: bool, **data: Any) -> None
 
 
 @identify.command(
-    short_help="The valve from a frequency response.",
+    short_help="Find the valve's keys in a frequency response.",
     epilog=epilog("eft identify valve bode.csv", "eft identify valve bode.csv -o valve.toml"),
 )
 @click.argument("file", type=FILE)
@@ -228,7 +236,7 @@ def damping(file: Path, start: float | None, as_json: bool, **data: Any) -> None
 @click.option("-o", "--output", type=FILE, help="TOML file of the valve's keys, ready for a rig file.")
 @as_json
 def valve(file: Path, rated_signal: float, output: Path | None, as_json: bool) -> None:
-    """Natural frequency, damping and delay of the valve from its frequency response in FILE.
+    """Find natural frequency, damping and delay of the valve, from its frequency response in FILE.
 
     FILE is a CSV whose header names columns and units: frequency (Hz), amplitude (dB), phase (deg), of spool
     over command; it may be measured or read off the maker's plot.

@@ -29,7 +29,7 @@ from eft.traces._write import check_folder
 @click.argument("file", type=FILE, default=Path("rig.toml"))
 @click.option("--test", is_flag=True, help="Add a section [command], which makes it a test.")
 @click.option("--study", is_flag=True, help="Add a command and settings to vary, which makes it a study.")
-@click.option("--data-sheet", is_flag=True, help="Write a data sheet to fill in, and no rig.")
+@click.option("--data-sheet", is_flag=True, help="Write an empty data sheet instead of a rig.")
 @click.option(
     "--from-data-sheet", "sheet", type=FILE, help="Make the rig from this data sheet, not the paper's."
 )

@@ -28,7 +28,11 @@ from eft.traces._write import check_folder
 @test_options
 @click.option("--measured", type=FILE, help="A measured test (command, force): one step, no virtual rig.")
 @click.option(
-    "--repeats", type=click.IntRange(1, 100), default=5, show_default=True, help="On the virtual rig."
+    "--repeats",
+    type=click.IntRange(1, 100),
+    default=5,
+    show_default=True,
+    help="Number of repeats on the virtual rig.",
 )
 @click.option(
     "--relaxation",
@@ -37,7 +41,9 @@ from eft.traces._write import check_folder
     show_default=True,
     help="Share of the correction that is applied.",
 )
-@click.option("--band", type=float, nargs=2, metavar="HZ HZ", help="Default: the band of the command.")
+@click.option(
+    "--band", type=float, nargs=2, metavar="HZ HZ", help="Band to correct; default: that of the command."
+)
 @click.option(
     "--coherence",
     type=float,

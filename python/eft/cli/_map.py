@@ -20,7 +20,7 @@ _MOST = 250_000
 
 @click.command(
     name="map",
-    short_help="Stability maps of a rig.",
+    short_help="Draw stability maps of a rig.",
     epilog=epilog(
         "eft map test.toml",
         "eft map --rig rig.toml --kind delay-rate -o delay.png -o delay.csv",
@@ -28,7 +28,7 @@ _MOST = 250_000
     ),
 )
 @click.argument("file", required=False, type=FILE)
-@click.option("--rig", type=FILE, help="The same as FILE; default: the paper's rig.")
+@click.option("--rig", type=FILE, help="Rig file instead of FILE; default: the paper's rig.")
 @settings
 @click.option(
     "--kind",
@@ -36,9 +36,19 @@ _MOST = 250_000
     help="Which of the common maps; default: level-damping.",
 )
 @click.option(
-    "--x", "horizontal", type=(str, float, float, int), metavar="KEY LOW HIGH N", help="Setting across."
+    "--x",
+    "horizontal",
+    type=(str, float, float, int),
+    metavar="KEY LOW HIGH N",
+    help="Setting on the horizontal axis.",
 )
-@click.option("--y", "vertical", type=(str, float, float, int), metavar="KEY LOW HIGH N", help="Setting up.")
+@click.option(
+    "--y",
+    "vertical",
+    type=(str, float, float, int),
+    metavar="KEY LOW HIGH N",
+    help="Setting on the vertical axis.",
+)
 @click.option(
     "-o", "--output", "outputs", type=FILE, multiple=True,
     help="Picture (.png, .svg, .pdf) or data (.csv, .json); may be repeated. Default: map.png",

@@ -35,7 +35,7 @@ units_option = click.option(
     type=click.Choice(["si", "us"]),
     expose_value=False,
     callback=_use_units,
-    help="Units of what is shown: kN, mm, MPa, L/min or kip, in, psi, gpm.",
+    help="Units of the output: kN, mm, MPa, L/min or kip, in, psi, gpm.",
 )
 """The option of every command that shows quantities; files and --json stay in SI units."""
 

@@ -34,7 +34,10 @@ _OPTIONS = (
         "--mass", type=float, metavar="KG", help="Mass of the effective force; default: the structure's."
     ),
     click.option(
-        "--sample-rate", type=float, metavar="HZ", help="Default: the rig's controller.sample_rate."
+        "--sample-rate",
+        type=float,
+        metavar="HZ",
+        help="Sample rate of the command; default: the rig's controller.sample_rate.",
     ),
     click.option(
         "--memory",

@@ -17,7 +17,7 @@ from eft.traces._write import check_folder
 
 
 @click.command(
-    short_help="One HTML file about a test, several, or a study.",
+    short_help="Write a report of tests or of a study, as one HTML file.",
     epilog=epilog(
         "eft report run.eft",
         "eft report run.eft measured.csv",
@@ -26,7 +26,7 @@ from eft.traces._write import check_folder
     ),
 )
 @click.argument("runs", type=FILE, nargs=-1, required=True)
-@click.option("-o", "--output", type=FILE, help="Default: the first run's name with .html")
+@click.option("-o", "--output", type=FILE, help="File to write; default: the first run's name with .html")
 @click.option("--title", help="Heading of the page.")
 @units_option
 @data_options

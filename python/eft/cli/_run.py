@@ -48,14 +48,17 @@ from eft.traces._write import check_output
     "--dtype", type=click.Choice(["f64", "f32"]), default="f64", help="Precision of the controller."
 )
 @click.option(
-    "-o", "--output", type=FILE, help=".eft (all of it), .csv, .h5, .parquet, .mat, .tdms; default: TEST.eft"
+    "-o",
+    "--output",
+    type=FILE,
+    help="File of the traces: .eft (the whole run), .csv, .h5, .parquet, .mat, .tdms; default: TEST.eft",
 )
 @click.option(
     "--save-rig",
     "corrected",
     type=FILE,
     metavar="FILE",
-    help="Rig with the flow curve that compensation.curve_correction found.",
+    help="Write the rig with the flow curve that compensation.curve_correction found.",
 )
 @calibration_option
 @click.option(
@@ -63,7 +66,7 @@ from eft.traces._write import check_output
     "learned",
     type=FILE,
     metavar="FILE",
-    help="Result of the learning, for --calibration of the next test.",
+    help="Write the calibration that was learned, for --calibration of the next test.",
 )
 @click.option("--watch", is_flag=True, help="Show force, error, spool and estimates as the test runs.")
 @units_option

@@ -15,7 +15,7 @@ from eft.opensees._server import Visit
 
 @click.command(
     "serve",
-    short_help="Let OpenSees drive the virtual rig.",
+    short_help="Connect OpenSees with the virtual rig.",
     epilog=epilog("eft serve rig.toml", "eft serve rig.toml --port 8091 --clients 1"),
 )
 @click.argument("rig", type=FILE)
@@ -24,12 +24,18 @@ from eft.opensees._server import Visit
     "--host",
     default="127.0.0.1",
     show_default=True,
-    help="Address to listen at; whoever reaches it can drive the rig.",
+    help="Address to listen at. Anyone who reaches it can drive the rig.",
 )
 @click.option(
-    "--port", type=click.IntRange(0, 65535), default=8090, show_default=True, help="0: any free one."
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8090,
+    show_default=True,
+    help="Port to listen at; 0 for any free one.",
 )
-@click.option("--clients", type=click.IntRange(min=0), help="End after so many clients; default: never.")
+@click.option(
+    "--clients", type=click.IntRange(min=0), help="End after this number of clients; default: never."
+)
 @click.option(
     "--idle",
     type=click.FloatRange(min=0.0, min_open=True),

@@ -21,7 +21,7 @@ from eft.traces._write import check_folder
 
 
 @click.command(
-    short_help="Many tests: every combination of some settings.",
+    short_help="Run a test for every combination of some settings.",
     epilog=epilog(
         "eft init robustness.toml --study    a study to begin with",
         "eft study robustness.toml",
@@ -33,7 +33,7 @@ from eft.traces._write import check_folder
 @click.argument("file", type=FILE)
 @settings
 @click.option("-o", "--output", type=FILE, help="Folder for the rows; default: FILE with .study")
-@click.option("--table", "sheet", type=FILE, help="Write the table as one .csv or .parquet, too.")
+@click.option("--table", "sheet", type=FILE, help="Also write the table as one file (.csv, .parquet).")
 @click.option("--dask", "scheduler", metavar="ADDRESS", help="Run on the workers of a Dask scheduler.")
 @as_json
 def study(
@@ -47,8 +47,8 @@ def study(
     """Run a test for every combination that FILE names, on all cores, and write one row for each.
 
     FILE is a test file with a section [study.grid], [[study.list]], [study.latin_hypercube] or [study.sobol].
-    The rows go to a folder of Parquet files. After an interruption or a kill the same command resumes. Exit
-    code 1 when tests failed by accident. A combination that the rig refuses is not a failure.
+    The rows go to a folder of Parquet files. After an interruption or a kill the same command resumes. The
+    exit code is 1 if a test failed unexpectedly. A combination that the rig refuses is not a failure.
     """
     target = output or file.with_suffix(".study")
     check_folder(target / "rows" if target.is_dir() else target)
