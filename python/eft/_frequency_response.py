@@ -124,7 +124,9 @@ def identify_valve(frequency: ArrayLike, amplitude: ArrayLike, phase: ArrayLike)
     found, *_ = np.linalg.lstsq(rows, right, rcond=None)
     b0, b1, b2 = found
     if not (b0 > 0.0 and b1 > 0.0 and b2 > 0.0):
-        raise ValueError("frequency response: must fall behind like a stable valve of second order")
+        raise ValueError(
+            "frequency response: the phase must decrease as that of a stable valve of second order"
+        )
     left = right - rows @ found
     noise = float(left @ left) / max(len(left) - 3, 1)
     spread = noise * np.linalg.inv(rows.T @ rows)

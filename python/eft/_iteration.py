@@ -78,7 +78,7 @@ def iterate(
     least_coherence: float = 0.8,
     target: float = 0.0,
 ) -> DriveIteration:
-    """Find the drive whose force is the given command, as for drive files of shaking tables.
+    """Find the drive with which the force follows a command, like a drive file of a shaking table.
 
     Each repeat gives an estimate of force over drive, ``H = S_uy/S_uu``, with spectra averaged over
     neighbouring frequencies. The next drive is ``U + r·(Y_wanted - Y)/H``. Frequencies outside the band, or

@@ -173,7 +173,9 @@ def make_command(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Co
         if key not in allowed_keys:
             short = key if len(key) <= 80 else key[:80] + "…"
             near = difflib.get_close_matches(short, allowed_keys, 1, 0.0)[0]
-            raise ValueError(f"unknown key `command.{short}`; the nearest of a {name} is `command.{near}`")
+            raise ValueError(
+                f"unknown key `command.{short}`; the nearest key of a {name} is `command.{near}`"
+            )
         _check(key, value, allowed_keys[key])
     for key in kind.required:
         if key not in section:

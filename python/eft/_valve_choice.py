@@ -129,7 +129,7 @@ def read_valves(path: str | PathLike[str]) -> dict[str, dict[str, Any]]:
             raise ValueError(f"{path}: valve {number}: name must be a string")
         name = entry.pop("name")
         if name in found:
-            raise ValueError(f"{path}: valve {number}: name = {name!r} is there twice")
+            raise ValueError(f"{path}: valve {number}: name = {name!r} is used twice")
         if unknown := sorted(set(entry) - allowed):
             names = ", ".join(sorted(allowed))
             raise ValueError(f"{path}: valve {name}: unknown key `{unknown[0]}`: must be one of {names}")

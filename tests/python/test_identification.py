@@ -290,7 +290,7 @@ def test_a_test_in_kip_and_inches_tunes_the_rig(laboratory):
 
 
 def test_bad_files_are_refused_by_name_and_reason(laboratory, tmp_path):
-    with pytest.raises(ValueError, match=r"release\.csv: no spool in it; there are displacement"):
+    with pytest.raises(ValueError, match=r"release\.csv: no signal spool; the signals are displacement"):
         eft.identify(RIG, flow=[laboratory["release"]])
     flat = tmp_path / "flat.csv"
     flat.write_text("time (s),displacement (m)\n" + "\n".join(f"{i / 100},1" for i in range(400)))

@@ -67,7 +67,7 @@ def export(
         click.echo(f"{path} written")
         return
     if output and not part:
-        raise click.UsageError("-o names one FMU: say which with --part rig or --part controller")
+        raise click.UsageError("-o names one FMU: choose it with --part rig or --part controller")
     parts: tuple[Literal["rig", "controller"], ...] = (part,) if part else ("rig", "controller")
     files = {
         output or rig.with_name(f"{rig.stem}-{one}.fmu"): eft.firmware.export(

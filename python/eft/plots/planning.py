@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def response_delay(delay: DelayEstimate, *, ax: Axes | None = None) -> Axes:
-    """Phase lag of the spool behind its command against frequency, with the fitted line, as in Fig. 4a.
+    """Phase lag of the spool after its command against frequency, with the fitted line, as in Fig. 4a.
 
     Parameters
     ----------
@@ -165,8 +165,8 @@ def inverse_dynamics(
 def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
     """Stability: growth rates (1/s) in colour, with the line where they are zero, or levels as curves.
 
-    Levels of `rate_realization_map` and its like are drawn against the horizontal setting, one curve for each
-    value of the vertical one.
+    The levels of a map such as `rate_realization_map` are drawn against the horizontal setting, one curve for
+    each value of the vertical one.
 
     Parameters
     ----------

@@ -57,9 +57,10 @@ def write_report(
     *,
     measured: Mapping[str, Traces] | None = None,
 ) -> Path:
-    """Write the report of one test, or of several, as one HTML file that says whether their commands differ.
+    """Write a report of one or several tests as one HTML file.
 
-    The actuators of a shear building are shown like separate tests.
+    The report marks tests with different commands. The actuators of a shear building are shown like separate
+    tests.
 
     The report has the verdict with reasons and remedies, the metrics, and time histories with the ideal
     response and a zoom. It has the ratio of force to command over the frequency, and the spool opening with

@@ -51,7 +51,7 @@ def clock(name: str, time: Array) -> tuple[float, float]:
     where = begin + int(np.abs(np.diff(time[begin : begin + _PIECE + 1]) - middle).argmax())
     raise ValueError(
         f"{name}: time is not evenly spaced: sample {where + 2} comes {time[where + 1] - time[where]:.6g} s "
-        f"after the one before, the mean step is {step:.6g} s; mend it or give the sample rate"
+        f"after the one before, the mean step is {step:.6g} s; correct it or give the sample rate"
     )
 
 

@@ -48,7 +48,7 @@ class Traces:
     def __getitem__(self, quantity: str) -> Array:
         """Return a quantity's samples; the ValueError for a missing one names the existing ones."""
         if quantity not in self.columns:
-            raise ValueError(f"{self.name}: no {quantity} in it; there are {', '.join(self.columns)}")
+            raise ValueError(f"{self.name}: no signal {quantity}; the signals are {', '.join(self.columns)}")
         return self.columns[quantity]
 
     @property
@@ -100,7 +100,9 @@ class Traces:
                 ignored.append(header)
                 continue
             if quantity in found:
-                raise ValueError(f"{name}: two columns hold {quantity}; say which with {quantity}=HEADER")
+                raise ValueError(
+                    f"{name}: two columns have {quantity}; name one of them with {quantity}=HEADER"
+                )
             factor = _factor(name, header, quantity, given.get(quantity, unit or written), rig)
             found[quantity] = read()
             with np.errstate(over="ignore", invalid="ignore"):  # infinite values are refused
@@ -131,7 +133,7 @@ def _factor(name: str, header: str, quantity: str, unit: str | None, rig: Rig | 
         allowed = allowed_units(quantity)
         raise ValueError(
             f'{name}: column `{header}` names no unit: give units={{"{quantity}": "{allowed[0]}"}} '
-            f"(`--unit {quantity}={allowed[0]}`), or write it behind the name, as in `force (kN)`; "
+            f"(`--unit {quantity}={allowed[0]}`), or write it after the name, as in `force (kN)`; "
             f"allowed are {', '.join(allowed)}"
         )
     if quantity == "spool" and unit.strip() in ("V", "mV"):

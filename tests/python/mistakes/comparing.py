@@ -8,7 +8,7 @@ WRONG = {
         {"a.eft": "words"},
         ["a.eft", "not a test saved by eft: no archive of arrays"],
     ),
-    "only one": (["compare", "a.csv"], {"a.csv": CSV}, ["OTHER"]),
+    "one test only": (["compare", "a.csv"], {"a.csv": CSV}, ["OTHER"]),
     "no header": (["compare", "a.csv", "a.csv"], {"a.csv": "0,1\n1,2\n2,3\n"}, ["a.csv", "line 1", "header"]),
     "no unit": (
         ["compare", "a.csv", "a.csv"],
@@ -21,7 +21,7 @@ WRONG = {
         {"a.csv": CSV.replace("0.1,2", "0.1,two")},
         ["a.csv", "line 3", "column 2", "two"],
     ),
-    "a cell too few": (
+    "line with too few cells": (
         ["compare", "a.csv", "a.csv"],
         {"a.csv": CSV.replace("0.1,2", "0.1")},
         ["line 3", "2"],
@@ -31,18 +31,18 @@ WRONG = {
         {"a.csv": CSV.replace("0.1,2", "0.1,nan")},
         ["`force", "2"],
     ),
-    "time that jumps": (
+    "time with unequal steps": (
         ["compare", "a.csv", "a.csv"],
         {"a.csv": CSV.replace("0.2", "0.9")},
         ["evenly", "sample 3"],
     ),
-    "time that runs back": (["compare", "a.csv", "a.csv"], {"a.csv": CSV.replace("0.2", "-1")}, ["increase"]),
+    "time that decreases": (["compare", "a.csv", "a.csv"], {"a.csv": CSV.replace("0.2", "-1")}, ["increase"]),
     "no known column": (
         ["compare", "a.csv", "a.csv"],
         {"a.csv": CSV.replace("force (kN)", "mood")},
         ["mood"],
     ),
-    "nothing in common": (
+    "no common signal": (
         ["compare", "a.csv", "b.csv"],
         {"a.csv": CSV, "b.csv": CSV.replace("force (kN)", "spool")},
         ["in common", "spool"],
@@ -50,17 +50,17 @@ WRONG = {
     "not a MAT file": (["compare", "a.mat", "a.mat"], {"a.mat": "words " * 40}, ["a.mat", "MAT"]),
     "not an HDF5 file": (["compare", "a.h5", "a.h5"], {"a.h5": "words " * 40}, ["a.h5", "HDF5"]),
     "not a Parquet file": (["compare", "a.parquet", "a.parquet"], {"a.parquet": "words"}, ["Parquet"]),
-    "column that is not there": (
+    "missing column": (
         ["compare", "a.csv", "a.csv", "--column", "force=Load 3"],
         {"a.csv": CSV},
         ["Load 3", "force (kN)"],
     ),
-    "quantity that is none": (
+    "unknown quantity": (
         ["compare", "a.csv", "a.csv", "--unit", "forse=kN"],
         {"a.csv": CSV},
         ["forse", "`force`"],
     ),
-    "unit that is a fruit": (
+    "unknown word as a unit": (
         ["compare", "a.csv", "a.csv", "--unit", "force=banana"],
         {"a.csv": CSV.replace(" (kN)", "")},
         ["`banana`", "kip"],
@@ -96,7 +96,7 @@ WRONG = {
         {"a.csv": CSV, "b.csv": "time (s),force (kN)\n0,0\n0.1,0\n0.2,0\n"},
         ["align", "force", "b.csv"],
     ),
-    "picture of a comparison as a film": (
+    "picture of a comparison with the suffix of a film": (
         ["compare", "a.csv", "a.csv", "--plot", "a.mp4"],
         {"a.csv": CSV},
         ["a.mp4", ".png"],
@@ -106,18 +106,18 @@ WRONG = {
         {"a.csv": CSV},
         ["no", "folder"],
     ),
-    "band of a comparison upside down": (
+    "band of a comparison with its ends exchanged": (
         ["compare", "a.csv", "a.csv", "--band", "5", "1"],
         {"a.csv": CSV},
         ["band", "(5, 1)"],
     ),
     "units of no system": (["compare", "a.csv", "a.csv", "--units", "cgs"], {"a.csv": CSV}, ["cgs", "us"]),
-    "rig of a sensor that is not there": (
+    "missing rig file of a sensor": (
         ["compare", "a.csv", "a.csv", "--rig", "nowhere.toml"],
         {"a.csv": CSV},
         ["nowhere.toml", "No such file"],
     ),
-    "unit line that names no unit": (
+    "unknown unit in the line of units": (
         ["compare", "a.txt", "a.txt"],
         {"a.txt": "Time\tForce\ns\tstones\n0\t1\n0.1\t2\n"},
         ["a.txt", "Force", "stones", "kip"],
@@ -128,40 +128,44 @@ WRONG = {
         ["a.csv", "time must increase"],
     ),
     "not a TDMS file": (["compare", "a.tdms", "a.tdms"], {"a.tdms": "words " * 40}, ["a.tdms", "TDMS"]),
-    "half a TDMS file": (
+    "truncated TDMS file": (
         ["compare", "a.tdms", "a.tdms"],
         {"a.tdms": b"TDSm\x0e\0\0\0"},
         ["a.tdms", "channels"],
     ),
     "not a universal file": (["compare", "a.uff", "a.uff"], {"a.uff": "words " * 40}, ["a.uff", "58"]),
-    "half a universal file": (
+    "truncated universal file": (
         ["compare", "a.unv", "a.unv"],
         {"a.unv": "    -1\n    58\nforce\n    -1\n"},
         ["a.unv", "universal file"],
     ),
-    "one signal twice": (
+    "two columns of one signal": (
         ["compare", "a.csv", "a.csv"],
         {"a.csv": "time (s),force (kN),force (N)\n0,1,1\n1,2,2\n2,3,3\n"},
-        ["two columns hold force", "force=HEADER"],
+        ["two columns have force", "force=HEADER"],
     ),
-    "time that stands": (
+    "time that repeats": (
         ["compare", "a.csv", "a.csv"],
         {"a.csv": "time (s),force (kN)\n1,1\n1,2\n1,3\n"},
         ["must increase, and goes from 1 s to 1 s"],
     ),
-    "bytes for numbers": (["compare", "a.csv", "a.csv"], {"a.csv": b"\x80\x81" * 99}, ["a.csv", "UTF-8"]),
+    "bytes instead of numbers": (
+        ["compare", "a.csv", "a.csv"],
+        {"a.csv": b"\x80\x81" * 99},
+        ["a.csv", "UTF-8"],
+    ),
     "no lines": (["compare", "a.csv", "a.csv"], {"a.csv": ""}, ["a.csv", "header"]),
     "spool in volts of an unknown sensor": (
         ["compare", "a.csv", "a.csv"],
         {"a.csv": "time (s),spool (V)\n0,1\n0.1,2\n0.2,1\n"},
         ["a.csv", "--rig"],
     ),
-    "delay of what is not there": (
+    "delay of a missing signal": (
         ["identify", "delay", "a.csv"],
         {"a.csv": CSV},
-        ["a.csv", "no command", "force"],
+        ["a.csv", "no signal command", "force"],
     ),
-    "delay of too little": (
+    "delay of too few samples": (
         ["identify", "delay", "a.csv"],
         {
             "a.csv": CSV.replace("time (s)", "time (s),command (kN)")
@@ -176,12 +180,12 @@ WRONG = {
         {"bode.csv": "frequency,amplitude,phase\n1,1,0\n"},
         ["bode.csv", "frequency (hz)"],
     ),
-    "frequency response of an amplifier": (
+    "frequency response without delay": (
         ["identify", "valve", "bode.csv"],
         {"bode.csv": "frequency (Hz),gain (dB),phase (deg)\n1,0,0\n10,0,10\n20,0,20\n30,0,30\n"},
-        ["frequency response", "fall behind"],
+        ["frequency response", "phase must decrease"],
     ),
-    "band upside down": (
+    "band with its ends exchanged": (
         ["identify", "delay", "a.csv", "--band", "10", "0.25"],
         {
             "a.csv": "time (s),command (kN),force (kN)\n"
@@ -195,15 +199,23 @@ WRONG = {
         ["folder"],
     ),
     "damping of a folder": (["identify", "damping", "."], {}, ["folder"]),
-    "report of nothing": (["report"], {}, ["RUNS"]),
-    "report of no run": (
+    "report without a run": (["report"], {}, ["RUNS"]),
+    "report of a file that is not a run": (
         ["report", "a.eft"],
         {"a.eft": "words"},
         ["a.eft", "not a test saved by eft: no archive of arrays"],
     ),
     "report of a folder": (["report", ".", "-o", "a.html"], {"a.csv": CSV}, ["not a study"]),
-    "report as a picture": (["report", "a.eft", "-o", "a.png"], {"a.eft": "words"}, ["a.png", ".html"]),
+    "report with the suffix of a picture": (
+        ["report", "a.eft", "-o", "a.png"],
+        {"a.eft": "words"},
+        ["a.png", ".html"],
+    ),
     "report of measurements alone": (["report", "a.csv"], {"a.csv": CSV}, ["a.csv", "run.eft"]),
-    "half a run": (["report", "a.eft"], {"a.eft": b"PK\x03\x04half"}, ["a.eft", "not a test saved by eft"]),
+    "truncated run": (
+        ["report", "a.eft"],
+        {"a.eft": b"PK\x03\x04half"},
+        ["a.eft", "not a test saved by eft"],
+    ),
     "one run twice": (["report", "a.eft", "a.eft"], {"a.eft": "words"}, ["a.eft is given twice"]),
 }

@@ -19,7 +19,7 @@ WRONG = {
         {"valves.toml": VALVE.replace('name = "A"', "")},
         ["valves.toml", "valve 1", "name"],
     ),
-    "valve that is there twice": (
+    "two valves of one name": (
         ["check", *SWEEP[1:], "--valves", "valves.toml"],
         {"valves.toml": VALVE + VALVE},
         ["valves.toml", "valve 2", "twice"],
@@ -40,24 +40,24 @@ WRONG = {
         ["valve A", "unknown key `flow`", "rated_flow"],
     ),
     "catalogue that is a folder": (["check", *SWEEP[1:], "--valves", "."], {}, ["must be a file"]),
-    "remedies of a table": (
+    "remedies with a table": (
         ["check", *SWEEP[1:], "--valves", "valves.toml", "--try-remedies"],
         {"valves.toml": VALVE},
         ["--try-remedies"],
     ),
-    "rig files that go round": (
+    "rig file that names another rig file": (
         ["map", "--rig", "test.toml"],
         as_test('rig = "test.toml"\n'),
         ["test.toml, line 1, column 1", "unknown key `rig`"],
     ),
-    "map of nothing known": (["map", "--kind", "weather"], {}, ["weather", "level-damping"]),
+    "unknown kind of map": (["map", "--kind", "weather"], {}, ["weather", "level-damping"]),
     "map with one axis": (["map", "--x", "compensation.level", "0", "1", "3"], {}, ["--x and --y"]),
     "map over an unknown key": (
         ["map", "--x", "compensation.levle", "0", "1", "3", "--y", "structure.damping", "0", "1", "3"],
         {},
         ["compensation.levle", "`compensation.level`"],
     ),
-    "map running back": (
+    "map with its ends exchanged": (
         ["map", "--x", "compensation.level", "1", "0", "3", "--y", "structure.damping", "0", "1", "3"],
         {},
         ["--x compensation.level", "1 to 0", "below"],
@@ -72,33 +72,33 @@ WRONG = {
         {},
         ["9000 × 9000", "250000"],
     ),
-    "map as a film": (["map", "-o", "map.mp4"], {}, ["map.mp4", ".png", ".csv"]),
+    "map with the suffix of a film": (["map", "-o", "map.mp4"], {}, ["map.mp4", ".png", ".csv"]),
     "map of a broken rig": (["map", "--rig", "a.toml"], {"a.toml": "[structure]\n"}, ["a.toml", "missing"]),
     "map of two rigs": (["map", "a.toml", "--rig", "a.toml"], {}, ["once"]),
     "map of a folder": (["map", "."], {}, ["folder"]),
-    "map without an end": (
+    "map up to NaN": (
         ["map", "--x", "compensation.level", "0", "nan", "3", "--y", "structure.damping", "0", "1", "3"],
         {},
         ["--x compensation.level", "nan", "finite"],
     ),
-    "map over a word": (
+    "map over a key that takes a word": (
         ["map", "--x", "compensation.mode", "0", "1", "3", "--y", "structure.damping", "1", "2", "3"],
         {},
         ["compensation.mode = 0", "nonlinear"],
     ),
-    "map over one key": (
+    "map over the same key twice": (
         ["map", "--x", "compensation.level", "0", "1", "3", "--y", "compensation.level", "0", "1", "3"],
         {},
         ["compensation.level", "another key"],
     ),
-    "study that is not there": (["study", "nowhere.toml"], {}, ["nowhere.toml", "No such file"]),
-    "study of nothing": (["study", "test.toml"], as_test(paper()), ["test.toml", "[study]"]),
-    "study without a way": (
+    "missing study file": (["study", "nowhere.toml"], {}, ["nowhere.toml", "No such file"]),
+    "study without settings": (["study", "test.toml"], as_test(paper()), ["test.toml", "[study]"]),
+    "study without a grid, list or sampler": (
         ["study", "test.toml"],
         study("[study]\n"),
         ["none", "[study.grid]", "[study.sobol]"],
     ),
-    "study both ways": (
+    "study with two samplers": (
         ["study", "test.toml"],
         study("[study.grid]\n[study.sobol]\n"),
         ["[study.grid] and [study.sobol]", "exactly one"],
@@ -108,12 +108,12 @@ WRONG = {
         study('[study.grid]\n"structure.mas" = [1.0]\n'),
         ["test.toml, line ", "structure.mas", "`structure.mass`"],
     ),
-    "study of no list": (
+    "study with a number instead of a list": (
         ["study", "test.toml"],
         study("[study.grid]\nstructure.mass = 7.0\n"),
         [f"test.toml, line {BEHIND_RIG + 7}, column 1:", "structure.mass", "list of values"],
     ),
-    "study of words for numbers": (
+    "study with a word instead of a number": (
         ["study", "test.toml"],
         study('[study.grid]\nstructure.mass = [7040.0, "heavy"]\n'),
         ["test.toml, line ", "heavy", "number"],
@@ -128,17 +128,17 @@ WRONG = {
         study("[study.grid]\nstructure.mass = { low = 0, high = 2, count = 3, log = true }\n"),
         ["structure.mass.low = 0", "above zero"],
     ),
-    "sampler without a number": (
+    "sampler without a number of points": (
         ["study", "test.toml"],
         study("[study.sobol.ranges]\nstructure.mass = { low = 1, high = 2 }\n"),
         ["study.sobol", "n"],
     ),
-    "sobol of no power of two": (
+    "Sobol points that are not a power of two": (
         ["study", "test.toml"],
         study("[study.sobol]\nn = 100\n[study.sobol.ranges]\nstructure.mass = { low = 1, high = 2 }\n"),
         ["n = 100", "power of two", "64 or 128"],
     ),
-    "range that runs back": (
+    "range with its ends exchanged": (
         ["study", "test.toml"],
         study("[study.latin_hypercube]\nn = 9\nranges.structure.mass = { low = 2, high = 1 }\n"),
         ["structure.mass", "low must lie below high"],
@@ -153,7 +153,7 @@ WRONG = {
         study("[commands.a]\nkind = 'sweep'\n[study.grid]\nstructure.mass = [1.0]\n"),
         ["[command] and [commands]"],
     ),
-    "study into another's folder": (
+    "study into a folder with other files": (
         ["study", "test.toml", "-o", "."],
         study("[study.grid]\nstructure.mass = [7040.0]\n"),
         ["other files"],
@@ -163,12 +163,12 @@ WRONG = {
         study("[study.grid]\nstructure.mass = [7040.0]\n") | {"a.csv": CSV},
         ["a.csv", "folder"],
     ),
-    "table as a picture": (
+    "table with the suffix of a picture": (
         ["study", "test.toml", "--table", "rows.png"],
         study("[study.grid]\nstructure.mass = [7040.0]\n"),
         ["rows.png", ".csv"],
     ),
-    "scheduler that is not there": (
+    "scheduler that does not answer": (
         ["study", "test.toml", "--dask", "mail://nowhere"],
         study("[study.grid]\nstructure.mass = [7040.0]\n"),
         ["--dask mail://nowhere"],
@@ -178,7 +178,7 @@ WRONG = {
         {"a.csv": "t,a\n0,1\n0.1,2\n"},
         ["`a`", "--unit g"],
     ),
-    "demo scaled by nothing": (["demo", "--scale", "0"], {}, ["--scale 0", "other than zero"]),
-    "demo without its record": (["demo", "--record", "nowhere.at2"], {}, ["nowhere.at2"]),
+    "demo with a scale of zero": (["demo", "--scale", "0"], {}, ["--scale 0", "other than zero"]),
+    "demo with a missing record": (["demo", "--record", "nowhere.at2"], {}, ["nowhere.at2"]),
     "demo of a folder": (["demo", "--record", "."], {}, ["irectory"]),
 }
