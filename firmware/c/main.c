@@ -1,6 +1,6 @@
-/* A control loop in C as it would run on a board: timer, sample, step, command, watchdog on overrun. It learns inline
-   behind the tick, or with TASK in PendSV, below the timer's interrupt in priority. Samples come from the file
-   "to-firmware" and commands go to "from-firmware", by semihosting, where a board has its converters. */
+/* A control loop in C, as on a board: timer, sample, step, command, watchdog on overrun. The learner runs inline after
+   the tick. With TASK it runs in PendSV, with a lower priority than the timer's interrupt. Semihosting replaces the
+   converters: samples come from the file "to-firmware", and commands go to "from-firmware". */
 #include "board.h"
 #include "firmware.h"
 
