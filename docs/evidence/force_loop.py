@@ -128,7 +128,7 @@ def margins() -> str:
         ("gain margin, piston at rest", "–", f"{loop.margins.gain:.1f}"),
         ("delay margin, piston at rest (ms)", "–", f"{1e3 * loop.margins.delay:.1f}"),
         ("damping of the oil column, piston at rest", "–", f"{loop.margins.damping:.2f}"),
-        ("e_max, piston at rest", "–", f"{loop.margins.e_max:.2f}"),
+        ("normalised coprime margin, piston at rest", "–", f"{loop.margins.e_max:.2f}"),
     ]
     lines = ["| paper's rig, digital at 4096 Hz | paper's gains | designed gains |", "| --- | --- | --- |"]
     return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows]) + "\n"

@@ -169,7 +169,7 @@ def _settings(plan: TestPlan, found: dict[str, Any], margins: dict[str, Any]) ->
             stable = _span(span[0] * 1e3, span[1] * 1e3, 2)
             rows.append(("response delay, ms", f"{compensation['response_delay'] * 1e3:.2f}", stable))
         if (span := margins.get("flow_gain")) is not None:
-            rows.append(("true flow gain / present one", "1.000", _span(span[0], span[1], 3)))
+            rows.append(("true flow gain / configured", "1.000", _span(span[0], span[1], 3)))
     return rows
 
 

@@ -52,7 +52,7 @@ def design(rig: Path, output: Path | None, as_json: bool) -> None:
         ("gain margin", "", f"{margins.gain:.3g}"),
         ("delay margin", "", f"{1e3 * margins.delay:.3g} ms"),
         ("damping of the oil column", "", f"{margins.damping:.2g}"),
-        ("e_max", "", f"{margins.e_max:.3g}"),
+        ("normalised coprime margin", "", f"{margins.e_max:.3g}"),
     ]
     click.echo(table(rows, ("", "given", "designed")))
     if output is not None:

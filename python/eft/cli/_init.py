@@ -58,8 +58,8 @@ def init(file: Path, test: bool, study: bool, data_sheet: bool, sheet: Path | No
 
 
 _FIRST = """\
-# Switch on first: `adaptive`, `feedforward` and `look_ahead` in [compensation]. The controller then
-# calibrates itself during the test, and needs the valve's flow to within 30 % only.
+# Recommended: set `adaptive`, `feedforward` and `look_ahead` in [compensation] to true. The controller then
+# calibrates itself during the test, and corrects an error of the valve's flow of up to 30 %.
 
 """
 
