@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from random_rigs import BLUE, ORANGE, SCHEMES, northridge_errors, swings_up
 
 import eft
-from eft._files import beside
+from eft._files import atomic_write
 
 TITLES = {"fixed": "fixed scheme", "adaptive": "calibrates itself"}
 COLORS = {"fixed": ORANGE, "adaptive": BLUE}
@@ -36,7 +36,7 @@ def write(rows: Rows, folder: Path) -> str:
         ):
             figure = Figure(figsize=(5.8, 3.4), layout="constrained")
             alternative, below = make(rows, figure)
-            with beside(folder / f"fixed_against_adaptive_{name}.png") as temporary:
+            with atomic_write(folder / f"fixed_against_adaptive_{name}.png") as temporary:
                 figure.savefig(temporary, format="png", dpi=160)
             told.append(f"![{alternative}](_generated/fixed_against_adaptive_{name}.png)\n\n*{below}*\n")
     return "\n".join(told)
@@ -76,7 +76,7 @@ def maps(rows: Rows, figure: Figure) -> tuple[str, str]:
     axes[0].set(ylabel="response delay, ms", yticks=range(3, 9))
     if swung["fixed"] > 0:
         axes[0].text(
-            0.79, 0.5, "specimen\nswings up", color="w", ha="center", va="center", transform=axes[0].transAxes
+            0.79, 0.5, "specimen\nunstable", color="w", ha="center", va="center", transform=axes[0].transAxes
         )
     scale = figure.colorbar(image, ax=axes, label="worst force over command", extend="both")
     scale.set_ticks(RATIOS, labels=[f"{value:g}" for value in RATIOS], minor=False)
@@ -86,7 +86,7 @@ def maps(rows: Rows, figure: Figure) -> tuple[str, str]:
         "self-calibration white everywhere",
         f"Worst force over command, 0.5–9.5 Hz, in the sweeps of 2.2 and 8.9 kN with noise, over the true "
         f"values of the valve. The circle is the configuration of the controller. White is 1. In the black "
-        f"region the specimen swings up: {100 * swung['fixed']:.0f} % of the fixed scheme's map, "
+        f"region the specimen becomes unstable: {100 * swung['fixed']:.0f} % of the fixed scheme's map, "
         f"{100 * swung['adaptive']:.0f} % of the other one. The colours of the latter range from "
         f"{span['adaptive'][0]:.3f} to {span['adaptive'][1]:.3f}.",
     )
@@ -159,7 +159,7 @@ def curves(rows: Rows, figure: Figure) -> tuple[str, str]:
     return (
         "Force over command against frequency: a notch at resonance or instability with the fixed scheme, "
         "one flat line with self-calibration",
-        "Force over command in the 8.9 kN sweep, without noise. Dotted lines: the specimen swings up.",
+        "Force over command in the 8.9 kN sweep, without noise. Dotted lines: the specimen becomes unstable.",
     )
 
 
@@ -174,7 +174,7 @@ def structures(rows: Rows, figure: Figure) -> tuple[str, str]:
             bar(ax, row, scheme, i + shift)
     for scheme, color in COLORS.items():
         ax.plot([], [], color=color, lw=4, label=TITLES[scheme])
-    ax.plot([], [], "x", color=ORANGE, mew=2, label="swings up")
+    ax.plot([], [], "x", color=ORANGE, mew=2, label="unstable")
     labels = [("three stories, " if row["row"] == "building" else "") + row["label"] for row in chosen]
     ax.set_yticks(range(len(chosen)), labels, fontsize=9)
     ax.set(xscale="log", xlim=(0.7, 1.4), xlabel="force over command, 0.5–9.5 Hz")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from eft._files import beside
+from eft._files import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +28,7 @@ class Shown:
         parts = [f"## {title}\n", f"*The paper:* {self.statement}\n"]
         for name, figure in self.figures.items():
             path = folder / f"{name}.png"
-            with beside(path) as temporary:
+            with atomic_write(path) as temporary:
                 figure.savefig(temporary, format="png")
             parts.append(f"![{title}]({path.name})\n")
         return "\n".join([*parts, f"*This run:* {self.found}\n"])

@@ -206,7 +206,7 @@ def asked(data: dict[str, np.ndarray], schemes: Schemes = SCHEMES) -> list[Asked
 
     lines = [
         Asked(
-            "specimen swings up",
+            "specimen becomes unstable",
             "none",
             swings := of(lambda one: one["unstable"] > 0),
             swings["adaptive"] == 0,
@@ -274,7 +274,8 @@ def report(folder: Path) -> None:
     figures(data, folder)
     unstable = f"{100 * (data['fixed_unstable'] > 0).mean():.1f} %"
     text = [
-        f"{len(data['flow_gain'])} rigs. With the fixed scheme the specimen swings up on {unstable} of them.",
+        f"{len(data['flow_gain'])} rigs. With the fixed scheme the specimen becomes unstable on {unstable} "
+        "of them.",
         "",
         "![Force over command from 0.5 to 9.5 Hz, one line per rig: from nothing to ten times "
         "with the fixed scheme, with self-calibration within the grey band]"

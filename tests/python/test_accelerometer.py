@@ -70,9 +70,9 @@ def test_a_rig_without_one_has_no_trace_and_the_same_bits():
     assert plain.measured_acceleration is None
     assert "acceleration" not in plain.to_pandas()
     # If nothing reads it, it changes nothing.
-    beside = eft.simulate(eft.Rig.zhao2005().replace(NOISY), SWEEP)
-    np.testing.assert_array_equal(beside.force, plain.force)
-    assert (beside.measured_acceleration - beside.acceleration).std() == pytest.approx(0.01, rel=0.03)
+    noisy = eft.simulate(eft.Rig.zhao2005().replace(NOISY), SWEEP)
+    np.testing.assert_array_equal(noisy.force, plain.force)
+    assert (noisy.measured_acceleration - noisy.acceleration).std() == pytest.approx(0.01, rel=0.03)
 
 
 def test_its_traces_go_where_the_others_go(tmp_path):

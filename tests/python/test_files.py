@@ -6,13 +6,13 @@ import sys
 
 import pytest
 
-from eft._files import beside, write_text
+from eft._files import atomic_write, write_text
 
 
 def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path):
     path = tmp_path / "report.md"
     write_text(path, "old")
-    with pytest.raises(RuntimeError), beside(path) as temporary:
+    with pytest.raises(RuntimeError), atomic_write(path) as temporary:
         temporary.write_text("half")
         raise RuntimeError
     assert path.read_text() == "old"
@@ -31,8 +31,8 @@ def test_a_kill_in_the_middle_of_writing_leaves_the_old_file(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("old")
     script = (
-        "import sys, time\nfrom pathlib import Path\nfrom eft._files import beside\n"
-        "with beside(Path(sys.argv[1])) as temporary:\n"
+        "import sys, time\nfrom pathlib import Path\nfrom eft._files import atomic_write\n"
+        "with atomic_write(Path(sys.argv[1])) as temporary:\n"
         "    temporary.write_text('half of the new')\n    print('written', flush=True)\n    time.sleep(60)\n"
     )
     process = subprocess.Popen([sys.executable, "-c", script, path], stdout=subprocess.PIPE, text=True)
