@@ -284,7 +284,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let status = out.status | state.in_use.flags | stuck;
         let mut voltage = out.valve_command;
         if let Some(p) = parts.protection {
-            p.watch(&mut state.protection, status);
+            // The loop goes on with the last valid supply pressure, so a failed transducer is only flagged.
+            let faults = out.status & !status::STUCK_MEASUREMENT | state.in_use.flags | stuck;
+            p.watch(&mut state.protection, faults);
             if parts.realization == Realization::Digital {
                 voltage = voltage * authority;
             }

@@ -55,9 +55,13 @@ pub struct ControllerInput<S> {
     pub force: S,
     /// Spool opening (1).
     pub spool: S,
-    /// Supply pressure (Pa); used if it is measured. The last valid one replaces an invalid one.
+    /// Supply pressure (Pa); used if it is measured. The last valid one replaces an invalid one; if it is below the
+    /// configured one, it returns to that, and a 1/e of the difference is left after 2,048 ticks.
     pub supply_pressure: S,
 }
+
+/// Share of a deviation below the configured supply pressure that remains after a tick without a valid measurement.
+const RETURN: f64 = 1.0 - 1.0 / 2048.0;
 
 /// The supply pressure.
 #[derive(Debug, Clone, Copy)]
@@ -361,7 +365,9 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let one = S::splat(1.0);
         let measured = S::select(self.measures_supply, pressure * self.per_supply_pressure, one);
         let valid = (measured - S::splat(2.025)).abs().le(S::splat(1.975));
-        let ratio = S::select(valid, measured, one + state.supply);
+        // A low ratio that no longer holds would overcompensate the motion, so it returns to the configured pressure.
+        let held = S::select(state.supply.lt(S::splat(0.0)), S::splat(RETURN) * state.supply, state.supply);
+        let ratio = S::select(valid, measured, one + held);
         state.supply = ratio - one;
         Supply { ratio, valid }
     }
