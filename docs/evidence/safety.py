@@ -1,8 +1,9 @@
 """Sensor faults with the protection, and tests without faults that it must not stop.
 
 ``python docs/evidence/safety.py [MOMENTS] [RIGS]`` runs each fault of each sensor at random moments of
-three tests, with either scheme; transient faults on a yielding specimen; ways to respond to a load cell that
-fails; and sound tests of random rigs. It writes ``data/safety_*.csv``, and `report` makes the page's tables
+three tests, with either scheme; the load cell with a measured load pressure; a supply transducer; transient
+faults on a yielding specimen; trips by a level; ways to respond to a load cell that fails; and sound tests of
+random rigs. It writes ``data/safety_*.csv``, and `report` makes the page's tables
 of them. The same seed makes the same tests on every machine.
 """
 
@@ -23,6 +24,8 @@ from eft.demo.experiments import EL_CENTRO
 DATA = Path(__file__).parent / "data"
 FAULTS, SOUND = DATA / "safety_faults.csv", DATA / "safety_sound.csv"
 YIELDING, RESPONSES = DATA / "safety_yielding.csv", DATA / "safety_responses.csv"
+PRESSURES, SUPPLIES = DATA / "safety_pressures.csv", DATA / "safety_supplies.csv"
+BRAKED = DATA / "safety_levels.csv"
 SEED, MOMENTS, RIGS = 1509, 200, 250
 RATE = 4096.0
 SIGNALS = ("force", "displacement", "velocity", "spool")
@@ -100,13 +103,24 @@ def largest(values: np.ndarray) -> float:
     return float(np.abs(values).max())
 
 
-def faults(moments: int) -> Iterator[dict[str, object]]:
+#: Chamber pressures with noise and a gain error of 2 %; the rig has no friction.
+PRESSURE: dict[str, object] = {
+    "protection.load_pressure_tolerance": 500.0,
+    "sensors.load_pressure.noise": 1e4,
+    "sensors.load_pressure.gain": 1.02,
+}
+OF_PRESSURE = tuple(("force", kind) for kind in ("zero", "stuck", "sign", "gain"))
+
+
+def faults(
+    moments: int, cases: Sequence[tuple[str, str]] = CASES, further: dict[str, object] | None = None
+) -> Iterator[dict[str, object]]:
     """One row per fault and scheme: detection rate and time, and the largest load."""
     commands = tests()
-    base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1))
+    base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | (further or {}))
     for scheme, changes in random_rigs.SCHEMES.items():
         changed = base.replace(changes)
-        for signal, kind in CASES:
+        for signal, kind in cases:
             random = np.random.default_rng([SEED, *f"{signal} {kind}".encode()])
             chosen = [commands[moment % len(commands)] for moment in range(moments)]
             starts = [random.uniform(first, last) for _, first, last in chosen]
@@ -138,6 +152,7 @@ def faults(moments: int) -> Iterator[dict[str, object]]:
                 "kind": kind,
                 "moments": moments,
                 "unnoticed": int((times > 0.6).sum()),
+                "late": int((times > 0.02).sum()),
                 "median": float(np.median(times)),
                 "worst": float(times.max()),
                 "blamed": blamed / moments,
@@ -163,7 +178,7 @@ def yielding(moments: int) -> Iterator[dict[str, object]]:
     base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | YIELDS)
     ideal = largest(eft.ideal_response(base, command).displacement)
     starts = 1.5 + 8.0 * np.arange(moments) / moments
-    for ramp in (2.5, 0.5, 0.25):
+    for ramp in (0.5, 0.25):
         for signal, kind in CASES:
 
             def rig_of(
@@ -190,6 +205,70 @@ def yielding(moments: int) -> Iterator[dict[str, object]]:
                 "worst": float(ratios.max()),
                 "beyond": float((ratios > 1.2).mean()),
             }
+
+
+def supplies() -> Iterator[dict[str, object]]:
+    """One row per supply, scheme and fault of its transducer: force error after the fault, and peak force."""
+    values, _, _ = tests()[0]
+    pressure, start = eft.Rig.zhao2005()["supply.pressure"], 3.0
+    measured = {"compensation.supply_correction": True, "controller.realization": "digital"}
+    base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | measured)
+    for name, points in (
+        ("as configured", {0.0: 1.0}),
+        ("15 % lower", {0.0: 0.85}),
+        ("falls by 20 % in 2 s", {start: 1.0, start + 2.0: 0.8}),
+        ("rises by 25 % in 2 s", {start: 0.8, start + 2.0: 1.0}),
+    ):
+        supply: dict[str, object] = {
+            "supply.schedule.times": list(points),
+            "supply.schedule.pressures": [share * pressure for share in points.values()],
+        }
+        for scheme, changes in random_rigs.SCHEMES.items():
+            fault_time = {"protection.fault_time": 1.0} if scheme == "adaptive" else {}
+            for kind in ("none", "lost"):
+                wrong = fault("supply_pressure", kind, start) if kind != "none" else {}
+                rig = base.replace(changes | supply | fault_time | wrong)
+                run = eft.simulate(rig, eft.Command(values, RATE))
+                after = slice(int(start * RATE), None)
+                error = np.linalg.norm(run.force[after] - run.command[after])
+                yield {
+                    "supply": name,
+                    "scheme": scheme,
+                    "fault": kind,
+                    "error": float(error / np.linalg.norm(run.command[after])),
+                    "force": largest(run.force[after]),
+                    "cause": run.cause.name.lower(),
+                }
+
+
+def braked() -> Iterator[dict[str, object]]:
+    """One row per specimen, level and ramp: the worst of nine trips, with the brake and without."""
+    sine = eft.Command(tests()[0][0], RATE)
+    for specimen, changes, command in (("yielding", YIELDS, quake(7040.0)), ("elastic", {}, sine)):
+        base = eft.Rig.zhao2005().replace(
+            LEVELS | random_rigs.noise(1) | changes | {"controller.realization": "digital"}
+        )
+        ideal = eft.ideal_response(base, command)
+        peaks = {
+            "displacement": largest(ideal.displacement),
+            "velocity": largest(ideal.velocity),
+            "force": largest(np.asarray(command.values)),
+        }
+        for signal, peak in peaks.items():
+            for ramp in (2.5, 0.5, 0.2, 0.1):
+                row: dict[str, object] = {"specimen": specimen, "signal": signal, "ramp": ramp}
+                for brake in (False, True):
+                    motion, force = [0.0], [0.0]
+                    for share in np.linspace(0.3, 0.98, 9):
+                        trip = {f"protection.{signal}_trip": share * peak, "protection.plausibility": brake}
+                        run = eft.simulate(base.replace(trip | {"protection.ramp_time": ramp}), command)
+                        tripped = (run.status & eft.Status.TRIPPED) != 0
+                        if tripped.any():
+                            motion.append(largest(run.displacement[tripped]) / peaks["displacement"])
+                            force.append(largest(run.force[tripped]) / peaks["force"])
+                    with_it = "braked" if brake else "free"
+                    row |= {f"motion_{with_it}": max(motion), f"force_{with_it}": max(force)}
+                yield row
 
 
 Changes = dict[str, object]
@@ -296,6 +375,12 @@ def read(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+def _after(row: dict[str, str]) -> str:
+    """Median and worst time to notice a fault."""
+    median, worst = 1e3 * float(row["median"]), 1e3 * float(row["worst"])
+    return f"{median:.1f} ms, {worst:.0f} ms" if worst < np.inf else "not noticed"
+
+
 def report(folder: Path) -> None:
     """The generated tables of the page."""
     head = "| sensor, fault | scheme | unnoticed | noticed after: median, worst | right sensor named "
@@ -307,13 +392,42 @@ def report(folder: Path) -> None:
             f"| {100 * float(row['blamed']):.0f} % | {float(row['force']) / 1e3:.0f} kN "
             f"| {100 * float(row['beyond']):.1f} % | {1e3 * float(row['displacement']):.0f} mm |"
         )
-    text += ["", "| transient fault of 0.3 to 0.5 s | ramp of 0.5 s | 0.1 s (the default) | 0.05 s |"]
-    text += ["| --- " * 4 + "|"]
+    text += ["", "| transient fault of 0.3 to 0.5 s | ramp of 0.1 s (the default) | 0.05 s |"]
+    text += ["| --- " * 3 + "|"]
     of_ramp = {(row["signal"], row["kind"], float(row["ramp"])): row for row in read(YIELDING)}
     for signal, kind in CASES:
-        cells = (of_ramp[signal, kind, ramp]["worst"] for ramp in (2.5, 0.5, 0.25))
+        cells = (of_ramp[signal, kind, ramp]["worst"] for ramp in (0.5, 0.25))
         text.append(f"| {signal} {kind} | " + " | ".join(f"{float(cell):.2f}" for cell in cells) + " |")
     write_text(folder / "safety_faults.md", "\n".join([*text, ""]))
+    text = [
+        "| force with a measured load pressure | scheme | later than 20 ms | noticed after: median, worst "
+    ]
+    text[0] += "| worst force |"
+    text += ["| --- " * 5 + "|"]
+    for row in read(PRESSURES):
+        text.append(
+            f"| {row['kind']} | {row['scheme']} | {row['late']} of {row['moments']} "
+            f"| {_after(row)} | {float(row['force']) / 1e3:.0f} kN |"
+        )
+    write_text(folder / "safety_pressures.md", "\n".join([*text, ""]))
+    text = ["| supply | scheme | transducer | force error, rms over rms | peak force | trip |"]
+    text += ["| --- " * 6 + "|"]
+    for row in read(SUPPLIES):
+        state = "lost at 3 s" if row["fault"] == "lost" else "sound"
+        text.append(
+            f"| {row['supply']} | {row['scheme']} | {state} | {100 * float(row['error']):.0f} % "
+            f"| {float(row['force']) / 1e3:.1f} kN | {row['cause']} |"
+        )
+    write_text(folder / "safety_supplies.md", "\n".join([*text, ""]))
+    text = ["| specimen, trip by | `ramp_time` | displacement: without, with | force: without, with |"]
+    text += ["| --- " * 4 + "|"]
+    for row in read(BRAKED):
+        text.append(
+            f"| {row['specimen']}, {row['signal']} | {row['ramp']} s "
+            f"| {float(row['motion_free']):.2f}, {float(row['motion_braked']):.2f} "
+            f"| {float(row['force_free']):.2f}, {float(row['force_braked']):.2f} |"
+        )
+    write_text(folder / "safety_levels.md", "\n".join([*text, ""]))
     text = ["| after the load cell is lost | force | displacement |", "| --- " * 3 + "|"]
     for row in read(RESPONSES):
         force, displacement = float(row["force"]) / 1e3, 1e3 * float(row["displacement"])
@@ -337,6 +451,9 @@ def report(folder: Path) -> None:
 def main(moments: int, rigs: int) -> None:
     """Run everything."""
     write(FAULTS, faults(moments))
+    write(PRESSURES, faults(moments // 2, OF_PRESSURE, PRESSURE))
+    write(SUPPLIES, supplies())
+    write(BRAKED, braked())
     write(YIELDING, yielding(moments // 6))
     write(RESPONSES, responses())
     write(SOUND, sound(rigs))

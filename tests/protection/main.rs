@@ -136,9 +136,13 @@ fn a_lost_supply_trips() {
 
 #[test]
 fn a_trip_ramps_the_force_to_zero() {
-    for realization in ["analog", "digital"] {
-        let trip =
-            [("protection.force_trip", Value::from(5000.0)), ("protection.force_warning", 4000.0.into())];
+    for (realization, braked) in [("analog", false), ("digital", false), ("analog", true), ("digital", true)]
+    {
+        let trip = [
+            ("protection.force_trip", Value::from(5000.0)),
+            ("protection.force_warning", 4000.0.into()),
+            ("protection.plausibility", braked.into()),
+        ];
         let run = run(realization, true, &trip, &sine());
         let (warned, tripped) = (first(&run, PROTECTION_WARNING).unwrap(), first(&run, TRIPPED).unwrap());
         assert!(warned < tripped && first(&run, SHUT_DOWN).is_none());
@@ -146,11 +150,41 @@ fn a_trip_ramps_the_force_to_zero() {
         let start = (tripped * RATE) as usize;
         for part in [0.3, 0.6, 0.9] {
             let i = start + (part * 0.3 * RATE) as usize;
-            let expected = run.command[start] * (1.0 - part);
-            assert!((run.force[i] - expected).abs() < 500.0, "{realization} {part}: {} N", run.force[i]);
+            let off = run.force[i] - run.command[start] * (1.0 - part);
+            // The brake adds a force against the motion.
+            let against = if braked { -off * run.velocity[i].signum() } else { -off.abs() };
+            assert!(against > -500.0 && against < 4e3, "{realization} {part}: {off} N");
+            assert!(braked || off.abs() < 500.0, "{realization} {part}: {off} N");
         }
         assert!(largest(&run.force, tripped + 2.0) < 300.0, "{}", largest(&run.force, tripped + 2.0));
     }
+}
+
+// SR-06
+#[test]
+fn a_trip_by_a_level_brakes_a_yielding_specimen() {
+    let command = matrix::el_centro();
+    let run = |plausibility: bool| {
+        let changes = [
+            ("protection.plausibility", Value::from(plausibility)),
+            ("protection.force_trip", 8e3.into()),
+            ("protection.ramp_time", 0.1.into()),
+        ];
+        let changes = [&changes[..], &matrix::yields()].concat();
+        simulate::<f64>(
+            &matrix::rig("digital", false, true, &changes),
+            &command,
+            &SimulateOptions::default(),
+            |_, _| true,
+        )
+        .unwrap()
+    };
+    let [free, braked] = [run(false), run(true)];
+    let tripped = first(&braked, TRIPPED).unwrap();
+    assert_eq!(first(&free, TRIPPED), Some(tripped));
+    let [free, braked] = [free, braked].map(|run| largest(&run.displacement, tripped));
+    keep("trip by the force on a yielding specimen", &[("free", free), ("braked", braked)]);
+    assert!(braked < 0.95 * free, "{braked} m, {free} m without the brake");
 }
 
 #[test]
@@ -215,32 +249,63 @@ fn refused_samples_shut_down_like_lost_ones() {
     }
 }
 
+/// The share of the configured supply pressure at a time.
+type Supply = [(f64, f64)];
+
+/// A sine whose supply follows points in time. It is measured and corrected.
+fn on_supply(realization: &str, supply: &Supply, changes: &[(&str, Value)]) -> TestRun {
+    let points = |of: fn(&(f64, f64)) -> f64| {
+        Value::Array(supply.iter().map(|point| Value::from(of(point))).collect())
+    };
+    let mut all = vec![
+        ("compensation.supply_correction", Value::from(true)),
+        ("supply.schedule.times", points(|(time, _)| *time)),
+        ("supply.schedule.pressures", points(|(_, share)| share * 19e6)),
+    ];
+    all.extend(changes.iter().cloned());
+    run(realization, true, &all, &sine())
+}
+
 /// The last valid pressure replaces an invalid one, so the test continues as if the supply were not measured.
 #[test]
-fn a_lost_supply_pressure_is_held_and_trips_after_the_fault_time() {
-    let adaptive = vec![
-        ("compensation.adaptive", Value::from(true)),
-        ("protection.fault_time", 1.0.into()),
-        ("protection.ramp_time", 0.3.into()),
-    ];
+fn a_lost_supply_pressure_is_held_flagged_and_does_not_trip() {
+    let adaptive = [("compensation.adaptive", Value::from(true)), ("protection.fault_time", 1.0.into())];
     for realization in ["analog", "digital"] {
-        let run = |changes: &[(&str, Value)]| {
-            let mut all = vec![("compensation.supply_correction", Value::from(true))];
-            all.extend(changes.iter().cloned());
-            run(realization, true, &all, &sine())
-        };
-        let sound = run(&[]);
-        for kind in ["lost", "zero"] {
-            let held = run(&fault("supply_pressure", kind));
-            assert_eq!(first(&held, STUCK_MEASUREMENT), Some(FAULT), "{kind}");
-            assert_eq!(held.status.iter().fold(0, |all, s| all | s) & (INVALID_MEASUREMENT | TRIPPED), 0);
-            let (there, here) = (largest(&held.force, FAULT), largest(&sound.force, FAULT));
-            assert!((there - here).abs() < 1e-3 * here, "{kind}: {there} N, {here} N without a fault");
-            let tripped = run(&[fault("supply_pressure", kind), adaptive.clone()].concat());
-            let after = first(&tripped, TRIPPED).unwrap() - FAULT;
-            assert!((after - 1.0).abs() < 0.01, "{kind}: {after} s");
-            let (force, velocity) = (largest(&tripped.force, FAULT), largest(&tripped.velocity, 7.5));
-            assert!(force < 1.75 * 12e3 && velocity < 5e-3, "{kind}: {force} N, {velocity} m/s");
+        for changes in [&[][..], &adaptive[..]] {
+            for share in [1.0, 1.2] {
+                let supply = [(0.0, share)];
+                let sound = on_supply(realization, &supply, changes);
+                for kind in ["lost", "zero"] {
+                    let all = [fault("supply_pressure", kind), changes.to_vec()].concat();
+                    let held = on_supply(realization, &supply, &all);
+                    assert_eq!(first(&held, STUCK_MEASUREMENT), Some(FAULT), "{kind}");
+                    assert_eq!(held.status_union() & (INVALID_MEASUREMENT | TRIPPED), 0, "{kind}");
+                    let (there, here) = (largest(&held.force, FAULT), largest(&sound.force, FAULT));
+                    assert!(
+                        (there - here).abs() < 1e-3 * here,
+                        "{kind}: {there} N, {here} N without a fault"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A held pressure below the true one would overcompensate the motion. Without the return to the configured one the
+/// force of the fixed scheme reaches 248 kN.
+#[test]
+fn a_lost_low_supply_pressure_returns_to_the_configured_one() {
+    for realization in ["analog", "digital"] {
+        for (name, supply) in [
+            ("stays low", &[(0.0, 0.8)][..]),
+            ("rises", &[(0.0, 0.8), (FAULT, 0.8), (FAULT + 2.0, 1.0)][..]),
+            ("falls", &[(0.0, 1.0), (FAULT, 1.0), (FAULT + 2.0, 0.8)][..]),
+        ] {
+            let lost = on_supply(realization, supply, &fault("supply_pressure", "lost"));
+            let force = largest(&lost.force, FAULT);
+            keep(format_args!("supply pressure lost, {realization}, {name}"), &[("force", force)]);
+            assert_eq!(lost.status_union() & TRIPPED, 0, "{name}");
+            assert!(force < 1.4 * 6e3, "{realization}, {name}: {force} N");
         }
     }
 }

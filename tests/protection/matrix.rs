@@ -248,8 +248,14 @@ fn a_velocity_of_wrong_gain_or_sign_is_noticed_at_every_moment_of_a_swing() {
     }
 }
 
+/// El Centro's effective force.
+pub(crate) fn el_centro() -> Command {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/python/eft/data/RSN6_IMPVALL.I_I-ELC180-hor1.AT2");
+    effective_force(&read_record(path).unwrap(), 7040.0, RATE, 1.0).unwrap()
+}
+
 /// A specimen that yields at 15 mm.
-fn yields() -> [(&'static str, Value); 5] {
+pub(crate) fn yields() -> [(&'static str, Value); 5] {
     [
         ("structure.kind", "bouc_wen".into()),
         ("structure.bouc_wen.yield_displacement", 0.015.into()),
@@ -262,8 +268,7 @@ fn yields() -> [(&'static str, Value); 5] {
 // SR-06
 #[test]
 fn a_fast_yielding_specimen_is_braked_after_a_trip() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/python/eft/data/RSN6_IMPVALL.I_I-ELC180-hor1.AT2");
-    let mut command = effective_force(&read_record(path).unwrap(), 7040.0, RATE, 1.0).unwrap();
+    let mut command = el_centro();
     let sound = rig("digital", false, true, &yields());
     let ideal = ideal_response(&sound, &command, &SimulateOptions::default()).unwrap();
     let ideal = ideal.displacement.iter().fold(0.0, |most: f64, x| most.max(x.abs()));

@@ -45,6 +45,15 @@ const TRIPPED_LEVEL: f64 = 0.95;
 const SETTLING_LEVEL: f64 = 0.93;
 /// Share of the ramp's time after a trip by a sensor, because a yielding specimen moves on under a force.
 const QUICK: f64 = 0.2;
+/// Longest such ramp (s). A slower one would let the frozen command drive the specimen on.
+const QUICK_TIME: f64 = 0.1;
+
+/// Time (s) of the ramp after a trip by a sensor, from that after another trip.
+const fn quick(ramp_time: f64) -> f64 {
+    let share = QUICK * ramp_time;
+    if share > QUICK_TIME { QUICK_TIME } else { share }
+}
+
 /// Share of the force's trip level by which a force that follows its command may differ from it.
 const FOLLOWED: f64 = 0.25;
 
@@ -314,11 +323,11 @@ impl<T: Real> ProtectionState<T> {
         self.shut_down.set();
     }
 
-    /// Share of the brake (1) that takes the command's place after a trip by a sensor. Without it a specimen keeps its
-    /// kinetic energy when its command goes to zero, and a yielding one travels far.
+    /// Share of the brake (1) that takes the command's place after a trip. Without it a specimen keeps its kinetic energy
+    /// when its command goes to zero, and a yielding one travels far.
     #[inline(always)]
     pub(crate) fn braking(&self) -> Option<T> {
-        self.cause.is_of_sensors().then(|| T::splat(1.0) - self.scale.share())
+        self.tripped.is_set().then(|| T::splat(1.0) - self.scale.share())
     }
 
     /// Records that no velocity is left to follow in a shutdown.
@@ -374,7 +383,7 @@ macro_rules! constructor {
                     spool: check!(Limit::<$t>::new("spool_warning", "spool_trip", p.spool)),
                     rise: check!(Ramp::new("start_time", p.start_time, rate)),
                     fall: check!(Ramp::new("ramp_time", p.ramp_time, rate)),
-                    quick_fall: check!(Ramp::new("ramp_time", QUICK * p.ramp_time, rate)),
+                    quick_fall: check!(Ramp::new("ramp_time", quick(p.ramp_time), rate)),
                     shut: check!(Ramp::new("shutdown_time", p.shutdown_time, rate)),
                     settle: match &p.plausibility {
                         Some(watch) => Some(check!(Ramp::new("settle_time", watch.settle_time, rate))),

@@ -51,18 +51,17 @@ fn a_trip_takes_the_frozen_command_to_zero_and_stays() {
 
 // SR-06
 #[test]
-fn the_brake_takes_the_commands_place_after_a_trip_by_a_sensor() {
-    for (cause, brakes) in [(Cause::VelocityLost, true), (Cause::Request, false), (Cause::ForceLevel, false)]
-    {
+fn the_brake_takes_the_commands_place_after_every_trip() {
+    for cause in [Cause::VelocityLost, Cause::Request, Cause::ForceLevel] {
         let (p, mut state) = (protection(), ProtectionState::default());
         p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
         assert_eq!(state.braking(), None);
         state.trip_by(cause);
         for n in 1..=12 {
             let out = p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
-            let expected = brakes.then_some(1.0 - out.command / 60.0);
-            let error = state.braking().unwrap_or(9.0) - expected.unwrap_or(9.0);
-            assert!(error.abs() < 1e-6, "{cause:?} {n}: {:?} {expected:?}", state.braking());
+            let expected = 1.0 - out.command / 60.0;
+            let share = state.braking().unwrap();
+            assert!((share - expected).abs() < 1e-6, "{cause:?} {n}: {share} {expected}");
         }
     }
 }
@@ -86,6 +85,23 @@ fn a_wrong_sensor_ramps_the_force_in_a_fifth_of_the_time() {
             let out = p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
             assert!((out.command - expected).abs() < 1e-6, "{cause:?} {n}: {}", out.command);
         }
+    }
+}
+
+// SR-05
+#[test]
+fn a_long_ramp_after_a_wrong_sensor_takes_a_tenth_of_a_second() {
+    for (ramp_time, samples) in [(0.25, 50), (0.5, 100), (2.5, 100), (60.0, 100)] {
+        let parameters = ProtectionParameters { ramp_time, ..ProtectionParameters::DEFAULT };
+        let p = Protection::<f64>::new(&parameters, 1000.0).unwrap();
+        let mut state = ProtectionState::default();
+        p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
+        state.trip_by(Cause::SpoolLost);
+        let down = (1..).find(|_| {
+            p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
+            state.is_down()
+        });
+        assert_eq!(down, Some(samples), "{ramp_time}");
     }
 }
 
