@@ -123,7 +123,7 @@ def test_rows_of_another_kind_are_one_sentence(folder):
 
 
 def test_texts_that_many_rows_share_take_their_memory_once(tmp_path, peak_memory):
-    rows = 400
+    rows = 200
     values = [1.0 + i / rows for i in range(rows)]
     short = eft.Command(COMMAND.values[:2], 1024.0)
     eft.study(RIG, short, {"compensation.level": values}, output=tmp_path / "s", chunk=rows, fft=False)
@@ -133,7 +133,7 @@ def test_texts_that_many_rows_share_take_their_memory_once(tmp_path, peak_memory
     place = table.column_names.index("error")
     pyarrow.parquet.write_table(table.set_column(place, "error", long), part, compression="zstd")
     del table, long
-    with peak_memory(100):
+    with peak_memory(60):
         assert len(eft.Study.load(tmp_path / "s")["error"][-1]) == 1_000_000
 
 
