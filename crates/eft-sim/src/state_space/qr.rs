@@ -106,10 +106,12 @@ fn sweep(h: &mut DMatrix<f64>, start: usize, end: usize, shifts: [Complex<f64>; 
         }
         // The reflection I − tau·v·vᵀ, with 1 as first element of v, which removes all entries of the bulge
         // but the first.
-        let norm = bulge[0].hypot(bulge[1]).hypot(bulge[2]);
-        if norm == 0.0 {
+        let size: f64 = bulge.iter().map(|entry| entry.abs()).sum();
+        if size == 0.0 {
             continue;
         }
+        // The squares of small entries themselves would vanish.
+        let norm = size * bulge.iter().map(|entry| (entry / size) * (entry / size)).sum::<f64>().sqrt();
         let kept = -norm.copysign(bulge[0]);
         let tau = (kept - bulge[0]) / kept;
         let v = [1.0, bulge[1] / (bulge[0] - kept), bulge[2] / (bulge[0] - kept)];

@@ -2,7 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, RowDVector};
+
+/// A signal, with one value for each case of a linear calculation.
+pub(super) type Signal = RowDVector<f64>;
 
 /// An optional first-order lag, followed by a delay.
 #[derive(Debug, Clone, Copy)]
@@ -52,14 +55,15 @@ impl Chain {
         lag.into_iter().chain((1..=self.delay).map(|age| format!("{signal}_{age}"))).collect()
     }
 
-    /// The output at a tick; the new states are written to `next`.
-    pub(super) fn pass(&self, state: &DVector<f64>, next: &mut DVector<f64>, signal: f64) -> f64 {
+    /// The output at a tick; the new states are written to `next`. States have a column for each case.
+    pub(super) fn pass(&self, state: &DMatrix<f64>, next: &mut DMatrix<f64>, signal: Signal) -> Signal {
         let seen = match self.lag {
             None => signal,
             Some(lag) => {
-                let output = lag.pole * state[self.at + 1] + lag.older * state[self.at] + lag.newer * signal;
-                next[self.at] = signal;
-                next[self.at + 1] = output;
+                let output =
+                    state.row(self.at + 1) * lag.pole + state.row(self.at) * lag.older + &signal * lag.newer;
+                next.set_row(self.at, &signal);
+                next.set_row(self.at + 1, &output);
                 output
             }
         };
@@ -67,10 +71,8 @@ impl Chain {
             return seen;
         }
         let (first, last) = (self.ring(), self.end() - 1);
-        for i in first + 1..=last {
-            next[i] = state[i - 1];
-        }
-        next[first] = seen;
-        state[last]
+        next.rows_mut(first + 1, self.delay - 1).copy_from(&state.rows(first, self.delay - 1));
+        next.set_row(first, &seen);
+        state.row(last).into_owned()
     }
 }

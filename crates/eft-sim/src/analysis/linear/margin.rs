@@ -22,6 +22,8 @@ const SMALLEST_FACTOR: f64 = 1e-3;
 const MOST_SAMPLES: u32 = 64;
 /// Relative length of a step of the search: an unstable range shorter than this can be missed.
 const STEP: f64 = 0.02;
+/// Relative distance between the last stable value and the first unstable one.
+const RESOLUTION: f64 = 1e-12;
 
 /// The stable range of each setting of the linear loop, changed alone; infinite if no value destabilises the
 /// loop.
@@ -210,32 +212,43 @@ struct Search {
 const UNSTABLE: Search = Search { smallest: 1.0, seek: Stability::Unstable };
 
 /// The first value from `from` to `to` at which the loop has the sought stability, and the last one before
-/// it, found by bisection; `None` if there is no such value.
+/// it, to a relative distance of [`RESOLUTION`]; `None` if there is no such value.
 fn edge(
     from: f64,
     to: f64,
     search: Search,
     growth: impl Fn(f64) -> Result<f64>,
 ) -> Result<Option<(f64, f64)>> {
-    let found = |value: f64| -> Result<bool> {
-        let stable = growth(value)? <= AT_REST;
-        Ok(stable == (search.seek == Stability::Stable))
-    };
-    let (mut before, mut here) = (from, from);
-    while !found(here)? {
-        if here == to {
+    // Negative at the values that are sought.
+    let sign = if search.seek == Stability::Stable { 1.0 } else { -1.0 };
+    let excess = |value: f64| -> Result<f64> { Ok(sign * (growth(value)? - AT_REST)) };
+    let found = |excess: f64| if sign > 0.0 { excess <= 0.0 } else { excess < 0.0 };
+    let mut before = (from, excess(from)?);
+    let mut here = before;
+    while !found(here.1) {
+        if here.0 == to {
             return Ok(None);
         }
         before = here;
-        let step = STEP * here.max(search.smallest);
-        here = if to > from { (here + step).min(to) } else { (here - step).max(to) };
+        let step = STEP * here.0.max(search.smallest);
+        let next = if to > from { (here.0 + step).min(to) } else { (here.0 - step).max(to) };
+        here = (next, excess(next)?);
     }
+    let mut widest = (here.0 - before.0).abs();
     loop {
-        let middle = 0.5 * (before + here);
-        if middle == before || middle == here {
-            return Ok(Some((here, before)));
+        let width = here.0 - before.0;
+        let middle = before.0 + 0.5 * width;
+        if width.abs() <= RESOLUTION * here.0.abs() || middle == before.0 || middle == here.0 {
+            return Ok(Some((here.0, before.0)));
         }
-        if found(middle)? { here = middle } else { before = middle }
+        // The secant, moved a little towards the middle so that both ends come near. It is the middle itself
+        // where the last two steps did not halve the interval.
+        let secant = before.0 + width * (before.1 / (before.1 - here.1));
+        let moved = secant + 0.01 * (middle - secant);
+        let next = if width.abs() > widest || !moved.is_finite() { middle } else { moved };
+        widest = 0.5 * width.abs();
+        let excess = excess(next)?;
+        if found(excess) { here = (next, excess) } else { before = (next, excess) }
     }
 }
 

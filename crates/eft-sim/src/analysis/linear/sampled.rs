@@ -1,9 +1,9 @@
 //! The sampled loop: the plant is integrated exactly from sample to sample, the controller runs one tick at a
 //! time.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
-use super::chain::Chain;
+use super::chain::{Chain, Signal};
 use super::gains::{FlowGain, Gains};
 use super::plant::{LinearPlant, left_out};
 use crate::checks;
@@ -34,38 +34,26 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
         let allowed = format!("must be at most {MOST_STATES}: fewer samples of delay, or fewer stories");
         return Err(Error::value("states of the linear model", states, allowed));
     }
-    let mut a = DMatrix::zeros(states, states);
-    let mut compensated = DMatrix::zeros(inputs, states);
-    let none = DVector::zeros(inputs);
-    for column in 0..states {
-        let mut unit = DVector::zeros(states);
-        unit[column] = 1.0;
-        let (next, compensation) = ticker.tick(&unit, &none, &none);
-        a.set_column(column, &next);
-        compensated.set_column(column, &compensation);
-    }
-    let rest = DVector::zeros(states);
-    let (mut now, mut ahead) = (DMatrix::zeros(states, inputs), DMatrix::zeros(states, inputs));
-    let mut at_once = DMatrix::zeros(inputs, inputs);
-    for column in 0..inputs {
-        let mut unit = DVector::zeros(inputs);
-        unit[column] = 1.0;
-        let (next, compensation) = ticker.tick(&rest, &unit, &none);
-        now.set_column(column, &next);
-        at_once.set_column(column, &compensation);
-        ahead.set_column(column, &ticker.tick(&rest, &none, &unit).0);
-    }
+    // A case for each state, then for each command at the tick, then for each command at the next one.
+    let cases = DMatrix::identity(states + 2 * inputs, states + 2 * inputs);
+    let (next, compensation) = ticker.tick(
+        &cases.rows(0, states).into_owned(),
+        &cases.rows(states, inputs).into_owned(),
+        &cases.rows(states + inputs, inputs).into_owned(),
+    );
+    let a = next.columns(0, states).into_owned();
+    let (now, ahead) = (next.columns(states, inputs), next.columns(states + inputs, inputs));
     let (mut c, mut outputs) = ticker.plant.outputs(states);
     let last = c.nrows();
     c = c.resize_vertically(last + inputs, 0.0);
-    c.rows_mut(last, inputs).copy_from(&compensated);
+    c.rows_mut(last, inputs).copy_from(&compensation.columns(0, states));
     outputs.extend((0..inputs).map(|actuator| ticker.plant.name("compensation", actuator)));
     // X' = A·X + now·u + ahead·u' takes the standard form with the state X − ahead·u.
-    let mut d = &c * &ahead;
+    let mut d = &c * ahead;
     let mut last_rows = d.rows_mut(last, inputs);
-    last_rows += at_once;
+    last_rows += compensation.columns(states, inputs);
     Ok(StateSpace {
-        b: now + &a * &ahead,
+        b: now + &a * ahead,
         d,
         a,
         c,
@@ -160,53 +148,53 @@ impl<'a> Ticker<'a> {
         })
     }
 
-    /// The state after a tick with the commands (N) at its start and at its end, and the compensation (V) within it.
+    /// The states after a tick with the commands (N) at its start and at its end, and the compensations (V)
+    /// within it. Each column is a case.
     fn tick(
         &self,
-        state: &DVector<f64>,
-        command: &DVector<f64>,
-        next_command: &DVector<f64>,
-    ) -> (DVector<f64>, DVector<f64>) {
-        let mut next = DVector::zeros(state.len());
-        let mut signals = DVector::zeros(SIGNALS * self.plant.actuators);
-        let mut compensations = DVector::zeros(self.plant.actuators);
+        state: &DMatrix<f64>,
+        commands: &DMatrix<f64>,
+        next_commands: &DMatrix<f64>,
+    ) -> (DMatrix<f64>, DMatrix<f64>) {
+        let cases = state.ncols();
+        let mut next = DMatrix::zeros(state.nrows(), cases);
+        let mut signals = DMatrix::zeros(SIGNALS * self.plant.actuators, cases);
+        let mut compensations = DMatrix::zeros(self.plant.actuators, cases);
         let control = &self.rig.controller;
+        let plant = state.rows(0, self.plant.states());
         for (i, side) in self.digital.iter().enumerate() {
-            let (command, next_command) = (command[i], next_command[i]);
-            let moving = (self.plant.velocity(i) * state.rows(0, self.plant.states()))[0];
-            let read = self.rig.plant().sensors.velocity.gain * moving;
+            let (command, next_command) = (commands.row(i), next_commands.row(i));
+            let read = self.plant.velocity(i) * plant * self.rig.plant().sensors.velocity.gain;
             let velocity = side.velocity.pass(state, &mut next, read);
-            let shown = (self.plant.shown(i) * state.rows(0, self.plant.states()))[0];
-            let force = side.force.pass(state, &mut next, shown);
-            let computed = self.compensation(side.at, state, &mut next, velocity, command);
-            let compensation = side.computation.pass(state, &mut next, computed);
-            compensations[i] = compensation;
-            let within = match control.realization {
+            let force = side.force.pass(state, &mut next, self.plant.shown(i) * plant);
+            let computed = self.compensation(side.at, state, &mut next, &velocity, &command.into_owned());
+            let mut compensation = side.computation.pass(state, &mut next, computed);
+            match control.realization {
                 Realization::Analog => {
-                    let compensation = side.converter.pass(state, &mut next, compensation);
-                    compensations[i] = compensation;
-                    [command, (next_command - command) * self.sample_rate, compensation]
+                    compensation = side.converter.pass(state, &mut next, compensation);
+                    signals.set_row(SIGNALS * i, &command);
+                    signals.set_row(SIGNALS * i + 1, &((next_command - command) * self.sample_rate));
+                    signals.set_row(SIGNALS * i + 2, &compensation);
                 }
                 Realization::Digital => {
-                    let error = control.force_sensitivity * (command - force);
-                    let rate = (error - state[side.at + ERROR]) * self.sample_rate;
-                    next[side.at + ERROR] = error;
-                    let proportional = control.proportional_gain * (error + compensation);
-                    let mut output = proportional + control.derivative_gain * rate;
+                    let error = (command - force) * control.force_sensitivity;
+                    let rate = (&error - state.row(side.at + ERROR)) * self.sample_rate;
+                    let mut output =
+                        (&error + &compensation) * control.proportional_gain + rate * control.derivative_gain;
                     if control.integrates() {
-                        let held = state[side.at + INTEGRAL];
-                        next[side.at + INTEGRAL] = held + control.integral_gain / self.sample_rate * error;
+                        let held = state.row(side.at + INTEGRAL);
+                        let added = &error * (control.integral_gain / self.sample_rate);
+                        next.set_row(side.at + INTEGRAL, &(held + added));
                         output += held;
                     }
-                    [0.0, 0.0, side.converter.pass(state, &mut next, output)]
+                    next.set_row(side.at + ERROR, &error);
+                    signals.set_row(SIGNALS * i + 2, &side.converter.pass(state, &mut next, output));
                 }
-            };
-            for (k, value) in within.into_iter().enumerate() {
-                signals[SIGNALS * i + k] = value;
             }
+            compensations.set_row(i, &compensation);
         }
-        let plant = &self.carried * state.rows(0, self.plant.states()) + &self.driven * signals;
-        next.rows_mut(0, plant.len()).copy_from(&plant);
+        let moved = &self.carried * plant + &self.driven * signals;
+        next.rows_mut(0, moved.nrows()).copy_from(&moved);
         (next, compensations)
     }
 
@@ -214,20 +202,20 @@ impl<'a> Ticker<'a> {
     fn compensation(
         &self,
         at: usize,
-        state: &DVector<f64>,
-        next: &mut DVector<f64>,
-        velocity: f64,
-        command: f64,
-    ) -> f64 {
+        state: &DMatrix<f64>,
+        next: &mut DMatrix<f64>,
+        velocity: &Signal,
+        command: &Signal,
+    ) -> Signal {
         let (compensation, actuator) = (&self.rig.compensation, &self.rig.actuator);
-        let compressibility = self.rig.measured_compressibility();
-        let mut flow = self.gains.compensated_area * velocity;
+        let mut flow = velocity * self.gains.compensated_area;
         if compensation.feedforward {
-            let rate = (command - state[at + COMMAND]) * self.sample_rate;
-            next[at + COMMAND] = command;
-            flow += (compressibility * rate + actuator.leakage * command) / actuator.piston_area;
+            let rate = (command - state.row(at + COMMAND)) * self.sample_rate;
+            next.set_row(at + COMMAND, command);
+            let compressed = rate * self.rig.measured_compressibility() + command * actuator.leakage;
+            flow += compressed / actuator.piston_area;
         }
-        let opening = self.gains.opening_per_flow * flow;
+        let opening = flow * self.gains.opening_per_flow;
         // The lead network by Tustin's rule, as a gain and a washout.
         let delay = compensation.lead_delay();
         let lag = 2.0 * compensation.lead_alpha * delay / (1.0 - compensation.lead_alpha);
@@ -235,9 +223,10 @@ impl<'a> Ticker<'a> {
         let pole = if delay > 0.0 { (lag - period) / (lag + period) } else { 0.0 };
         let rise = 2.0 * delay / (lag + period);
         let (input, washout) = (at + LEAD_INPUT, at + WASHOUT);
-        next[input] = opening;
-        next[washout] = pole * state[washout] + rise * (opening - state[input]);
-        (opening + next[washout]) / (self.rig.controller.proportional_gain * compensation.valve_gain)
+        let washed = state.row(washout) * pole + (&opening - state.row(input)) * rise;
+        next.set_row(input, &opening);
+        next.set_row(washout, &washed);
+        (opening + washed) / (self.rig.controller.proportional_gain * compensation.valve_gain)
     }
 }
 
