@@ -76,11 +76,8 @@ pub struct ForceLoopMargins {
     pub e_max: f64,
 }
 
-/// Designs a force loop.
-///
-/// # Errors
-/// No gains keep the oil column of all deviating rigs damped, or the delay is more than 16 samples.
-pub fn design(plant: &HeldPiston) -> Result<ForceLoop> {
+/// Designs a force loop, which takes tens of milliseconds.
+pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     if plant.delay > LONGEST_DELAY {
         let allowed = format!("a robust force loop is designed for at most {LONGEST_DELAY} samples");
         return Err(Error::value("sensors.force.delay + dac.delay", plant.delay, allowed));
@@ -335,7 +332,7 @@ pub(super) mod tests {
     #[test]
     fn rigs_of_three_sizes_stay_damped_under_every_deviation() {
         for plant in sizes() {
-            let designed = design(&plant).unwrap();
+            let designed = search(&plant).unwrap();
             let margins = designed.margins().unwrap();
             assert!(margins.damping >= 0.3 && margins.gain >= 5.0 && margins.e_max >= 0.3, "{margins:?}");
             for oil in [0.6, 0.8, 1.0, 1.25, 1.5] {
@@ -358,15 +355,15 @@ pub(super) mod tests {
 
     #[test]
     fn a_loop_is_designed_for_an_actuator_with_little_leakage() {
-        let leaking = design(&zhao2005()).unwrap();
-        let tight = design(&HeldPiston { leakage: 1e-16, ..zhao2005() }).unwrap();
+        let leaking = search(&zhao2005()).unwrap();
+        let tight = search(&HeldPiston { leakage: 1e-16, ..zhao2005() }).unwrap();
         assert!((tight.proportional_gain / leaking.proportional_gain - 1.0).abs() < 0.2, "{tight:?}");
         assert!(tight.margins().unwrap().damping > 0.3);
     }
 
     #[test]
     fn a_loop_that_is_sampled_too_slowly_is_refused() {
-        let error = design(&HeldPiston { sample_rate: 40.0, ..zhao2005() }).unwrap_err().to_string();
+        let error = search(&HeldPiston { sample_rate: 40.0, ..zhao2005() }).unwrap_err().to_string();
         assert!(error.starts_with("controller.force_loop = \"robust\": no gains of use"), "{error}");
     }
 
@@ -374,7 +371,7 @@ pub(super) mod tests {
     fn a_rig_uses_the_designed_gains_and_keeps_its_own() {
         let base = RigConfig::zhao2005();
         let robust = base.replace(&[("controller.force_loop", "robust".into())]).unwrap();
-        let designed = design(&zhao2005()).unwrap();
+        let designed = search(&zhao2005()).unwrap();
         assert_eq!(robust.controller.proportional_gain, designed.proportional_gain);
         assert_eq!(robust.controller.derivative_gain, designed.derivative_gain);
         assert_eq!(robust.controller.integral_gain, designed.integral_gain);

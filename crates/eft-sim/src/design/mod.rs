@@ -4,11 +4,13 @@
 
 mod force_loop;
 mod held_piston;
+mod latest;
 mod phase_delay;
 mod velocity_estimate;
 
-pub use force_loop::{ForceLoop, ForceLoopMargins, design};
+pub use force_loop::{ForceLoop, ForceLoopMargins};
 pub use held_piston::HeldPiston;
 pub(crate) use held_piston::PRESSURE;
+pub use latest::design;
 pub use phase_delay::phase_delay;
 pub(crate) use velocity_estimate::{ObserverNoises, VelocityEstimate, observer_gains};
