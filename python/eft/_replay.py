@@ -93,8 +93,9 @@ def replay(
         The rig as configured in the controller.
     test : TestRun, Traces, str or os.PathLike
         A run, or a file for `eft.traces.read_traces`, with command (N), velocity (m/s), force (N), spool
-        opening and valve command (V). ``compensation.supply_correction`` also needs the supply pressure (Pa).
-        An estimated velocity needs the displacement (m). The readings of sensors are used if the run has
+        opening and valve command (V). With a compensation signal (V) the valve command is that after the tick,
+        as in a run, and without it that sampled with the others. ``compensation.supply_correction`` also
+        needs the supply pressure (Pa). An estimated velocity needs the displacement (m). The readings of sensors are used if the run has
         them.
     dtype : {"f64", "f32"}
         The precision of the arithmetic.
@@ -135,5 +136,15 @@ def replay(
     for name in names:
         reported = f"measured_{name}"
         signals[name] = test[reported if reported in test.columns else name]
+    if "compensation" in test.columns:
+        signals["valve_command"] = _before_the_tick(rig, test)
     signals["next_command"] = np.append(signals["command"][1:], signals["command"][-1:])
     return Replay(**_native.replay(rig, signals, test.sample_rate, dtype))
+
+
+def _before_the_tick(rig: Rig, test: Traces) -> npt.NDArray[np.float64]:
+    """The valve command (V) until each tick, which the learner uses, from that after it."""
+    after = test["valve_command"]
+    if rig["controller.realization"] == "digital":
+        return np.concatenate(([0.0], after[:-1]))
+    return after - rig["controller.proportional_gain"] * np.diff(test["compensation"], prepend=0.0)

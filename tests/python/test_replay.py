@@ -28,6 +28,17 @@ def test_a_test_without_learning_is_learned_from(run):
     assert found[8] == pytest.approx(replay.flow_gain_estimate[-1], rel=1e-6)
 
 
+@pytest.mark.parametrize("realization", ["analog", "digital"])
+@pytest.mark.parametrize("adapts", [False, True])
+def test_a_run_gives_the_delay_that_a_learning_run_finds(realization, adapts):
+    rig = RIG.replace({"controller.realization": realization})
+    learns = eft.simulate(rig.replace({"compensation.adaptive": True}), COMMAND)
+    run = learns if adapts else eft.simulate(rig, COMMAND)
+    found = eft.replay(rig, run).response_delay_estimate[-1]
+    # A quarter of a sample.
+    assert found == pytest.approx(learns.response_delay_estimate[-1], abs=0.25 / 4096)
+
+
 def test_a_file_gives_the_estimates_of_the_run(run, tmp_path):
     write_run(run, tmp_path / "run.csv")
     read = eft.replay(RIG, tmp_path / "run.csv")
@@ -44,7 +55,7 @@ def test_a_failed_sensor_shows_in_the_test_ratio():
 
 
 def test_what_is_missing_is_named(run):
-    with pytest.raises(ValueError, match="no acceleration in it"):
+    with pytest.raises(ValueError, match="no signal acceleration"):
         eft.replay(RIG.replace({"controller.velocity_source": "accelerometer"}), run)
     with pytest.raises(ValueError, match="sample_rate = 100"):
         eft.replay(RIG, eft.simulate(RIG, eft.sine_sweep(100.0, 0.5, 4.0, 1.0, 100.0)))
