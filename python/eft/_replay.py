@@ -93,10 +93,10 @@ def replay(
         The rig as configured in the controller.
     test : TestRun, Traces, str or os.PathLike
         A run, or a file for `eft.traces.read_traces`, with command (N), velocity (m/s), force (N), spool
-        opening and valve command (V). With a compensation signal (V) the valve command is that after the tick,
-        as in a run, and without it that sampled with the others. ``compensation.supply_correction`` also
-        needs the supply pressure (Pa). An estimated velocity needs the displacement (m). The readings of sensors are used if the run has
-        them.
+        opening and valve command (V). With a compensation signal (V) the valve command is that after the
+        tick, as in a run. Without it, it is that sampled with the others. ``compensation.supply_correction``
+        also needs the supply pressure (Pa). An estimated velocity needs the displacement (m). The readings of
+        sensors are used if the run has them.
     dtype : {"f64", "f32"}
         The precision of the arithmetic.
 
@@ -147,4 +147,5 @@ def _before_the_tick(rig: Rig, test: Traces) -> npt.NDArray[np.float64]:
     after = test["valve_command"]
     if rig["controller.realization"] == "digital":
         return np.concatenate(([0.0], after[:-1]))
-    return after - rig["controller.proportional_gain"] * np.diff(test["compensation"], prepend=0.0)
+    gain = float(rig["controller.proportional_gain"])
+    return after - gain * np.diff(test["compensation"], prepend=0.0)
