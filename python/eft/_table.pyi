@@ -37,6 +37,7 @@ TraceName: TypeAlias = Literal[
     "measured_supply_pressure",
     "acceleration",
     "measured_acceleration",
+    "measured_load_pressure",
     "flow_gain_estimate",
     "response_delay_estimate",
     "velocity_delay_estimate",
@@ -99,6 +100,8 @@ class Channels:
     def acceleration(self) -> _Array | None: ...
     @property
     def measured_acceleration(self) -> _Array | None: ...
+    @property
+    def measured_load_pressure(self) -> _Array | None: ...
     @property
     def flow_gain_estimate(self) -> _Array: ...
     @property
