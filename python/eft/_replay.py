@@ -37,6 +37,8 @@ class Replay:
     """Delay of the velocity after the spool by their sensors, s."""
     valve_gain_estimate: npt.NDArray[np.float64]
     """The spool's gain over the configured one."""
+    null_offset_estimate: npt.NDArray[np.float64]
+    """Commanded opening at which the valve passes nothing at no load."""
     flow_gain_deviation: npt.NDArray[np.float64]
     """Standard deviation of the flow gain by noise and model errors; infinite where nothing was learned."""
     response_delay_deviation: npt.NDArray[np.float64]
@@ -45,6 +47,8 @@ class Replay:
     """The same of the velocity's delay, s."""
     valve_gain_deviation: npt.NDArray[np.float64]
     """The same of the spool's gain."""
+    null_offset_deviation: npt.NDArray[np.float64]
+    """The same of the null offset."""
     level: npt.NDArray[np.float64]
     """The guard's factor on the compensation level."""
     test_ratio: npt.NDArray[np.float64]
@@ -65,10 +69,12 @@ class Replay:
             "response_delay_estimate",
             "velocity_delay_estimate",
             "valve_gain_estimate",
+            "null_offset_estimate",
             "flow_gain_deviation",
             "response_delay_deviation",
             "velocity_delay_deviation",
             "valve_gain_deviation",
+            "null_offset_deviation",
             "level",
             "test_ratio",
         ]

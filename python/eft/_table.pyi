@@ -42,11 +42,13 @@ TraceName: TypeAlias = Literal[
     "response_delay_estimate",
     "velocity_delay_estimate",
     "valve_gain_estimate",
+    "null_offset_estimate",
     "level",
     "flow_gain_deviation",
     "response_delay_deviation",
     "velocity_delay_deviation",
     "valve_gain_deviation",
+    "null_offset_deviation",
     "test_ratio",
 ]
 MetricName: TypeAlias = Literal[
@@ -111,6 +113,8 @@ class Channels:
     @property
     def valve_gain_estimate(self) -> _Array: ...
     @property
+    def null_offset_estimate(self) -> _Array: ...
+    @property
     def level(self) -> _Array: ...
     @property
     def flow_gain_deviation(self) -> _Array: ...
@@ -120,6 +124,8 @@ class Channels:
     def velocity_delay_deviation(self) -> _Array: ...
     @property
     def valve_gain_deviation(self) -> _Array: ...
+    @property
+    def null_offset_deviation(self) -> _Array: ...
     @property
     def test_ratio(self) -> _Array: ...
 

@@ -216,7 +216,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             let rested = self.servovalve.at_rest(command, force);
             state.servovalve = ServovalveControllerState::select(rests, rested, state.servovalve);
         }
-        let next = state.compensation.advance(opening, calibration);
+        let next = self.compensation.advance(&state.compensation, opening, calibration);
         let next = CompensationState::select(good, next, state.compensation);
         let compensation = path(next.output());
         let mut servovalve = state.servovalve;
@@ -304,7 +304,9 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let further_flow = self.further_flow(&mut { feedforward }, input);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
         let sample = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
-        let compensation = self.compensation.prime(&sample, calibration);
+        let (opening, _) = self.compensation.required_opening(&sample, calibration);
+        let rested = CompensationState::default().rested(S::Mask::splat(true), opening);
+        let compensation = self.compensation.advance(&rested, opening, calibration);
         let (mut servovalve, integral) = (self.servovalve.at_rest(command, force), before.integral);
         let mut raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
         if self.integrates() {

@@ -383,10 +383,12 @@ typedef struct eft_saved_calibration {
   double valve_gain;                 // 1; the spool's gain over the configured one
   double response_delay;             // s; of the measured spool after its command
   double velocity_delay;             // s; of the measured velocity after the measured spool
+  double null_offset;                // 1; commanded opening at which the valve passes nothing at no load
   double flow_gain_deviation;        // 1; standard deviations, infinite before anything is learned
   double valve_gain_deviation;       // 1
   double response_delay_deviation;   // s
   double velocity_delay_deviation;   // s
+  double null_offset_deviation;      // 1
   double excitation;                 // s; integral of the squared opening, 0 before anything is learned
   double asymmetry;                  // 1; table flow per forward flow over the mean of both directions, less 1
   double asymmetry_deviation;        // 1
@@ -401,10 +403,12 @@ typedef struct eft_learned_f32 {
   float valve_gain;                  // 1; the spool's gain over the configured one
   float response_delay;              // s; of the measured spool after its command
   float velocity_delay;              // s; of the measured velocity after the measured spool
+  float null_offset;                 // 1; commanded opening at which the valve passes nothing at no load
   float flow_gain_deviation;         // 1; standard deviations, infinite before anything is learned
   float valve_gain_deviation;        // 1
   float response_delay_deviation;    // s
   float velocity_delay_deviation;    // s
+  float null_offset_deviation;       // 1
   float level;                       // 1; the guard's factor on the compensation level
   float test_ratio;                  // 1; unexplained over permitted residual of the models: above 1 nothing is learned
   uint32_t window;                   // number of its window; UINT32_MAX if it comes from the configuration
@@ -500,9 +504,9 @@ typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; uint32_t of
 typedef struct eft_learner_f64 { uint64_t marker; double value[161]; } eft_learner_f64;
 typedef struct eft_learner_state_f64 { uint64_t marker; double value[305]; } eft_learner_state_f64;
 typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double velocity_delay;
-    double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
-    double velocity_delay_deviation; double level; double test_ratio; uint32_t window; uint32_t status;
-    } eft_learned_f64;
+    double null_offset; double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
+    double velocity_delay_deviation; double null_offset_deviation; double level; double test_ratio; uint32_t window;
+    uint32_t status; } eft_learned_f64;
 EFT_NODISCARD uint8_t eft_configure_f64(const eft_parameters *parameters, eft_channel_f64 *channel, eft_error *why);
 EFT_NODISCARD uint8_t eft_check_f64(const eft_channel_f64 *channel, const eft_parameters *parameters);
 EFT_NODISCARD uint8_t eft_integrity_f64(const eft_channel_f64 *channel, uint32_t *word);
@@ -551,7 +555,7 @@ EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 872);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 384);
+EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 400);
 EFT_SIZES(eft_channel, 1224, 2440);
 EFT_SIZES(eft_state, 1608, 3200);
 EFT_SIZES(eft_input, 48, 96);
@@ -560,7 +564,7 @@ EFT_SIZES(eft_window, 64, 120);
 EFT_SIZES(eft_calibration, 224, 440);
 EFT_SIZES(eft_learner, 656, 1296);
 EFT_SIZES(eft_learner_state, 1232, 2448);
-EFT_SIZES(eft_learned, 48, 88);
+EFT_SIZES(eft_learned, 56, 104);
 
 #ifdef __cplusplus
 }

@@ -22,10 +22,12 @@ data! {
         valve_gain: T, "1; the spool's gain over the configured one";
         response_delay: T, "s; of the measured spool after its command";
         velocity_delay: T, "s; of the measured velocity after the measured spool";
+        null_offset: T, "1; commanded opening at which the valve passes nothing at no load";
         flow_gain_deviation: T, "1; standard deviations, infinite before anything is learned";
         valve_gain_deviation: T, "1";
         response_delay_deviation: T, "s";
         velocity_delay_deviation: T, "s";
+        null_offset_deviation: T, "1";
         level: T, "1; the guard's factor on the compensation level";
         test_ratio: T, "1; unexplained over permitted residual of the models: above 1 nothing is learned";
         window: u32, "number of its window; UINT32_MAX if it comes from the configuration";
@@ -46,10 +48,12 @@ data! {
         valve_gain: f64, "1; the spool's gain over the configured one";
         response_delay: f64, "s; of the measured spool after its command";
         velocity_delay: f64, "s; of the measured velocity after the measured spool";
+        null_offset: f64, "1; commanded opening at which the valve passes nothing at no load";
         flow_gain_deviation: f64, "1; standard deviations, infinite before anything is learned";
         valve_gain_deviation: f64, "1";
         response_delay_deviation: f64, "s";
         velocity_delay_deviation: f64, "s";
+        null_offset_deviation: f64, "1";
         excitation: f64, "s; integral of the squared opening, 0 before anything is learned";
         asymmetry: f64, "1; table flow per forward flow over the mean of both directions, less 1";
         asymmetry_deviation: f64, "1";
@@ -123,10 +127,12 @@ functions! {
             valve_gain: c.valve_gain,
             response_delay: c.response_delay,
             velocity_delay: c.velocity_delay,
+            null_offset: c.null_offset,
             flow_gain_deviation: d.flow_gain,
             valve_gain_deviation: d.valve_gain,
             response_delay_deviation: d.response_delay,
             velocity_delay_deviation: d.velocity_delay,
+            null_offset_deviation: d.null_offset,
             level: c.level,
             test_ratio: c.test_ratio,
             window: c.window,

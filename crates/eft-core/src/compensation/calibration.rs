@@ -29,6 +29,10 @@ pub struct Calibration<S: Scalar> {
     pub velocity_delay: S,
     /// The spool's gain over the configured one (1).
     pub valve_gain: S,
+    /// Commanded opening (1) at which the valve passes nothing at no load.
+    pub null_offset: S,
+    /// The compensation signal (V) for it, `null_offset/(G_p·K_s)`, which the tick adds.
+    pub null_signal: S,
     /// The guard's factor on the compensation level (1).
     pub level: S,
     /// Standard deviations of the estimates.
@@ -38,7 +42,7 @@ pub struct Calibration<S: Scalar> {
     /// The flow table's correction, from the most negative flow up.
     pub curve: [CurvePiece<S>; PIECES],
 }
-integrity!(Calibration<T>: window, status, flow_gain, per_flow_gain, lead, response_delay, velocity_delay, valve_gain, level, deviations, test_ratio, curve);
+integrity!(Calibration<T>: window, status, flow_gain, per_flow_gain, lead, response_delay, velocity_delay, valve_gain, null_offset, null_signal, level, deviations, test_ratio, curve);
 
 /// Standard deviations of the estimates; infinite before anything is learned.
 ///
@@ -58,14 +62,22 @@ pub struct Deviations<S> {
     pub response_delay: S,
     /// Of the velocity's delay (s).
     pub velocity_delay: S,
+    /// Of the null offset (1).
+    pub null_offset: S,
 }
-integrity!(Deviations<T>: flow_gain, valve_gain, response_delay, velocity_delay);
+integrity!(Deviations<T>: flow_gain, valve_gain, response_delay, velocity_delay, null_offset);
 
 impl<S: Scalar> Deviations<S> {
     /// Nothing learned.
     pub(crate) fn unknown() -> Self {
         let unknown = S::splat(f64::INFINITY);
-        Self { flow_gain: unknown, valve_gain: unknown, response_delay: unknown, velocity_delay: unknown }
+        Self {
+            flow_gain: unknown,
+            valve_gain: unknown,
+            response_delay: unknown,
+            velocity_delay: unknown,
+            null_offset: unknown,
+        }
     }
 }
 
@@ -82,6 +94,8 @@ impl<S: Scalar> Calibration<S> {
             response_delay,
             velocity_delay: S::splat(0.0),
             valve_gain: one,
+            null_offset: S::splat(0.0),
+            null_signal: S::splat(0.0),
             level: one,
             deviations: Deviations::unknown(),
             test_ratio: S::splat(0.0),
@@ -104,12 +118,15 @@ impl<S: Scalar> Calibration<S> {
             response_delay: of(|c| c.response_delay),
             velocity_delay: of(|c| c.velocity_delay),
             valve_gain: of(|c| c.valve_gain),
+            null_offset: of(|c| c.null_offset),
+            null_signal: of(|c| c.null_signal),
             level: of(|c| c.level),
             deviations: Deviations {
                 flow_gain: of(|c| c.deviations.flow_gain),
                 valve_gain: of(|c| c.deviations.valve_gain),
                 response_delay: of(|c| c.deviations.response_delay),
                 velocity_delay: of(|c| c.deviations.velocity_delay),
+                null_offset: of(|c| c.deviations.null_offset),
             },
             test_ratio: of(|c| c.test_ratio),
             curve: array::from_fn(|n| CurvePiece {
@@ -127,7 +144,7 @@ impl<T: crate::number::Real + defmt::Format> defmt::Format for Calibration<T> {
         defmt::write!(
             f,
             "window {=u32}: flow gain {} ± {}, valve gain {} ± {}, response delay {} ± {} s, \
-             velocity delay {} ± {} s, level {}, test ratio {} {}",
+             velocity delay {} ± {} s, null offset {} ± {}, level {}, test ratio {} {}",
             self.window,
             self.flow_gain,
             self.deviations.flow_gain,
@@ -137,6 +154,8 @@ impl<T: crate::number::Real + defmt::Format> defmt::Format for Calibration<T> {
             self.deviations.response_delay,
             self.velocity_delay,
             self.deviations.velocity_delay,
+            self.null_offset,
+            self.deviations.null_offset,
             self.level,
             self.test_ratio,
             crate::status::Words(self.status),

@@ -32,7 +32,7 @@ pub struct Compensation<S: Scalar, const N: usize> {
     force_range: S,
     spool_range: S,
     spool_warning: S,
-    /// Where the flow table is corrected, and the distance of the correction's nodes.
+    /// Where flow table and null are corrected, and the distance of the correction's nodes.
     corrects: S::Mask,
     grid: CurveGrid<S>,
 }
@@ -71,7 +71,7 @@ impl<S: Copy> CompensationState<S> {
 }
 
 impl<S: Scalar> CompensationState<S> {
-    /// The state after a sample that requires this opening (1).
+    /// The state after a sample that requires this opening (1), without the null offset.
     #[inline(always)]
     pub(crate) fn advance(&self, opening: S, calibration: &Calibration<S>) -> Self {
         let mut lead = self.lead;
@@ -105,7 +105,7 @@ pub struct CompensationOutput<S: Scalar> {
 }
 
 impl<S: Scalar, const N: usize> Compensation<S, N> {
-    /// One sample: the compensation signal `v_c` (V).
+    /// One sample: the compensation signal `v_c` (V). A [`Controller`](crate::Controller) adds the calibration's null signal.
     ///
     /// # NaN
     /// A measurement that is not finite or beyond its range, or such a flow, leaves the state as it was, repeats the
@@ -130,6 +130,22 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         *state = CompensationState::select(valid, next, *state);
         let invalid = S::flag(!valid, status::INVALID_MEASUREMENT);
         CompensationOutput { value: state.output, status: S::select_flags(valid, flags, invalid) }
+    }
+
+    /// As [`CompensationState::advance`], with the null offset in the output.
+    #[inline(always)]
+    pub(crate) fn advance(
+        &self,
+        state: &CompensationState<S>,
+        opening: S,
+        calibration: &Calibration<S>,
+    ) -> CompensationState<S> {
+        let mut lead = state.lead;
+        let mut output = calibration.lead.step(&mut lead, opening);
+        if self.corrects.any() {
+            output = S::select(self.corrects, output + calibration.null_signal, output);
+        }
+        CompensationState { lead, output }
     }
 
     #[cold]

@@ -131,6 +131,7 @@ macro_rules! constructor {
                     per_window: (1.0 / ticks as f64) as $t,
                     checkpoint_windows: windows(t::CHECKPOINT, period),
                     piston_area: area as $t,
+                    flow_gain: flow_gain as $t,
                     flow_per_force: leak as $t,
                     flow_per_change: volume as $t,
                     model: FlowModel::<$t, N>::EMPTY,
@@ -155,6 +156,7 @@ macro_rules! constructor {
                     },
                     deviation: Deviation {
                         correlation: (period / noise_passed(low_pass)) as $t,
+                        mean_correlation: (0.5 * t::CURVE_CORRELATION / t::CURVE_AVERAGE) as $t,
                         per_square_flow: (1.0 / (flow_gain * flow_gain)) as $t,
                         half_sample: (0.5 * sample) as $t,
                         leaks_below: (leak * leak / (volume * volume * period * period) + t::SLOWEST) as $t,
@@ -173,7 +175,8 @@ macro_rules! constructor {
                         forgotten: (t::MEMORY / t::DIRECTION_MEMORY) as $t,
                         average: (period / t::CURVE_AVERAGE) as $t,
                         correlation: (t::CURVE_CORRELATION / period) as $t,
-                        change: (t::FLOW_GAIN_RATE * period) as $t,
+                        change: (2.0 * t::FLOW_GAIN_RATE * period) as $t,
+                        null_change: (2.0 * t::NULL_RATE * period) as $t,
                         drift: (t::CURVE_DRIFT * t::CURVE_DRIFT * period) as $t,
                     },
                     valve: ValveEstimator {

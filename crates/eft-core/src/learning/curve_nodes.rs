@@ -3,7 +3,7 @@
 //! Each node has a *departure* from the gain of its direction. Only flows in the two adjacent pieces change it, by a
 //! Kalman filter of one state. A band that was never visited follows its direction.
 
-use crate::compensation::{CurvePiece, FIRST_NODE, NODES, PIECES, table_itself};
+use crate::compensation::{CurvePiece, FIRST_NODE, NODES, PIECES, node_below, table_itself};
 use crate::integrity::integrity;
 use crate::number::Real;
 
@@ -27,10 +27,12 @@ pub(crate) struct CurveNodes<T> {
     pub(crate) pieces: [CurvePiece<T>; PIECES],
     /// Variance of each departure.
     pub(super) variances: [T; NODES],
-    /// The last updated node.
+    /// The last updated node of the cycle, the node below the last window's flow, and the number of updates.
     last: u32,
+    visited: u32,
+    updates: u32,
 }
-integrity!(CurveNodes<T>: flows, pieces, variances, last);
+integrity!(CurveNodes<T>: flows, pieces, variances, last, visited, updates);
 
 impl<T: Real> Default for CurveNodes<T> {
     fn default() -> Self {
@@ -39,6 +41,8 @@ impl<T: Real> Default for CurveNodes<T> {
             pieces: table_itself(),
             variances: core::array::from_fn(|node| belief(start(node))),
             last: 0,
+            visited: 0,
+            updates: 0,
         }
     }
 }
@@ -71,15 +75,26 @@ impl<T: Real> CurveNodes<T> {
         *departure = (*departure + share * weight * error).limit(-reach, reach);
     }
 
+    /// Says which node is below the last window's flow.
+    pub(super) fn visit(&mut self, below: usize) {
+        self.visited = if below < NODES { below as u32 } else { 0 };
+    }
+
     /// After a rollback: the variances of the departures are those of the start.
     pub(super) fn doubt(&mut self) {
         self.variances = Self::default().variances;
     }
 
-    /// Updates one node, one after the other in a cycle.
+    /// Updates one node: in turn that below the last window's flow, that above it, and twice the next one of a cycle.
     pub(super) fn refresh_next(&mut self, departures: &[T; NODES], asymmetry: T, step: T) {
-        self.last = if self.last < NODES as u32 - 2 { self.last + 1 } else { 1 };
-        self.refresh(self.last as usize, departures, asymmetry, step);
+        self.updates = self.updates.wrapping_add(1);
+        let node = if self.updates.is_multiple_of(2) {
+            self.visited + self.updates / 2 % 2
+        } else {
+            self.last = if self.last < NODES as u32 - 2 { self.last + 1 } else { 1 };
+            self.last
+        };
+        self.refresh(node as usize, departures, asymmetry, step);
     }
 
     /// Updates a node between its neighbours, and the two adjacent pieces. The ends stay where they are. `step` is the
@@ -113,6 +128,15 @@ pub(super) fn undo<T: Real>(pieces: &[CurvePiece<T>; PIECES], step: T, flow: T) 
         }
     }
     found
+}
+
+/// The departure (steps) at a flow (steps), in a straight line from node to node.
+pub(super) fn between<T: Real>(departures: &[T; NODES], flow: T) -> T {
+    let below = node_below(flow);
+    match departures.get(below..below.wrapping_add(2)) {
+        Some([low, high]) => *low + (flow - start::<T>(below)) * (*high - *low),
+        _ => T::splat(0.0),
+    }
 }
 
 /// Prior variance of the table's error at a flow (steps).

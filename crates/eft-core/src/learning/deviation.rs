@@ -22,6 +22,8 @@ use crate::number::Real;
 pub(crate) struct Deviation<T> {
     /// Correlation time (s) of an error in the estimators' band. The windows within it count as one.
     pub(crate) correlation: T,
+    /// Duration (s) of an error of the flow curve over twice the time (s) that averages the offset of the spool's sensor.
+    pub(crate) mean_correlation: T,
     /// Square of the opening (1) per square of a flow (m³/s).
     pub(crate) per_square_flow: T,
     /// Half a sample (s).
@@ -31,7 +33,7 @@ pub(crate) struct Deviation<T> {
     /// Share of `(ωT)²` by which the phase of the lead network for a delay `T` differs from `ωT`.
     pub(crate) of_phase: T,
 }
-integrity!(Deviation<T>: correlation, per_square_flow, half_sample, leaks_below, of_phase);
+integrity!(Deviation<T>: correlation, mean_correlation, per_square_flow, half_sample, leaks_below, of_phase);
 
 /// Squares of the systematic errors: of flow gain (1), valve gain (1), response delay (s) and velocity delay (s).
 #[derive(Debug, Clone, Copy)]
@@ -60,13 +62,15 @@ impl<T: Real> Deviation<T> {
     }
 
     /// The deviations at the motion's mean-square frequency (1/s²); infinite without evidence. They include the difference
-    /// between the estimate in use and the one found, which a bound or a limited rate causes.
+    /// between the estimate in use and the one found, which a bound or a limited rate causes. `of_null` is the variance of
+    /// the null offset by the flow.
     pub(crate) fn of(
         &self,
         evidence: &Evidence<T>,
         square: T,
         (flow, found_flow): (&Priors<T>, &GainAndDelay<T>),
         (valve, found_valve): (&Priors<T>, &GainAndDelay<T>),
+        of_null: T,
     ) -> Deviations<T> {
         let (zero, squares) = (T::splat(0.0), &evidence.valve.matrix);
         let [[openings, _], _] = *squares;
@@ -89,7 +93,13 @@ impl<T: Real> Deviation<T> {
             valve_gain: deviation(spool, valve_gain, left_out.valve_gain, &found_valve.gain),
             response_delay: deviation(spool, response_delay, left_out.response_delay, &found_valve.delay),
             velocity_delay: deviation(flow, velocity_delay, left_out.velocity_delay, &found_flow.delay),
+            null_offset: (of_null + self.of_mean(evidence)).sqrt(),
         }
+    }
+
+    /// Variance of the mean opening of the spool relative to the asked one (1), an average over some time.
+    pub(super) fn of_mean(&self, evidence: &Evidence<T>) -> T {
+        self.mean_correlation * evidence.spool_errors / evidence.time
     }
 
     /// The systematic errors at the motion's mean-square frequency (1/s²). `not_late` (s²) is the square of

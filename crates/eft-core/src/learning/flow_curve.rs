@@ -15,19 +15,21 @@
 
 use crate::compensation::{CurveGrid, NODES, node_below};
 use crate::integrity::integrity;
-use crate::learning::curve_nodes::{CurveNodes, belief};
+use crate::learning::curve_nodes::{CurveNodes, belief, between};
 use crate::number::Real;
 
 /// Prior standard deviation of a direction's gain (1).
 const GAIN_BELIEF: f64 = 0.03;
-/// Prior standard deviation of the opening's offset (1).
-const OFFSET_BELIEF: f64 = 0.01;
+/// Prior standard deviation of the null offset (1).
+pub(super) const NULL_BELIEF: f64 = 0.01;
 /// Least share of a window's squared error that counts as noise and not as an error of the table.
 const NOISE: f64 = 0.02;
 /// Variance (squared steps) of the errors before any is known, and the windows that it counts for.
 const FIRST_ERRORS: [f64; 2] = [4.0e-4, 10.0];
 /// Bound of the asymmetry.
 pub(super) const FARTHEST: f64 = 0.3;
+/// Bound of the null offset (1).
+pub(super) const FARTHEST_NULL: f64 = 0.05;
 /// Parts of the departures that are removed before the estimates of asymmetry and flow gain. Asymmetry and flow gain slowly
 /// take over what they can explain.
 const SHARED: [f64; 2] = [0.5, 0.3];
@@ -43,12 +45,13 @@ pub(crate) struct FlowCurve<T> {
     pub(crate) average: T,
     /// Number of windows for which an error lasts; together they count as one.
     pub(crate) correlation: T,
-    /// Largest change of the asymmetry at a time (1).
+    /// Largest changes of asymmetry (1) and null offset (1) at a time.
     pub(crate) change: T,
+    pub(crate) null_change: T,
     /// Growth of a departure's variance in a window that moves it, over the square of the node's flow.
     pub(crate) drift: T,
 }
-integrity!(FlowCurve<T>: grid, forgotten, average, correlation, change, drift);
+integrity!(FlowCurve<T>: grid, forgotten, average, correlation, change, null_change, drift);
 
 /// Sums over the windows of one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -74,6 +77,11 @@ pub(crate) struct CurveEvidence<T> {
     directions: [Direction<T>; 2],
     /// Difference of the forward gain from the mean of both, over that mean; the backward gain has the opposite one.
     pub(super) asymmetry: T,
+    /// The null offset in use (unit opening).
+    pub(super) null: T,
+    /// Offset of the spool's sensor (unit opening), and the windows that show it.
+    pub(super) sensor: T,
+    readings: T,
     /// The nodes' departures (steps) from their direction.
     pub(super) departures: [T; NODES],
     /// Windows, and the squares of what they leave unexplained (steps).
@@ -83,7 +91,7 @@ pub(crate) struct CurveEvidence<T> {
     instrument_departures: T,
     common: T,
 }
-integrity!(CurveEvidence<T>: directions, asymmetry, departures, windows, squares, instrument_departures, common);
+integrity!(CurveEvidence<T>: directions, asymmetry, null, sensor, readings, departures, windows, squares, instrument_departures, common);
 
 /// Further state of the correction; flows in steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,12 +99,13 @@ integrity!(CurveEvidence<T>: directions, asymmetry, departures, windows, squares
 #[repr(C)]
 pub(crate) struct CurveState<T> {
     pub(crate) nodes: CurveNodes<T>,
-    /// The spool sensor's offset (unit opening).
-    offset: T,
-    /// Distance of the asymmetry's last result beyond its bounds (1).
+    /// The null offset that was found (unit opening), and its variance.
+    pub(super) offset: T,
+    variance: T,
+    /// Distance of the last results of asymmetry and null offset beyond their bounds (1).
     pub(crate) beyond: T,
 }
-integrity!(CurveState<T>: nodes, offset, beyond);
+integrity!(CurveState<T>: nodes, offset, variance, beyond);
 
 /// A window's data for the correction; flows are divided by the flow gain.
 #[derive(Debug, Clone, Copy)]
@@ -112,44 +121,54 @@ pub(crate) struct CurveSample<T> {
     slope: T,
     /// Excess of the table's flow over the corrected one.
     error: T,
+    /// Reading of the spool's sensor beyond the demanded opening (unit opening).
+    reading: T,
 }
 
 impl<T: Real> Default for CurveState<T> {
     fn default() -> Self {
-        Self { nodes: CurveNodes::default(), offset: T::splat(0.0), beyond: T::splat(0.0) }
+        let zero = T::splat(0.0);
+        Self {
+            nodes: CurveNodes::default(),
+            offset: zero,
+            variance: T::splat(NULL_BELIEF * NULL_BELIEF),
+            beyond: zero,
+        }
     }
 }
 
 impl<T: Real> FlowCurve<T> {
     /// A window's data from three values: the actuator's no-load flow over the flow gain (m³/s), the table's no-load flow
-    /// (m³/s) with its slope (m³/s per unit opening), and the demanded opening less the measured one (1).
+    /// (m³/s) with its slope (m³/s per unit opening), and the demanded opening less the measured one (1). `reading` is the spool's
+    /// reading beyond the demanded opening (1).
     pub(crate) fn sample(
         &self,
-        (state, evidence): (&CurveState<T>, &CurveEvidence<T>),
+        evidence: &CurveEvidence<T>,
         flow: T,
         [passed, slope]: [T; 2],
-        asked: T,
+        [asked, reading]: [T; 2],
     ) -> CurveSample<T> {
         let per_flow = self.grid.per_flow;
-        let corrected = self.grid.apply(&state.nodes.pieces, flow) * per_flow;
         let (demand, passed, slope) = (flow * per_flow, passed * per_flow, slope * per_flow);
-        let added = corrected - demand;
+        let departures = between(&evidence.departures, demand);
+        let added = evidence.asymmetry * demand.abs() + departures;
         CurveSample {
             demand,
             instrument: passed + slope * asked - added,
-            departures: added - evidence.asymmetry * demand.abs(),
+            departures,
             passed,
             slope,
-            error: passed - corrected,
+            error: passed - demand - added,
+            reading,
         }
     }
 
     /// A window's no-load flow over the flow gain (m³/s), converted to that of the table at the same openings, for the
     /// estimator of the flow gain.
-    pub(crate) fn straightened(&self, state: &CurveState<T>, evidence: &CurveEvidence<T>, flow: T) -> T {
-        let corrected = self.grid.apply(&state.nodes.pieces, flow);
+    pub(crate) fn straightened(&self, evidence: &CurveEvidence<T>, flow: T) -> T {
+        let departures = self.grid.step * between(&evidence.departures, flow * self.grid.per_flow);
         let [_, shared] = SHARED;
-        corrected - T::splat(shared) * evidence.common * flow
+        flow + evidence.asymmetry * flow.abs() + departures - T::splat(shared) * evidence.common * flow
     }
 
     /// Learns from an accepted window, at a flow gain (1). `keep` is the share of the older sums that remains in the
@@ -163,23 +182,27 @@ impl<T: Real> FlowCurve<T> {
         keep: T,
     ) {
         let variance = self.observe(state, evidence, s);
+        // Accepted windows alone show the offset of the spool's sensor.
+        evidence.readings = (T::splat(1.0) - self.average) * evidence.readings + T::splat(1.0);
+        evidence.sensor = evidence.sensor + (s.reading - evidence.sensor) / evidence.readings;
         let below = node_below(s.instrument);
-        let above = below.wrapping_add(1);
-        let measured = [s.instrument, s.error - state.offset * s.slope];
-        for node in [below, above] {
+        let measured = [s.instrument, Self::unexplained(state, evidence, s)];
+        for node in [below, below.wrapping_add(1)] {
             state.nodes.depart(&mut evidence.departures, node, measured, [variance, self.drift]);
         }
+        state.nodes.visit(below);
         let keep = T::splat(1.0) - self.forgotten * (T::splat(1.0) - keep);
         Self::gather(evidence, s, flow_gain, keep);
-        for node in [below, above] {
-            state.nodes.refresh(node, &evidence.departures, evidence.asymmetry, self.grid.step);
-        }
-        self.solve(state, evidence, variance);
+    }
+
+    /// What a window leaves unexplained (steps).
+    fn unexplained(state: &CurveState<T>, evidence: &CurveEvidence<T>, s: &CurveSample<T>) -> T {
+        s.error - (state.offset - evidence.null) * s.slope
     }
 
     /// Takes in what a window leaves unexplained, and gives its variance (squared steps), as of errors that do not last.
     fn observe(&self, state: &CurveState<T>, evidence: &mut CurveEvidence<T>, s: &CurveSample<T>) -> T {
-        let error = s.error - state.offset * s.slope;
+        let error = Self::unexplained(state, evidence, s);
         let square = error * error;
         // The table's possible error is not noise.
         let (noise, least) = (square - belief(s.instrument), T::splat(NOISE) * square);
@@ -211,13 +234,20 @@ impl<T: Real> FlowCurve<T> {
         T::splat(0.5) * (back + forth).sqrt()
     }
 
-    /// Starts from the mean square of the errors (squared steps), and from an asymmetry (1) with its standard deviation (1)
-    /// at a flow gain (1): from the sums that give them.
+    /// Variance of the null offset in use (1) by noise.
+    pub(super) fn null_variance(&self, state: &CurveState<T>, evidence: &CurveEvidence<T>) -> T {
+        let away = state.offset - evidence.null;
+        state.variance + away * away
+    }
+
+    /// Starts from the mean square of the errors (squared steps), from an asymmetry (1) with its standard deviation (1), and
+    /// from a null offset (1) with its variance, at a flow gain (1): from the sums that give them.
     pub(super) fn know(
         &self,
-        evidence: &mut CurveEvidence<T>,
+        (state, evidence): (&mut CurveState<T>, &mut CurveEvidence<T>),
         square: T,
         [asymmetry, deviation]: [T; 2],
+        [null, null_variance]: [T; 2],
         flow_gain: T,
     ) {
         let ([first, windows], one) = (FIRST_ERRORS, T::splat(1.0));
@@ -225,13 +255,19 @@ impl<T: Real> FlowCurve<T> {
         let sum = square * (evidence.windows + T::splat(windows)) - T::splat(first * windows);
         evidence.squares = if sum > T::splat(0.0) { sum } else { T::splat(0.0) };
         let variance = self.variance(evidence);
+        let beyond = |all: T, belief: T| if all > belief { all - belief } else { T::splat(0.0) };
         let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
-        let all = T::splat(0.5) * variance / (deviation * deviation);
-        let flows = if all > belief { all - belief } else { T::splat(0.0) };
-        evidence.asymmetry = asymmetry;
+        let flows = beyond(T::splat(0.5) * variance / (deviation * deviation), belief);
+        (evidence.asymmetry, evidence.null) = (asymmetry, null);
+        // The sums of the slopes, half of them in either direction.
+        let belief_in_null = variance * T::splat(1.0 / (NULL_BELIEF * NULL_BELIEF));
+        let slopes = beyond(variance / null_variance, belief_in_null);
+        let half = T::splat(0.5);
+        let (slopes, slope_errors) = (half * slopes, half * (slopes + belief_in_null) * null);
+        (state.offset, state.variance) = (null, null_variance);
         let of = |gain: T| {
             let flow_errors = (flows + belief) * (gain / flow_gain - one);
-            Direction { flows, flow_errors, ..Direction::default() }
+            Direction { flows, flow_errors, slopes, slope_errors, ..Direction::default() }
         };
         evidence.directions = [of(one - asymmetry), of(one + asymmetry)];
     }
@@ -243,7 +279,8 @@ impl<T: Real> FlowCurve<T> {
         // For the flow itself, because the flow gain changes faster than these sums, and without most of the departures.
         let (flow, instrument) = (flow_gain * s.demand, flow_gain * s.instrument);
         let [shared, _] = SHARED;
-        let error = s.passed - T::splat(1.0 - shared) * s.departures - flow;
+        // The null offset in use changes faster as well.
+        let error = s.passed + evidence.null * s.slope - T::splat(1.0 - shared) * s.departures - flow;
         d.slopes = keep * d.slopes + s.slope * s.slope;
         d.slope_flows = keep * d.slope_flows + s.slope * flow;
         d.slope_errors = keep * d.slope_errors + s.slope * error;
@@ -255,9 +292,13 @@ impl<T: Real> FlowCurve<T> {
         evidence.common = flow_gain * evidence.instrument_departures / flows;
     }
 
-    /// Updates one node with the gain of its direction, one after the other in a cycle.
-    pub(crate) fn refresh(&self, state: &mut CurveState<T>, evidence: &CurveEvidence<T>) {
-        state.nodes.refresh_next(&evidence.departures, evidence.asymmetry, self.grid.step);
+    /// Updates asymmetry, null offset, and two nodes for the tick.
+    pub(crate) fn update(&self, state: &mut CurveState<T>, evidence: &mut CurveEvidence<T>) {
+        let variance = self.variance(evidence);
+        self.solve(state, evidence, variance);
+        for _ in 0..2 {
+            state.nodes.refresh_next(&evidence.departures, evidence.asymmetry, self.grid.step);
+        }
     }
 
     /// The offset that both directions share and either direction's gain, by least squares; the asymmetry goes there at a
@@ -265,7 +306,7 @@ impl<T: Real> FlowCurve<T> {
     fn solve(&self, state: &mut CurveState<T>, evidence: &mut CurveEvidence<T>, variance: T) {
         let one = T::splat(1.0);
         let weight = |belief: f64| T::splat(1.0 / (belief * belief)) * variance;
-        let (gain_weight, offset_weight) = (weight(GAIN_BELIEF), weight(OFFSET_BELIEF));
+        let (gain_weight, offset_weight) = (weight(GAIN_BELIEF), weight(NULL_BELIEF));
         let parts = |d: &Direction<T>| {
             let per = one / (d.flows + gain_weight);
             let share = d.slope_flows * per;
@@ -279,14 +320,18 @@ impl<T: Real> FlowCurve<T> {
         let [back, forth] = &evidence.directions;
         let ((back, back_share, error, slopes), (forth, forth_share, further, more)) =
             (parts(back), parts(forth));
-        let offset = (error + further) / (slopes + more + offset_weight);
+        let per = one / (slopes + more + offset_weight);
+        let offset = (error + further) * per;
         let (back, forth) = (one + back - offset * back_share, one + forth - offset * forth_share);
         let found = (forth - back) / (forth + back);
         let (most, now) = (T::splat(FARTHEST), evidence.asymmetry);
         let target = found.limit(-most, most);
         evidence.asymmetry = target.limit(now - self.change, now + self.change);
-        state.offset = offset;
-        state.beyond = (found - target).abs();
+        let (most, now) = (T::splat(FARTHEST_NULL), evidence.null);
+        let bounded = offset.limit(-most, most);
+        evidence.null = bounded.limit(now - self.null_change, now + self.null_change);
+        (state.offset, state.variance) = (offset, variance * per);
+        state.beyond = (found - target).abs() + (offset - bounded).abs();
     }
 }
 
@@ -302,6 +347,7 @@ mod tests {
         average: 1e-3,
         correlation: 30.0,
         change: 0.01,
+        null_change: 0.01,
         drift: 1e-6,
     };
 
@@ -317,16 +363,16 @@ mod tests {
         }
     }
 
-    /// After swings of this size (m³/s) through a valve that passes `true_flow` where its table has a flow, the spool
-    /// sensor off by `offset` (of the table's slope, which is 1 everywhere).
+    /// After swings of this size (m³/s) through a valve that passes `true_flow` where its table has a flow, with its null at
+    /// `offset`. The table's slope is 1 everywhere.
     fn learned(swing: f64, offset: f64, true_flow: impl Fn(f64) -> f64) -> Learned {
         let mut l = Learned::default();
         for n in 0..8000_u32 {
             let table = swing * (0.05 * f64::from(n)).sin();
-            let sample =
-                CURVE.sample((&l.state, &l.evidence), true_flow(table), [table + offset, 1.0], -offset);
+            let passed = [table + offset - l.evidence.null, 1.0];
+            let sample = CURVE.sample(&l.evidence, true_flow(table), passed, [0.0; 2]);
             CURVE.learn(&mut l.state, &mut l.evidence, &sample, 1.0, 0.984);
-            CURVE.refresh(&mut l.state, &l.evidence);
+            CURVE.update(&mut l.state, &mut l.evidence);
         }
         l
     }

@@ -1,6 +1,6 @@
 //! The learner: one straight-line function from a window to a calibration.
 
-use crate::compensation::{Calibration, LeadNetwork};
+use crate::compensation::{Calibration, Deviations, LeadNetwork};
 use crate::integrity::{integrity, word};
 use crate::learning::band_filter::{BandFilter, BandState};
 use crate::learning::checkpoint::{Checkpoints, Evidence};
@@ -30,6 +30,8 @@ pub struct Learner<T: Real, const N: usize> {
     /// Windows from one checkpoint to the next.
     pub(super) checkpoint_windows: u32,
     pub(super) piston_area: T,
+    /// Configured flow gain (m³/s).
+    pub(super) flow_gain: T,
     /// Flow (m³/s) per force (N).
     pub(super) flow_per_force: T,
     /// Flow (m³/s) per change of force (N) over a window.
@@ -45,7 +47,7 @@ pub struct Learner<T: Real, const N: usize> {
     /// The configured lead network.
     pub(super) lead: LeadNetwork<T>,
 }
-integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead);
+integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead);
 
 /// The state of a learner, made by [`Learner::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,8 +79,10 @@ pub struct LearnerState<T> {
     pub(super) evidence: Evidence<T>,
     pub(super) checkpoints: Checkpoints<T>,
     pub(super) curve: CurveState<T>,
+    /// The last standard deviations.
+    pub(super) deviations: Deviations<T>,
 }
-integrity!(LearnerState<T>: number, since_checkpoint, since_start, filtered, means_go_on, means, mean_share, share, filters, flows, gate, flow, valve, guard, evidence, checkpoints, curve);
+integrity!(LearnerState<T>: number, since_checkpoint, since_start, filtered, means_go_on, means, mean_share, share, filters, flows, gate, flow, valve, guard, evidence, checkpoints, curve, deviations);
 
 /// Means and changes over the last whole window.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -151,6 +155,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             evidence: Evidence::default(),
             checkpoints: Checkpoints::default(),
             curve: CurveState::default(),
+            deviations: Deviations::unknown(),
         }
     }
 
@@ -161,7 +166,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// samples.
     ///
     /// # Cost
-    /// The same for every window but those of a checkpoint.
+    /// It alternates from window to window, and is larger for those of a checkpoint.
     #[inline(never)]
     pub fn update(&self, state: &mut LearnerState<T>, window: &Window<T>) -> Calibration<T> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
@@ -186,16 +191,26 @@ impl<T: Real, const N: usize> Learner<T, N> {
 
         // The flow that the actuator took, and the one that the table predicts.
         let taken = self.piston_area * means.velocity + means.compressed;
-        // The asked opening has no offset of a sensor.
-        let model = self.model.flow(means.spool, state.valve.opening(), means.force, window.supply);
-        let predicted = filter.step(&mut filters.predicted, model.at_no_load * model.root, share, restart);
+        // Both openings count from the valve's null. The asked one has no offset of a sensor.
+        let valve_gain = state.valve.found.gain.value;
+        let (mut measured, mut wanted) = (means.spool, state.valve.opening());
+        if self.corrects {
+            let null = state.evidence.curve.null;
+            let sensor = state.evidence.curve.sensor;
+            (measured, wanted) = (measured - sensor - valve_gain * null, wanted - null);
+        }
+        let model = self.model.flow(measured, wanted, means.force, window.supply);
+        // The constant part of the flow stays, so that a new null offset does not change the flow.
+        let constant = self.flow_gain * (means.spool - measured);
+        let predicted = model.at_no_load * model.root + constant;
+        let predicted = filter.step(&mut filters.predicted, predicted, share, restart);
         let flow_gain = state.flow.gain.value;
         let mut straightened = taken;
         let mut flows = [zero; 2];
         if self.corrects {
             let now = [taken / model.root, model.at_no_load];
             let [at_no_load, _] = now;
-            let flow = self.curve.straightened(&state.curve, &state.evidence.curve, at_no_load / flow_gain);
+            let flow = self.curve.straightened(&state.evidence.curve, at_no_load / flow_gain);
             straightened = flow_gain * model.root * flow;
             let lagged = if restart { now } else { state.flows };
             let square = self.valve.mean_square_frequency(&state.evidence.valve);
@@ -254,18 +269,24 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 self.deviation.take(evidence, [opening, state.means.compressed], missed, weights);
                 if self.corrects {
                     let [taken, passed] = flows;
-                    let asked = state.valve.opening() - state.means.spool;
-                    let curve = (&state.curve, &evidence.curve);
-                    let sample = self.curve.sample(curve, taken / flow_gain, [passed, model.slope], asked);
+                    // The null offset counts at the command, so the slope is that over the asked opening.
+                    let (ahead, passed) =
+                        (valve_gain * wanted - measured, [passed, valve_gain * model.slope]);
+                    let ahead = [ahead, evidence.curve.sensor - ahead];
+                    let sample = self.curve.sample(&evidence.curve, taken / flow_gain, passed, ahead);
                     let [_, keep] = weights;
                     self.curve.learn(&mut state.curve, &mut evidence.curve, &sample, flow_gain, keep);
                 }
             }
             self.flow.priors.solve(&mut state.flow, &state.evidence.flow);
             self.valve.priors.solve(&mut state.valve.found, &state.evidence.valve);
-            if self.corrects {
-                self.curve.refresh(&mut state.curve, &state.evidence.curve);
-            }
+        }
+        // Curve and standard deviations change slowly: each has every other window.
+        if window.number.is_multiple_of(2) {
+            let square = self.valve.mean_square_frequency(&state.evidence.valve);
+            state.deviations = self.deviations(state, square);
+        } else if self.corrects {
+            self.curve.update(&mut state.curve, &mut state.evidence.curve);
         }
         self.calibration(state, window.number)
     }
@@ -312,10 +333,18 @@ impl<T: Real, const N: usize> Learner<T, N> {
         }
     }
 
+    /// Standard deviations at the motion's mean-square frequency (1/s²).
+    pub(super) fn deviations(&self, state: &LearnerState<T>, square: T) -> Deviations<T> {
+        let (flow, valve) = ((&self.flow.priors, &state.flow), (&self.valve.priors, &state.valve.found));
+        let of_null = self.curve.null_variance(&state.curve, &state.evidence.curve);
+        let of_null = if self.corrects { of_null } else { T::splat(f64::INFINITY) };
+        self.deviation.of(&state.evidence, square, flow, valve, of_null)
+    }
+
     fn calibration(&self, state: &LearnerState<T>, window: u32) -> Calibration<T> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
         let (flow, valve) = (&state.flow, &state.valve.found);
-        let level = state.guard.level;
+        let (level, null) = (state.guard.level, state.evidence.curve.null);
         let square = self.valve.mean_square_frequency(&state.evidence.valve);
         let lead = self.valve.lead(valve, square, flow.delay.value, level);
         // Without estimates the configured network stays as it is, only its level moves.
@@ -335,13 +364,10 @@ impl<T: Real, const N: usize> Learner<T, N> {
             response_delay: valve.delay.value,
             velocity_delay: if self.adapts { flow.delay.value } else { zero },
             valve_gain: valve.gain.value,
+            null_offset: null,
+            null_signal: null * self.lead.gain(),
             level,
-            deviations: self.deviation.of(
-                &state.evidence,
-                square,
-                (&self.flow.priors, flow),
-                (&self.valve.priors, valve),
-            ),
+            deviations: state.deviations,
             test_ratio: state.gate.test_ratio(&self.gate),
             curve: state.curve.nodes.pieces,
         }

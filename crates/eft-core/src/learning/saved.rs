@@ -7,7 +7,7 @@ use crate::compensation::{Deviations, FIRST_NODE, NODES, PIECES};
 use crate::error::{ConfigError, LARGEST, positive, within};
 use crate::learning::checkpoint::Checkpoints;
 use crate::learning::curve_nodes::DEPARTURE;
-use crate::learning::flow_curve::FARTHEST;
+use crate::learning::flow_curve::{FARTHEST, FARTHEST_NULL, NULL_BELIEF};
 use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
 use crate::number::Real;
@@ -29,7 +29,9 @@ pub struct SavedCalibration {
     pub response_delay: f64,
     /// Delay (s) of the velocity behind the spool, each by its sensor.
     pub velocity_delay: f64,
-    /// Standard deviations of these four; infinite where nothing was learned.
+    /// Commanded opening (1) at which the valve passes nothing at no load.
+    pub null_offset: f64,
+    /// Standard deviations of these five; infinite where nothing was learned.
     pub deviations: Deviations<f64>,
     /// Motion (s) on which they rest: the integral of the squared opening over the time that is remembered. Where it is 0
     /// nothing was learned.
@@ -59,7 +61,7 @@ pub struct SavedCurve {
 
 impl SavedCalibration {
     /// Version of these data (1); any other is refused.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 }
 
 /// Share of a range by which rounding may put a value beyond it.
@@ -82,9 +84,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     pub fn saved(&self, state: &LearnerState<T>) -> SavedCalibration {
         let of = T::to_f64;
         let (flow, valve) = (&state.flow, &state.valve.found);
-        let (evidence, priors) = (&state.evidence, (&self.flow.priors, &self.valve.priors));
-        let square = self.valve.mean_square_frequency(&evidence.valve);
-        let found = self.deviation.of(evidence, square, (priors.0, flow), (priors.1, valve));
+        let found = &state.deviations;
         let step = of(self.curve.grid.step);
         let curve = &state.evidence.curve;
         SavedCalibration {
@@ -94,11 +94,13 @@ impl<T: Real, const N: usize> Learner<T, N> {
             valve_gain: of(valve.gain.value),
             response_delay: of(valve.delay.value),
             velocity_delay: of(flow.delay.value),
+            null_offset: of(curve.null),
             deviations: Deviations {
                 flow_gain: of(found.flow_gain),
                 valve_gain: of(found.valve_gain),
                 response_delay: of(found.response_delay),
                 velocity_delay: of(found.velocity_delay),
+                null_offset: if self.corrects { of(found.null_offset) } else { NULL_BELIEF },
             },
             excitation: of(state.evidence.amount),
             curve: SavedCurve {
@@ -186,13 +188,20 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 steps(&curve.departure_deviations).map(|deviation: T| deviation * deviation);
             let error = of(curve.error * per_step);
             let asymmetry = [of(curve.asymmetry), of(curve.asymmetry_deviation)];
-            self.curve.know(&mut evidence.curve, error * error, asymmetry, state.flow.gain.value);
+            let of_null = of(d.null_offset * d.null_offset);
+            let rest = of_null - self.deviation.of_mean(evidence);
+            let least = T::splat(1.0 - MOST_LEFT_OUT) * of_null;
+            let null = [of(saved.null_offset), if rest > least { rest } else { least }];
+            let known = (&mut state.curve, &mut evidence.curve);
+            self.curve.know(known, error * error, asymmetry, null, state.flow.gain.value);
+            let step = self.curve.grid.step;
             // The map increases after every step of the construction.
             for _ in 0..NODES * NODES {
-                self.curve.refresh(&mut state.curve, &evidence.curve);
+                state.curve.nodes.refresh_next(&evidence.curve.departures, evidence.curve.asymmetry, step);
             }
         }
         state.checkpoints = Checkpoints::of(evidence);
+        state.deviations = self.deviations(&state, self.valve.mean_square_frequency(&state.evidence.valve));
         Ok(state)
     }
 
@@ -224,8 +233,10 @@ impl<T: Real, const N: usize> Learner<T, N> {
         for (name, value, [lowest, highest]) in estimates {
             near(name, value, lowest.to_f64(), highest.to_f64())?;
         }
-        let Deviations { flow_gain, valve_gain, response_delay, velocity_delay } = saved.deviations;
-        for deviation in [flow_gain, valve_gain, response_delay, velocity_delay] {
+        near("calibration.null_offset", saved.null_offset, -FARTHEST_NULL, FARTHEST_NULL)?;
+        let Deviations { flow_gain, valve_gain, response_delay, velocity_delay, null_offset } =
+            saved.deviations;
+        for deviation in [flow_gain, valve_gain, response_delay, velocity_delay, null_offset] {
             positive("calibration.deviations", deviation)?;
         }
         let curve = &saved.curve;

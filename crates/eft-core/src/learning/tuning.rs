@@ -44,6 +44,8 @@ pub(crate) const VALVE_GAIN_PRIOR: f64 = 1.0e-6;
 pub(crate) const RESPONSE_DELAY_PRIOR: f64 = 6.0e-5;
 /// The same of the velocity's delay.
 pub(crate) const VELOCITY_DELAY_PRIOR: f64 = 6.0e-4;
+/// Largest rate of the null offset (1/s).
+pub(crate) const NULL_RATE: f64 = 0.05;
 /// Memory (s) of the two directions' gains, at strong motion.
 pub(crate) const DIRECTION_MEMORY: f64 = 5.0;
 /// Time (s) over which the errors of the flow curve are averaged.

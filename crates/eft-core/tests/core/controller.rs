@@ -176,6 +176,8 @@ fn side_by_side<T: Real, const L: usize>(single: &[Calibration<T>; L]) -> Calibr
         lead: LeadNetwork::pack(|lane| &single[lane].lead),
         response_delay: of(|c| c.response_delay),
         velocity_delay: of(|c| c.velocity_delay),
+        null_offset: of(|c| c.null_offset),
+        null_signal: of(|c| c.null_signal),
         valve_gain: of(|c| c.valve_gain),
         level: of(|c| c.level),
         deviations: Deviations {
@@ -183,6 +185,7 @@ fn side_by_side<T: Real, const L: usize>(single: &[Calibration<T>; L]) -> Calibr
             valve_gain: of(|c| c.deviations.valve_gain),
             response_delay: of(|c| c.deviations.response_delay),
             velocity_delay: of(|c| c.deviations.velocity_delay),
+            null_offset: of(|c| c.deviations.null_offset),
         },
         test_ratio: of(|c| c.test_ratio),
         curve: std::array::from_fn(|n| CurvePiece {

@@ -103,18 +103,20 @@ fn a_learner_continues_from_its_calibration() {
         (again.valve_gain, saved.valve_gain),
         (again.response_delay, saved.response_delay),
         (again.velocity_delay, saved.velocity_delay),
+        (again.null_offset, saved.null_offset),
         (again.excitation, saved.excitation),
         (again.curve.asymmetry, saved.curve.asymmetry),
     ] {
         assert!(close(one, other, 1e-12), "{one}, {other}");
     }
-    let Deviations { flow_gain, valve_gain, response_delay, velocity_delay } = again.deviations;
+    let Deviations { flow_gain, valve_gain, response_delay, velocity_delay, null_offset } = again.deviations;
     let before = saved.deviations;
     for (one, other) in [
         (flow_gain, before.flow_gain),
         (valve_gain, before.valve_gain),
         (response_delay, before.response_delay),
         (velocity_delay, before.velocity_delay),
+        (null_offset, before.null_offset),
         (again.curve.error, saved.curve.error),
         (again.curve.asymmetry_deviation, saved.curve.asymmetry_deviation),
     ] {
@@ -194,13 +196,15 @@ fn impossible_data_are_refused_by_name() {
         let learner = Learner::<f64, 21>::new(&BESIDE).unwrap();
         assert_eq!(refused(learner.start_from(&wrong)), name);
     };
-    refuses("calibration.version", |s| s.version = 2);
+    refuses("calibration.version", |s| s.version = 1);
     refuses("calibration.greatest_flow", |s| s.greatest_flow *= 1.01);
     refuses("calibration.excitation", |s| s.excitation = f64::NAN);
     refuses("calibration.flow_gain", |s| s.flow_gain = 1.36);
     refuses("calibration.valve_gain", |s| s.valve_gain = f64::INFINITY);
     refuses("calibration.response_delay", |s| s.response_delay = 0.0);
     refuses("calibration.velocity_delay", |s| s.velocity_delay = 0.1);
+    refuses("calibration.null_offset", |s| s.null_offset = -0.051);
+    refuses("calibration.deviations", |s| s.deviations.null_offset = 0.0);
     refuses("calibration.deviations", |s| s.deviations.valve_gain = 0.0);
     refuses("calibration.deviations", |s| s.deviations.velocity_delay = f64::NAN);
     refuses("calibration.asymmetry", |s| s.curve.asymmetry = -0.31);

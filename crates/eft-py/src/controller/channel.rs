@@ -36,6 +36,8 @@ pub(super) struct Learned {
     pub(super) velocity_delay: f64,
     /// The spool's gain over the configured one (1).
     pub(super) valve_gain: f64,
+    /// Commanded opening (1) at which the valve passes nothing.
+    pub(super) null_offset: f64,
     /// The guard's factor on the compensation level (1).
     pub(super) level: f64,
 }
@@ -264,6 +266,7 @@ impl Channel {
                 response_delay: calibration.response_delay.to_f64(),
                 velocity_delay: calibration.velocity_delay.to_f64(),
                 valve_gain: calibration.valve_gain.to_f64(),
+                null_offset: calibration.null_offset.to_f64(),
                 level: calibration.level.to_f64(),
             }
         }
@@ -273,7 +276,14 @@ impl Channel {
         };
         let c = &self.rig.compensation;
         let (response_delay, velocity_delay) = (c.response_delay, c.velocity_delay);
-        let nominal = Learned { flow_gain: 1.0, response_delay, velocity_delay, valve_gain: 1.0, level: 1.0 };
+        let nominal = Learned {
+            flow_gain: 1.0,
+            response_delay,
+            velocity_delay,
+            valve_gain: 1.0,
+            null_offset: 0.0,
+            level: 1.0,
+        };
         learned.unwrap_or(nominal)
     }
 

@@ -64,6 +64,13 @@ macro_rules! python_methods {
                 self.channel.learned().valve_gain
             }
 
+            /// Estimated commanded opening at which the valve passes nothing, which the controller adds; 0 if the flow
+            /// curve is not corrected.
+            #[getter]
+            fn null_offset_estimate(&self) -> f64 {
+                self.channel.learned().null_offset
+            }
+
             /// The overcompensation guard's factor on the compensation level; 1 if it does not act.
             #[getter]
             fn level(&self) -> f64 {

@@ -20,6 +20,8 @@ macro_rules! estimates {
                     calibration.velocity_delay => |rig| rig.compensation.velocity_delay;
                 valve_gain_estimate: "", "Spool's gain in use over the configured one",
                     calibration.valve_gain => |_| 1.0;
+                null_offset_estimate: "", "Commanded opening at which the valve passes nothing, which the controller adds",
+                    calibration.null_offset => |_| 0.0;
                 level: "", "Factor of the overcompensation guard on the compensation level; 1 without its action",
                     calibration.level => |_| 1.0;
                 flow_gain_deviation: "", "Standard deviation of the flow gain, by noise and errors of the models; infinite before anything is learned",
@@ -30,6 +32,8 @@ macro_rules! estimates {
                     calibration.deviations.velocity_delay => |_| f64::INFINITY;
                 valve_gain_deviation: "", "Standard deviation of the spool's gain, as that of the flow gain; infinite before anything is learned",
                     calibration.deviations.valve_gain => |_| f64::INFINITY;
+                null_offset_deviation: "", "Standard deviation of the null offset, by noise; infinite before anything is learned",
+                    calibration.deviations.null_offset => |_| f64::INFINITY;
                 test_ratio: "", "Test ratio of the gate in the last window; above 1 nothing is learned from it",
                     calibration.test_ratio => |_| 0.0;
             }

@@ -20,6 +20,8 @@ pub struct Replay {
     pub velocity_delay_estimate: Vec<f64>,
     /// The spool's gain over the configured one (1).
     pub valve_gain_estimate: Vec<f64>,
+    /// Commanded opening (1) at which the valve passes nothing at no load.
+    pub null_offset_estimate: Vec<f64>,
     /// Standard deviation of the flow gain (1) from sensor noise; infinite if nothing was learned.
     pub flow_gain_deviation: Vec<f64>,
     /// The same of the response delay (s).
@@ -28,6 +30,8 @@ pub struct Replay {
     pub velocity_delay_deviation: Vec<f64>,
     /// The same of the spool's gain (1).
     pub valve_gain_deviation: Vec<f64>,
+    /// The same of the null offset (1).
+    pub null_offset_deviation: Vec<f64>,
     /// The guard's factor on the compensation level (1).
     pub level: Vec<f64>,
     /// The gate's test ratio (1). Above 1 the models do not explain the measurements, and nothing is learned.
@@ -47,7 +51,10 @@ impl Replay {
         self.response_delay_estimate.push(calibration.response_delay.to_f64());
         self.velocity_delay_estimate.push(calibration.velocity_delay.to_f64());
         self.valve_gain_estimate.push(calibration.valve_gain.to_f64());
-        let Deviations { flow_gain, valve_gain, response_delay, velocity_delay } = calibration.deviations;
+        self.null_offset_estimate.push(calibration.null_offset.to_f64());
+        let Deviations { flow_gain, valve_gain, response_delay, velocity_delay, null_offset } =
+            calibration.deviations;
+        self.null_offset_deviation.push(null_offset.to_f64());
         self.flow_gain_deviation.push(flow_gain.to_f64());
         self.response_delay_deviation.push(response_delay.to_f64());
         self.velocity_delay_deviation.push(velocity_delay.to_f64());

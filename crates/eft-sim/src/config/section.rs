@@ -191,11 +191,18 @@ entry!(SavedCalibration {
     valve_gain: f64,
     response_delay: f64,
     velocity_delay: f64,
+    null_offset: f64,
     deviations: Deviations<f64>,
     excitation: f64,
     curve: SavedCurve,
 });
-entry!(Deviations<f64> { flow_gain: f64, valve_gain: f64, response_delay: f64, velocity_delay: f64 });
+entry!(Deviations<f64> {
+    flow_gain: f64,
+    valve_gain: f64,
+    response_delay: f64,
+    velocity_delay: f64,
+    null_offset: f64,
+});
 entry!(SavedCurve {
     asymmetry: f64,
     asymmetry_deviation: f64,

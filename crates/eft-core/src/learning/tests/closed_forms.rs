@@ -22,6 +22,7 @@ const CURVE: FlowCurve<f64> = FlowCurve {
     average: 1e-3,
     correlation: 30.0,
     change: 1.0,
+    null_change: 1.0,
     drift: 0.0,
 };
 /// A flow (steps) so small that no node moves.
@@ -30,20 +31,22 @@ const FLOW: f64 = 0.02;
 const WINDOWS: u32 = 2000;
 
 /// Windows with `flow` (steps) forwards and backwards in turn, through a valve that passes `gains` of it backwards and
-/// forwards. The spool's sensor is off by `offset` (1) of a slope of `slope` steps.
+/// forwards. Its null is at an `offset` (1) of a slope of `slope` steps.
 fn learn(
     (state, evidence): &mut (CurveState<f64>, CurveEvidence<f64>),
     flow: f64,
     [back, forth]: [f64; 2],
     [slope, offset]: [f64; 2],
 ) {
-    let untouched = (CurveState::default(), CurveEvidence::default());
+    let untouched = CurveEvidence::default();
     for _ in 0..WINDOWS {
         for demand in [-back * flow, forth * flow] {
             let taken = demand.signum() * flow;
-            let passed = [demand + offset * slope, slope];
-            let sample = CURVE.sample((&untouched.0, &untouched.1), taken, passed, -offset);
+            let left = offset - evidence.null;
+            let passed = [demand + left * slope, slope];
+            let sample = CURVE.sample(&untouched, taken, passed, [-left, 0.0]);
             CURVE.learn(state, evidence, &sample, 1.0, 1.0);
+            CURVE.update(state, evidence);
         }
     }
 }
