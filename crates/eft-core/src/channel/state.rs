@@ -17,11 +17,7 @@ use crate::velocity::VelocityState;
 pub struct ChannelState<T: Real> {
     pub(super) calibrations: [Calibration<T>; 2],
     pub(super) controller: ControllerState<T>,
-    pub(super) velocity: VelocityState<T>,
-    pub(super) protection: ProtectionState<T>,
-    pub(super) plausibility: PlausibilityState<T>,
-    /// Ticks in a row that the controller refused and for which no velocity could be estimated.
-    pub(super) velocity_gap: u32,
+    // What every tick uses comes first, so that a short offset reaches it.
     /// Ticks left in the window; 0 after its last tick, until the next window begins.
     pub(super) ticks_left: u32,
     pub(super) window: Window<T>,
@@ -30,6 +26,11 @@ pub struct ChannelState<T: Real> {
     pub(super) next: Choice,
     /// Windows until the latest calibration expires.
     pub(super) windows_left: u32,
+    pub(super) velocity: VelocityState<T>,
+    pub(super) protection: ProtectionState<T>,
+    pub(super) plausibility: PlausibilityState<T>,
+    /// Ticks in a row that the controller refused and for which no velocity could be estimated.
+    pub(super) velocity_gap: u32,
     /// Earlier calibrations, to return to when a sensor proves wrong.
     pub(super) sound: Sound<T>,
     pub(super) stuck: StuckWatchState<T>,
