@@ -119,7 +119,8 @@ fn bad_commands_and_states_are_named_and_change_nothing() {
     let text = |result: Result<()>| result.unwrap_err().to_string();
     assert!(text(stand.step(&[f64::NAN], false)).starts_with("valve_command = NaN"));
     assert!(text(stand.step(&[0.1, 0.1], false)).starts_with("valve_command = 2 values"));
-    assert!(text(stand.go_to(&state[1..])).starts_with("state = 18 numbers"));
+    let short = format!("state = {} numbers", state.len() - 1);
+    assert!(text(stand.go_to(&state[1..])).starts_with(&short));
     assert_eq!(stand.state(), state);
     assert!(text(stand.step(&[f64::MAX], false)).contains("diverge"));
 }

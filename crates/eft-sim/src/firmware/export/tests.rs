@@ -111,8 +111,13 @@ fn a_saved_calibration_is_refused() {
         <f32 as Precision>::learner(&parameters(&rig, rig.controller.sample_rate).unwrap()).unwrap();
     let mut calibration = learner.saved(&learner.at_rest());
     // A learner at rest knows no deviations.
-    calibration.deviations =
-        Deviations { flow_gain: 1e-3, valve_gain: 1e-3, response_delay: 1e-4, velocity_delay: 1e-4 };
+    calibration.deviations = Deviations {
+        flow_gain: 1e-3,
+        valve_gain: 1e-3,
+        response_delay: 1e-4,
+        velocity_delay: 1e-4,
+        null_offset: 1e-4,
+    };
     (calibration.curve.asymmetry_deviation, calibration.curve.error) = (1e-3, 1e-6);
     let saved = rig.with(|rig| rig.calibration = Some(calibration)).unwrap();
     for target in [Target::Rust, Target::C] {
