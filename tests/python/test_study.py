@@ -198,7 +198,7 @@ def test_the_page_shows_every_column_as_it_is():
     types = {"int": "int64", "flags": "uint32", "float": "double", "str": "string"}
     adaptive = {"compensation.adaptive": [False, True]}
     shown = [c for c in eft.study(RIG, COMMAND, adaptive).columns if c.name not in adaptive]
-    assert len(shown) == len(eft.study(RIG, COMMAND, [{}]).columns) + 10
+    assert len(shown) == len(eft.study(RIG, COMMAND, [{}]).columns) + 12
     for column in shown:
         unit = f" {column.unit} " if column.unit else " "
         assert f"| `{column.name}` | {types[column.type]} |{unit}| {column.doc} |" in page
