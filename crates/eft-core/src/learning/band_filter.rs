@@ -6,9 +6,9 @@ use crate::number::Real;
 /// Two equal first-order low-passes, then a first-order high-pass against offsets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BandFilter<T> {
-    /// Share of the difference to its input by which a low-pass changes in a step.
+    /// Share of the difference between input and output by which a low-pass changes in a step.
     pub(crate) low_pass: T,
-    /// The same of the mean, long after the start.
+    /// The same for the mean, long after the start.
     pub(crate) high_pass: T,
 }
 integrity!(BandFilter<T>: low_pass, high_pass);

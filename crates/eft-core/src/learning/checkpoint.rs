@@ -1,7 +1,7 @@
 //! The evidence of the estimators, and its checkpoints for a rollback.
 //!
-//! A failed sensor is noticed only after some windows, which count until then. The learner therefore makes checkpoints at
-//! intervals. When the models no longer explain the measurements, it restores the older of the last two.
+//! A failed sensor is noticed only after some windows, whose evidence is accepted. The learner therefore makes
+//! checkpoints at intervals. When the models no longer explain the measurements, it restores the older of the last two.
 
 use crate::integrity::integrity;
 use crate::learning::flow_curve::CurveEvidence;
@@ -17,13 +17,13 @@ pub(crate) struct Evidence<T> {
     pub(crate) valve: LeastSquares<T>,
     /// Total evidence (s, of squared opening × time).
     pub(crate) amount: T,
-    /// As the squares of the asked opening, with the squares of the shares by which older ones are kept.
+    /// The same sum with the squared shares of the older windows, for the scatter of a sum with forgetting.
     pub(crate) newer_openings: T,
-    /// Its time (s), and the squared residuals of the flow and of the spool.
+    /// Duration (s) of the accepted windows, and sums of the squared residuals of the flow and of the spool.
     pub(crate) time: T,
     pub(crate) flow_errors: T,
     pub(crate) spool_errors: T,
-    /// Sum of the squares of the flow (m³/s) that compressed the oil, with the weights of the asked opening.
+    /// Sum of the squares of the flow (m³/s) that compressed the oil, with the weights of the commanded opening.
     pub(crate) compressed: T,
     /// Sums for the flow curve.
     pub(crate) curve: CurveEvidence<T>,

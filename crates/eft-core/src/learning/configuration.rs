@@ -62,7 +62,7 @@ const fn bounds(parameter: &'static str, [lowest, highest]: [f64; 2]) -> Result<
 macro_rules! constructor {
     ($t:ty) => {
         impl Priors<$t> {
-            /// Of the period and the nominal delay (s), the weights, and bounds and largest change of gain and delay.
+            /// From the period and the nominal delay (s), the weights, and bounds and largest change of gain and delay.
             const fn of(
                 [period, nominal_delay]: [f64; 2],
                 weights: [f64; 2],

@@ -75,17 +75,18 @@ impl<T: Real> CurveNodes<T> {
         *departure = (*departure + share * weight * error).limit(-reach, reach);
     }
 
-    /// Says which node is below the last window's flow.
+    /// Records the node below the last window's flow.
     pub(super) fn visit(&mut self, below: usize) {
         self.visited = if below < NODES { below as u32 } else { 0 };
     }
 
-    /// After a rollback: the variances of the departures are those of the start.
+    /// Resets the variances of the departures to those of the start, after a rollback.
     pub(super) fn doubt(&mut self) {
         self.variances = Self::default().variances;
     }
 
-    /// Updates one node: in turn that below the last window's flow, that above it, and twice the next one of a cycle.
+    /// Updates one node. In turn this is the node below the last window's flow, the node above it, and twice the next
+    /// one of a cycle.
     pub(super) fn refresh_next(&mut self, departures: &[T; NODES], asymmetry: T, step: T) {
         self.updates = self.updates.wrapping_add(1);
         let node = if self.updates.is_multiple_of(2) {
@@ -130,7 +131,7 @@ pub(super) fn undo<T: Real>(pieces: &[CurvePiece<T>; PIECES], step: T, flow: T) 
     found
 }
 
-/// The departure (steps) at a flow (steps), in a straight line from node to node.
+/// The departure (steps) at a flow (steps), by linear interpolation between the nodes.
 pub(super) fn between<T: Real>(departures: &[T; NODES], flow: T) -> T {
     let below = node_below(flow);
     match departures.get(below..below.wrapping_add(2)) {

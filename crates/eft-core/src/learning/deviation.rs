@@ -45,8 +45,8 @@ pub(super) struct LeftOut<T> {
 }
 
 impl<T: Real> Deviation<T> {
-    /// Adds one window: the asked opening (1), the flow (m³/s) that compressed the oil, and the residuals of flow (m³/s) and
-    /// spool (1). `weight` is the window's time (s); `keep` is the remaining share of the older sums.
+    /// Adds one window: the commanded opening (1), the flow (m³/s) that compressed the oil, and the residuals of flow
+    /// (m³/s) and spool (1). `weight` is the window's time (s); `keep` is the remaining share of the older sums.
     pub(crate) fn take(
         &self,
         evidence: &mut Evidence<T>,
@@ -61,9 +61,9 @@ impl<T: Real> Deviation<T> {
         evidence.spool_errors = keep * evidence.spool_errors + weight * spool * spool;
     }
 
-    /// The deviations at the motion's mean-square frequency (1/s²); infinite without evidence. They include the difference
-    /// between the estimate in use and the one found, which a bound or a limited rate causes. `of_null` is the variance of
-    /// the null offset by the flow.
+    /// The standard deviations at the motion's mean-square frequency (1/s²); infinite without evidence. They include
+    /// the difference between the estimate in use and the one found, which a bound or a limited rate causes. `of_null`
+    /// is the variance of the null offset by the flow.
     pub(crate) fn of(
         &self,
         evidence: &Evidence<T>,
@@ -97,7 +97,7 @@ impl<T: Real> Deviation<T> {
         }
     }
 
-    /// Variance of the mean opening of the spool relative to the asked one (1), an average over some time.
+    /// Variance of the mean opening of the spool relative to the commanded one (1), an average over some time.
     pub(super) fn of_mean(&self, evidence: &Evidence<T>) -> T {
         self.mean_correlation * evidence.spool_errors / evidence.time
     }
@@ -128,7 +128,7 @@ impl<T: Real> Deviation<T> {
         self.leaks_below / (self.leaks_below + square)
     }
 
-    /// Difference (s) between the delay of the velocity and that of the flows that follow from the force.
+    /// Difference (s) between the velocity's delay and the delay of the flows that follow from the force.
     pub(super) fn late(&self, flow: &GainAndDelay<T>) -> T {
         flow.delay.value.abs() + self.half_sample
     }

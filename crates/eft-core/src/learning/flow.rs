@@ -44,9 +44,9 @@ impl<T: Real> FlowEstimator<T> {
         FlowSample { taken, predicted, late, missed }
     }
 
-    /// Shifts a window's measured mean flow and another one to one instant, by a lag on the earlier one. A lag does not
-    /// overshoot, unlike an extrapolation over more than a window. The lag's loss of amplitude at the motion's mean-square
-    /// frequency (1/s²) is compensated.
+    /// Shifts a window's measured mean flow and a second flow to one instant, by a lag on the earlier one. A lag does
+    /// not overshoot, unlike an extrapolation over more than a window. The lag's loss of amplitude at the motion's
+    /// mean-square frequency (1/s²) is compensated.
     pub(crate) fn together(
         &self,
         state: &GainAndDelay<T>,

@@ -3,13 +3,13 @@
 //! The flow gain `θ` is one number for the whole table. The correction is the remaining error of the table's shape. It maps
 //! the no-load flow over `θ` to the table's flow at the same opening.
 //!
-//! - The *asymmetry* separates the gains of the two directions. It is found by least squares together with an offset of
-//!   the opening, which is an error of the sensor and not of the table.
+//! - The *asymmetry* separates the gains of the two directions. It is found by least squares together with the null
+//!   offset, which is an offset of the opening and not an error of the table's shape.
 //! - Each [node](super::curve_nodes) has a *departure* from the gain of its direction.
 //!
 //! Both start with the prior that the table is correct. The variance of their unexplained part determines how fast they
 //! change, so they change little with noisy sensors. The noise does not bias them, because instruments and nodes follow the
-//! demanded opening, not the measured one.
+//! commanded opening, not the measured one.
 //!
 //! The inverse of the curve is estimated. Its nodes are at demanded flows, so a tick finds its piece by one multiplication.
 
@@ -33,19 +33,19 @@ pub(super) const FARTHEST_NULL: f64 = 0.05;
 /// Parts of the departures that are removed before the estimates of asymmetry and flow gain. Asymmetry and flow gain slowly
 /// take over what they can explain.
 const SHARED: [f64; 2] = [0.5, 0.3];
-/// Weight (squared steps) of no departures at all in what they have in common.
+/// Weight (squared steps) of the prior that the departures have no common part.
 const COMMON_BELIEF: f64 = 1.0e-2;
 /// Constants of the correction; flows in steps from node to node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowCurve<T> {
     pub(crate) grid: CurveGrid<T>,
-    /// Forgetting of the directions' sums, over that of the flow gain's.
+    /// Forgetting of the directions' sums, over the forgetting of the flow gain's sums.
     pub(crate) forgotten: T,
     /// Share of the mean squared error that a further window displaces.
     pub(crate) average: T,
     /// Number of windows for which an error lasts; together they count as one.
     pub(crate) correlation: T,
-    /// Largest changes of asymmetry (1) and null offset (1) at a time.
+    /// Largest changes of asymmetry (1) and null offset (1) in an update.
     pub(crate) change: T,
     pub(crate) null_change: T,
     /// Growth of a departure's variance in a window that moves it, over the square of the node's flow.
@@ -58,11 +58,11 @@ integrity!(FlowCurve<T>: grid, forgotten, average, correlation, change, null_cha
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 struct Direction<T> {
-    /// Sums of the table's slope squared, times flow, times error.
+    /// Sums of the table's slope squared, slope times flow, and slope times error.
     slopes: T,
     slope_flows: T,
     slope_errors: T,
-    /// Sums of the instrument times flow, times error.
+    /// Sums of the instrument times flow, and of the instrument times error.
     flows: T,
     flow_errors: T,
 }
@@ -84,10 +84,10 @@ pub(crate) struct CurveEvidence<T> {
     readings: T,
     /// The nodes' departures (steps) from their direction.
     pub(super) departures: [T; NODES],
-    /// Windows, and the squares of what they leave unexplained (steps).
+    /// Number of windows, and the sum of their squared residuals (squared steps).
     windows: T,
     squares: T,
-    /// Instrument times departures, and the part of the flow itself that the departures are on average (1).
+    /// Sum of instrument times departures, and the mean departure as a share of the flow (1).
     instrument_departures: T,
     common: T,
 }
@@ -112,7 +112,7 @@ integrity!(CurveState<T>: nodes, offset, variance, beyond);
 pub(crate) struct CurveSample<T> {
     /// No-load flow from the actuator's measurements.
     demand: T,
-    /// The same from the demanded opening, without the noise of spool and velocity.
+    /// The same from the commanded opening, without the noise of spool and velocity.
     instrument: T,
     /// The departures' part of the demand.
     departures: T,
@@ -121,7 +121,7 @@ pub(crate) struct CurveSample<T> {
     slope: T,
     /// Excess of the table's flow over the corrected one.
     error: T,
-    /// Reading of the spool's sensor beyond the demanded opening (unit opening).
+    /// Reading of the spool's sensor minus the commanded opening (unit opening).
     reading: T,
 }
 
@@ -139,8 +139,8 @@ impl<T: Real> Default for CurveState<T> {
 
 impl<T: Real> FlowCurve<T> {
     /// A window's data from three values: the actuator's no-load flow over the flow gain (m³/s), the table's no-load flow
-    /// (m³/s) with its slope (m³/s per unit opening), and the demanded opening less the measured one (1). `reading` is the spool's
-    /// reading beyond the demanded opening (1).
+    /// (m³/s) with its slope (m³/s per unit opening), and the commanded opening minus the measured one (1). `reading`
+    /// is the spool's reading minus the commanded opening (1).
     pub(crate) fn sample(
         &self,
         evidence: &CurveEvidence<T>,
@@ -182,7 +182,7 @@ impl<T: Real> FlowCurve<T> {
         keep: T,
     ) {
         let variance = self.observe(state, evidence, s);
-        // Accepted windows alone show the offset of the spool's sensor.
+        // Only accepted windows show the offset of the spool's sensor.
         evidence.readings = (T::splat(1.0) - self.average) * evidence.readings + T::splat(1.0);
         evidence.sensor = evidence.sensor + (s.reading - evidence.sensor) / evidence.readings;
         let below = node_below(s.instrument);
@@ -195,12 +195,12 @@ impl<T: Real> FlowCurve<T> {
         Self::gather(evidence, s, flow_gain, keep);
     }
 
-    /// What a window leaves unexplained (steps).
+    /// A window's residual (steps).
     fn unexplained(state: &CurveState<T>, evidence: &CurveEvidence<T>, s: &CurveSample<T>) -> T {
         s.error - (state.offset - evidence.null) * s.slope
     }
 
-    /// Takes in what a window leaves unexplained, and gives its variance (squared steps), as of errors that do not last.
+    /// Adds a window's residual. Returns the variance (squared steps) of uncorrelated residuals of the same effect.
     fn observe(&self, state: &CurveState<T>, evidence: &mut CurveEvidence<T>, s: &CurveSample<T>) -> T {
         let error = Self::unexplained(state, evidence, s);
         let square = error * error;
@@ -213,7 +213,7 @@ impl<T: Real> FlowCurve<T> {
         self.variance(evidence)
     }
 
-    /// Variance (squared steps) of what the windows leave unexplained, as of errors that do not last.
+    /// Variance (squared steps) of uncorrelated residuals that have the effect of the windows' correlated ones.
     fn variance(&self, evidence: &CurveEvidence<T>) -> T {
         let [first, windows] = FIRST_ERRORS;
         let (sum, count) =
@@ -221,7 +221,7 @@ impl<T: Real> FlowCurve<T> {
         self.correlation * sum / count
     }
 
-    /// Mean square (squared steps) of what a window leaves unexplained.
+    /// Mean square (squared steps) of a window's residual.
     pub(super) fn mean_square(&self, evidence: &CurveEvidence<T>) -> T {
         self.variance(evidence) / self.correlation
     }
@@ -240,8 +240,8 @@ impl<T: Real> FlowCurve<T> {
         state.variance + away * away
     }
 
-    /// Starts from the mean square of the errors (squared steps), from an asymmetry (1) with its standard deviation (1), and
-    /// from a null offset (1) with its variance, at a flow gain (1): from the sums that give them.
+    /// Sets the sums that give these values: the mean square of the errors (squared steps), an asymmetry (1) with its
+    /// standard deviation (1), and a null offset (1) with its variance, at a flow gain (1).
     pub(super) fn know(
         &self,
         (state, evidence): (&mut CurveState<T>, &mut CurveEvidence<T>),
@@ -276,10 +276,11 @@ impl<T: Real> FlowCurve<T> {
     fn gather(evidence: &mut CurveEvidence<T>, s: &CurveSample<T>, flow_gain: T, keep: T) {
         let [back, forth] = &mut evidence.directions;
         let d = if s.instrument < T::splat(0.0) { back } else { forth };
-        // For the flow itself, because the flow gain changes faster than these sums, and without most of the departures.
+        // The sums contain the flow before the division by the flow gain, which changes faster than these sums. Most of
+        // the departures are removed.
         let (flow, instrument) = (flow_gain * s.demand, flow_gain * s.instrument);
         let [shared, _] = SHARED;
-        // The null offset in use changes faster as well.
+        // The null offset in use changes faster as well, so it is added back.
         let error = s.passed + evidence.null * s.slope - T::splat(1.0 - shared) * s.departures - flow;
         d.slopes = keep * d.slopes + s.slope * s.slope;
         d.slope_flows = keep * d.slope_flows + s.slope * flow;
@@ -301,8 +302,8 @@ impl<T: Real> FlowCurve<T> {
         }
     }
 
-    /// The offset that both directions share and either direction's gain, by least squares; the asymmetry goes there at a
-    /// limited rate. `variance` is that of the errors.
+    /// Finds the common offset and the gain of each direction by least squares. Asymmetry and null offset in use follow
+    /// at limited rates. `variance` is that of the errors.
     fn solve(&self, state: &mut CurveState<T>, evidence: &mut CurveEvidence<T>, variance: T) {
         let one = T::splat(1.0);
         let weight = |belief: f64| T::splat(1.0 / (belief * belief)) * variance;
@@ -363,8 +364,8 @@ mod tests {
         }
     }
 
-    /// After swings of this size (m³/s) through a valve that passes `true_flow` where its table has a flow, with its null at
-    /// `offset`. The table's slope is 1 everywhere.
+    /// The state after swings of this size (m³/s) through a valve that passes `true_flow` where its table has a flow,
+    /// with its null at `offset`. The table's slope is 1 everywhere.
     fn learned(swing: f64, offset: f64, true_flow: impl Fn(f64) -> f64) -> Learned {
         let mut l = Learned::default();
         for n in 0..8000_u32 {
@@ -414,7 +415,7 @@ mod tests {
 
     #[test]
     fn map_increases_whatever_was_learned() {
-        // A curve that a table cannot have.
+        // A decreasing curve, which a table cannot have.
         let state = learned(7.0, 0.0, |flow| if flow.abs() < 3.0 { 2.0 * flow } else { 0.3 * flow });
         let mut before = f64::NEG_INFINITY;
         for n in -1200..=1200 {

@@ -27,8 +27,8 @@ pub(crate) struct ModelFlow<T> {
 }
 
 impl<T: Real, const N: usize> FlowModel<T, N> {
-    /// The flow through a spool opening (1) at a force (N), the supply at a multiple `supply` (1) of its pressure; `direction`
-    /// has the sign of the opening.
+    /// The flow through a spool opening (1) at a force (N), with the supply at a multiple `supply` (1) of its pressure.
+    /// `direction` has the sign of the opening.
     pub(crate) fn flow(&self, spool: T, direction: T, force: T, supply: T) -> ModelFlow<T> {
         let (root, _) = self.load_pressure.root(force, direction, supply);
         let (at_no_load, slope, _) = self.curve.eval_with_slope(spool);

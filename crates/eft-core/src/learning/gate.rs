@@ -18,7 +18,7 @@ pub(crate) struct Gate<T> {
     pub(crate) change_weight: T,
     /// Square of the opening (1) per square of a flow (m³/s), for comparing the two models' errors.
     pub(crate) per_square_flow: T,
-    /// Share of the difference to its input by which an average changes in a step.
+    /// Share of the difference between input and average by which an average changes in a step.
     pub(crate) average: T,
     /// Allowed squared error of the models over the signals' squares (1).
     pub(crate) threshold: T,
@@ -59,7 +59,7 @@ pub(crate) struct Signals<T> {
     pub(crate) flow: FlowSample<T>,
     /// Measured spool opening (1).
     pub(crate) spool: T,
-    /// Demanded opening (1).
+    /// Commanded opening (1).
     pub(crate) asked: T,
     /// Its change over the window (1).
     pub(crate) asked_change: T,
@@ -78,7 +78,7 @@ pub(crate) enum Verdict {
 }
 
 impl<T: Real> Gate<T> {
-    /// Waits for one window less, but at least for `least` ones.
+    /// Shortens the hold-off by one window, but to no fewer than `least` windows.
     pub(crate) fn wait(&self, state: &mut GateState<T>, least: u32) {
         let left = state.hold_off.saturating_sub(1);
         state.hold_off = if left > least { left } else { least };
@@ -111,8 +111,9 @@ impl<T: Real> Gate<T> {
         Verdict::Rejected { learned }
     }
 
-    /// Time (s) that an accepted window's evidence counts for, and the share of the older evidence that remains. The demand
-    /// must be large enough, and the measured and the demanded opening (1, before the filters) must be away from the stops.
+    /// Time (s) that an accepted window's evidence counts for, and the share of the older evidence that remains. The
+    /// commanded opening must be large enough. The measured and the commanded opening (1, before the filters) must be
+    /// away from the stops.
     pub(crate) fn weigh(
         &self,
         state: &mut GateState<T>,

@@ -1,4 +1,4 @@
-//! Overcompensation guard: it reduces the level before the structure swings up.
+//! Overcompensation guard: it reduces the level before the structure's motion grows.
 //!
 //! Compensation above the piston's flow gives a force error in phase with the velocity. The actuator then feeds energy
 //! into the structure, beyond an overcompensation of `c/c_add` more than the damping dissipates. The guard measures this
@@ -22,7 +22,7 @@ pub(crate) struct Guard<T> {
     pub(crate) low_pass: T,
     /// Share of the averages in a step.
     pub(crate) average: T,
-    /// The same of the slow average with which the motion is compared.
+    /// The same for the slow average with which the motion is compared.
     pub(crate) slow_average: T,
     /// Mean square of the velocity (m²/s²) below which the guard does not act.
     pub(crate) quiet: T,
@@ -42,7 +42,7 @@ integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, low_pass, a
 pub(crate) struct GuardState<T> {
     error: LowPass<T>,
     velocity: LowPass<T>,
-    /// Mean of the error, from offsets of the sensors.
+    /// Mean of the error, which offsets of the sensors cause.
     mean_error: T,
     pumped: T,
     squares: T,

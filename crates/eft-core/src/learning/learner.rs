@@ -1,4 +1,4 @@
-//! The learner: one straight-line function from a window to a calibration.
+//! The learner: one function from a window to a calibration.
 
 use crate::compensation::{Calibration, Deviations, LeadNetwork};
 use crate::integrity::{integrity, word};
@@ -70,7 +70,7 @@ pub struct LearnerState<T> {
     /// The means' share in use.
     share: T,
     filters: Filters<T>,
-    /// Flow (m³/s) that the actuator took and the table's, both at no load and at one instant.
+    /// The actuator's flow and the table's (m³/s), both at no load and at one instant.
     flows: [T; 2],
     gate: GateState<T>,
     pub(super) flow: GainAndDelay<T>,
@@ -95,7 +95,7 @@ struct Means<T> {
     valve_command: T,
     command: T,
     command_change: T,
-    /// Flow (m³/s) that the force shows: what leaks, and what compresses the oil.
+    /// Flow (m³/s) that follows from the force: leakage and compression of the oil.
     compressed: T,
 }
 integrity!(Means<T>: velocity, force, spool, valve_command, command, command_change, compressed);
@@ -116,7 +116,7 @@ integrity!(Filters<T>: asked, spool, predicted, flow);
 const START: u32 = 3;
 
 impl<T: Real> LearnerState<T> {
-    /// A word over every number of the state, to compare behind one update and before the next.
+    /// An integrity word over every number of the state. Compare the word after one update with that before the next.
     ///
     /// # Cost
     /// As [`Channel::integrity`](crate::Channel::integrity).
@@ -126,7 +126,7 @@ impl<T: Real> LearnerState<T> {
 }
 
 impl<T: Real, const N: usize> Learner<T, N> {
-    /// A word over every number of the configuration, as [`Channel::integrity`](crate::Channel::integrity).
+    /// An integrity word over every number of the configuration, as [`Channel::integrity`](crate::Channel::integrity).
     ///
     /// # Cost
     /// As there.
@@ -182,16 +182,16 @@ impl<T: Real, const N: usize> Learner<T, N> {
         state.filtered = whole;
         state.mean_share = self.filter.next_share(state.mean_share, restart);
 
-        // The demanded and the measured opening in the estimators' band.
+        // The commanded and the measured opening in the estimators' band.
         self.valve.asked(&mut state.valve, means.valve_command, restart);
         let (filter, filters, share) = (&self.filter, &mut state.filters, state.share);
         let (opening, change) = filter.step(&mut filters.asked, state.valve.opening(), share, restart);
         let asked = [opening, -change];
         let (spool, _) = filter.step(&mut filters.spool, means.spool, share, restart);
 
-        // The flow that the actuator took, and the one that the table predicts.
+        // The actuator's flow, and the flow that the table predicts.
         let taken = self.piston_area * means.velocity + means.compressed;
-        // Both openings count from the valve's null. The asked one has no offset of a sensor.
+        // Both openings are relative to the valve's null. The commanded one has no sensor offset.
         let valve_gain = state.valve.found.gain.value;
         let (mut measured, mut wanted) = (means.spool, state.valve.opening());
         if self.corrects {
@@ -269,7 +269,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 self.deviation.take(evidence, [opening, state.means.compressed], missed, weights);
                 if self.corrects {
                     let [taken, passed] = flows;
-                    // The null offset counts at the command, so the slope is that over the asked opening.
+                    // The null offset is one of the command, so the slope is per commanded opening.
                     let (ahead, passed) =
                         (valve_gain * wanted - measured, [passed, valve_gain * model.slope]);
                     let ahead = [ahead, evidence.curve.sensor - ahead];
@@ -281,7 +281,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             self.flow.priors.solve(&mut state.flow, &state.evidence.flow);
             self.valve.priors.solve(&mut state.valve.found, &state.evidence.valve);
         }
-        // Curve and standard deviations change slowly: each has every other window.
+        // Curve and standard deviations change slowly, so each is updated in every other window.
         if window.number.is_multiple_of(2) {
             let square = self.valve.mean_square_frequency(&state.evidence.valve);
             state.deviations = self.deviations(state, square);
@@ -306,7 +306,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     }
 
     /// The means of a whole window. A lost valve command (V) is replaced by that for the measured opening. With any other
-    /// one the filters' means would contradict each other for seconds.
+    /// value the filters' means would contradict each other for seconds.
     fn means(&self, window: &Window<T>, valve_gain: T) -> Means<T> {
         let Sums { velocity, force, spool, valve_command, command, spool_without_command } = window.sums;
         let stand_in = spool_without_command / (self.valve.valve_gain * valve_gain);
@@ -347,7 +347,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let (level, null) = (state.guard.level, state.evidence.curve.null);
         let square = self.valve.mean_square_frequency(&state.evidence.valve);
         let lead = self.valve.lead(valve, square, flow.delay.value, level);
-        // Without estimates the configured network stays as it is, only its level moves.
+        // Without estimates the configured network stays as it is, and only its level changes.
         let lead =
             if self.adapts { lead } else { LeadNetwork::of(self.lead.pole(), self.lead.rate(), lead.gain()) };
         let estimates = [&flow.gain, &flow.delay, &valve.gain, &valve.delay];

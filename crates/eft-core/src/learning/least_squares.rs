@@ -118,8 +118,8 @@ impl<T: Real> Priors<T> {
         state.delay.approach(&self.delay, self.nominal_delay + self.period * further);
     }
 
-    /// Variances of gain (1) and delay (s²), per variance of the errors and per time for which an error lasts, with the
-    /// `squares` of the instruments; 0 if nothing is known.
+    /// Variances of gain (1) and delay (s²), per variance of the errors and per correlation time of an error. `squares`
+    /// are those of the instruments. The variances are 0 if nothing is known.
     pub(crate) fn spread(&self, sums: &LeastSquares<T>, squares: &[[T; 2]; 2]) -> [T; 2] {
         let [[zz, zw], [_, ww]] = *squares;
         let Some(rows) = sums.inverse(self.weights) else { return [T::splat(0.0); 2] };

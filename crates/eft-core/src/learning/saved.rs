@@ -25,16 +25,16 @@ pub struct SavedCalibration {
     pub flow_gain: f64,
     /// The spool's gain over the configured one (1).
     pub valve_gain: f64,
-    /// Delay (s) of the spool, by its sensor.
+    /// Delay (s) of the measured spool after its command.
     pub response_delay: f64,
-    /// Delay (s) of the velocity behind the spool, each by its sensor.
+    /// Delay (s) of the measured velocity after the measured spool.
     pub velocity_delay: f64,
     /// Commanded opening (1) at which the valve passes nothing at no load.
     pub null_offset: f64,
     /// Standard deviations of these five; infinite where nothing was learned.
     pub deviations: Deviations<f64>,
-    /// Motion (s) on which they rest: the integral of the squared opening over the time that is remembered. Where it is 0
-    /// nothing was learned.
+    /// Evidence (s) of the estimates: the integral of the squared opening over the remembered time. If it is 0, nothing
+    /// was learned.
     pub excitation: f64,
     /// The correction of the flow table.
     pub curve: SavedCurve,
@@ -45,17 +45,17 @@ pub struct SavedCalibration {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct SavedCurve {
-    /// Table flow per flow of the forward direction over the mean of both directions, less 1 (1): negative where the valve
-    /// passes more forwards than the table.
+    /// Table flow per flow of the forward direction over the mean of both directions, minus 1 (1). It is negative if
+    /// the valve passes more forwards than the table.
     pub asymmetry: f64,
     /// Its standard deviation (1).
     pub asymmetry_deviation: f64,
-    /// Table flow (m³/s) less that of the direction, at 17 no-load flows from -8/7 to 8/7 of the greatest one. The first,
-    /// the middle and the last are 0.
+    /// Table flow (m³/s) minus that by the direction's gain, at 17 no-load flows from -8/7 to 8/7 of the greatest one.
+    /// The first, the middle and the last are 0.
     pub departures: [f64; NODES],
     /// Their standard deviations (m³/s).
     pub departure_deviations: [f64; NODES],
-    /// Root mean square (m³/s) of what the correction leaves unexplained of a window's flow.
+    /// Root mean square (m³/s) of the residual of a window's flow after the correction.
     pub error: f64,
 }
 
@@ -67,10 +67,10 @@ impl SavedCalibration {
 /// Share of a range by which rounding may put a value beyond it.
 const ROUNDING: f64 = 1.0e-6;
 
-/// Halvings that leave nothing of an interval in double precision.
+/// Number of bisections after which an interval is exhausted in double precision.
 const BISECTIONS: u32 = 60;
 
-/// Share of a variance that may be what the models leave out: some is noise.
+/// Largest share of a variance that may come from the models' systematic errors. The rest is noise.
 const MOST_LEFT_OUT: f64 = 0.98;
 
 /// Time (s) for which the saved mean errors count.
@@ -80,7 +80,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// The calibration, for [`start_from`](Self::start_from) later.
     ///
     /// # Cost
-    /// For after a test, not for a tick.
+    /// Call it after a test, not in a tick.
     pub fn saved(&self, state: &LearnerState<T>) -> SavedCalibration {
         let of = T::to_f64;
         let (flow, valve) = (&state.flow, &state.valve.found);
@@ -131,7 +131,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         state.flow = flow.at(of(saved.flow_gain), of(saved.velocity_delay));
         state.valve.found = valve.at(of(saved.valve_gain), of(saved.response_delay));
 
-        // Squares of the regressors, and of the errors, that give these deviations together with what the models leave out.
+        // Squares of the regressors and of the errors. Together with the systematic errors they give these deviations.
         let known = |priors: &Priors<T>, squares: T, variance: T| {
             let [prior, _] = priors.weights;
             (if variance > zero { variance } else { zero }).sqrt() * (squares + prior) / excitation.sqrt()
@@ -147,7 +147,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let left_out = left_out(zero, square);
             [left_out.valve_gain, left_out.response_delay]
         });
-        // As much of the flow's deviations as leaves those of one noise to the rest.
+        // The systematic part of the flow's deviations. The rest of both must follow from the same noise.
         let unit = left_out(one, square);
         let most =
             T::splat(MOST_LEFT_OUT) * least(of_velocity / unit.velocity_delay, of_flow_gain / unit.flow_gain);
@@ -257,8 +257,8 @@ fn least<T: Real>(one: T, other: T) -> T {
     if one < other { one } else { other }
 }
 
-/// Mean-square frequency (1/s²) of the motion on which variances of a gain (1) and of a delay (s²) rest: that at which
-/// the rests behind what the models leave out are those of one noise.
+/// Mean-square frequency (1/s²) of the motion from which the variances of a gain (1) and of a delay (s²) were learned.
+/// At this frequency both variances, without their systematic parts, follow from the same noise.
 fn frequency<T: Real>([gain, delay]: [T; 2], left_out: impl Fn(T) -> [T; 2]) -> T {
     let (mut low, mut high) = (T::splat(0.0), gain / delay);
     for _ in 0..BISECTIONS {
@@ -281,7 +281,7 @@ impl<T: Real> Priors<T> {
 }
 
 impl<T: Real> LeastSquares<T> {
-    /// Sums that give this gain and this delay, by squares of their regressors.
+    /// Sums that give this gain and this delay, from the squares of their regressors.
     fn of(priors: &Priors<T>, squares: [T; 2], found: &GainAndDelay<T>) -> Self {
         let ([a, d], [gain_prior, delay_prior]) = (squares, priors.weights);
         let zero = T::splat(0.0);

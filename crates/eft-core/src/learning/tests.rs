@@ -1,4 +1,4 @@
-//! What the estimates may become, where the gate lets everything pass.
+//! Bounds of the estimates, with a gate that accepts every window.
 
 mod closed_forms;
 
@@ -12,7 +12,7 @@ use crate::table::FlowTable;
 type Valve = [f64; 3];
 const SOUND: Valve = [1.0, 1.0, 5.0e-3];
 
-/// What is found of a valve in some seconds of swinging, and the last flags.
+/// The estimates for a valve after some seconds of a sine, and the last flags.
 fn found([flow_gain, valve_gain, delay]: Valve, learning: Learning) -> (Valve, u32) {
     let p = Parameters { realization: Realization::Analog, learning, ..Parameters::ZHAO2005 };
     let table = FlowTable::<f64, 21>::new(p.openings, p.flows).unwrap();
@@ -37,7 +37,7 @@ fn found([flow_gain, valve_gain, delay]: Valve, learning: Learning) -> (Valve, u
     ([c.flow_gain, c.valve_gain, c.response_delay], flags)
 }
 
-/// Each is found where no bound stands before it; the first of the bounds that does is the estimate's own.
+/// With wide bounds each estimate is near the true value. With the default ones it stops at its own bound.
 #[test]
 fn estimates_stop_at_their_bounds() {
     let bounded = Learning { guard: false, ..Learning::ADAPTIVE };

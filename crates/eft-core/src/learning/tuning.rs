@@ -25,7 +25,7 @@ pub(crate) const LINEAR_RANGE: f64 = 0.9;
 /// Time (s) that weights a rate of opening in comparison with an opening.
 pub(crate) const EXCITATION_TIME: f64 = 0.1;
 
-/// Square of the lowest frequency (1/s²) that tells a leak from the oil's compression.
+/// Square of the lowest frequency (1/s²) at which leakage and the oil's compression are distinguished.
 pub(crate) const SLOWEST: f64 = 1.0e-6;
 
 /// Largest rate of the flow gain (1/s).
@@ -42,7 +42,7 @@ pub(crate) const FLOW_GAIN_PRIOR: f64 = 1.0e-7;
 pub(crate) const VALVE_GAIN_PRIOR: f64 = 1.0e-6;
 /// Weight of the configured response delay (1/s, of squared opening rate).
 pub(crate) const RESPONSE_DELAY_PRIOR: f64 = 6.0e-5;
-/// The same of the velocity's delay.
+/// The same for the velocity's delay.
 pub(crate) const VELOCITY_DELAY_PRIOR: f64 = 6.0e-4;
 /// Largest rate of the null offset (1/s).
 pub(crate) const NULL_RATE: f64 = 0.05;
@@ -52,7 +52,7 @@ pub(crate) const DIRECTION_MEMORY: f64 = 5.0;
 pub(crate) const CURVE_AVERAGE: f64 = 4.0;
 /// Assumed duration (s) of an error of the flow curve: half a period of a tone of some hertz.
 pub(crate) const CURVE_CORRELATION: f64 = 0.12;
-/// Drift of a node over its own flow (1/√s of motion beside it).
+/// Drift of a node over its own flow (1/√s of motion in the adjacent pieces).
 pub(crate) const CURVE_DRIFT: f64 = 0.016;
 
 /// Overcompensation (1) at which the guard begins to act.

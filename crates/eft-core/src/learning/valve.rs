@@ -22,7 +22,7 @@ pub(crate) struct ValveEstimator<T> {
     pub(crate) sample: T,
     /// Delay between the lead network's output and the sample of the valve command that contains it.
     pub(crate) sampling_delay: T,
-    /// Of the spool's gain over the configured one, and of its delay behind the lead network's output.
+    /// Priors of the spool's gain over the configured one, and of its delay after the lead network's output.
     pub(crate) priors: Priors<T>,
 }
 integrity!(ValveEstimator<T>: valve_gain, lead_gain, lag_per_delay, sample, sampling_delay, priors);
@@ -39,7 +39,7 @@ pub(crate) struct ValveState<T> {
 integrity!(ValveState<T>: opening, washout, found);
 
 impl<T: Real> ValveState<T> {
-    /// The last demanded opening (1).
+    /// The last commanded opening (1).
     pub(crate) fn opening(&self) -> T {
         self.opening
     }
@@ -52,8 +52,8 @@ impl<T: Real> ValveEstimator<T> {
         ValveState { opening: zero, washout: zero, found: self.priors.at_rest() }
     }
 
-    /// Works out the opening (1) that this valve command (V) asks for: the inverse of a lead network for the valve alone,
-    /// by Tustin at the estimator's period.
+    /// Computes the commanded opening (1) from the valve command (V), by the inverse of a lead network for the valve
+    /// alone. It is discretised by Tustin at the estimator's period.
     pub(crate) fn asked(&self, state: &mut ValveState<T>, valve_command: T, restart: bool) {
         let input = self.valve_gain * valve_command;
         let delay = state.found.delay.value;
@@ -66,8 +66,8 @@ impl<T: Real> ValveEstimator<T> {
         state.washout = input - state.opening;
     }
 
-    /// Takes in one step: the asked opening (1) and its decrease, the measured spool (1), all through one filter.
-    /// `weight` is the step's time (s), the older ones are kept by the share `keep`.
+    /// Adds one step: the commanded opening (1) and its decrease, and the measured spool (1), all through the same
+    /// filter. `weight` is the step's time (s), and `keep` the share of the older sums that remains.
     pub(crate) fn take(
         &self,
         state: &ValveState<T>,
@@ -88,8 +88,8 @@ impl<T: Real> ValveEstimator<T> {
     }
 
     /// The lead network for the valve and a velocity that is late (s), at a compensation level (1) on top of the
-    /// configured one. The valve's gain contains what a network for the valve alone would add to the amplitude. What this
-    /// one adds more is taken back at the motion's mean-square frequency (1/s²).
+    /// configured one. The valve's gain includes the increase of the amplitude by a network for the valve alone. The
+    /// additional increase by this network is removed at the motion's mean-square frequency (1/s²).
     pub(crate) fn lead(
         &self,
         found: &GainAndDelay<T>,
@@ -144,13 +144,13 @@ mod tests {
         },
     };
 
-    /// The estimate of a spool that follows what was asked by a gain and a delay (s).
+    /// The estimate for a spool that follows the commanded opening with a gain and a delay (s).
     fn found(gain: f64, delay: f64) -> GainAndDelay<f64> {
         let (mut state, mut sums) = (ESTIMATOR.at_rest(), LeastSquares::default());
         for n in 0..2000_u32 {
             let at = |n: f64| 0.2 * (0.04 * n).sin();
             let (asked, change) = (at(f64::from(n) - 0.5), at(f64::from(n)) - at(f64::from(n) - 1.0));
-            // The asked opening comes through the inverse of the network in use, one sample before the command.
+            // The commanded opening comes from the inverse of the network in use, one sample before the command.
             let late = delay - ESTIMATOR.sampling_delay - state.found.delay.value;
             let spool = gain * asked - late * ESTIMATOR.priors.per_period * change;
             ESTIMATOR.take(&state, &mut sums, [asked, -change], spool, [ESTIMATOR.priors.period, 0.99]);
@@ -180,7 +180,7 @@ mod tests {
         let mut network = LeadNetwork::at_rest(0.0);
         for n in 0..3000_u32 {
             let opening = 0.3 * (0.01 * f64::from(n)).sin();
-            // The network's voltage goes through the proportional gain, which its own gain is divided by.
+            // The proportional gain multiplies the network's voltage, and the network's gain contains its reciprocal.
             let voltage = lead.step(&mut network, opening) / (estimator.lead_gain * estimator.valve_gain);
             estimator.asked(&mut state, voltage, n == 0);
             if n > 500 {

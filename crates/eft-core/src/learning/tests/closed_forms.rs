@@ -30,8 +30,8 @@ const FLOW: f64 = 0.02;
 /// Number of windows in each direction.
 const WINDOWS: u32 = 2000;
 
-/// Windows with `flow` (steps) forwards and backwards in turn, through a valve that passes `gains` of it backwards and
-/// forwards. Its null is at an `offset` (1) of a slope of `slope` steps.
+/// Windows with `flow` (steps) backwards and forwards in turn. The table's flow for it is `back` and `forth` times as
+/// large. The null is at `offset` (1), and the table has a slope of `slope` steps there.
 fn learn(
     (state, evidence): &mut (CurveState<f64>, CurveEvidence<f64>),
     flow: f64,
