@@ -23,7 +23,7 @@ pub struct Calibration<S: Scalar> {
     pub per_flow_gain: S,
     /// The inverse of the estimated valve, with the guard's level in its gain.
     pub lead: LeadNetwork<S>,
-    /// Delay (s) of the measured spool after its command: the valve's, half a sample of hold and any computation.
+    /// Delay (s) of the measured spool after its command: that of the valve, half a sample of hold, and computation.
     pub response_delay: S,
     /// Delay (s) of the measured velocity after the measured spool. The lead network compensates for both delays.
     pub velocity_delay: S,
@@ -31,7 +31,7 @@ pub struct Calibration<S: Scalar> {
     pub valve_gain: S,
     /// Commanded opening (1) at which the valve passes nothing at no load.
     pub null_offset: S,
-    /// The compensation signal (V) for it, `null_offset/(G_p·K_s)`, which the tick adds.
+    /// The compensation signal (V) for the null offset, `null_offset/(G_p·K_s)`, which the tick adds.
     pub null_signal: S,
     /// The guard's factor on the compensation level (1).
     pub level: S,
@@ -46,9 +46,9 @@ integrity!(Calibration<T>: window, status, flow_gain, per_flow_gain, lead, respo
 
 /// Standard deviations of the estimates; infinite before anything is learned.
 ///
-/// They have two parts. The scatter from test to test by noise follows from the information of the least squares and from
-/// the models' mean square residual. The systematic errors of the models are the same in every test. Their size follows from
-/// the delays and from the motion's mean-square frequency. The page on self-calibration has the equations.
+/// They have two parts. The scatter from test to test by noise follows from the information of the least squares and
+/// from the models' mean square residual. The systematic errors of the models are the same in every test. Their size
+/// follows from the delays and from the motion's mean-square frequency. The page on self-calibration has the equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -137,7 +137,7 @@ impl<S: Scalar> Calibration<S> {
     }
 }
 
-/// The estimates with their standard deviations, without the tick's coefficients.
+/// The estimates with their standard deviations, without the coefficients for the tick.
 #[cfg(feature = "defmt")]
 impl<T: crate::number::Real + defmt::Format> defmt::Format for Calibration<T> {
     fn format(&self, f: defmt::Formatter<'_>) {

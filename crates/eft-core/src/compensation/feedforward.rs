@@ -35,8 +35,8 @@ impl<S: Scalar> FeedforwardState<S> {
 
 impl<S: Scalar> Feedforward<S> {
     /// One sample: the flow (m³/s) that the force command (N) needs, its rate taken from the last sample to this one.
-    /// If the command is known in advance, pass a later one. One sample ahead compensates for this difference and for
-    /// the hold of the output.
+    /// If the command is known in advance, pass a later one. One sample ahead compensates for the delays of this
+    /// difference and of the hold of the output.
     ///
     /// # NaN
     /// A command that is not finite, or beyond [`LARGEST`], counts as the last one: finite for every input.
@@ -50,7 +50,7 @@ impl<S: Scalar> Feedforward<S> {
         state.command = command;
         self.flow_per_change * change + self.flow_per_force * command
     }
-    /// The steady state at this command (N), so that the next step has no kick.
+    /// The steady state at this command (N), so that the next step does not see a jump of the command.
     #[inline(always)]
     pub fn at_rest(&self, command: S) -> FeedforwardState<S> {
         let valid = command.abs().le(S::splat(LARGEST));

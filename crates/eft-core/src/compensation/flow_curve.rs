@@ -6,9 +6,9 @@
 use crate::integrity::integrity;
 use crate::number::{Real, Scalar};
 
-/// Pieces, half of them in either direction.
+/// Number of pieces, half of them in either direction.
 pub(crate) const PIECES: usize = 16;
-/// Nodes: the pieces' ends.
+/// Number of nodes, the ends of the pieces.
 pub(crate) const NODES: usize = PIECES + 1;
 /// Flow (steps) of the first node.
 pub(crate) const FIRST_NODE: f64 = -(PIECES as f64) / 2.0;
@@ -75,6 +75,6 @@ impl CurveGrid<f64> {
 /// The number of the node below a flow (steps), if there is one. The piece above a node has the node's number.
 #[inline(always)]
 pub(crate) fn node_below<T: Real>(demand: T) -> usize {
-    // A cell is counted from 1, the first node is cell 0.
+    // Cells are counted from 1. The first node is cell 0.
     (demand + T::splat(1.0 - FIRST_NODE)).cell().0 as usize
 }

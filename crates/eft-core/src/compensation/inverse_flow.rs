@@ -30,7 +30,7 @@ pub struct InverseFlow<S: Scalar, const N: usize> {
 integrity!(InverseFlow<T, N>: table, load_pressure, sign_from_demand);
 
 impl<S: Scalar, const N: usize> InverseFlow<S, N> {
-    /// The no-load flow (m³/s) that is demanded of the valve for a flow (m³/s), and where the load pressure's root met its
+    /// The no-load flow (m³/s) that the valve must pass for a flow (m³/s), and where the load pressure's root is at its
     /// floor. It depends on measured force (N) and spool (1), and on the supply over the configured one, `supply` (1).
     #[inline(always)]
     pub fn demand(&self, flow: S, force: S, spool: S, supply: S) -> (S, S::Mask) {
@@ -88,7 +88,7 @@ macro_rules! constructor {
                 let flow_gain = check!(positive("flow_gain", p.flow_gain));
                 self.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
                 self.sign_from_demand = matches!(p.sign_from, SignFrom::Demand);
-                // A refusal names the table's own entries, for either direction of use.
+                // An error names the table's entries, whichever axis is the input.
                 check!(self.table.fill("openings", p.openings, "flows", p.flows));
                 if matches!(p.mode, Mode::Linear) {
                     // The straight line over the whole stroke.

@@ -20,8 +20,8 @@ impl<S: Scalar> LoadPressure<S> {
     /// counts), and where the radicand was raised to its floor.
     ///
     /// # NaN
-    /// The factor lies within [0, 4.48] for every input. A NaN force reads as floored (or, without a direction, as
-    /// no force).
+    /// The factor lies within [0, 4.48] for every input. With a NaN force the radicand is at its floor. Without a
+    /// direction, a NaN force counts as no force.
     ///
     /// # Cost
     /// One multiplication, one subtraction, one square root, one division.

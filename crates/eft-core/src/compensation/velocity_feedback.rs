@@ -49,7 +49,7 @@ pub struct CompensationInput<S> {
     pub spool: S,
     /// Supply pressure over the configured one (1).
     pub supply: S,
-    /// Flow (m³/s) that is demanded in addition to the piston's.
+    /// Flow (m³/s) that is required in addition to the piston's.
     pub further_flow: S,
 }
 
@@ -105,7 +105,8 @@ pub struct CompensationOutput<S: Scalar> {
 }
 
 impl<S: Scalar, const N: usize> Compensation<S, N> {
-    /// One sample: the compensation signal `v_c` (V). A [`Controller`](crate::Controller) adds the calibration's null signal.
+    /// One sample: the compensation signal `v_c` (V). A [`Controller`](crate::Controller) adds the signal of the null
+    /// offset.
     ///
     /// # NaN
     /// A measurement that is not finite or beyond its range, or such a flow, leaves the state as it was, repeats the

@@ -19,11 +19,11 @@ pub(crate) struct SensorGate<T> {
     pub(crate) reversing: T,
     /// Change from sample to sample below which a reading is still.
     pub(crate) still: [T; 4],
-    /// Share of the difference by which the liveliness changes in a sample.
+    /// Coefficient (1) of the average of the liveliness.
     pub(crate) forgetting: T,
     /// Probability below which a series of still readings is a fault.
     pub(crate) chance: T,
-    /// Share of the difference by which a slope changes in a sample.
+    /// Coefficient (1) of the average of a slope.
     pub(crate) share: T,
 }
 integrity!(SensorGate<T>: jump, friction, reversing, still, forgetting, chance, share);
@@ -42,7 +42,7 @@ pub(crate) struct Signal<T> {
     pub(crate) repeats: u32,
     /// Liveliness: share of the readings that were off the line of the two earlier ones, as noise is.
     liveliness: T,
-    /// Probability that a sound sensor gives the present series of still readings; 0 before the first.
+    /// Probability that a working sensor gives the present series of still readings; 0 before the first.
     likelihood: T,
     /// The last change from reading to reading.
     step: T,
@@ -160,7 +160,7 @@ mod tests {
             assert!((pass(reading) - reading).abs() < 1e-12, "{n}");
         }
         assert!(pass(-50.0).is_nan() && pass(f64::NAN).is_nan());
-        // Two were lost; the slope is known.
+        // After two lost readings the slope is still known.
         assert!((pass(151.0) - 151.0).abs() < 1e-12);
         for _ in 0..20 {
             assert!(pass(-150.0).is_nan());
@@ -189,7 +189,7 @@ mod tests {
         for n in 0..200_000 {
             assert!(!still(50.0 * libm::sin(2e-3 * f64::from(n)) + noisy(&mut seed)), "{n}");
         }
-        // An open input has little noise.
+        // An open input, whose noise is small.
         let readings = (1..).find(|n| still(0.02 * f64::from(n % 2)));
         assert!(readings.is_some_and(|n| (8..20).contains(&n)), "{readings:?}");
     }

@@ -33,8 +33,8 @@ pub struct PlausibilityParameters {
     pub velocity_noise: f64,
     /// Noise of the spool opening (1).
     pub spool_noise: f64,
-    /// Largest difference (N) between the force and the load pressure times the piston area, by friction, inertia and offsets;
-    /// `f64::MAX` if the chamber pressures are not measured.
+    /// Largest difference (N) between the force and the load pressure times the piston area, by friction, inertia and
+    /// offsets; `f64::MAX` if the chamber pressures are not measured.
     pub load_pressure_tolerance: f64,
     /// False alarms (1/h) that this noise may raise.
     pub false_alarms: f64,
@@ -43,7 +43,8 @@ pub struct PlausibilityParameters {
 }
 
 impl PlausibilityParameters {
-    /// The noise of the paper's rig at 0.05 % of each range; one false alarm in a thousand hours; a second and a half to settle.
+    /// The noise of the paper's rig at 0.05 % of each range; one false alarm in a thousand hours; 1.5 s of following
+    /// the specimen.
     pub const DEFAULT: Self = Self {
         force_noise: 78.0,
         displacement_noise: 6.35e-5,

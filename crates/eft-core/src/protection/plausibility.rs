@@ -1,8 +1,9 @@
 //! The plausibility watch: it compares the measurements with each other, without redundant sensors.
 //!
-//! Three balances, each a residual with a two-sided cumulative sum: the actuator's flow (once as it is, once above the
-//! motion's frequencies, where the oil and so the force shows), the velocity against the displacement's derivative, the
-//! spool against its command. What a wrong calibration may leave of a balance is taken off before it is summed up.
+//! Three balances have residuals with two-sided cumulative sums. They are the actuator's flow, the velocity compared
+//! with the displacement's derivative, and the spool compared with its command. The flow has a second residual above
+//! the motion's frequencies, where the oil's flow, and with it the force, has a large part. A dead band for the
+//! possible errors of the calibration is subtracted from each residual before the sum.
 
 mod blame;
 mod load_pressure;
@@ -54,7 +55,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// Shares of the envelopes that remain in a sample, for the fast residual and for the others.
     pub(super) fast_decay: T,
     pub(super) decay: T,
-    /// Residuals from noise and offsets, of flow, fast flow (m³/s), motion (m/s) and opening (1), and limits of the sums.
+    /// Residuals by noise and offsets, of flow and fast flow (m³/s), motion (m/s) and opening (1). Limits of the sums.
     pub(super) drift: [T; 4],
     pub(super) limit: [T; 6],
     /// Largest time (s) between velocity and displacement.
@@ -67,13 +68,13 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) fade: T,
     /// Largest velocity (m/s) that the brake leaves uncompensated.
     pub(super) brake: T,
-    /// Flow (m³/s) that an overlap of the spool may hide.
+    /// Flow (m³/s) that an overlap of the spool may block.
     pub(super) null_drift: T,
     /// Difference (N) at which the force counts as far from its command.
     pub(super) astray: T,
     /// Changes of command (N) and displacement (m) at which a working sensor must have changed.
     pub(super) evidence: [T; 2],
-    /// If the chamber pressures are measured.
+    /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
 integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
@@ -103,12 +104,12 @@ pub(crate) struct PlausibilityState<T> {
     lows: [T; 5],
     /// High-passes of residual, valve's flow and oil's flow.
     highs: [[T; 2]; 3],
-    /// The valve model's opening, and that and the spool after a low-pass.
+    /// The valve model's opening, and the low-passed openings of the valve model and of the spool.
     valve: [T; 4],
     envelopes: [T; 6],
     /// Smallest recent distance of the spool from null (1).
     near_null: T,
-    /// Velocity, its difference from the displacement's and the flow's residual, low-passed further.
+    /// Velocity, its difference from the displacement's, and the flow's residual, with a further low-pass.
     fine: [T; 3],
     sums: [Sum<T>; 6],
     /// The last displacement (m) of the motion's balance, and whether this sample follows it.
@@ -116,11 +117,12 @@ pub(crate) struct PlausibilityState<T> {
     goes_on: bool,
     /// Difference (m) between velocity and displacement that a delay may cause.
     late: T,
-    /// Average of the larger misfit of the velocity's flow than of the displacement's, times their difference (m⁴/s²).
+    /// Average (m⁴/s²) of the squared flow residual with the velocity minus that with the displacement, over twice the
+    /// piston area.
     worse: T,
     /// Set when the force is blamed for a flow balance that contains the velocity as well.
     by_balance: bool,
-    /// The velocity (m/s) that was last followed, what is left of its difference from the one before, and which it is.
+    /// The last followed velocity (m/s), the remaining step from the previous source (m/s), and the source.
     followed: T,
     step: T,
     source: u32,
@@ -158,7 +160,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         out
     }
 
-    /// Takes in a tick's readings behind the [`gate`](Self::gate), and says what contradicts them now.
+    /// Adds a tick's readings after the [`gate`](Self::gate), and returns what contradicts now.
     #[inline(always)]
     pub(crate) fn judge(
         &self,
@@ -213,7 +215,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     }
 
     /// The velocity (m/s) to follow. After a change of its source the step between the two fades in the valve's delay,
-    /// because the lead network would respond to the step with a kick.
+    /// because the lead network would respond to the step with a peak of the valve command.
     #[inline(always)]
     pub(crate) fn bridge(&self, state: &mut PlausibilityState<T>, velocity: T, source: u32) -> T {
         if !velocity.is_finite() {

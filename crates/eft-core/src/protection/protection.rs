@@ -1,10 +1,10 @@
 //! Protection of the specimen: limits with warning and trip levels, soft start and end, ramp to zero force.
 //!
-//! Two stages. A *trip* freezes the force command and ramps it to zero, with the force loop still closed. A *shutdown*
-//! ramps the whole valve command to zero. It follows if measurements stay lost, the controller refuses its
-//! samples, a signal goes far beyond its trip level, or the force remains after the ramp. A closed valve locks the piston, and a
-//! moving mass against locked oil makes a large force. A shutdown must therefore be slow against the specimen's period,
-//! or act together with a bypass valve across the actuator.
+//! The protection has two stages. A *trip* freezes the force command and ramps it to zero, with the force loop still
+//! closed. A *shutdown* ramps the whole valve command to zero. It follows if measurements stay lost, if the controller
+//! refuses its samples, if a signal is far beyond its trip level, or if the force remains after the ramp. A closed
+//! valve locks the piston, and a moving mass against locked oil makes a large force. A shutdown must therefore take
+//! long compared with the specimen's period, or act together with a bypass valve across the actuator.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::integrity::integrity;
@@ -29,7 +29,7 @@ pub struct Protection<T> {
     /// The ramp down after a trip by a sensor.
     quick_fall: Ramp,
     shut: Ramp,
-    /// Time in which the piston follows the specimen before the valve closes, if there is one.
+    /// Time in which the piston follows the specimen before the valve closes, if such a time is configured.
     settle: Option<Ramp>,
     lost_samples: u32,
     fault_samples: u32,
@@ -43,12 +43,12 @@ integrity!(Protection<T>: force, displacement, velocity, spool, rise, fall, quic
 const TRIPPED_LEVEL: f64 = 0.95;
 /// The same in a shutdown, with the force loop open.
 const SETTLING_LEVEL: f64 = 0.93;
-/// Share of the ramp's time after a trip by a sensor, because a yielding specimen moves on under a force.
+/// Share of the ramp's time after a trip by a sensor. It is short, because a yielding specimen moves under a force.
 const QUICK: f64 = 0.2;
-/// Longest such ramp (s). A slower one would let the frozen command drive the specimen on.
+/// Longest such ramp (s). In a slower one the frozen command would move the specimen further.
 const QUICK_TIME: f64 = 0.1;
 
-/// Time (s) of the ramp after a trip by a sensor, from that after another trip.
+/// Time (s) of the ramp after a trip by a sensor, from the time of the ramp after other trips.
 const fn quick(ramp_time: f64) -> f64 {
     let share = QUICK * ramp_time;
     if share > QUICK_TIME { QUICK_TIME } else { share }
@@ -68,7 +68,7 @@ pub struct ProtectionState<T> {
     shut: Position,
     /// The last valid command (N); after a trip the last one before it.
     command: T,
-    /// Samples in a row with a lost measurement, with a lost command, and that the controller refused.
+    /// Samples in a row with a lost measurement, with a lost command, and refused by the controller.
     lost: u32,
     unasked: u32,
     refused: u32,
@@ -105,7 +105,7 @@ pub struct ProtectionInput<T> {
     pub spool: T,
     /// Alive counter (1), as in [`Input`](crate::Input); NaN is allowed before the first value.
     pub alive: T,
-    /// Measured time (s) since the last sample; the same.
+    /// Measured time (s) since the last sample; NaN is allowed before the first value.
     pub period: T,
 }
 
@@ -205,7 +205,7 @@ impl<T: Real> Protection<T> {
         let shut_down = state.shut_down.is_set();
         let command = if state.scale.is_zero() { zero } else { scale * state.command };
         if let (Some(watch), false) = (&self.oscillation, shut_down) {
-            // A ramp does not stabilise an unstable loop, so the loop is opened at the next sample.
+            // A ramp does not stabilise an unstable loop, so the loop opens at the next sample.
             if watch.step(&mut state.oscillation, command - force) {
                 state.shut_down_by(Cause::ForceOscillation);
             }
@@ -304,7 +304,7 @@ impl<T: Real> ProtectionState<T> {
         self.trip_by(Cause::Request);
     }
 
-    /// Trips by a cause, if it is one; the first is kept.
+    /// Trips by a cause, unless it is [`Cause::None`]. The first cause is kept.
     #[inline(always)]
     pub(crate) fn trip_by(&mut self, cause: Cause) {
         if cause != Cause::None {
@@ -323,8 +323,8 @@ impl<T: Real> ProtectionState<T> {
         self.shut_down.set();
     }
 
-    /// Share of the brake (1) that takes the command's place after a trip. Without it a specimen keeps its kinetic energy
-    /// when its command goes to zero, and a yielding one travels far.
+    /// Share of the brake (1) after a trip: it increases as the command decreases. Without a brake a specimen keeps its
+    /// kinetic energy when its command becomes zero, and a yielding specimen moves far.
     #[inline(always)]
     pub(crate) fn braking(&self) -> Option<T> {
         self.tripped.is_set().then(|| T::splat(1.0) - self.scale.share())
@@ -336,7 +336,7 @@ impl<T: Real> ProtectionState<T> {
         self.blind = true;
     }
 
-    /// What tripped first.
+    /// The first cause of a trip.
     pub fn cause(&self) -> Cause {
         self.cause
     }

@@ -25,7 +25,7 @@ impl Ramp {
     /// A ramp over a time (s) at a rate (Hz), of at least one sample.
     pub(crate) const fn new(name: &'static str, time: f64, rate: f64) -> Result<Self, ConfigError> {
         let samples = check!(within(name, time, 0.0, LONGEST / rate)) * rate;
-        // Half a sample of tolerance for a time that is no binary fraction.
+        // A tolerance of half a sample, for a time that is not a binary fraction.
         let samples = (samples + 0.5) as u64;
         Ok(Self(if samples > 1 { FULL.div_ceil(samples) } else { FULL }))
     }

@@ -41,7 +41,7 @@ impl StuckWatch {
     /// one of them has repeated too often.
     ///
     /// # NaN
-    /// NaN is equal to no number, so it is never stuck; the controller refuses it.
+    /// NaN differs from every number, so it is never stuck. The controller refuses it.
     ///
     /// # Cost
     /// Independent of history.

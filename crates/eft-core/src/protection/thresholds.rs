@@ -20,7 +20,7 @@ const LATE: f64 = 5.0e-4;
 const PRESSURE_TIME: f64 = 5.0e-4;
 /// Share of the velocity's trip level below which its direction has a smaller weight.
 const REVERSAL: f64 = 0.01;
-/// Share of the velocity's trip level that the brake leaves uncompensated at the most.
+/// Largest share of the velocity's trip level that the brake leaves uncompensated.
 const BRAKE: f64 = 1.0 / 30.0;
 /// Share of friction's oil flow that is allowed for a force of the wrong sign. It is small, because friction does not
 /// reverse a sign.
@@ -55,7 +55,8 @@ const fn root(square: f64) -> f64 {
 
 /// Share of its trip level below which the velocity is near its reversal.
 const REVERSING: f64 = 0.05;
-/// Share of such a gate for the force: one reading beyond it is only held, and `lost_samples` in a row trip.
+/// Factor on the gate of the force. A single reading beyond the gate is only held, and `lost_samples` in a row trip.
+/// The gate may therefore be narrow.
 const HELD: f64 = 0.56;
 /// Largest change of a still sensor's reading, as a share of the deviation of its noise.
 const STILL: f64 = 0.1;
@@ -121,12 +122,12 @@ macro_rules! constructor {
                 let greatest = p.greatest_flow();
                 let capacity = area * pressure;
                 let force = level(protection.force.trip, capacity);
-                // Without a level a tenth of a second at full flow.
+                // Without a level, the displacement in a tenth of a second at full flow.
                 let displacement = level(protection.displacement.trip, 0.1 * greatest / area);
                 let velocity = level(protection.velocity.trip, greatest / area);
                 let spool = level(protection.spool.trip, 1.0);
                 let swing = core::f64::consts::TAU * SWING / rate;
-                // A third more for the noise of the prediction.
+                // A third more, for the noise of the prediction.
                 let noise = 1.33 * deviations;
                 let far = if protection.displacement.trip < LARGEST {
                     noise * displacement_noise + swing * displacement
@@ -135,11 +136,12 @@ macro_rules! constructor {
                 };
                 let low = share(CORNER, rate);
                 let flow_noise = area * velocity_noise + greatest * spool_noise;
-                // Three deviations of white noise after the low-pass, and the range of the sums of the rest.
+                // Three standard deviations of white noise after the low-pass, and the range of the sums of the
+                // remaining noise.
                 let behind = 3.0 * root(1.0 + low) * 0.75 * root(1.0 + 2.0 * low) * low;
                 let wandering = readings * flow_noise / (6.0 * rate);
-                // The low-passed noise of the displacement at a sum's two ends, seven deviations of it, and half as much
-                // of what is low-passed further.
+                // Seven standard deviations of the displacement's low-passed noise at both ends of a sum. The further
+                // low-pass of the ratio leaves about half of it.
                 let travel = 5.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
                 let ratio = 3.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
                 let balance = 16.0 * displacement_noise + 0.01 * displacement;

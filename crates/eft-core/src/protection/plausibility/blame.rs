@@ -78,7 +78,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// The sensor that the sums indicate. If the force is far from its command, a share of each limit is enough.
+    /// The sensor that the sums indicate. If the force is far from its command, a share of the limits is enough, except
+    /// for those of flow balance and stroke.
     #[inline(always)]
     pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
         let beyond = |n: usize, share: f64| self.is_beyond(state, n, share);

@@ -1,5 +1,5 @@
-//! Compares the force with the load pressure, if the chamber pressures are measured: `F = A·P_L` but for friction, the
-//! piston's inertia and the sensors' errors.
+//! Compares the force with the load pressure, if the chamber pressures are measured. `F = A·P_L`, except for friction,
+//! the piston's inertia and the sensors' errors.
 
 use crate::integrity::integrity;
 use crate::number::Real;
@@ -38,8 +38,8 @@ pub(crate) struct LoadPressureState<T> {
 integrity!(LoadPressureState<T>: signal, sum, failed);
 
 impl<T: Real> LoadPressureWatch<T> {
-    /// One sample of force (N; NaN if lost) and load pressure (Pa); `period` is that of a sample (s). The result is whether
-    /// they contradict each other.
+    /// One sample of force (N; NaN if lost) and load pressure (Pa); `period` is the sample period (s). The result is
+    /// whether they contradict each other.
     #[inline(always)]
     pub(super) fn contradicts(
         &self,
@@ -57,7 +57,7 @@ impl<T: Real> LoadPressureWatch<T> {
             state.sum.add(period * off, period * (self.tolerance + allowed), self.limit);
         }
         let beyond = state.sum.size() > self.limit;
-        // A pressure that fails by itself is not a fault of the force, which its next readings show.
+        // The next readings show whether the pressure itself has failed, which is not a fault of the force.
         let repeated = beyond && state.signal.repeats >= repeats;
         state.failed |= state.signal.lost > lost_samples || gate.is_still(&state.signal) || repeated;
         beyond && !(state.failed || state.signal.is_quiet())

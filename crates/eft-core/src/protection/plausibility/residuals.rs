@@ -5,9 +5,10 @@ use crate::number::Real;
 use crate::protection::plausibility::sums::{envelope, follow, rest};
 use crate::protection::plausibility::{Known, Plausibility, PlausibilityState};
 
-/// Share of the flow that a wrong calibration may leave: the bounds of the self-calibration, and the curve's error.
+/// Share of the flow that a wrong calibration may leave, from the bounds of the self-calibration and the curve's error.
 const FLOW: f64 = 0.5;
-/// The same above the motion's frequencies, where a wrong curve or gain leaves less in a few milliseconds.
+/// The same above the motion's frequencies, where a wrong curve or gain leaves a smaller residual in a few
+/// milliseconds.
 const FAST_FLOW: f64 = 0.2;
 /// Share of the oil's flow that a stiffness from 0.6 to 1.5 times the configured one leaves.
 const OIL: f64 = 0.6;

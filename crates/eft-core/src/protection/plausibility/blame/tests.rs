@@ -1,11 +1,11 @@
-//! Which sensor is named, of sums and counts that are set by hand.
+//! The sensor that is named, for sums and counts that are set by hand.
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use super::*;
 use crate::protection::plausibility::tests::watch;
 
-/// A state whose sums have these shares of what counts.
+/// A state whose sums have these shares of their limits.
 fn sums(shares: &[(usize, f64)]) -> PlausibilityState<f64> {
     let mut state = PlausibilityState::default();
     for (n, share) in shares {
@@ -44,7 +44,7 @@ fn each_sum_beyond_its_limit_names_its_sensor() {
     ] {
         assert_eq!(named(&sums(shares)), cause, "{shares:?}");
     }
-    // What repeats itself is named before what only contradicts.
+    // A signal that repeats is named before one that only contradicts.
     assert_eq!(named(&frozen(SPOOL, &[(FAST, 1.01)])), Cause::SpoolImplausible);
     assert_eq!(named(&frozen(VELOCITY, &[(FAST, 1.01)])), Cause::VelocityImplausible);
     assert_eq!(named(&frozen(SPOOL, &[(BALANCE, 1.01)])), Cause::SpoolImplausible);
@@ -64,7 +64,7 @@ fn of_velocity_and_displacement_the_one_that_fits_the_flow_worse_is_named() {
     assert_eq!(named(-1e-9, sums(&travelled)), Cause::DisplacementImplausible);
     assert_eq!(named(1e-9, frozen(DISPLACEMENT, &travelled)), Cause::DisplacementImplausible);
     assert_eq!(named(-1e-9, frozen(VELOCITY, &travelled)), Cause::VelocityImplausible);
-    // By a ratio the larger one, unless the displacement fits worse by a quarter of the speed's square: 0.4 m/s.
+    // For a ratio the larger one is named, unless the displacement fits worse by a quarter of the square of 0.4 m/s.
     let mut state = sums(&[(RATIO, 1.01)]);
     state.envelopes[4] = 0.4;
     let clearly = 0.25 * 8.212e-3 * 0.16;
@@ -73,7 +73,7 @@ fn of_velocity_and_displacement_the_one_that_fits_the_flow_worse_is_named() {
     let ratio = &mut state.sums[RATIO];
     (ratio.above, ratio.below) = (0.0, ratio.above);
     assert_eq!(named(1.0, state), Cause::DisplacementImplausible);
-    // What lateness may put between them does not count.
+    // A difference that a delay may cause does not count.
     let late = PlausibilityState { late: 0.02 * watch().limit[TRAVEL], ..sums(&travelled) };
     assert_eq!(named(1.0, late), Cause::None);
 }
@@ -133,7 +133,7 @@ fn what_repeats_itself_while_it_should_have_moved_is_stuck() {
         assert_eq!(stuck(12, side * 1190.0, 0.0, 0.0, true), Cause::ForceImplausible);
         assert_eq!(stuck(12, 0.0, side * 6.4e-4, 0.0, true), Cause::VelocityImplausible);
         assert_eq!(stuck(12, 0.0, side * 6.4e-4, 0.0, false), Cause::None);
-        // A velocity that stays the same and is right: 0.59 mm in twelve samples.
+        // A constant velocity that is correct: 0.59 mm in twelve samples.
         assert_eq!(stuck(12, 0.0, side * 6.4e-4, side * 0.2, true), Cause::None);
         assert_eq!(stuck(12, 0.0, side * -1e-4, side * 0.2, true), Cause::VelocityImplausible);
     }
