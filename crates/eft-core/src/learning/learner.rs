@@ -297,7 +297,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// NaN for an opening that is NaN; beyond the table's ends the flow is that of the end.
     ///
     /// # Cost
-    /// For after a test, not for a tick: the correction is searched.
+    /// Call it after a test, not in a tick, because it searches the correction.
     pub fn found_flow(&self, calibration: &Calibration<T>, opening: T) -> T {
         if !(opening.abs() >= T::splat(0.0)) {
             return opening;

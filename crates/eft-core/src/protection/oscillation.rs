@@ -16,7 +16,7 @@ const HIGHEST: f64 = 150.0;
 /// Windows per second (1/s): each holds half a period of the lowest frequency, a whole one of its square.
 const WINDOWS: f64 = 60.0;
 /// Number of windows in a row beyond the limit that trip. Number of windows in a row, each larger by the factor (1), that
-/// trip if the last one is beyond the limit. The error of a single kick decays faster.
+/// trip if the last one is beyond the limit. The error after a single impulse decays faster.
 const PERSISTS: u32 = 15;
 const GROWS: u32 = 3;
 const GROWTH: f64 = 1.3;
@@ -153,7 +153,7 @@ mod tests {
     fn slow_small_and_decaying_errors_do_not_trip() {
         assert_eq!(trips(200.0, |t| 3000.0 * wave(10.0, t)), None);
         assert_eq!(trips(200.0, |t| 200.0 * wave(65.0, t)), None);
-        // A kick, and again one second later.
+        // An impulse, and another one a second later.
         let kick = |t: f64| 20e3 * libm::exp(-25.0 * libm::fmod(t, 1.0)) * wave(65.0, t);
         assert_eq!(trips(200.0, kick), None);
         assert_eq!(trips(200.0, |_| f64::NAN), None);
