@@ -1,7 +1,8 @@
-"""What the worst of the laboratory rigs suffer from: each again without one of its deviations.
+"""The causes of the errors of the worst laboratory rigs: each rig again without one group of deviations.
 
-``python docs/evidence/laboratory_causes.py [COUNT]`` writes ``data/laboratory_causes.csv``, a row a rig: the
-largest departure of force over command from 1 in the sweep, as drawn and with one group of deviations gone.
+``python docs/evidence/laboratory_causes.py [COUNT]`` writes ``data/laboratory_causes.csv`` with a row for
+each rig. A row has the largest deviation of force over command from 1 in the sweep, as drawn and without each
+group.
 """
 
 import sys
@@ -36,13 +37,13 @@ GONE = {
 
 
 def departure(data: dict[str, np.ndarray], scheme: str = SCHEME) -> np.ndarray:
-    """Of force over command from 1; infinite where the rig is unstable."""
+    """Largest deviation of force over command from 1; infinite if the rig is unstable."""
     far = np.maximum(data[f"{scheme}_highest"] - 1.0, 1.0 - data[f"{scheme}_lowest"])
     return np.where(data[f"{scheme}_unstable"] > 0.0, np.inf, far)
 
 
 def swept(case: Case, sweep: eft.Command) -> float:
-    """The departure of one rig in a sweep, its overlap known."""
+    """The deviation of one rig in a sweep, with its overlap known."""
     overlap = case.rig.plant["servovalve.overlap"]
     run = eft.simulate(case.rig.replace(changes_of(SCHEME, 0, overlap)), sweep)
     if not run.success:
@@ -65,7 +66,7 @@ def row(number: int, case: Case, amplitude: float) -> Row:
 
 
 def report(folder: Path) -> None:
-    """The table that the page includes: what is left where a group of deviations is gone."""
+    """The table that the page includes: the deviation without each group."""
     data = read(CAUSES)
     head = ["rig", "natural frequency", "damping", "sweep", "as drawn", *(f"no {name}" for name in GONE)]
     lines = [f"| {' | '.join(head)} |", "| --- " * len(head) + "|"]

@@ -1,9 +1,9 @@
 """Rigs as laboratories have them: late and slow sensors, friction, overlap, and other specimens.
 
-``python docs/evidence/laboratory_rigs.py [COUNT] [SEED]`` runs the tests and adds a row a rig to
-``data/laboratory_rigs.csv``, going on behind the last (two to four seconds of one core a rig). The same seed
-makes the same rigs on every machine. Another seed has a file of its own: that of 17 was kept back until all
-was designed, and that of 2026 was run once, last.
+``python docs/evidence/laboratory_rigs.py [COUNT] [SEED]`` runs the tests and adds a row for each rig to
+``data/laboratory_rigs.csv``, after the existing rows. A rig takes two to four seconds of one core. The same
+seed makes the same rigs on every machine. Each other seed has a separate file. Seed 17 was not used before
+the design was final, and seed 2026 was run once, last.
 """
 
 import sys
@@ -37,9 +37,9 @@ SCHEMES: Schemes = {
     "told_wrong": ADAPTIVE | ROBUST | CURVE,
 }
 TOLD = {"told": (1.0, 1.0), "told_wrong": (0.7, 1.3)}
-"""What the controller believes of the overlap, over the true one, of rigs with even and with odd numbers."""
+"""The configured overlap over the true one, for rigs with even and with odd numbers."""
 DURATION = 16.0
-"""Of the sweep and of what is taken of the record, s."""
+"""Duration (s) of the sweep and of the used part of the record."""
 TITLES = {
     "fixed": "fixed",
     "adaptive": "adaptive",
@@ -61,10 +61,10 @@ DRAWN = {
     "frequency": "natural frequency",
     "noise": "noise",
 }
-"""Drawn numbers after which the rigs are sorted."""
+"""Drawn parameters by which the rigs are sorted."""
 FOUND, JUDGEMENTS = ("allowed", "unstable", "lowest", "highest"), ("nrmse", "error", "displacement")
 UNSTABLE = 1.0
-"""Force error (rms over rms) from which on a test counts as unstable."""
+"""Force error (rms over rms) above which a test counts as unstable."""
 
 
 def results(seed: int) -> Path:
@@ -73,7 +73,7 @@ def results(seed: int) -> Path:
 
 
 def changes_of(scheme: str, number: int, overlap: float) -> dict[str, object]:
-    """What a scheme is, of the rig with this number, whose lands overlap so far."""
+    """The keys of a scheme, for the rig with this number and this true overlap."""
     believed = TOLD.get(scheme, (0.0, 0.0))[number % 2] * overlap
     return SCHEMES[scheme] | {"servovalve.overlap": believed}
 
@@ -117,7 +117,7 @@ def tested(number: int, case: Case, amplitude: float) -> Row:
 
 
 def drawn(count: int, seed: int = SEED) -> list[tuple[Case, float]]:
-    """Rigs, and the amplitude of the sweep of each (N)."""
+    """The rigs, and the amplitude (N) of each rig's sweep."""
     amplitudes = np.random.default_rng(seed + 1).choice(AMPLITUDES, count)
     return list(zip(drawn_cases(count, seed), map(float, amplitudes), strict=True))
 
@@ -132,7 +132,7 @@ def run_missing(count: int, seed: int) -> None:
 
 
 def shares(data: dict[str, np.ndarray]) -> str:
-    """What was asked, and the share of the rigs that reached it."""
+    """The goals, and the share of the rigs that reached them."""
     asked: dict[str, tuple[str, Callable[[dict[str, np.ndarray]], np.ndarray]]] = {
         "unstable although the check passes": (
             "none",
@@ -164,7 +164,7 @@ def shares(data: dict[str, np.ndarray]) -> str:
 
 
 def by_draws(data: dict[str, np.ndarray]) -> str:
-    """Share of the rigs that miss a goal, in the lowest and the highest third of each drawn number."""
+    """Share of the rigs that miss a goal, in the lowest and the highest third of each drawn parameter."""
     ratio = (data[f"{JUDGED}_lowest"] < 0.93) | (data[f"{JUDGED}_highest"] > 1.07)
     missed = {
         "sweep: ratio": ratio,

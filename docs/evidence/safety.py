@@ -1,10 +1,10 @@
 """Sensor faults with the protection, and tests without faults that it must not stop.
 
 ``python docs/evidence/safety.py [MOMENTS] [RIGS]`` runs each fault of each sensor at random moments of
-three tests, with either scheme; the load cell with a measured load pressure; a supply transducer; transient
-faults on a yielding specimen; trips by a level; ways to respond to a load cell that fails; and sound tests of
-random rigs. It writes ``data/safety_*.csv``, and `report` makes the page's tables
-of them. The same seed makes the same tests on every machine.
+three tests, with either scheme. It also runs faults of the load cell with a measured load pressure, faults of
+a supply transducer, transient faults on a yielding specimen, and trips by a level. It compares responses to a
+failed load cell, and runs tests of random rigs without a fault. It writes ``data/safety_*.csv``, and `report`
+makes the page's tables from these files. The same seed makes the same tests on every machine.
 """
 
 import csv
@@ -99,7 +99,7 @@ def runs(rig_of: Callable[[int], tuple[eft.Rig, eft.Command]], count: int) -> li
 
 
 def largest(values: np.ndarray) -> float:
-    """To either side."""
+    """Largest size."""
     return float(np.abs(values).max())
 
 
@@ -329,7 +329,7 @@ def sound(rigs: int) -> Iterator[dict[str, object]]:
 
     def rig_of(place: int) -> tuple[eft.Rig, eft.Command]:
         number, truth, scheme, test = plan[place]
-        # The designed loop: with the paper's the oil column of some of these rigs is unstable.
+        # The designed loop, because with the paper's gains the oil column of some of these rigs is unstable.
         designed = {"controller.force_loop": "robust", "controller.realization": "digital"}
         rig = (
             eft.Rig.zhao2005()
