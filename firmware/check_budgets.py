@@ -142,7 +142,7 @@ def loop_table(rows: dict[str, Cost], budgets: dict[str, dict[str, int]]) -> str
 
     def further(name: str, than: Callable[[str], str]) -> list[str]:
         more = [rows[f"{name}, {kind}"].instructions - rows[than(kind)].instructions for kind in plain]
-        return [f"{min(more)} to {max(more)}"]
+        return [" to ".join(map(str, sorted({min(more), max(more)})))]
 
     tables = {
         "WAYS": ways(rows, budgets),
