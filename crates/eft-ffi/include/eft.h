@@ -51,8 +51,8 @@
      one context. Make and check configurations outside the interrupt.
    - Floating point. Round to nearest, without flush to zero and without default NaN, as FPSCR is after reset. In
      another mode the bits differ from those of a simulation. Compile your own arithmetic with -ffp-contract=off.
-   - Units are SI. A positive spool opening admits flow to the chamber that pulls the structure. Load pressure, force,
-     displacement and velocity are then positive. */
+   - Units are SI. A positive spool opening admits flow to the chamber that pulls the structure. Load pressure and force
+     are then positive. Displacement and velocity are positive in the direction of a positive force. */
 #ifndef EFT_H
 #define EFT_H
 
@@ -329,8 +329,8 @@ EFT_NODISCARD uint8_t eft_reset_f32(const eft_channel_f32 *channel, eft_state_f3
 // Sets every field to NaN, for signals that the rig does not have.
 EFT_NODISCARD uint8_t eft_input_init_f32(eft_input_f32 *input);
 
-// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump. The
-// calibration in use and the state of the protection do not change. An invalid input gives a rig at rest.
+// Sets the state to that of a rig that has long been at this operating point, so that the valve command does not jump.
+// The calibration in use and the state of the protection do not change. An invalid input gives a rig at rest.
 EFT_NODISCARD uint8_t eft_prime_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input);
 
 // One tick, in the interrupt. A null pointer, or a channel or state that was never made, is refused: the output is then
@@ -462,7 +462,7 @@ typedef struct eft_windows_f32 { eft_window_f32 copies[2]; uint32_t offered; uin
 typedef struct eft_calibrations_f32 { eft_calibration_f32 copies[2]; uint32_t offered; uint32_t taken;
     } eft_calibrations_f32;
 
-// Continues a state under a new configuration without a bump. Call it after eft_take_channel for each state. The
+// Continues a state under a new configuration, without a jump. Call it after eft_take_channel for each state. The
 // calibration stays in use until the new learner publishes, unless the new configuration learns nothing.
 EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 

@@ -129,8 +129,8 @@ functions! {
         give(input, Input::default())
     }
 
-    /// Sets the state to that of a rig that has long been at this operating point, so that the next step has no bump. The
-    /// calibration in use and the state of the protection do not change. An invalid input gives a rig at rest.
+    /// Sets the state to that of a rig that has long been at this operating point, so that the valve command does not jump.
+    /// The calibration in use and the state of the protection do not change. An invalid input gives a rig at rest.
     fn eft_prime_f32 eft_prime_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const Input<T>) {
         let state = &mut *made(state)?.state.get();
         made(channel)?.prime(state, given(input)?);
@@ -207,7 +207,7 @@ functions! {
         give(down, u8::from((*made(state)?.state.get()).is_down()))
     }
 
-    /// Continues a state under a new configuration without a bump. Call it after eft_take_channel for each state. The
+    /// Continues a state under a new configuration, without a jump. Call it after eft_take_channel for each state. The
     /// calibration stays in use until the new learner publishes, unless the new configuration learns nothing.
     fn eft_take_over_f32 eft_take_over_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         made(channel)?.take_over(&mut *made(state)?.state.get());
