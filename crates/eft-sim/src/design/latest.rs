@@ -30,3 +30,23 @@ pub fn design(plant: &HeldPiston) -> Result<ForceLoop> {
         Ok(designed)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::force_loop::tests::zhao2005;
+    use super::*;
+
+    #[test]
+    fn every_plant_has_its_own_design_and_keeps_it() {
+        let plants = [1.0, 0.5].map(|oil| {
+            let plant = zhao2005();
+            HeldPiston { compressibility: oil * plant.compressibility, ..plant }
+        });
+        let gains = |found: ForceLoop| [found.proportional_gain, found.derivative_gain, found.integral_gain];
+        let searched = plants.each_ref().map(|plant| gains(search(plant).unwrap()));
+        assert_ne!(searched[0], searched[1]);
+        for _ in 0..2 {
+            assert_eq!(plants.each_ref().map(|plant| gains(design(plant).unwrap())), searched);
+        }
+    }
+}
