@@ -1,12 +1,14 @@
 """Sphinx configuration; `make docs` builds with warnings as errors."""
 
 import re
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 
 from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
+from sphinx.ext import autosummary
 from sphinx.util import logging
 from sphinx.writers.html5 import HTML5Translator
 
@@ -50,6 +52,21 @@ def _refuse_colons(
     """Napoleon interprets an attribute's text up to a colon as its type."""
     if what in ("attribute", "property") and lines and ":" in lines[0].replace(":py:", "").replace("::", ""):
         logging.getLogger(__name__).warning("%s: its first line must not have a colon", name)
+
+
+# A summary must not end after them.
+autosummary.WELL_KNOWN_ABBREVIATIONS += ("Fig.", "Figs.", "Eq.", "Eqs.")
+
+
+def _longest_signature(
+    signatures: str, max_chars: int = 30, short: Callable[[str, int], str] = autosummary.mangle_signature
+) -> str:
+    """Of an overloaded function, a table of names shows the signature with the most arguments."""
+    # The mark for a short name is no part of a signature that can be parsed.
+    return short(max(signatures.splitlines(), key=len, default="").replace("~", ""), max_chars)
+
+
+autosummary.mangle_signature = _longest_signature
 
 
 def _inline(page: HTML5Translator, node: nodes.math) -> None:
