@@ -101,9 +101,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 _SWEEPS = (
-    "“Reference” is an independent model of the same rig, computed once with a converged step; “apart” is "
+    "“Reference” is an independent model of the same rig, computed once with a converged step. “Apart” is "
     "the largest relative difference of a value in the row. “Spool” is the largest opening as a fraction of "
-    "the stroke, “lowest” and “highest” are the extremes of |FFT(force)| / |FFT(command)|."
+    "the stroke. “Lowest” and “highest” are the extremes of |FFT(force)| / |FFT(command)|."
 )
 
 

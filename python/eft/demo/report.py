@@ -60,7 +60,7 @@ def _markdown(verdict: str, sections: Sequence[Section], configuration: str) -> 
             parts += [f"### {shown.title}", f"![{shown.title}]({shown.name}.png)", shown.caption]
     parts += [
         "## What was run",
-        f"{_versions()}. The rig, before each test set its own keys on it:",
+        f"{_versions()}. Each test changes some keys of this rig:",
         f"```toml\n{configuration.strip()}\n```",
     ]
     return "\n\n".join(parts) + "\n"

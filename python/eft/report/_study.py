@@ -267,7 +267,7 @@ def _configuration(study: Study) -> list[str]:
     text = "\n".join(lines)
     return [
         f"<pre>{html.escape(text)}</pre>",
-        "<p>The rig, before each test set its own values on it:</p>",
+        "<p>Each test changes some values of this rig:</p>",
         f"<pre>{html.escape(rig.strip())}</pre>",
     ]
 
