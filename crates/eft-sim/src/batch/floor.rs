@@ -9,7 +9,7 @@ use crate::closed_loop::tick::{Recorder, Tick};
 use crate::closed_loop::traces::{Block, supply_varies};
 use crate::closed_loop::{TestRun, adapts};
 use crate::error::Result;
-use crate::lanes::{Num, Work, dispatch};
+use crate::lanes::{Num, Work};
 use crate::metrics::{BLOCK, Norms, Summed, Sums};
 
 /// One actuator, or one floor of buildings, of every lane.
@@ -95,14 +95,7 @@ impl<S: Num> Floor<S> {
         for (floor, commands) in floors.iter_mut().zip(commands) {
             let (forces, displacements) = (&floor.forces[..ticks], &floor.displacements[..ticks]);
             let (norms, drift) = (&mut floor.norms, &mut floor.drift);
-            dispatch::<S, _>(Add {
-                norms,
-                drift,
-                commands: &commands[..ticks],
-                forces,
-                displacements,
-                below,
-            });
+            S::dispatch(Add { norms, drift, commands: &commands[..ticks], forces, displacements, below });
             for (lane, [force, displacement]) in floor.whole.iter_mut().enumerate() {
                 force.extend(forces.iter().map(|value| value.lane(lane)));
                 displacement.extend(displacements.iter().map(|value| value.lane(lane)));

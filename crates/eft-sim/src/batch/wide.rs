@@ -11,7 +11,7 @@ use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::traces::BLOCK_TICKS;
 use crate::closed_loop::{Precision, Width};
 use crate::error::{Error, Result};
-use crate::lanes::{Num, WideWork, Work, dispatch, dispatch_wide};
+use crate::lanes::{Num, WideWork, Work, dispatch_wide};
 use crate::metrics::BLOCK;
 
 /// Tests of one kind, at most as many as there are lanes.
@@ -76,7 +76,7 @@ impl SideBySide<'_> {
                     // A test that ended stays at rest.
                     lanes[lane].is_none().then(|| test.commands[actuator].values.as_slice())
                 };
-                dispatch::<S, _>(Gather { values, start, commands });
+                S::dispatch(Gather { values, start, commands });
             }
             let mut done = 0;
             while done < ticks {

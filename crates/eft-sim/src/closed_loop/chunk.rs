@@ -8,7 +8,7 @@ use crate::closed_loop::fast::FastLoop;
 use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::method::Method;
 use crate::closed_loop::tick::Recorder;
-use crate::lanes::{Num, Work, dispatch};
+use crate::lanes::{Num, Work};
 use crate::plant::EnergyBalance;
 
 impl<S: Num, C: Scalar> ClosedLoop<S> for FastLoop<S, C>
@@ -23,13 +23,13 @@ where
         let (Some(commands), Some(recorder)) = (commands.first(), recorders.first_mut()) else { return 0 };
         match path {
             Path::Ideal => {
-                dispatch::<S, _>(Chunk::<S, C, _, true, false> { test: self, commands, ticks, recorder })
+                S::dispatch(Chunk::<S, C, _, true, false> { test: self, commands, ticks, recorder })
             }
             Path::IdealLearning => {
-                dispatch::<S, _>(Chunk::<S, C, _, true, true> { test: self, commands, ticks, recorder })
+                S::dispatch(Chunk::<S, C, _, true, true> { test: self, commands, ticks, recorder })
             }
             Path::General => {
-                dispatch::<S, _>(Chunk::<S, C, _, false, false> { test: self, commands, ticks, recorder })
+                S::dispatch(Chunk::<S, C, _, false, false> { test: self, commands, ticks, recorder })
             }
         }
     }

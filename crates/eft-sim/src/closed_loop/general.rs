@@ -9,7 +9,7 @@ use crate::closed_loop::specimen::{Follower, Follows, Specimen};
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::RigConfig;
 use crate::error::Result;
-use crate::lanes::{Num, Work, dispatch};
+use crate::lanes::{Num, Work};
 use crate::plant::{Driver, EnergyBalance, Plant, TimeGrid};
 
 /// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
@@ -110,7 +110,7 @@ where
     C::Element: Precision,
 {
     fn run(&mut self, commands: &[&[S]], ticks: usize, recorder: &mut [impl Recorder<S>]) -> usize {
-        dispatch::<S, _>(Ticks { test: self, commands, ticks, recorder })
+        S::dispatch(Ticks { test: self, commands, ticks, recorder })
     }
     #[inline(always)]
     fn is_bounded(&self) -> S::Mask {

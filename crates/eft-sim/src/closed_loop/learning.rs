@@ -9,7 +9,7 @@ use crate::closed_loop::channel::Learning;
 use crate::closed_loop::controller::{Precision, RigController};
 use crate::closed_loop::estimates::Estimates;
 use crate::error::Result;
-use crate::lanes::{Num, Work, dispatch};
+use crate::lanes::{Num, Work};
 use crate::plant::TABLE_CAPACITY;
 
 /// Channels of rigs that learn, without protection and with a measured velocity, one per lane.
@@ -82,7 +82,7 @@ where
             *in_use = *next;
             *next = learning.learner.update(&mut learning.state, &self.state.window(lane));
         }
-        dispatch::<S, _>(Publish(self));
+        S::dispatch(Publish(self));
     }
 
     /// As [`RigChannel::saved`](crate::closed_loop::channel::RigChannel::saved), of a lane.

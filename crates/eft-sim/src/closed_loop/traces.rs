@@ -6,7 +6,7 @@ use crate::closed_loop::estimates::{Estimates, estimates};
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::{RigConfig, StructureKind, VelocitySource};
 use crate::instruments::{are_ideal, has_accelerometer, has_load_pressure};
-use crate::lanes::{Num, Work, dispatch};
+use crate::lanes::{Num, Work};
 use crate::plant::needs_detail;
 
 /// One line of the [table](TRACES).
@@ -278,7 +278,7 @@ impl<'t, S: Num, T: Iterator<Item = (usize, &'t mut Traces)>> Work for HandOver<
 impl<S: Num> Block<S> {
     /// Copies the first ticks to the traces of these lanes.
     pub(crate) fn hand_over<'t>(&self, ticks: usize, to: impl Iterator<Item = (usize, &'t mut Traces)>) {
-        dispatch::<S, _>(HandOver { block: self, ticks, to });
+        S::dispatch(HandOver { block: self, ticks, to });
     }
 }
 

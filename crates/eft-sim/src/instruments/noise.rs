@@ -3,7 +3,7 @@
 
 use std::f64::consts::{LN_2, SQRT_2, TAU};
 
-use crate::lanes::{Num, WIDEST, Work, dispatch};
+use crate::lanes::{Num, WIDEST, Work};
 
 /// Weyl increment of SplitMix64 (Steele, Lea, Flood 2014), 2⁶⁴ over the golden ratio.
 const WEYL: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -146,7 +146,7 @@ impl<S: Num> NoiseLanes<S> {
 
     #[inline(never)]
     fn fill(&mut self, block: u64) {
-        dispatch::<S, _>(Fill { noise: self, block });
+        S::dispatch(Fill { noise: self, block });
     }
 }
 

@@ -1,28 +1,24 @@
 //! Selection at run time of code compiled for the processor. The bits are the same everywhere, because the
 //! compiler neither fuses nor reorders operations, and [`Num::plus`] is fused on every processor.
 
-#[cfg(target_arch = "x86_64")]
-use std::any::TypeId;
-
 use eft_core::Scalar;
 
 use crate::lanes::Num;
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::eight::Eight;
 
-/// Work that is compiled for several processors. `run` and all it calls must be `#[inline(always)]`.
-pub(crate) trait Work {
+/// Work that [`Num::dispatch`] compiles for several processors. `run` and all it calls must be `#[inline(always)]`.
+pub trait Work {
     type Output;
     fn run(self) -> Self::Output;
 }
 
-/// Runs `work`, whose numbers are `S`, with the instructions that this processor has.
+/// Runs `work` with AVX2 where the processor has it. No number of `work` may need it.
 #[inline]
-pub(crate) fn dispatch<S: Num, W: Work>(work: W) -> W::Output {
+pub(crate) fn with_best_instructions<W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
-    if TypeId::of::<S>() == TypeId::of::<Eight>() || has_avx2() {
-        // SAFETY: the processor has the instructions that the function may use, because otherwise no `Eight`
-        // exists.
+    if has_avx2() {
+        // SAFETY: the processor has the instructions that the function may use.
         return unsafe { with_avx2(work) };
     }
     work.run()
@@ -36,7 +32,7 @@ fn has_avx2() -> bool {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn with_avx2<W: Work>(work: W) -> W::Output {
+pub(crate) fn with_avx2<W: Work>(work: W) -> W::Output {
     work.run()
 }
 

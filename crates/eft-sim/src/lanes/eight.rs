@@ -10,9 +10,10 @@ use std::array;
 
 use eft_core::{CELLS, Flags, Mask, Row, Scalar};
 
-use crate::lanes::Num;
+use crate::lanes::dispatch::with_avx2;
+use crate::lanes::{Num, Work};
 
-/// Eight numbers. Only [`dispatch`](crate::lanes::dispatch) uses the type, after a check of the processor.
+/// Eight numbers. Only [`dispatch_wide`](crate::lanes::dispatch_wide) uses the type, after a check of the processor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Eight([__m256d; 2]);
 
@@ -27,7 +28,7 @@ pub(crate) struct EightFlags([__m256d; 2]);
 /// The intrinsics need a processor with AVX2. These types exist only on such a processor.
 macro_rules! avx2 {
     ($call:expr) => {
-        // SAFETY: `dispatch` uses the types of this module only on a processor with AVX2.
+        // SAFETY: `dispatch_wide` uses the types of this module only on a processor with AVX2.
         unsafe { $call }
     };
 }
@@ -88,6 +89,10 @@ impl Num for Eight {
     #[inline(always)]
     fn plus(self, factor: Self, other: Self) -> Self {
         Self(both!(|i| avx2!(_mm256_fmadd_pd(factor.0[i], other.0[i], self.0[i]))))
+    }
+    fn dispatch<W: Work>(work: W) -> W::Output {
+        // SAFETY: the type exists only on a processor with AVX2.
+        unsafe { with_avx2(work) }
     }
     #[inline(always)]
     fn append(to: &mut Vec<f64>, from: &[Self], lane: usize) {

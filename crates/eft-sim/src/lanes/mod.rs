@@ -6,7 +6,10 @@ mod eight;
 
 use eft_core::{Flags, Lanes, Scalar};
 
-pub(crate) use dispatch::{WideWork, Work, dispatch, dispatch_wide, width};
+use dispatch::with_best_instructions;
+
+pub(crate) use dispatch::Work;
+pub(crate) use dispatch::{WideWork, dispatch_wide, width};
 
 /// Largest number of rigs side by side.
 pub(crate) const WIDEST: usize = 8;
@@ -18,6 +21,9 @@ pub trait Num: Scalar<Element = f64> + 'static {
     /// # Cost
     /// One instruction if the processor has it; otherwise many times as long for the same bits.
     fn plus(self, factor: Self, other: Self) -> Self;
+
+    /// Runs `work`, which computes with these numbers, with the instructions that this processor has.
+    fn dispatch<W: Work>(work: W) -> W::Output;
 
     /// Appends one lane of each number.
     #[inline(always)]
@@ -37,6 +43,9 @@ impl Num for f64 {
     fn plus(self, factor: f64, other: f64) -> f64 {
         factor.mul_add(other, self)
     }
+    fn dispatch<W: Work>(work: W) -> W::Output {
+        with_best_instructions(work)
+    }
     #[inline(always)]
     fn append(to: &mut Vec<f64>, from: &[f64], _: usize) {
         to.extend_from_slice(from);
@@ -47,5 +56,8 @@ impl<const N: usize> Num for Lanes<f64, N> {
     #[inline(always)]
     fn plus(self, factor: Self, other: Self) -> Self {
         Self::from_lanes(|i| self.lane(i).plus(factor.lane(i), other.lane(i)))
+    }
+    fn dispatch<W: Work>(work: W) -> W::Output {
+        with_best_instructions(work)
     }
 }

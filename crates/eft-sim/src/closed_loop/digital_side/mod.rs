@@ -16,7 +16,7 @@ use crate::closed_loop::tick::Decision;
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::instruments::{AnalogOutput, Dac, DelayLines, Sensors, Signals};
-use crate::lanes::{Num, Work, dispatch};
+use crate::lanes::{Num, Work};
 use crate::plant::{Analog, Driver};
 
 /// A plant in its present state.
@@ -214,7 +214,7 @@ where
         truth: Signals<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
-        dispatch::<S, _>(Sample { side: self, state, commands, truth, plant })
+        S::dispatch(Sample { side: self, state, commands, truth, plant })
     }
 
     #[inline(always)]

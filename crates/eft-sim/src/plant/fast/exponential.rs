@@ -14,7 +14,7 @@ use eft_core::Mask;
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
 use crate::lanes::Num;
-use crate::lanes::{Work, dispatch};
+use crate::lanes::Work;
 use crate::plant::drive::{Analog, Drive, Held};
 use crate::plant::fast::plain::PlainPlant;
 use crate::plant::fast::propagator::Propagator;
@@ -136,7 +136,7 @@ impl<S: Num> Exponential<S> {
     // A separate function, because with a loop here the values of the first step would not stay in registers.
     #[inline(never)]
     fn more_steps<D: Drive<S>>(&self, from: &(FastState<S>, D), grid: TimeGrid) -> FastState<S> {
-        dispatch::<S, _>(MoreSteps { integrator: self, state: from.0, drive: from.1, grid })
+        S::dispatch(MoreSteps { integrator: self, state: from.0, drive: from.1, grid })
     }
 
     #[inline(always)]
@@ -235,7 +235,7 @@ impl<S: Num> Exponential<S> {
     #[cold]
     #[inline(never)]
     fn fall_back<D: Drive<S>>(&self, at: &(FastState<S>, D), from: f64, step: f64) -> FastState<S> {
-        dispatch::<S, _>(FallBack { integrator: self, state: at.0, drive: at.1, from, step })
+        S::dispatch(FallBack { integrator: self, state: at.0, drive: at.1, from, step })
     }
 }
 
