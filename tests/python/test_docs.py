@@ -169,6 +169,13 @@ def test_relative_links_lead_somewhere(page):
     assert not [link for link in kept if not (page.parent / link).exists()]
 
 
+def test_every_page_is_in_llms_txt():
+    listed = set(re.findall(r"\]\(([^)]+\.md)\)", (ROOT / "llms.txt").read_text(encoding="utf-8")))
+    pages = {str(page.relative_to(ROOT)) for page in PAGES if page.name != "index.md"}
+    python = {page for page in pages if page.startswith("docs/reference/python/")}
+    assert pages - python - listed == set()
+
+
 def test_parameter_table_of_the_theory_is_that_of_the_rig():
     import eft
 
