@@ -64,7 +64,10 @@ macro_rules! precision {
 
             #[test]
             fn every_rig_steps_learns_and_ends_as_in_the_core() {
-                RIGS.iter().for_each(follow);
+                // In an interpreter the rig with the fewest parts and the one with most: the interface's own code is
+                // the same for all, and the core, where they differ, has no unsafe code.
+                let rigs = if cfg!(miri) { &[0, 4][..] } else { &[0, 1, 2, 3, 4, 5, 6] };
+                rigs.iter().for_each(|&n: &usize| follow(&RIGS[n]));
             }
 
             fn follow(p: &Parameters) {

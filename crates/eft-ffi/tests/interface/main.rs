@@ -3,8 +3,10 @@
 
 mod bits;
 mod contexts;
+#[cfg(not(miri))]
 mod header;
 mod integrity;
+#[cfg(not(miri))]
 mod layout;
 mod refusals;
 mod rig;
