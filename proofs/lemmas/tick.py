@@ -32,23 +32,32 @@ def rounding(v: Case, limiter) -> Formulas:
     return {"rounding": all_of(said)}
 
 
+def supply_bounds(state):
+    """A ratio to the configured pressure between 1/20 and 4, to within rounding; less 1."""
+    return (state.supply >= -0.96) & (state.supply <= 3.0)
+
+
 def controller_given(v: Case) -> Formulas:
     return {
         **limiter_bounds(v.config.limiter),
         **rounding(v, v.config.limiter),
         "digital": v.config.realization.same(DIGITAL),
         "last command": abs(v.state.valve_command) <= v.config.limiter.amplitude,
+        "supply": supply_bounds(v.state),
     }
 
 
 def controller_shows(v: Case) -> Formulas:
     out, after, amplitude = v.after["out"], v.after["state"], v.config.limiter.amplitude
     valid = accepted(v.config.compensation, v.input) & (abs(v.input.command) <= LARGEST)
-    kept = untouched(v.state, after, ("feedforward", "lost"))
+    kept = untouched(v.state, after, ("feedforward", "lost", "supply"))
+    unmeasured = v.config.measures_supply.same(0)
     return {
         "every input, NaN too: finite and within the amplitude": abs(out.valve_command) <= amplitude,
         "the command kept lies within it": abs(after.valve_command) <= amplitude,
-        "an invalid sample leaves the state's bits, but for its count": (~valid).implies(kept),
+        "an invalid sample leaves the state's bits, but for its count and the supply": (~valid).implies(kept),
+        "the supply stays within its bounds": supply_bounds(after),
+        "and keeps its bits where it is not measured": unmeasured.implies(after.supply.same(v.state.supply)),
         "and holds the output": (~valid).implies(out.valve_command.same(v.state.valve_command)),
         "and is flagged": (~valid).implies(~(out.status & (32 | 64)).same(0)),
     }

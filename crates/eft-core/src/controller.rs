@@ -155,8 +155,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// An invalid supply pressure (not finite, below 1/20 or beyond 4 times the configured one) is replaced by the last
     /// valid one, and [`status::STUCK_MEASUREMENT`] is raised. With another invalid measurement or an invalid command
     /// (not finite, or beyond [`LARGEST`]) the last valve command is held, the state stays and
-    /// [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the feedforward continues with a
-    /// valid command, so that the next one's rate is that of one tick. After more than
+    /// [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the supply pressure continues, and
+    /// the feedforward with a valid command, so that the next one's rate is that of one tick. After more than
     /// [`gap_time`](Parameters::gap_time) of such samples the next good one starts from rest at the new operating
     /// point. The valve command stays within its rate.
     #[inline(always)]
