@@ -10,6 +10,10 @@
 //!   from the force, so their delay differs by `δ` and by the half sample between the mean of a force and its change. The
 //!   oil's flow is in phase with the piston's: its share of the flow is the relative error of the delay. The leakage is in
 //!   quadrature: its share times `ωδ` is the error of the flow gain.
+//! - The null offset `b` is found beside the mean `s` of the spool's reading minus its gain `g` times the commanded opening,
+//!   `b = (b₀ - s)/g` with `s = (1 - g)·b₀`: an error of `g` has no effect, unless it changes. As `s` is an average over `τ`,
+//!   a change of `g` by `Δ` during the memory `m` of the null offset changes it by `b·(Δ/g)·τ/m`. The systematic error of
+//!   `g` increases with the frequency, so `Δ` is about the standard deviation of `g`.
 
 use crate::compensation::Deviations;
 use crate::integrity::integrity;
@@ -63,14 +67,14 @@ impl<T: Real> Deviation<T> {
 
     /// The standard deviations at the motion's mean-square frequency (1/s²); infinite without evidence. They include
     /// the difference between the estimate in use and the one found, which a bound or a limited rate causes. `of_null`
-    /// is the variance of the null offset by the flow.
+    /// is the variance of the null offset by the flow, and its error (1) per relative error of the spool's gain.
     pub(crate) fn of(
         &self,
         evidence: &Evidence<T>,
         square: T,
         (flow, found_flow): (&Priors<T>, &GainAndDelay<T>),
         (valve, found_valve): (&Priors<T>, &GainAndDelay<T>),
-        of_null: T,
+        [of_null, late_gain]: [T; 2],
     ) -> Deviations<T> {
         let (zero, squares) = (T::splat(0.0), &evidence.valve.matrix);
         let [[openings, _], _] = *squares;
@@ -88,12 +92,14 @@ impl<T: Real> Deviation<T> {
             (per_time * errors * spread + left_out + estimate.away * estimate.away).sqrt()
         };
         let (flow, spool) = (evidence.flow_errors, evidence.spool_errors);
+        let valve_gain = deviation(spool, valve_gain, left_out.valve_gain, &found_valve.gain);
+        let by_gain = late_gain * valve_gain / found_valve.gain.value;
         Deviations {
             flow_gain: deviation(flow, flow_gain, left_out.flow_gain, &found_flow.gain),
-            valve_gain: deviation(spool, valve_gain, left_out.valve_gain, &found_valve.gain),
+            valve_gain,
             response_delay: deviation(spool, response_delay, left_out.response_delay, &found_valve.delay),
             velocity_delay: deviation(flow, velocity_delay, left_out.velocity_delay, &found_flow.delay),
-            null_offset: (of_null + self.of_mean(evidence)).sqrt(),
+            null_offset: (of_null + self.of_mean(evidence) + by_gain * by_gain).sqrt(),
         }
     }
 

@@ -13,6 +13,8 @@
 //!
 //! The inverse of the curve is estimated. Its nodes are at demanded flows, so a tick finds its piece by one multiplication.
 
+mod known;
+
 use crate::compensation::{CurveGrid, NODES, node_below};
 use crate::integrity::integrity;
 use crate::learning::curve_nodes::{CurveNodes, belief, between};
@@ -224,52 +226,6 @@ impl<T: Real> FlowCurve<T> {
     /// Mean square (squared steps) of a window's residual.
     pub(super) fn mean_square(&self, evidence: &CurveEvidence<T>) -> T {
         self.variance(evidence) / self.correlation
-    }
-
-    /// Standard deviation of the asymmetry (1): half of the difference of two gains.
-    pub(super) fn asymmetry_deviation(&self, evidence: &CurveEvidence<T>) -> T {
-        let variance = self.variance(evidence);
-        let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
-        let [back, forth] = evidence.directions.each_ref().map(|d| variance / (d.flows + belief));
-        T::splat(0.5) * (back + forth).sqrt()
-    }
-
-    /// Variance of the null offset in use (1) by noise.
-    pub(super) fn null_variance(&self, state: &CurveState<T>, evidence: &CurveEvidence<T>) -> T {
-        let away = state.offset - evidence.null;
-        state.variance + away * away
-    }
-
-    /// Sets the sums that give these values: the mean square of the errors (squared steps), an asymmetry (1) with its
-    /// standard deviation (1), and a null offset (1) with its variance, at a flow gain (1).
-    pub(super) fn know(
-        &self,
-        (state, evidence): (&mut CurveState<T>, &mut CurveEvidence<T>),
-        square: T,
-        [asymmetry, deviation]: [T; 2],
-        [null, null_variance]: [T; 2],
-        flow_gain: T,
-    ) {
-        let ([first, windows], one) = (FIRST_ERRORS, T::splat(1.0));
-        evidence.windows = one / self.average;
-        let sum = square * (evidence.windows + T::splat(windows)) - T::splat(first * windows);
-        evidence.squares = if sum > T::splat(0.0) { sum } else { T::splat(0.0) };
-        let variance = self.variance(evidence);
-        let beyond = |all: T, belief: T| if all > belief { all - belief } else { T::splat(0.0) };
-        let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
-        let flows = beyond(T::splat(0.5) * variance / (deviation * deviation), belief);
-        (evidence.asymmetry, evidence.null) = (asymmetry, null);
-        // The sums of the slopes, half of them in either direction.
-        let belief_in_null = variance * T::splat(1.0 / (NULL_BELIEF * NULL_BELIEF));
-        let slopes = beyond(variance / null_variance, belief_in_null);
-        let half = T::splat(0.5);
-        let (slopes, slope_errors) = (half * slopes, half * (slopes + belief_in_null) * null);
-        (state.offset, state.variance) = (null, null_variance);
-        let of = |gain: T| {
-            let flow_errors = (flows + belief) * (gain / flow_gain - one);
-            Direction { flows, flow_errors, slopes, slope_errors, ..Direction::default() }
-        };
-        evidence.directions = [of(one - asymmetry), of(one + asymmetry)];
     }
 
     /// Adds the window to its direction's sums.

@@ -336,8 +336,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// Standard deviations at the motion's mean-square frequency (1/s²).
     pub(super) fn deviations(&self, state: &LearnerState<T>, square: T) -> Deviations<T> {
         let (flow, valve) = ((&self.flow.priors, &state.flow), (&self.valve.priors, &state.valve.found));
-        let of_null = self.curve.null_variance(&state.curve, &state.evidence.curve);
-        let of_null = if self.corrects { of_null } else { T::splat(f64::INFINITY) };
+        let of_null = if self.corrects {
+            self.curve.null_errors(&state.curve, &state.evidence.curve, self.flow_gain)
+        } else {
+            [T::splat(f64::INFINITY), T::splat(0.0)]
+        };
         self.deviation.of(&state.evidence, square, flow, valve, of_null)
     }
 

@@ -68,7 +68,7 @@ impl SavedCalibration {
 const ROUNDING: f64 = 1.0e-6;
 
 /// Number of bisections after which an interval is exhausted in double precision.
-const BISECTIONS: u32 = 60;
+pub(super) const BISECTIONS: u32 = 60;
 
 /// Largest share of a variance that may come from the models' systematic errors. The rest is noise.
 const MOST_LEFT_OUT: f64 = 0.98;
@@ -191,9 +191,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let of_null = of(d.null_offset * d.null_offset);
             let rest = of_null - self.deviation.of_mean(evidence);
             let least = T::splat(1.0 - MOST_LEFT_OUT) * of_null;
-            let null = [of(saved.null_offset), if rest > least { rest } else { least }];
+            let rest = if rest > least { rest } else { least };
+            let null = [of(saved.null_offset), rest, of(d.valve_gain) / state.valve.found.gain.value];
             let known = (&mut state.curve, &mut evidence.curve);
-            self.curve.know(known, error * error, asymmetry, null, state.flow.gain.value);
+            let gains = [state.flow.gain.value, self.flow_gain];
+            self.curve.know(known, error * error, asymmetry, null, gains);
             let step = self.curve.grid.step;
             // The map increases after every step of the construction.
             for _ in 0..NODES * NODES {

@@ -32,7 +32,7 @@ macro_rules! estimates {
                     calibration.deviations.velocity_delay => |_| f64::INFINITY;
                 valve_gain_deviation: "", "Standard deviation of the spool's gain, as that of the flow gain; infinite before anything is learned",
                     calibration.deviations.valve_gain => |_| f64::INFINITY;
-                null_offset_deviation: "", "Standard deviation of the null offset, by noise; infinite before anything is learned",
+                null_offset_deviation: "", "Standard deviation of the null offset, as that of the flow gain; infinite before anything is learned",
                     calibration.deviations.null_offset => |_| f64::INFINITY;
                 test_ratio: "", "Test ratio of the gate in the last window; above 1 nothing is learned from it",
                     calibration.test_ratio => |_| 0.0;

@@ -51,6 +51,33 @@ fn learn(
     }
 }
 
+/// The null offset in use, and its error per relative error of the spool's gain. The spool follows its command with a
+/// gain of 1, the estimate of this gain rises by `change` (1), and the null is at 0.02.
+fn null_by_gain(change: f64) -> [f64; 2] {
+    let (windows, bias) = (10_000_u32, 0.02);
+    let (mut state, mut evidence) = (CurveState::default(), CurveEvidence::default());
+    for n in 0..windows {
+        let flow = 0.3 * libm::sin(0.05 * f64::from(n));
+        let gain = 1.0 + change * f64::from(n) / f64::from(windows);
+        let measured = flow + bias - evidence.sensor - gain * evidence.null;
+        // The instrument is the flow.
+        let readings = [(flow - measured) / gain, (1.0 - gain) * (flow + bias)];
+        let sample = CURVE.sample(&evidence, flow, [measured, gain], readings);
+        CURVE.learn(&mut state, &mut evidence, &sample, 1.0, 1.0);
+        CURVE.update(&mut state, &mut evidence);
+    }
+    let [_, per_gain] = CURVE.null_errors(&state, &evidence, 1.0);
+    [evidence.null, per_gain]
+}
+
+#[test]
+fn null_offset_has_the_stated_error_of_a_gain_that_changes() {
+    let ([sound, _], [null, per_gain], change) = (null_by_gain(0.0), null_by_gain(0.02), 0.02);
+    // The error is less than the stated one, because the first windows are averaged over a shorter time.
+    let share = (sound - null) / (per_gain * change);
+    assert!((0.6..1.0).contains(&share), "{share}");
+}
+
 /// Weight of the prior that a quantity with this standard deviation is zero.
 fn weight(evidence: &CurveEvidence<f64>, belief: f64) -> f64 {
     CURVE.mean_square(evidence) * CURVE.correlation / (belief * belief)

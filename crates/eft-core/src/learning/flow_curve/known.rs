@@ -1,0 +1,77 @@
+//! What is known of asymmetry and null offset: their standard deviations, and sums that give known values.
+
+use super::{CurveEvidence, CurveState, Direction, FIRST_ERRORS, FlowCurve, GAIN_BELIEF, NULL_BELIEF};
+use crate::learning::saved::BISECTIONS;
+use crate::number::Real;
+
+impl<T: Real> FlowCurve<T> {
+    /// Standard deviation of the asymmetry (1): half of the difference of two gains.
+    pub(in crate::learning) fn asymmetry_deviation(&self, evidence: &CurveEvidence<T>) -> T {
+        let variance = self.variance(evidence);
+        let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
+        let [back, forth] = evidence.directions.each_ref().map(|d| variance / (d.flows + belief));
+        T::splat(0.5) * (back + forth).sqrt()
+    }
+
+    /// Variance of the null offset in use (1) by noise, and the error (1) of the null offset per relative error of the
+    /// spool's gain. `slope` is the table's (m³/s per unit opening).
+    pub(in crate::learning) fn null_errors(
+        &self,
+        state: &CurveState<T>,
+        evidence: &CurveEvidence<T>,
+        slope: T,
+    ) -> [T; 2] {
+        let away = state.offset - evidence.null;
+        let [back, forth] = &evidence.directions;
+        [state.variance + away * away, evidence.null * self.late(back.slopes + forth.slopes, slope)]
+    }
+
+    /// Time that averages the offset of the spool's sensor, over the memory of these sums of squared slopes (squared
+    /// steps); at most 1. If the spool's gain changes during the memory, the offset of the sensor follows it late, and
+    /// the error of the null offset is this share of the change. `slope` is the table's (m³/s per unit opening).
+    fn late(&self, sums: T, slope: T) -> T {
+        let slope = slope * self.grid.per_flow;
+        let all = self.average * sums;
+        if all > slope * slope { slope * slope / all } else { T::splat(1.0) }
+    }
+
+    /// Sets the sums that give these values: the mean square of the errors (squared steps), an asymmetry (1) with its
+    /// standard deviation (1), and a null offset (1) with its variance, at a flow gain (1). `of_gain` is the standard
+    /// deviation (1) of the spool's gain over the gain, and `slope` the table's (m³/s per unit opening).
+    pub(in crate::learning) fn know(
+        &self,
+        (state, evidence): (&mut CurveState<T>, &mut CurveEvidence<T>),
+        square: T,
+        [asymmetry, deviation]: [T; 2],
+        [null, null_variance, of_gain]: [T; 3],
+        [flow_gain, slope]: [T; 2],
+    ) {
+        let ([first, windows], one) = (FIRST_ERRORS, T::splat(1.0));
+        evidence.windows = one / self.average;
+        let sum = square * (evidence.windows + T::splat(windows)) - T::splat(first * windows);
+        evidence.squares = if sum > T::splat(0.0) { sum } else { T::splat(0.0) };
+        let variance = self.variance(evidence);
+        let beyond = |all: T, belief: T| if all > belief { all - belief } else { T::splat(0.0) };
+        let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
+        let flows = beyond(T::splat(0.5) * variance / (deviation * deviation), belief);
+        (evidence.asymmetry, evidence.null) = (asymmetry, null);
+        // The sums of the slopes, half of them in either direction. Their noise and the late gain give the variance.
+        let half = T::splat(0.5);
+        let belief_in_null = variance * T::splat(1.0 / (NULL_BELIEF * NULL_BELIEF));
+        let slopes = |noise: T| beyond(variance / noise, belief_in_null);
+        let (mut low, mut high) = (T::splat(0.0), null_variance);
+        for _ in 0..BISECTIONS {
+            let noise = half * (low + high);
+            let late = null * of_gain * self.late(slopes(noise), slope);
+            if noise + late * late < null_variance { low = noise } else { high = noise }
+        }
+        let (noise, slopes) = (high, slopes(high));
+        let (slopes, slope_errors) = (half * slopes, half * (slopes + belief_in_null) * null);
+        (state.offset, state.variance) = (null, noise);
+        let of = |gain: T| {
+            let flow_errors = (flows + belief) * (gain / flow_gain - one);
+            Direction { flows, flow_errors, slopes, slope_errors, ..Direction::default() }
+        };
+        evidence.directions = [of(one - asymmetry), of(one + asymmetry)];
+    }
+}
