@@ -15,7 +15,7 @@ import null_bias
 import paper_figures
 import random_plants
 import random_rigs
-import safety
+import safety_tables
 
 from eft.demo.__main__ import main
 
@@ -34,7 +34,7 @@ if __name__ == "__main__":
     coverage.report(FOLDER)
     random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
-    safety.report(FOLDER)
+    safety_tables.report(FOLDER)
     fixed_against_adaptive.report(FOLDER)
     # A number that misses its reference ends the script, because the documentation must not show it as a
     # result.

@@ -1,0 +1,88 @@
+"""Tables of the page on safety, from the files that ``safety.py`` writes."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SOUND, SUPPLIES, YIELDING
+
+from eft._files import write_text
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    """Rows by column."""
+    with path.open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def _after(row: dict[str, str]) -> str:
+    """Median and worst time to notice a fault."""
+    median, worst = 1e3 * float(row["median"]), 1e3 * float(row["worst"])
+    return f"{median:.1f} ms, {worst:.0f} ms" if worst < np.inf else "not noticed"
+
+
+def report(folder: Path) -> None:
+    """The generated tables of the page."""
+    head = "| sensor, fault | scheme | unnoticed | noticed after: median, worst | right sensor named "
+    text = [f"{head}| worst force | beyond 35 kN | worst displacement |", "| --- " * 8 + "|"]
+    for row in read(FAULTS):
+        text.append(
+            f"| {row['signal']} {row['kind']} | {row['scheme']} | {row['unnoticed']} of {row['moments']} "
+            f"| {1e3 * float(row['median']):.1f} ms, {1e3 * float(row['worst']):.0f} ms "
+            f"| {100 * float(row['blamed']):.0f} % | {float(row['force']) / 1e3:.0f} kN "
+            f"| {100 * float(row['beyond']):.1f} % | {1e3 * float(row['displacement']):.0f} mm |"
+        )
+    text += ["", "| transient fault of 0.3 to 0.5 s | ramp of 0.1 s (the default) | 0.05 s |"]
+    text += ["| --- " * 3 + "|"]
+    of_ramp = {(row["signal"], row["kind"], float(row["ramp"])): row for row in read(YIELDING)}
+    for signal, kind in CASES:
+        cells = (of_ramp[signal, kind, ramp]["worst"] for ramp in (0.5, 0.25))
+        text.append(f"| {signal} {kind} | " + " | ".join(f"{float(cell):.2f}" for cell in cells) + " |")
+    write_text(folder / "safety_faults.md", "\n".join([*text, ""]))
+    text = [
+        "| force with a measured load pressure | scheme | later than 20 ms | noticed after: median, worst "
+    ]
+    text[0] += "| worst force |"
+    text += ["| --- " * 5 + "|"]
+    for row in read(PRESSURES):
+        text.append(
+            f"| {row['kind']} | {row['scheme']} | {row['late']} of {row['moments']} "
+            f"| {_after(row)} | {float(row['force']) / 1e3:.0f} kN |"
+        )
+    write_text(folder / "safety_pressures.md", "\n".join([*text, ""]))
+    text = ["| supply | scheme | transducer | force error, rms over rms | peak force | trip |"]
+    text += ["| --- " * 6 + "|"]
+    for row in read(SUPPLIES):
+        state = "lost at 3 s" if row["fault"] == "lost" else "sound"
+        text.append(
+            f"| {row['supply']} | {row['scheme']} | {state} | {100 * float(row['error']):.0f} % "
+            f"| {float(row['force']) / 1e3:.1f} kN | {row['cause']} |"
+        )
+    write_text(folder / "safety_supplies.md", "\n".join([*text, ""]))
+    text = ["| specimen, trip by | `ramp_time` | displacement: without, with | force: without, with |"]
+    text += ["| --- " * 4 + "|"]
+    for row in read(BRAKED):
+        text.append(
+            f"| {row['specimen']}, {row['signal']} | {row['ramp']} s "
+            f"| {float(row['motion_free']):.2f}, {float(row['motion_braked']):.2f} "
+            f"| {float(row['force_free']):.2f}, {float(row['force_braked']):.2f} |"
+        )
+    write_text(folder / "safety_levels.md", "\n".join([*text, ""]))
+    text = ["| after the load cell is lost | force | displacement |", "| --- " * 3 + "|"]
+    for row in read(RESPONSES):
+        force, displacement = float(row["force"]) / 1e3, 1e3 * float(row["displacement"])
+        text.append(f"| {row['way']} | {force:.0f} kN | {displacement:.0f} mm |")
+    write_text(folder / "safety_responses.md", "\n".join([*text, ""]))
+    text = []
+    rows = read(SOUND)
+    by_level = sum(row["cause"].endswith("_level") for row in rows)
+    alarms = [row for row in rows if row["cause"] != "none" and not row["cause"].endswith("_level")]
+    ranged = sum(row["out_of_range"] == "1" for row in alarms)
+    text += [
+        "",
+        f"Of {len(rows)} tests without a fault, {by_level} trip by a level (the fixed scheme swings many "
+        f"of these rigs up). {len(alarms)} trip because measurements disagree. In {ranged} of these a signal "
+        f"is beyond the range of its sensor, which therefore does lie. False alarms: {len(alarms) - ranged}.",
+        "",
+    ]
+    write_text(folder / "safety_sound.md", "\n".join(text))
