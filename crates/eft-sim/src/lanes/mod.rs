@@ -1,15 +1,18 @@
 //! Several rigs side by side: their number types, and the processor's instructions for them.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
+mod avx512;
 mod dispatch;
 #[cfg(target_arch = "x86_64")]
-mod eight;
+mod table_rows;
 
 use eft_core::{Flags, Lanes, Scalar};
 
 use dispatch::with_best_instructions;
 
-pub(crate) use dispatch::Work;
-pub(crate) use dispatch::{WideWork, dispatch_wide, width};
+pub(crate) use dispatch::{WideWork, Work, dispatch_wide, width};
 
 /// Largest number of rigs side by side.
 pub(crate) const WIDEST: usize = 8;

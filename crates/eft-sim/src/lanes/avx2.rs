@@ -1,5 +1,4 @@
-//! Eight double-precision numbers side by side in two AVX2 registers. More numbers would not be faster,
-//! because the chains of one tick are long.
+//! Eight double-precision numbers side by side in two AVX2 registers.
 //!
 //! The bits are those of [`f64`]: each operation is the scalar one, lane by lane.
 
@@ -11,7 +10,7 @@ use std::array;
 use eft_core::{CELLS, Flags, Mask, Row, Scalar};
 
 use crate::lanes::dispatch::with_avx2;
-use crate::lanes::{Num, Work};
+use crate::lanes::{Num, Work, table_rows};
 
 /// Eight numbers. Only [`dispatch_wide`](crate::lanes::dispatch_wide) uses the type, after a check of the processor.
 #[derive(Debug, Clone, Copy)]
@@ -211,32 +210,11 @@ impl Flags for EightFlags {
     }
 }
 
-/// The mark of a cell with several rows: all bits set, which no row's beginning has.
-const CROWDED: u16 = u16::MAX;
-/// Number of rows that contain each indexed row and the one after it.
-const ROWS: usize = 64;
-/// Distance between rows, in numbers.
-const STRIDE: usize = 3 * 8;
-
-/// One number per lane, from a separate row in each lane, at offset `at` from the row's first number.
-///
-/// # Safety
-/// `table` points to `ROWS` rows of three times eight numbers. `rows` are from the index and not [`CROWDED`].
-#[inline(always)]
-unsafe fn column(table: *const f64, rows: &[u16; 8], at: usize) -> Eight {
-    let mut lanes = [0.0; 8];
-    for (lane, number) in lanes.iter_mut().enumerate() {
-        // SAFETY: a row of the index is below ROWS − 1, and `at` below two rows.
-        *number = unsafe { *table.add(usize::from(rows[lane]) + at + lane) };
-    }
-    Eight(from_doubles(lanes))
-}
-
 impl Scalar for Eight {
     type Element = f64;
     type Mask = EightMask;
     type Flags = EightFlags;
-    /// Beginning of each lane's row in its table, or [`CROWDED`].
+    /// Beginning of each lane's row in its table, or the mark of a crowded cell.
     type Cell = [u16; 8];
     type Index = [u32; 8];
     const LANES: usize = 8;
@@ -295,12 +273,8 @@ impl Scalar for Eight {
         })))
     }
     #[inline(always)]
-    fn cell_from_lanes(mut f: impl FnMut(usize) -> u8) -> [u16; 8] {
-        array::from_fn(|lane| {
-            let row = usize::from(f(lane));
-            // The row after it must exist as well.
-            if row < ROWS - 1 { (row * STRIDE) as u16 } else { CROWDED }
-        })
+    fn cell_from_lanes(f: impl FnMut(usize) -> u8) -> [u16; 8] {
+        table_rows::cells(f)
     }
     #[inline(always)]
     fn cell(self) -> ([u32; 8], EightMask) {
@@ -326,25 +300,7 @@ impl Scalar for Eight {
         rows: &[Row<Self>; N],
         cell: [u32; 8],
     ) -> Row<Self> {
-        let mut first = [0_u16; 8];
-        let mut all = 0;
-        for lane in 0..8 {
-            let of_lanes = cells.get(cell[lane] as usize).copied().unwrap_or_default();
-            first[lane] = of_lanes[lane];
-            all |= first[lane];
-        }
-        if N < ROWS || all == CROWDED {
-            return Row::search(rows, self);
-        }
-        let table: *const f64 = rows.as_ptr().cast();
-        // SAFETY: there are at least ROWS rows, each of three times eight doubles in the order of its fields.
-        // Only `cell_from_lanes` makes cells.
-        let column = |at| unsafe { column(table, &first, at) };
-        let far = column(STRIDE);
-        let here = self.lt(far);
-        let start = Self::select(here, column(0), far);
-        let value = Self::select(here, column(8), column(STRIDE + 8));
-        let slope = Self::select(here, column(16), column(STRIDE + 16));
-        Row { start, value, slope }
+        // SAFETY: the type is eight doubles, and its cells are from `table_rows`.
+        unsafe { table_rows::row(self, cells, rows, cell) }
     }
 }
