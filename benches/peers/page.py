@@ -146,12 +146,12 @@ def text(results):
         "\n".join(profile()),
         "\n".join(limit(results)),
         "A single test has one chain of dependent operations from tick to tick. The controller's division, "
-        "root and look-up lie between one state and the next. Several tests, eight to a pair of AVX2 "
-        "registers, use this waiting time. They run the same code, which is written for numbers of any "
-        "width, and give the same bits as a single test. Tests with sensor noise, with effects beyond the "
-        "paper's model, and of buildings also run in this way. In tests with self-calibration the learners "
-        "run lane by lane once a window. Three parts run lane by lane in every tick: a protection, an "
-        "estimate of the velocity, and a controller in single precision.",
+        "root and look-up lie between one state and the next. Several tests use this waiting time, eight "
+        "to a pair of AVX2 registers or to one AVX-512 register. They run the same code, which is written "
+        "for numbers of any width, and give the same bits as a single test. Tests with sensor noise, with "
+        "effects beyond the paper's model, and of buildings also run in this way. In tests with self- "
+        "calibration the learners run lane by lane once a window. Three parts run lane by lane in every "
+        "tick: a protection, an estimate of the velocity, and a controller in single precision.",
     ]
     return "\n\n".join(sections) + "\n"
 
