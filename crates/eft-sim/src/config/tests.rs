@@ -344,6 +344,18 @@ fn files_that_cannot_be_read() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
+#[test]
+fn a_robust_loop_for_a_rig_without_poles_in_double_precision_is_refused() {
+    let mut whole = everything();
+    let values = [("spool_area", 1e-9), ("pilot_flow_gain", 0.3788425339360195)];
+    tree::set(&mut whole, "controller.force_loop", "robust".into()).unwrap();
+    for (key, value) in values {
+        tree::set(&mut whole, &format!("servovalve.{key}"), value.into()).unwrap();
+    }
+    let error = message(RigConfig::from_tree(whole));
+    assert!(error.starts_with("controller.force_loop = \"robust\": the poles of this rig"), "{error}");
+}
+
 /// A key with a value; half of the keys of the plant are under `truth`.
 fn any_row() -> impl Strategy<Value = (String, Value)> {
     (0..KEYS.len(), 0.0..=1.0_f64, any::<u64>(), ".*", any::<bool>()).prop_map(

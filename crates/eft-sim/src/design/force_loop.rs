@@ -89,7 +89,7 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     let mut best: Option<(f64, Gains)> = None;
     for step in 0..TIME_STEPS {
         let time = 0.1 * scale * libm::pow(30.0, step as f64 / (TIME_STEPS - 1) as f64);
-        if let Some(gains) = largest(&corners, time, INTEGRAL_TIME * scale)? {
+        if let Some(gains) = largest(&corners, time, INTEGRAL_TIME * scale).map_err(no_poles)? {
             let peak = nominal.peak_sensitivity(gains);
             if best.as_ref().is_none_or(|(least, _)| peak < *least) {
                 best = Some((peak, gains));
@@ -108,13 +108,20 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
         Error::value("controller.force_loop", "\"robust\"", allowed)
     };
     let designed = designed.ok_or_else(refused)?;
-    let margins = designed.margins()?;
+    let margins = designed.margins().map_err(no_poles)?;
     let static_gain = designed.proportional_gain * plant.static_gain();
     let robust = margins.damping >= NOMINAL_DAMPING && margins.gain >= NOMINAL_GAIN_MARGIN;
     if !robust || static_gain < LEAST_STATIC_GAIN {
         return Err(refused());
     }
     Ok(designed)
+}
+
+/// The refusal of a rig whose poles cannot be computed.
+fn no_poles(_: Error) -> Error {
+    let allowed = "the poles of this rig cannot be computed in double precision; \
+        correct the values of servovalve, or take \"pd\"";
+    Error::value("controller.force_loop", "\"robust\"", allowed)
 }
 
 /// The largest proportional gain with `T_D` and an integral time (s) that keeps every corner damped.
