@@ -85,8 +85,10 @@ def mutants(folders: list[str]) -> list[Mutant]:
                 continue
             lines = file.read_text().splitlines()
             for number, line in enumerate(lines):
-                if line.strip() == "#[cfg(test)]" and lines[number + 1].endswith("{"):
-                    break
+                if line.strip() == "#[cfg(test)]":
+                    item = next(below for below in lines[number + 1 :] if not below.startswith("#["))
+                    if item.endswith("{"):
+                        break
                 code = line.split("//")[0]
                 if not code.strip() or code.strip().startswith(
                     ("#", "use ", "impl", "fn ", "pub fn", "where")

@@ -246,6 +246,22 @@ fn a_calibration_from_a_wrong_sensor_is_reverted() {
     assert_eq!((state.cause(), state.calibration().flow_gain), (Cause::VelocityLost, gain(768)));
 }
 
+#[test]
+fn after_a_force_level_the_velocity_is_doubted_and_after_another_level_not() {
+    let watched = ProtectionParameters {
+        plausibility: Some(crate::protection::PlausibilityParameters::DEFAULT),
+        ..ProtectionParameters::DEFAULT
+    };
+    let channel = Channel::<f64, 21>::new(&Parameters { protection: Some(watched), ..RIG }).unwrap();
+    for (cause, doubted) in
+        [(Cause::ForceLevel, true), (Cause::DisplacementLevel, false), (Cause::Request, false)]
+    {
+        let mut state = channel.at_rest();
+        state.protection.trip_by(cause);
+        assert_eq!(channel.doubts_velocity(&state), doubted, "{cause:?}");
+    }
+}
+
 /// The outputs of a channel with a protection, until it trips or for a number of ticks.
 fn until_tripped(
     state: &mut ChannelState<f64>,

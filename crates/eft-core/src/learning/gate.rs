@@ -200,6 +200,16 @@ mod tests {
     }
 
     #[test]
+    fn a_saturated_command_or_spool_does_not_count() {
+        let s = Signals { flow: FlowSample::default(), spool: 0.1, asked: 0.1, asked_change: 0.0 };
+        for (openings, counts) in [([0.1, 0.1], true), ([0.95, 0.1], false), ([0.1, 0.95], false)] {
+            let (mut state, mut amount) = (GateState::default(), 0.0);
+            let [weight, _] = GATE.weigh(&mut state, &mut amount, openings, &s);
+            assert_eq!(weight > 0.0 && amount > 0.0, counts, "{openings:?}");
+        }
+    }
+
+    #[test]
     fn a_rejection_is_followed_by_a_hold_off() {
         let mut gate = Fixture::default();
         while gate.window(0.1, -0.1) {}

@@ -1,6 +1,7 @@
 //! Bounds of the estimates, with a gate that accepts every window.
 
 mod closed_forms;
+mod known_noise;
 
 use super::*;
 use crate::channel::{Channel, Input};

@@ -172,6 +172,21 @@ mod tests {
     }
 
     #[test]
+    fn a_valve_with_the_found_gain_and_delay_leaves_nothing() {
+        // An opening that rises by 0.02 in a window, and a spool that follows one sample after the network's output.
+        let state = ESTIMATOR.at_rest();
+        let (asked, rise) = (0.2, 0.02);
+        let spool = asked - rise * ESTIMATOR.sampling_delay / ESTIMATOR.priors.period;
+        let missed = |rise: f64| ESTIMATOR.missed(&state, [asked, -rise], spool);
+        assert!(
+            missed(-rise).abs() < 1e-15 && missed(rise).abs() > 1e-3,
+            "{} {}",
+            missed(rise),
+            missed(-rise)
+        );
+    }
+
+    #[test]
     fn network_and_inverse_undo_each_other() {
         let mut estimator = ESTIMATOR;
         estimator.priors.period = estimator.sample;

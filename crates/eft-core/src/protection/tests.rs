@@ -204,3 +204,16 @@ fn bad_parameters_are_named() {
     let faulty = |fault_time| made(ProtectionParameters { fault_time, ..ProtectionParameters::DEFAULT });
     assert!(faulty(4e6).is_ok() && faulty(5e6).is_err() && faulty(f64::NAN).is_err());
 }
+
+#[test]
+fn after_the_force_loop_opens_the_compensation_fades_in_the_last_two_thirds_of_the_time() {
+    let watch = PlausibilityParameters { settle_time: 0.03, ..PlausibilityParameters::DEFAULT };
+    let parameters = ProtectionParameters { plausibility: Some(watch), ..ProtectionParameters::DEFAULT };
+    let (p, mut state) = (Protection::<f64>::new(&parameters, 1000.0).unwrap(), ProtectionState::default());
+    state.shut_down_by(Cause::ForceLost);
+    for n in 1..=30 {
+        let out = p.step(&mut state, &input(50.0, 0.0, 0.0, 0.0, 0.0));
+        let expected = 0.93 * (1.5 * (1.0 - f64::from(n) / 30.0)).min(1.0);
+        assert!((out.level - expected).abs() < 1e-6, "sample {n}: {}, not {expected}", out.level);
+    }
+}

@@ -135,3 +135,16 @@ fn what_is_out_of_range_is_named() {
         assert_eq!(named(PlausibilityParameters { displacement_noise: bad, ..sound }), "displacement_noise");
     }
 }
+
+#[test]
+fn a_load_pressure_may_differ_by_its_tolerance_and_four_deviations_for_half_a_millisecond() {
+    let watch = PlausibilityParameters {
+        load_pressure_tolerance: 500.0,
+        force_noise: 50.0,
+        ..PlausibilityParameters::DEFAULT
+    };
+    let watch = put(&Parameters::ZHAO2005, &ProtectionParameters::DEFAULT, &watch).unwrap();
+    let pressure = watch.load_pressure.unwrap();
+    near("tolerance", pressure.tolerance, 700.0);
+    near("limit", pressure.limit, 0.35);
+}

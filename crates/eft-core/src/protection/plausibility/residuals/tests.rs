@@ -144,3 +144,18 @@ fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
         assert_eq!([estimated[FAST], estimated[TURNED]].concat(), [0.0; 4]);
     }
 }
+
+#[test]
+fn an_opening_near_null_counts_whole_and_fades_with_the_high_pass() {
+    let (watch, mut state) = (watch(), PlausibilityState::default());
+    let none = f64::NAN;
+    let known = Known { command: 0.0, valve_command: none, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0 };
+    let mut near_null = |spool: f64| {
+        let input = Input { command: 0.0, force: 0.0, displacement: 0.0, spool, ..Input::default() };
+        watch.sum_up(&mut state, &input, 0.0, &known);
+        state.near_null
+    };
+    near("within 3 %", near_null(-0.029), 1.0);
+    near("beyond", near_null(0.031), 1.0 - 0.02274800);
+    near("later", near_null(0.031), (1.0 - 0.02274800) * (1.0 - 0.02274800));
+}

@@ -1,0 +1,155 @@
+//! Standard deviations, saved calibrations and single updates for noise and errors that are given.
+
+#![allow(clippy::indexing_slicing, reason = "a test may panic")]
+
+use crate::channel::{Channel, Input};
+use crate::compensation::{Deviations, NODES, PIECES};
+use crate::learning::curve_nodes::CurveNodes;
+use crate::learning::least_squares::Estimate;
+use crate::learning::saved::SavedCalibration;
+use crate::learning::{Learner, LearnerState};
+use crate::parameters::{Learning, Parameters, Realization};
+use crate::table::FlowTable;
+
+const RIG: Parameters =
+    Parameters { learning: Learning { guard: false, ..Learning::ADAPTIVE }, ..Parameters::ZHAO2005 };
+/// Mean-square frequency (1/s²) of the motion.
+const SQUARE: f64 = 900.0;
+
+fn learner() -> Learner<f64, 21> {
+    Learner::<f64, 21>::new(&RIG).unwrap()
+}
+
+/// Standard deviations for noise of flow and spool (1). `not_late` (s²) is the square of the time by which the flows of
+/// leakage and oil are not late, times the square of their share.
+fn deviations(learner: &Learner<f64, 21>, not_late: f64, [of_flow, of_spool]: [f64; 2]) -> Deviations<f64> {
+    let rest = learner.at_rest();
+    let left_out = learner.deviation.left_out(not_late, SQUARE, &rest.flow, &rest.valve.found);
+    let root = |noise: f64, systematic: f64| libm::sqrt(noise * noise + systematic);
+    let frequency = libm::sqrt(SQUARE);
+    Deviations {
+        flow_gain: root(of_flow, left_out.flow_gain),
+        valve_gain: root(of_spool, left_out.valve_gain),
+        response_delay: root(of_spool / frequency, left_out.response_delay),
+        velocity_delay: root(of_flow / frequency, left_out.velocity_delay),
+        null_offset: 0.01,
+    }
+}
+
+/// A learner that starts from such deviations.
+fn started(deviations: Deviations<f64>) -> LearnerState<f64> {
+    let learner = learner();
+    let mut saved = learner.saved(&learner.at_rest());
+    (saved.excitation, saved.deviations, saved.null_offset) = (1.0, deviations, 0.0);
+    (saved.curve.asymmetry_deviation, saved.curve.error) = (0.01, 1e-5);
+    learner.start_from(&SavedCalibration { ..saved }).unwrap()
+}
+
+/// The square of the time by which leakage and oil are not late, times the square of their share, by the sums (s²).
+fn not_late(state: &LearnerState<f64>) -> f64 {
+    let learner = learner();
+    let late = learner.deviation.late(&state.flow);
+    learner.deviation.per_square_flow * state.evidence.compressed * late * late
+}
+
+fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
+    assert!((found - expected).abs() <= tolerance * expected.abs(), "{what}: {found:e}, not {expected:e}");
+}
+
+#[test]
+fn a_started_learner_has_the_saved_deviations_and_their_systematic_parts() {
+    let expected = 4e-7;
+    let given = deviations(&learner(), expected, [5e-3, 4e-3]);
+    let state = started(given);
+    near("systematic part", not_late(&state), expected, 1e-9);
+    for (what, found, expected) in [
+        ("flow gain", state.deviations.flow_gain, given.flow_gain),
+        ("valve gain", state.deviations.valve_gain, given.valve_gain),
+        ("response delay", state.deviations.response_delay, given.response_delay),
+        ("velocity delay", state.deviations.velocity_delay, given.velocity_delay),
+    ] {
+        near(what, found, expected, 0.02);
+    }
+    for Estimate { beyond, .. } in [state.flow.gain, state.flow.delay, state.valve.found.gain] {
+        assert_eq!(beyond.to_bits(), 0, "not beyond its bounds");
+    }
+}
+
+#[test]
+fn a_fiftieth_of_a_variance_remains_noise() {
+    let all = 4e-7;
+    let state = started(deviations(&learner(), all, [0.0, 4e-3]));
+    near("systematic part", not_late(&state), 0.98 * all, 1e-6);
+    assert!(state.deviations.velocity_delay.is_finite() && state.deviations.flow_gain.is_finite());
+}
+
+#[test]
+fn noise_is_correlated_for_the_time_of_two_low_passes() {
+    let learner = learner();
+    // White noise through two low-passes: its variance is the sum of the squares of the impulse response.
+    let (share, mut variance) = (learner.filter.low_pass, 0.0);
+    for n in 0..2000_u32 {
+        let response = f64::from(n + 1) * share * share * libm::pow(1.0 - share, f64::from(n));
+        variance += response * response;
+    }
+    near("correlation", learner.deviation.correlation, learner.gate.period / variance, 1e-9);
+}
+
+#[test]
+fn leakage_and_oil_share_their_error_by_their_squares() {
+    let mut learner = learner();
+    let rest = learner.at_rest();
+    learner.deviation.leaks_below = 300.0;
+    let left_out = learner.deviation.left_out(4e-6, SQUARE, &rest.flow, &rest.valve.found);
+    // The leakage has 300/(300 + 900) of the square.
+    near("leakage", left_out.flow_gain, SQUARE * 1e-6, 1e-12);
+    near("oil", left_out.velocity_delay, 3e-6, 1e-12);
+}
+
+#[test]
+fn a_node_is_a_kalman_filter_whose_variance_grows_with_the_square_of_its_flow() {
+    // Three steps from zero: a belief of 5 % is a variance of 0.15².
+    let (node, flow) = (PIECES / 2 + 3, 3.0);
+    let (mut nodes, mut departures) = (CurveNodes::<f64>::default(), [0.0; NODES]);
+    let (noise, drift, error) = (0.01, 1e-4, 0.1);
+    let (mut variance, mut departure) = (0.0225, 0.0);
+    for _ in 0..3 {
+        let grown = f64::min(variance + 9.0 * drift, 0.0225);
+        let share = grown / (grown + noise);
+        (variance, departure) = (share * noise, departure + share * error);
+        nodes.depart(&mut departures, node, [flow, error], [noise, drift]);
+        near("variance", nodes.variances[node], variance, 1e-12);
+        near("departure", departures[node], departure, 1e-12);
+    }
+}
+
+#[test]
+fn a_changing_load_changes_no_estimate() {
+    let p = Parameters { realization: Realization::Analog, ..RIG };
+    let table = FlowTable::<f64, 21>::new(p.openings, p.flows).unwrap();
+    let channel = Channel::<f64, 21>::new(&p).unwrap();
+    let learner = Learner::<f64, 21>::new(&p).unwrap();
+    let (mut state, mut memory) = (channel.at_rest(), learner.at_rest());
+    let frequency = core::f64::consts::TAU * 4.0;
+    // At 4 Hz a force of a third of the greatest one compresses oil with a flow of some tenths of the piston's.
+    let (most, load) = (p.piston_area * p.supply_pressure, 0.3 * p.piston_area * p.supply_pressure);
+    for tick in 0..30_000_u32 {
+        let time = f64::from(tick) / p.sample_rate;
+        let late = time - p.response_delay;
+        let spool = 0.05 * libm::sin(frequency * late);
+        let force = -load * libm::cos(frequency * late);
+        let root = libm::sqrt(1.0 - spool.signum() * force / most);
+        let compressed = p.compressibility * load / p.piston_area * frequency * libm::sin(frequency * late);
+        let flow = table.flow(spool) * root - p.leakage * force / p.piston_area - compressed;
+        let valve_command = 0.05 * libm::sin(frequency * time) / p.valve_gain;
+        let velocity = flow / p.piston_area;
+        let input = Input { command: force, velocity, force, spool, valve_command, ..Input::default() };
+        if let Some(window) = channel.step(&mut state, &input).window {
+            channel.publish(&mut state, learner.update(&mut memory, &window));
+        }
+    }
+    let share = p.compressibility * load / p.piston_area * frequency / table.flow(0.05);
+    assert!(share > 0.05, "the oil does not count: {share}");
+    let found = state.calibration();
+    assert!((found.flow_gain - 1.0).abs() < 0.01 && memory.evidence.amount > 0.0, "{found:?}");
+}
