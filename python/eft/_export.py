@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+from functools import lru_cache
 from typing import Literal, overload
 
 from eft import _native
@@ -75,13 +76,28 @@ def export(
         return _native.export_source(rig, target, name)
     named = rig if name is None else rig.replace({"name": name})
     description, resource = _native.fmu_files(named, part, fmi)
-    entries = [("modelDescription.xml", description.encode()), ("resources/rig.toml", resource.encode())]
-    for library, content in libraries():
-        entries.append((f"binaries/{library.folders[fmi - 2]}/eft_{part}.{library.ending}", content))
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as fmu:
-        for path, data in entries:
-            # Without the time of day, so that the same rig gives the same bytes.
-            entry = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
-            fmu.writestr(entry, data, zipfile.ZIP_DEFLATED)
+    binaries = tuple(
+        (f"binaries/{library.folders[fmi - 2]}/eft_{part}.{library.ending}", content)
+        for library, content in libraries()
+    )
+    file = io.BytesIO(_archive(binaries))
+    with zipfile.ZipFile(file, "a") as fmu:
+        _write(fmu, "modelDescription.xml", description.encode())
+        _write(fmu, "resources/rig.toml", resource.encode())
     return file.getvalue()
+
+
+# Compressing a library takes 0.4 s, and every rig has the same ones: by part and version there are four.
+@lru_cache(maxsize=4)
+def _archive(entries: tuple[tuple[str, bytes], ...]) -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        for path, data in entries:
+            _write(archive, path, data)
+    return file.getvalue()
+
+
+def _write(archive: zipfile.ZipFile, path: str, data: bytes) -> None:
+    # Without the time of day, so that the same rig gives the same bytes.
+    entry = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
+    archive.writestr(entry, data, zipfile.ZIP_DEFLATED)

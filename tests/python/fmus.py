@@ -22,17 +22,26 @@ class Instance:
         )
         self.variables = {one.name: one for one in self.description.modelVariables}
 
-    def call(self, verb, name, *values):
-        variable = self.variables[name]
-        function = getattr(self.unit, verb + CALLS[self.version][variable.type])
-        return function([variable.valueReference], *values)
-
     def set(self, **values):
+        """Set variables, those of one type in one call of FMI."""
+        kinds = {}
         for name, value in values.items():
-            self.call("set", name.replace("__", "."), [value])
+            variable = self.variables[name.replace("__", ".")]
+            references, given = kinds.setdefault(variable.type, ([], []))
+            references.append(variable.valueReference)
+            given.append(value)
+        for kind, (references, given) in kinds.items():
+            getattr(self.unit, f"set{CALLS[self.version][kind]}")(references, given)
 
     def get(self, name):
-        return self.call("get", name)[0]
+        return self.get_all([name])[0]
+
+    def get_all(self, names):
+        """The values of variables of one type, in one call of FMI."""
+        variables = [self.variables[name] for name in names]
+        (kind,) = {variable.type for variable in variables}
+        get = getattr(self.unit, f"get{CALLS[self.version][kind]}")
+        return get([variable.valueReference for variable in variables])
 
     def enter(self, start=0.0):
         if self.version == 2:

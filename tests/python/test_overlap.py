@@ -1,6 +1,7 @@
 """Overlap of the spool: identified from slow strokes, and compensated in the inverse flow curve."""
 
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.optimize import least_squares
 
 import eft
 from eft.cli import main
+from eft.identification import FlowTest
 from eft.traces import Traces
 
 RIG = eft.Rig.zhao2005()
@@ -21,10 +23,15 @@ FLOWS = np.array(RIG["servovalve.flow_table.flows"])
 Array = NDArray[np.float64]
 
 
+@cache
+def quiet_strokes(overlap: float, bias: float) -> FlowTest:
+    worn = RIG.replace({"servovalve.overlap": overlap, "servovalve.null_bias": bias})
+    return eft.identification.flow_test(worn, amplitude=0.02, frequency=0.5, duration=8.0)
+
+
 def strokes(overlap: float, bias: float, noise: float, seed: int = 3) -> tuple[Array, Array]:
     """Spool and displacement of slow strokes within some 3 % of null; noise over 0.05 % of the ranges."""
-    worn = RIG.replace({"servovalve.overlap": overlap, "servovalve.null_bias": bias})
-    test = eft.identification.flow_test(worn, amplitude=0.02, frequency=0.5, duration=8.0)
+    test = quiet_strokes(overlap, bias)
     random = np.random.default_rng(seed)
     spool = test.spool + noise * 5e-4 * random.standard_normal(test.spool.size)
     return spool, test.displacement + noise * 6e-5 * random.standard_normal(spool.size)
