@@ -309,7 +309,7 @@ mod tests {
     #[test]
     fn with_noise_the_uncertainty_covers_the_error() {
         let clean = strokes(1e-3, 1e-3);
-        let (mut noise, mut within, tests) = (Noise(5), 0, 40);
+        let (mut noise, mut within, tests) = (Noise(5), 0, 20);
         for _ in 0..tests {
             let mut test = clean.clone();
             test.spool.iter_mut().for_each(|x| *x += 5e-4 * noise.next());
@@ -320,7 +320,7 @@ mod tests {
             assert!(found.overlap.uncertainty < 1e-4, "{found:?}");
             within += usize::from(lap < 2.0) + usize::from(bias < 2.0);
         }
-        assert!(within >= 68, "{within} of {}", 2 * tests);
+        assert!(within >= 34, "{within} of {}", 2 * tests);
     }
 
     #[test]
