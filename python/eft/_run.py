@@ -19,6 +19,7 @@ from eft._display import current_units
 from eft._energy import EnergyBalance
 from eft._native import Command, Rig, __version__
 from eft._run_spectra import Coherence, FftRatio, check_command, coherence, fft_ratio
+from eft._samples import Samples
 from eft._status import CAUSE_BITS, Cause, Status, cause_of, status_of
 from eft._table import TRACES, Channels, Metrics
 
@@ -88,7 +89,7 @@ class TestRun(Channels):
             sample_rate=command.sample_rate,
             dtype=dtype,
             version=__version__,
-            _values={name: outcome[name] for name in TRACES if name in outcome},
+            _values=Samples(outcome),
             status=outcome["status"],
             found_flows=outcome["found_flows"],
             date=datetime.now(UTC).isoformat(timespec="seconds"),

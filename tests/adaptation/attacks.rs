@@ -17,7 +17,7 @@ fn nothing_is_learned_in_minutes_without_motion() {
         let rig = correcting(curve, &changes);
         let run_ = run(&rig, &command(&[&moving, &silence, &moving]));
         let (before, after) = (32 * 4096 + 4096, (32 + 180) * 4096 - 1);
-        let (gain, delay) = (&run_.flow_gain_estimate, &run_.response_delay_estimate);
+        let (gain, delay) = (run_.flow_gain_estimate().samples(), run_.response_delay_estimate().samples());
         assert!((gain[after] - gain[before]).abs() < 1e-3, "{} {}", gain[before], gain[after]);
         assert!((delay[after] - delay[before]).abs() < 1e-4, "{} {}", delay[before], delay[after]);
         let (moved, silent) = (run(&rig, &command(&[&moving])), run(&rig, &command(&[&moving, &silence])));
@@ -89,8 +89,10 @@ fn a_wrong_sign_that_persists_is_ramped_down() {
         let after = tripped as f64 / RATE - 6.0;
         let what = format!("wrong sign of {signal}, {}", flow(curve));
         let displacement = largest(&run.displacement);
-        let (gain, found) =
-            (moved(&run.flow_gain_estimate, 1.0, 0..run.force.len()), curve_departure(&run, 1.0, 0.15));
+        let (gain, found) = (
+            moved(&run.flow_gain_estimate().samples(), 1.0, 0..run.force.len()),
+            curve_departure(&run, 1.0, 0.15),
+        );
         keep(
             &what,
             &[("tripped after", after), ("displacement", displacement), ("gain", gain), ("curve", found)],
@@ -134,7 +136,7 @@ fn saturation_does_not_change_the_estimates() {
     for curve in EITHER {
         let run = run(&correcting(curve, &[flow_gain(0.95), damping_ratio(0.01)]), &sweep(14_000.0));
         assert_ne!(run.status_union() & status::DEMAND_SATURATED, 0);
-        let gain = moved(&run.flow_gain_estimate, 0.95, 4 * 4096..run.force.len());
+        let gain = moved(&run.flow_gain_estimate().samples(), 0.95, 4 * 4096..run.force.len());
         let found = curve_departure(&run, 0.95, 0.75);
         keep(format_args!("saturation, {}", flow(curve)), &[("gain", gain), ("curve", found)]);
         assert!(curve || gain < 0.02, "{gain}");

@@ -85,7 +85,7 @@ fn a_guard_changes_no_bit_of_a_correct_compensation() {
     let plain = run(&rig(&[]), &sweep(8900.0));
     let watched = [set("compensation.guard", true), set("compensation.supply_correction", true)];
     let watched = run(&rig(&watched), &sweep(8900.0));
-    assert!(watched.level.iter().all(|level| level.to_bits() == 1.0_f64.to_bits()));
+    assert!(watched.level().values().iter().all(|level| level.to_bits() == 1.0_f64.to_bits()));
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
     assert!(same(&plain.force, &watched.force) && same(&plain.valve_command, &watched.valve_command));
 }

@@ -28,7 +28,7 @@ fn a_wrong_flow_gain_does_not_increase_the_error() {
             let changes = [vec![flow_gain(scale)], noise(2)].concat();
             let noisy = run(&adaptive(&changes), &sweep(amplitude));
             assert_within(&format!("{amplitude} N, {scale}, noise"), ratio(&noisy, 0.5, 9.5), 0.95, 1.05);
-            let estimate = noisy.flow_gain_estimate[noisy.flow_gain_estimate.len() / 2];
+            let estimate = noisy.flow_gain_estimate().at(noisy.flow_gain_estimate().len() / 2);
             assert!((estimate / scale - 1.0).abs() < 2e-3, "{estimate} of {scale}");
         }
     }
@@ -43,7 +43,7 @@ fn a_wrong_valve_delay_does_not_increase_the_error() {
                 let run = run(&adaptive(&changes), &sweep(amplitude));
                 assert_within(&format!("{amplitude} N, {delay} s"), ratio(&run, 1.2, 2.0), 0.95, 1.05);
                 // The valve's delay and half a sample of hold.
-                let estimate = run.response_delay_estimate[5 * 4096];
+                let estimate = run.response_delay_estimate().at(5 * 4096);
                 assert!((estimate - delay - 0.5 / RATE).abs() < 1e-4, "{estimate} of {delay}");
             }
         }
@@ -121,8 +121,8 @@ fn the_guard_ends_overcompensation_before_the_structure_swings_up() {
                 assert!(worst < 1.2, "{amplitude} N, level {level}: {worst}");
                 assert_ne!(run.status_union() & eft::core::status::LEVEL_REDUCED, 0);
                 // Two periods after its first action the level is within 2 % of full compensation.
-                let moved = run.level.iter().position(|factor| *factor < 1.0).unwrap();
-                let sound = run.level.iter().position(|factor| factor * level < 1.02).unwrap();
+                let moved = run.level().samples().iter().position(|factor| *factor < 1.0).unwrap();
+                let sound = run.level().samples().iter().position(|factor| factor * level < 1.02).unwrap();
                 let periods = (sound - moved) as f64 / RATE * 1.58;
                 let noise = if sensors.is_empty() { "" } else { ", noise" };
                 keep(
@@ -133,7 +133,7 @@ fn the_guard_ends_overcompensation_before_the_structure_swings_up() {
                     &[("overshoot", worst), ("periods", periods)],
                 );
                 assert!(periods < 2.0, "{amplitude} N, level {level}: {periods} periods");
-                let level_at_end = run.level[run.level.len() - 1] * level;
+                let level_at_end = run.level().last().unwrap() * level;
                 assert!((0.9..1.01).contains(&level_at_end), "{level_at_end}");
             }
         }
@@ -160,7 +160,7 @@ fn a_correct_calibration_is_kept() {
 fn a_wrong_valve_gain_is_found() {
     for configured in [0.082, 0.09, 0.11, 0.12] {
         let run = run(&adaptive(&[set("compensation.valve_gain", configured)]), &sweep(8900.0));
-        let found = |seconds: usize| run.valve_gain_estimate[seconds * 4096 - 1] * configured / 0.1001;
+        let found = |seconds: usize| run.valve_gain_estimate().at(seconds * 4096 - 1) * configured / 0.1001;
         keep(
             format_args!("valve gain {configured}"),
             &[("found at 8 s", found(8)), ("at 32 s", found(32)), ("NRMSE", error(&run))],
@@ -180,7 +180,7 @@ fn a_known_or_measured_converter_delay_is_compensated() {
             set(key, 4),
         ];
         let run = run(&adaptive(&changes), &sweep(2200.0));
-        (ratio(&run, 0.5, 9.5), run.response_delay_estimate[10 * 4096])
+        (ratio(&run, 0.5, 9.5), run.response_delay_estimate().at(10 * 4096))
     };
     // Half a sample of hold, and four of the converter.
     let expected = 5.18e-3 + 4.5 / RATE;
@@ -257,12 +257,12 @@ fn delays_of_spool_and_velocity_are_separated() {
             let (low, high) = ratio(&run, 0.5, 9.5);
             // At 2.5 Hz; near 10 Hz the force, which is not late, takes most of the flow.
             let n = 8 * 4096;
-            let (found, late) = (run.response_delay_estimate[n], run.velocity_delay_estimate[n]);
+            let (found, late) = (run.response_delay_estimate().at(n), run.velocity_delay_estimate().at(n));
             keep(&what, &[("least", low), ("largest", high), ("spool", found), ("velocity", late)]);
             assert_within(&what, (low, high), least, largest);
             assert!((late - velocity / RATE).abs() < 1.5e-4, "{what}: velocity {late}");
             assert!((found - 5.3e-3 - spool / RATE).abs() < 1.5e-4, "{what}: spool {found}");
-            let deviation = run.velocity_delay_deviation[n];
+            let deviation = run.velocity_delay_deviation().at(n);
             assert!(deviation > 1e-6 && deviation < 3e-4, "{what}: {deviation}");
         }
     }
@@ -288,6 +288,6 @@ fn a_noisy_derivative_is_followed() {
 fn a_configured_latency_does_not_change_the_valve_delay() {
     let told = [set("sensors.velocity.delay", 8), set("compensation.velocity_delay", 8.0 / RATE)];
     let (sound, late) = (run(&adaptive(&[]), &sweep(2200.0)), run(&adaptive(&told), &sweep(2200.0)));
-    let end = |run: &eft::sim::TestRun| *run.response_delay_estimate.last().unwrap();
+    let end = |run: &eft::sim::TestRun| run.response_delay_estimate().last().unwrap();
     assert!((end(&sound) - end(&late)).abs() < 1e-4, "{} {}", end(&sound), end(&late));
 }

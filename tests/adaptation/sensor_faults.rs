@@ -26,21 +26,21 @@ fn a_failed_sensor_hardly_changes_the_estimates() {
             let changes = [fault(signal, kind, 12.0, duration), noise(8)].concat();
             let run = run(&correcting(curve, &changes), &sweep(2200.0));
             let (start, end) = (12 * 4096, if signal == "force" { run.force.len() } else { 14 * 4096 });
-            let (gain, delay) = (&run.flow_gain_estimate, &run.response_delay_estimate);
+            let (gain, delay) = (run.flow_gain_estimate().samples(), run.response_delay_estimate().samples());
             let moved = |trace: &[f64]| moved(trace, trace[start], start..end);
             let what = format!("{signal} {kind}, {}", flow(curve));
             let found = curve_departure(&run, 1.0, 0.2);
             keep(
                 &what,
                 &[
-                    ("gain", moved(gain)),
-                    ("delay", moved(delay)),
+                    ("gain", moved(&gain)),
+                    ("delay", moved(&delay)),
                     ("curve", found),
                     ("displacement", largest(&run.displacement)),
                 ],
             );
-            assert!(moved(gain) < 0.03, "{what}: {}", moved(gain));
-            assert!(signal == "force" || moved(delay) < 1e-3, "{what}: {}", moved(delay));
+            assert!(moved(&gain) < 0.03, "{what}: {}", moved(&gain));
+            assert!(signal == "force" || moved(&delay) < 1e-3, "{what}: {}", moved(&delay));
             assert!(signal != "force" || (gain[end - 1] - 1.0).abs() < 5e-3, "{what}: {}", gain[end - 1]);
             assert!(!curve || found < 0.01, "{what}: {found}");
             assert_ne!(run.status_union() & status::ADAPTATION_FROZEN, 0, "{what}");
@@ -62,7 +62,10 @@ fn the_estimates_recover_from_a_short_fault() {
                 let at = |seconds: f64| (seconds * RATE) as usize;
                 let (before, settled, end) = (at(start), at(start + 3.0), run.force.len());
                 let moved = |trace: &[f64]| moved(trace, trace[before], settled..end);
-                let (gain, delay) = (moved(&run.flow_gain_estimate), moved(&run.response_delay_estimate));
+                let (gain, delay) = (
+                    moved(&run.flow_gain_estimate().samples()),
+                    moved(&run.response_delay_estimate().samples()),
+                );
                 let what = format!("{signal} {kind}, {amplitude} N, {start} s, {duration} s");
                 keep(&what, &[("gain", gain), ("delay", delay)]);
                 // Without its sensor the force is not controlled, and it oscillates for some time afterwards.
@@ -110,7 +113,7 @@ fn learning_continues_after_a_long_fault() {
         let end = run.force.len();
         let frozen = |from: usize| run.status[from..].iter().any(|s| s & status::ADAPTATION_FROZEN != 0);
         assert!(frozen(10 * 4096) && !frozen(end - 8 * 4096), "{signal}");
-        let gain = run.flow_gain_estimate[end - 1];
+        let gain = run.flow_gain_estimate().at(end - 1);
         assert!((gain - 0.95).abs() < 0.01, "{signal}: {gain}");
     }
 }
@@ -128,5 +131,5 @@ fn a_velocity_offset_does_not_lower_the_level() {
     let rest = vec![0.0; 20 * 4096];
     let command = Command { values: [rest, sweep(8900.0).values].concat(), sample_rate: RATE };
     let run = run(&adaptive(&[set("sensors.velocity.bias", 1e-3)]), &command);
-    assert!(run.level.iter().all(|level| *level > 0.99));
+    assert!(run.level().values().iter().all(|level| *level > 0.99));
 }

@@ -10,6 +10,7 @@ from numpy.testing import assert_array_equal
 
 import eft
 from eft import _native
+from eft._samples import Samples
 from eft._table import METRICS
 
 RATE = 4096.0
@@ -49,7 +50,7 @@ def test_each_has_the_bits_of_a_single_test(rigs, dtype, threads):
         energy = entry.traces.pop("energy")
         assert energy is None or eft.EnergyBalance(**energy) == alone.energy
         assert entry.traces.pop("calibrations") == [alone.calibration]
-        for name, trace in entry.traces.items():
+        for name, trace in (entry.traces | dict(Samples(entry.traces))).items():
             assert_array_equal(trace, getattr(alone, name), strict=True)
 
 

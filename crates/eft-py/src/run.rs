@@ -157,16 +157,21 @@ pub(crate) fn simulate<'py>(
 }
 
 /// The traces of one run per actuator by the names of the table, with a leading axis for a building, and
-/// `status`, `found_flows`, `calibrations`, `energy` and `stopped`.
+/// `status`, `found_flows`, `calibrations`, `energy` and `stopped`. A trace of the learner is a list with the
+/// samples at which its values begin, and these values, of each actuator.
 pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> PyResult<Bound<'_, PyDict>> {
     let traces = PyDict::new(py);
     let (numpy, actuators) = (py.import("numpy")?, runs.len());
     for trace in TRACES {
-        let mut samples = Vec::with_capacity(actuators);
+        let (mut samples, mut held) = (Vec::with_capacity(actuators), Vec::new());
         for TestRun { rig, traces: of_one, .. } in &mut runs {
             let ticks = of_one.status.len();
             match of_one.values(trace, rig) {
                 Values::Samples(one) => samples.push(std::mem::take(one)),
+                Values::Held(one) => held.push((
+                    PyArray1::from_iter(py, one.starts().into_iter().map(|tick| tick as i64)),
+                    PyArray1::from_vec(py, one.values()),
+                )),
                 // One number in memory for the whole trace, so the array is read-only.
                 Values::Constant(value) => {
                     let shape = if stacked { vec![actuators, ticks] } else { vec![ticks] };
@@ -177,7 +182,9 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
                 Values::Absent => {}
             }
         }
-        if !samples.is_empty() {
+        if !held.is_empty() {
+            traces.set_item(trace.name, held)?;
+        } else if !samples.is_empty() {
             traces.set_item(trace.name, arrays::stacked(py, samples, stacked)?)?;
         }
     }

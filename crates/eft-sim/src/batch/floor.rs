@@ -3,7 +3,7 @@
 use eft_core::Flags;
 
 use crate::batch::{BatchOptions, Outcome, Test};
-use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::estimates::{Estimates, InUse};
 use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::closed_loop::traces::{Block, supply_varies};
@@ -21,7 +21,7 @@ pub(super) struct Floor<S: Num> {
     supply_varies: bool,
     /// Whether any test learns.
     learns: bool,
-    estimates: Estimates<S>,
+    estimates: InUse<S>,
     status: S::Flags,
     /// Forces (N) and displacements (m) of one block.
     forces: Vec<S>,
@@ -57,7 +57,7 @@ impl<S: Num> Floor<S> {
             drift: zero,
             supply_varies,
             learns: tests.iter().any(|test| adapts(test.rig)),
-            estimates: Estimates::unknown(),
+            estimates: InUse::none(),
             status: S::Flags::default(),
             forces: vec![zero; BLOCK],
             displacements: vec![zero; BLOCK],
@@ -112,14 +112,14 @@ pub(super) struct FloorRecorder<'a, S: Num> {
     extremes: &'a mut Extremes<S>,
     supply_varies: bool,
     learns: bool,
-    estimates: &'a mut Estimates<S>,
+    estimates: &'a mut InUse<S>,
     status: &'a mut S::Flags,
     block: Option<&'a mut Block<S>>,
 }
 
 impl<S: Num> Recorder<S> for FloorRecorder<'_, S> {
     #[inline(always)]
-    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>) {
+    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &InUse<S>) {
         self.forces[i] = tick.force;
         self.displacements[i] = tick.plant.displacement;
         let (spool, most) = (tick.plant.spool.abs(), self.extremes.spool);
@@ -128,7 +128,7 @@ impl<S: Num> Recorder<S> for FloorRecorder<'_, S> {
             let (pressure, least) = (tick.supply_pressure, self.extremes.supply_pressure);
             self.extremes.supply_pressure = S::select(pressure.lt(least), pressure, least);
         }
-        if self.learns {
+        if self.learns && estimates.changes != self.estimates.changes {
             *self.estimates = *estimates;
         }
         *self.status = *self.status | tick.status;
@@ -211,7 +211,7 @@ impl Ended {
                     drift,
                     min_supply_pressure: floor.extremes.supply_pressure.lane(lane),
                 },
-                estimates: floor.estimates.lane(lane),
+                estimates: floor.estimates.estimates.lane(lane),
                 status: floor.status.lane(lane),
                 run,
                 whole,

@@ -48,10 +48,14 @@ macro_rules! define {
         $($learned:ident: $learned_unit:literal, $learned_doc:literal, $found:expr => $nominal:expr;)*
     }) => {
         /// The learner's estimates as the controller uses them.
-        #[derive(Debug, Clone, Copy)]
+        #[derive(Debug, Clone, Copy, PartialEq)]
         pub(crate) struct Estimates<S> {
             $(pub(crate) $learned: S,)*
         }
+
+        /// The fields of [`Estimates`] by name.
+        pub(crate) const FIELDS: &[(&str, fn(&Estimates<f64>) -> f64)] =
+            &[$((stringify!($learned), |estimates| estimates.$learned),)*];
 
         impl<S: Num> Estimates<S> {
             /// The values of rigs that do not learn, one per lane.
@@ -76,6 +80,13 @@ macro_rules! define {
                 Estimates { $($learned: self.$learned.lane(lane),)* }
             }
 
+            /// Whether every bit is equal.
+            #[inline(always)]
+            pub(crate) fn same_bits(&self, other: &Self) -> bool {
+                let same = |a: S, b: S| (0..S::LANES).all(|i| a.lane(i).to_bits() == b.lane(i).to_bits());
+                $(same(self.$learned, other.$learned))&&*
+            }
+
             /// The estimates of an external controller, which are unknown.
             pub(crate) fn unknown() -> Self {
                 Self { $($learned: S::splat(f64::NAN),)* }
@@ -85,7 +96,7 @@ macro_rules! define {
         impl Estimates<f64> {
             /// Name and value of each.
             pub(crate) fn named(&self) -> Vec<(&'static str, f64)> {
-                vec![$((stringify!($learned), self.$learned),)*]
+                FIELDS.iter().map(|(name, of)| (*name, of(self))).collect()
             }
 
             /// Of several floors, each estimate from the floor where it differs most from `self`.
@@ -104,3 +115,35 @@ macro_rules! define {
     };
 }
 estimates!(define! {});
+
+/// Estimates that a controller uses until they change.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct InUse<S> {
+    pub(crate) estimates: Estimates<S>,
+    /// Number of changes since the start.
+    pub(crate) changes: u32,
+}
+
+impl<S: Num> InUse<S> {
+    pub(crate) fn new(estimates: Estimates<S>) -> Self {
+        Self { estimates, changes: 0 }
+    }
+
+    /// Unknown estimates, before any others.
+    pub(crate) fn none() -> Self {
+        Self { estimates: Estimates::unknown(), changes: u32::MAX }
+    }
+
+    /// Uses these estimates from now on, which may be the same.
+    pub(crate) fn follow(&mut self, estimates: Estimates<S>) {
+        if !self.estimates.same_bits(&estimates) {
+            self.use_now(estimates);
+        }
+    }
+
+    /// Uses other estimates from now on.
+    #[inline(always)]
+    pub(crate) fn use_now(&mut self, estimates: Estimates<S>) {
+        *self = Self { estimates, changes: self.changes.wrapping_add(1) };
+    }
+}

@@ -4,7 +4,7 @@ use eft_core::{ControllerState, Scalar};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
-use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::estimates::InUse;
 use crate::closed_loop::method::Method;
 use crate::closed_loop::tick::Tick;
 use crate::config::RigConfig;
@@ -86,7 +86,7 @@ where
 
     /// The learners' estimates at the last sample.
     #[inline(always)]
-    pub(crate) fn estimates(&self) -> &Estimates<S> {
+    pub(crate) fn estimates(&self) -> &InUse<S> {
         self.digital.estimates()
     }
 

@@ -7,7 +7,7 @@ use eft_core::{
 
 use crate::closed_loop::channel::Learning;
 use crate::closed_loop::controller::{Precision, RigController};
-use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::estimates::{Estimates, InUse};
 use crate::error::Result;
 use crate::lanes::{Num, Work};
 use crate::plant::TABLE_CAPACITY;
@@ -23,7 +23,7 @@ where
     /// For each lane the calibration in use and the one of the next window.
     calibrations: Vec<[Calibration<C::Element>; 2]>,
     /// The estimates of the calibrations in use.
-    pub(crate) estimates: Estimates<S>,
+    pub(crate) estimates: InUse<S>,
     /// Whether the last tick closed a window.
     closed: bool,
 }
@@ -46,7 +46,7 @@ where
         let learners =
             parameters.iter().enumerate().map(|(i, p)| Learning::new(p, saved(i))).collect::<Result<_>>()?;
         let calibrations: Vec<_> = controllers.iter().map(|one| [one.nominal(); 2]).collect();
-        let estimates = Estimates::unknown().or(|i| Some(&calibrations[i][0]));
+        let estimates = InUse::new(Estimates::unknown().or(|i| Some(&calibrations[i][0])));
         Ok(Self {
             state: Box::new(channels.at_rest()),
             channels,
@@ -116,6 +116,6 @@ where
     fn run(self) {
         let LearningLanes { channels, state, calibrations, estimates, .. } = self.0;
         channels.publish(state, |lane| &calibrations[lane][1]);
-        *estimates = Estimates::unknown().or(|lane| Some(&calibrations[lane][0]));
+        estimates.use_now(Estimates::unknown().or(|lane| Some(&calibrations[lane][0])));
     }
 }

@@ -8,6 +8,7 @@ mod digital_side;
 pub(crate) mod estimates;
 pub(crate) mod fast;
 pub(crate) mod general;
+mod held;
 mod ideal;
 mod learning;
 pub(crate) mod loops;
@@ -25,6 +26,7 @@ mod virtual_rig;
 
 pub use channel::{RigChannel, RigChannelState};
 pub use controller::{Precision, RigController, Width, adapts, parameters};
+pub use held::HeldTrace;
 pub(crate) use ideal::motions;
 pub use ideal::{IdealResponse, ideal_response, ideal_responses};
 pub use method::Method;

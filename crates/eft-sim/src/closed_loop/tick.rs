@@ -2,7 +2,7 @@
 
 use eft_core::{Scalar, status};
 
-use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::estimates::InUse;
 use crate::instruments::Signals;
 use crate::lanes::Num;
 use crate::plant::{ActuatorState, Driver};
@@ -60,12 +60,12 @@ impl<S: Num> Tick<S> {
 /// Records the ticks of a test.
 pub(crate) trait Recorder<S: Num> {
     /// Records the `i`-th tick of a chunk, and the learner's estimates at that tick.
-    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>);
+    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &InUse<S>);
 }
 
 impl<S: Num, K: Recorder<S>> Recorder<S> for Box<K> {
     #[inline(always)]
-    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>) {
+    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &InUse<S>) {
         (**self).record(i, tick, estimates);
     }
 }

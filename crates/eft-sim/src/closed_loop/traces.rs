@@ -1,8 +1,11 @@
 //! The traces of a test as one table: name, unit and source of each. A new trace needs one line here, for
 //! Rust and Python.
 
+use std::borrow::Cow;
+
 use crate::closed_loop::controller::adapts;
-use crate::closed_loop::estimates::{Estimates, estimates};
+use crate::closed_loop::estimates::{Estimates, InUse, estimates};
+use crate::closed_loop::held::{HeldTrace, History};
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::{RigConfig, StructureKind, VelocitySource};
 use crate::instruments::{are_ideal, has_accelerometer, has_load_pressure};
@@ -114,7 +117,7 @@ macro_rules! traces {
         pub struct Traces {
             groups: Groups,
             $($(#[doc = $doc] #[doc = concat!("(", $unit, ").")] pub $name: Vec<f64>,)*)*
-            $(#[doc = $learned_doc] #[doc = concat!("(", $learned_unit, ").")] pub $learned: Vec<f64>,)*
+            history: History,
             /// Bits of [`eft_core::status`].
             pub status: Vec<u32>,
         }
@@ -126,7 +129,7 @@ macro_rules! traces {
                 Self {
                     groups,
                     $($($name: room(groups.$group),)*)*
-                    $($learned: room(groups.learner),)*
+                    history: History::default(),
                     status: Vec::with_capacity(ticks),
                 }
             }
@@ -135,7 +138,6 @@ macro_rules! traces {
             fn place(&self, name: &str) -> Option<(&Vec<f64>, bool)> {
                 match name {
                     $($(stringify!($name) => Some((&self.$name, self.groups.$group)),)*)*
-                    $(stringify!($learned) => Some((&self.$learned, self.groups.learner)),)*
                     _ => None,
                 }
             }
@@ -143,7 +145,6 @@ macro_rules! traces {
             fn place_mut(&mut self, name: &str) -> Option<&mut Vec<f64>> {
                 match name {
                     $($(stringify!($name) => Some(&mut self.$name),)*)*
-                    $(stringify!($learned) => Some(&mut self.$learned),)*
                     _ => None,
                 }
             }
@@ -155,15 +156,19 @@ macro_rules! traces {
                 }
             )*)*
 
-            /// The learner's last estimates; `None` if the rig does not learn.
-            pub(crate) fn last_estimates(&self) -> Option<Estimates<f64>> {
-                let last = |trace: &Vec<f64>| trace.last().copied().unwrap_or(f64::NAN);
-                self.groups.learner.then(|| Estimates { $($learned: last(&self.$learned),)* })
-            }
+            $(
+                #[doc = concat!($learned_doc, " (", $learned_unit, "). It is empty if the rig does not learn.")]
+                pub fn $learned(&self) -> HeldTrace<'_> {
+                    self.history.trace(|estimates| estimates.$learned, self.status.len())
+                }
+            )*
 
-            /// Names and values of the last estimates.
-            pub fn estimates(&self) -> Option<Vec<(&'static str, f64)>> {
-                self.last_estimates().map(|estimates| estimates.named())
+            /// A trace of the learner by name; `None` for any other name.
+            pub fn held(&self, name: &str) -> Option<HeldTrace<'_>> {
+                match name {
+                    $(stringify!($learned) => Some(self.$learned()),)*
+                    _ => None,
+                }
             }
         }
 
@@ -172,7 +177,8 @@ macro_rules! traces {
         pub(crate) struct Block<S: Num> {
             groups: Groups,
             $($($name: [S; BLOCK_TICKS],)*)*
-            $($learned: [S; BLOCK_TICKS],)*
+            /// The learner's estimates, each with the tick from which they were in use.
+            changes: Vec<(usize, InUse<S>)>,
             status: [S::Flags; BLOCK_TICKS],
         }
 
@@ -183,7 +189,7 @@ macro_rules! traces {
                 Box::new(Self {
                     groups: rigs.map(Groups::of).fold(Groups::default(), Groups::or),
                     $($($name: none,)*)*
-                    $($learned: none,)*
+                    changes: Vec::with_capacity(BLOCK_TICKS),
                     status: [S::Flags::default(); BLOCK_TICKS],
                 })
             }
@@ -195,7 +201,10 @@ macro_rules! traces {
                     $(S::append(&mut to.$name, &self.$name[..ticks], lane);)*
                 })*
                 if to.groups.learner {
-                    $(S::append(&mut to.$learned, &self.$learned[..ticks], lane);)*
+                    let first = to.status.len();
+                    for (tick, now) in self.changes.iter().filter(|(tick, _)| *tick < ticks) {
+                        to.history.add(first + tick, now.estimates.lane(lane));
+                    }
                 }
                 S::append_flags(&mut to.status, &self.status[..ticks], lane);
             }
@@ -203,12 +212,12 @@ macro_rules! traces {
 
         impl<S: Num> Recorder<S> for Block<S> {
             #[inline(always)]
-            fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &Estimates<S>) {
+            fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &InUse<S>) {
                 $(if self.groups.$group {
                     $(self.$name[i] = { let $tick = tick; $value };)*
                 })*
                 if self.groups.learner {
-                    $(self.$learned[i] = estimates.$learned;)*
+                    self.follow(i, estimates);
                 }
                 self.status[i] = tick.status;
             }
@@ -276,6 +285,17 @@ impl<'t, S: Num, T: Iterator<Item = (usize, &'t mut Traces)>> Work for HandOver<
 }
 
 impl<S: Num> Block<S> {
+    /// Records the estimates in use at the first tick and at every change.
+    #[inline(always)]
+    fn follow(&mut self, tick: usize, estimates: &InUse<S>) {
+        if tick == 0 {
+            self.changes.clear();
+        } else if self.changes.last().is_some_and(|(_, last)| last.changes == estimates.changes) {
+            return;
+        }
+        self.changes.push((tick, *estimates));
+    }
+
     /// Copies the first ticks to the traces of these lanes.
     pub(crate) fn hand_over<'t>(&self, ticks: usize, to: impl Iterator<Item = (usize, &'t mut Traces)>) {
         S::dispatch(HandOver { block: self, ticks, to });
@@ -283,10 +303,12 @@ impl<S: Num> Block<S> {
 }
 
 /// The value of a trace in one test.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub enum Values<'a> {
     /// One value per sample.
     Samples(&'a mut Vec<f64>),
+    /// Values that hold for some samples each.
+    Held(HeldTrace<'a>),
     /// One constant value.
     Constant(f64),
     /// The samples of the trace of this name.
@@ -302,6 +324,7 @@ impl Traces {
             return self.place_mut(trace.name).map_or(Values::Absent, Values::Samples);
         }
         match trace.otherwise {
+            Nominal(_) if self.groups.learner => self.held(trace.name).map_or(Values::Absent, Values::Held),
             Constant(value) | Nominal(value) => Values::Constant(value(rig)),
             Same(name) => Values::Same(name),
             Recorded | Absent => Values::Absent,
@@ -319,6 +342,22 @@ impl Traces {
         }
     }
 
+    /// The learner's last estimates; `None` if the rig does not learn.
+    pub(crate) fn last_estimates(&self) -> Option<Estimates<f64>> {
+        self.history.last().copied()
+    }
+
+    /// Names and values of the last estimates.
+    pub fn estimates(&self) -> Option<Vec<(&'static str, f64)>> {
+        self.last_estimates().map(|estimates| estimates.named())
+    }
+
+    /// One value of a trace per sample.
+    fn whole(&self, name: &str) -> Cow<'_, [f64]> {
+        let held = self.held(name).map(|held| held.samples());
+        held.map_or_else(|| Cow::from(self.samples(name)), Cow::from)
+    }
+
     /// Trace and sample of the first bit that differs from other traces; `None` if they are equal. Samples
     /// that only one of them has are a difference. A trace that only one of them has is ignored.
     pub fn first_difference(&self, other: &Self) -> Option<(&'static str, usize)> {
@@ -328,11 +367,11 @@ impl Traces {
         }
         let unknown = |samples: &[f64]| !samples.is_empty() && samples.iter().all(|value| value.is_nan());
         let differences = TRACES.iter().filter_map(|Trace { name, .. }| {
-            let (a, b) = (self.samples(name), other.samples(name));
-            if unknown(a) || unknown(b) {
+            let (a, b) = (self.whole(name), other.whole(name));
+            if unknown(&a) || unknown(&b) {
                 return None;
             }
-            first(a, b, |value| value.to_bits()).map(|at| (*name, at))
+            first(&a, &b, |value| value.to_bits()).map(|at| (*name, at))
         });
         let flags = first(&self.status, &other.status, |&flags| flags.into()).map(|at| ("status", at));
         differences.chain(flags).min_by_key(|difference| difference.1)

@@ -21,7 +21,7 @@ fn recorded(changes: &[(&str, toml::Value)]) -> (RigConfig, Vec<Input<f64>>, Vec
         supply_pressure: 1.9e7,
         ..Input::default()
     };
-    (rig, (0..run.command.len()).map(input).collect(), run.traces.flow_gain_estimate)
+    (rig, (0..run.command.len()).map(input).collect(), run.traces.flow_gain_estimate().samples())
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn names_are_unique_and_a_replacement_is_a_trace() {
 #[test]
 fn a_test_records_what_can_change() {
     let mut plain = run(&[]);
-    assert_eq!((plain.force.len(), plain.supply_pressure.len(), plain.level.len()), (4096, 0, 0));
+    assert_eq!((plain.force.len(), plain.supply_pressure.len(), plain.level().len()), (4096, 0, 0));
     assert_eq!(plain.measured_force(), plain.force);
     let rig = plain.rig.clone();
     let mut values = |name: &str| {
@@ -45,8 +45,13 @@ fn a_test_records_what_can_change() {
 fn the_test_ratio_is_held_over_the_ticks_of_a_window() {
     let run = run(&[("compensation.adaptive", true.into())]);
     let window = 16;
-    let steps = run.test_ratio.windows(2).enumerate().filter(|(_, pair)| pair[0] != pair[1]);
+    let (held, ratios) = (run.test_ratio(), run.test_ratio().samples());
+    assert_eq!((held.len(), ratios.len()), (run.force.len(), run.force.len()));
+    assert!((0..held.len()).all(|tick| held.at(tick).to_bits() == ratios[tick].to_bits()));
+    assert!(held.starts().iter().zip(held.values()).all(|(&tick, value)| held.at(tick) == value));
+    assert!(held.starts().len() <= held.len() / 16 + 1);
+    let steps = ratios.windows(2).enumerate().filter(|(_, pair)| pair[0] != pair[1]);
     let at: Vec<usize> = steps.map(|(i, _)| i + 1).collect();
     assert!(at.len() > 100 && at.iter().all(|i| i % window == 0), "{at:?}");
-    assert_eq!(run.estimates().unwrap().last().unwrap(), &("test_ratio", *run.test_ratio.last().unwrap()));
+    assert_eq!(run.estimates().unwrap().last().unwrap(), &("test_ratio", run.test_ratio().last().unwrap()));
 }

@@ -130,13 +130,13 @@ where
             measured.velocity = convert(answer.velocity);
         }
         if self.adapts {
-            self.estimates = Estimates {
+            self.estimates.follow(Estimates {
                 flow_gain_estimate: convert(answer.flow_gain),
                 response_delay_estimate: convert(answer.response_delay),
                 valve_gain_estimate: convert(answer.valve_gain),
                 level: convert(answer.level),
                 ..Estimates::unknown()
-            };
+            });
         }
         let (valve_command, clipped) = self.dac.convert(convert(answer.valve_command));
         Decision {

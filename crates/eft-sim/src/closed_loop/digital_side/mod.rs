@@ -9,7 +9,7 @@ use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::channels::{Answers, ChannelKind};
 use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
 use crate::closed_loop::digital_side::decide::{learn, run_channels};
-use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::estimates::{Estimates, InUse};
 use crate::closed_loop::learning::LearningLanes;
 use crate::closed_loop::outside::Outside;
 use crate::closed_loop::tick::Decision;
@@ -92,7 +92,7 @@ where
     controller: RigController<C>,
     /// Their configured calibration.
     calibration: Box<Calibration<C>>,
-    estimates: Estimates<S>,
+    estimates: InUse<S>,
     /// For analog controllers since the last tick: the command (N) at the end of the interval, its rate (N/s)
     /// and the compensation (V).
     before: Option<[S; 3]>,
@@ -148,7 +148,7 @@ where
             ideal: has_ideal_instruments && realization == Realization::Analog,
             calibration: Box::new(controller.nominal()),
             controller,
-            estimates: Estimates::nominal(&rig),
+            estimates: InUse::new(Estimates::nominal(&rig)),
             before: None,
             estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
             adapts: lanes.into_iter().any(|i| adapts(rig(i))),
@@ -239,7 +239,7 @@ where
             Decides::Channels(channels, answers) => {
                 let out = run_channels(channels, answers, self.kind, computation, commands, measured, stood);
                 if self.adapts {
-                    self.estimates = self.estimates.or(|i| channels[i].calibration());
+                    self.estimates.follow(self.estimates.estimates.or(|i| channels[i].calibration()));
                 }
                 out
             }
@@ -250,7 +250,7 @@ where
 
     /// The estimates that the controllers used at the last sample.
     #[inline(always)]
-    pub(crate) fn estimates(&self) -> &Estimates<S> {
+    pub(crate) fn estimates(&self) -> &InUse<S> {
         match &self.decides {
             Decides::Learning(learning) => &learning.estimates,
             _ => &self.estimates,
