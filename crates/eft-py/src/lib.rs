@@ -24,6 +24,9 @@ mod run;
 mod specimen;
 mod values;
 
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     // The first array looks up NumPy's functions. An interrupt during that causes a panic, so it happens here
