@@ -12,34 +12,32 @@ const TIME_TOLERANCE: f64 = 0.1;
 /// Reads columns. Step and unit are `None` if the file states none.
 pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     let mut declared = Declared::default();
-    let mut header = None;
-    let mut rows = Vec::new();
-    for line in lines.iter().filter(|line| !line.is_blank()) {
-        let text = line.text.trim_start();
-        if text.starts_with(['#', '%']) {
+    let (mut header, mut first) = (None, None);
+    for (at, line) in lines.iter().enumerate().filter(|(_, line)| !line.is_blank()) {
+        if is_comment(line) {
             declared.note(line)?;
-        } else if rows.is_empty() && header.is_none() && is_header(line) {
+        } else if first.is_none() && header.is_none() && is_header(line) {
             declared.note(line)?;
             header = Some(*line);
-        } else {
-            rows.push(line);
+        } else if first.is_none() {
+            first = Some(at);
         }
     }
-    let Some(first) = rows.first() else {
+    let Some(first) = first else {
         return Err(Fault::new("no rows of numbers"));
     };
-    let width = fields(first).len();
+    let (rows, width) = (Rows(&lines[first..]), fields(&lines[first]).len());
     let columns = match &header {
         // A header such as `dt=0.01` names no columns.
         Some(line) if declared.line != Some(line.number) => Columns::named(line, &fields(line), width)?,
         _ => Columns::unnamed(width),
     };
     let (values, step) = match columns.acceleration {
-        None => (series(&rows)?, None),
+        None => (series(rows)?, None),
         Some(acceleration) => {
-            let values = column_of(&rows, acceleration, width)?;
-            let times = columns.time.map(|time| column_of(&rows, time, width)).transpose()?;
-            let step = times.map(|times| step_of(&rows, &times)).transpose()?.flatten();
+            let values = column_of(rows, acceleration, width)?;
+            let times = columns.time.map(|time| column_of(rows, time, width)).transpose()?;
+            let step = times.map(|times| step_of(rows, &times)).transpose()?.flatten();
             (values, step.map(|step| step * columns.time_unit))
         }
     };
@@ -54,6 +52,20 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
         (_, Some(at)) => format!("column {}", at + 1),
     };
     Ok(Draft { name: None, values, dt, unit, column: Some(column) })
+}
+
+/// The rows of numbers among some lines. A vector of them would take megabytes of a large file.
+#[derive(Clone, Copy)]
+struct Rows<'a>(&'a [Line<'a>]);
+
+impl<'a> Rows<'a> {
+    fn iter(self) -> impl Iterator<Item = &'a Line<'a>> {
+        self.0.iter().filter(|line| !line.is_blank() && !is_comment(line))
+    }
+}
+
+fn is_comment(line: &Line<'_>) -> bool {
+    line.text.trim_start().starts_with(['#', '%'])
 }
 
 /// Whether the first field is not a number, though it may start like one.
@@ -80,8 +92,8 @@ fn fields<'a>(line: &Line<'a>) -> Vec<&'a str> {
 }
 
 /// One column of rows that must all have as many fields as the first.
-fn column_of(rows: &[&Line<'_>], column: usize, width: usize) -> Result<Vec<f64>, Fault> {
-    let value = |row: &&Line<'_>| {
+fn column_of(rows: Rows<'_>, column: usize, width: usize) -> Result<Vec<f64>, Fault> {
+    let value = |row: &Line<'_>| {
         let fields = fields(row);
         if fields.len() != width {
             let message = format!("{} columns, but the first row has {width}", fields.len());
@@ -92,20 +104,24 @@ fn column_of(rows: &[&Line<'_>], column: usize, width: usize) -> Result<Vec<f64>
         let value = if field.contains(',') { number(&field.replace(',', ".")) } else { number(field) };
         value.map_err(|message| Fault::at(row, format!("column {}: {message}", column + 1)))
     };
-    rows.iter().map(value).collect()
+    let mut values = Vec::with_capacity(rows.0.len());
+    for row in rows.iter() {
+        values.push(value(row)?);
+    }
+    Ok(values)
 }
 
 /// Rows of one series, read from left to right and from top to bottom.
-fn series(rows: &[&Line<'_>]) -> Result<Vec<f64>, Fault> {
+fn series(rows: Rows<'_>) -> Result<Vec<f64>, Fault> {
     let mut values = Vec::new();
-    for row in rows {
+    for row in rows.iter() {
         push_row(row, None, &mut values)?;
     }
     Ok(values)
 }
 
 /// The step of times, which must rise evenly; `None` for a single time.
-fn step_of(rows: &[&Line<'_>], times: &[f64]) -> Result<Option<f64>, Fault> {
+fn step_of(rows: Rows<'_>, times: &[f64]) -> Result<Option<f64>, Fault> {
     let (Some(first), Some(last)) = (times.first(), times.last()) else { return Ok(None) };
     if times.len() < 2 {
         return Ok(None);
@@ -114,7 +130,7 @@ fn step_of(rows: &[&Line<'_>], times: &[f64]) -> Result<Option<f64>, Fault> {
     if step <= 0.0 || !step.is_finite() {
         return Err(Fault::new(format!("the time column runs from {first} to {last}: it must increase")));
     }
-    for (i, (time, row)) in times.iter().zip(rows).enumerate() {
+    for (i, (time, row)) in times.iter().zip(rows.iter()).enumerate() {
         let regular = first + i as f64 * step;
         if (time - regular).abs() > TIME_TOLERANCE * step {
             let message = format!("time is {time}, but an even step of {step} leads to {regular}");
