@@ -5,6 +5,7 @@ from pathlib import Path
 
 import benchmark
 import coverage
+import curve_correction
 import fixed_against_adaptive
 import force_loop
 import laboratory_causes
@@ -32,6 +33,7 @@ if __name__ == "__main__":
     learning_lasts.report(FOLDER)
     null_bias.report(FOLDER)
     coverage.report(FOLDER)
+    curve_correction.report(FOLDER)
     random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
     safety_tables.report(FOLDER)

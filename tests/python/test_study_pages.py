@@ -152,3 +152,15 @@ def test_the_kept_laboratory_rigs_are_what_the_code_gives(script, monkeypatch, t
         .read_text(encoding="utf-8")
         .startswith(f"{kept['mass'].size} rigs, seed {study.SEED}.")
     )
+
+
+def test_the_kept_curve_correction_is_what_the_code_gives(script, tmp_path):
+    study = script("curve_correction")
+    titles = ["group", "rig", "test", "scheme", *study.MEASURES]
+    first = next(study.tests())
+    for old, now in zip(study.read(), first.rows(), strict=False):
+        same(old, dict(zip(titles, now, strict=True)))
+    study.report(tmp_path)
+    table = (tmp_path / "curve_correction.md").read_text(encoding="utf-8").splitlines()
+    # Title, rule, a row for each group and test, and four rows from the laboratory study.
+    assert len(table) == 2 + len({(row["group"], row["test"]) for row in study.read()}) + 4
