@@ -182,6 +182,11 @@ impl Learning {
 }
 
 impl Parameters<'_> {
+    /// Whether the channel's force loop has an integral part.
+    pub(crate) const fn integrates(&self) -> bool {
+        matches!(self.realization, Realization::Digital) && self.integral_gain > 0.0
+    }
+
     /// The greatest flow (m³/s) of the flow table, or of the linear scheme's straight line.
     pub(crate) const fn greatest_flow(&self) -> f64 {
         match (self.mode, self.flows) {

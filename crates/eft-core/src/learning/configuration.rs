@@ -136,6 +136,7 @@ macro_rules! constructor {
                     flow_per_change: volume as $t,
                     model: FlowModel::<$t, N>::EMPTY,
                     lead: network,
+                    null_gain: if p.integrates() { 0.0 } else { network.gain() },
                     filter: BandFilter {
                         low_pass: low_pass as $t,
                         high_pass: share(tau * t::HIGH_PASS, period) as $t,

@@ -46,8 +46,11 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) guard: Guard<T>,
     /// The configured lead network.
     pub(super) lead: LeadNetwork<T>,
+    /// Compensation signal (V) per null offset (1). It is 0 with an integral part, which supplies the offset itself: near
+    /// null, overlap and friction look like an offset, and to add them moves the piston further.
+    pub(super) null_gain: T,
 }
-integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead);
+integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, null_gain);
 
 /// The state of a learner, made by [`Learner::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -344,7 +347,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         self.deviation.of(&state.evidence, square, flow, valve, of_null)
     }
 
-    fn calibration(&self, state: &LearnerState<T>, window: u32) -> Calibration<T> {
+    pub(super) fn calibration(&self, state: &LearnerState<T>, window: u32) -> Calibration<T> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
         let (flow, valve) = (&state.flow, &state.valve.found);
         let (level, null) = (state.guard.level, state.evidence.curve.null);
@@ -368,7 +371,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             velocity_delay: if self.adapts { flow.delay.value } else { zero },
             valve_gain: valve.gain.value,
             null_offset: null,
-            null_signal: null * self.lead.gain(),
+            null_signal: null * self.null_gain,
             level,
             deviations: state.deviations,
             test_ratio: state.gate.test_ratio(&self.gate),

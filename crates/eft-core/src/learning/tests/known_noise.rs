@@ -36,11 +36,10 @@ fn deviations(learner: &Learner<f64, 21>, not_late: f64, [of_flow, of_spool]: [f
     }
 }
 
-/// A learner that starts from such deviations.
-fn started(deviations: Deviations<f64>) -> LearnerState<f64> {
-    let learner = learner();
+/// A learner's state that starts from such deviations and this null offset (1).
+fn started(learner: &Learner<f64, 21>, deviations: Deviations<f64>, null_offset: f64) -> LearnerState<f64> {
     let mut saved = learner.saved(&learner.at_rest());
-    (saved.excitation, saved.deviations, saved.null_offset) = (1.0, deviations, 0.0);
+    (saved.excitation, saved.deviations, saved.null_offset) = (1.0, deviations, null_offset);
     (saved.curve.asymmetry_deviation, saved.curve.error) = (0.01, 1e-5);
     learner.start_from(&SavedCalibration { ..saved }).unwrap()
 }
@@ -60,7 +59,7 @@ fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
 fn a_started_learner_has_the_saved_deviations_and_their_systematic_parts() {
     let expected = 4e-7;
     let given = deviations(&learner(), expected, [5e-3, 4e-3]);
-    let state = started(given);
+    let state = started(&learner(), given, 0.0);
     near("systematic part", not_late(&state), expected, 1e-9);
     for (what, found, expected) in [
         ("flow gain", state.deviations.flow_gain, given.flow_gain),
@@ -78,7 +77,7 @@ fn a_started_learner_has_the_saved_deviations_and_their_systematic_parts() {
 #[test]
 fn a_fiftieth_of_a_variance_remains_noise() {
     let all = 4e-7;
-    let state = started(deviations(&learner(), all, [0.0, 4e-3]));
+    let state = started(&learner(), deviations(&learner(), all, [0.0, 4e-3]), 0.0);
     near("systematic part", not_late(&state), 0.98 * all, 1e-6);
     assert!(state.deviations.velocity_delay.is_finite() && state.deviations.flow_gain.is_finite());
 }
@@ -152,4 +151,23 @@ fn a_changing_load_changes_no_estimate() {
     assert!(share > 0.05, "the oil does not count: {share}");
     let found = state.calibration();
     assert!((found.flow_gain - 1.0).abs() < 0.01 && memory.evidence.amount > 0.0, "{found:?}");
+}
+
+#[test]
+fn a_known_null_offset_is_added_unless_the_force_loop_integrates() {
+    for (integral_gain, realization, added) in [
+        (0.0, Realization::Digital, true),
+        (4.0, Realization::Digital, false),
+        (4.0, Realization::Analog, true),
+    ] {
+        let learning = Learning { curve_correction: true, ..RIG.learning };
+        let rig = Parameters { integral_gain, realization, learning, ..RIG };
+        let learner = Learner::<f64, 21>::new(&rig).unwrap();
+        let known = deviations(&learner, 4e-7, [5e-3, 4e-3]);
+        let found = learner.calibration(&started(&learner, known, 0.01), 0);
+        // The force loop turns 1 V of compensation into G_p·K_s of opening.
+        let expected = if added { 0.01 / (rig.proportional_gain * rig.valve_gain) } else { 0.0 };
+        near("null offset", found.null_offset, 0.01, 1e-12);
+        assert!((found.null_signal - expected).abs() < 1e-12, "{} V, not {expected}", found.null_signal);
+    }
 }
