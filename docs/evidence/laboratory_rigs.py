@@ -3,8 +3,7 @@
 ``python docs/evidence/laboratory_rigs.py [COUNT] [SEED]`` runs the tests and adds a row for each rig to
 ``data/laboratory_rigs.csv``, after the existing rows. A rig takes two to four seconds of one core. The same
 seed makes the same rigs on every machine. Each other seed has a separate file. Seed 17 was not used before
-the design was final, and seed 4711 was run once, last. Seed 2026 was run before the null offset was learned.
-``data/laboratory_rigs_before.csv`` has the rigs of seed 16, also before the null offset was learned.
+the design was final. Seed 4711 was run last. Seed 2026 was run before the null offset was learned.
 """
 
 import sys
@@ -24,8 +23,6 @@ from eft.demo.experiments import EL_CENTRO
 
 DATA = Path(__file__).parent / "data"
 SEED, COUNT, KEPT_BACK, LAST, OLDER = 16, 60, 17, 4711, 2026
-BEFORE = DATA / "laboratory_rigs_before.csv"
-"""Results of the first seed before the null offset was learned."""
 AMPLITUDES = (2200.0, 8900.0)
 CURVE = {"compensation.curve_correction": True}
 ROBUST = {"controller.force_loop": "robust", "compensation.look_ahead": True}
@@ -166,23 +163,6 @@ def shares(data: dict[str, np.ndarray]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def paired(before: dict[str, np.ndarray], now: dict[str, np.ndarray]) -> str:
-    """Medians of the same rigs before the null offset was learned and now, and the rigs that changed."""
-    schemes = ("robust", "curve", JUDGED, "told")
-    lines = [f"| {now['mass'].size} rigs | {' | '.join(TITLES[scheme] for scheme in schemes)} |"]
-    lines.append("| --- " * (1 + len(schemes)) + "|")
-    for test, title in (("sweep", "sweep"), ("quake", "earthquake")):
-        for measure, what in (("error", "error below 20 Hz"), ("displacement", "displacement error")):
-            cells = []
-            for scheme in schemes:
-                old, new = (of[f"{scheme}_{test}_{measure}"] for of in (before, now))
-                smaller, larger = np.sum(new < old - 0.01), np.sum(new > old + 0.01)
-                medians = f"{100 * np.median(old):.1f} → {100 * np.median(new):.1f} %"
-                cells.append(f"{medians}, {smaller} / {larger}")
-            lines.append(f"| {title}: {what} | {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
-
-
 def by_draws(data: dict[str, np.ndarray]) -> str:
     """Share of the rigs that miss a goal, in the lowest and the highest third of each drawn parameter."""
     ratio = (data[f"{JUDGED}_lowest"] < 0.93) | (data[f"{JUDGED}_highest"] > 1.07)
@@ -224,7 +204,6 @@ def report(folder: Path) -> None:
         data = read(results(seed))
         text = f"{data['mass'].size} rigs, seed {seed}.\n\n{shares(data)}"
         write_text(folder / f"laboratory_rigs{name}.md", text)
-    write_text(folder / "laboratory_paired.md", paired(read(BEFORE), read(results(SEED))))
     write_text(folder / "laboratory_draws.md", by_draws(read(results(LAST))))
     least = least_errors(read(results(SEED)))
     share, median = 100 * np.mean(least <= 0.03), 100 * np.median(least)

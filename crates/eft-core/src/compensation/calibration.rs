@@ -31,7 +31,8 @@ pub struct Calibration<S: Scalar> {
     pub valve_gain: S,
     /// Commanded opening (1) at which the valve passes nothing at no load.
     pub null_offset: S,
-    /// The compensation signal (V) for the null offset, `null_offset/(G_p·K_s)`, which the tick adds.
+    /// The compensation signal (V) for the null offset, `null_offset/(G_p·K_s)`, which the tick adds; 0 with an integral
+    /// part.
     pub null_signal: S,
     /// The guard's factor on the compensation level (1).
     pub level: S,
