@@ -134,6 +134,40 @@ fn flow_gain_is_found_at_every_sample_rate_that_is_allowed() {
     assert_eq!(Channel::<f64, 21>::new(&off).unwrap().window_ticks(), 0);
 }
 
+/// The time (s) without learning after the window of this number, which has a lost sample or does not reach the learner.
+fn without_learning(at: u32, lost: bool) -> f64 {
+    let p = Parameters { learning: Learning { guard: false, ..Learning::ADAPTIVE }, ..BESIDE };
+    let channel = Channel::<f64, 21>::new(&p).unwrap();
+    let learner = Learner::<f64, 21>::new(&p).unwrap();
+    let (mut state, mut memory) = (channel.at_rest(), learner.at_rest());
+    let (window, mut frozen) = (channel.window_ticks(), 0);
+    for tick in 0..8192 {
+        let mut i = SOUND.swing(f64::from(tick) / p.sample_rate, 0.0);
+        if lost && tick == at * window + 3 {
+            i.spool = f64::NAN;
+        }
+        if let Some(closed) = rig::tick(&channel, &mut state, &i).window
+            && (lost || closed.number != at)
+        {
+            let found = learner.update(&mut memory, &closed);
+            // The jump at the start may be rejected.
+            if closed.number > 200 && found.status & status::ADAPTATION_FROZEN != 0 {
+                assert!(closed.number >= at, "window {}", closed.number);
+                frozen += 1;
+            }
+        }
+    }
+    f64::from(frozen * window) / p.sample_rate
+}
+
+#[test]
+fn nothing_is_learned_for_a_tenth_of_a_second_after_lost_samples_and_windows() {
+    for lost in [true, false] {
+        let time = without_learning(300, lost);
+        assert!((0.1..0.11).contains(&time), "{lost}: {time}");
+    }
+}
+
 #[test]
 fn impossible_learning_parameters_are_refused_by_name() {
     let l = Learning::ADAPTIVE;
