@@ -109,6 +109,15 @@ tests!(single, f32, rig::single);
 tests!(double, f64, rig::double);
 
 #[test]
+fn a_closed_valve_passes_what_its_table_says() {
+    let (openings, flows) = (&[-1.0, 0.0, 1.0], &[-7.0e-3, 1.0e-3, 9.0e-3]);
+    let p = Parameters { openings, flows, ..BESIDE };
+    let learner = Learner::<f64, 21>::new(&p).unwrap();
+    let flow = learner.found_flow(&Calibration::<f64>::nominal(&p).unwrap(), 0.0);
+    assert!((flow - 1.0e-3).abs() < 1e-12, "{flow}");
+}
+
+#[test]
 fn flow_gain_is_found_at_every_sample_rate_that_is_allowed() {
     for sample_rate in [200.0, 256.0, 1024.0, 20_000.0] {
         let p = Parameters { sample_rate, ..BESIDE };
