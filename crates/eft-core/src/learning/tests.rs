@@ -2,6 +2,7 @@
 
 mod closed_forms;
 mod known_noise;
+mod times;
 
 use super::*;
 use crate::channel::{Channel, ChannelState, Input};
