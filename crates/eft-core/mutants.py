@@ -110,7 +110,8 @@ def copied() -> None:
         if name.startswith(("crates/", "src/", "benches/", "firmware/golden", "Cargo")):
             to = COPY / "src" / name
             to.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, to)
+            # With a new time, so that nothing built from the last mutant of a stopped run stays.
+            shutil.copyfile(ROOT / name, to)
 
 
 def tested(seconds: int) -> str:
