@@ -37,7 +37,9 @@ macro_rules! tests {
             #[test]
             fn a_valve_is_found() {
                 let flow = Valve { flow_gain: 1.06, ..SOUND };
-                assert!((learned(&BESIDE, flow, 0.0, 3.0).0.flow_gain - 1.06).abs() < 0.01);
+                let (found, ..) = learned(&BESIDE, flow, 0.0, 3.0);
+                assert!((found.flow_gain - 1.06).abs() < 0.01, "{found:?}");
+                assert!((found.flow_gain * found.per_flow_gain - 1.0).abs() < 1e-6, "{found:?}");
                 let spool = Valve { valve_gain: 1.05, delay: 7.0e-3, ..SOUND };
                 let quiet = Learning { guard: false, ..Learning::ADAPTIVE };
                 let p = Parameters { feedforward: false, learning: quiet, ..BESIDE };

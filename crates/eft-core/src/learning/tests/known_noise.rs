@@ -165,6 +165,24 @@ fn a_node_stays_three_tenths_of_a_step_from_its_neighbours() {
 }
 
 #[test]
+fn every_node_is_refreshed_in_thirty_updates() {
+    let mut nodes = CurveNodes::<f64>::default();
+    for round in 1..=3 {
+        let mut departures = [0.1 * f64::from(round); NODES];
+        departures[PIECES / 2] = 0.0;
+        for _ in 0..2 * (NODES - 2) {
+            nodes.refresh_next(&departures, 0.0, 1.0);
+        }
+        for node in 1..NODES - 1 {
+            let at = node as f64 - (PIECES / 2) as f64;
+            let found = nodes.pieces[node].offset + nodes.pieces[node].slope * at;
+            let expected = at + departures[node];
+            assert!((found - expected).abs() < 1e-12, "{round}, {node}: {found}, not {expected}");
+        }
+    }
+}
+
+#[test]
 fn a_changing_load_changes_no_estimate() {
     let p = Parameters { realization: Realization::Analog, ..RIG };
     let table = FlowTable::<f64, 21>::new(p.openings, p.flows).unwrap();
