@@ -193,6 +193,7 @@ mod tests {
     #[test]
     fn only_motion_that_the_models_explain_counts() {
         let mut gate = Fixture::default();
+        assert!(gate.state.test_ratio(&GATE) < 1e-12, "without a signal");
         assert!(gate.window(0.1, 0.1));
         assert!(!gate.window(5e-4, 5e-4), "too small");
         assert!(!gate.window(0.95, 0.95), "saturated");

@@ -54,6 +54,10 @@ macro_rules! tests {
             fn a_guard_alone_lowers_the_level_only() {
                 let p = Parameters { learning: Learning { guard: true, ..Learning::OFF }, ..BESIDE };
                 let nominal = Calibration::<$t>::nominal(&p).unwrap();
+                assert_eq!(
+                    (nominal.null_offset, nominal.null_signal, nominal.velocity_delay),
+                    (0.0, 0.0, 0.0)
+                );
                 let (found, _, flags) = learned(&p, SOUND, 2.0e4, 3.0);
                 assert!(found.level < 0.99, "{found:?}");
                 assert_ne!(flags & status::LEVEL_REDUCED, 0);
