@@ -173,10 +173,10 @@ fn every_node_is_refreshed_in_thirty_updates() {
         for _ in 0..2 * (NODES - 2) {
             nodes.refresh_next(&departures, 0.0, 1.0);
         }
-        for node in 1..NODES - 1 {
+        for (node, (piece, departure)) in nodes.pieces.iter().zip(departures).enumerate().skip(1) {
             let at = node as f64 - (PIECES / 2) as f64;
-            let found = nodes.pieces[node].offset + nodes.pieces[node].slope * at;
-            let expected = at + departures[node];
+            let found = piece.offset + piece.slope * at;
+            let expected = at + departure;
             assert!((found - expected).abs() < 1e-12, "{round}, {node}: {found}, not {expected}");
         }
     }
