@@ -23,6 +23,7 @@ import traceback
 from collections import Counter
 from pathlib import Path
 from random import Random
+from typing import IO
 
 import readers
 
@@ -78,6 +79,13 @@ def work(kind: str, seed: int, first: int, count: int) -> None:
             print(json.dumps(attempt(reader, Random(f"{seed} {kind} {number}"))), flush=True)
 
 
+def end_of(said: IO[str], worker: subprocess.Popen[str]) -> str:
+    """The last characters that a worker wrote before its end."""
+    worker.wait()
+    said.seek(0)
+    return said.read()[-900:]
+
+
 def tried(kind: str, seed: int, minutes: float, only: int | None) -> Counter[str]:
     """Let workers make attempts until the time is over; returns the numbers of results."""
     count: Counter[str] = Counter()
@@ -86,14 +94,16 @@ def tried(kind: str, seed: int, minutes: float, only: int | None) -> Counter[str
     many = 300 if only is None else 1
     while time.monotonic() < end and not (only is not None and count):
         command = [sys.executable, __file__, kind, f"--seed={seed}", f"--worker={number}", f"--count={many}"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as worker:
+        # A file, because a worker would wait for ever for space in a pipe that nobody reads.
+        with (
+            tempfile.TemporaryFile("w+") as said,
+            subprocess.Popen(command, stdout=subprocess.PIPE, stderr=said, text=True) as worker,
+        ):
             if not worker.stdout.readline():
-                sys.exit(f"{kind}: the worker does not start: {worker.stderr.read()}")
+                sys.exit(f"{kind}: the worker does not start: {end_of(said, worker)}")
             for _ in range(many):
                 line = worker.stdout.readline()
-                result = (
-                    json.loads(line) if line else "DEFECT the worker ended: " + worker.stderr.read()[-900:]
-                )
+                result = json.loads(line) if line else "DEFECT the worker ended: " + end_of(said, worker)
                 count[result.split()[0]] += 1
                 if result.startswith("DEFECT"):
                     print(f"{kind} --seed {seed} --only {number}: {result}", flush=True)

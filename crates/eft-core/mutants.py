@@ -14,6 +14,7 @@ import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -110,14 +111,16 @@ def copied() -> None:
         if name.startswith(("crates/", "src/", "benches/", "firmware/golden", "Cargo")):
             to = COPY / "src" / name
             to.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, to)
+            # With a new time, so that nothing built from the last mutant of a stopped run stays.
+            shutil.copyfile(ROOT / name, to)
 
 
 def tested(seconds: int) -> str:
     """Result of the core's tests: "passes", "noticed", "too slow" or "does not compile"."""
     common = {
         "cwd": COPY / "src",
-        "capture_output": True,
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.PIPE,
         "env": {**os.environ, "CARGO_TARGET_DIR": str(COPY / "build"), "CARGO_PROFILE_DEV_DEBUG": "0"},
     }
     # The unit tests compile in half the time, and notice most mutants.
@@ -125,11 +128,15 @@ def tested(seconds: int) -> str:
         cargo = ["cargo", "test", "--quiet", "--offline", "--locked", "-p", "eft-core", *tests]
         if subprocess.run([*cargo, "--no-run"], check=False, **common).returncode:
             return "does not compile"
-        try:
-            if subprocess.run(cargo, check=False, timeout=seconds, **common).returncode:
-                return "noticed"
-        except subprocess.TimeoutExpired:
-            return "too slow"
+        # In a group of its own, because the end of cargo does not end the tests that it has started.
+        with subprocess.Popen(cargo, start_new_session=True, **common) as running:
+            try:
+                running.communicate(timeout=seconds)
+            except subprocess.TimeoutExpired:
+                os.killpg(running.pid, signal.SIGKILL)
+                return "too slow"
+        if running.returncode:
+            return "noticed"
     return "passes"
 
 

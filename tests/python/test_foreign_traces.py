@@ -1,6 +1,8 @@
 """Damaged or malicious measurement files: bounded memory and time, and an error of one sentence."""
 
 import random
+import subprocess
+import sys
 import time
 import zlib
 
@@ -214,6 +216,19 @@ def test_damaged_files_are_one_sentence(suffix, tmp_path, peak_memory):
                 assert said.startswith(f"{path}") and "\n" not in said
     # Text and raw numbers may change without harm.
     assert refused > (10 if suffix in (".tdms", ".csv") else 20)
+
+
+def test_a_damaged_tdms_file_writes_nothing_to_the_terminal(tmp_path):
+    path = save(tmp_path / "a.tdms", {"time_s": TIME, "force_N": TIME})
+    whole = path.read_bytes()
+    name = b"\x10\x00\x00\x00/'test'/'time_s'"
+    assert name in whole
+    # A name as long as the rest of the file, and a last segment that is cut off.
+    for damaged in (whole.replace(name, b"\xff\xff" + name[2:]), whole[:-1000]):
+        path.write_bytes(damaged)
+        code = f"import eft.traces\ntry: eft.traces.read_traces({str(path)!r})\nexcept ValueError: pass"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert done.stderr == ""
 
 
 def test_a_long_header_takes_no_time(tmp_path):

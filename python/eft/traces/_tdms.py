@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
@@ -24,6 +25,20 @@ _LARGEST_INDEX = 200_000
 
 
 @contextmanager
+def _quiet() -> Iterator[None]:
+    """Without the messages of npTDMS on the terminal, which can contain kilobytes of a damaged file."""
+    from nptdms.log import log_manager
+
+    terminal = log_manager.console_handler
+    level = terminal.level
+    terminal.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        terminal.setLevel(level)
+
+
+@contextmanager
 def tdms(source: Path) -> Iterator[list[Column]]:
     """The numeric channels of all groups of a TDMS file; ``unit_string`` is the unit."""
     need("nptdms")
@@ -31,7 +46,7 @@ def tdms(source: Path) -> Iterator[list[Column]]:
 
     budget = Budget(source)
     size = ordinary_size(source)
-    with opened(source) as raw:
+    with _quiet(), opened(source) as raw:
         with understood(source, _WRONG):
             _check_segments(raw, size)
             raw.seek(0)

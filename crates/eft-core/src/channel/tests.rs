@@ -159,6 +159,8 @@ fn an_integral_outlives_lost_samples_and_prime_without_a_bump() {
     // After priming, each output is that of a channel without an integral part, plus the integral.
     let balanced = Input { force: 3000.0, ..resting };
     channel.prime(&mut state, &balanced);
+    let (held, next) = (channel.hold(&state).voltage, channel.step(&mut state.clone(), &balanced).voltage);
+    assert!((held - next).abs() < 1e-6, "{held} {next}");
     let mut plain = without.at_rest();
     without.prime(&mut plain, &balanced);
     let difference = |state: &mut ChannelState<f32>, plain: &mut ChannelState<f32>| {

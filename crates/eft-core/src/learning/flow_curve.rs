@@ -353,6 +353,25 @@ mod tests {
     }
 
     #[test]
+    fn straightened_flow_is_the_tables_at_the_same_opening() {
+        // A step is 8/7 m³/s. Forwards the table has 10 % more flow, and at two steps half a step more again. There are
+        // no nodes beyond eight steps.
+        let step = 8.0 / 7.0;
+        let mut evidence = CurveEvidence { asymmetry: 0.1, ..CurveEvidence::default() };
+        evidence.departures[10] = 0.5;
+        for (flow, table) in
+            [(2.0, 2.7), (1.5, 1.9), (3.0, 3.3), (-2.0, -1.8), (0.0, 0.0), (20.0, 22.0), (-20.0, -18.0)]
+        {
+            let found = CURVE.straightened(&evidence, flow * step);
+            assert!((found - table * step).abs() < 1e-12, "{flow}: {found}");
+        }
+        // Three tenths of the common departure belong to the flow gain.
+        evidence.common = 0.2;
+        let found = CURVE.straightened(&evidence, 3.0 * step);
+        assert!((found - 3.12 * step).abs() < 1e-12, "{found}");
+    }
+
+    #[test]
     fn directions_and_bands_are_found_beside_an_offset() {
         let state = learned(6.5, -0.02, sided);
         for n in -60..=60 {
@@ -367,6 +386,39 @@ mod tests {
             let found = undo(&state.state.nodes.pieces, CURVE.grid.step, flow) / flow;
             assert!((found - ratio).abs() < 0.015, "{flow}: {found}");
         }
+    }
+
+    #[test]
+    fn known_values_stay_without_new_windows() {
+        let ([asymmetry, deviation], [null, variance, of_gain]) = ([0.05, 0.012], [0.008, 1.6e-5, 0.02]);
+        let (gain, slope, square) = (1.1, 9.0, 2e-3);
+        let mut l = Learned::default();
+        let known = (&mut l.state, &mut l.evidence);
+        CURVE.know(known, square, [asymmetry, deviation], [null, variance, of_gain], [gain, slope]);
+        for _ in 0..2 {
+            let off = [
+                (l.evidence.asymmetry, asymmetry),
+                (l.evidence.null, null),
+                (l.state.offset, null),
+                (CURVE.asymmetry_deviation(&l.evidence), deviation),
+                (CURVE.mean_square(&l.evidence), square),
+            ];
+            for (found, expected) in off {
+                assert!((found / expected - 1.0).abs() < 1e-9, "{found}, not {expected}");
+            }
+            // Noise, and the gain that the offset follows late.
+            let [noise, per_gain] = CURVE.null_errors(&l.state, &l.evidence, slope);
+            assert!(per_gain > 0.1 * null && noise > 0.5 * variance, "{noise} {per_gain}");
+            let found = noise + per_gain * per_gain * of_gain * of_gain;
+            assert!((found / variance - 1.0).abs() < 1e-6, "{found}, not {variance}");
+            CURVE.update(&mut l.state, &mut l.evidence);
+        }
+        // A window without an error displaces a thousandth of the mean square, less for the ten windows of the start.
+        let sample =
+            CurveSample { error: 0.0, slope: 0.0, ..CURVE.sample(&l.evidence, 1.0, [1.0; 2], [0.0; 2]) };
+        CURVE.learn(&mut l.state, &mut l.evidence, &sample, gain, 1.0);
+        let left = CURVE.mean_square(&l.evidence) / square;
+        assert!((1.0 - left - 1e-3).abs() < 2e-5, "{left}");
     }
 
     #[test]

@@ -193,6 +193,7 @@ mod tests {
     #[test]
     fn only_motion_that_the_models_explain_counts() {
         let mut gate = Fixture::default();
+        assert!(gate.state.test_ratio(&GATE) < 1e-12, "without a signal");
         assert!(gate.window(0.1, 0.1));
         assert!(!gate.window(5e-4, 5e-4), "too small");
         assert!(!gate.window(0.95, 0.95), "saturated");
@@ -231,5 +232,19 @@ mod tests {
             gate.window(0.0, 0.0);
         }
         assert!((gate.amount - before).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_first_evidence_is_kept_and_half_of_the_forgetting_is_reached_at_the_stated_amount() {
+        let s = Signals { flow: FlowSample::default(), spool: 0.1, asked: 0.1, asked_change: 0.0 };
+        let keeps = |amount: f64| {
+            let (mut state, mut amount) = (GateState::default(), amount);
+            let [_, keep] = GATE.weigh(&mut state, &mut amount, [0.1; 2], &s);
+            keep
+        };
+        assert!((keeps(0.9 * GATE.kept) - 1.0).abs() < 1e-15);
+        // The evidence that is kept is 1 % of this amount.
+        assert!((keeps(GATE.half) - (1.0 - 0.008)).abs() < 1e-4, "{}", keeps(GATE.half));
+        assert!((keeps(1e3 * GATE.half) - (1.0 - 0.016)).abs() < 1e-4, "{}", keeps(1e3 * GATE.half));
     }
 }

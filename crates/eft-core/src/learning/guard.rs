@@ -135,6 +135,17 @@ mod tests {
         lowest: 0.5,
     };
 
+    #[test]
+    fn a_step_rises_through_two_low_passes() {
+        let mut filter = LowPass::default();
+        // Each goes half of the way to its input.
+        for (first, second) in [(0.5, 0.25), (0.75, 0.5), (0.875, 0.6875)] {
+            filter = filter.after(1.0_f64, 0.5);
+            let off = (filter.first - first).abs() + (filter.second - second).abs();
+            assert!(off < 1e-12, "{filter:?}");
+        }
+    }
+
     /// The level after a growing swing of 160 windows a period, with this error (N per m/s) in phase with the velocity or a
     /// quarter of a period later.
     fn level(in_phase: f64, behind: f64) -> f64 {

@@ -194,6 +194,36 @@ fn swapping_a_configuration_changes_no_state() {
 }
 
 #[test]
+fn a_held_output_repeats_the_voltage_of_a_shutdown() {
+    for realization in [Realization::Digital, Realization::Analog] {
+        let protection = Some(ProtectionParameters::DEFAULT);
+        let p = Parameters { realization, protection, ..rig::PARAMETERS };
+        let channel = Channel::<f64, 21>::new(&p).unwrap();
+        let mut state = channel.at_rest();
+        let (mut closing, mut open) = (0, 0.0);
+        for tick in 0..3000 {
+            let mut i = Input { displacement: 0.0, ..rig::SOUND.swing(0.2, 1e3) };
+            if tick >= 1000 {
+                (i.velocity, i.force) = (f64::NAN, f64::NAN);
+            }
+            let out = rig::tick(&channel, &mut state, &i);
+            if tick == 999 {
+                open = out.voltage;
+            }
+            let held = channel.hold(&state);
+            assert_eq!((held.voltage, held.authority), (out.voltage, out.authority), "tick {tick}");
+            if out.authority > 0.1 && out.authority < 0.9 {
+                closing += 1;
+                // An analog force loop closes the valve by itself.
+                let closes = out.voltage.abs() < 0.95 * open.abs();
+                assert_eq!(closes, realization == Realization::Digital, "{open} V, {} V", out.voltage);
+            }
+        }
+        assert!(closing > 10 && open.abs() > 0.1, "{closing} ticks, {open} V");
+    }
+}
+
+#[test]
 fn a_long_soft_start_ends_on_its_sample() {
     // 300 s at 20 kHz: neither a sum nor a counter may drift.
     let protection = ProtectionParameters { start_time: 300.0, ..ProtectionParameters::DEFAULT };

@@ -9,6 +9,7 @@ mod endurance;
 mod exhaustive;
 mod lead;
 mod learning;
+mod lost_motion;
 mod lost_valve_command;
 mod piecewise;
 mod protection;

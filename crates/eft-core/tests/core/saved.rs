@@ -92,6 +92,28 @@ fn the_saved_values_are_those_of_the_last_calibration() {
 }
 
 #[test]
+fn a_departure_reaches_a_fifth_of_its_flow() {
+    let (_, saved) = learned();
+    let greatest = BESIDE.flows.iter().fold(0.0, |most, flow| f64::max(most, flow.abs()));
+    assert!(close(saved.greatest_flow, greatest, 1e-12), "{} of {greatest}", saved.greatest_flow);
+    let learner = Learner::<f64, 21>::new(&BESIDE).unwrap();
+    // Node 12 of 16 lies at four sevenths of the greatest flow, and node 2 at minus six sevenths.
+    for (node, flow) in [(12, 4.0 / 7.0 * greatest), (2, -6.0 / 7.0 * greatest)] {
+        let with = |share: f64| {
+            let mut departs = saved;
+            departs.curve.departures[node] = share * flow;
+            learner.start_from(&departs)
+        };
+        for share in [0.199, -0.199] {
+            assert!(with(share).is_ok(), "{node}: {share}");
+        }
+        for share in [0.201, -0.201] {
+            assert_eq!(refused(with(share)), "calibration.departures", "{node}: {share}");
+        }
+    }
+}
+
+#[test]
 fn a_learner_continues_from_its_calibration() {
     let mut unbroken = Bench::new(&BESIDE);
     unbroken.swing(8.0, false);

@@ -137,6 +137,19 @@ fn without_evidence_the_variances_are_zero() {
     assert_eq!(priors.spread(&LeastSquares::default(), &squares).map(f64::to_bits), [0; 2]);
 }
 
+#[test]
+fn correlated_regressors_share_their_noise() {
+    let mut priors = learner().valve.priors;
+    priors.weights = [0.5, 0.75];
+    // With the priors the matrix is [[4, 1], [2, 3]], and its inverse [[0.3, -0.1], [-0.2, 0.4]].
+    let sums = LeastSquares { matrix: [[3.5, 1.0], [2.0, 2.25]], ..LeastSquares::default() };
+    // The covariance of the instruments' noise, between this inverse and its transpose: 0.36 - 0.12 + 0.09 and
+    // 0.16 - 0.32 + 1.44 on the diagonal.
+    let [gain, delay] = priors.spread(&sums, &[[4.0, 2.0], [2.0, 9.0]]);
+    assert!((gain - 0.33).abs() < 1e-12, "{gain}");
+    assert!((delay / (priors.period * priors.period) - 1.28).abs() < 1e-12, "{delay}");
+}
+
 /// Root mean square of a network's output for a sine (rad/s) of an opening.
 fn amplitude(network: &LeadNetwork<f64>, frequency: f64) -> f64 {
     let (mut state, mut sum, mut count) = (LeadNetwork::at_rest(0.0), 0.0, 0);

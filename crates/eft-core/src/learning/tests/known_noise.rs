@@ -75,6 +75,22 @@ fn a_started_learner_has_the_saved_deviations_and_their_systematic_parts() {
 }
 
 #[test]
+fn a_started_correction_has_the_saved_deviations() {
+    let learning = Learning { curve_correction: true, ..RIG.learning };
+    let learner = Learner::<f64, 21>::new(&Parameters { learning, ..RIG }).unwrap();
+    let mut saved = learner.saved(&learner.at_rest());
+    (saved.excitation, saved.deviations) = (1.0, deviations(&learner, 4e-7, [5e-3, 4e-3]));
+    // The asymmetry's is about half that of a learner at rest, so the prior counts.
+    (saved.curve.asymmetry, saved.curve.asymmetry_deviation) = (0.05, 0.01);
+    (saved.curve.error, saved.deviations.null_offset) = (1e-5, 5e-3);
+    let again = learner.saved(&learner.start_from(&saved).unwrap());
+    near("asymmetry", again.curve.asymmetry, 0.05, 1e-9);
+    near("its deviation", again.curve.asymmetry_deviation, 0.01, 1e-6);
+    near("residual", again.curve.error, 1e-5, 1e-6);
+    near("null offset's deviation", again.deviations.null_offset, 5e-3, 1e-6);
+}
+
+#[test]
 fn a_fiftieth_of_a_variance_remains_noise() {
     let all = 4e-7;
     let state = started(&learner(), deviations(&learner(), all, [0.0, 4e-3]), 0.0);
@@ -119,6 +135,49 @@ fn a_node_is_a_kalman_filter_whose_variance_grows_with_the_square_of_its_flow() 
         nodes.depart(&mut departures, node, [flow, error], [noise, drift]);
         near("variance", nodes.variances[node], variance, 1e-12);
         near("departure", departures[node], departure, 1e-12);
+    }
+}
+
+#[test]
+fn a_node_stays_three_tenths_of_a_step_from_its_neighbours() {
+    // The node at two steps, for a departure (steps): the slopes below and above it.
+    let slopes = |departure: f64| {
+        let (node, step) = (PIECES / 2 + 2, 0.5);
+        let (mut nodes, mut departures) = (CurveNodes::<f64>::default(), [0.0; NODES]);
+        departures[node] = departure;
+        nodes.refresh(node, &departures, 0.1, step);
+        let [below, above] = [nodes.pieces[node - 1], nodes.pieces[node]];
+        // Both pieces meet at the node, and at the neighbours they have the table's flow.
+        near("at the node", below.offset + below.slope, above.offset + above.slope, 1e-12);
+        near("below", below.offset + 0.5 * below.slope, 0.5, 1e-12);
+        near("above", above.offset + 1.5 * above.slope, 1.5, 1e-12);
+        [below.slope, above.slope]
+    };
+    // Without a departure the asymmetry moves the node by a fifth of a step.
+    for (departure, [below, above]) in
+        [(0.0, [1.2, 0.8]), (0.05, [1.25, 0.75]), (-2.0, [0.3, 1.7]), (2.0, [1.7, 0.3])]
+    {
+        let found = slopes(departure);
+        near("slope below", found[0], below, 1e-12);
+        near("slope above", found[1], above, 1e-12);
+    }
+}
+
+#[test]
+fn every_node_is_refreshed_in_thirty_updates() {
+    let mut nodes = CurveNodes::<f64>::default();
+    for round in 1..=3 {
+        let mut departures = [0.1 * f64::from(round); NODES];
+        departures[PIECES / 2] = 0.0;
+        for _ in 0..2 * (NODES - 2) {
+            nodes.refresh_next(&departures, 0.0, 1.0);
+        }
+        for (node, (piece, departure)) in nodes.pieces.iter().zip(departures).enumerate().skip(1) {
+            let at = node as f64 - (PIECES / 2) as f64;
+            let found = piece.offset + piece.slope * at;
+            let expected = at + departure;
+            assert!((found - expected).abs() < 1e-12, "{round}, {node}: {found}, not {expected}");
+        }
     }
 }
 

@@ -1,0 +1,41 @@
+//! A channel whose plausibility watch has lost every signal of the motion.
+
+use eft_core::{
+    Channel, Input, Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource, status,
+};
+
+use crate::rig;
+
+#[test]
+fn without_a_signal_of_the_motion_the_valve_closes_at_once() {
+    let plausibility = Some(PlausibilityParameters::DEFAULT);
+    let protection = ProtectionParameters { plausibility, ..ProtectionParameters::DEFAULT };
+    let waits = protection.lost_samples;
+    let closing = (protection.shutdown_time * rig::PARAMETERS.sample_rate) as u32 + 2;
+    let rest =
+        Input { velocity: 0.0, force: 0.0, spool: 0.0, displacement: 0.0, command: 0.0, ..Input::default() };
+    // A sensor of the velocity is lost before the displacement. A derivative is lost with it.
+    for velocity_source in [VelocitySource::Sensor, VelocitySource::Derivative { corner: 80.0 }] {
+        let p = Parameters { velocity_source, protection: Some(protection), ..rig::PARAMETERS };
+        let channel = Channel::<f64, 21>::new(&p).unwrap();
+        let mut state = channel.at_rest();
+        for tick in 0..2000 + waits + closing {
+            let mut i = rest;
+            if tick >= 1000 {
+                i.velocity = f64::NAN;
+            }
+            if tick >= 2000 {
+                i.displacement = f64::NAN;
+            }
+            let out = rig::tick(&channel, &mut state, &i);
+            let shut_down = out.status & status::SHUT_DOWN != 0;
+            assert_eq!(shut_down, tick >= 2000 + waits, "{velocity_source:?}: tick {tick}");
+            if tick < 2000 + waits {
+                assert_eq!(out.authority, 1.0, "{velocity_source:?}: tick {tick}");
+            }
+            if tick == 2000 + waits + closing - 1 {
+                assert_eq!(out.authority, 0.0, "{velocity_source:?}");
+            }
+        }
+    }
+}
