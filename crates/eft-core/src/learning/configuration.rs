@@ -135,7 +135,7 @@ macro_rules! constructor {
                     flow_per_force: leak as $t,
                     flow_per_change: volume as $t,
                     model: FlowModel::<$t, N>::EMPTY,
-                    lead: network,
+                    lead: [network.pole(), network.rate()],
                     null_gain: if p.integrates() { 0.0 } else { network.gain() },
                     filter: BandFilter {
                         low_pass: low_pass as $t,

@@ -44,8 +44,8 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) curve: FlowCurve<T>,
     pub(super) deviation: Deviation<T>,
     pub(super) guard: Guard<T>,
-    /// The configured lead network.
-    pub(super) lead: LeadNetwork<T>,
+    /// Pole and rate of the configured lead network.
+    pub(super) lead: [T; 2],
     /// Compensation signal (V) per null offset (1). It is 0 with an integral part, which supplies the offset itself: near
     /// null, overlap and friction look like an offset, and to add them moves the piston further.
     pub(super) null_gain: T,
@@ -354,8 +354,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let square = self.valve.mean_square_frequency(&state.evidence.valve);
         let lead = self.valve.lead(valve, square, flow.delay.value, level);
         // Without estimates the configured network stays as it is, and only its level changes.
-        let lead =
-            if self.adapts { lead } else { LeadNetwork::of(self.lead.pole(), self.lead.rate(), lead.gain()) };
+        let [pole, rate] = self.lead;
+        let lead = if self.adapts { lead } else { LeadNetwork::of(pole, rate, lead.gain()) };
         let estimates = [&flow.gain, &flow.delay, &valve.gain, &valve.delay];
         let bounded = estimates.iter().any(|estimate| estimate.beyond > zero) || state.curve.beyond > zero;
         let flag = |raised: bool, bit: u32| if raised { bit } else { 0 };
