@@ -25,6 +25,9 @@ pub struct Learner<T: Real, const N: usize> {
     /// Whether the table is corrected by direction and band of flow as well.
     pub(super) corrects: bool,
     pub(super) guards: bool,
+    /// Whether the force loop has no integral part, which would supply the null offset itself. Near null, overlap and
+    /// friction look like an offset, and to add them moves the piston further.
+    pub(super) adds_null: bool,
     /// 1 over the ticks of a window.
     pub(super) per_window: T,
     /// Windows from one checkpoint to the next.
@@ -44,13 +47,10 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) curve: FlowCurve<T>,
     pub(super) deviation: Deviation<T>,
     pub(super) guard: Guard<T>,
-    /// Pole and rate of the configured lead network.
-    pub(super) lead: [T; 2],
-    /// Compensation signal (V) per null offset (1). It is 0 with an integral part, which supplies the offset itself: near
-    /// null, overlap and friction look like an offset, and to add them moves the piston further.
-    pub(super) null_gain: T,
+    /// The configured lead network.
+    pub(super) lead: LeadNetwork<T>,
 }
-integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, null_gain);
+integrity!(Learner<T, N>: adapts, corrects, guards, adds_null, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead);
 
 /// The state of a learner, made by [`Learner::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -354,8 +354,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let square = self.valve.mean_square_frequency(&state.evidence.valve);
         let lead = self.valve.lead(valve, square, flow.delay.value, level);
         // Without estimates the configured network stays as it is, and only its level changes.
-        let [pole, rate] = self.lead;
-        let lead = if self.adapts { lead } else { LeadNetwork::of(pole, rate, lead.gain()) };
+        let lead =
+            if self.adapts { lead } else { LeadNetwork::of(self.lead.pole(), self.lead.rate(), lead.gain()) };
         let estimates = [&flow.gain, &flow.delay, &valve.gain, &valve.delay];
         let bounded = estimates.iter().any(|estimate| estimate.beyond > zero) || state.curve.beyond > zero;
         let flag = |raised: bool, bit: u32| if raised { bit } else { 0 };
@@ -371,7 +371,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             velocity_delay: if self.adapts { flow.delay.value } else { zero },
             valve_gain: valve.gain.value,
             null_offset: null,
-            null_signal: null * self.null_gain,
+            null_signal: if self.adds_null { null * self.lead.gain() } else { zero },
             level,
             deviations: state.deviations,
             test_ratio: state.gate.test_ratio(&self.gate),
