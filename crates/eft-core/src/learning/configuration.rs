@@ -128,7 +128,6 @@ macro_rules! constructor {
                     adapts: l.adaptive,
                     corrects: l.adaptive && l.curve_correction,
                     guards: l.guard,
-                    adds_null: !p.integrates(),
                     per_window: (1.0 / ticks as f64) as $t,
                     checkpoint_windows: windows(t::CHECKPOINT, period),
                     piston_area: area as $t,
@@ -137,6 +136,7 @@ macro_rules! constructor {
                     flow_per_change: volume as $t,
                     model: FlowModel::<$t, N>::EMPTY,
                     lead: network,
+                    null_gain: if p.integrates() { 0.0 } else { network.gain() },
                     filter: BandFilter {
                         low_pass: low_pass as $t,
                         high_pass: share(tau * t::HIGH_PASS, period) as $t,

@@ -25,9 +25,6 @@ pub struct Learner<T: Real, const N: usize> {
     /// Whether the table is corrected by direction and band of flow as well.
     pub(super) corrects: bool,
     pub(super) guards: bool,
-    /// Whether the force loop has no integral part, which would supply the null offset itself. Near null, overlap and
-    /// friction look like an offset, and to add them moves the piston further.
-    pub(super) adds_null: bool,
     /// 1 over the ticks of a window.
     pub(super) per_window: T,
     /// Windows from one checkpoint to the next.
@@ -49,8 +46,11 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) guard: Guard<T>,
     /// The configured lead network.
     pub(super) lead: LeadNetwork<T>,
+    /// Compensation signal (V) per null offset (1). It is 0 with an integral part, which supplies the offset itself: near
+    /// null, overlap and friction look like an offset, and to add them moves the piston further.
+    pub(super) null_gain: T,
 }
-integrity!(Learner<T, N>: adapts, corrects, guards, adds_null, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead);
+integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, null_gain);
 
 /// The state of a learner, made by [`Learner::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -371,7 +371,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             velocity_delay: if self.adapts { flow.delay.value } else { zero },
             valve_gain: valve.gain.value,
             null_offset: null,
-            null_signal: if self.adds_null { null * self.lead.gain() } else { zero },
+            null_signal: null * self.null_gain,
             level,
             deviations: state.deviations,
             test_ratio: state.gate.test_ratio(&self.gate),
