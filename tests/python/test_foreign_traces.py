@@ -231,6 +231,14 @@ def test_a_damaged_tdms_file_writes_nothing_to_the_terminal(tmp_path):
         assert done.stderr == ""
 
 
+@pytest.mark.parametrize("missing", [4, 8, 1000])
+def test_a_truncated_tdms_file_is_refused(tmp_path, missing):
+    path = save(tmp_path / "a.tdms", {"time_s": TIME, "force_N": TIME})
+    path.write_bytes(path.read_bytes()[:-missing])
+    with pytest.raises(ValueError, match=r"a\.tdms: its last segment is incomplete"):
+        read_traces(path)
+
+
 def test_a_long_header_takes_no_time(tmp_path):
     path = tmp_path / "a.csv"
     gap = " " * 100_000

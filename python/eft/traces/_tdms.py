@@ -51,6 +51,9 @@ def tdms(source: Path) -> Iterator[list[Column]]:
             _check_segments(raw, size)
             raw.seek(0)
             file = TdmsFile.open(raw)
+            truncated = file.file_status.incomplete_final_segment
+        if truncated:
+            raise WrongFileError(f"{source}: its last segment is incomplete, and samples may be missing")
         with understood(source, _WRONG):
             found: dict[str, Any] = {}
             for group in file.groups():
