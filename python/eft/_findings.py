@@ -166,7 +166,7 @@ def _reach(facts: Facts) -> Iterator[Finding]:
 def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
     """Stability and margins about rest; with self-calibration, those after the calibration."""
     learns = rig["compensation.adaptive"]
-    judged = _learned(rig) if learns else rig
+    judged = _learned(rig, rate) if learns else rig
     names = ("level_margin", "dead_time", "gain_margin")
     reach = [max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names]
     try:
@@ -202,9 +202,13 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
         )
 
 
-def _learned(rig: Rig) -> Rig:
-    """The rig after self-calibration."""
-    plant = rig.plant.replace({"servovalve.flow_gain_scale": 1.0})
+def _learned(rig: Rig, rate: float) -> Rig:
+    """The rig after self-calibration. A designed loop keeps its gains, which are those for the configured rig."""
+    changes: dict[str, object] = {"servovalve.flow_gain_scale": 1.0}
+    if rig["controller.force_loop"] == "robust":
+        changes |= design_force_loop(rig, rate).coefficients
+        changes |= {"controller.force_loop": "pd", "controller.realization": "digital"}
+    plant = rig.plant.replace(changes)
     if not rig["compensation.curve_correction"]:
         return plant
     return plant.replace({"servovalve.true_flow_table": plant["servovalve.flow_table"]})

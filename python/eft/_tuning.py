@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ForceLoopTuning", "tune_force_loop"]
 
-_RATIOS = 13
+_RATIOS = 33
 """Number of ratios of derivative to proportional gain at which the margin is computed."""
 
 _AS_BELIEVED = {"truth": None, "controller.force_loop": "pd"}

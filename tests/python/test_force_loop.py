@@ -98,3 +98,22 @@ def test_the_command_prints_gains_and_margins(tmp_path, capsys):
     out = capsys.readouterr().out
     wanted = eft.design_force_loop(RIG).coefficients["controller.proportional_gain"]
     assert f"{wanted:.4g}" in out and "0.8059" in out
+
+
+@pytest.mark.parametrize("delay", [10, 17])
+def test_the_verdict_keeps_the_gains_of_a_loop_that_cannot_be_designed_for_the_true_rig(delay):
+    # The verdict on the calibrated rig must have the gains in use, even where the true rig has no design.
+    rig = RIG.replace(ADAPTIVE | {"controller.force_loop": "robust", "truth.dac.delay": delay})
+    run = eft.simulate(rig, eft.sine_sweep(2200.0, 0.0, 10.0, 1.0, 4096.0))
+    assert run.verdict.grade in ("caution", "no")
+    with pytest.raises(ValueError, match="robust"):
+        rig.plant.replace({"servovalve.flow_gain_scale": 1.0})
+
+
+def test_the_designed_loop_tolerates_a_flow_gain_that_would_make_the_paper_s_unstable():
+    designed = {"controller.force_loop": "robust", "compensation.feedforward": True}
+    wrong = RIG.replace(designed | {"compensation.look_ahead": True, "truth.servovalve.flow_gain_scale": 1.05})
+    run = eft.simulate(wrong, eft.sine_sweep(2200.0, 0.0, 10.0, 32.0, 4096.0))
+    assert run.metrics()["nrmse"] == pytest.approx(0.064, abs=0.001)
+    level = eft.linear.stability_margins(RIG.replace(designed), sampled=True).level
+    assert level == pytest.approx(1.69, abs=0.01)

@@ -22,10 +22,10 @@ const LEAST_STATIC_GAIN: f64 = 5.0;
 const GAINS: (f64, f64) = (1e-6, 1e3);
 const GAIN_STEPS: usize = 20;
 const TIME_STEPS: usize = 12;
-/// Time of the integral part over the valve's time scale (1): 83 ms and 1.9 Hz on the paper's rig, far below
-/// the loop's crossover and above the specimen's frequency. There it removes the residual error of the
-/// compensation.
-const INTEGRAL_TIME: f64 = 16.0;
+/// Time of the integral part over the valve's time scale (1): 16 ms and 10 Hz on the paper's rig. At the specimen's
+/// frequency the integral part reduces what an error of the compensation, friction and overlap leave. With half of this
+/// time the coprime margin decreases and the noise of small forces grows.
+const INTEGRAL_TIME: f64 = 3.0;
 /// Longest delay (samples) of the loop. Each sample is a state, and longer delays leave the oil column
 /// undamped.
 const LONGEST_DELAY: u32 = 16;
@@ -411,6 +411,6 @@ pub(super) mod tests {
         }
         let sound = robust.without(&["truth"]).unwrap();
         let margins = stability_margins(&sound, FlowGain::Nominal, Time::Sampled(4096.0)).unwrap();
-        assert!(margins.level > 1.015 && margins.around.as_ref().unwrap().loop_gain > 3.0, "{margins:?}");
+        assert!(margins.level > 1.4 && margins.around.as_ref().unwrap().loop_gain > 3.0, "{margins:?}");
     }
 }
