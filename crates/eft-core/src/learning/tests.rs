@@ -1,7 +1,10 @@
 //! Bounds of the estimates, with a gate that accepts every window.
 
 mod closed_forms;
+mod configured;
+mod deviations;
 mod known_noise;
+mod nodes;
 mod times;
 
 use super::*;
