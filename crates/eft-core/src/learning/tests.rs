@@ -5,6 +5,7 @@ mod configured;
 mod deviations;
 mod flows;
 mod known_noise;
+mod least_squares;
 mod nodes;
 mod times;
 
