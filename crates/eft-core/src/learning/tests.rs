@@ -7,7 +7,9 @@ mod flows;
 mod known_noise;
 mod least_squares;
 mod nodes;
+mod saved;
 mod times;
+mod valves;
 
 use super::*;
 use crate::channel::{Channel, ChannelState, Input};
