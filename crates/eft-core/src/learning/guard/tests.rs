@@ -133,3 +133,12 @@ fn a_quiet_motion_changes_no_level() {
         assert_eq!(now.level < 0.9, acts, "{squares}");
     }
 }
+
+#[test]
+fn at_rest_the_guard_has_seen_nothing() {
+    let GuardState { error, velocity, mean_error, pumped, squares, slow_squares, level } =
+        GuardState::<f64>::default();
+    assert_eq!([mean_error, pumped, squares, slow_squares].map(f64::to_bits), [0; 4]);
+    assert_eq!([error, velocity], [LowPass::default(); 2]);
+    near("level", level, 1.0);
+}
