@@ -2,6 +2,8 @@
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
+mod equations;
+
 use super::*;
 use crate::parameters::Parameters;
 use crate::protection::limits::{Levels, PlausibilityParameters, ProtectionParameters};
