@@ -217,3 +217,57 @@ fn after_the_force_loop_opens_the_compensation_fades_in_the_last_two_thirds_of_t
         assert!((out.level - expected).abs() < 1e-6, "sample {n}: {}, not {expected}", out.level);
     }
 }
+
+/// A protection with a watch: one second of following the specimen, and a tenth of a second of closing.
+fn settling() -> Protection<f64> {
+    let watch = PlausibilityParameters { settle_time: 1.0, ..PlausibilityParameters::DEFAULT };
+    let parameters = ProtectionParameters {
+        shutdown_time: 0.1,
+        plausibility: Some(watch),
+        ..ProtectionParameters::DEFAULT
+    };
+    Protection::<f64>::new(&parameters, 1000.0).unwrap()
+}
+
+#[test]
+fn a_shutdown_follows_the_specimen_and_closes_the_valve_after_that() {
+    let (p, mut state) = (settling(), ProtectionState::default());
+    p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+    state.shut_down_by(Cause::ForceOscillation);
+    for n in 1..=1200_u32 {
+        let out = p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        let settled = f64::min(1e-3 * f64::from(n), 1.0);
+        // It fades during the last two thirds.
+        let level = 0.93 * f64::min(1.5 * (1.0 - settled), 1.0);
+        assert!((out.level - level).abs() < 1e-6, "{n}: {}, not {level}", out.level);
+        let closed = (1e-2 * (f64::from(n) - 999.0)).clamp(0.0, 1.0);
+        assert!((out.authority - (1.0 - closed)).abs() < 1e-6, "{n}: {}", out.authority);
+        assert!(out.open);
+    }
+}
+
+#[test]
+fn without_a_velocity_the_valve_closes_at_once() {
+    let (p, mut state) = (settling(), ProtectionState::default());
+    state.shut_down_by(Cause::VelocityLost);
+    state.blind();
+    for n in 1..=150_u32 {
+        let out = p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        let left = (1.0 - 1e-2 * f64::from(n)).max(0.0);
+        assert!((out.authority - left).abs() < 1e-6, "{n}: {}", out.authority);
+        assert!((p.authority(&state) - left).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn a_trip_under_a_watch_reduces_the_velocitys_compensation() {
+    let (p, mut state) = (settling(), ProtectionState::default());
+    assert_eq!(p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0)).level, 1.0);
+    state.trip_by(Cause::Request);
+    let out = p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+    assert_eq!((out.level, out.authority, out.open), (0.95, 1.0, false));
+    // Without a watch nothing is reduced.
+    let (p, mut state) = (protection(), ProtectionState::default());
+    state.trip_by(Cause::Request);
+    assert_eq!(p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0)).level, 1.0);
+}
