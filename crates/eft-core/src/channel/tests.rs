@@ -395,3 +395,24 @@ fn an_invalid_supply_pressure_is_replaced_by_the_last_valid_one() {
         assert!((out.voltage - like.voltage).abs() < 1e-12, "{wrong}: {out:?} {like:?}");
     }
 }
+
+#[test]
+fn a_held_output_has_the_authority_of_the_last_tick() {
+    for realization in [Realization::Digital, Realization::Analog] {
+        let channel = Channel::<f64, 21>::new(&Parameters { realization, ..RIG }).unwrap();
+        let mut state = channel.at_rest();
+        for tick in 0..200 {
+            channel.step(&mut state, &Input { displacement: 0.0, ..swing(tick) });
+        }
+        state.protection.shut_down_by(Cause::Request);
+        // A quarter of a shutdown of a tenth of a second.
+        let last = (0..102)
+            .map(|_| channel.step(&mut state, &Input { displacement: 0.0, ..swing(200) }))
+            .last()
+            .unwrap();
+        let held = channel.hold(&state);
+        assert!((held.authority - 0.75).abs() < 3e-3 && held.authority == last.authority, "{held:?}");
+        assert!(last.voltage.abs() > 1e-3 && held.voltage == last.voltage, "{held:?}, {last:?}");
+        assert_eq!((held.compensation, held.status), (last.compensation, status::HELD));
+    }
+}
