@@ -24,19 +24,6 @@ pub(crate) struct BandState<T> {
 }
 integrity!(BandState<T>: first, second, mean);
 
-#[cfg(test)]
-impl<T: Copy> BandState<T> {
-    /// Output of the first low-pass.
-    pub(crate) fn input(&self) -> T {
-        self.first
-    }
-
-    /// Outputs of both low-passes, and the mean.
-    pub(crate) fn parts(&self) -> [T; 3] {
-        [self.first, self.second, self.mean]
-    }
-}
-
 impl<T: Real> BandFilter<T> {
     /// The filtered signal midway between the last step and this one, and its change between them. Both belong to one
     /// instant, so value and rate of a sine are exactly in quadrature. `high_pass` is the mean's share in this step. A
@@ -74,6 +61,18 @@ impl<T: Real> BandFilter<T> {
 #[allow(clippy::float_cmp, reason = "zero is exact")]
 mod tests {
     use super::*;
+
+    impl<T: Copy> BandState<T> {
+        /// Output of the first low-pass.
+        pub(crate) fn input(&self) -> T {
+            self.first
+        }
+
+        /// Outputs of both low-passes, and the mean.
+        pub(crate) fn parts(&self) -> [T; 3] {
+            [self.first, self.second, self.mean]
+        }
+    }
 
     #[test]
     fn value_and_change_of_a_sine_are_in_quadrature() {
