@@ -41,6 +41,17 @@ fn filters_continue_only_from_the_last_window_to_the_next() {
 }
 
 #[test]
+fn at_rest_nothing_was_seen() {
+    let rest = learner(true).at_rest();
+    assert_eq!((rest.filters, rest.means), Default::default());
+    assert_eq!(rest.flows.map(f64::to_bits), [0; 2]);
+    assert_eq!([rest.number, rest.since_checkpoint, rest.since_start], [0; 3]);
+    assert_eq!((rest.evidence, rest.checkpoints), Default::default());
+    // The first window is the whole mean.
+    assert_eq!([rest.share, rest.mean_share].map(f64::to_bits), [1.0_f64.to_bits(); 2]);
+}
+
+#[test]
 fn the_number_of_the_next_window_wraps() {
     let (learner, mut state) = (slow(), slow().at_rest());
     for number in [u32::MAX, 0] {
