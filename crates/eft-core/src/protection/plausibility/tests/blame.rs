@@ -28,13 +28,16 @@ fn with(sums: &[(usize, f64)], frozen: &[usize]) -> PlausibilityState<f64> {
     state
 }
 
+/// Sums, frozen sensors, and the cause.
+type Case<'a> = (&'a [(usize, f64)], &'a [usize], Cause);
+
 #[test]
 fn the_sums_name_the_sensor() {
     use Cause::{
         DisplacementImplausible as Displacement, FlowImplausible as Flow, ForceImplausible as Force,
         SpoolImplausible as Spool, ValveImplausible as Valve, VelocityImplausible as Velocity,
     };
-    let cases: [(&[(usize, f64)], &[usize], Cause); 27] = [
+    let cases: [Case; 27] = [
         (&[], &[], Cause::None),
         (&[(BALANCE, 1.0), (FAST, 1.0), (TRAVEL, 1.0)], &[], Cause::None),
         (&[(STROKE, 1.0), (TURNED, 1.0), (RATIO, 1.0)], &[], Cause::None),

@@ -38,19 +38,22 @@ fn round() -> Plausibility<f64, 21> {
 const MIDDLE: f64 = 1.0;
 
 fn before() -> PlausibilityState<f64> {
-    let mut state = PlausibilityState::default();
-    state.lows = [0.4, 0.7, 3000.0, 0.2, 0.009];
-    state.highs = [[0.06, 0.01], [0.05, 0.02], [0.08, 0.03]];
-    state.valve = [0.11, 0.16, 0.13, 0.18];
-    state.envelopes = [0.9, 0.3, 0.02, 0.03, 0.25, 0.1];
-    state.near_null = 0.8;
-    state.fine = [0.21, 0.04, 0.05];
-    for sum in &mut state.sums {
-        (sum.above, sum.below) = (MIDDLE, MIDDLE);
+    PlausibilityState {
+        lows: [0.4, 0.7, 3000.0, 0.2, 0.009],
+        highs: [[0.06, 0.01], [0.05, 0.02], [0.08, 0.03]],
+        valve: [0.11, 0.16, 0.13, 0.18],
+        envelopes: [0.9, 0.3, 0.02, 0.03, 0.25, 0.1],
+        near_null: 0.8,
+        fine: [0.21, 0.04, 0.05],
+        sums: [Sum { above: MIDDLE, below: MIDDLE }; 6],
+        flow: 0.003,
+        last_velocity: 0.26,
+        displacement: 0.0098,
+        goes_on: true,
+        late: 9.0,
+        worse: 0.002,
+        ..PlausibilityState::default()
     }
-    (state.flow, state.last_velocity, state.displacement, state.goes_on) = (0.003, 0.26, 0.0098, true);
-    (state.late, state.worse) = (9.0, 0.002);
-    state
 }
 
 fn input() -> Input<f64> {
