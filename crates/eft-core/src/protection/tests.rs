@@ -297,3 +297,36 @@ fn a_force_beyond_its_level_opens_the_loop_only_if_it_left_its_command() {
         assert_eq!((state.is_tripped(), state.cause()), (true, Cause::ForceLevel));
     }
 }
+
+// SR-09
+#[test]
+fn a_flipped_bit_of_either_latch_shuts_down() {
+    for of_trip in [true, false] {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        state.flip(of_trip);
+        let out = p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        assert_eq!(out.status & (status::TRIPPED | status::SHUT_DOWN), status::TRIPPED | status::SHUT_DOWN);
+    }
+}
+
+#[test]
+fn an_oscillating_force_shuts_down_at_the_next_sample() {
+    let rate = 4096.0;
+    let parameters = ProtectionParameters { oscillation_limit: 200.0, ..ProtectionParameters::DEFAULT };
+    let p = Protection::<f64>::new(&parameters, rate).unwrap();
+    for (amplitude, trips) in [(200.0, false), (1000.0, true)] {
+        let mut state = ProtectionState::default();
+        let mut step = |n: u32| {
+            let force = amplitude * libm::sin(core::f64::consts::TAU * 65.0 * f64::from(n) / rate);
+            let out = p.step(&mut state, &input(0.0, force, 0.0, 0.0, 0.0));
+            (state.cause() == Cause::ForceOscillation, out.status & status::SHUT_DOWN != 0)
+        };
+        let tripped = (0..4096).find(|n| step(*n).0);
+        // After the fifteenth window of a sixtieth of a second, which is the first one that persists.
+        assert_eq!(tripped.is_some_and(|n| (1000..1200).contains(&n)), trips, "{amplitude}: {tripped:?}");
+        if let Some(n) = tripped {
+            assert_eq!(step(n + 1), (true, true));
+        }
+    }
+}

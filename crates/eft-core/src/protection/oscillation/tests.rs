@@ -137,3 +137,12 @@ fn a_window_is_a_sixtieth_of_a_second_and_its_limit_the_sum_of_squares() {
         }
     }
 }
+
+#[test]
+fn the_largest_error_counts() {
+    for (error, counts) in [(LARGEST, 1), (-LARGEST, 1), (1.001 * LARGEST, 0)] {
+        let mut state = OscillationWatchState::default();
+        WATCH.step(&mut state, error);
+        assert_eq!(state.ticks, counts, "{error}");
+    }
+}
