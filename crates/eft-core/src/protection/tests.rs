@@ -330,3 +330,43 @@ fn an_oscillating_force_shuts_down_at_the_next_sample() {
         }
     }
 }
+
+// SR-15
+#[test]
+fn old_samples_close_the_valve_at_once_and_skipped_ones_ramp_the_command() {
+    for (counts, old) in [(0.0, true), (3.0, false)] {
+        let (p, mut state) = (settling(), ProtectionState::default());
+        for n in 0..30_u32 {
+            let alive = 1.0 + counts * f64::from(n);
+            let out = p.step(&mut state, &ProtectionInput { alive, ..input(60.0, 60.0, 0.0, 0.0, 0.0) });
+            // Ten bad samples do not trip yet.
+            let tripped = n > 10;
+            assert_eq!(out.status & status::TRIPPED != 0, tripped, "{counts} {n}");
+            assert_eq!(out.status & status::SHUT_DOWN != 0, tripped && old, "{counts} {n}");
+            assert_eq!(out.authority < 1.0, tripped && old, "{counts} {n}");
+        }
+        assert_eq!(state.cause(), Cause::SamplesOld);
+    }
+}
+
+#[test]
+fn a_level_is_the_cause_also_if_command_measurements_or_time_are_lost() {
+    let p = protection();
+    let sound = input(60.0, 60.0, 0.0, 0.0, 0.0);
+    for (bad, cause) in [
+        (ProtectionInput { command: f64::NAN, ..sound }, Cause::CommandLost),
+        (ProtectionInput { displacement: f64::NAN, ..sound }, Cause::MeasurementLost),
+        (ProtectionInput { alive: 7.0, ..sound }, Cause::SamplesOld),
+    ] {
+        for (force, expected) in [(60.0, cause), (101.0, Cause::ForceLevel)] {
+            let mut state = ProtectionState::default();
+            // Three bad samples in a row do not trip. The first alive counter is not bad.
+            for _ in 0..3 + u32::from(!bad.alive.is_nan()) {
+                p.step(&mut state, &bad);
+                assert!(!state.is_tripped(), "{cause:?}");
+            }
+            p.step(&mut state, &ProtectionInput { force, ..bad });
+            assert_eq!(state.cause(), expected);
+        }
+    }
+}
