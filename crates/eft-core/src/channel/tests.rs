@@ -4,7 +4,7 @@ use super::*;
 use crate::compensation::Calibration;
 use crate::learning::Learner;
 use crate::parameters::Learning;
-use crate::protection::{Cause, ProtectionParameters};
+use crate::protection::{Cause, Levels, PlausibilityParameters, ProtectionParameters};
 
 const RIG: Parameters =
     Parameters { protection: Some(ProtectionParameters::DEFAULT), ..Parameters::ZHAO2005 };
@@ -414,5 +414,26 @@ fn a_held_output_has_the_authority_of_the_last_tick() {
         assert!((held.authority - 0.75).abs() < 3e-3 && held.authority == last.authority, "{held:?}");
         assert!(last.voltage.abs() > 1e-3 && held.voltage == last.voltage, "{held:?}, {last:?}");
         assert_eq!((held.compensation, held.status), (last.compensation, status::HELD));
+    }
+}
+
+#[test]
+fn a_distrusted_force_or_displacement_counts_as_zero() {
+    let protection = ProtectionParameters {
+        force: Levels { warning: 0.5, trip: 20e3 },
+        displacement: Levels { warning: 0.05, trip: 0.115 },
+        plausibility: Some(PlausibilityParameters::DEFAULT),
+        ..ProtectionParameters::DEFAULT
+    };
+    let channel = Channel::<f64, 21>::new(&Parameters { protection: Some(protection), ..RIG }).unwrap();
+    let away = Input { force: 50.0, displacement: 0.06, velocity: 0.0, spool: 0.0, ..Input::default() };
+    for (force, displacement) in [(0.0, 0.06), (50.0, 0.0)] {
+        let mut state = channel.at_rest();
+        let input = Input { force, displacement, ..away };
+        let warns = |state: &mut _| channel.step(state, &input).status & status::PROTECTION_WARNING != 0;
+        assert!(warns(&mut state), "{force} {displacement}");
+        let sensor = if force > 0.0 { Cause::ForceImplausible } else { Cause::DisplacementImplausible };
+        state.plausibility.distrust(sensor);
+        assert!(!warns(&mut state), "{force} {displacement}");
     }
 }

@@ -370,3 +370,13 @@ fn a_level_is_the_cause_also_if_command_measurements_or_time_are_lost() {
         }
     }
 }
+
+#[test]
+fn a_measurement_is_lost_beyond_single_precision_only() {
+    let largest = f64::from(f32::MAX);
+    for (displacement, cause) in [(largest, Cause::DisplacementLevel), (1.001 * largest, Cause::None)] {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        p.step(&mut state, &input(60.0, 60.0, displacement, 0.0, 0.0));
+        assert_eq!(state.cause(), cause, "{displacement}");
+    }
+}
