@@ -437,3 +437,9 @@ fn a_distrusted_force_or_displacement_counts_as_zero() {
         assert!(!warns(&mut state), "{force} {displacement}");
     }
 }
+
+#[test]
+fn a_gap_is_longer_than_its_time() {
+    let ticks = |gap_time| Channel::<f64, 21>::new(&Parameters { gap_time, ..RIG }).unwrap().gap_ticks;
+    assert_eq!([0.0, 0.25, 0.01, f64::MAX].map(ticks), [1, 1025, 41, u32::MAX]);
+}

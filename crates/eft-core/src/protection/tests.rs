@@ -380,3 +380,12 @@ fn a_measurement_is_lost_beyond_single_precision_only() {
         assert_eq!(state.cause(), cause, "{displacement}");
     }
 }
+
+#[test]
+fn the_largest_command_is_foreseen_and_a_larger_one_is_not() {
+    let (p, mut state) = (protection(), ProtectionState::default());
+    p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+    for (command, foreseen) in [(crate::LARGEST, crate::LARGEST), (1.001 * crate::LARGEST, 60.0)] {
+        assert_eq!(p.preview(&state, command), foreseen);
+    }
+}
