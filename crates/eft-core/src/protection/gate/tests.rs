@@ -116,7 +116,10 @@ fn a_reading_may_be_a_jump_away_from_the_line_of_the_earlier_ones() {
 
 #[test]
 fn a_reading_beyond_single_precision_is_no_number() {
-    for (reading, number) in [(1e30, true), (1e39, false), (f64::INFINITY, false), (f64::NAN, false)] {
+    let largest = f64::from(f32::MAX);
+    for (reading, number) in
+        [(largest, true), (1.001 * largest, false), (f64::INFINITY, false), (f64::NAN, false)]
+    {
         let mut signal = Signal::default();
         let found = gate().pass(&mut signal, 1.0, 0.1, reading);
         assert_eq!((!found.is_nan(), signal.lost), (number, u32::from(!number)), "{reading}");
