@@ -4,7 +4,7 @@ use super::*;
 use crate::compensation::Calibration;
 use crate::learning::Learner;
 use crate::parameters::Learning;
-use crate::protection::{Cause, ProtectionParameters};
+use crate::protection::{Cause, Levels, PlausibilityParameters, ProtectionParameters};
 
 const RIG: Parameters =
     Parameters { protection: Some(ProtectionParameters::DEFAULT), ..Parameters::ZHAO2005 };
@@ -394,4 +394,52 @@ fn an_invalid_supply_pressure_is_replaced_by_the_last_valid_one() {
         let (out, like) = (channel.step(&mut state, &lost), channel.step(&mut sound, &lost));
         assert!((out.voltage - like.voltage).abs() < 1e-12, "{wrong}: {out:?} {like:?}");
     }
+}
+
+#[test]
+fn a_held_output_has_the_authority_of_the_last_tick() {
+    for realization in [Realization::Digital, Realization::Analog] {
+        let channel = Channel::<f64, 21>::new(&Parameters { realization, ..RIG }).unwrap();
+        let mut state = channel.at_rest();
+        for tick in 0..200 {
+            channel.step(&mut state, &Input { displacement: 0.0, ..swing(tick) });
+        }
+        state.protection.shut_down_by(Cause::Request);
+        // A quarter of a shutdown of a tenth of a second.
+        let last = (0..102)
+            .map(|_| channel.step(&mut state, &Input { displacement: 0.0, ..swing(200) }))
+            .last()
+            .unwrap();
+        let held = channel.hold(&state);
+        assert!((held.authority - 0.75).abs() < 3e-3 && held.authority == last.authority, "{held:?}");
+        assert!(last.voltage.abs() > 1e-3 && held.voltage == last.voltage, "{held:?}, {last:?}");
+        assert_eq!((held.compensation, held.status), (last.compensation, status::HELD));
+    }
+}
+
+#[test]
+fn a_distrusted_force_or_displacement_counts_as_zero() {
+    let protection = ProtectionParameters {
+        force: Levels { warning: 0.5, trip: 20e3 },
+        displacement: Levels { warning: 0.05, trip: 0.115 },
+        plausibility: Some(PlausibilityParameters::DEFAULT),
+        ..ProtectionParameters::DEFAULT
+    };
+    let channel = Channel::<f64, 21>::new(&Parameters { protection: Some(protection), ..RIG }).unwrap();
+    let away = Input { force: 50.0, displacement: 0.06, velocity: 0.0, spool: 0.0, ..Input::default() };
+    for (force, displacement) in [(0.0, 0.06), (50.0, 0.0)] {
+        let mut state = channel.at_rest();
+        let input = Input { force, displacement, ..away };
+        let warns = |state: &mut _| channel.step(state, &input).status & status::PROTECTION_WARNING != 0;
+        assert!(warns(&mut state), "{force} {displacement}");
+        let sensor = if force > 0.0 { Cause::ForceImplausible } else { Cause::DisplacementImplausible };
+        state.plausibility.distrust(sensor);
+        assert!(!warns(&mut state), "{force} {displacement}");
+    }
+}
+
+#[test]
+fn a_gap_is_longer_than_its_time() {
+    let ticks = |gap_time| Channel::<f64, 21>::new(&Parameters { gap_time, ..RIG }).unwrap().gap_ticks;
+    assert_eq!([0.0, 0.25, 0.01, f64::MAX].map(ticks), [1, 1025, 41, u32::MAX]);
 }

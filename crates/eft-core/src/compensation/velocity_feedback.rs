@@ -266,3 +266,35 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::Learning;
+
+    #[test]
+    fn only_a_learner_that_adapts_and_corrects_has_its_curve_and_null_offset_used() {
+        for (adaptive, curve_correction) in [(false, false), (true, false), (false, true), (true, true)] {
+            let learning = Learning { adaptive, curve_correction, ..Learning::OFF };
+            let p = Parameters { learning, ..Parameters::ZHAO2005 };
+            let compensation = Compensation::<f64, 21>::new(&p).unwrap();
+            let nominal = compensation.nominal();
+            let output = |calibration: &Calibration<f64>| {
+                let state = CompensationState::default().rested(true, 0.1);
+                let velocity = 0.2;
+                let input =
+                    CompensationInput { velocity, force: 0.0, spool: 0.1, supply: 1.0, further_flow: 0.0 };
+                let (opening, _) = compensation.required_opening(&input, calibration);
+                [opening, compensation.advance(&state, 0.1, calibration).output()]
+            };
+            let mut curve = nominal.curve;
+            for piece in &mut curve {
+                piece.slope = 1.1;
+            }
+            let [opening, voltage] = output(&nominal);
+            let [corrected, added] = output(&Calibration { curve, null_signal: 0.5, ..nominal });
+            assert!((added - voltage - if adaptive && curve_correction { 0.5 } else { 0.0 }).abs() < 1e-12);
+            assert_eq!(corrected > 1.05 * opening, adaptive && curve_correction, "{opening} {corrected}");
+        }
+    }
+}

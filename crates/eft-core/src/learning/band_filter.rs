@@ -62,6 +62,18 @@ impl<T: Real> BandFilter<T> {
 mod tests {
     use super::*;
 
+    impl<T: Copy> BandState<T> {
+        /// Output of the first low-pass.
+        pub(crate) fn input(&self) -> T {
+            self.first
+        }
+
+        /// Outputs of both low-passes, and the mean.
+        pub(crate) fn parts(&self) -> [T; 3] {
+            [self.first, self.second, self.mean]
+        }
+    }
+
     #[test]
     fn value_and_change_of_a_sine_are_in_quadrature() {
         let filter = BandFilter { low_pass: 0.25, high_pass: 0.002 };

@@ -3,6 +3,9 @@
 //! The test ratio is the models' unexplained part over the allowed part, both averaged. Above 1 nothing is learned. If the
 //! signal is large enough for a judgement, a hold-off follows.
 
+#[cfg(test)]
+mod tests;
+
 use crate::integrity::integrity;
 use crate::learning::flow::FlowSample;
 use crate::number::Real;
@@ -146,105 +149,5 @@ impl<T: Real> GateState<T> {
     pub(crate) fn test_ratio(&self, gate: &Gate<T>) -> T {
         let allowed = gate.threshold * self.signal;
         if allowed > T::splat(0.0) { self.error / allowed } else { T::splat(0.0) }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const GATE: Gate<f64> = Gate {
-        linear_range: 0.9,
-        excitation: 1e-6,
-        change_weight: 0.0,
-        per_square_flow: 1.0,
-        average: 0.1,
-        threshold: 0.03,
-        period: 0.004,
-        kept: 1e-5,
-        half: 1e-3,
-        forgotten: 0.016,
-        hold_off: 20,
-        settling: 4,
-    };
-
-    #[derive(Default)]
-    struct Fixture {
-        state: GateState<f64>,
-        amount: f64,
-        keep: f64,
-    }
-
-    impl Fixture {
-        /// Whether a window counts.
-        fn window(&mut self, asked: f64, spool: f64) -> bool {
-            GATE.wait(&mut self.state, 0);
-            let flow = FlowSample { taken: asked, predicted: asked, ..FlowSample::default() };
-            let s = Signals { flow, spool, asked, asked_change: 0.0 };
-            if GATE.judge(&mut self.state, &s, true) != Verdict::Accepted {
-                return false;
-            }
-            let [weight, keep] = GATE.weigh(&mut self.state, &mut self.amount, [spool, asked], &s);
-            self.keep = keep;
-            weight > 0.0
-        }
-    }
-
-    #[test]
-    fn only_motion_that_the_models_explain_counts() {
-        let mut gate = Fixture::default();
-        assert!(gate.state.test_ratio(&GATE) < 1e-12, "without a signal");
-        assert!(gate.window(0.1, 0.1));
-        assert!(!gate.window(5e-4, 5e-4), "too small");
-        assert!(!gate.window(0.95, 0.95), "saturated");
-        assert!(gate.window(0.1, 0.1));
-    }
-
-    #[test]
-    fn a_saturated_command_or_spool_does_not_count() {
-        let s = Signals { flow: FlowSample::default(), spool: 0.1, asked: 0.1, asked_change: 0.0 };
-        for (openings, counts) in [([0.1, 0.1], true), ([0.95, 0.1], false), ([0.1, 0.95], false)] {
-            let (mut state, mut amount) = (GateState::default(), 0.0);
-            let [weight, _] = GATE.weigh(&mut state, &mut amount, openings, &s);
-            assert_eq!(weight > 0.0 && amount > 0.0, counts, "{openings:?}");
-        }
-    }
-
-    #[test]
-    fn a_rejection_is_followed_by_a_hold_off() {
-        let mut gate = Fixture::default();
-        while gate.window(0.1, -0.1) {}
-        assert!(gate.state.test_ratio(&GATE) > 1.0 && gate.state.is_held_off());
-        let waited = (0..200).position(|_| gate.window(0.1, 0.1));
-        // Until the average of the errors has decayed, and for the hold-off after that.
-        assert!(waited.is_some_and(|n| (19..120).contains(&n)), "{waited:?}");
-    }
-
-    #[test]
-    fn old_evidence_is_forgotten_only_with_new() {
-        let mut gate = Fixture::default();
-        for _ in 0..1000 {
-            gate.window(0.3, 0.3);
-        }
-        assert!((gate.keep - (1.0 - 0.016)).abs() < 0.01, "{}", gate.keep);
-        let before = gate.amount;
-        for _ in 0..1000 {
-            gate.window(0.0, 0.0);
-        }
-        assert!((gate.amount - before).abs() < 1e-15);
-    }
-
-    #[test]
-    fn the_first_evidence_is_kept_and_half_of_the_forgetting_is_reached_at_the_stated_amount() {
-        let s = Signals { flow: FlowSample::default(), spool: 0.1, asked: 0.1, asked_change: 0.0 };
-        let keeps = |amount: f64| {
-            let (mut state, mut amount) = (GateState::default(), amount);
-            let [_, keep] = GATE.weigh(&mut state, &mut amount, [0.1; 2], &s);
-            keep
-        };
-        assert!((keeps(0.9 * GATE.kept) - 1.0).abs() < 1e-15);
-        // The evidence that is kept is 1 % of this amount.
-        assert!((keeps(GATE.half) - (1.0 - 0.008)).abs() < 1e-4, "{}", keeps(GATE.half));
-        assert!((keeps(1e3 * GATE.half) - (1.0 - 0.016)).abs() < 1e-4, "{}", keeps(1e3 * GATE.half));
     }
 }

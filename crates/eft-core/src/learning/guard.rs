@@ -4,6 +4,9 @@
 //! into the structure, beyond an overcompensation of `c/c_add` more than the damping dissipates. The guard measures this
 //! error. It needs neither frequency nor damping of the structure, and acts before the motion has grown.
 
+#[cfg(test)]
+mod tests;
+
 use crate::integrity::integrity;
 use crate::number::Real;
 
@@ -115,59 +118,5 @@ impl<T: Real> Guard<T> {
         if pumps || state.level < one {
             state.level = (state.level - self.correction * over).limit(self.lowest, one);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const GUARD: Guard<f64> = Guard {
-        per_added_damping: 1e-5,
-        force_per_flow: 0.0,
-        fed_forward: 1.0,
-        low_pass: 0.1,
-        average: 0.02,
-        slow_average: 0.005,
-        quiet: 1e-6,
-        tolerated: 0.01,
-        correction: 0.01,
-        lowest: 0.5,
-    };
-
-    #[test]
-    fn a_step_rises_through_two_low_passes() {
-        let mut filter = LowPass::default();
-        // Each goes half of the way to its input.
-        for (first, second) in [(0.5, 0.25), (0.75, 0.5), (0.875, 0.6875)] {
-            filter = filter.after(1.0_f64, 0.5);
-            let off = (filter.first - first).abs() + (filter.second - second).abs();
-            assert!(off < 1e-12, "{filter:?}");
-        }
-    }
-
-    /// The level after a growing swing of 160 windows a period, with this error (N per m/s) in phase with the velocity or a
-    /// quarter of a period later.
-    fn level(in_phase: f64, behind: f64) -> f64 {
-        let mut state = GuardState::default();
-        for n in 0..640_u32 {
-            let t = f64::from(n);
-            let (sin, cos) = (t * core::f64::consts::TAU / 160.0).sin_cos();
-            let size = 0.1 * (t / 200.0).exp();
-            let error = size * (in_phase * sin - behind * cos);
-            GUARD.observe(&mut state, error, 0.0, size * sin);
-            GUARD.act(&mut state);
-        }
-        state.level
-    }
-
-    #[test]
-    fn only_overcompensation_lowers_the_level() {
-        // An overcompensation of 5 %.
-        assert!(level(5e3, 0.0) < 0.97);
-        for (in_phase, behind) in [(0.0, 0.0), (-5e3, 0.0), (5e2, 0.0), (0.0, 5e3)] {
-            assert!((level(in_phase, behind) - 1.0).abs() < 1e-12, "{in_phase} {behind}");
-        }
-        assert!((level(1e9, 0.0) - GUARD.lowest).abs() < 1e-12);
     }
 }

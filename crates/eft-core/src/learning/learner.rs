@@ -1,5 +1,8 @@
 //! The learner: one function from a window to a calibration.
 
+#[cfg(test)]
+mod tests;
+
 use crate::compensation::{Calibration, Deviations, LeadNetwork};
 use crate::integrity::{integrity, word};
 use crate::learning::band_filter::{BandFilter, BandState};
@@ -172,7 +175,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// It alternates from window to window, and is larger for those of a checkpoint.
     #[inline(never)]
     pub fn update(&self, state: &mut LearnerState<T>, window: &Window<T>) -> Calibration<T> {
-        let (zero, one) = (T::splat(0.0), T::splat(1.0));
+        let zero = T::splat(0.0);
 
         // The measurements.
         let whole = window.lost == 0;
@@ -257,7 +260,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         self.guard.follow_offset(&mut state.guard, state.share);
 
         // The estimates from this window.
-        let mut weights = [zero, one];
+        let mut weights = [zero; 2];
         if verdict == Verdict::Accepted {
             let openings = [state.means.spool, state.valve.opening()];
             weights = self.gate.weigh(&mut state.gate, &mut state.evidence.amount, openings, &signals);

@@ -176,7 +176,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         if self.corrects {
             let curve = &saved.curve;
             let per_step = 1.0 / self.curve.grid.step.to_f64();
-            let inner = |n: usize| n > 0 && n < PIECES && n != PIECES / 2;
+            let inner = |n: usize| n > 0 && n < PIECES;
             let steps = |of_node: &[f64; NODES]| {
                 core::array::from_fn(|n| match of_node.get(n) {
                     Some(value) if inner(n) => of(value * per_step),

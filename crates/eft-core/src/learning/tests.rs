@@ -1,8 +1,15 @@
 //! Bounds of the estimates, with a gate that accepts every window.
 
 mod closed_forms;
+mod configured;
+mod deviations;
+mod flows;
 mod known_noise;
+mod least_squares;
+mod nodes;
+mod saved;
 mod times;
+mod valves;
 
 use super::*;
 use crate::channel::{Channel, ChannelState, Input};

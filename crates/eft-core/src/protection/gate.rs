@@ -1,5 +1,8 @@
 //! The gate for readings: a reading that the rig cannot have reached since the last one counts as lost.
 
+#[cfg(test)]
+mod tests;
+
 use crate::integrity::integrity;
 use crate::number::Real;
 
@@ -131,88 +134,3 @@ const MARGIN: f64 = 1.6;
 
 /// Upper limit of the counts.
 const MOST: u32 = 1 << 20;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn gate() -> SensorGate<f64> {
-        SensorGate {
-            jump: [1.0; 4],
-            friction: 0.0,
-            reversing: 0.0,
-            still: [0.1; 4],
-            forgetting: 1e-2,
-            chance: 1e-10,
-            share: 0.1,
-        }
-    }
-
-    #[test]
-    fn a_spike_is_lost_and_a_step_stays_lost() {
-        let gate = gate();
-        let mut signal = Signal::default();
-        let mut pass = |reading: f64| gate.pass(&mut signal, 1.0, 0.0, reading);
-        // The first reading may be anything.
-        assert!((pass(50.0) - 50.0).abs() < 1e-12);
-        for n in 1..200 {
-            let reading = 50.0 + 0.5 * f64::from(n);
-            assert!((pass(reading) - reading).abs() < 1e-12, "{n}");
-        }
-        assert!(pass(-50.0).is_nan() && pass(f64::NAN).is_nan());
-        // After two lost readings the slope is still known.
-        assert!((pass(151.0) - 151.0).abs() < 1e-12);
-        for _ in 0..20 {
-            assert!(pass(-150.0).is_nan());
-        }
-        assert_eq!((signal.lost, signal.jumped), (20, true));
-    }
-
-    /// Readings with noise of one, by the sum of twelve uniform numbers.
-    fn noisy(seed: &mut u64) -> f64 {
-        let mut uniform = || {
-            *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (*seed >> 40) as f64 / f64::from(1_u32 << 24)
-        };
-        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-    }
-
-    // SR-04
-    #[test]
-    fn noise_that_stops_is_noticed_in_twenty_readings() {
-        let gate = SensorGate { jump: [1e3; 4], ..gate() };
-        let (mut signal, mut seed) = (Signal::default(), 1);
-        let mut still = |reading: f64| {
-            gate.pass(&mut signal, 1e3, 0.1, reading);
-            gate.is_still(&signal)
-        };
-        for n in 0..200_000 {
-            assert!(!still(50.0 * libm::sin(2e-3 * f64::from(n)) + noisy(&mut seed)), "{n}");
-        }
-        // An open input, whose noise is small.
-        let readings = (1..).find(|n| still(0.02 * f64::from(n % 2)));
-        assert!(readings.is_some_and(|n| (8..20).contains(&n)), "{readings:?}");
-    }
-
-    #[test]
-    fn a_reading_that_rests_without_noise_or_on_a_coarse_converter_is_sound() {
-        for step in [0.0, 1.0, 4.0] {
-            let gate = SensorGate { jump: [1e3; 4], ..gate() };
-            let (mut signal, mut seed) = (Signal::default(), 1);
-            for n in 0..100_000 {
-                let swing = 100.0 * libm::sin(3e-3 * f64::from(n));
-                let reading =
-                    if step > 0.0 { step * libm::round((swing + noisy(&mut seed)) / step) } else { swing };
-                gate.pass(&mut signal, 1e3, 0.1, if n < 50_000 || step > 0.0 { reading } else { 7.0 });
-                assert!(!gate.is_still(&signal), "{step} {n}");
-            }
-        }
-    }
-
-    #[test]
-    fn friction_changes_the_force_at_a_reversal() {
-        let gate = SensorGate { friction: 5.0, reversing: 0.1, ..gate() };
-        let at = |velocity: f64| gate.jump_of_force(1.0, &Signal { last: velocity, ..Signal::default() });
-        assert!((at(0.05) - 6.0).abs() < 1e-12 && (at(-0.2) - 1.0).abs() < 1e-12);
-    }
-}

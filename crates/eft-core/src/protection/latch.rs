@@ -47,6 +47,13 @@ impl Latch {
 mod tests {
     use super::*;
 
+    impl Latch {
+        /// Flips a bit.
+        pub(crate) fn flip(&mut self) {
+            self.set ^= 4;
+        }
+    }
+
     // SR-09
     #[test]
     fn no_flipped_bit_resets_it_and_each_is_noticed() {

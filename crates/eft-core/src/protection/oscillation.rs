@@ -4,6 +4,9 @@
 //! the error. Its mean square over windows of a sixtieth of a second is compared with a limit and with the previous
 //! window.
 
+#[cfg(test)]
+mod tests;
+
 use crate::integrity::integrity;
 use core::f64::consts::TAU;
 
@@ -117,61 +120,3 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const RATE: f64 = 4096.0;
-
-    /// Time (s) until a force error (N) of time (s) trips; at most 4 s.
-    fn trips(limit: f64, error: impl Fn(f64) -> f64) -> Option<f64> {
-        let watch = OscillationWatch::<f64>::new(limit, RATE).unwrap().unwrap();
-        let mut state = OscillationWatchState::default();
-        let times = (0..(4.0 * RATE) as u32).map(|n| f64::from(n) / RATE);
-        let mut tripped = times.filter(|t| watch.step(&mut state, error(*t)));
-        tripped.next()
-    }
-
-    fn wave(frequency: f64, time: f64) -> f64 {
-        libm::sin(TAU * frequency * time)
-    }
-
-    #[test]
-    fn errors_that_persist_or_grow_in_the_band_trip() {
-        // The band passes 0.36 to 0.7 of a steady amplitude of 1000 N; the root mean square is smaller by √2.
-        for frequency in [35.0, 65.0, 120.0] {
-            let after = trips(200.0, |t| 1000.0 * wave(frequency, t)).unwrap();
-            assert!((0.2..0.3).contains(&after), "{frequency} Hz: {after} s");
-        }
-        // A newton that grows at 30 1/s exceeds 400 N after 0.2 s.
-        let after = trips(200.0, |t| libm::exp(30.0 * t) * wave(65.0, t)).unwrap();
-        assert!((0.2..0.27).contains(&after), "{after} s");
-    }
-
-    #[test]
-    fn slow_small_and_decaying_errors_do_not_trip() {
-        assert_eq!(trips(200.0, |t| 3000.0 * wave(10.0, t)), None);
-        assert_eq!(trips(200.0, |t| 200.0 * wave(65.0, t)), None);
-        // An impulse, and another one a second later.
-        let kick = |t: f64| 20e3 * libm::exp(-25.0 * libm::fmod(t, 1.0)) * wave(65.0, t);
-        assert_eq!(trips(200.0, kick), None);
-        assert_eq!(trips(200.0, |_| f64::NAN), None);
-    }
-
-    #[test]
-    fn a_lost_sample_changes_nothing() {
-        let watch = OscillationWatch::<f32>::new(200.0, RATE).unwrap().unwrap();
-        let mut state = OscillationWatchState::default();
-        watch.step(&mut state, 5e3);
-        let before = state;
-        for lost in [f32::NAN, f32::INFINITY, -1e30] {
-            assert!(!watch.step(&mut state, lost));
-        }
-        assert_eq!(state, before);
-        assert!(OscillationWatch::<f32>::new(f64::MAX, RATE).unwrap().is_none());
-        for (limit, rate) in [(0.0, RATE), (-1.0, RATE), (f64::NAN, RATE), (1e13, RATE)] {
-            assert!(OscillationWatch::<f32>::new(limit, rate).is_err());
-        }
-    }
-}

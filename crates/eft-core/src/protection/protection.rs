@@ -400,3 +400,11 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+impl<T> ProtectionState<T> {
+    /// Flips a bit of the latch of the trip, or of that of the shutdown.
+    pub(super) fn flip(&mut self, of_trip: bool) {
+        if of_trip { self.tripped.flip() } else { self.shut_down.flip() }
+    }
+}

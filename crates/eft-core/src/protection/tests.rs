@@ -217,3 +217,175 @@ fn after_the_force_loop_opens_the_compensation_fades_in_the_last_two_thirds_of_t
         assert!((out.level - expected).abs() < 1e-6, "sample {n}: {}, not {expected}", out.level);
     }
 }
+
+/// A protection with a watch: one second of following the specimen, and a tenth of a second of closing.
+fn settling() -> Protection<f64> {
+    let watch = PlausibilityParameters { settle_time: 1.0, ..PlausibilityParameters::DEFAULT };
+    let parameters = ProtectionParameters {
+        shutdown_time: 0.1,
+        plausibility: Some(watch),
+        ..ProtectionParameters::DEFAULT
+    };
+    Protection::<f64>::new(&parameters, 1000.0).unwrap()
+}
+
+#[test]
+fn the_valve_closes_after_the_time_of_following_the_specimen() {
+    let (p, mut state) = (settling(), ProtectionState::default());
+    p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+    state.shut_down_by(Cause::ForceOscillation);
+    for n in 1..=1200_u32 {
+        let out = p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        let closed = (1e-2 * (f64::from(n) - 999.0)).clamp(0.0, 1.0);
+        assert!((out.authority - (1.0 - closed)).abs() < 1e-6, "{n}: {}", out.authority);
+        assert!(out.open);
+    }
+}
+
+#[test]
+fn without_a_velocity_the_valve_closes_at_once() {
+    let (p, mut state) = (settling(), ProtectionState::default());
+    state.shut_down_by(Cause::VelocityLost);
+    state.blind();
+    for n in 1..=150_u32 {
+        let out = p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        let left = (1.0 - 1e-2 * f64::from(n)).max(0.0);
+        assert!((out.authority - left).abs() < 1e-6, "{n}: {}", out.authority);
+        assert!((p.authority(&state) - left).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn a_trip_under_a_watch_reduces_the_velocitys_compensation() {
+    let (p, mut state) = (settling(), ProtectionState::default());
+    assert_eq!(p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0)).level, 1.0);
+    state.trip_by(Cause::Request);
+    let out = p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+    assert_eq!((out.level, out.authority, out.open), (0.95, 1.0, false));
+    // Without a watch nothing is reduced.
+    let (p, mut state) = (protection(), ProtectionState::default());
+    state.trip_by(Cause::Request);
+    assert_eq!(p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0)).level, 1.0);
+}
+
+#[test]
+fn a_force_beyond_its_level_opens_the_loop_only_if_it_left_its_command() {
+    let watch = PlausibilityParameters { settle_time: 1.0, ..PlausibilityParameters::DEFAULT };
+    let parameters = ProtectionParameters {
+        force: Levels { warning: 80.0, trip: 100.0 },
+        start_time: 0.01,
+        plausibility: Some(watch),
+        ..ProtectionParameters::DEFAULT
+    };
+    let p = Protection::<f64>::new(&parameters, 1000.0).unwrap();
+    // A quarter of the trip level. The start of ten samples has followed six tenths of the command before the trip.
+    for (samples, command, force, opens) in [
+        (30, 77.0, 101.0, false),
+        (30, 75.0, 101.0, true),
+        (30, -75.0, -101.0, true),
+        (30, 120.0, 101.0, false),
+        (6, 128.0, 101.0, false),
+        (6, 125.0, 101.0, true),
+        (6, 77.0, 101.0, true),
+    ] {
+        let mut state = ProtectionState::default();
+        for _ in 0..samples {
+            p.step(&mut state, &input(command, 0.0, 0.0, 0.0, 0.0));
+        }
+        let out = p.step(&mut state, &input(command, force, 0.0, 0.0, 0.0));
+        assert_eq!(out.open, opens, "{samples} {command} {force}");
+        assert_eq!((state.is_tripped(), state.cause()), (true, Cause::ForceLevel));
+    }
+}
+
+// SR-09
+#[test]
+fn a_flipped_bit_of_either_latch_shuts_down() {
+    for of_trip in [true, false] {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        state.flip(of_trip);
+        let out = p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        assert_eq!(out.status & (status::TRIPPED | status::SHUT_DOWN), status::TRIPPED | status::SHUT_DOWN);
+    }
+}
+
+#[test]
+fn an_oscillating_force_shuts_down_at_the_next_sample() {
+    let rate = 4096.0;
+    let parameters = ProtectionParameters { oscillation_limit: 200.0, ..ProtectionParameters::DEFAULT };
+    let p = Protection::<f64>::new(&parameters, rate).unwrap();
+    for (amplitude, trips) in [(200.0, false), (1000.0, true)] {
+        let mut state = ProtectionState::default();
+        let mut step = |n: u32| {
+            let force = amplitude * libm::sin(core::f64::consts::TAU * 65.0 * f64::from(n) / rate);
+            let out = p.step(&mut state, &input(0.0, force, 0.0, 0.0, 0.0));
+            (state.cause() == Cause::ForceOscillation, out.status & status::SHUT_DOWN != 0)
+        };
+        let tripped = (0..4096).find(|n| step(*n).0);
+        // After the fifteenth window of a sixtieth of a second, which is the first one that persists.
+        assert_eq!(tripped.is_some_and(|n| (1000..1200).contains(&n)), trips, "{amplitude}: {tripped:?}");
+        if let Some(n) = tripped {
+            assert_eq!(step(n + 1), (true, true));
+        }
+    }
+}
+
+// SR-15
+#[test]
+fn old_samples_close_the_valve_at_once_and_skipped_ones_ramp_the_command() {
+    for (counts, old) in [(0.0, true), (3.0, false)] {
+        let (p, mut state) = (settling(), ProtectionState::default());
+        for n in 0..30_u32 {
+            let alive = 1.0 + counts * f64::from(n);
+            let out = p.step(&mut state, &ProtectionInput { alive, ..input(60.0, 60.0, 0.0, 0.0, 0.0) });
+            // Ten bad samples do not trip yet.
+            let tripped = n > 10;
+            assert_eq!(out.status & status::TRIPPED != 0, tripped, "{counts} {n}");
+            assert_eq!(out.status & status::SHUT_DOWN != 0, tripped && old, "{counts} {n}");
+            assert_eq!(out.authority < 1.0, tripped && old, "{counts} {n}");
+        }
+        assert_eq!(state.cause(), Cause::SamplesOld);
+    }
+}
+
+#[test]
+fn a_level_is_the_cause_also_if_command_measurements_or_time_are_lost() {
+    let p = protection();
+    let sound = input(60.0, 60.0, 0.0, 0.0, 0.0);
+    for (bad, cause) in [
+        (ProtectionInput { command: f64::NAN, ..sound }, Cause::CommandLost),
+        (ProtectionInput { displacement: f64::NAN, ..sound }, Cause::MeasurementLost),
+        (ProtectionInput { alive: 7.0, ..sound }, Cause::SamplesOld),
+    ] {
+        for (force, expected) in [(60.0, cause), (101.0, Cause::ForceLevel)] {
+            let mut state = ProtectionState::default();
+            // Three bad samples in a row do not trip. The first alive counter is not bad.
+            for _ in 0..3 + u32::from(!bad.alive.is_nan()) {
+                p.step(&mut state, &bad);
+                assert!(!state.is_tripped(), "{cause:?}");
+            }
+            p.step(&mut state, &ProtectionInput { force, ..bad });
+            assert_eq!(state.cause(), expected);
+        }
+    }
+}
+
+#[test]
+fn a_measurement_is_lost_beyond_single_precision_only() {
+    let largest = f64::from(f32::MAX);
+    for (displacement, cause) in [(largest, Cause::DisplacementLevel), (1.001 * largest, Cause::None)] {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        p.step(&mut state, &input(60.0, 60.0, displacement, 0.0, 0.0));
+        assert_eq!(state.cause(), cause, "{displacement}");
+    }
+}
+
+#[test]
+fn the_largest_command_is_foreseen_and_a_larger_one_is_not() {
+    let (p, mut state) = (protection(), ProtectionState::default());
+    p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+    for (command, foreseen) in [(crate::LARGEST, crate::LARGEST), (1.001 * crate::LARGEST, 60.0)] {
+        assert_eq!(p.preview(&state, command), foreseen);
+    }
+}

@@ -109,4 +109,50 @@ mod tests {
             assert!((passed - 0.5).abs() < 0.03, "{corner} Hz at {rate} Hz: {passed}");
         }
     }
+
+    const DERIVATIVE: FilteredDerivative<f64> = FilteredDerivative { sample_rate: 1000.0, share: 0.25 };
+
+    fn near(what: &str, found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{what}: {found:e}, not {expected:e}");
+    }
+
+    #[test]
+    fn the_change_per_sample_passes_two_low_passes() {
+        let mut state = FilteredDerivativeState { displacement: 0.010, first: 2.0, second: 1.0 };
+        let velocity = DERIVATIVE.step(&mut state, 0.014);
+        near("first", state.first, 0.75 * 2.0 + 0.25 * 4.0);
+        near("second", state.second, 0.75 + 0.25 * 2.5);
+        near("velocity", velocity, state.second);
+        near("displacement", state.displacement, 0.014);
+    }
+
+    #[test]
+    fn after_a_gap_it_has_the_mean_velocity_of_the_gap() {
+        let mut state = FilteredDerivativeState { displacement: 0.010, first: 2.0, second: 1.0 };
+        DERIVATIVE.resume(&mut state, 0.030, 4.0);
+        // 20 mm in four samples. The next step takes the displacement once more.
+        near("displacement", state.displacement, 0.025);
+        near("velocity", DERIVATIVE.step(&mut state, 0.030), 5.0);
+    }
+
+    #[test]
+    fn the_largest_displacement_is_accepted() {
+        for (displacement, accepted) in [(LARGEST, true), (-LARGEST, true), (1.001 * LARGEST, false)] {
+            let mut state = DERIVATIVE.at_rest(0.0);
+            assert_eq!(DERIVATIVE.step(&mut state, displacement).is_finite(), accepted, "{displacement}");
+            let rest = DERIVATIVE.at_rest(displacement).displacement;
+            near("at rest", rest, if accepted { displacement } else { 0.0 });
+        }
+    }
+
+    #[test]
+    fn a_corner_beyond_the_rate_filters_nothing() {
+        for (corner, share) in
+            [(1e3, 1.0), (100.0, 0.2 * core::f64::consts::PI / (1.0 + 0.1 * core::f64::consts::PI))]
+        {
+            let found = FilteredDerivative::<f64>::new(corner, 1000.0).unwrap();
+            near("share", found.share, share);
+            near("rate", found.sample_rate, 1000.0);
+        }
+    }
 }

@@ -127,3 +127,59 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GAINS: [f64; 3] = [0.25, 30.0, 500.0];
+
+    fn observer() -> VelocityObserver<f64> {
+        VelocityObserver::<f64>::new(GAINS, 100.0).unwrap()
+    }
+
+    fn near(what: &str, found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{what}: {found:e}, not {expected:e}");
+    }
+
+    #[test]
+    fn a_step_is_a_constant_acceleration_corrected_by_the_displacement() {
+        let mut state =
+            VelocityObserverState { displacement: 0.02, velocity: 0.7, drift: -3.0, acceleration: 5.0 };
+        let velocity = observer().step(&mut state, 0.03, 9.0);
+        // The mean of both accelerations and the drift, for 10 ms.
+        let mean = 7.0 - 3.0;
+        let foreseen = 0.02 + 0.01 * 0.7 + 0.5 * 1e-4 * mean;
+        let error = 0.03 - foreseen;
+        near("displacement", state.displacement, foreseen + 0.25 * error);
+        near("velocity", state.velocity, 0.7 + 0.01 * mean + 30.0 * error);
+        near("drift", state.drift, -3.0 + 500.0 * error);
+        near("acceleration", state.acceleration, 9.0);
+        near("estimate", velocity, state.velocity);
+    }
+
+    #[test]
+    fn after_a_gap_it_has_the_mean_velocity_of_the_gap() {
+        let mut state =
+            VelocityObserverState { displacement: 0.02, velocity: 0.7, drift: -3.0, acceleration: 5.0 };
+        observer().resume(&mut state, 0.06, 4.0);
+        near("displacement", state.displacement, 0.05);
+        near("velocity", state.velocity, 0.01 / 0.01);
+        near("drift", state.drift, -3.0);
+    }
+
+    #[test]
+    fn displacement_and_acceleration_must_both_be_within_the_largest_number() {
+        for (displacement, acceleration, accepted) in [
+            (LARGEST, -LARGEST, true),
+            (1.001 * LARGEST, 0.0, false),
+            (0.0, 1.001 * LARGEST, false),
+            (f64::NAN, 0.0, false),
+            (0.0, f64::NAN, false),
+        ] {
+            assert_eq!(accepts(displacement, acceleration), accepted, "{displacement} {acceleration}");
+            let rest = observer().at_rest(displacement, acceleration);
+            assert_eq!(rest == VelocityObserverState::default(), !accepted);
+        }
+    }
+}

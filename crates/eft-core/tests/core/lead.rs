@@ -171,3 +171,17 @@ fn a_pole_that_rounds_to_one_is_refused_and_no_pole_rings() {
         }
     }
 }
+
+#[test]
+fn a_sample_that_rounds_the_pole_to_one_names_a_rate_that_does_not() {
+    // The lag is 2·0.9·1/(1 - 0.9) s.
+    let Err(ConfigError::OutOfRange { parameter, highest, .. }) = LeadNetwork::<f32>::new(1.0, 1.0, 0.9, 1e7)
+    else {
+        panic!("accepted")
+    };
+    assert!(
+        parameter == "sample_rate" && (highest * 18.0 / 1e6 - 1.0).abs() < 1e-12,
+        "{parameter} {highest}"
+    );
+    assert!(LeadNetwork::<f32>::new(1.0, 1.0, 0.9, highest).is_ok());
+}

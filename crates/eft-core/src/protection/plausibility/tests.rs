@@ -2,6 +2,9 @@
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
+mod blame;
+mod equations;
+
 use super::*;
 use crate::parameters::Parameters;
 use crate::protection::limits::{Levels, PlausibilityParameters, ProtectionParameters};

@@ -147,4 +147,9 @@ fn a_load_pressure_may_differ_by_its_tolerance_and_four_deviations_for_half_a_mi
     let pressure = watch.load_pressure.unwrap();
     near("tolerance", pressure.tolerance, 700.0);
     near("limit", pressure.limit, 0.35);
+    // 56 % of the gate for noise of 50 N over the area, and for a swing of the supply pressure at 30 Hz.
+    near("jump", pressure.jump, 521_682.77);
+    near("still", pressure.still, 608.865_08);
+    near("samples of a delay of half a millisecond", pressure.late, 2.048);
+    near("area", pressure.area, 8.212e-3);
 }

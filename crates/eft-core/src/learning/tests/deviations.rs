@@ -1,0 +1,153 @@
+//! The equations of the standard deviations, with numbers of which none is another one or 1.
+
+use crate::compensation::Deviations;
+use crate::learning::checkpoint::Evidence;
+use crate::learning::deviation::Deviation;
+use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range};
+
+const DEVIATION: Deviation<f64> = Deviation {
+    correlation: 0.03,
+    mean_correlation: 0.015,
+    per_square_flow: 3000.0,
+    half_sample: 2e-3,
+    leaks_below: 300.0,
+    of_phase: 0.45,
+};
+const RANGE: Range<f64> = Range { bounds: [0.0, 2.0], change: 1.0 };
+const PRIORS: Priors<f64> = Priors {
+    period: 0.004,
+    per_period: 250.0,
+    nominal_delay: 0.005,
+    weights: [0.2, 0.3],
+    gain: RANGE,
+    delay: RANGE,
+};
+/// Mean-square frequency (1/s²).
+const SQUARE: f64 = 900.0;
+
+fn estimate(value: f64, away: f64) -> Estimate<f64> {
+    Estimate { away, ..Estimate::at(value) }
+}
+
+/// The estimates of the flow and of the valve, each with its distance from the last result.
+fn flow() -> GainAndDelay<f64> {
+    GainAndDelay { gain: estimate(1.1, 0.02), delay: estimate(-3e-3, 4e-4) }
+}
+
+fn valve() -> GainAndDelay<f64> {
+    GainAndDelay { gain: estimate(0.8, 0.01), delay: estimate(7e-3, 3e-4) }
+}
+
+fn evidence() -> Evidence<f64> {
+    Evidence {
+        flow: LeastSquares { matrix: [[0.6, 0.0], [0.0, 0.5]], ..LeastSquares::default() },
+        valve: LeastSquares { matrix: [[0.4, 0.0], [0.0, 0.7]], ..LeastSquares::default() },
+        amount: 0.4,
+        newer_openings: 0.12,
+        time: 2.5,
+        flow_errors: 5e-6,
+        spool_errors: 6e-4,
+        compressed: 7e-7,
+        ..Evidence::default()
+    }
+}
+
+fn near(what: &str, found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{what}: {found:e}, not {expected:e}");
+}
+
+#[test]
+fn sums_of_a_window_have_its_weight_and_the_share_of_the_older_ones() {
+    let mut sums = evidence();
+    DEVIATION.take(&mut sums, [0.3, 2e-3], [5e-3, 0.07], [0.25, 0.9]);
+    near("time", sums.time, 2.25 + 0.25);
+    // Squared weights of the older openings.
+    near("openings", sums.newer_openings, 0.12 * 0.81 + 0.25 * 0.09);
+    near("compressed flow", sums.compressed, 6.3e-7 + 0.25 * 4e-6);
+    near("flow", sums.flow_errors, 4.5e-6 + 0.25 * 25e-6);
+    near("spool", sums.spool_errors, 5.4e-4 + 0.25 * 49e-4);
+    near("the learner's own sum", sums.amount, 0.4);
+}
+
+#[test]
+fn systematic_errors_are_those_of_the_stated_equations() {
+    let left = DEVIATION.left_out(4e-6, SQUARE, &flow(), &valve());
+    // The lead network's phase differs by this share of (ωT)²: in gain directly, and in delay times T.
+    let share = 0.45 * SQUARE * 7e-3 * 7e-3;
+    near("valve gain", left.valve_gain, (0.8 * share) * (0.8 * share));
+    near("response delay", left.response_delay, (7e-3 * share) * (7e-3 * share));
+    // A quarter of the square is the leakage's, in quadrature: its share times ω.
+    near("flow gain", left.flow_gain, 1.1 * 1.1 * SQUARE * 1e-6);
+    near("velocity delay", left.velocity_delay, 3e-6);
+}
+
+#[test]
+fn leakage_and_oil_are_late_by_the_velocitys_delay_and_half_a_sample() {
+    near("late", DEVIATION.late(&flow()), 3e-3 + 2e-3);
+}
+
+#[test]
+fn the_leakage_has_half_of_the_square_at_its_corner() {
+    near("corner", DEVIATION.leaks(300.0), 0.5);
+    near("three times the corner's square", DEVIATION.leaks(900.0), 0.25);
+    near("standstill", DEVIATION.leaks(0.0), 1.0);
+}
+
+#[test]
+fn the_mean_opening_scatters_as_its_windows_together() {
+    near("variance", DEVIATION.of_mean(&evidence()), 0.015 * 6e-4 / 2.5);
+}
+
+#[test]
+fn a_variance_has_a_part_of_the_noise_of_the_models_and_of_the_distance() {
+    let found = DEVIATION.of(&evidence(), SQUARE, (&PRIORS, &flow()), (&PRIORS, &valve()), [2e-5, 0.05]);
+    // Mean squares of the residuals, for the number of independent windows. Older windows have less weight.
+    let independent = 2.5 / 0.03 * 0.4 / 0.12;
+    let (of_flow, of_spool) = (5e-6 / independent, 6e-4 / independent);
+    // Diagonal information with the priors, and the squares of the instruments over its square.
+    let spread = |information: f64, squares: f64| squares / (information * information);
+    let changes = 0.004 * 0.004;
+    let share_of_oil = 3000.0 * 7e-7 / 0.4;
+    let left = DEVIATION.left_out(share_of_oil * 5e-3 * 5e-3, SQUARE, &flow(), &valve());
+    let root = |noise: f64, systematic: f64, away: f64| (noise + systematic + away * away).sqrt();
+    near("flow gain", found.flow_gain, root(of_flow * spread(0.8, 0.4), left.flow_gain, 0.02));
+    near(
+        "velocity delay",
+        found.velocity_delay,
+        root(of_flow * spread(0.8, 0.7) * changes, left.velocity_delay, 4e-4),
+    );
+    let valve_gain = root(of_spool * spread(0.6, 0.4), left.valve_gain, 0.01);
+    near("valve gain", found.valve_gain, valve_gain);
+    near(
+        "response delay",
+        found.response_delay,
+        root(of_spool * spread(1.0, 0.7) * changes, left.response_delay, 3e-4),
+    );
+    // The mean of the spool's readings, and the gain that the null offset follows late.
+    let late = 0.05 * valve_gain / 0.8;
+    let null_offset = (2e-5 + DEVIATION.of_mean(&evidence()) + late * late).sqrt();
+    near("null offset", found.null_offset, null_offset);
+}
+
+#[test]
+fn distances_dominate_where_they_are_large() {
+    let far = GainAndDelay { gain: estimate(1.1, 3.0), delay: estimate(-3e-3, -0.5) };
+    let found = DEVIATION.of(&evidence(), SQUARE, (&PRIORS, &far), (&PRIORS, &far), [0.0; 2]);
+    for (found, away) in [(found.flow_gain, 3.0), (found.response_delay, 0.5), (found.velocity_delay, 0.5)] {
+        assert!((found / away - 1.0).abs() < 0.01, "{found}, not {away}");
+    }
+}
+
+#[test]
+fn nothing_is_known_without_time_or_without_motion() {
+    let of = |evidence: &Evidence<f64>| {
+        DEVIATION.of(evidence, SQUARE, (&PRIORS, &flow()), (&PRIORS, &valve()), [2e-5, 0.05])
+    };
+    let motionless = Evidence { valve: LeastSquares::default(), ..evidence() };
+    for unknown in [Evidence { time: 0.0, ..evidence() }, motionless, Evidence::default()] {
+        assert_eq!(of(&unknown), Deviations::unknown());
+    }
+    // Any time is enough.
+    let short = Evidence { time: 1e-3, ..evidence() };
+    assert!(of(&short).flow_gain.is_finite() && of(&short).null_offset.is_finite());
+}

@@ -1,0 +1,225 @@
+//! The gate with readings of known noise, and its equations.
+
+use super::*;
+
+fn gate() -> SensorGate<f64> {
+    SensorGate {
+        jump: [1.0; 4],
+        friction: 0.0,
+        reversing: 0.0,
+        still: [0.1; 4],
+        forgetting: 1e-2,
+        chance: 1e-10,
+        share: 0.1,
+    }
+}
+
+#[test]
+fn a_spike_is_lost_and_a_step_stays_lost() {
+    let gate = gate();
+    let mut signal = Signal::default();
+    let mut pass = |reading: f64| gate.pass(&mut signal, 1.0, 0.0, reading);
+    // The first reading may be anything.
+    assert!((pass(50.0) - 50.0).abs() < 1e-12);
+    for n in 1..200 {
+        let reading = 50.0 + 0.5 * f64::from(n);
+        assert!((pass(reading) - reading).abs() < 1e-12, "{n}");
+    }
+    assert!(pass(-50.0).is_nan() && pass(f64::NAN).is_nan());
+    // After two lost readings the slope is still known.
+    assert!((pass(151.0) - 151.0).abs() < 1e-12);
+    for _ in 0..20 {
+        assert!(pass(-150.0).is_nan());
+    }
+    assert_eq!((signal.lost, signal.jumped), (20, true));
+}
+
+/// Readings with noise of one, by the sum of twelve uniform numbers.
+fn noisy(seed: &mut u64) -> f64 {
+    let mut uniform = || {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 40) as f64 / f64::from(1_u32 << 24)
+    };
+    (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+}
+
+// SR-04
+#[test]
+fn noise_that_stops_is_noticed_in_twenty_readings() {
+    let gate = SensorGate { jump: [1e3; 4], ..gate() };
+    let (mut signal, mut seed) = (Signal::default(), 1);
+    let mut still = |reading: f64| {
+        gate.pass(&mut signal, 1e3, 0.1, reading);
+        gate.is_still(&signal)
+    };
+    for n in 0..200_000 {
+        assert!(!still(50.0 * libm::sin(2e-3 * f64::from(n)) + noisy(&mut seed)), "{n}");
+    }
+    // An open input, whose noise is small.
+    let readings = (1..1000).find(|n| still(0.02 * f64::from(n % 2)));
+    assert!(readings.is_some_and(|n| (8..20).contains(&n)), "{readings:?}");
+}
+
+#[test]
+fn a_reading_that_rests_without_noise_or_on_a_coarse_converter_is_sound() {
+    for step in [0.0, 1.0, 4.0] {
+        let gate = SensorGate { jump: [1e3; 4], ..gate() };
+        let (mut signal, mut seed) = (Signal::default(), 1);
+        for n in 0..100_000 {
+            let swing = 100.0 * libm::sin(3e-3 * f64::from(n));
+            let reading =
+                if step > 0.0 { step * libm::round((swing + noisy(&mut seed)) / step) } else { swing };
+            gate.pass(&mut signal, 1e3, 0.1, if n < 50_000 || step > 0.0 { reading } else { 7.0 });
+            assert!(!gate.is_still(&signal), "{step} {n}");
+        }
+    }
+}
+
+#[test]
+fn friction_changes_the_force_at_a_reversal() {
+    let gate = SensorGate { friction: 5.0, reversing: 0.1, ..gate() };
+    let at = |velocity: f64| gate.jump_of_force(1.0, &Signal { last: velocity, ..Signal::default() });
+    assert!((at(0.05) - 6.0).abs() < 1e-12 && (at(-0.2) - 1.0).abs() < 1e-12);
+}
+
+fn near(what: &str, found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{what}: {found:e}, not {expected:e}");
+}
+
+/// A signal without a zero.
+fn signal() -> Signal<f64> {
+    Signal {
+        last: 5.0,
+        slope: 0.25,
+        lost: 0,
+        repeats: 3,
+        liveliness: 0.8,
+        likelihood: 0.5,
+        step: 0.3,
+        jumped: false,
+        seen: true,
+    }
+}
+
+#[test]
+fn a_reading_may_be_a_jump_away_from_the_line_of_the_earlier_ones() {
+    for (lost, foreseen) in [(0, 5.25), (3, 6.0)] {
+        for (away, accepted) in [(2.0, true), (-2.0, true), (2.001, false), (-2.001, false)] {
+            let mut signal = Signal { lost, ..signal() };
+            let found = gate().pass(&mut signal, 2.0, 0.1, foreseen + away);
+            assert_eq!(!found.is_nan(), accepted, "{lost} {away}");
+            assert_eq!(signal.lost, if accepted { 0 } else { lost + 1 });
+            assert_eq!(signal.jumped, !accepted);
+        }
+    }
+}
+
+#[test]
+fn a_reading_beyond_single_precision_is_no_number() {
+    let largest = f64::from(f32::MAX);
+    for (reading, number) in
+        [(largest, true), (1.001 * largest, false), (f64::INFINITY, false), (f64::NAN, false)]
+    {
+        let mut signal = Signal::default();
+        let found = gate().pass(&mut signal, 1.0, 0.1, reading);
+        assert_eq!((!found.is_nan(), signal.lost), (number, u32::from(!number)), "{reading}");
+    }
+}
+
+#[test]
+fn the_slope_follows_the_changes_of_consecutive_readings() {
+    let mut now = signal();
+    gate().pass(&mut now, 2.0, 0.1, 6.0);
+    near("slope", now.slope(), 0.25 + 0.1 * (1.0 - 0.25));
+    near("last", now.last, 6.0);
+    // A change after lost readings belongs to several samples.
+    let mut gap = Signal { lost: 2, ..signal() };
+    gate().pass(&mut gap, 2.0, 0.1, 6.0);
+    near("slope", gap.slope(), 0.25);
+    // The first reading changes nothing.
+    let mut first = Signal { seen: false, ..signal() };
+    gate().pass(&mut first, 2.0, 0.1, 90.0);
+    near("slope", first.slope(), 0.25);
+    near("last", first.last, 90.0);
+}
+
+#[test]
+fn repetitions_to_the_last_bit_are_counted() {
+    for (reading, repeats) in [(5.0, 4), (5.0 + 1e-12, 0)] {
+        let mut now = signal();
+        gate().pass(&mut now, 2.0, 0.1, reading);
+        assert_eq!(now.repeats, repeats);
+    }
+    let mut first = Signal { seen: false, ..signal() };
+    gate().pass(&mut first, 2.0, 0.1, 5.0);
+    assert_eq!(first.repeats, 0);
+    // Both counts end at a limit.
+    let mut most = Signal { repeats: MOST, lost: MOST - 1, ..signal() };
+    for lost in [MOST, MOST] {
+        gate().pass(&mut most, 2.0, 0.1, f64::NAN);
+        assert_eq!(most.lost, lost);
+    }
+    most.lost = 0;
+    gate().pass(&mut most, 2.0, 0.1, 5.0);
+    assert_eq!(most.repeats, MOST);
+}
+
+/// A signal after a change of its reading, with a gate that forgets a quarter in a reading.
+fn listened(signal: Signal<f64>, step: f64) -> Signal<f64> {
+    let gate = SensorGate { forgetting: 0.25, chance: 1e-3, ..gate() };
+    let mut after = signal;
+    gate.listen(&mut after, 0.1, step);
+    after
+}
+
+#[test]
+fn a_reading_off_the_line_of_the_two_earlier_ones_shows_noise() {
+    // √3 times a still change, to either side of the last one.
+    for (step, off) in [(0.3 + 0.174, 1.0), (0.3 + 0.172, 0.0), (0.3 - 0.174, 1.0), (0.3 - 0.172, 0.0)] {
+        let after = listened(signal(), step);
+        near("liveliness", after.liveliness, 0.75 * 0.8 + 0.25 * off);
+        near("step", after.step, step);
+    }
+}
+
+#[test]
+fn still_readings_of_a_lively_signal_multiply_their_probabilities() {
+    let still = |liveliness: f64, likelihood: f64, step: f64| {
+        // The last step was so different that this reading is off the line.
+        listened(Signal { liveliness, likelihood, step: 9.0, ..signal() }, step)
+    };
+    let [lively, livelier] = [0.75 * 0.8 + 0.25, 0.75 * 0.95 + 0.25];
+    near("probable", still(0.8, 0.5, 0.1).likelihood, 1.6 * (1.0 - lively) * 0.5);
+    near("backwards", still(0.8, 0.5, -0.1).likelihood, 1.6 * (1.0 - lively) * 0.5);
+    assert!(1.6 * (1.0 - livelier) < 0.13);
+    near("at least", still(0.95, 0.5, 0.1).likelihood, 0.13 * 0.5);
+    // From half of the chance on.
+    near("least", still(0.95, 1e-9, 0.1).likelihood, 0.13 * 0.5e-3);
+    near("a change", still(0.95, 0.5, 0.101).likelihood, 1.0);
+    // A signal must be alive: three quarters of its readings off a line.
+    near("quiet", still(0.66, 0.5, 0.1).likelihood, 1.0);
+    assert!(still(0.67, 0.5, 0.1).likelihood < 1.0);
+}
+
+#[test]
+fn a_signal_is_still_below_the_chance_and_after_its_first_reading() {
+    let gate = gate();
+    for (likelihood, still) in [(0.0, false), (9e-11, true), (1e-10, false), (0.5, false)] {
+        assert_eq!(gate.is_still(&Signal { likelihood, ..signal() }), still, "{likelihood}");
+    }
+}
+
+#[test]
+fn a_quiet_signal_is_still_or_repeats() {
+    for (repeats, likelihood, quiet) in [(0, 1.0, false), (1, 1.0, true), (0, 0.999, true)] {
+        assert_eq!(Signal { repeats, likelihood, ..signal() }.is_quiet(), quiet, "{repeats} {likelihood}");
+    }
+}
+
+#[test]
+fn friction_counts_below_its_velocity() {
+    let gate = SensorGate { friction: 5.0, reversing: 0.5, ..gate() };
+    for (last, jump) in [(0.499, 6.0), (-0.499, 6.0), (0.5, 1.0), (-0.5, 1.0)] {
+        near("jump", gate.jump_of_force(1.0, &Signal { last, ..signal() }), jump);
+    }
+}

@@ -1,0 +1,206 @@
+//! Which sensor the watch blames for which sums, repetitions and lost readings.
+
+use super::*;
+use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
+
+/// Twelve repetitions are stuck, and more than three lost readings are lost. Each limit is 1.
+fn watch() -> Plausibility<f64, 21> {
+    Plausibility {
+        limit: [1.0; 6],
+        repeats: 12,
+        lost_samples: 3,
+        period: 1e-3,
+        area: 2.0,
+        evidence: [100.0, 0.01],
+        ..super::watch()
+    }
+}
+
+/// A state with these sums, in the order of the residuals, and these sensors frozen.
+fn with(sums: &[(usize, f64)], frozen: &[usize]) -> PlausibilityState<f64> {
+    let mut state = PlausibilityState::default();
+    for (of, size) in sums {
+        state.sums[*of].above = *size;
+    }
+    for sensor in frozen {
+        state.signals[*sensor].repeats = 12;
+    }
+    state
+}
+
+/// Sums, frozen sensors, and the cause.
+type Case<'a> = (&'a [(usize, f64)], &'a [usize], Cause);
+
+#[test]
+fn the_sums_name_the_sensor() {
+    use Cause::{
+        DisplacementImplausible as Displacement, FlowImplausible as Flow, ForceImplausible as Force,
+        SpoolImplausible as Spool, ValveImplausible as Valve, VelocityImplausible as Velocity,
+    };
+    let cases: [Case; 27] = [
+        (&[], &[], Cause::None),
+        (&[(BALANCE, 1.0), (FAST, 1.0), (TRAVEL, 1.0)], &[], Cause::None),
+        (&[(STROKE, 1.0), (TURNED, 1.0), (RATIO, 1.0)], &[], Cause::None),
+        // Velocity and displacement, with the flow in favour of neither.
+        (&[(TRAVEL, 1.01)], &[], Displacement),
+        (&[(TRAVEL, 1.01)], &[VELOCITY], Velocity),
+        (&[(TRAVEL, 1.01)], &[DISPLACEMENT], Displacement),
+        (&[(TRAVEL, 1.01)], &[VELOCITY, DISPLACEMENT], Velocity),
+        (&[(RATIO, 1.01)], &[], Velocity),
+        // Above the motion's frequencies.
+        (&[(TURNED, 1.01)], &[], Force),
+        (&[(FAST, 1.01)], &[], Force),
+        (&[(FAST, 1.01)], &[SPOOL], Spool),
+        (&[(TURNED, 1.01)], &[SPOOL], Spool),
+        (&[(FAST, 1.01), (TRAVEL, 0.3)], &[], Force),
+        (&[(FAST, 1.01), (TRAVEL, 0.31)], &[], Displacement),
+        (&[(FAST, 1.01)], &[VELOCITY], Velocity),
+        // Below them.
+        (&[(BALANCE, 1.01)], &[], Flow),
+        (&[(BALANCE, 1.01), (TRAVEL, 0.3)], &[], Flow),
+        (&[(BALANCE, 1.01), (TRAVEL, 0.31)], &[], Displacement),
+        (&[(BALANCE, 1.01), (STROKE, 0.05)], &[], Flow),
+        (&[(BALANCE, 1.01), (STROKE, 0.06)], &[], Spool),
+        (&[(BALANCE, 1.01)], &[SPOOL], Spool),
+        (&[(STROKE, 1.01)], &[], Valve),
+        (&[(STROKE, 1.01), (BALANCE, 0.1)], &[], Valve),
+        (&[(STROKE, 1.01), (BALANCE, 0.11)], &[], Spool),
+        // In this order.
+        (&[(TRAVEL, 1.01), (RATIO, 1.01), (FAST, 1.01)], &[VELOCITY], Velocity),
+        (&[(RATIO, 1.01), (TURNED, 1.01), (BALANCE, 1.01)], &[], Velocity),
+        (&[(FAST, 1.01), (BALANCE, 1.01), (STROKE, 1.01)], &[], Force),
+    ];
+    for (sums, frozen, cause) in cases {
+        assert_eq!(watch().contradiction(&with(sums, frozen), 1.0), cause, "{sums:?} {frozen:?}");
+    }
+}
+
+#[test]
+fn a_share_of_the_limits_is_enough_except_for_balance_and_stroke() {
+    for (of, cause) in [
+        (TRAVEL, Cause::DisplacementImplausible),
+        (RATIO, Cause::VelocityImplausible),
+        (TURNED, Cause::ForceImplausible),
+        (FAST, Cause::ForceImplausible),
+        (BALANCE, Cause::None),
+        (STROKE, Cause::None),
+    ] {
+        assert_eq!(watch().contradiction(&with(&[(of, 0.51)], &[]), 0.5), cause, "{of}");
+        assert_eq!(watch().contradiction(&with(&[(of, 0.49)], &[]), 0.5), Cause::None, "{of}");
+    }
+}
+
+#[test]
+fn the_flow_decides_between_velocity_and_displacement() {
+    for (worse, cause) in [
+        (-0.1, Cause::DisplacementImplausible),
+        (0.0, Cause::DisplacementImplausible),
+        (0.1, Cause::VelocityImplausible),
+    ] {
+        let mut state = with(&[(TRAVEL, 1.01)], &[]);
+        state.worse = worse;
+        assert_eq!(watch().contradiction(&state, 1.0), cause, "{worse}");
+    }
+    // A displacement that does not move is wrong even if the flow tells otherwise.
+    let mut state = with(&[(TRAVEL, 1.01)], &[DISPLACEMENT]);
+    state.worse = 0.1;
+    assert_eq!(watch().contradiction(&state, 1.0), Cause::DisplacementImplausible);
+}
+
+#[test]
+fn a_delay_widens_the_limit_of_the_motion_only() {
+    for (of, size, beyond) in
+        [(TRAVEL, 1.49, false), (TRAVEL, 1.51, true), (FAST, 1.01, true), (FAST, 0.99, false)]
+    {
+        let mut state = with(&[(of, size)], &[]);
+        state.late = 0.5;
+        assert_eq!(watch().is_beyond(&state, of, 1.0), beyond, "{of}: {size}");
+    }
+    // Either side of a sum counts.
+    let mut state = PlausibilityState::default();
+    state.sums[FAST].below = 1.01;
+    assert!(watch().is_beyond(&state, FAST, 1.0) && !watch().is_beyond(&state, FAST, 1.1));
+}
+
+#[test]
+fn of_a_ratio_the_larger_signal_is_blamed_unless_the_flow_clearly_tells() {
+    // A quarter of the area times the square of the largest speed of 2 m/s is 2 m⁴/s².
+    for (above, below, worse, displacement) in [
+        (1.1, 0.0, 0.0, false),
+        (0.0, 1.1, 0.0, true),
+        (1.1, 0.0, -1.9, false),
+        (1.1, 0.0, -2.1, true),
+        (1.1, 0.0, 2.1, false),
+        (1.1, 1.1, 0.0, false),
+    ] {
+        let mut state = PlausibilityState::default();
+        (state.sums[RATIO].above, state.sums[RATIO].below) = (above, below);
+        (state.worse, state.envelopes[4], state.envelopes[5]) = (worse, 2.0, 9.0);
+        let cause = if displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible };
+        assert_eq!(watch().contradiction(&state, 1.0), cause, "{above} {below} {worse}");
+    }
+}
+
+#[test]
+fn a_signal_is_lost_after_its_samples_and_only_once() {
+    for (sensor, lost, jumped) in [
+        (FORCE, Cause::ForceLost, Cause::ForceImplausible),
+        (DISPLACEMENT, Cause::DisplacementLost, Cause::DisplacementImplausible),
+        (VELOCITY, Cause::VelocityLost, Cause::VelocityImplausible),
+        (SPOOL, Cause::SpoolLost, Cause::SpoolImplausible),
+    ] {
+        let mut state = PlausibilityState::<f64>::default();
+        state.signals[sensor].lost = 3;
+        assert_eq!(watch().lost(&state), Cause::None, "{sensor}");
+        state.signals[sensor].lost = 4;
+        assert_eq!(watch().lost(&state), lost, "{sensor}");
+        state.signals[sensor].jumped = true;
+        assert_eq!(watch().lost(&state), jumped, "{sensor}");
+        let blind = Plausibility { senses_velocity: false, ..watch() };
+        assert_eq!(blind.lost(&state), if sensor == VELOCITY { Cause::None } else { jumped });
+        state.distrusted[sensor] = true;
+        assert_eq!(watch().lost(&state), Cause::None, "{sensor}");
+    }
+}
+
+#[test]
+fn a_force_that_repeats_while_its_command_moves_is_stuck() {
+    for (repeats, command, stuck) in
+        [(12, 100.1, true), (12, -100.1, true), (11, 500.0, false), (12, 99.9, false), (13, 100.1, true)]
+    {
+        let mut state = with(&[], &[]);
+        state.marks = [0.0; 2];
+        state.signals[FORCE].repeats = repeats;
+        let cause = watch().stuck(&mut state, &Input::default(), 0.0, command);
+        assert_eq!(cause == Cause::ForceImplausible, stuck, "{repeats} {command}");
+        assert_eq!(state.marks[0].to_bits(), 0);
+    }
+    // The command counts from the last change of the force.
+    let mut state = with(&[], &[]);
+    assert_eq!(watch().stuck(&mut state, &Input::default(), 0.0, 700.0), Cause::None);
+    assert_eq!(state.marks[0].to_bits(), 700.0_f64.to_bits());
+}
+
+#[test]
+fn a_velocity_that_repeats_while_the_piston_moves_differently_is_stuck() {
+    // Twelve samples of 1 ms at 0.5 m/s are 6 mm.
+    for (repeats, displacement, senses, stuck) in [
+        (12, 0.0161, true, true),
+        (12, 0.0159, true, false),
+        (12, -0.0041, true, true),
+        (12, -0.0039, true, false),
+        (11, 0.9, true, false),
+        (12, 0.0161, false, false),
+    ] {
+        let mut state = with(&[], &[]);
+        state.signals[VELOCITY].repeats = repeats;
+        let watch = Plausibility { senses_velocity: senses, ..watch() };
+        let cause = watch.stuck(&mut state, &Input { displacement, ..Input::default() }, 0.5, 0.0);
+        assert_eq!(cause == Cause::VelocityImplausible, stuck, "{repeats} {displacement}");
+        assert_eq!(state.marks[1].to_bits(), 0);
+    }
+    // The displacement counts from the last change of the velocity.
+    let mut state = with(&[], &[]);
+    watch().stuck(&mut state, &Input { displacement: 0.02, ..Input::default() }, 0.5, 0.0);
+    assert_eq!(state.marks[1].to_bits(), 0.02_f64.to_bits());
+}

@@ -1,0 +1,303 @@
+//! One tick of the watch against the equations of its residuals and tolerances, from a state without a zero.
+
+use super::*;
+use crate::protection::plausibility::sums::{envelope, rest};
+
+const PERIOD: f64 = 1.0 / 4096.0;
+const SPOOL: f64 = 0.2;
+const FORCE: f64 = 4000.0;
+const VELOCITY: f64 = 0.3;
+const DISPLACEMENT: f64 = 0.01;
+
+/// The paper's rig with round coefficients and wide limits.
+fn round() -> Plausibility<f64, 21> {
+    Plausibility {
+        period: PERIOD,
+        rate: 4096.0,
+        area: 2.0,
+        leakage: 1e-4,
+        oil: 1e-7,
+        low: 0.5,
+        high: 0.25,
+        lag: 0.2,
+        slow: 0.125,
+        fast_decay: 0.8,
+        decay: 0.9,
+        drift: [0.011, 0.013, 0.017, 0.019],
+        limit: [90.0, 91.0, 92.0, 93.0, 94.0, 95.0],
+        late: 0.003,
+        fine: 0.375,
+        per_reversal: 0.7,
+        null_drift: 0.05,
+        senses_velocity: true,
+        ..watch()
+    }
+}
+
+/// Each sum begins in its middle.
+const MIDDLE: f64 = 1.0;
+
+fn before() -> PlausibilityState<f64> {
+    PlausibilityState {
+        lows: [0.4, 0.7, 3000.0, 0.2, 0.009],
+        highs: [[0.06, 0.01], [0.05, 0.02], [0.08, 0.03]],
+        valve: [0.11, 0.16, 0.13, 0.18],
+        envelopes: [0.9, 0.3, 0.02, 0.03, 0.25, 0.1],
+        near_null: 0.8,
+        fine: [0.21, 0.04, 0.05],
+        sums: [Sum { above: MIDDLE, below: MIDDLE }; 6],
+        flow: 0.003,
+        last_velocity: 0.26,
+        displacement: 0.0098,
+        goes_on: true,
+        late: 9.0,
+        worse: 0.002,
+        ..PlausibilityState::default()
+    }
+}
+
+fn input() -> Input<f64> {
+    Input { force: FORCE, displacement: DISPLACEMENT, velocity: VELOCITY, spool: SPOOL, ..Input::default() }
+}
+
+fn known() -> Known<f64> {
+    Known { command: 0.0, valve_command: 1.0, flow_gain: 1.2, valve_gain: 1.0, supply: 0.9 }
+}
+
+fn summed(watch: &Plausibility<f64, 21>, mut state: PlausibilityState<f64>) -> PlausibilityState<f64> {
+    watch.sum_up(&mut state, &input(), VELOCITY, &known());
+    state
+}
+
+fn near(what: &str, found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{what}: {found:e}, not {expected:e}");
+}
+
+/// Residual and tolerance that this tick has added to a sum.
+fn added(what: &str, sum: &Sum<f64>, residual: f64, tolerance: f64) {
+    let [above, below] = [sum.above, sum.below].map(|size| (size - MIDDLE) / PERIOD);
+    let off = |found: f64, expected: f64| (found - expected).abs() > 1e-9;
+    assert!(
+        !off(0.5 * (above - below), residual) && !off(-0.5 * (above + below), tolerance),
+        "{what}: {} and {}, not {residual} and {tolerance}",
+        0.5 * (above - below),
+        -0.5 * (above + below)
+    );
+}
+
+/// Flow (m³/s) of the valve, of piston and leakage, and of the oil, low-passed.
+fn flows() -> [f64; 3] {
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    let root = libm::sqrt(0.9 - FORCE / (RIG.piston_area * RIG.supply_pressure));
+    let mean = 0.5 * (1.2 * root * table.flow(SPOOL) + 0.003);
+    let taken = 2.0 * 0.5 * (VELOCITY + 0.26) + 1e-4 * FORCE;
+    [0.4 + 0.5 * (mean - 0.4), 0.7 + 0.5 * (taken - 0.7), 1e-7 * 4096.0 * 0.5 * (FORCE - 3000.0)]
+}
+
+/// Velocity (m/s) by its sensor and by the displacement, low-passed.
+fn motions() -> [f64; 2] {
+    [0.2 + 0.5 * (0.5 * (VELOCITY + 0.26) - 0.2), 4096.0 * 0.5 * (DISPLACEMENT - 0.009)]
+}
+
+/// Two equal high-passes of 0.25.
+fn high([first, second]: [f64; 2], value: f64) -> f64 {
+    let once = value - (first + 0.25 * (value - first));
+    once - (second + 0.25 * (once - second))
+}
+
+#[test]
+fn the_flow_balance_allows_half_of_the_flow_and_six_tenths_of_the_oils() {
+    let state = summed(&round(), before());
+    let [passed, taken, oil] = flows();
+    let seen = f64::max(f64::max(passed, 0.9 * 0.9), f64::max(taken, 0.9 * 0.3));
+    added("balance", &state.sums[BALANCE], taken + oil - passed, 0.5 * seen + 0.6 * oil + 0.011);
+}
+
+#[test]
+fn envelopes_of_the_flow_hold_the_larger_of_valve_and_piston() {
+    for (envelopes, seen) in [([9.0, 0.1], 8.1), ([0.1, 7.0], 6.3)] {
+        let mut state = before();
+        state.envelopes[..2].copy_from_slice(&envelopes);
+        let [passed, taken, oil] = flows();
+        let found = summed(&round(), state);
+        added("balance", &found.sums[BALANCE], taken + oil - passed, 0.5 * seen + 0.6 * oil + 0.011);
+    }
+}
+
+/// Residual, valve's flow and oil's flow above the motion's frequencies, and the flow that an overlap may hide.
+fn fast() -> [f64; 4] {
+    let [passed, taken, oil] = flows();
+    // A share of 0.25 of the recent stay near null is forgotten. A high-pass passes three quarters of the step.
+    let hidden = f64::min(0.75 * 0.8 * 0.05, 0.75 * (passed - 0.05).abs());
+    [high([0.06, 0.01], taken + oil - passed), high([0.05, 0.02], passed), high([0.08, 0.03], oil), hidden]
+}
+
+#[test]
+fn the_fast_balance_allows_a_fifth_of_the_flow_and_the_overlap() {
+    let state = summed(&round(), before());
+    let [residual, flow, oil, hidden] = fast();
+    let seen = [f64::max(flow.abs(), 0.8 * 0.02), f64::max(oil.abs(), 0.8 * 0.03)];
+    added("fast", &state.sums[FAST], residual, 0.2 * seen[0] + 0.6 * seen[1] + 0.013 + hidden);
+}
+
+#[test]
+fn only_near_null_an_overlap_hides_flow() {
+    // Far from null for long, and at its edge.
+    for (spool, near_null, share) in
+        [(0.2, 0.0, 0.0), (0.031, 0.0, 0.0), (0.029, 0.0, 1.0), (-0.029, 0.5, 1.0)]
+    {
+        let (watch, mut state) = (round(), before());
+        state.near_null = near_null;
+        watch.sum_up(&mut state, &Input { spool, ..input() }, VELOCITY, &known());
+        near("nearness", 1.0 + state.near_null, 1.0 + share);
+    }
+    // An overlap hides no more than the flow that changes.
+    let watch = Plausibility { null_drift: 1e3, ..round() };
+    let [residual, flow, oil, _] = fast();
+    let [passed, ..] = flows();
+    let seen = [f64::max(flow.abs(), 0.8 * 0.02), f64::max(oil.abs(), 0.8 * 0.03)];
+    let hidden = 0.75 * (passed - 0.05).abs();
+    let state = summed(&watch, before());
+    added("fast", &state.sums[FAST], residual, 0.2 * seen[0] + 0.6 * seen[1] + 0.013 + hidden);
+}
+
+#[test]
+fn a_turned_force_is_the_opposition_of_measured_and_expected_oil_flow() {
+    let state = summed(&round(), before());
+    let [residual, flow, oil, hidden] = fast();
+    let expected = oil - residual;
+    let size = f64::min(oil.abs(), expected.abs());
+    let opposed = if (oil > 0.0) == (expected > 0.0) { -size } else { size };
+    let tolerance = 0.2 * f64::max(flow.abs(), 0.8 * 0.02) + 0.013 + 0.25 * hidden;
+    near("above", (state.sums[TURNED].above - MIDDLE) / PERIOD, opposed - tolerance);
+    near("agreement does not count", 1.0 + state.sums[TURNED].below, 1.0);
+}
+
+#[test]
+fn velocity_and_displacement_may_differ_by_a_twentieth() {
+    let state = summed(&round(), before());
+    let [moved, travelled] = motions();
+    let seen = f64::max(f64::max(moved, travelled), 0.9 * 0.25);
+    added("motion", &state.sums[TRAVEL], moved - travelled, 0.05 * seen + 0.017);
+    near("delay", state.late, 0.003 * seen);
+}
+
+#[test]
+fn a_delay_between_velocity_and_displacement_widens_the_limit() {
+    let (watch, mut state) = (round(), before());
+    let most = 2.0 * (92.0 + 0.003 * 500.0);
+    (state.sums[TRAVEL].above, state.envelopes[4]) = (1e9, 500.0 / 0.9);
+    near("most", summed(&watch, state).sums[TRAVEL].above, most);
+}
+
+#[test]
+fn the_ratio_counts_the_difference_in_the_direction_of_motion() {
+    let [moved, travelled] = motions();
+    let speed = 0.21 + 0.375 * (moved - 0.21);
+    let off = 0.04 + 0.375 * (moved - travelled - 0.04);
+    // Below 1/0.7 m/s the direction has a smaller weight.
+    let state = summed(&round(), before());
+    added("slow", &state.sums[RATIO], off * 0.7 * speed, 0.05 * speed);
+    let state = summed(&Plausibility { per_reversal: 1e3, ..round() }, before());
+    added("fast", &state.sums[RATIO], off, 0.05 * speed);
+    let mut turned = before();
+    turned.fine[0] = -2.0;
+    let back = -2.0 + 0.375 * (moved + 2.0);
+    let state = summed(&Plausibility { per_reversal: 1e3, ..round() }, turned);
+    added("backwards", &state.sums[RATIO], -off, 0.05 * -back);
+}
+
+#[test]
+fn the_residual_with_either_motion_tells_which_one_is_wrong() {
+    let state = summed(&round(), before());
+    let ([moved, travelled], [passed, taken, oil]) = (motions(), flows());
+    let off = 0.04 + 0.375 * (moved - travelled - 0.04);
+    let residual = 0.05 + 0.375 * (taken + oil - passed - 0.05);
+    // The residual's square with the velocity minus that with the displacement, over twice the area.
+    let difference = (residual * residual - (residual - 2.0 * off) * (residual - 2.0 * off)) / (2.0 * 2.0);
+    near("worse", state.worse, 0.002 + 0.125 * (difference - 0.002));
+}
+
+#[test]
+fn the_spool_may_differ_from_its_command_by_three_tenths() {
+    let state = summed(&round(), before());
+    let (asked, spool) = (0.13 + 0.125 * (0.16 - 0.13), 0.18 + 0.125 * (SPOOL - 0.18));
+    let seen = f64::max(f64::max(asked, spool), 0.9 * 0.1);
+    added("stroke", &state.sums[STROKE], spool - asked, 0.3 * seen + 0.019);
+    // Without a valve command there is nothing to compare.
+    let mut state = before();
+    round().sum_up(&mut state, &input(), VELOCITY, &Known { valve_command: f64::NAN, ..known() });
+    assert_eq!((state.sums[STROKE], state.valve), (before().sums[STROKE], before().valve));
+}
+
+#[test]
+fn without_a_sensor_of_the_velocity_only_flow_and_stroke_are_compared() {
+    let state = summed(&Plausibility { senses_velocity: false, ..round() }, before());
+    for n in [FAST, TURNED, TRAVEL, RATIO] {
+        assert_eq!(state.sums[n], before().sums[n], "{n}");
+    }
+    let both = summed(&round(), before());
+    for n in [BALANCE, STROKE] {
+        assert_eq!(state.sums[n], both.sums[n], "{n}");
+    }
+}
+
+#[test]
+fn after_lost_samples_the_displacement_continues_with_the_velocity() {
+    let mut state = before();
+    state.goes_on = false;
+    let travelled = DISPLACEMENT - 0.0098 - PERIOD * 0.5 * (VELOCITY + 0.26);
+    let low = 0.009 + travelled;
+    let [moved, _] = motions();
+    let seen = f64::max(f64::max(moved, 4096.0 * 0.5 * (DISPLACEMENT - low)), 0.9 * 0.25);
+    let found = summed(&round(), state);
+    let residual = moved - 4096.0 * 0.5 * (DISPLACEMENT - low);
+    added("motion", &found.sums[TRAVEL], residual, 0.05 * seen + 0.017);
+    assert!(found.goes_on);
+    near("last displacement", found.displacement, DISPLACEMENT);
+}
+
+#[test]
+fn the_valve_models_opening_has_two_lags_and_stops_at_the_ends() {
+    let watch = round();
+    for (valve_command, asked) in [(1.5, 0.18), (-100.0, -1.0), (100.0, 1.0)] {
+        let mut state = before();
+        watch.pass_through_valve(&mut state, &Known { valve_command, valve_gain: 1.2, ..known() });
+        let first = 0.11 + 0.2 * (asked - 0.11);
+        near("first", state.valve[0], first);
+        near("opening", state.spool(), 0.16 + 0.2 * (first - 0.16));
+    }
+}
+
+#[test]
+fn a_sum_is_two_sided_and_ends_at_twice_its_limit() {
+    let mut sum = Sum { above: 0.5, below: 0.7 };
+    sum.add(0.3, 0.1, 1.0);
+    near("above", sum.above, 0.7);
+    near("below", sum.below, 0.3);
+    near("size", sum.size(), 0.7);
+    sum.add(-0.5, 0.1, 1.0);
+    near("above", sum.above, 0.1);
+    near("below", sum.below, 0.7);
+    near("size", sum.size(), 0.7);
+    sum.add(9.0, 0.1, 1.0);
+    near("most", sum.above, 2.0);
+    assert_eq!(sum.below.to_bits(), 0);
+    sum.add(-9.0, 0.1, 1.0);
+    near("most", sum.below, 2.0);
+    assert_eq!(sum.above.to_bits(), 0);
+}
+
+#[test]
+fn filters_of_the_residuals_are_of_first_order() {
+    let mut state = 2.0;
+    near("low-pass", follow(&mut state, 0.25, 4.0), 2.5);
+    near("its state", state, 2.5);
+    let mut highs = [2.0, 0.5];
+    near("high-passes", rest(&mut highs, 0.25, 4.0), 0.75 * (1.5 - 0.5));
+    near("first", highs[0], 2.5);
+    near("second", highs[1], 0.75);
+    let mut held = 2.0;
+    near("decay", envelope(&mut held, 0.75, 1.0), 1.5);
+    near("rise", envelope(&mut held, 0.75, -4.0), 4.0);
+}
