@@ -1,0 +1,156 @@
+"""Rules of one rounded operation, for a refinement. Their numbers are powers of two next to those of the model.
+
+Each rule follows from two properties of IEEE 754: rounding is monotone, and powers of two scale exactly. `CHECKS` has
+the rules at some of these numbers, for a proof with the exact operation.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+
+import rules
+from bitwuzla import Bitwuzla
+from terms import Bool, Float
+
+#: Exponents of the largest and of the smallest power of two of a float, by its size (bytes).
+_EXPONENTS = {2: (15, -24), 4: (127, -149), 8: (1023, -1074)}
+
+
+def value(solver: Bitwuzla, of: Float) -> float:
+    """A float's value in a model."""
+    bits = "".join(str(part) for part in solver.get_value(of.term).value())
+    return struct.unpack({2: ">e", 4: ">f", 8: ">d"}[of.size], int(bits, 2).to_bytes(of.size))[0]
+
+
+def below(x: float, size: int) -> int:
+    """Exponent of the largest power of two that does not exceed a positive number."""
+    most, least = _EXPONENTS[size]
+    return min(max(math.frexp(x)[1] - 1, least), most)
+
+
+def above(x: float, size: int) -> int:
+    """Exponent of the smallest power of two that a positive number does not exceed."""
+    fraction, exponent = math.frexp(x)
+    most, least = _EXPONENTS[size]
+    return min(max(exponent - (fraction == 0.5), least), most)
+
+
+def valid(op: str, operands, result: Float) -> list[Bool]:
+    """NaN, and signs of quotients and roots."""
+    if op == "sqrt":
+        (a,) = operands
+        return [
+            (a >= 0.0).implies(result >= 0.0),
+            (a.is_finite() & (a >= 0.0)).implies(result.is_finite()),
+        ]
+    a, b = operands
+    finite = a.is_finite() & b.is_finite()
+    said = [(a.is_nan() | b.is_nan()).implies(result.is_nan())]
+    if op != "fdiv":
+        return [*said, finite.implies(~result.is_nan())]
+    for at_least, divided_by in ((a >= 0.0, b > 0.0), (a <= 0.0, b < 0.0)):
+        said.append((finite & at_least & divided_by).implies(result >= 0.0))
+    for at_least, divided_by in ((a >= 0.0, b < 0.0), (a <= 0.0, b > 0.0)):
+        said.append((finite & at_least & divided_by).implies(result <= 0.0))
+    return said
+
+
+def doubled(a: Float, b: Float, result: Float, exponent: int) -> list[Bool]:
+    """A sum or difference of numbers within a bound lies within twice the bound."""
+    bound = 2.0**exponent
+    return [((abs(a) <= bound) & (abs(b) <= bound)).implies(abs(result) <= 2.0 * bound)]
+
+
+def scaled(a: Float, b: Float, result: Float, exponent: int) -> list[Bool]:
+    """A product with a factor on one side of a power of two lies on this side of the product with that power."""
+    power = Float.of(2.0**exponent, a.size)
+    return [
+        (a.is_finite() & (abs(b) <= power)).implies(abs(result) <= abs(a) * power),
+        (a.is_finite() & (abs(b) >= power)).implies((abs(result) >= abs(a) * power) | a.equals(0.0)),
+    ]
+
+
+def divided(a: Float, b: Float, result: Float, exponent: int) -> list[Bool]:
+    """The same for the divisor of a quotient."""
+    power = Float.of(2.0**exponent, a.size)
+    return [
+        (a.is_finite() & (abs(b) >= power)).implies(abs(result) <= abs(a) / power),
+        (a.is_finite() & (abs(b) <= power)).implies((abs(result) >= abs(a) / power) | a.equals(0.0)),
+    ]
+
+
+def _compared(a: Float, b: Float, exponent: int) -> tuple[Bool, Bool]:
+    """Whether the ratio of two magnitudes is at most, and at least, a power of two. The larger exponents are exact."""
+    power = Float.of(2.0 ** abs(exponent), a.size)
+    a, b = (abs(a), abs(b) * power) if exponent >= 0 else (abs(a) * power, abs(b))
+    return a <= b, a >= b
+
+
+def ratio(a: Float, b: Float, result: Float, exponent: int) -> list[Bool]:
+    """A quotient of numbers whose ratio is on one side of a power of two lies on this side of it."""
+    most, least = _compared(a, b, exponent)
+    proper = a.is_finite() & b.is_finite() & ~b.equals(0.0)
+    bound = 2.0**exponent
+    return [
+        (proper & most).implies(abs(result) <= bound),
+        (proper & least).implies(abs(result) >= bound),
+    ]
+
+
+#: Reciprocals between these powers of two are neither too large nor too small to be rounded relatively.
+_PLAIN = {2: 10, 4: 100, 8: 1000}
+#: Share by which a number must be smaller than another, so that its product with the reciprocal stays below 1.
+LESS = {2: 2.0**-7, 4: 2.0**-20, 8: 2.0**-20}
+
+
+def reciprocal(a: Float, b: Float, result: Float, exponent: int) -> list[Bool]:
+    """`a·(1/b)`: as the quotient, for an upper bound. It is less than 1 if `a` is smaller than `b` by a share."""
+    most, _ = _compared(a, b, exponent)
+    plain = abs(b).within(2.0 ** -_PLAIN[a.size], 2.0 ** _PLAIN[a.size]) & a.is_finite()
+    less = LESS[a.size]
+    return [
+        (plain & most).implies(abs(result) <= 2.0**exponent),
+        (plain & (b > 0.0) & (a <= b - b * less)).implies(result <= 1.0 - 0.5 * less),
+    ]
+
+
+def _is_one(x: Float) -> bool:
+    return x.term.is_value() and x.term.id() == Float.of(1.0, x.size).term.id()
+
+
+def _positive(x: float) -> bool:
+    return 0.0 < x < math.inf
+
+
+def of(solver: Bitwuzla, operation, abstraction) -> list[Bool]:
+    """Rules of an operation at the numbers of a model."""
+    op, operands, result = operation.op, operation.operands, operation.result
+    size = result.size
+    said = [*valid(op, operands, result), *rules.sign(op, operands, result, []), *rules.endless(op, operands, result, [])]
+    if op == "sqrt":
+        return said
+    a, b = operands
+    x, y = (abs(value(solver, operand)) for operand in operands)
+    if op in ("fadd", "fsub"):
+        larger = max(x, y)
+        return [*said, *doubled(a, b, result, above(larger, size))] if _positive(larger) and larger < 1e37 else said
+    near = (below, above)
+    if op == "fmul":
+        said += rules.never_grows(op, operands, result, [])
+        for one, other, number in ((a, b, y), (b, a, x)):
+            if _positive(number):
+                said += [formula for side in near for formula in scaled(one, other, result, side(number, size))]
+            made = abstraction.by_result.get(other.term.id())
+            if made and made.op == "fdiv" and _is_one(made.operands[0]):
+                divisor = made.operands[1]
+                exact = abs(value(solver, divisor))
+                quotient = abs(value(solver, one)) / exact if exact else 0.0
+                exponent = above(quotient, size) if _positive(quotient) else 0
+                said += reciprocal(one, divisor, result, max(min(exponent, 100), -100))
+        return said
+    if _positive(y):
+        said += [formula for side in near for formula in divided(a, b, result, side(y, size))]
+        if _positive(x / y):
+            said += [formula for side in near for formula in ratio(a, b, result, side(x / y, size))]
+    return said
