@@ -13,11 +13,16 @@ from dataclasses import dataclass, field
 
 import rounding
 from bitwuzla import Bitwuzla, Kind, Option, Options, Result, Term
+from replay import OPERATIONS, Replay, constant, rounded, to_bits
 from terms import Bool, Float, Word, tm
 
 EXACT = {
     "fadd": Float.__add__, "fsub": Float.__sub__, "fmul": Float.__mul__, "fdiv": Float.__truediv__, "sqrt": Float.root,
 }  # fmt: skip
+
+
+#: Number of operations that are refined at once.
+AT_ONCE = 3
 
 
 @dataclass
@@ -27,8 +32,10 @@ class Operation:
     op: str
     operands: tuple[Float, ...]
     result: Float
-    #: How often it was refined.
-    rules: int = 0
+    #: Its bits.
+    bits: Term
+    #: Most operations in a row before it.
+    height: int = 0
     exact: bool = False
 
     def definition(self) -> Bool:
@@ -40,17 +47,39 @@ class Operation:
 class Abstraction:
     """The operations of an execution. The same operation on the same operands has one result."""
 
+    operations: list[Operation] = field(default_factory=list)
     by_result: dict[int, Operation] = field(default_factory=dict)
     _known: dict[tuple, Operation] = field(default_factory=dict)
+    _heights: dict[int, int] = field(default_factory=dict)
 
     def result(self, op: str, operands: tuple[Float, ...]) -> Float:
         key = (op, *(operand.term.id() for operand in operands))
         if key not in self._known:
             # With bits: the exact value may be any NaN.
             bits = Word.any(op, operands[0].size)
-            made = self._known[key] = Operation(op, operands, bits.float())
+            made = self._known[key] = Operation(op, operands, bits.float(), bits.term)
+            made.height = 1 + max(self._height(operand.term) for operand in operands)
+            self.operations.append(made)
             self.by_result[made.result.term.id()] = self.by_result[bits.term.id()] = made
         return self._known[key].result
+
+    def _height(self, term: Term) -> int:
+        """Most operations in a row in a term."""
+        left = [term]
+        while left:
+            here = left[-1]
+            if here.id() in self._heights:
+                left.pop()
+                continue
+            if here.id() in self.by_result:
+                self._heights[here.id()] = self.by_result[here.id()].height
+                continue
+            parts = here.children()
+            unknown = [part for part in parts if part.id() not in self._heights]
+            left += unknown
+            if not unknown:
+                self._heights[here.id()] = max((self._heights[part.id()] for part in parts), default=0)
+        return self._heights[term.id()]
 
 
 @dataclass
@@ -70,8 +99,8 @@ class Search:
         end = time.process_time() + self.seconds
         roots = [*self.premises, (~self.claim).term]
         stored = _stored(self.premises)
-        for operation in self.abstraction.by_result.values():
-            operation.rules, operation.exact = 0, False
+        for operation in self.abstraction.operations:
+            operation.exact = False
         solver = _solver(self.seconds)
         for root in roots:
             solver.assert_formula(root)
@@ -79,52 +108,51 @@ class Search:
             result = solver.check_sat()
             if result != Result.SAT:
                 return result, None
-            if (real := self._replayed(solver, min(left, 20))) is not None:
-                return Result.SAT, real
-            wrong = self._wrong(solver, roots, stored)
-            if not wrong:
+            if self._is_real(solver):
+                return Result.SAT, solver
+            refined = self._formulas(solver, roots, stored)
+            if not refined:
                 return Result.UNKNOWN, None
-            for operation in wrong:
-                for formula in self._refined(solver, operation):
-                    solver.assert_formula(formula.term)
+            for formula in refined:
+                solver.assert_formula(formula.term)
             self.rounds += 1
         return Result.UNKNOWN, None
 
-    def _replayed(self, solver: Bitwuzla, seconds: float) -> Bitwuzla | None:
-        """The exact execution with the inputs of a model, if it violates the claim."""
-        exact = _solver(max(1, int(seconds)))
-        for value in self.inputs:
-            exact.assert_formula(tm.mk_term(Kind.EQUAL, [value, solver.get_value(value)]))
-        for operation in self.abstraction.by_result.values():
-            exact.assert_formula(operation.definition().term)
-        for formula in [*self.premises, (~self.claim).term]:
-            exact.assert_formula(formula)
-        return exact if exact.check_sat() == Result.SAT else None
+    def _is_real(self, solver: Bitwuzla) -> bool:
+        """Whether exact operations on the inputs of a model violate the claim."""
+        replay = Replay({known.id(): constant(solver.get_value(known)) for known in self.inputs})
+        for o in self.abstraction.operations:
+            operands = [replay.value(operand.term) for operand in o.operands]
+            exact = rounded(OPERATIONS[o.op](*operands), o.result.size)
+            replay.known[o.result.term.id()] = exact
+            replay.known[o.bits.id()] = to_bits(exact, o.result.size)
+        return all(replay.value(premise) for premise in self.premises) and not replay.value(self.claim.term)
 
-    def _wrong(self, solver: Bitwuzla, roots: list[Term], stored: dict[int, Term]) -> list[Operation]:
-        """The operations nearest to the claim whose results in the model are wrong."""
-        level = roots
+    def _formulas(self, solver: Bitwuzla, roots: list[Term], stored: dict[int, Term]) -> list[Bool]:
+        """What refines the model: of the operations nearest to the claim those with the fewest before them. Exact
+        products and quotients, which are hard to solve, come last."""
+        level, hard = roots, None
         seen: set[int] = set()
         while level:
             reached = _reached(solver, level, stored, self.abstraction, seen)
             wrong = [o for o in reached if not o.exact and not _is_true(solver, o.definition())]
-            if wrong:
-                return wrong
+            said: list[Bool] = []
+            for operation in sorted(wrong, key=lambda o: o.height)[:AT_ONCE]:
+                rules = [rule for rule in rounding.of(solver, operation, self.abstraction) if not _is_true(solver, rule)]
+                if rules:
+                    said += rules
+                elif operation.op in ("fadd", "fsub"):
+                    operation.exact = True
+                    said.append(operation.definition())
+                else:
+                    hard = hard or operation
+            if said:
+                return said
             level = [operand.term for operation in reached for operand in operation.operands]
+        if hard:
+            hard.exact = True
+            return [hard.definition()]
         return []
-
-    def _refined(self, solver: Bitwuzla, operation: Operation) -> list[Bool]:
-        if operation.rules < 40:
-            found = [
-                formula
-                for formula in rounding.of(solver, operation, self.abstraction)
-                if not _is_true(solver, formula)
-            ]
-            if found:
-                operation.rules += 1
-                return found
-        operation.exact = True
-        return [operation.definition()]
 
 
 def _solver(seconds: int) -> Bitwuzla:

@@ -3,27 +3,106 @@
 from __future__ import annotations
 
 from lemma import Case, Formulas, Lemma, Twin
+from terms import Bool, Float
 
-from lemmas.bounds import nothing, untouched
+from lemmas.bounds import LARGEST, lead_bounds, untouched
+
+#: Bounds of each gain (1), and the longest delay (s), that `Learner::new` accepts.
+GAINS = (0.01, 100.0)
+LONGEST = 10.0
+#: Longest lag of the lead network (samples): its pole stays below 1 in single precision.
+LAG = 2.0**20
+
+
+def larger(a: Float, b) -> Float:
+    b = Float.of(b, a.size) if isinstance(b, float) else b
+    return (a > b).pick(a, b)
+
+
+def smaller(a: Float, b) -> Float:
+    b = Float.of(b, a.size) if isinstance(b, float) else b
+    return (a < b).pick(a, b)
 
 
 def control_shows(v: Case) -> Formulas:
     c, s, after, out = v.config, v.state, v.after["state"], v.after["out"]
     lost = ~v.window.lost.same(0)
     fixed = c.adapts.same(0)
-    sums = [path for path in s.evidence.all()]
-    kept = {path: value for path, value in s.evidence.all().items()}
+    kept, left = s.evidence, after.evidence
     return {
         "the calibration is that of the window": out.window.same(v.window.number),
         "without adaptation the estimates keep their bits": fixed.implies(
             untouched(s.flow, after.flow) & untouched(s.valve.found, after.valve.found)
         ),
+        "without adaptation the sums keep their bits": fixed.implies(untouched(s.evidence, after.evidence)),
         "a window with a lost sample leaves the sums": lost.implies(
-            untouched(s.evidence.flow, after.evidence.flow)
+            untouched(kept, left, ("evidence.curve.asymmetry", "evidence.curve.null"))
         ),
+        "without the guard the level keeps its bits": c.guards.same(0).implies(
+            s.guard.level.same(after.guard.level)
+        ),
+        "the estimates are published bit for bit": out.flow_gain.same(after.flow.gain.value)
+        & out.valve_gain.same(after.valve.found.gain.value)
+        & out.response_delay.same(after.valve.found.delay.value)
+        & out.null_offset.same(after.evidence.curve.null)
+        & out.level.same(after.guard.level),
     }
 
 
+def corrects_given(v: Case) -> Formulas:
+    return {"corrects": (v.config.corrects <= v.config.adapts)}
+
+
+def start(priors) -> dict[str, tuple]:
+    """The estimates' bounds: those of the configuration, and the value at the start, which may lie outside them."""
+    (least, most), (shortest, longest) = (
+        (range_.bounds[0], range_.bounds[1]) for range_ in (priors.gain, priors.delay)
+    )
+    nominal = priors.nominal_delay
+    return {
+        "gain": (smaller(least, 1.0), larger(most, 1.0)),
+        "delay": (smaller(shortest, nominal), larger(longest, nominal)),
+    }
+
+
+def configured(v: Case) -> Formulas:
+    """As `Learner::new` leaves it, by the Rust test `what_the_proofs_take_for_granted`."""
+    flow, valve = v.config.flow.priors, v.config.valve.priors
+    sample = v.config.valve.sample
+    given = {"sample": sample.within(1e-13, 0.0051)}
+    for name, priors in (("flow", flow), ("valve", valve)):
+        for kind, range_ in (("gain", priors.gain), ("delay", priors.delay)):
+            given[f"{name} {kind} range"] = (range_.bounds[0] <= range_.bounds[1]) & range_.change.within(0.0, 100.0)
+        lowest, highest = GAINS
+        given[f"{name} gain"] = (priors.gain.bounds[0] >= lowest) & (priors.gain.bounds[1] <= highest)
+    shortest, longest = start(valve)["delay"]
+    given["response delay"] = (shortest >= sample + sample) & (longest <= LONGEST)
+    least, most = start(flow)["delay"]
+    given["velocity delay"] = (least >= -LONGEST) & (most <= 2.0 * LONGEST + 1.0)
+    return given
+
+
+def kept(v: Case, state) -> Formulas:
+    """What each window keeps."""
+    said = {}
+    for name, priors, found in (
+        ("flow", v.config.flow.priors, state.flow),
+        ("valve", v.config.valve.priors, state.valve.found),
+    ):
+        for kind, (lowest, highest) in start(priors).items():
+            said[f"{name} {kind}"] = getattr(found, kind).value.within(lowest, highest)
+    return said
+
+
+def estimates_given(v: Case) -> Formulas:
+    return {**configured(v), **{f"before: {name}": formula for name, formula in kept(v, v.state).items()}}
+
+
+def estimates_shows(v: Case) -> Formulas:
+    return {f"kept: {name}": formula for name, formula in kept(v, v.after["state"]).items()}
+
+
 LEMMAS = [
-    Lemma("learner, any state and window", "learner", nothing, control_shows, Twin(swap=("icmp ult", "icmp ugt")), refined=True),
-]
+    Lemma("learner, any state and window", "learner", corrects_given, control_shows, Twin(swap=("icmp ult", "icmp ugt")), refined=True),
+    Lemma("learner, estimates", "learner", estimates_given, estimates_shows, Twin(without="before: valve delay"), refined=True),
+]  # fmt: skip
