@@ -12,6 +12,10 @@ GAINS = (0.01, 100.0)
 LONGEST = 10.0
 #: Longest lag of the lead network (samples): its pole stays below 1 in single precision.
 LAG = 2.0**20
+#: Lowest level of the guard (1), and farthest null offset (1) and asymmetry (1).
+LEVEL = 0.5
+NULL = 0.05
+ASYMMETRY = 0.3
 
 
 def larger(a: Float, b) -> Float:
@@ -69,7 +73,16 @@ def configured(v: Case) -> Formulas:
     """As `Learner::new` leaves it, by the Rust test `what_the_proofs_take_for_granted`."""
     flow, valve = v.config.flow.priors, v.config.valve.priors
     sample = v.config.valve.sample
-    given = {"sample": sample.within(1e-13, 0.0051)}
+    given = {
+        "sample": sample.within(1e-13, 0.0051),
+        "lowest level": v.config.guard.lowest.equals(LEVEL),
+        "lead gain": v.config.valve.lead_gain.within(0.0, LARGEST),
+        "lag per delay": v.config.valve.lag_per_delay.within(2.0**-9, 2.0**11),
+        "null gain": v.config.null_gain.within(0.0, LARGEST),
+        "null change": v.config.curve.null_change.within(0.0, 1.0),
+        "asymmetry change": v.config.curve.change.within(0.0, 1.0),
+        **{f"configured {name}": formula for name, formula in lead_bounds(v.config.lead).items()},
+    }
     for name, priors in (("flow", flow), ("valve", valve)):
         for kind, range_ in (("gain", priors.gain), ("delay", priors.delay)):
             given[f"{name} {kind} range"] = (range_.bounds[0] <= range_.bounds[1]) & range_.change.within(0.0, 100.0)
@@ -84,7 +97,11 @@ def configured(v: Case) -> Formulas:
 
 def kept(v: Case, state) -> Formulas:
     """What each window keeps."""
-    said = {}
+    said = {
+        "level": state.guard.level.within(LEVEL, 1.0),
+        "null offset": abs(state.evidence.curve.null) <= NULL,
+        "asymmetry": abs(state.evidence.curve.asymmetry) <= ASYMMETRY,
+    }
     for name, priors, found in (
         ("flow", v.config.flow.priors, state.flow),
         ("valve", v.config.valve.priors, state.valve.found),
@@ -95,14 +112,29 @@ def kept(v: Case, state) -> Formulas:
 
 
 def estimates_given(v: Case) -> Formulas:
-    return {**configured(v), **{f"before: {name}": formula for name, formula in kept(v, v.state).items()}}
+    # Checkpoints keep evidence, and a rejection restores it.
+    before = kept(v, v.state)
+    for name, checkpoint in (("older", v.state.checkpoints.older), ("newer", v.state.checkpoints.newer)):
+        before[f"{name} null offset"] = abs(checkpoint.curve.null) <= NULL
+        before[f"{name} asymmetry"] = abs(checkpoint.curve.asymmetry) <= ASYMMETRY
+    return {**configured(v), **{f"before: {name}": formula for name, formula in before.items()}}
 
 
 def estimates_shows(v: Case) -> Formulas:
     return {f"kept: {name}": formula for name, formula in kept(v, v.after["state"]).items()}
 
 
+def published_shows(v: Case) -> Formulas:
+    out = v.after["out"]
+    return {
+        "reciprocal of the flow gain": out.per_flow_gain.within(2.0**-7, 2.0**7),
+        "null signal": out.null_signal.is_finite(),
+        **{f"lead: {name}": formula for name, formula in lead_bounds(out.lead).items()},
+    }
+
+
 LEMMAS = [
     Lemma("learner, any state and window", "learner", corrects_given, control_shows, Twin(swap=("icmp ult", "icmp ugt")), refined=True),
+    Lemma("learner, published", "learner", estimates_given, published_shows, Twin(without="before: valve delay"), refined=True),
     Lemma("learner, estimates", "learner", estimates_given, estimates_shows, Twin(without="before: valve delay"), refined=True),
 ]  # fmt: skip

@@ -1,6 +1,7 @@
 //! Bounds of the estimates, with a gate that accepts every window.
 
 mod closed_forms;
+mod established;
 mod known_noise;
 mod times;
 
