@@ -193,11 +193,11 @@ def check(texts: list[str], lemma: Lemma, precision: str, broken: bool, seconds:
 
 def solved(premises: list, claims: Formulas, seconds: int, case: Case | None = None) -> Outcome:
     """Each claim on its own; the first that fails refutes."""
-    start, slow = time.process_time(), []
+    start, slow, proven = time.process_time(), [], []
     for name, claim in claims.items():
         if case and case.run.abstraction:
             inputs = [scalar.term for scalar in case.scalars()]
-            search = Search(case.run.abstraction, premises, claim, inputs, seconds)
+            search = Search(case.run.abstraction, premises, proven, claim, inputs, seconds)
             result, solver = search.run()
         else:
             result, solver = _searched(premises, claim, seconds)
@@ -206,6 +206,8 @@ def solved(premises: list, claims: Formulas, seconds: int, case: Case | None = N
             return Outcome("refuted", time.process_time() - start, f"{name}: not{at}")
         if result == Result.UNKNOWN:
             slow.append(name)
+        else:
+            proven.append(claim.term)
     return Outcome("out of time" if slow else "proven", time.process_time() - start, "; ".join(slow))
 
 

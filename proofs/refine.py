@@ -88,6 +88,8 @@ class Search:
 
     abstraction: Abstraction
     premises: list[Term]
+    #: What was proven before from the same premises.
+    proven: list[Term]
     claim: Bool
     #: The scalars that may have any value.
     inputs: list[Term]
@@ -102,8 +104,8 @@ class Search:
         for operation in self.abstraction.operations:
             operation.exact = False
         solver = _solver(self.seconds)
-        for root in roots:
-            solver.assert_formula(root)
+        for formula in [*roots, *self.proven]:
+            solver.assert_formula(formula)
         while (left := end - time.process_time()) > 0:
             result = solver.check_sat()
             if result != Result.SAT:
@@ -138,7 +140,7 @@ class Search:
             wrong = [o for o in reached if not o.exact and not _is_true(solver, o.definition())]
             said: list[Bool] = []
             for operation in sorted(wrong, key=lambda o: o.height)[:AT_ONCE]:
-                rules = [rule for rule in rounding.of(solver, operation, self.abstraction) if not _is_true(solver, rule)]
+                rules = rounding.of(solver, operation, self.abstraction)
                 if rules:
                     said += rules
                 elif operation.op in ("fadd", "fsub"):

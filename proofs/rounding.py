@@ -13,8 +13,8 @@ import rules
 from bitwuzla import Bitwuzla
 from terms import Bool, Float
 
-#: Exponents of the largest and of the smallest power of two of a float, by its size (bytes).
-_EXPONENTS = {2: (15, -24), 4: (127, -149), 8: (1023, -1074)}
+#: Exponent of the largest power of two of a float, by its size (bytes).
+_LARGEST = {2: 15, 4: 127, 8: 1023}
 
 
 def value(solver: Bitwuzla, of: Float) -> float:
@@ -23,17 +23,14 @@ def value(solver: Bitwuzla, of: Float) -> float:
     return struct.unpack({2: ">e", 4: ">f", 8: ">d"}[of.size], int(bits, 2).to_bytes(of.size))[0]
 
 
-def below(x: float, size: int) -> int:
-    """Exponent of the largest power of two that does not exceed a positive number."""
-    most, least = _EXPONENTS[size]
-    return min(max(math.frexp(x)[1] - 1, least), most)
-
-
-def above(x: float, size: int) -> int:
-    """Exponent of the smallest power of two that a positive number does not exceed."""
+def around(x: float, size: int, step: int) -> tuple[int, int]:
+    """Exponents of the nearest powers of two below and above a positive number, in multiples of a step."""
     fraction, exponent = math.frexp(x)
-    most, least = _EXPONENTS[size]
-    return min(max(exponent - (fraction == 0.5), least), most)
+    most = _LARGEST[size]
+    above = -(-(exponent - (fraction == 0.5)) // step) * step
+    below = (exponent - 1) // step * step
+    # Their reciprocals are numbers as well.
+    return max(min(below, most), -most), max(min(above, most), -most)
 
 
 def valid(op: str, operands, result: Float) -> list[Bool]:
@@ -124,33 +121,56 @@ def _positive(x: float) -> bool:
 
 
 def of(solver: Bitwuzla, operation, abstraction) -> list[Bool]:
-    """Rules of an operation at the numbers of a model."""
+    """The rules of an operation that a model violates: at first those without numbers, then with coarse ones."""
+    op, operands, result = operation.op, operation.operands, operation.result
+    rounds = [
+        lambda: [*valid(op, operands, result), *rules.sign(op, operands, result, []), *rules.endless(op, operands, result, [])],
+        lambda: sized(solver, operation, abstraction, 16),
+        lambda: sized(solver, operation, abstraction, 1),
+    ]
+    for said in rounds:
+        if violated := [rule for rule in said() if not solver.get_value(rule.term).is_true()]:
+            return violated
+    return []
+
+
+def sized(solver: Bitwuzla, operation, abstraction, step: int) -> list[Bool]:
+    """Rules with powers of two around the numbers of a model."""
     op, operands, result = operation.op, operation.operands, operation.result
     size = result.size
-    said = [*valid(op, operands, result), *rules.sign(op, operands, result, []), *rules.endless(op, operands, result, [])]
     if op == "sqrt":
-        return said
+        return []
     a, b = operands
     x, y = (abs(value(solver, operand)) for operand in operands)
     if op in ("fadd", "fsub"):
         larger = max(x, y)
-        return [*said, *doubled(a, b, result, above(larger, size))] if _positive(larger) and larger < 1e37 else said
-    near = (below, above)
+        exponent = around(larger, size, step)[1] if _positive(larger) else 0
+        return doubled(a, b, result, exponent) if exponent < _LARGEST[size] else []
     if op == "fmul":
-        said += rules.never_grows(op, operands, result, [])
-        for one, other, number in ((a, b, y), (b, a, x)):
-            if _positive(number):
-                said += [formula for side in near for formula in scaled(one, other, result, side(number, size))]
-            made = abstraction.by_result.get(other.term.id())
-            if made and made.op == "fdiv" and _is_one(made.operands[0]):
-                divisor = made.operands[1]
-                exact = abs(value(solver, divisor))
-                quotient = abs(value(solver, one)) / exact if exact else 0.0
-                exponent = above(quotient, size) if _positive(quotient) else 0
-                said += reciprocal(one, divisor, result, max(min(exponent, 100), -100))
-        return said
+        return products(solver, operation, abstraction, step)
+    said = []
     if _positive(y):
-        said += [formula for side in near for formula in divided(a, b, result, side(y, size))]
+        said += [formula for exponent in around(y, size, step) for formula in divided(a, b, result, exponent)]
         if _positive(x / y):
-            said += [formula for side in near for formula in ratio(a, b, result, side(x / y, size))]
+            said += [formula for exponent in around(x / y, size, step) for formula in ratio(a, b, result, exponent)]
+    return said
+
+
+def products(solver: Bitwuzla, operation, abstraction, step: int) -> list[Bool]:
+    """Those of a product, which may be one with a reciprocal."""
+    (a, b), result = operation.operands, operation.result
+    size = result.size
+    said = rules.never_grows("fmul", (a, b), result, [])
+    for one, other in ((a, b), (b, a)):
+        number = abs(value(solver, other))
+        if _positive(number):
+            said += [formula for exponent in around(number, size, step) for formula in scaled(one, other, result, exponent)]
+        made = abstraction.by_result.get(other.term.id())
+        if made and made.op == "fdiv" and _is_one(made.operands[0]):
+            divisor = made.operands[1]
+            number, exact = abs(value(solver, one)), abs(value(solver, divisor))
+            exponent = 0
+            if _positive(number) and _positive(exact) and _positive(number / exact):
+                exponent = around(number / exact, size, step)[1]
+            said += reciprocal(one, divisor, result, exponent)
     return said

@@ -125,7 +125,7 @@ def total(bound: float):
 _EXACT = {"fmul": Float.__mul__, "fadd": Float.__add__, "fsub": Float.__sub__}
 _ALL = ("fmul", "fadd", "fsub")
 #: Bounds that the lemmas use.
-PRODUCTS = [product(1001.0, 2.0), product(1e12, 2.0**39), product(2e12, 1e12)]
+PRODUCTS = [product(1024.0, 2.0), product(1e12, 2.0**39), product(2e12, 1e12)]
 TOTALS = [total(bound) for bound in (1.0, 2.0**36, 2.0**37, 2.0**65, 2.0**66)]
 DOUBLE = [product(1e12, 2.0**68)]
 

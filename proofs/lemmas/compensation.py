@@ -119,7 +119,7 @@ def compensation_shows(v: Case) -> Formulas:
 
 _MAGNITUDES = (
     rules.never_grows,
-    rules.product(1001.0, 2.0),
+    rules.product(1024.0, 2.0),
     rules.total(1.0),
     *tuple(rule for big in (2.0**36, 2.0**65) for rule in (rules.total(big), rules.total(2.0 * big))),
     rules.product(1000000000000.0, 2.0**68),
