@@ -84,6 +84,8 @@ class Case:
     run: Run
     after: dict = field(default_factory=dict)
     result: object = None
+    #: See `refine.Search`.
+    cuts: list = field(default_factory=list)
 
     def scalars(self):
         """Those of the arguments."""
@@ -197,7 +199,7 @@ def solved(premises: list, claims: Formulas, seconds: int, case: Case | None = N
     for name, claim in claims.items():
         if case and case.run.abstraction:
             inputs = [scalar.term for scalar in case.scalars()]
-            search = Search(case.run.abstraction, premises, proven, claim, inputs, seconds)
+            search = Search(case.run.abstraction, premises, proven, claim, inputs, seconds, case.cuts)
             result, solver = search.run()
         else:
             result, solver = _searched(premises, claim, seconds)

@@ -94,6 +94,8 @@ class Search:
     #: The scalars that may have any value.
     inputs: list[Term]
     seconds: int
+    #: Values of which only the premises and what was proven count.
+    cuts: list[Term] = field(default_factory=list)
     rounds: int = 0
 
     def run(self) -> tuple[Result, Bitwuzla | None]:
@@ -134,7 +136,7 @@ class Search:
         """What refines the model: of the operations nearest to the claim those with the fewest before them. Exact
         products and quotients, which are hard to solve, come last."""
         level, hard = roots, None
-        seen: set[int] = set()
+        seen = {cut.id() for cut in self.cuts}
         while level:
             reached = _reached(solver, level, stored, self.abstraction, seen)
             wrong = [o for o in reached if not o.exact and not _is_true(solver, o.definition())]

@@ -175,4 +175,3 @@ def constant(term: Term):
     if sort.is_fp():
         return _from_bits(int("".join(str(part) for part in term.value()), 2), _size(term))
     return None
-

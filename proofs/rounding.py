@@ -113,7 +113,7 @@ def reciprocal(a: Float, b: Float, result: Float, exponent: int) -> list[Bool]:
 
 
 def _is_one(x: Float) -> bool:
-    return x.term.is_value() and x.term.id() == Float.of(1.0, x.size).term.id()
+    return x.is_known() and x.term.id() == Float.of(1.0, x.size).term.id()
 
 
 def _positive(x: float) -> bool:
@@ -124,7 +124,11 @@ def of(solver: Bitwuzla, operation, abstraction) -> list[Bool]:
     """The rules of an operation that a model violates: at first those without numbers, then with coarse ones."""
     op, operands, result = operation.op, operation.operands, operation.result
     rounds = [
-        lambda: [*valid(op, operands, result), *rules.sign(op, operands, result, []), *rules.endless(op, operands, result, [])],
+        lambda: [
+            *valid(op, operands, result),
+            *rules.sign(op, operands, result, []),
+            *rules.endless(op, operands, result, []),
+        ],
         lambda: sized(solver, operation, abstraction, 16),
         lambda: sized(solver, operation, abstraction, 1),
     ]
@@ -152,7 +156,9 @@ def sized(solver: Bitwuzla, operation, abstraction, step: int) -> list[Bool]:
     if _positive(y):
         said += [formula for exponent in around(y, size, step) for formula in divided(a, b, result, exponent)]
         if _positive(x / y):
-            said += [formula for exponent in around(x / y, size, step) for formula in ratio(a, b, result, exponent)]
+            said += [
+                formula for exponent in around(x / y, size, step) for formula in ratio(a, b, result, exponent)
+            ]
     return said
 
 
@@ -161,10 +167,18 @@ def products(solver: Bitwuzla, operation, abstraction, step: int) -> list[Bool]:
     (a, b), result = operation.operands, operation.result
     size = result.size
     said = rules.never_grows("fmul", (a, b), result, [])
+    factors = {a.term.id(), b.term.id()}
+    for other in abstraction.operations:
+        if other is not operation and other.op == "fmul" and factors & {x.term.id() for x in other.operands}:
+            said += rules.monotone("fmul", (a, b), result, [(other.op, other.operands, other.result)])
     for one, other in ((a, b), (b, a)):
         number = abs(value(solver, other))
         if _positive(number):
-            said += [formula for exponent in around(number, size, step) for formula in scaled(one, other, result, exponent)]
+            said += [
+                formula
+                for exponent in around(number, size, step)
+                for formula in scaled(one, other, result, exponent)
+            ]
         made = abstraction.by_result.get(other.term.id())
         if made and made.op == "fdiv" and _is_one(made.operands[0]):
             divisor = made.operands[1]

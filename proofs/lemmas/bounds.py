@@ -24,7 +24,8 @@ def nothing(v) -> Formulas:
 def lead_bounds(lead) -> Formulas:
     """As `LeadNetwork::new` leaves them, by the lemma on it."""
     return {
-        "pole": lead.pole.within(-1.0, 1.0) & (lead.pole < 1.0),
+        "pole": lead.pole.within(-1.0, 1.0),
+        "decay": lead.pole < 1.0,
         "rate": lead.rate.within(0.0, 1024.0),
         "gain": lead.gain.within(0.0, LEAD_GAIN),
     }

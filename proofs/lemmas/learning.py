@@ -5,7 +5,7 @@ from __future__ import annotations
 from lemma import Case, Formulas, Lemma, Twin
 from terms import Bool, Float
 
-from lemmas.bounds import LARGEST, lead_bounds, untouched
+from lemmas.bounds import LARGEST, lead_bounds, nothing, untouched
 
 #: Bounds of each gain (1), and the longest delay (s), that `Learner::new` accepts.
 GAINS = (0.01, 100.0)
@@ -85,7 +85,9 @@ def configured(v: Case) -> Formulas:
     }
     for name, priors in (("flow", flow), ("valve", valve)):
         for kind, range_ in (("gain", priors.gain), ("delay", priors.delay)):
-            given[f"{name} {kind} range"] = (range_.bounds[0] <= range_.bounds[1]) & range_.change.within(0.0, 100.0)
+            given[f"{name} {kind} range"] = (range_.bounds[0] <= range_.bounds[1]) & range_.change.within(
+                0.0, 100.0
+            )
         lowest, highest = GAINS
         given[f"{name} gain"] = (priors.gain.bounds[0] >= lowest) & (priors.gain.bounds[1] <= highest)
     shortest, longest = start(valve)["delay"]
@@ -128,11 +130,40 @@ def estimates_shows(v: Case) -> Formulas:
         **{f"kept: {name}": formula for name, formula in kept(v, v.after["state"]).items()},
         "reciprocal of the flow gain": out.per_flow_gain.within(2.0**-7, 2.0**7),
         "null signal": out.null_signal.is_finite(),
-        **{f"lead: {name}": formula for name, formula in lead_bounds(out.lead).items()},
+    }
+
+
+def lead_shows(v: Case) -> Formulas:
+    """From the estimates that are kept. That the pole is less than 1 follows by hand from the bound of the lag."""
+    lead, after = v.after["out"].lead, v.after["state"]
+    found = (after.flow.gain, after.flow.delay, after.valve.found.gain, after.valve.found.delay)
+    v.cuts += [estimate.value.term for estimate in found] + [after.guard.level.term]
+    said = {f"kept: {name}": formula for name, formula in kept(v, after).items()}
+    bounds = lead_bounds(lead)
+    return {**said, **{f"lead: {name}": bounds[name] for name in ("gain", "pole", "rate")}}
+
+
+def published_shows(v: Case) -> Formulas:
+    """Each scalar of the calibration is stored bit for bit in the place that is not in use."""
+    before, after = v.state, v.after["state"]
+    put = Bool(True)
+    for path, value in v.calibration.all().items():
+        slots = [after.calibrations[n].all()[f"calibrations.{n}.{path}"] for n in range(2)]
+        put = put & (value.same(slots[0]) | value.same(slots[1]))
+    used = after.in_use.slot.__0 & 1
+    kept_ = [used.same(n).implies(untouched(before.calibrations[n], after.calibrations[n])) for n in range(2)]
+    return {
+        "the calibration is put in one place": put,
+        "the one in use keeps its bits": kept_[0] & kept_[1],
+        "the controller keeps its state": untouched(before.controller, after.controller),
+        "the protection keeps its state": untouched(before.protection, after.protection),
     }
 
 
 LEMMAS = [
+    Lemma("publication", "publish", nothing, published_shows, Twin(swap=("xor", "or")), refined=True),
     Lemma("learner, any state and window", "learner", corrects_given, control_shows, Twin(swap=("icmp ult", "icmp ugt")), refined=True),
     Lemma("learner, estimates", "learner", estimates_given, estimates_shows, Twin(without="before: valve delay"), refined=True),
+    Lemma("learner, lead network", "learner", estimates_given, lead_shows, Twin(without="lead gain"), refined=True, fast=False,
+          hard=True),
 ]  # fmt: skip
