@@ -108,7 +108,7 @@ class Search:
         solver = _solver(self.seconds)
         for formula in [*roots, *self.proven]:
             solver.assert_formula(formula)
-        while (left := end - time.process_time()) > 0:
+        while time.process_time() < end:
             result = solver.check_sat()
             if result != Result.SAT:
                 return result, None

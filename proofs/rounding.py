@@ -188,3 +188,28 @@ def products(solver: Bitwuzla, operation, abstraction, step: int) -> list[Bool]:
                 exponent = around(number / exact, size, step)[1]
             said += reciprocal(one, divisor, result, exponent)
     return said
+
+
+def _at(exponent: int, rule):
+    """A rule at one number, in the form of those of `rules.CHECKS`."""
+    return lambda op, operands, result, before: rule(*operands, result, exponent)
+
+
+def _by_reciprocal(exponent: int):
+    def rule(op: str, operands, result: Float, before) -> list[Bool]:
+        (a, factor), b = operands, Float.any("divisor", result.size)
+        inverse = factor.same(Float.of(1.0, b.size) / b)
+        return [inverse.implies(said) for said in reciprocal(a, b, result, exponent)]
+
+    return rule
+
+
+#: Rule, its name, operations, sizes (bytes).
+CHECKS = [
+    (lambda op, operands, result, before: valid(op, operands, result), "valid results", ("fadd", "fsub", "fmul", "fdiv"), (4, 8)),
+    (_at(3, doubled), "sum of numbers within a bound", ("fadd", "fsub"), (4, 8)),
+    *((_at(n, scaled), f"product with a factor near 2^{n}", ("fmul",), (2,)) for n in (-3, 5)),
+    *((_at(n, divided), f"quotient by a number near 2^{n}", ("fdiv",), (2,)) for n in (-3, 5)),
+    *((_at(n, ratio), f"ratio near 2^{n}", ("fdiv",), (2,)) for n in (-3, 0, 5)),
+    *((_by_reciprocal(n), f"product with a reciprocal near 2^{n}", ("fmul",), (2,)) for n in (-3, 0, 5)),
+]  # fmt: skip
