@@ -106,7 +106,8 @@ macro_rules! constructor {
             /// From the rig's parameters.
             ///
             /// # Errors
-            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz.
+            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz; a `lead_alpha`
+            /// with which the lead network's lag at the longest delay exceeds 524,288 samples.
             pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
                 check!(within("sample_rate", p.sample_rate, LOWEST_RATE, LARGEST));
                 let l = &p.learning;

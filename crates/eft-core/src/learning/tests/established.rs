@@ -59,7 +59,8 @@ macro_rules! holds {
     ($t:ty, $learner:expr) => {{
         let learner: &Learner<$t, 21> = $learner;
         let (flow, valve) = (&learner.flow.priors, &learner.valve.priors);
-        let within = |x: $t, lowest: $t, highest: $t| assert!(x >= lowest && x <= highest, "{x}: {learner:?}");
+        let within =
+            |x: $t, lowest: $t, highest: $t| assert!(x >= lowest && x <= highest, "{x}: {learner:?}");
         for range in [&flow.gain, &flow.delay, &valve.gain, &valve.delay] {
             let [least, most] = range.bounds;
             assert!(least <= most);
@@ -148,7 +149,8 @@ fn no_saved_calibration_publishes_a_network_that_is_not_finite() {
             };
             saved.curve.asymmetry_deviation = random.factor(1e-18, 1e12);
             saved.curve.error = random.factor(1e-18, 1e12);
-            let between = |[lowest, highest]: [f32; 2], at: f64| f64::from(lowest) + at * f64::from(highest - lowest);
+            let between =
+                |[lowest, highest]: [f32; 2], at: f64| f64::from(lowest) + at * f64::from(highest - lowest);
             saved.flow_gain = between(learner.flow.priors.gain.bounds, random.next());
             saved.valve_gain = between(learner.valve.priors.gain.bounds, random.next());
             saved.response_delay = between(learner.valve.priors.delay.bounds, random.next());
