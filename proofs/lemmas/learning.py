@@ -162,7 +162,7 @@ def published_shows(v: Case) -> Formulas:
 
 LEMMAS = [
     Lemma("publication", "publish", nothing, published_shows, Twin(swap=("xor", "or")), refined=True),
-    Lemma("learner, any state and window", "learner", corrects_given, control_shows, Twin(swap=("icmp ult", "icmp ugt")), refined=True),
+    Lemma("learner, any state and window", "learner", corrects_given, control_shows, Twin(without="corrects"), refined=True),
     Lemma("learner, estimates", "learner", estimates_given, estimates_shows, Twin(without="before: valve delay"), refined=True),
     Lemma("learner, lead network", "learner", estimates_given, lead_shows, Twin(without="lead gain"), refined=True, fast=False,
           hard=True),
