@@ -11,15 +11,13 @@ import struct
 from dataclasses import dataclass, field
 
 from ir import Function, Leaf, Module, Refused
+from refine import EXACT, Abstraction
 from terms import Bool, Float, Word, any_of, applied
 
 SIZES = {"float": 4, "double": 8, "i8": 1, "i16": 2, "i32": 4, "i64": 8, "ptr": 4}
-_EXACT = {
-    "fadd": Float.__add__, "fsub": Float.__sub__, "fmul": Float.__mul__, "fdiv": Float.__truediv__, "sqrt": Float.root,
-}  # fmt: skip
 _FAST = re.compile(r"\b(?:fast|nnan|ninf|nsz|arcp|contract|afn|reassoc)\b")
 _FLAGS = re.compile(r"\b(?:nuw|nsw|exact|disjoint|nneg|inbounds|samesign)\b ?")
-_VALUE = r'(%(?:"[^"]*"|[-\w.$]+)|@(?:"[^"]*"|[-\w.$]+)|ptrtoint \(ptr @\S+ to i32\)|true|false|poison|undef|-?\d+(?:\.\d+e[+-]\d+)?|0x[0-9A-F]+)'
+_VALUE = r'(%(?:"[^"]*"|[-\w.$]+)|@(?:"[^"]*"|[-\w.$]+)|ptrtoint \(ptr @\S+ to i32\)|true|false|poison|undef|null|-?\d+(?:\.\d+e[+-]\d+)?|0x[0-9A-F]+)'
 
 
 @dataclass
@@ -33,6 +31,10 @@ class Struct:
 
     def copy(self) -> dict[int, Float | Word]:
         return dict(self.cells)
+
+
+#: The target of a null pointer, which no load or store may reach.
+NULL = Struct("null", {}, {})
 
 
 @dataclass
@@ -83,18 +85,22 @@ class Run:
     rules: tuple = ()
     assumptions: list[Bool] = field(default_factory=list)
     obligations: list[Bool] = field(default_factory=list)
+    #: In its place: unknowns, which the proof refines.
+    abstraction: Abstraction | None = None
     #: Every operation on floats: its name, operands and result.
     done: list[tuple] = field(default_factory=list)
 
     def compute(self, op: str, *operands: Float) -> Float:
         """A result, or its replacement."""
-        if op in self.havoc and not any(operand.is_known() for operand in operands):
+        if self.abstraction is not None:
+            result = self.abstraction.result(op, operands)
+        elif op in self.havoc and not any(operand.is_known() for operand in operands):
             result = applied(op, *operands)
             for rule in self.rules:
                 for said in rule(op, operands, result, self.done):
                     self.assume(said)
         else:
-            result = _EXACT[op](*operands)
+            result = EXACT[op](*operands)
         self.done.append((op, operands, result))
         return result
 
@@ -207,6 +213,8 @@ class _Frame:
             if kind in ("float", "double") and isinstance(value, Word):
                 return value.float()
             return value
+        if text == "null":
+            return Pointer(NULL)
         if kind == "ptr" or text.startswith("ptrtoint"):
             # The address of a constant that is not read.
             return Word.any("address", 4)
@@ -343,7 +351,8 @@ class _Frame:
     def op_select(self, rest):
         match = re.fullmatch(rf"i1 {_VALUE}, (\w+) {_VALUE}, (\w+) {_VALUE}", rest)
         condition = self.value("i1", match[1])
-        return condition.pick(self.value(match[2], match[3]), self.value(match[4], match[5]))
+        yes, no = self.value(match[2], match[3]), self.value(match[4], match[5])
+        return condition.pick(yes, no)
 
     def op_phi(self, rest):
         kind, sources = rest.split(None, 1)
@@ -355,6 +364,9 @@ class _Frame:
             value = self.value(kind, found[label])
             result = value if result is None else value.chosen(condition, result)
         return result
+
+    def op_freeze(self, rest):
+        return self.typed(rest)
 
     def op_zext(self, rest):
         match = re.fullmatch(rf"(\w+) {_VALUE} to (\w+)", _FLAGS.sub("", rest))
@@ -409,7 +421,20 @@ class _Frame:
         match = re.match(rf"(\w+), ptr {_VALUE}", rest)
         return self._load(self.values[match[2]], match[1])
 
+    def _not_null(self, pointer: Pointer | Either) -> Pointer | Either:
+        """The pointer without null as one of its targets: an obligation."""
+        if isinstance(pointer, Either):
+            for null, other, chosen in (
+                (pointer.yes, pointer.no, pointer.condition),
+                (pointer.no, pointer.yes, ~pointer.condition),
+            ):
+                if isinstance(null, Pointer) and null.struct is NULL:
+                    self.run.obligations.append(~(self.here & chosen))
+                    return self._not_null(other)
+        return pointer
+
     def _load(self, pointer: Pointer | Either, kind: str):
+        pointer = self._not_null(pointer)
         if isinstance(pointer, Either):
             return pointer.condition.pick(self._load(pointer.yes, kind), self._load(pointer.no, kind))
         if pointer.struct.on_stack:
@@ -455,6 +480,7 @@ class _Frame:
         self._store(self.value(match[1], match[2]), self.values[match[3]], SIZES[match[1]])
 
     def _store(self, value: Float | Word, pointer: Pointer | Either, size: int) -> None:
+        pointer = self._not_null(pointer)
         if isinstance(pointer, Either):
             self.refuse("a store to one of two structs")
         word = value.bits(self.run.assume) if isinstance(value, Float) and pointer.struct.on_stack else value
@@ -482,7 +508,7 @@ class _Frame:
 
     def _copy(self, to: Pointer, source: Pointer, size: int) -> None:
         """Scalar by scalar, with the names of the side that has them."""
-        known = source if to.struct.on_stack else to
+        known = source if to.struct.on_stack or not isinstance(to.offset, int) else to
         leaves = (
             [Leaf("", n, 1, "int") for n in range(size)]
             if known.struct.on_stack
@@ -516,7 +542,7 @@ class _Frame:
         if name.startswith("llvm.memset.") and ", i8 0," not in text:
             self.refuse(f"memory that is not set to zero: {rest}")
         arguments = [self.typed(re.sub(r"\w+\([^()]*\) ?", "", part)) for part in _split(text)]
-        if name.startswith(("llvm.fabs.", "llvm.sqrt.")) or re.match(r"_ZN4libm4math4sqrt4sqrt17h", name):
+        if re.match(r"llvm\.(fabs|sqrt)\.|sqrtf$|_ZN4libm4math4sqrt4sqrt17h", name):
             return abs(arguments[0]) if "fabs" in name else self.run.compute("sqrt", arguments[0])
         if name.startswith(("llvm.memcpy.", "llvm.memset.")):
             size = int(_split(text)[2].split()[-1])

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from bitwuzla import Bitwuzla, Option, Options, Result
 from execute import SIZES, Pointer, Run, Struct
 from ir import Leaf, Module, Refused
+from refine import Abstraction, Search
 from terms import Bool, Float, Word, all_of, tm
 
 Formulas = dict[str, Bool]
@@ -36,6 +37,8 @@ class Lemma:
     #: Operations that are replaced by the rules.
     havoc: frozenset[str] = frozenset()
     rules: tuple = ()
+    #: Whether all operations begin as unknowns and are refined: see `refine.py`.
+    refined: bool = False
     #: Included in a fast run.
     fast: bool = True
     #: Whether the solver may run out of time: counted as open, not as proven.
@@ -64,7 +67,12 @@ class View:
         return self._at(f"{self._path}.{index}")
 
     def all(self) -> dict[str, Float | Word]:
-        return {p: self._cells[at] for p, at in self._places.items() if p.startswith(self._path)}
+        inside = (self._path, self._path + ".")
+        return {
+            path: self._cells[at]
+            for path, at in self._places.items()
+            if not self._path or path == inside[0] or path.startswith(inside[1])
+        }
 
 
 @dataclass
@@ -76,6 +84,14 @@ class Case:
     run: Run
     after: dict = field(default_factory=dict)
     result: object = None
+    #: See `refine.Search`.
+    cuts: list = field(default_factory=list)
+
+    def scalars(self):
+        """Those of the arguments."""
+        for value in self.arguments.values():
+            for scalar in value.all().values() if isinstance(value, View) else [value]:
+                yield scalar._bits if isinstance(scalar, Float) else scalar
 
     def __getattr__(self, name: str):
         try:
@@ -130,7 +146,7 @@ def _formulas(module: Module, lemma: Lemma, precision: str, twin: Twin | None):
     if twin and twin.swap and not _broken(module, lemma, name, twin.swap, set()):
         raise Refused(f"{lemma.name}: no instruction fits {twin.swap[0]}")
     function = module.function(name)
-    run = Run(module, lemma.havoc, lemma.rules)
+    run = Run(module, lemma.havoc, lemma.rules, abstraction=Abstraction() if lemma.refined else None)
     structs, values, before, layouts = [], [], {}, {}
     for (argument, kind), layout in zip(function.arguments, module.layouts(function)):
         argument = argument.strip("%")
@@ -179,22 +195,33 @@ def check(texts: list[str], lemma: Lemma, precision: str, broken: bool, seconds:
 
 def solved(premises: list, claims: Formulas, seconds: int, case: Case | None = None) -> Outcome:
     """Each claim on its own; the first that fails refutes."""
-    start, slow = time.process_time(), []
+    start, slow, proven = time.process_time(), [], []
     for name, claim in claims.items():
-        options = Options()
-        options.set(Option.PRODUCE_MODELS, True)
-        options.set(Option.TIME_LIMIT_PER, seconds * 1000)
-        solver = Bitwuzla(tm, options)
-        for premise in premises:
-            solver.assert_formula(premise)
-        solver.assert_formula((~claim).term)
-        result = solver.check_sat()
+        if case and case.run.abstraction:
+            inputs = [scalar.term for scalar in case.scalars()]
+            search = Search(case.run.abstraction, premises, proven, claim, inputs, seconds, case.cuts)
+            result, solver = search.run()
+        else:
+            result, solver = _searched(premises, claim, seconds)
         if result == Result.SAT:
             at = f" at {_model(solver, case)}" if case else ""
             return Outcome("refuted", time.process_time() - start, f"{name}: not{at}")
         if result == Result.UNKNOWN:
             slow.append(name)
+        else:
+            proven.append(claim.term)
     return Outcome("out of time" if slow else "proven", time.process_time() - start, "; ".join(slow))
+
+
+def _searched(premises: list, claim: Bool, seconds: int) -> tuple[Result, Bitwuzla]:
+    options = Options()
+    options.set(Option.PRODUCE_MODELS, True)
+    options.set(Option.TIME_LIMIT_PER, seconds * 1000)
+    solver = Bitwuzla(tm, options)
+    for premise in premises:
+        solver.assert_formula(premise)
+    solver.assert_formula((~claim).term)
+    return solver.check_sat(), solver
 
 
 def _model(solver: Bitwuzla, case: Case) -> str:

@@ -51,11 +51,13 @@ def _lemma(task):
 
 
 def _rule(task):
+    import rounding
     import rules
     from lemma import solved
 
     number, op, size, broken, seconds, _ = task
-    return task[:4], solved([], {"rule": rules.shown(rules.CHECKS[number][0], op, size, broken)}, seconds)
+    rule = [*rules.CHECKS, *rounding.CHECKS][number][0]
+    return task[:4], solved([], {"rule": rules.shown(rule, op, size, broken)}, seconds)
 
 
 def _run(task):
@@ -75,6 +77,7 @@ def main() -> int:
     except ImportError:
         print("make prove needs bitwuzla: pip install 'bitwuzla>=0.9,<0.10'", file=sys.stderr)
         return 1
+    import rounding
     import rules
     from lemmas import LEMMAS
 
@@ -90,7 +93,7 @@ def main() -> int:
                 for broken in (False, True):
                     tasks.append((number, precision, broken, arguments.seconds, files))
                     labels[number, precision, broken] = f"{lemma.name}, {precision}"
-    for number, (_, name, operations, sizes) in enumerate(rules.CHECKS):
+    for number, (_, name, operations, sizes) in enumerate([*rules.CHECKS, *rounding.CHECKS]):
         for op in operations:
             for size in sizes:
                 if not arguments.fast and arguments.only in f"rule: {name}":

@@ -1,7 +1,9 @@
 """Every lemma, from the leaves up."""
 
-from lemmas import compensation, force_loop, protection, tables, tick, velocity
+from lemmas import compensation, force_loop, learning, plausibility, protection, tables, tick, velocity
 
 LEMMAS = [
-    lemma for room in (compensation, tables, force_loop, velocity, protection, tick) for lemma in room.LEMMAS
+    lemma
+    for room in (compensation, tables, force_loop, velocity, protection, plausibility, learning, tick)
+    for lemma in room.LEMMAS
 ]

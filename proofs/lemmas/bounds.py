@@ -7,6 +7,8 @@ from lemma import Formulas
 from terms import Bool, Word
 
 LARGEST = 1e12
+#: Largest gain of a lead network that a learner publishes; a configured one is at most `LARGEST`.
+LEAD_GAIN = 2.0**84
 #: The largest `f32`, which bounds a reading in either precision.
 MOST = 3.4028234663852886e38
 #: The end of a ramp.
@@ -22,9 +24,10 @@ def nothing(v) -> Formulas:
 def lead_bounds(lead) -> Formulas:
     """As `LeadNetwork::new` leaves them, by the lemma on it."""
     return {
-        "pole": lead.pole.within(-1.0, 1.0) & (lead.pole < 1.0),
-        "rate": lead.rate.within(0.0, 1001.0),
-        "gain": lead.gain.within(0.0, LARGEST),
+        "pole": lead.pole.within(-1.0, 1.0),
+        "decay": lead.pole < 1.0,
+        "rate": lead.rate.within(0.0, 1024.0),
+        "gain": lead.gain.within(0.0, LEAD_GAIN),
     }
 
 

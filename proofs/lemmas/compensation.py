@@ -5,7 +5,16 @@ from __future__ import annotations
 import rules
 from lemma import Case, Formulas, Lemma, Twin
 
-from lemmas.bounds import EVERYTHING, LARGEST, lead_bounds, nothing, raised, untouched, washout_bound
+from lemmas.bounds import (
+    EVERYTHING,
+    LARGEST,
+    LEAD_GAIN,
+    lead_bounds,
+    nothing,
+    raised,
+    untouched,
+    washout_bound,
+)
 from lemmas.tables import evaluation
 
 
@@ -119,11 +128,11 @@ def compensation_shows(v: Case) -> Formulas:
 
 _MAGNITUDES = (
     rules.never_grows,
-    rules.product(1001.0, 2.0),
+    rules.product(1024.0, 2.0),
     rules.total(1.0),
     *tuple(rule for big in (2.0**36, 2.0**65) for rule in (rules.total(big), rules.total(2.0 * big))),
-    rules.product(1000000000000.0, 2.0**68),
-    rules.product(1000000000000.0, 2.0**39),
+    rules.product(LEAD_GAIN, 2.0**68),
+    rules.product(LEAD_GAIN, 2.0**39),
 )
 
 LEMMAS = [

@@ -149,11 +149,11 @@ pub struct Learning {
     pub guard: bool,
     /// Opening (1) below which nothing is learned.
     pub excitation: f64,
-    /// Bounds of the flow gain over the table's (1).
+    /// Bounds of the flow gain over the table's (1), within [0.01, 100].
     pub flow_gain_bounds: [f64; 2],
-    /// Bounds of the valve gain over the configured one (1).
+    /// Bounds of the valve gain over the configured one (1), within [0.01, 100].
     pub valve_gain_bounds: [f64; 2],
-    /// Bounds of the response delay over the configured one (1).
+    /// Bounds of the response delay over the configured one (1); the longest delay is at most 10 s.
     pub response_delay_bounds: [f64; 2],
     /// Time (s), at least 0.02, without a new calibration, after which the one in use has expired; `f64::MAX` for
     /// never.

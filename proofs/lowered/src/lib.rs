@@ -129,6 +129,12 @@ macro_rules! steps {
                 *status = output.status;
                 output.voltage
             }
+            learner(config: &Learner<T, N>, state: &mut LearnerState<T>, window: &Window<T>, out: &mut Calibration<T>) {
+                *out = config.update(state, window);
+            }
+            publish(config: &Channel<T, N>, state: &mut ChannelState<T>, calibration: &Calibration<T>) {
+                config.publish(state, calibration);
+            }
             }
         }
     };

@@ -17,6 +17,12 @@ use crate::parameters::Parameters;
 
 /// Largest computation delay (samples).
 const MOST_COMPUTATION: f64 = 1000.0;
+/// Bounds (1) of the gains' bounds.
+const GAINS: [f64; 2] = [0.01, 100.0];
+/// Longest response delay (s) that can be learned, and longest lag (samples) of the lead network. With such a lag its pole is
+/// below 1 in single precision.
+const LONGEST_DELAY: f64 = 10.0;
+const LONGEST_LAG: f64 = 524_288.0;
 /// Least intended number of windows per second (Hz).
 const WINDOW_RATE: f64 = 200.0;
 /// Ticks of the shortest window.
@@ -59,6 +65,19 @@ const fn bounds(parameter: &'static str, [lowest, highest]: [f64; 2]) -> Result<
     Ok([lowest, highest])
 }
 
+/// The same for a gain.
+const fn gains(parameter: &'static str, [lowest, highest]: [f64; 2]) -> Result<[f64; 2], ConfigError> {
+    let [least, most] = GAINS;
+    check!(within(parameter, highest, check!(within(parameter, lowest, least, most)), most));
+    Ok([lowest, highest])
+}
+
+/// Refuses a lead network whose lag is too long at the longest delay (s), in samples of this period (s).
+const fn decaying(alpha: f64, delay: f64, sample: f64) -> Result<f64, ConfigError> {
+    let most = LONGEST_LAG * sample / delay;
+    within("lead_alpha", alpha, 0.0, most / (2.0 + most))
+}
+
 macro_rules! constructor {
     ($t:ty) => {
         impl Priors<$t> {
@@ -87,7 +106,8 @@ macro_rules! constructor {
             /// From the rig's parameters.
             ///
             /// # Errors
-            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz.
+            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz; a `lead_alpha`
+            /// with which the lead network's lag at the longest delay exceeds 524,288 samples.
             pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
                 check!(within("sample_rate", p.sample_rate, LOWEST_RATE, LARGEST));
                 let l = &p.learning;
@@ -114,14 +134,16 @@ macro_rules! constructor {
                 let lowest = if least > 2.0 * sample { least } else { 2.0 * sample };
                 let most = most * p.response_delay;
                 let highest = if most > lowest { most } else { lowest };
+                check!(within("response_delay_bounds", highest, 0.0, LONGEST_DELAY));
                 let nominal = if p.response_delay > lowest { p.response_delay } else { lowest };
                 let delay_change = t::DELAY_RATE * nominal * period;
                 let velocity_delay = check!(within("velocity_delay", p.velocity_delay, 0.0, 1.0));
                 let [lead, lag] = t::VELOCITY_DELAY_REACH;
-                let [least_flow, most_flow] = check!(bounds("flow_gain_bounds", l.flow_gain_bounds));
-                let [least_gain, most_gain] = check!(bounds("valve_gain_bounds", l.valve_gain_bounds));
+                let [least_flow, most_flow] = check!(gains("flow_gain_bounds", l.flow_gain_bounds));
+                let [least_gain, most_gain] = check!(gains("valve_gain_bounds", l.valve_gain_bounds));
                 let excitation = check!(positive("excitation", l.excitation));
-                let alpha = p.lead_alpha;
+                let longest = if highest > nominal { highest } else { nominal };
+                let alpha = check!(decaying(p.lead_alpha, longest + velocity_delay + lag * nominal, sample));
                 let low_pass = share(tau * t::LOW_PASS, period);
                 let grid = CurveGrid::over(p.greatest_flow());
                 let mut learner = Self {

@@ -3,6 +3,7 @@
 mod closed_forms;
 mod configured;
 mod deviations;
+mod established;
 mod flows;
 mod known_noise;
 mod least_squares;

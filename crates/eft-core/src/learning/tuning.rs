@@ -28,6 +28,9 @@ pub(crate) const EXCITATION_TIME: f64 = 0.1;
 /// Square of the lowest frequency (1/s²) at which leakage and the oil's compression are distinguished.
 pub(crate) const SLOWEST: f64 = 1.0e-6;
 
+/// Square of the highest frequency (1/s²) that the lead network's gain is corrected for; no motion is as fast.
+pub(crate) const FASTEST: f64 = 1.0e12;
+
 /// Largest rate of the flow gain (1/s).
 pub(crate) const FLOW_GAIN_RATE: f64 = 0.5;
 /// Largest rate of the valve gain (1/s).

@@ -7,6 +7,7 @@
 use crate::compensation::LeadNetwork;
 use crate::integrity::integrity;
 use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors};
+use crate::learning::tuning::FASTEST;
 use crate::number::Real;
 
 /// Constants of the estimate; delays in s, periods in s.
@@ -100,6 +101,9 @@ impl<T: Real> ValveEstimator<T> {
         let [shortest, _] = self.priors.delay.bounds;
         let delay = found.delay.value + velocity_delay;
         let delay = if delay > shortest { delay } else { shortest };
+        // Bounded, for sums that are not finite. Without a sign its root needs no check.
+        let square = square.abs();
+        let square = if square < T::splat(FASTEST) { square } else { T::splat(FASTEST) };
         let added = self.amplitude(delay, square) / self.amplitude(found.delay.value, square);
         let lag = self.lag_per_delay * delay;
         let per = T::splat(1.0) / (lag + self.sample);

@@ -1,0 +1,169 @@
+"""The learner."""
+
+from __future__ import annotations
+
+from lemma import Case, Formulas, Lemma, Twin
+from terms import Bool, Float
+
+from lemmas.bounds import LARGEST, lead_bounds, nothing, untouched
+
+#: Bounds of each gain (1), and the longest delay (s), that `Learner::new` accepts.
+GAINS = (0.01, 100.0)
+LONGEST = 10.0
+#: Longest lag of the lead network (samples): its pole stays below 1 in single precision.
+LAG = 2.0**20
+#: Lowest level of the guard (1), and farthest null offset (1) and asymmetry (1).
+LEVEL = 0.5
+NULL = 0.05
+ASYMMETRY = 0.3
+
+
+def larger(a: Float, b) -> Float:
+    b = Float.of(b, a.size) if isinstance(b, float) else b
+    return (a > b).pick(a, b)
+
+
+def smaller(a: Float, b) -> Float:
+    b = Float.of(b, a.size) if isinstance(b, float) else b
+    return (a < b).pick(a, b)
+
+
+def control_shows(v: Case) -> Formulas:
+    c, s, after, out = v.config, v.state, v.after["state"], v.after["out"]
+    lost = ~v.window.lost.same(0)
+    fixed = c.adapts.same(0)
+    kept, left = s.evidence, after.evidence
+    return {
+        "the calibration is that of the window": out.window.same(v.window.number),
+        "without adaptation the estimates keep their bits": fixed.implies(
+            untouched(s.flow, after.flow) & untouched(s.valve.found, after.valve.found)
+        ),
+        "without adaptation the sums keep their bits": fixed.implies(untouched(s.evidence, after.evidence)),
+        "a window with a lost sample leaves the sums": lost.implies(
+            untouched(kept, left, ("evidence.curve.asymmetry", "evidence.curve.null"))
+        ),
+        "without the guard the level keeps its bits": c.guards.same(0).implies(
+            s.guard.level.same(after.guard.level)
+        ),
+        "the estimates are published bit for bit": out.flow_gain.same(after.flow.gain.value)
+        & out.valve_gain.same(after.valve.found.gain.value)
+        & out.response_delay.same(after.valve.found.delay.value)
+        & out.null_offset.same(after.evidence.curve.null)
+        & out.level.same(after.guard.level),
+    }
+
+
+def corrects_given(v: Case) -> Formulas:
+    return {"corrects": (v.config.corrects <= v.config.adapts)}
+
+
+def start(priors) -> dict[str, tuple]:
+    """The estimates' bounds: those of the configuration, and the value at the start, which may lie outside them."""
+    (least, most), (shortest, longest) = (
+        (range_.bounds[0], range_.bounds[1]) for range_ in (priors.gain, priors.delay)
+    )
+    nominal = priors.nominal_delay
+    return {
+        "gain": (smaller(least, 1.0), larger(most, 1.0)),
+        "delay": (smaller(shortest, nominal), larger(longest, nominal)),
+    }
+
+
+def configured(v: Case) -> Formulas:
+    """As `Learner::new` leaves it, by the Rust test `what_the_proofs_take_for_granted`."""
+    flow, valve = v.config.flow.priors, v.config.valve.priors
+    sample = v.config.valve.sample
+    given = {
+        "sample": sample.within(1e-13, 0.0051),
+        "lowest level": v.config.guard.lowest.equals(LEVEL),
+        "lead gain": v.config.valve.lead_gain.within(0.0, LARGEST),
+        "lag per delay": v.config.valve.lag_per_delay.within(2.0**-9, 2.0**11),
+        "null gain": v.config.null_gain.within(0.0, LARGEST),
+        "null change": v.config.curve.null_change.within(0.0, 1.0),
+        "asymmetry change": v.config.curve.change.within(0.0, 1.0),
+        **{f"configured {name}": formula for name, formula in lead_bounds(v.config.lead).items()},
+    }
+    for name, priors in (("flow", flow), ("valve", valve)):
+        for kind, range_ in (("gain", priors.gain), ("delay", priors.delay)):
+            given[f"{name} {kind} range"] = (range_.bounds[0] <= range_.bounds[1]) & range_.change.within(
+                0.0, 100.0
+            )
+        lowest, highest = GAINS
+        given[f"{name} gain"] = (priors.gain.bounds[0] >= lowest) & (priors.gain.bounds[1] <= highest)
+    shortest, longest = start(valve)["delay"]
+    given["response delay"] = (shortest >= sample + sample) & (longest <= LONGEST)
+    least, most = start(flow)["delay"]
+    given["velocity delay"] = (least >= -LONGEST) & most.within(0.0, 2.0 * LONGEST + 1.0)
+    lag = v.run.compute("fmul", v.config.valve.lag_per_delay, v.run.compute("fadd", longest, most))
+    given["lag"] = lag <= sample * LAG
+    return given
+
+
+def kept(v: Case, state) -> Formulas:
+    """What each window keeps."""
+    said = {
+        "level": state.guard.level.within(LEVEL, 1.0),
+        "null offset": abs(state.evidence.curve.null) <= NULL,
+        "asymmetry": abs(state.evidence.curve.asymmetry) <= ASYMMETRY,
+    }
+    for name, priors, found in (
+        ("flow", v.config.flow.priors, state.flow),
+        ("valve", v.config.valve.priors, state.valve.found),
+    ):
+        for kind, (lowest, highest) in start(priors).items():
+            said[f"{name} {kind}"] = getattr(found, kind).value.within(lowest, highest)
+    return said
+
+
+def estimates_given(v: Case) -> Formulas:
+    # Checkpoints keep evidence, and a rejection restores it.
+    before = kept(v, v.state)
+    for name, checkpoint in (("older", v.state.checkpoints.older), ("newer", v.state.checkpoints.newer)):
+        before[f"{name} null offset"] = abs(checkpoint.curve.null) <= NULL
+        before[f"{name} asymmetry"] = abs(checkpoint.curve.asymmetry) <= ASYMMETRY
+    return {**configured(v), **{f"before: {name}": formula for name, formula in before.items()}}
+
+
+def estimates_shows(v: Case) -> Formulas:
+    out = v.after["out"]
+    return {
+        **{f"kept: {name}": formula for name, formula in kept(v, v.after["state"]).items()},
+        "reciprocal of the flow gain": out.per_flow_gain.within(2.0**-7, 2.0**7),
+        "null signal": out.null_signal.is_finite(),
+    }
+
+
+def lead_shows(v: Case) -> Formulas:
+    """From the estimates that are kept. That the pole is less than 1 follows by hand from the bound of the lag."""
+    lead, after = v.after["out"].lead, v.after["state"]
+    found = (after.flow.gain, after.flow.delay, after.valve.found.gain, after.valve.found.delay)
+    v.cuts += [estimate.value.term for estimate in found] + [after.guard.level.term]
+    said = {f"kept: {name}": formula for name, formula in kept(v, after).items()}
+    bounds = lead_bounds(lead)
+    return {**said, **{f"lead: {name}": bounds[name] for name in ("gain", "pole", "rate")}}
+
+
+def published_shows(v: Case) -> Formulas:
+    """Each scalar of the calibration is stored bit for bit in the place that is not in use."""
+    before, after = v.state, v.after["state"]
+    put = Bool(True)
+    for path, value in v.calibration.all().items():
+        slots = [after.calibrations[n].all()[f"calibrations.{n}.{path}"] for n in range(2)]
+        put = put & (value.same(slots[0]) | value.same(slots[1]))
+    used = after.in_use.slot.__0 & 1
+    kept_ = [used.same(n).implies(untouched(before.calibrations[n], after.calibrations[n])) for n in range(2)]
+    return {
+        "the calibration is put in one place": put,
+        "the one in use keeps its bits": kept_[0] & kept_[1],
+        "the controller keeps its state": untouched(before.controller, after.controller),
+        "the protection keeps its state": untouched(before.protection, after.protection),
+    }
+
+
+LEMMAS = [
+    Lemma("publication", "publish", nothing, published_shows, Twin(swap=("xor", "or")), refined=True),
+    Lemma("learner, any state and window", "learner", corrects_given, control_shows, Twin(without="corrects"), refined=True),
+    Lemma("learner, estimates", "learner", estimates_given, estimates_shows, Twin(without="before: valve delay"), refined=True),
+    Lemma("learner, lead network", "learner", estimates_given, lead_shows, Twin(without="lead gain"), refined=True, fast=False,
+          hard=True),
+]  # fmt: skip
