@@ -115,7 +115,9 @@ def test_the_verdict_keeps_the_gains_of_a_loop_that_cannot_be_designed_for_the_t
 
 def test_the_designed_loop_tolerates_a_flow_gain_that_would_make_the_paper_s_unstable():
     designed = {"controller.force_loop": "robust", "compensation.feedforward": True}
-    wrong = RIG.replace(designed | {"compensation.look_ahead": True, "truth.servovalve.flow_gain_scale": 1.05})
+    wrong = RIG.replace(
+        designed | {"compensation.look_ahead": True, "truth.servovalve.flow_gain_scale": 1.05}
+    )
     run = eft.simulate(wrong, eft.sine_sweep(2200.0, 0.0, 10.0, 32.0, 4096.0))
     assert run.metrics()["nrmse"] == pytest.approx(0.064, abs=0.001)
     level = eft.linear.stability_margins(RIG.replace(designed), sampled=True).level
