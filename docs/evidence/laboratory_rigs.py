@@ -2,8 +2,8 @@
 
 ``python docs/evidence/laboratory_rigs.py [COUNT] [SEED]`` runs the tests and adds a row for each rig to
 ``data/laboratory_rigs.csv``, after the existing rows. A rig takes two to four seconds of one core. The same
-seed makes the same rigs on every machine. Each other seed has a separate file. The integral part of the designed
-loop was chosen with 40 rigs of seed 16. Seed 8128 was run last.
+seed makes the same rigs on every machine. Each other seed has a separate file. The integral part of the
+designed loop was chosen with 40 rigs of seed 16. Seed 8128 was run last.
 """
 
 import sys

@@ -203,7 +203,7 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
 
 
 def _learned(rig: Rig, rate: float) -> Rig:
-    """The rig after self-calibration. A designed loop keeps its gains, which are those for the configured rig."""
+    """The rig after self-calibration, with the gains that were designed for the configured rig."""
     changes: dict[str, object] = {"servovalve.flow_gain_scale": 1.0}
     if rig["controller.force_loop"] == "robust":
         changes |= design_force_loop(rig, rate).coefficients
