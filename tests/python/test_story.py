@@ -44,6 +44,11 @@ def answer(capsys, *arguments, code=0):
 QUAKE = ["--record", "elcentro", "--scale", "0.5"]
 
 
+@pytest.mark.parametrize("rig", ["large", "small"])
+def test_a_rig_of_a_data_sheet_has_no_key_without_effect(rig, rigs, capsys):
+    assert answer(capsys, "check", "--rig", f"{rig}.toml", *QUAKE)["idle_keys"] == []
+
+
 def test_the_page_s_numbers_are_those_of_its_commands(rigs, capsys):
     text = PAGE.read_text(encoding="utf-8")
     outputs = re.findall(r"```text output\n(.*?)```", text, re.DOTALL)

@@ -204,6 +204,7 @@ def _controlled(keys: Mapping[str, Any], sample_rate: Any) -> Rig:
         "controller.force_sensitivity": FULL_SCALE / largest,
         "controller.sample_rate": sample_rate,
         "controller.force_loop": "robust",
+        "controller.realization": "digital",
         "compensation.supply_correction": "supply.pump_flow" in keys,
         **dict(SELF_CALIBRATION),
     }
