@@ -263,3 +263,46 @@ impl Parameters<'static> {
         stuck_samples: 0,
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn adaptation_and_guard_need_a_learner() {
+        let on = |adaptive, guard| Learning { adaptive, guard, ..Learning::OFF }.is_on();
+        assert_eq!([on(false, false), on(true, false), on(false, true)], [false, true, true]);
+        let learner = |learning: Learning| (learning.adaptive, learning.guard, learning.curve_correction);
+        assert_eq!(learner(Learning::OFF), (false, false, false));
+        assert_eq!(learner(Learning::ADAPTIVE), (true, true, false));
+    }
+
+    #[test]
+    fn only_a_loop_that_the_channel_closes_integrates() {
+        let integrates = |realization, integral_gain| {
+            Parameters { realization, integral_gain, ..Parameters::ZHAO2005 }.integrates()
+        };
+        assert!(integrates(Realization::Digital, 4.0) && !integrates(Realization::Digital, 0.0));
+        assert!(!integrates(Realization::Analog, 4.0));
+    }
+
+    #[test]
+    fn the_greatest_flow_is_that_of_either_direction() {
+        let greatest =
+            |mode, flows: &[f64]| Parameters { mode, flows, ..Parameters::ZHAO2005 }.greatest_flow();
+        for (mode, flows, expected) in [
+            (Mode::Nonlinear, [-3.0, 0.0, 2.0], 3.0),
+            (Mode::Off, [-1.0, 0.0, 2.0], 2.0),
+            (Mode::Linear, [-3.0, 0.0, 2.0], 1.64e-2),
+        ] {
+            assert!((greatest(mode, &flows) - expected).abs() < 1e-15, "{mode:?} {flows:?}");
+        }
+    }
+
+    /// The controller of the paper: a proportional-derivative loop with velocity feedback, and nothing else.
+    #[test]
+    fn the_papers_rig_has_neither_feedforward_nor_a_measured_supply() {
+        let Parameters { feedforward, look_ahead, supply_correction, .. } = Parameters::ZHAO2005;
+        assert!(!feedforward && !look_ahead && !supply_correction);
+    }
+}

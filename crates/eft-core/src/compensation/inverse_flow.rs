@@ -132,6 +132,20 @@ mod tests {
         }
     }
 
+    /// `level·Q/K_v`, whatever the load, up to the stroke.
+    #[test]
+    fn the_linear_inverse_is_a_straight_line_of_any_level() {
+        for level in [0.0, 5e-4, 0.5, 1.0, 2.0] {
+            let p = Parameters { mode: Mode::Linear, level, ..Parameters::ZHAO2005 };
+            let inverse = InverseFlow::<f64, 21>::new(&p).unwrap();
+            for flow in [-0.05, -1e-3, 0.0, 5e-3, 0.015, 0.05] {
+                let expected = (level * flow / p.flow_gain).clamp(-1.0, 1.0);
+                let found = inverse.opening(inverse.demand(flow, 5e4, 0.3, 1.0).0).0;
+                assert!((found - expected).abs() < 1e-12, "{level} {flow}: {found} {expected}");
+            }
+        }
+    }
+
     #[test]
     fn a_demand_beyond_the_table_is_flagged_in_both_directions() {
         let p = Parameters::ZHAO2005;

@@ -2,6 +2,8 @@
 
 mod lanes;
 pub(crate) mod scalar;
+#[cfg(test)]
+mod tests;
 
 pub use lanes::{LaneFlags, LaneMask, Lanes};
 pub use scalar::{Flags, Mask, Real, Scalar};

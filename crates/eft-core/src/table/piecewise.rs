@@ -153,8 +153,24 @@ pub(crate) fn search<R, S: Real, const N: usize>(rows: &[R; N], start: impl Fn(&
 }
 
 #[cfg(test)]
+#[allow(clippy::indexing_slicing, reason = "a test may panic")]
 mod tests {
     use super::*;
+    use crate::number::{LaneMask, Lanes};
+
+    #[test]
+    fn beyond_its_ends_a_map_is_level_in_every_lane() {
+        let map = PiecewiseLinear::<f64, 3>::new("x", &[-1.0, 0.0, 2.0], "y", &[-3.0, 0.0, 1.0]).unwrap();
+        let x = [-1.5, -0.5, 1.0, 2.5];
+        let (values, slopes, outside) =
+            ([-3.0, -1.5, 0.5, 1.0], [0.0, 3.0, 0.5, 0.0], [true, false, false, true]);
+        for (n, x) in x.into_iter().enumerate() {
+            assert_eq!(map.eval_with_slope(x), (values[n], slopes[n], outside[n]));
+        }
+        let wide = PiecewiseLinear::<Lanes<f64, 4>, 3>::pack(|_| &map);
+        assert_eq!(wide.eval_with_slope(Lanes(x)), (Lanes(values), Lanes(slopes), LaneMask(outside)));
+        assert_eq!(PiecewiseLinear::<f64, 3>::pack(|_| &map), map);
+    }
 
     /// The row that is found, and the number of rows that were compared.
     fn searched<const N: usize>(starts: [f32; N], x: f32) -> (f32, u32) {

@@ -205,6 +205,38 @@ mod tests {
         assert!(s == before && d == before_d);
     }
 
+    fn made(velocity_source: VelocitySource) -> Velocity<f64> {
+        Velocity::<f64>::new(&Parameters { velocity_source, ..Parameters::ZHAO2005 }).unwrap()
+    }
+
+    #[test]
+    fn an_observer_takes_force_over_mass_for_the_acceleration() {
+        let gains = [0.05, 5.0, 50.0];
+        let by_force = made(VelocitySource::Observer { gains, mass: 4.0 });
+        let by_sensor = made(VelocitySource::Accelerometer { gains });
+        let at = |displacement, acceleration| Input {
+            displacement,
+            acceleration,
+            force: 4.0 * acceleration,
+            ..Input::default()
+        };
+        let (mut state, velocity) = by_force.prime(&at(0.02, 3.0));
+        let (mut like, _) = by_sensor.prime(&at(0.02, 3.0));
+        assert_eq!((state, velocity), (like, 0.0));
+        let moved = at(0.021, 5.0);
+        assert_eq!((by_force.step(&mut state, &moved), state), (by_sensor.step(&mut like, &moved), like));
+    }
+
+    #[test]
+    fn the_largest_displacement_ends_a_gap() {
+        let derivative = made(VelocitySource::Derivative { corner: 80.0 });
+        for (displacement, resumes) in [(LARGEST, true), (1.001 * LARGEST, false)] {
+            let mut state = VelocityState::default();
+            derivative.resume(&mut state, &Input { displacement, ..Input::default() }, 4.0);
+            assert_eq!(state != VelocityState::default(), resumes, "{displacement}");
+        }
+    }
+
     #[test]
     fn bad_parameters_are_refused() {
         assert!(FilteredDerivative::<f64>::new(0.0, RATE).is_err());

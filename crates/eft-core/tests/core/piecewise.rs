@@ -202,6 +202,13 @@ fn knots_that_merge_in_f32_are_refused_there_only() {
 }
 
 #[test]
+fn a_table_too_narrow_for_its_index_is_refused() {
+    let narrow = [0.0, 5.0e-39, 1.0e-38];
+    let refused = FlowTable::<f32, 3>::new(&narrow, &narrow).map(|_| ());
+    assert_eq!(refused, Err(ConfigError::TooSteep { parameter: "flows", index: 2 }));
+}
+
+#[test]
 fn slopes_that_overflow_are_refused() {
     let steep = FlowTable::<f32, 2>::new(&[0.0, 1.0e-38], &[0.0, 100.0]).map(|_| ());
     assert_eq!(steep, Err(ConfigError::TooSteep { parameter: "flows", index: 1 }));

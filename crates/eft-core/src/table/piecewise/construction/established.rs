@@ -56,7 +56,7 @@ macro_rules! holds {
                 assert!(row.slope == 0.0);
             }
         }
-        assert!(map.cell(rows[0].start.next_down()) < 0);
+        assert!(map.cell(rows[0].start.next_down()) < 0 && map.cell(rows[len - 1].start) < CELLS as i32);
         for (cell, &entry) in map.cells.iter().enumerate() {
             let first = entry as usize;
             if entry == CROWDED {
