@@ -162,6 +162,32 @@ mod tests {
     use super::*;
 
     #[test]
+    fn bounds_are_in_their_range_and_zero_is_not_positive() {
+        let accepted = [0.999, 1.0, 1.5, 2.0, 2.001].map(|value| within("level", value, 1.0, 2.0).is_ok());
+        assert_eq!(accepted, [false, true, true, true, false]);
+        let zero = ConfigError::NotPositive { parameter: "mass", value: 0.0 };
+        assert_eq!((positive("mass", 0.0), positive("mass", 2.0)), (Err(zero), Ok(2.0)));
+        let ranges = [0.0, 7.0, LARGEST, 1.001 * LARGEST, f64::MAX].map(|value| range("spool_range", value));
+        assert_eq!(ranges, [0.0, 7.0, LARGEST, LARGEST, LARGEST].map(Ok));
+    }
+
+    #[test]
+    fn only_small_and_large_numbers_have_powers_of_ten() {
+        for (number, text) in [
+            (0.0, "0"),
+            (-2.5, "-2.5"),
+            (1e-3, "0.001"),
+            (9.9e-4, "9.9e-4"),
+            (9_999_999.0, "9999999"),
+            (1e7, "1e7"),
+            (f64::NEG_INFINITY, "-inf"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(Short(number).to_string(), text);
+        }
+    }
+
+    #[test]
     fn no_message_counts_zeros() {
         let error = positive("sample_rate", 1e-300).unwrap_err();
         assert_eq!(error.to_string(), "sample_rate = 1e-300: must lie in [1e-18, 1e12]");

@@ -106,3 +106,6 @@ impl<S: Scalar> ChannelLanesState<S> {
         self.window.lane(lane)
     }
 }
+
+#[cfg(test)]
+mod tests;

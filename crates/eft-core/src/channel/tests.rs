@@ -443,3 +443,34 @@ fn a_gap_is_longer_than_its_time() {
     let ticks = |gap_time| Channel::<f64, 21>::new(&Parameters { gap_time, ..RIG }).unwrap().gap_ticks;
     assert_eq!([0.0, 0.25, 0.01, f64::MAX].map(ticks), [1, 1025, 41, u32::MAX]);
 }
+
+#[test]
+fn a_velocity_estimate_continues_from_the_mean_velocity_of_a_gap_and_not_of_a_shorter_one() {
+    let velocity_source = VelocitySource::Derivative { corner: 80.0 };
+    let channel = Channel::<f64, 21>::new(&Parameters { velocity_source, protection: None, ..RIG }).unwrap();
+    let at = |displacement| Input { displacement, ..swing(0) };
+    // 10 ms are more than 40 ticks. After fewer the two low-passes see a step.
+    let step = 0.1156239 * 0.1156239 * 0.01 * 4096.0;
+    for (lost, expected) in [(41, 0.01 / 42.0 * 4096.0), (40, step), (60, 0.01 / 61.0 * 4096.0)] {
+        let mut state = channel.at_rest();
+        channel.step(&mut state, &at(0.0));
+        for _ in 0..lost {
+            assert!(channel.step(&mut state, &at(f64::NAN)).velocity.is_nan());
+        }
+        let velocity = channel.step(&mut state, &at(0.01)).velocity;
+        assert!((velocity - expected).abs() < 1e-5 * expected, "{lost}: {velocity}, not {expected}");
+    }
+}
+
+#[test]
+fn without_a_protection_every_command_is_permitted_and_the_whole_output_passes() {
+    let channel = Channel::<f64, 21>::new(&Parameters { protection: None, ..RIG }).unwrap();
+    let mut state = channel.at_rest();
+    for tick in 1..100 {
+        let input = swing(tick);
+        let out = channel.step(&mut state, &input);
+        let held = channel.hold(&state);
+        assert_eq!((out.permitted_command, out.authority), (input.command, 1.0));
+        assert_eq!((held.voltage, held.authority), (out.voltage, 1.0));
+    }
+}

@@ -188,3 +188,26 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A valve as configured, a flow table without a correction, and estimates of unknown error.
+    #[test]
+    fn the_nominal_calibration_changes_nothing() {
+        let found = Calibration::<f64>::nominal(&Parameters::ZHAO2005).unwrap();
+        let factors = [found.flow_gain, found.per_flow_gain, found.valve_gain, found.level];
+        let offsets = [found.velocity_delay, found.null_offset, found.null_signal, found.test_ratio];
+        assert_eq!((factors, offsets, found.response_delay), ([1.0; 4], [0.0; 4], 5.0e-3));
+        for piece in found.curve {
+            assert_eq!(piece, CurvePiece { offset: 0.0, slope: 1.0 });
+        }
+        let Deviations { flow_gain, valve_gain, response_delay, velocity_delay, null_offset } =
+            found.deviations;
+        let deviations = [flow_gain, valve_gain, response_delay, velocity_delay, null_offset];
+        assert!(deviations.into_iter().all(|deviation| deviation > f64::MAX));
+        // 1/(G_p·K_s)
+        assert!((found.lead.gain() * 0.8059 * 0.1 - 1.0).abs() < 1e-15);
+    }
+}

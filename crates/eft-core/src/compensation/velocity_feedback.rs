@@ -273,6 +273,22 @@ mod tests {
     use crate::parameters::Learning;
 
     #[test]
+    fn an_invalid_measurement_primes_a_rig_at_rest() {
+        let compensation = Compensation::<f64, 21>::new(&Parameters::ZHAO2005).unwrap();
+        let sound =
+            CompensationInput { velocity: 0.2, force: 0.0, spool: 0.1, supply: 1.0, further_flow: 0.0 };
+        let primed = |input| compensation.prime(&input, &compensation.nominal());
+        assert_ne!(primed(sound), CompensationState::default());
+        for lost in [
+            CompensationInput { velocity: f64::NAN, ..sound },
+            CompensationInput { force: f64::INFINITY, ..sound },
+            CompensationInput { spool: -2.0 * LARGEST, ..sound },
+        ] {
+            assert_eq!(primed(lost), CompensationState::default());
+        }
+    }
+
+    #[test]
     fn only_a_learner_that_adapts_and_corrects_has_its_curve_and_null_offset_used() {
         for (adaptive, curve_correction) in [(false, false), (true, false), (false, true), (true, true)] {
             let learning = Learning { adaptive, curve_correction, ..Learning::OFF };

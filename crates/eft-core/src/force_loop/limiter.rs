@@ -115,5 +115,8 @@ mod tests {
             let (out, flags) = limiter.apply(command, -command);
             assert_eq!((out.to_bits(), flags), (command.to_bits(), 0));
         }
+        // They are finite, and so are their sums.
+        let (most, _) = limiter.apply(f32::INFINITY, 0.0);
+        assert!(limiter.apply(f32::INFINITY, most).0.is_finite());
     }
 }

@@ -186,6 +186,9 @@ mod tests {
         ] {
             assert_eq!(trips(periods(off)), expected, "{off}");
         }
+        // Also if the first one is.
+        let always = core::iter::repeat_n((NONE, 1.2e-3), 100);
+        assert_eq!(trips(always), Some((10, Cause::SamplePeriod, false)));
     }
 
     #[test]
