@@ -474,3 +474,51 @@ fn without_a_protection_every_command_is_permitted_and_the_whole_output_passes()
         assert_eq!((held.voltage, held.authority), (out.voltage, 1.0));
     }
 }
+
+/// A protection with a plausibility watch.
+const WATCHED: Option<ProtectionParameters> = Some(ProtectionParameters {
+    plausibility: Some(PlausibilityParameters::DEFAULT),
+    ..ProtectionParameters::DEFAULT
+});
+
+#[test]
+fn after_a_trip_a_share_of_the_velocity_is_compensated_and_with_an_open_loop_that_of_a_trusted_sensor() {
+    // A linear valve without delay: the compensation is A·ẋ/(K_v·G_p·K_s) at once.
+    let rig = Parameters { mode: crate::Mode::Linear, response_delay: 0.0, protection: WATCHED, ..RIG };
+    let channel = Channel::<f64, 21>::new(&rig).unwrap();
+    let moves =
+        Input { command: 0.0, velocity: 0.1, force: 0.0, spool: 0.0, displacement: 0.0, ..Input::default() };
+    // The brake removes a fifth times its share, which is a 2048th in the first tick of a ramp of half a second.
+    let closed = 0.95 - 0.95 * 0.2 / 2048.0;
+    for (cause, opens, share) in [
+        (Cause::Request, false, closed),
+        (Cause::ForceLevel, false, closed),
+        (Cause::ForceLost, true, 0.93),
+        // The velocity may be wrong, so the displacement is followed. It is at rest.
+        (Cause::ForceLevel, true, 0.0),
+    ] {
+        let mut state = channel.at_rest();
+        channel.step(&mut state, &moves);
+        if opens {
+            state.protection.shut_down_by(cause)
+        } else {
+            state.protection.trip_by(cause)
+        }
+        let found = channel.step(&mut state, &moves).compensation;
+        let whole = rig.piston_area * 0.1 / (rig.flow_gain * rig.proportional_gain * rig.valve_gain);
+        assert!((found - share * whole).abs() < 1e-6 * whole, "{cause:?}: {found}, not {}", share * whole);
+    }
+}
+
+#[test]
+fn after_a_trip_under_a_watch_every_tick_is_lost_for_the_learner() {
+    let learning = Parameters { learning: Learning::ADAPTIVE, protection: WATCHED, ..RIG };
+    let channel = Channel::<f64, 21>::new(&learning).unwrap();
+    let mut state = channel.at_rest();
+    let lost = |state: &mut _| (0..).find_map(|_| channel.step(state, &still(0)).window).unwrap().lost;
+    assert_eq!(lost(&mut state), 1);
+    state.trip();
+    for _ in 0..3 {
+        assert_eq!(lost(&mut state), channel.window_ticks());
+    }
+}

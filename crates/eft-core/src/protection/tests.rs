@@ -389,3 +389,16 @@ fn the_largest_command_is_foreseen_and_a_larger_one_is_not() {
         assert_eq!(p.preview(&state, command), foreseen);
     }
 }
+
+#[test]
+fn the_largest_command_is_permitted_and_a_larger_one_is_invalid() {
+    let largest = crate::LARGEST;
+    for (command, permitted, flags) in
+        [(largest, largest, 0), (1.001 * largest, 60.0, status::INVALID_COMMAND)]
+    {
+        let (p, mut state) = (protection(), ProtectionState::default());
+        p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
+        let out = p.step(&mut state, &input(command, 60.0, 0.0, 0.0, 0.0));
+        assert_eq!((out.command, out.status), (permitted, flags));
+    }
+}

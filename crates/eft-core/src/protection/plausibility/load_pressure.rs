@@ -134,4 +134,49 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_difference_counts_beyond_the_tolerance_a_share_and_the_change_in_a_delay() {
+        let watch = LoadPressureWatch { limit: 90.0, ..WATCH };
+        let gate = SensorGate { share: 1.0, ..GATE };
+        for (first, change, force) in
+            [(2.0e5, 1.0e4, 9.0e3), (-2.0e5, -1.0e4, 9.0e3), (2.0e5, -1.0e4, -7.0e3)]
+        {
+            let mut state = LoadPressureState::default();
+            for n in 0..3_u8 {
+                state.sum = Sum { above: 9.0, below: 9.0 };
+                let pressure = first + change * f64::from(n);
+                watch.contradicts(&mut state, &gate, (10, 12), PERIOD, [force, pressure]);
+            }
+            let pressure = first + 2.0 * change;
+            let residual = force - AREA * pressure;
+            let allowed = 500.0 + AREA * (0.03 * pressure.abs() + 2.0 * change.abs());
+            for (found, side) in [(state.sum.above, 1.0), (state.sum.below, -1.0)] {
+                let expected = 9.0 + PERIOD * (side * residual - allowed);
+                assert!((found - expected).abs() < 1e-12, "{force} {side}: {found}, not {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pressure_fails_by_twelve_repetitions_in_contradiction_or_by_eleven_lost_readings() {
+        for (sum, repeats, lost, pressure, failed) in [
+            (0.6, 11, 0, 0.0, true),
+            (0.6, 10, 0, 0.0, false),
+            (0.4, 11, 0, 0.0, false),
+            (0.0, 0, 10, f64::NAN, true),
+            (0.0, 0, 9, f64::NAN, false),
+        ] {
+            let mut state = LoadPressureState::default();
+            // A force at its tolerance leaves the sum.
+            let contradicts = |state: &mut _, pressure| {
+                WATCH.contradicts(state, &GATE, (10, 12), PERIOD, [500.0, pressure])
+            };
+            contradicts(&mut state, 0.0);
+            (state.sum.above, state.signal.repeats, state.signal.lost) = (sum, repeats, lost);
+            // Also before it has failed, a reading that repeats contradicts nothing.
+            assert!(!contradicts(&mut state, pressure), "{sum} {repeats} {lost}");
+            assert_eq!(state.failed, failed, "{sum} {repeats} {lost}");
+        }
+    }
 }

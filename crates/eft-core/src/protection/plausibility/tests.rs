@@ -4,6 +4,7 @@
 
 mod blame;
 mod equations;
+mod judgement;
 
 use super::*;
 use crate::parameters::Parameters;

@@ -1,0 +1,116 @@
+//! What one tick of the watch concludes from sums, lost readings and the load pressure.
+
+use super::*;
+use crate::protection::gate::{FORCE, VELOCITY};
+use crate::protection::plausibility::load_pressure::LoadPressureWatch;
+
+const REST: Input<f64> = Input {
+    command: 0.0,
+    velocity: 0.0,
+    force: 0.0,
+    spool: 0.0,
+    displacement: 0.0,
+    acceleration: 0.0,
+    supply_pressure: 0.0,
+    next_command: 0.0,
+    valve_command: 0.0,
+    alive: 0.0,
+    period: 0.0,
+    load_pressure: 0.0,
+};
+
+/// A state with this share of a sum's limit.
+fn with(of: usize, share: f64) -> PlausibilityState<f64> {
+    let mut state = PlausibilityState::default();
+    state.sums[of].above = share * watch().limit[of];
+    state
+}
+
+/// The cause after a tick of a rig at rest, but for command and force (N).
+fn judged(state: &mut PlausibilityState<f64>, command: f64, force: f64) -> Cause {
+    let known = Known { command, valve_command: 0.0, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0 };
+    watch().judge(state, &Input { force, ..REST }, 0.0, &known)
+}
+
+#[test]
+fn a_force_that_jumps_may_be_right_if_the_motion_contradicts_as_well() {
+    for (signal, share, cause, by_balance) in [
+        (FORCE, 0.51, Cause::ForceImplausible, true),
+        (FORCE, 0.49, Cause::ForceImplausible, false),
+        (VELOCITY, 0.51, Cause::VelocityImplausible, false),
+    ] {
+        let mut state = with(TRAVEL, share);
+        (state.signals[signal].lost, state.signals[signal].jumped) = (watch().lost_samples + 1, true);
+        assert_eq!((judged(&mut state, 0.0, 0.0), state.is_by_balance()), (cause, by_balance), "{share}");
+    }
+}
+
+#[test]
+fn a_force_that_contradicts_the_flow_may_be_right_and_a_contradicted_motion_says_nothing_of_it() {
+    for (of, cause) in [(FAST, Cause::ForceImplausible), (TRAVEL, Cause::DisplacementImplausible)] {
+        let mut state = with(of, 1.2);
+        assert_eq!((judged(&mut state, 0.0, 0.0), state.is_by_balance()), (cause, of == FAST));
+    }
+}
+
+#[test]
+fn far_from_its_command_is_further_than_ten_deviations_and_a_part_of_the_trip_level() {
+    // 10·78 N + 0.15·20 kN; half of a limit is enough then.
+    for (command, force, astray) in [
+        (3781.0, 0.0, true),
+        (-3781.0, 0.0, true),
+        (3779.0, 0.0, false),
+        (3000.0, 3000.0, false),
+        (3000.0, -800.0, true),
+    ] {
+        let cause = if astray { Cause::DisplacementImplausible } else { Cause::None };
+        assert_eq!(judged(&mut with(TRAVEL, 0.6), command, force), cause, "{command} {force}");
+    }
+}
+
+#[test]
+fn only_after_a_sample_without_a_lost_or_distrusted_reading_the_motion_continues() {
+    for (force, distrusted, goes_on) in [(0.0, false, true), (f64::NAN, false, false), (0.0, true, false)] {
+        for before in [true, false] {
+            let mut state = PlausibilityState { goes_on: before, ..Default::default() };
+            state.distrusted[VELOCITY] = distrusted;
+            assert_eq!(judged(&mut state, 0.0, force), Cause::None);
+            assert_eq!(state.goes_on, goes_on, "{force} {distrusted}");
+        }
+    }
+}
+
+#[test]
+fn a_force_jumps_while_it_is_lost_to_the_gate() {
+    for (lost, jumped, jumps) in [(0, true, false), (1, false, false), (1, true, true)] {
+        let mut state = PlausibilityState::<f64>::default();
+        (state.signals[FORCE].lost, state.signals[FORCE].jumped) = (lost, jumped);
+        assert_eq!(state.force_jumped(), jumps, "{lost} {jumped}");
+    }
+}
+
+#[test]
+fn a_load_pressure_contradicts_a_trusted_force_unless_something_else_is_wrong() {
+    let pressure =
+        LoadPressureWatch { area: 1.0, jump: 1e9, still: 0.0, tolerance: 10.0, late: 0.0, limit: 1e-3 };
+    let watch = Plausibility { load_pressure: Some(pressure), ..watch() };
+    let compared = |force: f64, before: Cause, distrusted: bool, failed: bool| {
+        let mut state = PlausibilityState::default();
+        (state.distrusted[FORCE], state.load_pressure.failed) = (distrusted, failed);
+        let found = (0..5_u8).map(|n| {
+            let input = Input { force, load_pressure: f64::from(n), ..REST };
+            watch.compare_pressure(&mut state, &input, before)
+        });
+        found.last().unwrap()
+    };
+    for (force, before, distrusted, failed, cause) in [
+        (100.0, Cause::None, false, false, Cause::ForceImplausible),
+        (100.0, Cause::VelocityLost, false, false, Cause::VelocityLost),
+        (5.0, Cause::None, false, false, Cause::None),
+        (100.0, Cause::None, true, false, Cause::None),
+        (100.0, Cause::None, false, true, Cause::None),
+    ] {
+        let flag = if failed { status::STUCK_MEASUREMENT } else { 0 };
+        assert_eq!(compared(force, before, distrusted, failed), (cause, flag), "{force} {before:?}");
+    }
+}
