@@ -109,6 +109,7 @@ constructor!(f32);
 constructor!(f64);
 
 #[cfg(test)]
+#[allow(clippy::indexing_slicing, reason = "a test may panic")]
 mod tests {
     use super::*;
 
@@ -127,6 +128,23 @@ mod tests {
                     let expected = opening(flow / root, 0.0, spool, 1.0);
                     let found = opening(flow, load * capacity, spool, supply);
                     assert!((found - expected).abs() < 1e-9, "{supply} {flow} {load}: {found} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_level_scales_every_segment_of_the_table_up_to_the_stroke() {
+        let Parameters { openings, flows, .. } = Parameters::ZHAO2005;
+        for level in [0.8, 1.0, 1.1, 1.7] {
+            let p = Parameters { level, ..Parameters::ZHAO2005 };
+            let inverse = InverseFlow::<f64, 21>::new(&p).unwrap();
+            for (x, q) in openings.windows(2).zip(flows.windows(2)) {
+                for share in [0.0, 0.05, 0.5, 0.95] {
+                    let between = |ends: &[f64]| ends[0] + share * (ends[1] - ends[0]);
+                    let expected = (level * between(x)).clamp(-1.0, 1.0);
+                    let found = inverse.opening(between(q)).0;
+                    assert!((found - expected).abs() < 1e-12, "{level} {x:?}: {found} {expected}");
                 }
             }
         }
