@@ -10,6 +10,7 @@ from lemmas import (
     tables,
     tick,
     velocity,
+    windows,
 )
 
 LEMMAS = [
@@ -24,6 +25,7 @@ LEMMAS = [
         learning,
         learned_lead,
         tick,
+        windows,
     )
     for lemma in room.LEMMAS
 ]
