@@ -8,11 +8,12 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from bitwuzla import Bitwuzla, Option, Options, Result
+from bitwuzla import Bitwuzla, Result
+from cut import Cut, nearest
 from execute import SIZES, Pointer, Run, Struct
 from ir import Leaf, Module, Refused
-from refine import Abstraction, Search
-from terms import Bool, Float, Word, all_of, tm
+from refine import Abstraction, Limit, Operation, Search, solver_within
+from terms import Bool, Float, Word, all_of
 
 Formulas = dict[str, Bool]
 
@@ -39,6 +40,8 @@ class Lemma:
     rules: tuple = ()
     #: Whether all operations begin as unknowns and are refined: see `refine.py`.
     refined: bool = False
+    #: The values of a cut, and what another lemma shows of them: see `cut.py`.
+    cut: Callable[[Case], tuple[list[Float], Formulas]] | None = None
     #: Included in a fast run.
     fast: bool = True
     #: Whether the solver may run out of time: counted as open, not as proven.
@@ -84,14 +87,23 @@ class Case:
     run: Run
     after: dict = field(default_factory=dict)
     result: object = None
-    #: See `refine.Search`.
-    cuts: list = field(default_factory=list)
+    cut: Cut | None = None
+    #: Claims on the way to those of the lemma. One that is not proven counts for nothing.
+    steps: Formulas = field(default_factory=dict)
 
     def scalars(self):
-        """Those of the arguments."""
+        """Those of the arguments, and what stands in the place of the values of a cut."""
+        yield from self.cut.unknowns if self.cut else []
         for value in self.arguments.values():
             for scalar in value.all().values() if isinstance(value, View) else [value]:
                 yield scalar._bits if isinstance(scalar, Float) else scalar
+
+    def made(self, value: Float) -> Operation:
+        """The operation whose result is a value, perhaps one of several values."""
+        found = nearest(self.run.abstraction, [value.term])
+        if len(found) != 1:
+            raise Refused(f"a value from {len(found)} operations, not from one")
+        return found[0]
 
     def __getattr__(self, name: str):
         try:
@@ -168,8 +180,6 @@ def _formulas(module: Module, lemma: Lemma, precision: str, twin: Twin | None):
     result = run.call(function, values, Bool(True), structs)
     case = Case(4 if precision == "f32" else 8, before, run)
     given = lemma.given(case)
-    if twin and twin.without:
-        del given[twin.without]
     case.after = {
         s.name: View(layouts[s.name], s.cells) if layouts[s.name][0].path else s.cells[0]
         for s in structs
@@ -177,6 +187,16 @@ def _formulas(module: Module, lemma: Lemma, precision: str, twin: Twin | None):
     }
     case.result = result
     claims = lemma.shows(case)
+    cut_at, shown = lemma.cut(case) if lemma.cut else ([], {})
+    given |= shown
+    if twin and twin.without:
+        del given[twin.without]
+    if lemma.cut:
+        case.cut = Cut(run.abstraction, cut_at)
+        premises, after = case.cut.through(list(given.values()), run.assumptions, {**case.steps, **claims})
+        case.steps, claims = ({name: after[name] for name in part} for part in (case.steps, claims))
+        run.abstraction = case.cut.abstraction
+        return premises, claims, case
     claims["every load and store meets a scalar of its size"] = all_of(run.obligations)
     return [*given.values(), *run.assumptions], claims, case
 
@@ -196,28 +216,28 @@ def check(texts: list[str], lemma: Lemma, precision: str, broken: bool, seconds:
 def solved(premises: list, claims: Formulas, seconds: int, case: Case | None = None) -> Outcome:
     """Each claim on its own; the first that fails refutes."""
     start, slow, proven = time.process_time(), [], []
-    for name, claim in claims.items():
+    steps = case.steps if case else {}
+    for name, claim in [*steps.items(), *claims.items()]:
         if case and case.run.abstraction:
             inputs = [scalar.term for scalar in case.scalars()]
-            search = Search(case.run.abstraction, premises, proven, claim, inputs, seconds, case.cuts)
+            search = Search(case.run.abstraction, premises, proven, claim, inputs, seconds)
             result, solver = search.run()
         else:
             result, solver = _searched(premises, claim, seconds)
-        if result == Result.SAT:
+        if result == Result.UNSAT:
+            proven.append(claim.term)
+        elif name in steps:
+            continue
+        elif result == Result.SAT:
             at = f" at {_model(solver, case)}" if case else ""
             return Outcome("refuted", time.process_time() - start, f"{name}: not{at}")
-        if result == Result.UNKNOWN:
-            slow.append(name)
         else:
-            proven.append(claim.term)
+            slow.append(name)
     return Outcome("out of time" if slow else "proven", time.process_time() - start, "; ".join(slow))
 
 
 def _searched(premises: list, claim: Bool, seconds: int) -> tuple[Result, Bitwuzla]:
-    options = Options()
-    options.set(Option.PRODUCE_MODELS, True)
-    options.set(Option.TIME_LIMIT_PER, seconds * 1000)
-    solver = Bitwuzla(tm, options)
+    solver = solver_within(Limit(seconds))
     for premise in premises:
         solver.assert_formula(premise)
     solver.assert_formula((~claim).term)

@@ -1,6 +1,6 @@
 """Proves the lemmas of `lemmas/` for the code of the release build, and refutes a broken twin of each.
 
-    python proofs/prove.py [--fast] [--only WORDS] [--seconds N]
+    python proofs/prove.py [--fast] [--only WORDS] [--seconds N] [--processes N]
 
 Needs Rust with the target thumbv7em-none-eabihf and `pip install bitwuzla`.
 """
@@ -70,7 +70,12 @@ def main() -> int:
         "--fast", action="store_true", help="single precision, without what takes long, and no rules"
     )
     parser.add_argument("--only", default="", help="lemmas whose name holds these words")
-    parser.add_argument("--seconds", type=int, default=240, help="for one claim (default: %(default)s)")
+    parser.add_argument(
+        "--seconds", type=int, default=240, help="of the processor for one claim (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--processes", type=int, default=min(2, os.cpu_count() or 1), help="at once (default: %(default)s)"
+    )
     arguments = parser.parse_args()
     try:
         import bitwuzla  # noqa: F401
@@ -106,7 +111,7 @@ def main() -> int:
     good = bad = unknown = 0
     # One process for each lemma, so that the solver's memory is freed.
     results = {}
-    with get_context("spawn").Pool(min(2, os.cpu_count() or 1), maxtasksperchild=1) as pool:
+    with get_context("spawn").Pool(arguments.processes, maxtasksperchild=1) as pool:
         for key, outcome in pool.imap_unordered(_run, tasks):
             results[key] = outcome
             lemma, twin = (results.get((*key[:-1], broken)) for broken in (False, True))

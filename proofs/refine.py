@@ -94,21 +94,19 @@ class Search:
     #: The scalars that may have any value.
     inputs: list[Term]
     seconds: int
-    #: Values of which only the premises and what was proven count.
-    cuts: list[Term] = field(default_factory=list)
     rounds: int = 0
 
     def run(self) -> tuple[Result, Bitwuzla | None]:
         """Unsatisfiable if the claim is proven, satisfiable with a model that violates it, or unknown."""
-        end = time.process_time() + self.seconds
         roots = [*self.premises, (~self.claim).term]
         stored = _stored(self.premises)
         for operation in self.abstraction.operations:
             operation.exact = False
-        solver = _solver(self.seconds)
+        limit = Limit(self.seconds)
+        solver = solver_within(limit)
         for formula in [*roots, *self.proven]:
             solver.assert_formula(formula)
-        while time.process_time() < end:
+        while not limit():
             result = solver.check_sat()
             if result != Result.SAT:
                 return result, None
@@ -136,7 +134,7 @@ class Search:
         """What refines the model: of the operations nearest to the claim those with the fewest before them. Exact
         products and quotients, which are hard to solve, come last."""
         level, hard = roots, None
-        seen = {cut.id() for cut in self.cuts}
+        seen: set[int] = set()
         while level:
             reached = _reached(solver, level, stored, self.abstraction, seen)
             wrong = [o for o in reached if not o.exact and not _is_true(solver, o.definition())]
@@ -159,11 +157,22 @@ class Search:
         return []
 
 
-def _solver(seconds: int) -> Bitwuzla:
+class Limit:
+    """Ends a search after some seconds of the processor."""
+
+    def __init__(self, seconds: float):
+        self._end = time.process_time() + seconds
+
+    def __call__(self) -> bool:
+        return time.process_time() > self._end
+
+
+def solver_within(limit: Limit) -> Bitwuzla:
     options = Options()
     options.set(Option.PRODUCE_MODELS, True)
-    options.set(Option.TIME_LIMIT_PER, int(seconds * 1000))
-    return Bitwuzla(tm, options)
+    solver = Bitwuzla(tm, options)
+    solver.configure_terminator(limit)
+    return solver
 
 
 def _is_true(solver: Bitwuzla, formula: Bool) -> bool:

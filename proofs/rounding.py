@@ -95,6 +95,23 @@ def ratio(a: Float, b: Float, result: Float, exponent: int) -> list[Bool]:
     ]
 
 
+def squares(a: Float, c: Float, result: Float, known: Float) -> list[Bool]:
+    """The squares of two numbers are in the order of their magnitudes."""
+    return [
+        (abs(a) <= abs(c)).implies(result <= known),
+        (abs(c) <= abs(a)).implies(known <= result),
+    ]
+
+
+def rooted(a: Float, result: Float, exponent: int) -> list[Bool]:
+    """The root of a number on one side of an even power of two lies on this side of the power's root."""
+    power = 2.0 ** (2 * exponent)
+    return [
+        (a.within(0.0, power)).implies(result <= 2.0**exponent),
+        (a >= power).implies(result >= 2.0**exponent),
+    ]
+
+
 #: Reciprocals between these powers of two are neither too large nor too small to be rounded relatively.
 _PLAIN = {2: 10, 4: 100, 8: 1000}
 #: Share by which a number must be smaller than another, so that its product with the reciprocal stays below 1.
@@ -114,6 +131,11 @@ def reciprocal(a: Float, b: Float, result: Float, exponent: int) -> list[Bool]:
 
 def _is_one(x: Float) -> bool:
     return x.is_known() and x.term.id() == Float.of(1.0, x.size).term.id()
+
+
+def _is_square(operation) -> bool:
+    a, b = operation.operands
+    return a.term.id() == b.term.id()
 
 
 def _positive(x: float) -> bool:
@@ -143,13 +165,16 @@ def sized(solver: Bitwuzla, operation, abstraction, step: int) -> list[Bool]:
     op, operands, result = operation.op, operation.operands, operation.result
     size = result.size
     if op == "sqrt":
-        return []
+        x = abs(value(solver, operands[0]))
+        halves = {n // 2 for n in around(x, size, 2 * step)} if _positive(x) else ()
+        return [formula for n in halves for formula in rooted(*operands, result, n)]
     a, b = operands
     x, y = (abs(value(solver, operand)) for operand in operands)
     if op in ("fadd", "fsub"):
         larger = max(x, y)
         exponent = around(larger, size, step)[1] if _positive(larger) else 0
-        return doubled(a, b, result, exponent) if exponent < _LARGEST[size] else []
+        said = doubled(a, b, result, exponent) if exponent < _LARGEST[size] else []
+        return said + ordered(operation, abstraction)
     if op == "fmul":
         return products(solver, operation, abstraction, step)
     said = []
@@ -162,15 +187,27 @@ def sized(solver: Bitwuzla, operation, abstraction, step: int) -> list[Bool]:
     return said
 
 
+def ordered(operation, abstraction) -> list[Bool]:
+    """With one operand in common, which is no constant, results have the order of the other operands."""
+    op, operands = operation.op, operation.operands
+    common = {x.term.id() for x in operands if not x.is_known()}
+    said = []
+    for other in abstraction.operations:
+        if other is not operation and other.op == op and common & {x.term.id() for x in other.operands}:
+            known = [(other.op, other.operands, other.result)]
+            said += rules.monotone(op, operands, operation.result, known)
+    return said
+
+
 def products(solver: Bitwuzla, operation, abstraction, step: int) -> list[Bool]:
     """Those of a product, which may be one with a reciprocal."""
     (a, b), result = operation.operands, operation.result
     size = result.size
-    said = rules.never_grows("fmul", (a, b), result, [])
-    factors = {a.term.id(), b.term.id()}
-    for other in abstraction.operations:
-        if other is not operation and other.op == "fmul" and factors & {x.term.id() for x in other.operands}:
-            said += rules.monotone("fmul", (a, b), result, [(other.op, other.operands, other.result)])
+    said = rules.never_grows("fmul", (a, b), result, []) + ordered(operation, abstraction)
+    if _is_square(operation):
+        for other in abstraction.operations:
+            if other is not operation and other.op == "fmul" and _is_square(other):
+                said += squares(a, other.operands[0], result, other.result)
     for one, other in ((a, b), (b, a)):
         number = abs(value(solver, other))
         if _positive(number):
@@ -204,12 +241,19 @@ def _by_reciprocal(exponent: int):
     return rule
 
 
+def _squared(op: str, operands, result: Float, before) -> list[Bool]:
+    (a, b), c = operands, Float.any("other", result.size)
+    return [a.same(b).implies(said) for said in squares(a, c, result, c * c)]
+
+
 #: Rule, its name, operations, sizes (bytes).
 CHECKS = [
-    (lambda op, operands, result, before: valid(op, operands, result), "valid results", ("fadd", "fsub", "fmul", "fdiv"), (4, 8)),
+    (lambda op, operands, result, before: valid(op, operands, result), "valid results", ("fadd", "fsub", "fmul", "fdiv", "sqrt"), (4, 8)),
     (_at(3, doubled), "sum of numbers within a bound", ("fadd", "fsub"), (4, 8)),
     *((_at(n, scaled), f"product with a factor near 2^{n}", ("fmul",), (2,)) for n in (-3, 5)),
     *((_at(n, divided), f"quotient by a number near 2^{n}", ("fdiv",), (2,)) for n in (-3, 5)),
     *((_at(n, ratio), f"ratio near 2^{n}", ("fdiv",), (2,)) for n in (-3, 0, 5)),
+    *((_at(n, rooted), f"root near 2^{n}", ("sqrt",), (2, 4)) for n in (-3, 3)),
+    (_squared, "order of squares", ("fmul",), (2,)),
     *((_by_reciprocal(n), f"product with a reciprocal near 2^{n}", ("fmul",), (2,)) for n in (-3, 0, 5)),
 ]  # fmt: skip

@@ -146,7 +146,20 @@ CHECKS = [
 
 def shown(rule, op: str, size: int, broken: bool) -> Bool:
     """The rule for the exact operation, or for another one in its place."""
+    a, b = (Float.any(name, size) for name in "ab")
+    if op == "sqrt":
+        return all_of(rule(op, (a,), a * a if broken else a.root(), []))
     other = Float.__sub__ if op == "fdiv" else Float.__truediv__
     exact = other if broken else _EXACT[op]
-    a, b = (Float.any(name, size) for name in "ab")
     return all_of(rule(op, (a, b), exact(a, b), []))
+
+
+def in_order(op: str, operands, result: Float, before) -> list[Bool]:
+    """`monotone`, with one other operation."""
+    (_, b), c = operands, Float.any("other", result.size)
+    return monotone(op, operands, result, [(op, (c, b), _EXACT[op](c, b))])
+
+
+CHECKS += [
+    (in_order, "order of sums", ("fadd", "fsub"), (2,)),
+]

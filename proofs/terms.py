@@ -128,6 +128,8 @@ class Word:
         return self._test(K.BV_SLT, other)
 
     def chosen(self, condition: Bool, no: Word) -> Word:
+        if self.term.id() == no.term.id():
+            return self
         return Word(tm.mk_term(K.ITE, [condition.term, self.term, no.term]), self.size)
 
     def resized(self, size: int) -> Word:
@@ -254,6 +256,8 @@ class Float:
         return (self >= lowest) & (self <= highest)
 
     def chosen(self, condition: Bool, no: Float) -> Float:
+        if self.term.id() == no.term.id():
+            return no if self._bits is None else self
         term = tm.mk_term(K.ITE, [condition.term, self.term, no.term])
         known = self._bits is not None and no._bits is not None
         return Float(term, self.size, condition.pick(self._bits, no._bits) if known else None)

@@ -69,6 +69,13 @@ def start(priors) -> dict[str, tuple]:
     }
 
 
+def longest(v: Case) -> tuple[Float, Float]:
+    """The longest delay of valve and velocity together (s), and the lag of its lead network (s)."""
+    valve, flow = v.config.valve, v.config.flow
+    delay = v.run.compute("fadd", start(valve.priors)["delay"][1], start(flow.priors)["delay"][1])
+    return delay, v.run.compute("fmul", valve.lag_per_delay, delay)
+
+
 def configured(v: Case) -> Formulas:
     """As `Learner::new` leaves it, by the Rust test `what_the_proofs_take_for_granted`."""
     flow, valve = v.config.flow.priors, v.config.valve.priors
@@ -90,11 +97,11 @@ def configured(v: Case) -> Formulas:
             )
         lowest, highest = GAINS
         given[f"{name} gain"] = (priors.gain.bounds[0] >= lowest) & (priors.gain.bounds[1] <= highest)
-    shortest, longest = start(valve)["delay"]
-    given["response delay"] = (shortest >= sample + sample) & (longest <= LONGEST)
+    shortest, slowest = start(valve)["delay"]
+    given["response delay"] = (shortest >= sample + sample) & (slowest <= LONGEST)
     least, most = start(flow)["delay"]
     given["velocity delay"] = (least >= -LONGEST) & most.within(0.0, 2.0 * LONGEST + 1.0)
-    lag = v.run.compute("fmul", v.config.valve.lag_per_delay, v.run.compute("fadd", longest, most))
+    _, lag = longest(v)
     given["lag"] = lag <= sample * LAG
     return given
 
@@ -133,16 +140,6 @@ def estimates_shows(v: Case) -> Formulas:
     }
 
 
-def lead_shows(v: Case) -> Formulas:
-    """From the estimates that are kept. That the pole is less than 1 follows by hand from the bound of the lag."""
-    lead, after = v.after["out"].lead, v.after["state"]
-    found = (after.flow.gain, after.flow.delay, after.valve.found.gain, after.valve.found.delay)
-    v.cuts += [estimate.value.term for estimate in found] + [after.guard.level.term]
-    said = {f"kept: {name}": formula for name, formula in kept(v, after).items()}
-    bounds = lead_bounds(lead)
-    return {**said, **{f"lead: {name}": bounds[name] for name in ("gain", "pole", "rate")}}
-
-
 def published_shows(v: Case) -> Formulas:
     """Each scalar of the calibration is stored bit for bit in the place that is not in use."""
     before, after = v.state, v.after["state"]
@@ -164,6 +161,4 @@ LEMMAS = [
     Lemma("publication", "publish", nothing, published_shows, Twin(swap=("xor", "or")), refined=True),
     Lemma("learner, any state and window", "learner", corrects_given, control_shows, Twin(without="corrects"), refined=True),
     Lemma("learner, estimates", "learner", estimates_given, estimates_shows, Twin(without="before: valve delay"), refined=True),
-    Lemma("learner, lead network", "learner", estimates_given, lead_shows, Twin(without="lead gain"), refined=True, fast=False,
-          hard=True),
 ]  # fmt: skip

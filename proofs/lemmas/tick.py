@@ -67,7 +67,6 @@ def channel_given(v: Case) -> Formulas:
     c, s = v.config, v.state
     return {
         **limiter_bounds(c.controller.limiter),
-        **rounding(v, c.controller.limiter),
         **protection_bounds(c.protection.Some.__0),
         **protection_state(s.protection),
         "digital": c.controller.realization.same(DIGITAL) & c.realization.same(DIGITAL),
@@ -98,7 +97,5 @@ LEMMAS = [
           havoc=EVERYTHING),
     Lemma("controller, invalid samples", "controller", controller_given, controller_shows, Twin(swap=("and i1", "or i1")),
           havoc=EVERYTHING),
-    Lemma("whole tick", "channel", channel_given, channel_shows, Twin(without="last command"), havoc=EVERYTHING,
-          fast=False,
-          hard=True),
+    Lemma("whole tick", "channel", channel_given, channel_shows, Twin(without="last command"), refined=True),
 ]  # fmt: skip
