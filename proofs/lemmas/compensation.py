@@ -76,6 +76,8 @@ def feedforward_given(v: Case) -> Formulas:
         "flow_per_force": c.flow_per_force.within(0.0, LARGEST),
         "flow_per_change": c.flow_per_change.within(0.0, LARGEST),
         "last command": abs(v.state.command) <= LARGEST,
+        "last friction": abs(v.state.friction) <= LARGEST,
+        "friction": abs(v.friction) <= LARGEST,
     }
 
 
@@ -84,7 +86,8 @@ def feedforward_shows(v: Case) -> Formulas:
     return {
         "flow finite": v.result.is_finite(),
         "the command stays bounded": abs(v.after["state"].command) <= LARGEST,
-        "an invalid command leaves the state": (~valid).implies(untouched(v.state, v.after["state"])),
+        "so does the friction": abs(v.after["state"].friction) <= LARGEST,
+        "an invalid command leaves the last one": (~valid).implies(v.after["state"].command.same(v.state.command)),
     }
 
 

@@ -10,6 +10,8 @@ from lemmas.tick import channel_given
 
 #: No signal is larger: the least power of two above `LARGEST`.
 SIGNAL = 2.0**40
+#: As validated (N).
+LARGEST_FRICTION = 1e9
 #: Ticks of the longest window.
 TICKS = 1024
 SUMS = ("force", "spool", "command", "valve_command", "spool_without_command")
@@ -30,6 +32,7 @@ def given(v: Case) -> Formulas:
         "ticks of a window": (c.window_ticks >= 1) & (c.window_ticks <= TICKS),
         "ticks left": v.state.ticks_left <= c.window_ticks,
         "ranges": (ranges.force_range <= LARGEST) & (ranges.spool_range <= LARGEST),
+        "friction": c.controller.friction.force.within(0.0, LARGEST_FRICTION),
         "largest valve command": c.controller.limiter.amplitude <= LARGEST,
         "sums": all_of(bounded(v, v.state).values()),
     }

@@ -60,3 +60,30 @@ fn works_in_both_realizations_and_in_single_precision() {
         assert!((double - single).abs() < 1e-4, "{realization}: {double} {single}");
     }
 }
+
+#[test]
+fn known_friction_takes_no_force_and_hides_no_latency() {
+    let friction = 1500.0;
+    let tested = |changes: &[(&str, toml::Value)]| {
+        let scheme = [
+            ("controller.force_loop", "robust".into()),
+            ("compensation.adaptive", true.into()),
+            ("compensation.feedforward", true.into()),
+            ("compensation.look_ahead", true.into()),
+        ];
+        let run = run(&[&scheme, changes].concat(), 2200.0);
+        let ratio = fft_ratio(&run.command, &run.force, 4096.0, 0.5, 9.5).unwrap();
+        let latency = run.velocity_delay_estimate();
+        (ratio.max().0.max(2.0 - ratio.min().0) - 1.0, latency.at(latency.len() - 1).abs())
+    };
+    let (unknown, unknown_latency) = tested(&[("truth.actuator.friction", friction.into())]);
+    let (known, latency) = tested(&[("actuator.friction", friction.into())]);
+    assert!(known < 0.6 * unknown, "{known} {unknown}");
+    assert!(latency < 0.3 * unknown_latency, "{latency} {unknown_latency}");
+    // A wrong value is not worse than none.
+    for share in [0.7, 1.3] {
+        let believed = ("actuator.friction", (share * friction).into());
+        let (wrong, _) = tested(&[believed, ("truth.actuator.friction", friction.into())]);
+        assert!(wrong < 0.8 * unknown, "{share}: {wrong} {unknown}");
+    }
+}

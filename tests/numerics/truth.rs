@@ -54,7 +54,11 @@ fn plants() -> Vec<Vec<Change>> {
         vec![set("structure.mass", 9e3), set("structure.damping", 3e3), set("structure.stiffness", 9e5)],
         vec![set("structure.kind", "linear"), set("structure.stiffness", 5e5)],
         vec![set("actuator.compressibility", 9e-13), set("actuator.leakage", 2e-11)],
-        vec![set("servovalve.leakage.constant", 4e-5), set("actuator.friction", 200.0)],
+        vec![
+            set("servovalve.leakage.constant", 4e-5),
+            set("actuator.stop_stiffness", 1e8),
+            set("actuator.dead_length", 0.01),
+        ],
         vec![set("supply.schedule.times", vec![0.0]), set("supply.schedule.pressures", vec![1.5e7])],
         vec![
             set("sensors.force.noise", 20.0),

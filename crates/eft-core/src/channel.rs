@@ -64,6 +64,7 @@ struct Parts<'a, T: Real, const N: usize> {
     measures_supply: bool,
     looks_ahead: bool,
     integrates: bool,
+    rubs: bool,
 }
 
 impl<T: Real, const N: usize> Parts<'_, T, N> {
@@ -77,6 +78,7 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
         measures_supply: false,
         looks_ahead: false,
         integrates: false,
+        rubs: false,
     };
 }
 
@@ -112,6 +114,7 @@ const fn is_plain(p: &Parameters) -> bool {
         }
     ) && !(p.feedforward && p.look_ahead)
         && p.integral_gain == 0.0
+        && p.friction == 0.0
 }
 
 impl<T: Real, const N: usize> Channel<T, N> {
@@ -239,7 +242,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
             Supply::nominal()
         };
         let sample = self.controller.sample(&state.controller, &asked, supply);
-        let sample = Sample { integrates: parts.integrates, ..sample };
+        let friction = parts.rubs.then(|| self.controller.friction.against(asked.velocity));
+        let sample = Sample { integrates: parts.integrates, friction, ..sample };
         let out = if !sample.good {
             if learns {
                 state.window.lose(true);
@@ -269,7 +273,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 self.controller.follow(&mut state.controller, sample, calibration, path)
             };
             if summed {
-                state.window.add(true, velocity, asked.spool, Moment { force: asked.force, command });
+                let now = Moment { force: sample.carried(asked.force), command: sample.carried(command) };
+                state.window.add(true, velocity, asked.spool, now);
                 if parts.measures_supply {
                     state.window.supply = supply.ratio;
                 }
@@ -319,6 +324,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             measures_supply: self.controller.measures_supply,
             looks_ahead: self.looks_ahead,
             integrates: self.controller.integrates(),
+            rubs: self.controller.friction.is_present(),
         }
     }
 

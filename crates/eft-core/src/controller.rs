@@ -3,7 +3,7 @@
 mod construction;
 
 use crate::compensation::{
-    Calibration, Compensation, CompensationInput, CompensationState, Feedforward, FeedforwardState,
+    Calibration, Compensation, CompensationInput, CompensationState, Feedforward, FeedforwardState, Friction,
 };
 use crate::error::{ConfigError, LARGEST, check};
 use crate::force_loop::{Integral, Limiter, ServovalveController, ServovalveControllerState};
@@ -20,6 +20,8 @@ pub struct Controller<S: Scalar, const N: usize> {
     /// Velocity feedback compensation.
     pub(crate) compensation: Compensation<S, N>,
     feedforward: Feedforward<S>,
+    /// Friction of the seals.
+    pub(crate) friction: Friction<S>,
     servovalve: ServovalveController<S>,
     limiter: Limiter<S>,
     /// 1 over the configured supply pressure (1/Pa).
@@ -35,7 +37,7 @@ pub struct Controller<S: Scalar, const N: usize> {
     realization: Realization,
     integral: Integral<S>,
 }
-integrity!(Controller<T, N>: compensation, feedforward, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral);
+integrity!(Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral);
 
 /// The tick starts from rest after this many lost samples, which last longer than the gap time.
 pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
@@ -97,6 +99,16 @@ pub(crate) struct Sample<'a, S: Scalar> {
     pub(crate) rests: S::Mask,
     /// Whether any lane's force loop has an integral part.
     pub(crate) integrates: bool,
+    /// Friction (N) of the seals; `None` if no lane has any.
+    pub(crate) friction: Option<S>,
+}
+
+impl<S: Scalar> Sample<'_, S> {
+    /// The force (N) that the oil carries if this one (N) acts on the specimen.
+    #[inline(always)]
+    pub(crate) fn carried(&self, force: S) -> S {
+        self.friction.map_or(force, |friction| force + friction)
+    }
 }
 
 /// The state of the controller. `default()` is a rig at rest.
@@ -186,7 +198,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     ) -> Sample<'a, S> {
         let good = self.accepts(input);
         let rests = S::at_least(state.lost, self.gap);
-        Sample { input, supply, good, rests, integrates: self.integrates() }
+        let friction = self.friction(input.velocity);
+        Sample { input, supply, good, rests, integrates: self.integrates(), friction }
     }
 
     /// The part of [`step`](Self::step) for a sample that is good in any lane.
@@ -198,18 +211,21 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let Sample { input, supply, good, rests, integrates } = sample;
+        let Sample { input, supply, good, rests, integrates, friction } = sample;
         let rests = good & rests;
+        let friction = friction.map(|friction| state.feedforward.friction_where(good, friction));
         let last = self.limiter.within(state.valve_command);
         if self.feeds_forward && rests.any() {
             // This tick's command replaces a lost next one.
-            let mut rested = self.feedforward.at_rest(input.command);
-            self.feedforward.step(&mut rested, self.known_command(input));
+            let mut rested = self.feedforward.at_rest(input.command, friction);
+            self.feedforward.step(&mut rested, self.known_command(input), friction);
             state.feedforward = FeedforwardState::select(rests, rested, state.feedforward);
         }
-        let further_flow = self.further_flow(&mut state.feedforward, input);
+        let further_flow = self.further_flow(&mut state.feedforward, input, friction);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        let measured = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
+        let carried = sample.carried(force);
+        let measured =
+            CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
         let (opening, flags) = self.compensation.required_opening(&measured, calibration);
         if rests.any() {
             state.compensation = state.compensation.rested(rests, opening);
@@ -253,7 +269,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
         let Sample { input, supply, .. } = sample;
-        self.further_flow(&mut state.feedforward, input);
+        self.further_flow(&mut state.feedforward, input, None);
         state.count(S::Mask::splat(false));
         let ControllerInput { command, velocity, force, spool, .. } = *input;
         self.last(state, self.faults(command, velocity, force, spool) | supply.held(), path)
@@ -298,12 +314,15 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         input: &ControllerInput<S>,
         calibration: &Calibration<S>,
     ) -> ControllerState<S> {
-        let feedforward = self.feedforward.at_rest(self.known_command(input));
+        let friction = self.friction(input.velocity);
+        let feedforward = self.feedforward.at_rest(self.known_command(input), friction);
         let mut measured = *before;
         let supply = self.supply(&mut measured, input.supply_pressure);
-        let further_flow = self.further_flow(&mut { feedforward }, input);
+        let further_flow = self.further_flow(&mut { feedforward }, input, friction);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        let sample = CompensationInput { velocity, force, spool, supply: supply.ratio, further_flow };
+        let carried = friction.map_or(force, |friction| force + friction);
+        let sample =
+            CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
         let (opening, _) = self.compensation.required_opening(&sample, calibration);
         let rested = CompensationState::default().rested(S::Mask::splat(true), opening);
         let compensation = self.compensation.advance(&rested, opening, calibration);
@@ -345,6 +364,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         Self {
             compensation: Compensation::pack(|i| &lane(i).compensation),
             feedforward: Feedforward::pack(|i| &lane(i).feedforward),
+            friction: Friction::pack(|i| &lane(i).friction),
             servovalve: ServovalveController::pack(|i| &lane(i).servovalve),
             integral: Integral::pack(|i| &lane(i).integral),
             limiter: Limiter::pack(|i| &lane(i).limiter),
@@ -391,11 +411,22 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
 
     /// The flow (m³/s) that is demanded in addition to the piston's.
     #[inline(always)]
-    fn further_flow(&self, feedforward: &mut FeedforwardState<S>, i: &ControllerInput<S>) -> S {
+    fn further_flow(
+        &self,
+        feedforward: &mut FeedforwardState<S>,
+        i: &ControllerInput<S>,
+        friction: Option<S>,
+    ) -> S {
         if !self.feeds_forward {
             return S::splat(0.0);
         }
-        self.feedforward.step(feedforward, self.known_command(i))
+        self.feedforward.step(feedforward, self.known_command(i), friction)
+    }
+
+    /// The friction (N) at a velocity (m/s); `None` if no lane has any.
+    #[inline(always)]
+    fn friction(&self, velocity: S) -> Option<S> {
+        self.friction.is_present().then(|| self.friction.against(velocity))
     }
 
     /// The command (N) that the feedforward uses.

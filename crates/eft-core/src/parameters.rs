@@ -34,6 +34,10 @@ pub struct Parameters<'a> {
     pub compressibility: f64,
     /// Cross-piston leakage `C_l` (m³/(s·Pa)).
     pub leakage: f64,
+    /// Coulomb friction `F_c` of the actuator's seals (N), which the oil carries besides the force; 0 for none.
+    pub friction: f64,
+    /// Velocity `v_0` (m/s) below which the friction falls to zero.
+    pub friction_velocity: f64,
     /// Spool openings (1) of the flow table, strictly increasing.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub openings: &'a [f64],
@@ -233,6 +237,8 @@ impl Parameters<'static> {
         supply_correction: false,
         compressibility: 7.56e-13,
         leakage: 1.3e-11,
+        friction: 0.0,
+        friction_velocity: 1e-3,
         openings: &[
             -1.0, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6,
             0.7, 0.8, 0.9, 1.0,

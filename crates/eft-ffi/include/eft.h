@@ -225,6 +225,8 @@ typedef struct eft_parameters {
   uint8_t supply_correction;         // 0 or 1; the supply pressure is measured and its deviations are corrected
   double compressibility;            // m3/Pa; of the oil in the chambers
   double leakage;                    // m3/(s Pa); across the piston
+  double friction;                   // N; Coulomb friction of the seals, 0 for none
+  double friction_velocity;          // m/s; below it the friction falls to zero
   uint32_t table_length;             // points of the flow table, from 2 to EFT_TABLE_CAPACITY
   double openings[EFT_TABLE_CAPACITY]; // 1; spool openings of the flow table, strictly increasing
   double flows[EFT_TABLE_CAPACITY];  // m3/s; its flows, strictly increasing
@@ -270,7 +272,7 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t marker; float value[304]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t marker; float value[305]; } eft_channel_f32;
 // The state of a channel. Each actuator has one.
 typedef struct eft_state_f32 { uint64_t marker; float value[399]; } eft_state_f32;
 
@@ -488,7 +490,7 @@ EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibratio
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t marker; double value[304]; } eft_channel_f64;
+typedef struct eft_channel_f64 { uint64_t marker; double value[305]; } eft_channel_f64;
 typedef struct eft_state_f64 { uint64_t marker; double value[399]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
@@ -553,10 +555,10 @@ EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const e
 EFT_STATIC_ASSERT(sizeof(eft_learning) == 72);
 EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 872);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 888);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 400);
-EFT_SIZES(eft_channel, 1224, 2440);
+EFT_SIZES(eft_channel, 1232, 2448);
 EFT_SIZES(eft_state, 1608, 3200);
 EFT_SIZES(eft_input, 48, 96);
 EFT_SIZES(eft_output, 96, 168);

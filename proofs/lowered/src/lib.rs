@@ -67,8 +67,8 @@ macro_rules! steps {
                 *outside = beyond;
                 opening
             }
-            feedforward(config: &Feedforward<T>, state: &mut FeedforwardState<T>, command: T) -> T {
-                config.step(state, command)
+            feedforward(config: &Feedforward<T>, state: &mut FeedforwardState<T>, command: T, friction: T) -> T {
+                config.step(state, command, Some(friction))
             }
             derivative(config: &FilteredDerivative<T>, state: &mut FilteredDerivativeState<T>, displacement: T) -> T {
                 config.step(state, displacement)

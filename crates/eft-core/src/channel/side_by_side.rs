@@ -69,7 +69,8 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
 
         let (window, measures_supply) = (&mut state.window, self.controller.measures_supply);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        window.add(good, velocity, spool, Moment { force, command });
+        let now = Moment { force: sample.carried(force), command: sample.carried(command) };
+        window.add(good, velocity, spool, now);
         if measures_supply.any() {
             window.supply = S::select(good & measures_supply, supply.ratio, window.supply);
         }

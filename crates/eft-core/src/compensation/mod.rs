@@ -3,6 +3,7 @@
 mod calibration;
 mod feedforward;
 mod flow_curve;
+mod friction;
 mod inverse_flow;
 mod lead;
 mod load_pressure;
@@ -12,6 +13,7 @@ pub use calibration::{Calibration, Deviations};
 pub use feedforward::{Feedforward, FeedforwardState};
 pub use flow_curve::CurvePiece;
 pub(crate) use flow_curve::{CurveGrid, FIRST_NODE, NODES, PIECES, node_below, table_itself};
+pub(crate) use friction::Friction;
 pub use inverse_flow::{InverseFlow, SignFrom};
 pub use lead::{LeadNetwork, LeadState};
 pub use load_pressure::LoadPressure;

@@ -1,6 +1,6 @@
 //! A controller from the rig's parameters.
 
-use crate::compensation::{Compensation, Feedforward};
+use crate::compensation::{Compensation, Feedforward, Friction};
 use crate::controller::{Controller, gap};
 use crate::error::{ConfigError, check};
 use crate::force_loop::{Integral, Limiter, ServovalveController};
@@ -22,6 +22,7 @@ macro_rules! constructor {
             pub(crate) const EMPTY: Self = Self {
                 compensation: Compensation::<$t, N>::EMPTY,
                 feedforward: Feedforward::<$t>::OFF,
+                friction: Friction::<$t>::NONE,
                 servovalve: ServovalveController::<$t>::NONE,
                 limiter: Limiter::<$t>::CLOSED,
                 per_supply_pressure: 0.0,
@@ -39,6 +40,7 @@ macro_rules! constructor {
                 if p.feedforward {
                     self.feedforward = check!(Feedforward::<$t>::new(p));
                 }
+                self.friction = check!(Friction::<$t>::new(p));
                 self.servovalve = check!(ServovalveController::<$t>::new(p));
                 self.limiter =
                     check!(Limiter::<$t>::new(p.valve_command, p.valve_command_rate, p.sample_rate));

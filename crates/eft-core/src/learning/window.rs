@@ -11,11 +11,11 @@ use crate::number::{Flags, Mask, Scalar};
 pub struct Sums<T> {
     /// Piston velocities (m/s).
     pub velocity: T,
-    /// Forces (N).
+    /// Forces (N) that the oil carries: the measured ones and the friction.
     pub force: T,
     /// Spool openings (1).
     pub spool: T,
-    /// Force commands (N).
+    /// The same (N) at the command.
     pub command: T,
     /// Valve commands (V).
     pub valve_command: T,
@@ -29,9 +29,9 @@ integrity!(Sums<T>: velocity, force, spool, command, valve_command, spool_withou
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Moment<T> {
-    /// Force (N).
+    /// Force (N) that the oil carries: the measured one and the friction.
     pub force: T,
-    /// Force command (N).
+    /// The same (N) at the command.
     pub command: T,
 }
 integrity!(Moment<T>: force, command);

@@ -106,6 +106,8 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
         supply_correction: p.supply_correction.into(),
         compressibility: p.compressibility,
         leakage: p.leakage,
+        friction: p.friction,
+        friction_velocity: p.friction_velocity,
         table_length: p.openings.len() as u32,
         openings,
         flows,

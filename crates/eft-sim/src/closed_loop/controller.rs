@@ -93,6 +93,8 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         supply_pressure: rig.supply.pressure,
         supply_correction: c.supply_correction,
         compressibility: rig.measured_compressibility(),
+        friction: rig.actuator.friction,
+        friction_velocity: rig.actuator.friction_velocity,
         leakage: rig.actuator.leakage,
         openings: &rig.controller_curve().openings,
         flows: &rig.controller_curve().flows,

@@ -133,7 +133,13 @@ fn adaptive(further: &[(&str, toml::Value)]) -> Vec<RigConfig> {
         &[("compensation.mode", "linear".into()), ("compensation.curve_correction", false.into())],
         &[("structure.mass", 1e-3.into())],
         &[("limits.velocity_range", 0.05.into())],
-        &[("compensation.computation_delay", 2.into()), ("compensation.feedforward", true.into())],
+        &[
+            ("compensation.computation_delay", 2.into()),
+            ("compensation.feedforward", true.into()),
+            // Of the controller alone: the plant stays plain.
+            ("actuator.friction", 50.0.into()),
+            ("truth.actuator.friction", 0.0.into()),
+        ],
         &[("compensation.supply_correction", true.into()), ("compensation.level", 1.3.into())],
     ];
     let all = |one: &[(&str, toml::Value)]| {

@@ -7,12 +7,11 @@ use crate::config::{KEYS, Key, Kind};
 use super::*;
 
 /// Keys, or prefixes of keys, of the plant only; no export may depend on them.
-const OF_THE_PLANT: [&str; 21] = [
+const OF_THE_PLANT: [&str; 20] = [
     // The limits of the verdict do not affect the controller either.
     "verdict.",
     "actuator.stroke",
     "actuator.dead_length",
-    "actuator.friction",
     "actuator.bypass_",
     "actuator.stop_",
     "supply.droop",
