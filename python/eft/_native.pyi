@@ -40,6 +40,7 @@ __all__ = [
     "identify_delay",
     "identify_flow_curve",
     "identify_flow_gain",
+    "identify_friction",
     "identify_overlap",
     "inverse_dynamics",
     "judge_test",
@@ -564,6 +565,9 @@ def identify_overlap(
     displacement: Sequence[ArrayLike],
     sample_rate: float,
     piston_area: float,
+) -> list[tuple[float, float]]: ...
+def identify_friction(
+    rig: Rig, spool: ArrayLike, velocity: ArrayLike, force: ArrayLike, sample_rate: float
 ) -> list[tuple[float, float]]: ...
 def identify_damping(
     displacement: ArrayLike, sample_rate: float

@@ -1,6 +1,6 @@
 //! Identification from measured arrays, and virtual experiments for such arrays.
 
-use eft_sim::identification::{self, Recording, TestSignals};
+use eft_sim::identification::{self, MotionSignals, Recording, TestSignals};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -104,6 +104,28 @@ pub(crate) fn identify_overlap(
     })?;
     let [back, forth] = found.flow_gains;
     Ok([found.overlap, found.null_bias, back, forth].map(|one| (one.value, one.uncertainty)))
+}
+
+/// Return friction (N), compressibility (m³/Pa), flow factors of both directions and the velocity's delay (s), each with
+/// its uncertainty.
+#[pyfunction]
+pub(crate) fn identify_friction(
+    py: Python<'_>,
+    rig: &Rig,
+    spool: &Bound<'_, PyAny>,
+    velocity: &Bound<'_, PyAny>,
+    force: &Bound<'_, PyAny>,
+    sample_rate: f64,
+) -> PyResult<[(f64, f64); 5]> {
+    let (spool, velocity) = (arrays::vector("spool", spool)?, arrays::vector("velocity", velocity)?);
+    let force = arrays::vector("force", force)?;
+    let found = interruptible(py, || {
+        let signals = MotionSignals { spool: &spool, velocity: &velocity, force: &force };
+        identification::identify_friction(&rig.config, signals, sample_rate)
+    })?;
+    let [back, forth] = found.flow_factors;
+    let all = [found.friction, found.compressibility, back, forth, found.velocity_delay];
+    Ok(all.map(|one| (one.value, one.uncertainty)))
 }
 
 /// Return damping ratio and uncertainty, natural frequency (Hz) and uncertainty, and the logarithmic decrement.

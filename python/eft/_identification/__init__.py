@@ -5,6 +5,7 @@ from eft._identification._delay import DelayEstimate, identify_delay
 from eft._identification._estimate import Estimate
 from eft._identification._fine_tuning import FineTuning, fine_tune
 from eft._identification._flow import identify_flow_curve, identify_flow_gain
+from eft._identification._friction import FrictionEstimate, identify_friction
 from eft._identification._overlap import OverlapEstimate, identify_overlap
 from eft._identification._virtual_tests import FlowTest, ValveTest, flow_test, free_vibration, valve_test
 
@@ -14,6 +15,7 @@ __all__ = [
     "Estimate",
     "FineTuning",
     "FlowTest",
+    "FrictionEstimate",
     "OverlapEstimate",
     "ValveTest",
     "fine_tune",
@@ -23,6 +25,7 @@ __all__ = [
     "identify_delay",
     "identify_flow_curve",
     "identify_flow_gain",
+    "identify_friction",
     "identify_overlap",
     "valve_test",
 ]

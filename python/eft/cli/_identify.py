@@ -10,6 +10,7 @@ import click
 import eft
 from eft._display import shown
 from eft._files import write_text
+from eft._identification import Estimate
 from eft._test_file import read_rig
 from eft.cli._data import data_options, read_data, rig_option
 from eft.cli._output import FILE, as_json, emit_json, epilog, table, units_option
@@ -34,6 +35,11 @@ def _area(piston_area: float | None, rig: Path | None) -> float:
     if piston_area is not None and rig is None:
         return piston_area
     raise click.UsageError("give --piston-area or --rig, exactly one of them")
+
+
+def _both(estimate: Estimate) -> tuple[float, float]:
+    """The number and its uncertainty."""
+    return float(estimate), estimate.uncertainty
 
 
 def _of_one_rate(files: tuple[Path, ...], **data: Any) -> list[Traces]:
@@ -188,6 +194,50 @@ def overlap(
         f"{'underlap' if found < 0.0 else 'overlap'} {abs(found):.4%} ± {found.uncertainty:.4%} of the stroke"
     )
     click.echo(f"null bias {bias:.4%} ± {bias.uncertainty:.4%}")
+    if output is not None:
+        click.echo(f"{output} written")
+
+
+@identify.command(
+    short_help="Find the friction of the actuator's seals.",
+    epilog=epilog(
+        "eft identify friction sweep.csv --rig rig.toml",
+        "eft identify friction sweep.csv --rig rig.toml -o friction.toml",
+    ),
+)
+@click.argument("file", type=FILE)
+@click.option("--rig", type=FILE, required=True, help="Rig file, with the overlap.")
+@click.option("-o", "--output", type=FILE, help="TOML file for the friction, ready for a rig file.")
+@units_option
+@data_options
+@as_json
+def friction(file: Path, rig: Path, output: Path | None, as_json: bool, **data: Any) -> None:
+    """Find the friction of the seals in spool, velocity and force of a sweep with the whole rig in FILE."""
+    if output is not None:
+        check_folder(output)
+    traces = read_data(file, rig=rig, **data)
+    signals = traces["spool"], traces["velocity"], traces["force"]
+    found = eft.identification.identify_friction(read_rig(rig, {}), *signals, traces.sample_rate)
+    if output is not None:
+        write_text(output, f"[actuator]\nfriction = {max(float(found.friction), 0.0)!r}\n")
+    if as_json:
+        names = ("friction", "compressibility", "velocity_delay")
+        answer: dict[str, Any] = {name: float(getattr(found, name)) for name in names}
+        answer |= {f"{name}_uncertainty": getattr(found, name).uncertainty for name in names}
+        emit_json(answer | {"flow_factors": [float(one) for one in found.flow_factors]})
+        return
+    unit = shown("force")
+    oil = found.compressibility
+    rows = [
+        (f"friction, {unit.unit}", *(f"{one * unit.factor:.4g}" for one in _both(found.friction))),
+        ("compressibility, m³/Pa", *(f"{one:.3g}" for one in _both(oil))),
+        *(
+            (f"flow, {way} direction", *(f"{one:.3f}" for one in _both(factor)))
+            for way, factor in zip(("negative", "positive"), found.flow_factors, strict=True)
+        ),
+        ("velocity delay, ms", *(f"{one * 1e3:.3f}" for one in _both(found.velocity_delay))),
+    ]
+    click.echo(table(rows, ("", "found", "±")))
     if output is not None:
         click.echo(f"{output} written")
 

@@ -10,6 +10,7 @@ mod experiments;
 mod fine_tuning;
 mod flow_curve;
 mod flow_differences;
+mod friction;
 mod gaps;
 mod overlap;
 
@@ -19,6 +20,7 @@ pub use experiments::{FlowTest, ValveTest, flow_test, free_vibration, valve_test
 pub use fine_tuning::{FineTuning, TestSignals, fine_tune};
 pub use flow_curve::{FlowCurveEstimate, Recording, identify_flow_curve, identify_flow_gain};
 pub use flow_differences::flow_curve_by_differences;
+pub use friction::{FrictionEstimate, MotionSignals, identify_friction};
 pub use overlap::{OverlapEstimate, identify_overlap};
 
 /// A number and its standard uncertainty, in the same unit.

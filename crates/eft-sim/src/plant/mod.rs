@@ -32,6 +32,7 @@ pub(crate) use drive::{Analog, Driver, DriverKind};
 pub use energy::EnergyBalance;
 pub(crate) use fast::{Exponential, FastState, Prediction};
 pub(crate) use general::{Plant, needs_detail};
+pub(crate) use load_flow::LoadFlow;
 pub(crate) use runge_kutta::{Equations, Stages, runge_kutta};
 pub(crate) use servo_actuator::ServoActuator;
 pub(crate) use spool::Spool;

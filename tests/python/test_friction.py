@@ -1,0 +1,126 @@
+"""Friction of the seals: identified from a sweep, and supplied by the feedforward."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eft
+from eft.cli import main
+
+RATE = 2048.0
+RIG = eft.Rig.zhao2005()
+SWEEP = eft.sine_sweep(2200.0, 0.0, 10.0, duration=16.0, sample_rate=RATE)
+NOISE = {
+    "sensors.force.noise": 50.0,
+    "sensors.velocity.noise": 5e-4,
+    "sensors.spool.noise": 5e-4,
+    "sensors.velocity.delay": 1,
+    "sensors.seed": 3,
+}
+
+
+def swept(friction: float, **truth: float) -> eft.TestRun:
+    noisy = {f"truth.{key}": value for key, value in NOISE.items()}
+    return eft.simulate(RIG.replace({"truth.actuator.friction": friction, **noisy, **truth}), SWEEP)
+
+
+def found_in(run: eft.TestRun) -> eft.identification.FrictionEstimate:
+    signals = run.measured_spool, run.measured_velocity, run.measured_force
+    return eft.identification.identify_friction(RIG, *signals, RATE)
+
+
+@pytest.mark.parametrize("friction", [0.0, 400.0, 1500.0])
+def test_friction_oil_flow_and_latency_are_found_behind_noise(friction: float) -> None:
+    truth = {"truth.actuator.compressibility": RIG["actuator.compressibility"] / 1.2}
+    found = found_in(swept(friction, **truth, **{"truth.servovalve.flow_gain_scale": 1.03}))
+    # The flow of the friction is that of the true oil.
+    assert found.friction == pytest.approx(friction / 1.2, abs=50.0 + 0.15 * friction)
+    assert found.compressibility == pytest.approx(RIG["actuator.compressibility"] / 1.2, rel=0.08)
+    assert [float(one) for one in found.flow_factors] == pytest.approx([1.03, 1.03], abs=0.01)
+    assert found.velocity_delay == pytest.approx(1.0 / RATE, abs=1e-4)
+
+
+def test_the_fit_is_numpys() -> None:
+    run = swept(800.0)
+    spool, velocity, force = run.measured_spool, run.measured_velocity, run.measured_force
+    area, oil = RIG["actuator.piston_area"], RIG["actuator.compressibility"]
+    curve = RIG["servovalve.flow_table.openings"], RIG["servovalve.flow_table.flows"]
+    root = np.sqrt(1.0 - np.sign(spool) * force / area / RIG["supply.pressure"])
+    flow = np.interp(spool, *curve) * root
+    frequency = np.fft.rfftfreq(spool.size, 1.0 / RATE)
+    band = (frequency >= 0.5) & (frequency <= 40.0)
+    slow = np.fft.irfft(
+        np.where((frequency > 0.0) & (frequency <= 40.0), np.fft.rfft(velocity), 0.0), spool.size
+    )
+    sign = np.clip(slow / (0.06 * np.sqrt(np.mean(slow**2))), -1.0, 1.0)
+    rate = 2j * np.pi * frequency
+    columns = [
+        np.fft.rfft(np.where(spool < 0.0, flow, 0.0)),
+        np.fft.rfft(np.where(spool > 0.0, flow, 0.0)),
+        -area * rate * np.fft.rfft(velocity),
+        -oil / area * rate * np.fft.rfft(force),
+        -oil / area * rate * np.fft.rfft(sign),
+    ]
+    taken = area * np.fft.rfft(velocity) + RIG["actuator.leakage"] / area * np.fft.rfft(force)
+
+    def real(spectrum: np.ndarray) -> np.ndarray:
+        return np.concatenate([spectrum[band].real, spectrum[band].imag])
+
+    matrix = np.stack([real(column) for column in columns], axis=1)
+    size = np.linalg.norm(matrix, axis=0)
+    best = np.linalg.lstsq(matrix / size, real(taken), rcond=None)[0] / size
+    found = found_in(run)
+    factors = [float(one) for one in found.flow_factors]
+    assert [*factors, found.velocity_delay, found.compressibility / oil, found.friction] == pytest.approx(
+        best.tolist(), rel=1e-6, abs=1e-9
+    )
+
+
+def test_the_found_friction_is_configured_and_lowers_the_error() -> None:
+    scheme = {
+        "controller.force_loop": "robust",
+        "compensation.adaptive": True,
+        "compensation.feedforward": True,
+        "compensation.look_ahead": True,
+    }
+    rig = RIG.replace(scheme)
+    worn = {"truth.actuator.friction": 1500.0}
+    before = eft.simulate(rig.replace(worn), SWEEP)
+    configured = found_in(before).apply(rig)
+    after = eft.simulate(configured.replace(worn), SWEEP)
+
+    def departure(run: eft.TestRun) -> float:
+        return float(np.abs(run.fft_ratio(0.5, 9.5).ratio - 1.0).max())
+
+    assert departure(after) < 0.6 * departure(before)
+    without = eft.simulate(rig, SWEEP)
+    assert found_in(without).apply(rig)["actuator.friction"] < 30.0
+
+
+def test_the_command_line_agrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = swept(800.0)
+    rig, file, output = tmp_path / "rig.toml", tmp_path / "sweep.eft", tmp_path / "friction.toml"
+    rig.write_text(RIG.to_toml(), encoding="utf-8")
+    run.save(file)
+    assert main(["identify", "friction", str(file), "--rig", str(rig), "-o", str(output)]) == 0
+    assert "compressibility" in capsys.readouterr().out
+    saved = tomllib.loads(output.read_text(encoding="utf-8"))["actuator"]["friction"]
+    # A saved run is read with its true signals.
+    true = eft.identification.identify_friction(RIG, run.spool, run.velocity, run.force, RATE)
+    assert saved == pytest.approx(float(true.friction), rel=1e-9)
+    assert main(["identify", "friction", str(file), "--rig", str(rig), "--json"]) == 0
+    assert '"velocity_delay_uncertainty"' in capsys.readouterr().out
+
+
+def test_what_is_no_such_test_is_refused() -> None:
+    run = swept(800.0)
+    spool, velocity, force = run.measured_spool, run.measured_velocity, run.measured_force
+    identify = eft.identification.identify_friction
+    with pytest.raises(ValueError, match="check gains, units and signs"):
+        identify(RIG, -spool, velocity, force, RATE)
+    with pytest.raises(ValueError, match="hardly moves"):
+        identify(RIG, 0.0 * spool, 0.0 * velocity, force, RATE)
+    with pytest.raises(ValueError, match="velocity"):
+        identify(RIG, spool, velocity[:-1], force, RATE)
