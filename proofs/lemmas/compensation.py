@@ -87,7 +87,9 @@ def feedforward_shows(v: Case) -> Formulas:
         "flow finite": v.result.is_finite(),
         "the command stays bounded": abs(v.after["state"].command) <= LARGEST,
         "so does the friction": abs(v.after["state"].friction) <= LARGEST,
-        "an invalid command leaves the last one": (~valid).implies(v.after["state"].command.same(v.state.command)),
+        "an invalid command leaves the last one": (~valid).implies(
+            v.after["state"].command.same(v.state.command)
+        ),
     }
 
 
