@@ -43,9 +43,8 @@ def departure(data: dict[str, np.ndarray], scheme: str = SCHEME) -> np.ndarray:
 
 
 def swept(case: Case, sweep: eft.Command) -> float:
-    """The deviation of one rig in a sweep, with its overlap known."""
-    overlap = case.rig.plant["servovalve.overlap"]
-    run = eft.simulate(case.rig.replace(changes_of(SCHEME, 0, overlap)), sweep)
+    """The deviation of one rig in a sweep, with its overlap and friction known."""
+    run = eft.simulate(case.rig.replace(changes_of(SCHEME, case.rig)), sweep)
     if not run.success:
         return np.inf
     ratio = run.fft_ratio(*BAND).ratio

@@ -143,7 +143,7 @@ def test_the_kept_laboratory_rigs_are_what_the_code_gives(script, monkeypatch, t
     # An unstable test multiplies the last bit, and estimates change with the learner.
     index = int((kept["fixed_unstable"] == 0).nonzero()[0][0])
     monkeypatch.setattr(study, "SCHEMES", {"fixed": {}})
-    now = study.tested(index, *study.drawn(index + 1)[index])
+    now = study.tested(*study.drawn(index + 1)[index])
     same({name: kept[name][index] for name in now}, now)
     for page in (study, script("laboratory_causes")):
         page.report(tmp_path)
