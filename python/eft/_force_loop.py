@@ -73,8 +73,8 @@ def design_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoop:
     uses valve and oil with the piston at rest. For each ratio ``G_d/G_p``, ``G_p`` is the largest that keeps
     four deviating rigs damped. Their oil is 0.6 or 1.5 times as stiff, and their pilot time constant 0.5 or 2
     times as long. Each has 10 % more flow gain and more delay: two samples and half a millisecond. The chosen
-    ratio has the lowest peak of the sensitivity. The integral part has 1.75 times the valve's time scale. It
-    reduces the errors
+    ratio has the lowest peak of the sensitivity. The integral part has 1.75 times the valve's time scale, or
+    longer where the margins require it. It reduces the errors
     at the specimen's frequency and removes the offset of a null bias. ``controller.force_loop = "robust"`` in
     a rig uses this design.
 
