@@ -234,7 +234,7 @@ def identified(data: dict[str, np.ndarray]) -> str:
     rubs = data["friction"] > 0.001
     low, middle, high = np.quantile(data["identified"][rubs] / true[rubs], [0.05, 0.5, 0.95])
     return (
-        f"The flow of the identified friction is {low:.2f} to {high:.2f} times the true one on nine of ten of the "
+        f"The flow of the identified friction is {low:.2f} to {high:.2f} times the true one on nine of ten "
         f"rigs of seed {LAST} whose friction exceeds 0.1 % of the capacity. Its median is {middle:.2f}.\n"
     )
 
