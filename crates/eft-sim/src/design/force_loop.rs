@@ -46,9 +46,10 @@ const DEVIATIONS: [Deviation; 4] = [
     Deviation { oil_stiffness: 0.6, pilot_time_constant: 0.5 },
 ];
 const FLOW_GAIN: f64 = 1.1;
-/// Further delay: samples of a computation, and seconds of a late load cell.
+/// Further delay: samples of a computation, and seconds of a late load cell, which are at most so many samples.
 const FURTHER_SAMPLES: u32 = 2;
 const LATENCY: f64 = 5e-4;
+const LATENCY_SAMPLES: f64 = 14.0;
 
 /// A force loop designed from a rig.
 #[derive(Debug, Clone)]
@@ -175,7 +176,9 @@ impl HeldPiston {
             compressibility: self.compressibility / off.oil_stiffness,
             pilot_time_constant: self.pilot_time_constant * off.pilot_time_constant,
             flow_gain: self.flow_gain * FLOW_GAIN,
-            delay: self.delay + FURTHER_SAMPLES + libm::round(LATENCY * self.sample_rate) as u32,
+            delay: self.delay
+                + FURTHER_SAMPLES
+                + libm::round(LATENCY * self.sample_rate).min(LATENCY_SAMPLES) as u32,
             ..self.clone()
         }
     }
@@ -366,6 +369,16 @@ pub(super) mod tests {
         let tight = search(&HeldPiston { leakage: 1e-16, ..zhao2005() }).unwrap();
         assert!((tight.proportional_gain / leaking.proportional_gain - 1.0).abs() < 0.2, "{tight:?}");
         assert!(tight.margins().unwrap().damping > 0.3);
+    }
+
+    #[test]
+    fn a_high_sample_rate_takes_no_longer() {
+        // Each sample of delay is a state, and the poles of hundreds of states take minutes.
+        let fast = HeldPiston { sample_rate: 1e6, ..zhao2005() };
+        let corner = fast.deviating(&DEVIATIONS[0]);
+        assert_eq!(corner.delay, FURTHER_SAMPLES + 14);
+        let usual = zhao2005().deviating(&DEVIATIONS[0]);
+        assert_eq!(usual.delay, FURTHER_SAMPLES + 2);
     }
 
     #[test]
