@@ -22,6 +22,7 @@ static const eft_parameters EFT_RIG_UNEVEN = {
   1.3e-11, /* leakage, m3/(s Pa) */
   0.0, /* friction, N */
   0.001, /* friction_velocity, m/s */
+  0.0, /* overlap, 1 */
   9u, /* table_length */
   {-1.0, -0.62, -0.2, -0.05, -0.04, 0.0, 0.03, 0.25, 1.0}, /* openings, 1 */
   {-0.0101, -0.0083, -0.0034, -0.0006, -0.0004, 0.0, 0.0005, 0.0045, 0.0107}, /* flows, m3/s */

@@ -18,6 +18,10 @@ from lemmas.bounds import (
 from lemmas.tables import evaluation
 
 
+#: Bound of the low-passed opening; its input lies within ±2.
+SMOOTH = 4.0
+
+
 def lead_given(v: Case) -> Formulas:
     return {
         **lead_bounds(v.config),
@@ -119,6 +123,8 @@ def compensation_given(v: Case) -> Formulas:
         "last input": abs(state.input) <= 1.0,
         "washout": abs(state.washout) <= washout_bound(v.size),
         "last output": v.state.output.is_finite(),
+        "share": v.config.lap.share.within(0.0, 1.0),
+        "low-passed opening": abs(v.state.smooth) <= SMOOTH,
     }
 
 
@@ -128,6 +134,7 @@ def compensation_shows(v: Case) -> Formulas:
         "output finite": v.after["out"].value.is_finite(),
         "the output kept is finite": after.output.is_finite(),
         "the lead's input stays within ±1": abs(after.lead.input) <= 1.0,
+        "the low-passed opening stays within ±4": abs(after.smooth) <= SMOOTH,
     }
 
 

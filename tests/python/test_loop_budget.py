@@ -12,7 +12,7 @@ GOALS = {
     "paper_tick": 175,
     "self_calibrating_tick": 230,
     "robust_tick": 300,
-    "friction_tick": 300,
+    "worn_tick": 300,
     "self_calibrating_curve_tick": 230,
     "learner_update": 2300,
     "learner_update, curve": 2300,

@@ -227,12 +227,13 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let measured =
             CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
         let (opening, flags) = self.compensation.required_opening(&measured, calibration);
+        let by_force_loop = self.compensation.by_force_loop(command - force, state.integral);
         if rests.any() {
-            state.compensation = state.compensation.rested(rests, opening);
+            state.compensation = self.compensation.rested(&state.compensation, rests, opening, by_force_loop);
             let rested = self.servovalve.at_rest(command, force);
             state.servovalve = ServovalveControllerState::select(rests, rested, state.servovalve);
         }
-        let next = self.compensation.advance(&state.compensation, opening, calibration);
+        let next = self.compensation.advance(&state.compensation, opening, by_force_loop, calibration);
         let next = CompensationState::select(good, next, state.compensation);
         let compensation = path(next.output());
         let mut servovalve = state.servovalve;
@@ -324,8 +325,10 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let sample =
             CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
         let (opening, _) = self.compensation.required_opening(&sample, calibration);
-        let rested = CompensationState::default().rested(S::Mask::splat(true), opening);
-        let compensation = self.compensation.advance(&rested, opening, calibration);
+        let by_force_loop = self.compensation.by_force_loop(command - force, before.integral);
+        let resting = CompensationState::default();
+        let rested = self.compensation.rested(&resting, S::Mask::splat(true), opening, by_force_loop);
+        let compensation = self.compensation.advance(&rested, opening, by_force_loop, calibration);
         let (mut servovalve, integral) = (self.servovalve.at_rest(command, force), before.integral);
         let mut raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
         if self.integrates() {

@@ -38,6 +38,8 @@ pub struct Parameters<'a> {
     pub friction: f64,
     /// Velocity `v_0` (m/s) below which the friction falls to zero.
     pub friction_velocity: f64,
+    /// Overlap of the spool's lands (1), an opening without flow, which is not in the flow table; 0 for none.
+    pub overlap: f64,
     /// Spool openings (1) of the flow table, strictly increasing.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub openings: &'a [f64],
@@ -239,6 +241,7 @@ impl Parameters<'static> {
         leakage: 1.3e-11,
         friction: 0.0,
         friction_velocity: 1e-3,
+        overlap: 0.0,
         openings: &[
             -1.0, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6,
             0.7, 0.8, 0.9, 1.0,

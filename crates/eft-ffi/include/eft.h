@@ -227,6 +227,7 @@ typedef struct eft_parameters {
   double leakage;                    // m3/(s Pa); across the piston
   double friction;                   // N; Coulomb friction of the seals, 0 for none
   double friction_velocity;          // m/s; below it the friction falls to zero
+  double overlap;                    // 1; overlap of the spool's lands, which is not in the flow table, 0 for none
   uint32_t table_length;             // points of the flow table, from 2 to EFT_TABLE_CAPACITY
   double openings[EFT_TABLE_CAPACITY]; // 1; spool openings of the flow table, strictly increasing
   double flows[EFT_TABLE_CAPACITY];  // m3/s; its flows, strictly increasing
@@ -272,9 +273,9 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t marker; float value[305]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t marker; float value[312]; } eft_channel_f32;
 // The state of a channel. Each actuator has one.
-typedef struct eft_state_f32 { uint64_t marker; float value[399]; } eft_state_f32;
+typedef struct eft_state_f32 { uint64_t marker; float value[400]; } eft_state_f32;
 
 // One tick's command and measurements. A signal that is not given is NaN. If the tick needs it, the tick raises a flag.
 typedef struct eft_input_f32 {
@@ -372,7 +373,7 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 #define EFT_CURVE_NODES 17         // nodes of the flow curve's correction
 
 // A learner's configuration. One serves any number of channels of the same parameters.
-typedef struct eft_learner_f32 { uint64_t marker; float value[161]; } eft_learner_f32;
+typedef struct eft_learner_f32 { uint64_t marker; float value[162]; } eft_learner_f32;
 // The state of a learner. Each channel has one.
 typedef struct eft_learner_state_f32 { uint64_t marker; float value[305]; } eft_learner_state_f32;
 
@@ -490,8 +491,8 @@ EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibratio
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t marker; double value[305]; } eft_channel_f64;
-typedef struct eft_state_f64 { uint64_t marker; double value[399]; } eft_state_f64;
+typedef struct eft_channel_f64 { uint64_t marker; double value[312]; } eft_channel_f64;
+typedef struct eft_state_f64 { uint64_t marker; double value[400]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
     double load_pressure; } eft_input_f64;
@@ -503,7 +504,7 @@ typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; uint32_t offered; u
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; uint32_t offered; uint32_t taken; } eft_windows_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; uint32_t offered; uint32_t taken;
     } eft_calibrations_f64;
-typedef struct eft_learner_f64 { uint64_t marker; double value[161]; } eft_learner_f64;
+typedef struct eft_learner_f64 { uint64_t marker; double value[162]; } eft_learner_f64;
 typedef struct eft_learner_state_f64 { uint64_t marker; double value[305]; } eft_learner_state_f64;
 typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double velocity_delay;
     double null_offset; double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
@@ -555,16 +556,16 @@ EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const e
 EFT_STATIC_ASSERT(sizeof(eft_learning) == 72);
 EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 888);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 896);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 400);
-EFT_SIZES(eft_channel, 1232, 2448);
-EFT_SIZES(eft_state, 1608, 3200);
+EFT_SIZES(eft_channel, 1256, 2504);
+EFT_SIZES(eft_state, 1608, 3208);
 EFT_SIZES(eft_input, 48, 96);
 EFT_SIZES(eft_output, 96, 168);
 EFT_SIZES(eft_window, 64, 120);
 EFT_SIZES(eft_calibration, 224, 440);
-EFT_SIZES(eft_learner, 656, 1296);
+EFT_SIZES(eft_learner, 656, 1304);
 EFT_SIZES(eft_learner_state, 1232, 2448);
 EFT_SIZES(eft_learned, 56, 104);
 

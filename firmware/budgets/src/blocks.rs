@@ -8,7 +8,7 @@ use eft_core::{
 };
 use eft_rigs::guarded;
 
-use crate::rigs::{CROWDED, CURVE, PAPER, ROBUST, RUBBING, SELF_CALIBRATING, WATCHED, made};
+use crate::rigs::{CROWDED, CURVE, PAPER, ROBUST, SELF_CALIBRATING, WATCHED, WORN, made};
 
 /// Points of the flow table.
 pub const N: usize = guarded::POINTS;
@@ -61,7 +61,7 @@ macro_rules! tick {
 tick!(paper_tick, PAPER);
 tick!(self_calibrating_tick, SELF_CALIBRATING);
 tick!(robust_tick, ROBUST);
-tick!(friction_tick, RUBBING);
+tick!(worn_tick, WORN);
 tick!(self_calibrating_curve_tick, CURVE);
 tick!(crowded_tick, CROWDED);
 tick!(guarded_tick, guarded::PARAMETERS);

@@ -43,8 +43,9 @@ pub const WATCHED: Parameters = Parameters {
 /// The self-calibrating rig with the integral part of the designed force loop.
 pub const ROBUST: Parameters = Parameters { integral_gain: 4.0, ..SELF_CALIBRATING };
 
-/// The same with the corrected flow table and the friction of the seals.
-pub const RUBBING: Parameters = Parameters { friction: 800.0, learning: CURVE.learning, ..ROBUST };
+/// The same with the corrected flow table, the friction of the seals and the overlap of the spool.
+pub const WORN: Parameters =
+    Parameters { friction: 800.0, overlap: 1e-3, learning: CURVE.learning, ..ROBUST };
 
 /// The worst permitted table: its knots near null are closer than the cells of its index, in both directions.
 /// Everything is learned.

@@ -9,7 +9,7 @@ use semihosting::println;
 use crate::blocks::*;
 use crate::inputs::{Random, rig};
 use crate::probe::{Cost, cost, probed, worst};
-use crate::rigs::{CROWDED, CURVE, LONGEST, PAPER, ROBUST, RUBBING, SELF_CALIBRATING, WATCHED, made};
+use crate::rigs::{CROWDED, CURVE, LONGEST, PAPER, ROBUST, SELF_CALIBRATING, WATCHED, WORN, made};
 
 /// A window's calibration is published after this many ticks, so that the next window has begun. Now and then there are
 /// too many, so that the calibration is late.
@@ -26,7 +26,7 @@ pub fn run() {
     static PLAIN: Channel<f32, N> = made!(Channel::<f32, N>::new(&PAPER));
     static LEARNING: Channel<f32, N> = made!(Channel::<f32, N>::new(&SELF_CALIBRATING));
     static INTEGRATING: Channel<f32, N> = made!(Channel::<f32, N>::new(&ROBUST));
-    static WITH_FRICTION: Channel<f32, N> = made!(Channel::<f32, N>::new(&RUBBING));
+    static WITH_WEAR: Channel<f32, N> = made!(Channel::<f32, N>::new(&WORN));
     static CORRECTING: Channel<f32, N> = made!(Channel::<f32, N>::new(&CURVE));
     static NEAR_NULL: Channel<f32, N> = made!(Channel::<f32, N>::new(&CROWDED));
     static WATCHING: Channel<f32, N> = made!(Channel::<f32, N>::new(&WATCHED));
@@ -39,7 +39,7 @@ pub fn run() {
         ("paper_tick", paper_tick as Step, &PLAIN, None),
         ("self_calibrating_tick", self_calibrating_tick, &LEARNING, learner),
         ("robust_tick", robust_tick, &INTEGRATING, learner),
-        ("friction_tick", friction_tick, &WITH_FRICTION, corrector),
+        ("worn_tick", worn_tick, &WITH_WEAR, corrector),
         ("self_calibrating_curve_tick", self_calibrating_curve_tick, &CORRECTING, corrector),
         ("crowded_tick", crowded_tick, &NEAR_NULL, near_null),
         ("guarded_tick", guarded_tick, &guarded::CHANNEL, Some(&guarded::LEARNER)),

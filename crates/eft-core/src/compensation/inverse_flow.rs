@@ -1,6 +1,6 @@
 //! From the demanded flow to the spool opening that passes it.
 
-use crate::compensation::{LoadPressure, Mode};
+use crate::compensation::{LoadPressure, Mode, overlap};
 use crate::error::{ConfigError, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::{Mask as _, Scalar};
@@ -22,7 +22,7 @@ pub enum SignFrom {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct InverseFlow<S: Scalar, const N: usize> {
-    /// From flow to required opening, level and stroke included. The table ends at the stroke.
+    /// From flow to required opening, level and stroke included. The table ends where the step over the overlap reaches the stroke.
     table: PiecewiseLinear<S, N>,
     load_pressure: LoadPressure<S>,
     sign_from_demand: S::Mask,
@@ -100,7 +100,8 @@ macro_rules! constructor {
                 } else {
                     check!(self.table.fill("flows", p.flows, "openings", p.openings));
                 }
-                self.table.scale_to_limit(level)
+                // The step over the overlap reaches the rest of the stroke.
+                self.table.scale_to_limit(level, 1.0 - check!(overlap(p)))
             }
         }
     };

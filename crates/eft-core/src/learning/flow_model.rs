@@ -1,6 +1,6 @@
 //! The flow of the configured valve: the model of the inverse flow, in the forward direction.
 
-use crate::compensation::{LoadPressure, Mode};
+use crate::compensation::{LoadPressure, Mode, overlap};
 use crate::error::{ConfigError, check};
 use crate::integrity::integrity;
 use crate::number::Real;
@@ -11,9 +11,11 @@ use crate::table::PiecewiseLinear;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowModel<T: Real, const N: usize> {
     load_pressure: LoadPressure<T>,
+    /// Overlap (1) of the spool's lands.
+    overlap: T,
     curve: PiecewiseLinear<T, N>,
 }
-integrity!(FlowModel<T, N>: load_pressure, curve);
+integrity!(FlowModel<T, N>: load_pressure, overlap, curve);
 
 /// Flow through an opening, in parts.
 #[derive(Debug, Clone, Copy)]
@@ -31,13 +33,19 @@ impl<T: Real, const N: usize> FlowModel<T, N> {
     /// `direction` has the sign of the opening.
     pub(crate) fn flow(&self, spool: T, direction: T, force: T, supply: T) -> ModelFlow<T> {
         let (root, _) = self.load_pressure.root(force, direction, supply);
-        let (at_no_load, slope, _) = self.curve.eval_with_slope(spool);
+        let (at_no_load, slope, _) = self.curve.eval_with_slope(self.beyond_lap(spool));
         ModelFlow { at_no_load, slope, root }
     }
 
     /// Flow (m³/s) through a spool opening (1) at no load.
     pub(crate) fn at_no_load(&self, spool: T) -> T {
-        self.curve.eval(spool)
+        self.curve.eval(self.beyond_lap(spool))
+    }
+
+    /// The opening (1) of a valve without overlap that passes the same flow.
+    #[inline(always)]
+    fn beyond_lap(&self, spool: T) -> T {
+        spool - spool.limit(-self.overlap, self.overlap)
     }
 }
 
@@ -56,11 +64,15 @@ macro_rules! constructor {
             /// With the flow table, for any scheme.
             pub(crate) const fn fill_table(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 self.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
+                self.overlap = check!(overlap(p)) as $t;
                 self.curve.fill("openings", p.openings, "flows", p.flows)
             }
 
-            pub(crate) const EMPTY: Self =
-                Self { load_pressure: LoadPressure::<$t>::NONE, curve: PiecewiseLinear::<$t, N>::EMPTY };
+            pub(crate) const EMPTY: Self = Self {
+                load_pressure: LoadPressure::<$t>::NONE,
+                overlap: 0.0,
+                curve: PiecewiseLinear::<$t, N>::EMPTY,
+            };
         }
     };
 }

@@ -108,6 +108,7 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
         leakage: p.leakage,
         friction: p.friction,
         friction_velocity: p.friction_velocity,
+        overlap: p.overlap,
         table_length: p.openings.len() as u32,
         openings,
         flows,

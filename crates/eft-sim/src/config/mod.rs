@@ -50,8 +50,8 @@ pub struct RigConfig {
     values: RigValues,
     /// The configured gains that a designed force loop replaces.
     given: Option<GivenForceLoop>,
-    /// The flow curve behind the overlap or underlap that the controller knows.
-    lapped: Option<FlowCurve>,
+    /// The flow curve behind the underlap that the controller knows.
+    underlapped: Option<FlowCurve>,
     truth: Option<Box<Truth>>,
 }
 
@@ -176,8 +176,8 @@ impl RigConfig {
         // Names, types and ranges are already checked. This fails only if KEYS and the structs disagree.
         let values = RigValues::read(Some(&toml::Value::Table(complete)))
             .ok_or_else(|| Error::Toml("a field has no key".into()))?;
-        let mut rig = Self { values, given: None, lapped: None, truth };
-        rig.lap()?;
+        let mut rig = Self { values, given: None, underlapped: None, truth };
+        rig.underlap()?;
         Ok(rig)
     }
 

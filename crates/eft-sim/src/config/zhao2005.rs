@@ -197,6 +197,6 @@ impl RigConfig {
                 },
             },
         };
-        Self { values, given: None, lapped: None, truth: None }
+        Self { values, given: None, underlapped: None, truth: None }
     }
 }

@@ -253,7 +253,7 @@ impl Spectra {
             |force: f64, rate: f64| (actuator.leakage * force + actuator.compressibility * rate) / area;
         let opening = |flow: f64, force: f64| {
             let radicand = 1.0 - flow.signum() * force / stall;
-            table.opening(flow / radicand.max(FLOOR).sqrt())
+            rig.over_lap(table.opening(flow / radicand.max(FLOOR).sqrt()))
         };
         let feedforward = f64::from(u8::from(rig.compensation.feedforward));
         let (mut needed, mut total) = (Vec::with_capacity(n), Vec::with_capacity(n));

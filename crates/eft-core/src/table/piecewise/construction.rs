@@ -81,8 +81,8 @@ macro_rules! constructor {
                 self.connect(len, y_name)
             }
 
-            /// The map times `factor` (not negative), cut off where it reaches ±1.
-            pub(crate) const fn scale_to_limit(&mut self, factor: f64) -> Result<(), ConfigError> {
+            /// The map times `factor` (not negative), cut off where it reaches ±`end`.
+            pub(crate) const fn scale_to_limit(&mut self, factor: f64, end: f64) -> Result<(), ConfigError> {
                 let count = self.len as usize;
                 let (mut len, mut previous) = (0, self.scaled(0, factor));
                 let mut i = 0;
@@ -91,8 +91,8 @@ macro_rules! constructor {
                     let next = self.scaled(if i + 1 == count { i } else { i + 1 }, factor);
                     // A knot beyond a limit moves along its segment to where the map crosses the limit, or goes if
                     // its neighbour towards the limit is beyond as well.
-                    let (limit, neighbour) = if value < -1.0 { (-1.0, next) } else { (1.0, previous) };
-                    let beyond = value > 1.0 || value < -1.0;
+                    let (limit, neighbour) = if value < -end { (-end, next) } else { (end, previous) };
+                    let beyond = value > end || value < -end;
                     let crossing = beyond && (neighbour.1 - limit) * limit < 0.0;
                     let moved = start + (limit - value) / (neighbour.1 - value) * (neighbour.0 - start);
                     let knot = if crossing { (moved as $t, limit as $t) } else { (start as $t, value as $t) };

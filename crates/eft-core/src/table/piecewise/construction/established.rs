@@ -79,7 +79,7 @@ fn what_the_proofs_take_for_granted() {
         let level = [0.0, 0.5, 1.0, 1.5][n % 4];
         if let Ok(mut map) = PiecewiseLinear::<f32, N>::new("x", &x, "y", &y) {
             holds!(f32, &map);
-            if map.scale_to_limit(level).is_ok() {
+            if map.scale_to_limit(level, 1.0).is_ok() {
                 holds!(f32, &map);
                 assert!(map.below >= -1.0 && map.above <= 1.0);
                 tables += 1;
@@ -87,7 +87,7 @@ fn what_the_proofs_take_for_granted() {
         }
         if let Ok(mut map) = PiecewiseLinear::<f64, N>::new("x", &x, "y", &y) {
             holds!(f64, &map);
-            if map.scale_to_limit(level).is_ok() {
+            if map.scale_to_limit(level, 1.0).is_ok() {
                 holds!(f64, &map);
                 assert!(map.below >= -1.0 && map.above <= 1.0);
                 tables += 1;
