@@ -18,10 +18,6 @@ from lemmas.bounds import (
 from lemmas.tables import evaluation
 
 
-#: Bound of the low-passed opening; its input lies within ±2.
-SMOOTH = 4.0
-
-
 def lead_given(v: Case) -> Formulas:
     return {
         **lead_bounds(v.config),
@@ -123,8 +119,6 @@ def compensation_given(v: Case) -> Formulas:
         "last input": abs(state.input) <= 1.0,
         "washout": abs(state.washout) <= washout_bound(v.size),
         "last output": v.state.output.is_finite(),
-        "share": v.config.lap.share.within(0.0, 1.0),
-        "low-passed opening": abs(v.state.smooth) <= SMOOTH,
     }
 
 
@@ -134,7 +128,6 @@ def compensation_shows(v: Case) -> Formulas:
         "output finite": v.after["out"].value.is_finite(),
         "the output kept is finite": after.output.is_finite(),
         "the lead's input stays within ±1": abs(after.lead.input) <= 1.0,
-        "the low-passed opening stays within ±4": abs(after.smooth) <= SMOOTH,
     }
 
 

@@ -65,6 +65,7 @@ struct Parts<'a, T: Real, const N: usize> {
     looks_ahead: bool,
     integrates: bool,
     rubs: bool,
+    laps: bool,
 }
 
 impl<T: Real, const N: usize> Parts<'_, T, N> {
@@ -79,6 +80,7 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
         looks_ahead: false,
         integrates: false,
         rubs: false,
+        laps: false,
     };
 }
 
@@ -115,6 +117,7 @@ const fn is_plain(p: &Parameters) -> bool {
     ) && !(p.feedforward && p.look_ahead)
         && p.integral_gain == 0.0
         && p.friction == 0.0
+        && p.overlap == 0.0
 }
 
 impl<T: Real, const N: usize> Channel<T, N> {
@@ -243,7 +246,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         };
         let sample = self.controller.sample(&state.controller, &asked, supply);
         let friction = parts.rubs.then(|| self.controller.friction.against(asked.velocity));
-        let sample = Sample { integrates: parts.integrates, friction, ..sample };
+        let sample = Sample { integrates: parts.integrates, laps: parts.laps, friction, ..sample };
         let out = if !sample.good {
             if learns {
                 state.window.lose(true);
@@ -325,6 +328,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             looks_ahead: self.looks_ahead,
             integrates: self.controller.integrates(),
             rubs: self.controller.friction.is_present(),
+            laps: self.controller.laps(),
         }
     }
 

@@ -4,6 +4,7 @@ mod construction;
 
 use crate::compensation::{
     Calibration, Compensation, CompensationInput, CompensationState, Feedforward, FeedforwardState, Friction,
+    Lap,
 };
 use crate::error::{ConfigError, LARGEST, check};
 use crate::force_loop::{Integral, Limiter, ServovalveController, ServovalveControllerState};
@@ -36,8 +37,10 @@ pub struct Controller<S: Scalar, const N: usize> {
     feeds_forward: bool,
     realization: Realization,
     integral: Integral<S>,
+    /// Overlap of the spool's lands.
+    lap: Lap<S>,
 }
-integrity!(Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral);
+integrity!(Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral, lap);
 
 /// The tick starts from rest after this many lost samples, which last longer than the gap time.
 pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
@@ -99,6 +102,8 @@ pub(crate) struct Sample<'a, S: Scalar> {
     pub(crate) rests: S::Mask,
     /// Whether any lane's force loop has an integral part.
     pub(crate) integrates: bool,
+    /// Whether any lane has an overlap.
+    pub(crate) laps: bool,
     /// Friction (N) of the seals; `None` if no lane has any.
     pub(crate) friction: Option<S>,
 }
@@ -126,8 +131,10 @@ pub struct ControllerState<S: Scalar> {
     integral: S,
     /// The last valid ratio of the measured supply pressure to the configured one, less 1 (1).
     supply: S,
+    /// The low-passed opening (1) of a valve without overlap.
+    smooth: S,
 }
-integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, lost, integral, supply);
+integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, lost, integral, supply, smooth);
 
 /// One tick's result.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -199,7 +206,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let good = self.accepts(input);
         let rests = S::at_least(state.lost, self.gap);
         let friction = self.friction(input.velocity);
-        Sample { input, supply, good, rests, integrates: self.integrates(), friction }
+        Sample { input, supply, good, rests, integrates: self.integrates(), laps: self.laps(), friction }
     }
 
     /// The part of [`step`](Self::step) for a sample that is good in any lane.
@@ -211,7 +218,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let Sample { input, supply, good, rests, integrates, friction } = sample;
+        let Sample { input, supply, good, rests, integrates, laps, friction } = sample;
         let rests = good & rests;
         let friction = friction.map(|friction| state.feedforward.friction_where(good, friction));
         let last = self.limiter.within(state.valve_command);
@@ -227,13 +234,20 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let measured =
             CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
         let (opening, flags) = self.compensation.required_opening(&measured, calibration);
-        let by_force_loop = self.compensation.by_force_loop(command - force, state.integral);
+        let opening = if laps {
+            let sum = self.lap.together(opening, command - force, state.integral);
+            let smooth = S::select(rests, sum, self.lap.smoothed(state.smooth, sum));
+            state.smooth = S::select(good, smooth, state.smooth);
+            self.lap.over(state.smooth, opening)
+        } else {
+            opening
+        };
         if rests.any() {
-            state.compensation = self.compensation.rested(&state.compensation, rests, opening, by_force_loop);
+            state.compensation = state.compensation.rested(rests, opening);
             let rested = self.servovalve.at_rest(command, force);
             state.servovalve = ServovalveControllerState::select(rests, rested, state.servovalve);
         }
-        let next = self.compensation.advance(&state.compensation, opening, by_force_loop, calibration);
+        let next = self.compensation.advance(&state.compensation, opening, calibration);
         let next = CompensationState::select(good, next, state.compensation);
         let compensation = path(next.output());
         let mut servovalve = state.servovalve;
@@ -325,10 +339,10 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let sample =
             CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
         let (opening, _) = self.compensation.required_opening(&sample, calibration);
-        let by_force_loop = self.compensation.by_force_loop(command - force, before.integral);
-        let resting = CompensationState::default();
-        let rested = self.compensation.rested(&resting, S::Mask::splat(true), opening, by_force_loop);
-        let compensation = self.compensation.advance(&rested, opening, by_force_loop, calibration);
+        let smooth = self.lap.together(opening, command - force, before.integral);
+        let opening = if self.laps() { self.lap.over(smooth, opening) } else { opening };
+        let rested = CompensationState::default().rested(S::Mask::splat(true), opening);
+        let compensation = self.compensation.advance(&rested, opening, calibration);
         let (mut servovalve, integral) = (self.servovalve.at_rest(command, force), before.integral);
         let mut raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
         if self.integrates() {
@@ -340,7 +354,16 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         };
         let lost = S::Flags::default();
         let supply = measured.supply;
-        ControllerState { compensation, feedforward, servovalve, integral, valve_command, lost, supply }
+        ControllerState {
+            compensation,
+            feedforward,
+            smooth,
+            servovalve,
+            integral,
+            valve_command,
+            lost,
+            supply,
+        }
     }
 
     /// The calibration of the configuration, which is the paper's scheme.
@@ -352,6 +375,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// Whether any lane's force loop has an integral part.
     pub(crate) const fn integrates(&self) -> bool {
         self.integral.is_present()
+    }
+
+    /// Whether any lane has an overlap.
+    pub(crate) const fn laps(&self) -> bool {
+        self.lap.is_present()
     }
 
     /// How the force loop is closed.
@@ -368,6 +396,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             compensation: Compensation::pack(|i| &lane(i).compensation),
             feedforward: Feedforward::pack(|i| &lane(i).feedforward),
             friction: Friction::pack(|i| &lane(i).friction),
+            lap: Lap::pack(|i| &lane(i).lap),
             servovalve: ServovalveController::pack(|i| &lane(i).servovalve),
             integral: Integral::pack(|i| &lane(i).integral),
             limiter: Limiter::pack(|i| &lane(i).limiter),
@@ -445,6 +474,7 @@ impl<S: Scalar> ControllerState<S> {
         Self {
             compensation: CompensationState::select(mask, yes.compensation, no.compensation),
             feedforward: FeedforwardState::select(mask, yes.feedforward, no.feedforward),
+            smooth: S::select(mask, yes.smooth, no.smooth),
             servovalve: ServovalveControllerState::select(mask, yes.servovalve, no.servovalve),
             integral: S::select(mask, yes.integral, no.integral),
             valve_command: S::select(mask, yes.valve_command, no.valve_command),

@@ -273,7 +273,7 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t marker; float value[312]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t marker; float value[313]; } eft_channel_f32;
 // The state of a channel. Each actuator has one.
 typedef struct eft_state_f32 { uint64_t marker; float value[400]; } eft_state_f32;
 
@@ -373,7 +373,7 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 #define EFT_CURVE_NODES 17         // nodes of the flow curve's correction
 
 // A learner's configuration. One serves any number of channels of the same parameters.
-typedef struct eft_learner_f32 { uint64_t marker; float value[162]; } eft_learner_f32;
+typedef struct eft_learner_f32 { uint64_t marker; float value[163]; } eft_learner_f32;
 // The state of a learner. Each channel has one.
 typedef struct eft_learner_state_f32 { uint64_t marker; float value[305]; } eft_learner_state_f32;
 
@@ -491,7 +491,7 @@ EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibratio
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t marker; double value[312]; } eft_channel_f64;
+typedef struct eft_channel_f64 { uint64_t marker; double value[313]; } eft_channel_f64;
 typedef struct eft_state_f64 { uint64_t marker; double value[400]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
@@ -504,7 +504,7 @@ typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; uint32_t offered; u
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; uint32_t offered; uint32_t taken; } eft_windows_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; uint32_t offered; uint32_t taken;
     } eft_calibrations_f64;
-typedef struct eft_learner_f64 { uint64_t marker; double value[162]; } eft_learner_f64;
+typedef struct eft_learner_f64 { uint64_t marker; double value[163]; } eft_learner_f64;
 typedef struct eft_learner_state_f64 { uint64_t marker; double value[305]; } eft_learner_state_f64;
 typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double velocity_delay;
     double null_offset; double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
@@ -559,13 +559,13 @@ EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 896);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 400);
-EFT_SIZES(eft_channel, 1256, 2504);
+EFT_SIZES(eft_channel, 1264, 2512);
 EFT_SIZES(eft_state, 1608, 3208);
 EFT_SIZES(eft_input, 48, 96);
 EFT_SIZES(eft_output, 96, 168);
 EFT_SIZES(eft_window, 64, 120);
 EFT_SIZES(eft_calibration, 224, 440);
-EFT_SIZES(eft_learner, 656, 1304);
+EFT_SIZES(eft_learner, 664, 1312);
 EFT_SIZES(eft_learner_state, 1232, 2448);
 EFT_SIZES(eft_learned, 56, 104);
 

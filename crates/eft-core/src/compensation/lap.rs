@@ -43,21 +43,25 @@ impl<S: Scalar> Lap<S> {
         self.present
     }
 
-    /// The opening (1) to which the force loop drives a valve without overlap, by its error (N) and its integral (V).
+    /// The sum (1) of the compensation's opening of a valve without overlap and of that to which the force loop drives
+    /// it, by its error (N) and its integral (V).
     #[inline(always)]
-    pub(crate) fn by_force_loop(&self, error: S, integral: S) -> S {
-        let one = S::splat(1.0);
-        (self.per_error * error + self.per_integral * integral).limit(-one, one)
+    pub(crate) fn together(&self, opening: S, error: S, integral: S) -> S {
+        opening + self.per_error * error + self.per_integral * integral
     }
 
-    /// The compensation's opening (1, within ±1) for one of a valve without overlap, beside that of the force loop, and
-    /// the low-passed sum after this sample.
+    /// The low-passed sum after a sample with this sum.
     #[inline(always)]
-    pub(crate) fn over(&self, smooth: S, opening: S, by_force_loop: S) -> (S, S) {
+    pub(crate) fn smoothed(&self, smooth: S, sum: S) -> S {
+        smooth + self.share * (sum - smooth)
+    }
+
+    /// The compensation's opening (1, within ±1) for one of a valve without overlap, at this low-passed sum.
+    #[inline(always)]
+    pub(crate) fn over(&self, smooth: S, opening: S) -> S {
         let one = S::splat(1.0);
-        let smooth = smooth + self.share * (opening + by_force_loop - smooth);
         let step = (self.slope * smooth).limit(-self.overlap, self.overlap);
-        ((opening + step).limit(-one, one), smooth)
+        (opening + step).limit(-one, one)
     }
 
     /// Steps of single rigs in lanes.
@@ -111,6 +115,8 @@ macro_rules! constructor {
                 let per_volt = valve_gain * check!(positive("proportional_gain", p.proportional_gain));
                 let sensitivity = check!(positive("force_sensitivity", p.force_sensitivity));
                 let sample_rate = check!(positive("sample_rate", p.sample_rate));
+                // More than the stroke for 1 N is no force loop. The sum is finite for every command within this bound.
+                let per_error = check!(within("proportional_gain", per_volt * sensitivity, 0.0, 1.0));
                 let wide = Self {
                     overlap: overlap as $t,
                     slope: (1.0 / WIDE) as $t,
@@ -125,7 +131,7 @@ macro_rules! constructor {
                 Ok(Self {
                     slope: (1.0 / WIDTH) as $t,
                     share: (1.0 / (1.0 + sample_rate * SMOOTHING * p.response_delay)) as $t,
-                    per_error: (per_volt * sensitivity) as $t,
+                    per_error: per_error as $t,
                     per_integral: valve_gain as $t,
                     ..wide
                 })
@@ -148,18 +154,21 @@ mod tests {
         for (opening, expected) in
             [(0.0, 0.0), (0.004, 0.012), (0.01, 0.03), (-0.01, -0.03), (0.7, 0.72), (-0.99, -1.0)]
         {
-            let (found, smooth) = lap.over(opening, opening, 0.0);
-            assert!((found - expected).abs() < 1e-12 && smooth == opening, "{opening}: {found}");
+            let found = lap.over(opening, opening);
+            assert!((found - expected).abs() < 1e-12, "{opening}: {found}");
         }
     }
 
     #[test]
     fn without_an_integral_part_the_step_is_wide_and_the_compensations_alone() {
         let lap = Lap::<f64>::new(&Parameters { integral_gain: 0.0, ..RIG }).unwrap();
-        assert_eq!(lap.by_force_loop(1e4, 0.1), 0.0);
         for (opening, expected) in [(0.04, 0.05), (-0.08, -0.1), (0.2, 0.22)] {
-            let (found, smooth) = lap.over(-0.5, opening, 0.0);
-            assert!((found - expected).abs() < 1e-12 && smooth == opening, "{opening}: {found}");
+            let smooth = lap.smoothed(-0.5, lap.together(opening, 1e4, 0.1));
+            let found = lap.over(smooth, opening);
+            assert!(
+                (found - expected).abs() < 1e-12 && (smooth - opening).abs() < 1e-12,
+                "{opening}: {found}"
+            );
         }
     }
 
@@ -170,11 +179,11 @@ mod tests {
         let lap = Lap::<f64>::new(&p).unwrap();
         let mut smooth = 0.0;
         for _ in 0..(SMOOTHING * 0.05 * p.sample_rate) as usize {
-            (_, smooth) = lap.over(smooth, 1.0, 0.0);
+            smooth = lap.smoothed(smooth, 1.0);
         }
         assert!((1.0 - smooth - libm::exp(-1.0)).abs() < 0.01, "{smooth}");
         let at_once = Lap::<f64>::new(&Parameters { response_delay: 0.0, ..RIG }).unwrap();
-        assert_eq!(at_once.over(0.0, 0.3, 0.0).1, 0.3);
+        assert_eq!(at_once.smoothed(0.0, 0.3), 0.3);
     }
 
     #[test]
@@ -183,8 +192,8 @@ mod tests {
         let (mut smooth, mut sum) = (0.02, 0.0);
         for n in 0..1000 {
             let noise = if n % 2 == 0 { 0.05 } else { -0.05 };
-            let (opening, next) = lap.over(smooth, 0.02 + noise, 0.0);
-            (sum, smooth) = (sum + opening, next);
+            smooth = lap.smoothed(smooth, 0.02 + noise);
+            sum += lap.over(smooth, 0.02 + noise);
         }
         assert!((sum / 1000.0 - 0.04).abs() < 1e-9, "{sum}");
     }
@@ -194,11 +203,10 @@ mod tests {
     fn the_sum_with_the_force_loop_determines_the_step() {
         let p = Parameters { force_sensitivity: 2e-5, proportional_gain: 2.0, valve_gain: 0.1, ..RIG };
         let lap = Lap::<f64>::new(&p).unwrap();
-        let by_force_loop = lap.by_force_loop(-5000.0, 0.05);
-        assert!((by_force_loop + 0.015).abs() < 1e-12, "{by_force_loop}");
-        let (found, smooth) = lap.over(-0.012, 0.003, by_force_loop);
-        assert!((found - (0.003 - 0.02)).abs() < 1e-12 && (smooth + 0.012).abs() < 1e-12, "{found} {smooth}");
-        assert_eq!(lap.by_force_loop(f64::MAX, 0.0), 1.0);
+        let sum = lap.together(0.003, -5000.0, 0.05);
+        assert!((sum + 0.012).abs() < 1e-12, "{sum}");
+        let found = lap.over(sum, 0.003);
+        assert!((found - (0.003 - 0.02)).abs() < 1e-12, "{found}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Velocity feedback compensation (Fig. 5 of the paper): one call a sample.
 
-use crate::compensation::{Calibration, CurveGrid, InverseFlow, Lap, LeadNetwork, LeadState};
+use crate::compensation::{Calibration, CurveGrid, InverseFlow, LeadNetwork, LeadState};
 use crate::error::{ConfigError, LARGEST, check, range};
 use crate::integrity::integrity;
 use crate::number::{Mask, Scalar};
@@ -25,7 +25,6 @@ pub enum Mode {
 #[repr(C)]
 pub struct Compensation<S: Scalar, const N: usize> {
     inverse: InverseFlow<S, N>,
-    lap: Lap<S>,
     lead: LeadNetwork<S>,
     response_delay: S,
     velocity_to_flow: S,
@@ -37,7 +36,7 @@ pub struct Compensation<S: Scalar, const N: usize> {
     corrects: S::Mask,
     grid: CurveGrid<S>,
 }
-integrity!(Compensation<T, N>: inverse, lap, lead, response_delay, velocity_to_flow, velocity_range, force_range, spool_range, spool_warning, corrects, grid);
+integrity!(Compensation<T, N>: inverse, lead, response_delay, velocity_to_flow, velocity_range, force_range, spool_range, spool_warning, corrects, grid);
 
 /// One sample's measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,11 +59,9 @@ pub struct CompensationInput<S> {
 #[repr(C)]
 pub struct CompensationState<S> {
     lead: LeadState<S>,
-    /// The low-passed opening (1) of a valve without overlap, with that of the force loop.
-    smooth: S,
     output: S,
 }
-integrity!(CompensationState<T>: lead, smooth, output);
+integrity!(CompensationState<T>: lead, output);
 
 impl<S: Copy> CompensationState<S> {
     /// The last output (V).
@@ -74,12 +71,25 @@ impl<S: Copy> CompensationState<S> {
 }
 
 impl<S: Scalar> CompensationState<S> {
+    /// The state after a sample that requires this opening (1), without the null offset.
+    #[inline(always)]
+    pub(crate) fn advance(&self, opening: S, calibration: &Calibration<S>) -> Self {
+        let mut lead = self.lead;
+        let output = calibration.lead.step(&mut lead, opening);
+        Self { lead, output }
+    }
+
+    /// The steady state at this opening (1), where the mask `rests` is true.
+    #[inline(always)]
+    pub(crate) fn rested(&self, rests: S::Mask, opening: S) -> Self {
+        Self { lead: LeadState::select(rests, LeadNetwork::at_rest(opening), self.lead), ..*self }
+    }
+
     /// `yes` where the mask is true, `no` elsewhere.
     #[inline(always)]
     pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
         Self {
             lead: LeadState::select(mask, yes.lead, no.lead),
-            smooth: S::select(mask, yes.smooth, no.smooth),
             output: S::select(mask, yes.output, no.output),
         }
     }
@@ -117,73 +127,26 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
             return self.repeat(state);
         }
         let (opening, flags) = self.required_opening(input, calibration);
-        let next = self.led(state, opening, S::splat(0.0), calibration);
+        let next = state.advance(opening, calibration);
         *state = CompensationState::select(valid, next, *state);
         let invalid = S::flag(!valid, status::INVALID_MEASUREMENT);
         CompensationOutput { value: state.output, status: S::select_flags(valid, flags, invalid) }
     }
 
-    /// The opening (1) to which the force loop drives the valve, by its error (N) and integral (V), for the step over
-    /// the overlap.
-    #[inline(always)]
-    pub(crate) fn by_force_loop(&self, error: S, integral: S) -> S {
-        if self.lap.is_present() { self.lap.by_force_loop(error, integral) } else { S::splat(0.0) }
-    }
-
-    /// The state after a sample that requires this opening (1) of a valve without overlap, beside that of the force
-    /// loop.
+    /// As [`CompensationState::advance`], with the null offset in the output.
     #[inline(always)]
     pub(crate) fn advance(
         &self,
         state: &CompensationState<S>,
         opening: S,
-        by_force_loop: S,
         calibration: &Calibration<S>,
     ) -> CompensationState<S> {
-        let mut next = self.led(state, opening, by_force_loop, calibration);
-        if self.corrects.any() {
-            next.output = S::select(self.corrects, next.output + calibration.null_signal, next.output);
-        }
-        next
-    }
-
-    /// As [`advance`](Self::advance), without the null offset in the output.
-    #[inline(always)]
-    fn led(
-        &self,
-        state: &CompensationState<S>,
-        opening: S,
-        by_force_loop: S,
-        calibration: &Calibration<S>,
-    ) -> CompensationState<S> {
-        let (opening, smooth) = self.over_lap(state.smooth, opening, by_force_loop);
         let mut lead = state.lead;
-        let output = calibration.lead.step(&mut lead, opening);
-        CompensationState { lead, smooth, output }
-    }
-
-    /// The steady state at this opening (1) of a valve without overlap, where the mask `rests` is true.
-    #[inline(always)]
-    pub(crate) fn rested(
-        &self,
-        state: &CompensationState<S>,
-        rests: S::Mask,
-        opening: S,
-        by_force_loop: S,
-    ) -> CompensationState<S> {
-        let sum = opening + by_force_loop;
-        let (required, _) = self.over_lap(sum, opening, by_force_loop);
-        CompensationState {
-            lead: LeadState::select(rests, LeadNetwork::at_rest(required), state.lead),
-            smooth: S::select(rests, sum, state.smooth),
-            ..*state
+        let mut output = calibration.lead.step(&mut lead, opening);
+        if self.corrects.any() {
+            output = S::select(self.corrects, output + calibration.null_signal, output);
         }
-    }
-
-    /// As [`Lap::over`]; the opening itself where no lane has an overlap.
-    #[inline(always)]
-    fn over_lap(&self, smooth: S, opening: S, by_force_loop: S) -> (S, S) {
-        if self.lap.is_present() { self.lap.over(smooth, opening, by_force_loop) } else { (opening, smooth) }
+        CompensationState { lead, output }
     }
 
     #[cold]
@@ -204,9 +167,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         let (opening, _) = self.required_opening(input, calibration);
         let valid = self.accepts(input.velocity, input.force, input.spool);
         let opening = S::select(valid, opening, S::splat(0.0));
-        let zero = S::splat(0.0);
-        let rested = self.rested(&CompensationState::default(), S::Mask::splat(true), opening, zero);
-        self.led(&rested, opening, zero, calibration)
+        CompensationState::default().rested(S::Mask::splat(true), opening).advance(opening, calibration)
     }
 
     /// Compensations of single rigs in lanes.
@@ -224,7 +185,6 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
             corrects: S::Mask::from_lanes(|i| lane(i).corrects),
             grid: CurveGrid::pack(|i| &lane(i).grid),
             inverse: InverseFlow::pack(|i| &lane(i).inverse),
-            lap: Lap::pack(|i| &lane(i).lap),
             lead: LeadNetwork::pack(|i| &lane(i).lead),
         }
     }
@@ -275,7 +235,6 @@ macro_rules! constructor {
 
             pub(crate) const EMPTY: Self = Self {
                 inverse: InverseFlow::<$t, N>::EMPTY,
-                lap: Lap::<$t>::NONE,
                 lead: LeadNetwork::<$t>::NONE,
                 response_delay: 0.0,
                 velocity_to_flow: 0.0,
@@ -290,7 +249,6 @@ macro_rules! constructor {
             /// As [`new`](Self::new), in place.
             pub(crate) const fn fill(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 check!(self.inverse.fill(p));
-                self.lap = check!(Lap::<$t>::new(p));
                 let grid = CurveGrid::over(p.greatest_flow());
                 self.velocity_to_flow = if matches!(p.mode, Mode::Off) { 0.0 } else { p.piston_area as $t };
                 self.velocity_range = check!(range("velocity_range", p.velocity_range)) as $t;
@@ -338,12 +296,12 @@ mod tests {
             let compensation = Compensation::<f64, 21>::new(&p).unwrap();
             let nominal = compensation.nominal();
             let output = |calibration: &Calibration<f64>| {
-                let state = compensation.rested(&CompensationState::default(), true, 0.1, 0.0);
+                let state = CompensationState::default().rested(true, 0.1);
                 let velocity = 0.2;
                 let input =
                     CompensationInput { velocity, force: 0.0, spool: 0.1, supply: 1.0, further_flow: 0.0 };
                 let (opening, _) = compensation.required_opening(&input, calibration);
-                [opening, compensation.advance(&state, 0.1, 0.0, calibration).output()]
+                [opening, compensation.advance(&state, 0.1, calibration).output()]
             };
             let mut curve = nominal.curve;
             for piece in &mut curve {

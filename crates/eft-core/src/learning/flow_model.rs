@@ -11,11 +11,12 @@ use crate::table::PiecewiseLinear;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowModel<T: Real, const N: usize> {
     load_pressure: LoadPressure<T>,
-    /// Overlap (1) of the spool's lands.
+    /// Overlap (1) of the spool's lands, and whether there is one.
     overlap: T,
+    laps: bool,
     curve: PiecewiseLinear<T, N>,
 }
-integrity!(FlowModel<T, N>: load_pressure, overlap, curve);
+integrity!(FlowModel<T, N>: load_pressure, overlap, laps, curve);
 
 /// Flow through an opening, in parts.
 #[derive(Debug, Clone, Copy)]
@@ -45,7 +46,7 @@ impl<T: Real, const N: usize> FlowModel<T, N> {
     /// The opening (1) of a valve without overlap that passes the same flow.
     #[inline(always)]
     fn beyond_lap(&self, spool: T) -> T {
-        spool - spool.limit(-self.overlap, self.overlap)
+        if self.laps { spool - spool.limit(-self.overlap, self.overlap) } else { spool }
     }
 }
 
@@ -64,13 +65,15 @@ macro_rules! constructor {
             /// With the flow table, for any scheme.
             pub(crate) const fn fill_table(&mut self, p: &Parameters) -> Result<(), ConfigError> {
                 self.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
-                self.overlap = check!(overlap(p)) as $t;
+                let overlap = check!(overlap(p));
+                (self.overlap, self.laps) = (overlap as $t, overlap > 0.0);
                 self.curve.fill("openings", p.openings, "flows", p.flows)
             }
 
             pub(crate) const EMPTY: Self = Self {
                 load_pressure: LoadPressure::<$t>::NONE,
                 overlap: 0.0,
+                laps: false,
                 curve: PiecewiseLinear::<$t, N>::EMPTY,
             };
         }
