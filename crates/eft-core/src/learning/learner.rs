@@ -206,14 +206,13 @@ impl<T: Real, const N: usize> Learner<T, N> {
             (measured, wanted) = (measured - sensor - valve_gain * null, wanted - null);
         }
         let model = self.model.flow(measured, wanted, means.force, window.supply);
-        // The constant part of the flow stays, so that a new null offset does not change the flow.
-        let constant = self.flow_gain * (means.spool - measured);
-        let predicted = model.at_no_load * model.root + constant;
-        let predicted = filter.step(&mut filters.predicted, predicted, share, restart);
+        let mut predicted = model.at_no_load * model.root;
         let flow_gain = state.flow.gain.value;
         let mut straightened = taken;
         let mut flows = [zero; 2];
         if self.corrects {
+            // The constant part of the flow stays, so that a new null offset does not change the flow.
+            predicted = predicted + self.flow_gain * (means.spool - measured);
             let now = [taken / model.root, model.at_no_load];
             let [at_no_load, _] = now;
             let flow = self.curve.straightened(&state.evidence.curve, at_no_load / flow_gain);
@@ -222,6 +221,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let square = self.valve.mean_square_frequency(&state.evidence.valve);
             (state.flows, flows) = self.flow.together(&state.flow, lagged, now, square);
         }
+        let predicted = filter.step(&mut filters.predicted, predicted, share, restart);
         let flow = filter.step(&mut filters.flow, straightened, share, restart);
         let flow = self.flow.sample(&state.flow, flow.into(), predicted.into());
 
