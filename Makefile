@@ -58,7 +58,7 @@ test-rust:
 test-python: $(VENV)/.importable $(VENV)/.extra-test
 	$(PY) -m pytest $(PYTEST_ARGS)
 
-lint: lint-rust lint-python ## Formatting, clippy, rustdoc, licences, ruff, mypy, stubs against the module
+lint: lint-rust lint-python ## Formatting, clippy, rustdoc, licences, ruff, mypy, stubs against the module, misspelt names
 
 lint-rust: $(VENV)/.made
 	$(CARGO) fmt --all --check
@@ -72,6 +72,7 @@ lint-python: $(VENV)/.importable $(VENV)/.extra-lint $(VENV)/.extra-test
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(PY) -m mypy.stubtest eft._native
+	$(PY) -m pytest tests/python/misspelt.py
 
 msrv: ## Check eft-core alone with the oldest Rust that its manifest promises, and test its optional features
 	rustup run "$(MSRV)" cargo check --locked --package eft-core --target-dir target/msrv

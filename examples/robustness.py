@@ -30,7 +30,7 @@ settings = {
     "level 0.95": {"compensation.level": 0.95},
     "adaptive": {"compensation.adaptive": True},
 }
-draws = eft.studies.LatinHypercube(uncertain, n=128, seed=1)
+draws = eft.studies.LatinHypercube(uncertain, n=64, seed=1)
 studies = {
     name: eft.study(rig.replace(changes), command, draws, output=f"robustness-{number}")
     for number, (name, changes) in enumerate(settings.items())

@@ -170,8 +170,8 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
     names = ("level_margin", "dead_time", "gain_margin")
     reach = [max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names]
     try:
-        growth, within = _native.margins_within(judged, rate, *reach)
-        before = _native.margins_within(rig, rate, 1.0, -1.0, 1.0)[0] if learns else growth
+        growth, within = _native.margins_within(judged, rate, *reach, "steeper")
+        before = _native.margins_within(rig, rate, 1.0, -1.0, 1.0, "steeper")[0] if learns else growth
     except ValueError:
         return  # there is no linear model: too many delays, or no slope at rest
     if not outside and max(before, growth) > 0.0:

@@ -525,7 +525,7 @@ def stability_margin(
     rig: Rig, *, sampled: bool = False, sample_rate: float | None = None, flow_gain: _FlowGain = "nominal"
 ) -> float: ...
 def margins_within(
-    rig: Rig, sample_rate: float, level: float, dead_time: float, loop_gain: float
+    rig: Rig, sample_rate: float, level: float, dead_time: float, loop_gain: float, flow_gain: _FlowGain
 ) -> tuple[float, list[float] | None]: ...
 def stability_margins(
     rig: Rig, *, sampled: bool = False, sample_rate: float | None = None, flow_gain: _FlowGain = "nominal"

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eft import _native
 from eft._force_loop import design_force_loop
 from eft._native import Rig
-from eft._planning import stability_margins
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +19,9 @@ __all__ = ["ForceLoopTuning", "tune_force_loop"]
 
 _RATIOS = 33
 """Number of ratios of derivative to proportional gain at which the margin is computed."""
+
+_LARGEST_FACTOR = 1e3
+"""Largest factor on the gains that `eft.linear.stability_margins` tries."""
 
 _AS_BELIEVED = {"truth": None, "controller.force_loop": "pd"}
 """The rig as its controller knows it, with gains that can be set."""
@@ -140,11 +143,8 @@ def _largest_gain(rig: Rig, ratio: float, integral: float, start: float, rate: f
             "controller.derivative_gain": ratio * start,
             "controller.integral_gain": integral * start,
         }
-        try:
-            factor = stability_margins(rig.replace(gains), sampled=True, sample_rate=rate).loop_gain
-        except ValueError:  # no compensation level makes the loop stable
-            factor = None
-        if factor is not None:
-            return factor * start
+        _, found = _native.margins_within(rig.replace(gains), rate, 1.0, -1.0, _LARGEST_FACTOR, "nominal")
+        if found is not None:
+            return found[2] * start
         start /= 2.0
     return start

@@ -27,7 +27,7 @@ fn coefficient(signal: &[f64], frequency: f64) -> (f64, f64) {
 /// Largest relative error of the predicted response of every output at some frequencies.
 fn worst_error(rig: &RigConfig) -> (f64, String) {
     let frequencies = [0.5, 1.0, 1.5, 1.75, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 40.0, 50.0];
-    let (settle, period) = (40.0, 4.0);
+    let (settle, period) = (24.0, 4.0);
     let samples = ((settle + period) * RATE) as usize;
     // Phases that keep the peaks low; 1 N a tone keeps the spool below 1e-3.
     let value = |i: usize| {

@@ -75,38 +75,43 @@ fn plants() -> Vec<Vec<Change>> {
 #[test]
 fn a_value_that_the_controller_does_not_use_may_be_under_truth() {
     let time = Time::Sampled(RATE);
-    for (n, changes) in plants().iter().enumerate() {
-        for realization in ["analog", "digital"] {
-            let base =
-                rig(&[set("controller.realization", realization), set("controller.proportional_gain", 0.5)]);
+    for realization in ["analog", "digital"] {
+        let base =
+            rig(&[set("controller.realization", realization), set("controller.proportional_gain", 0.5)]);
+        let methods = [Method::Exponential, Method::RungeKutta].map(|method| (method, run(&base, method)));
+        for (n, changes) in plants().iter().enumerate() {
             let (known, hidden) = (base.replace(changes).unwrap(), base.replace(&as_truth(changes)).unwrap());
             assert_ne!(known, hidden);
-            for method in [Method::Exponential, Method::RungeKutta] {
-                let [known, hidden, base] = [&known, &hidden, &base].map(|rig| run(rig, method));
+            for (method, base) in &methods {
+                let [known, hidden] = [&known, &hidden].map(|rig| run(rig, *method));
                 assert_eq!(known.first_difference(&hidden), None, "plant {n}, {realization}");
-                assert!(known.first_difference(&base).is_some(), "plant {n} makes no difference");
+                assert!(known.first_difference(base).is_some(), "plant {n} makes no difference");
             }
             let of =
                 |judge: &dyn Fn(&RigConfig) -> String| assert_eq!(judge(&known), judge(&hidden), "plant {n}");
             let (command, options) = (command(), SimulateOptions::default());
-            of(&|rig| format!("{:?}", ideal_response(rig, &command, &options).unwrap()));
             of(&|rig| {
                 format!("{:?}", energy_balance(rig, std::slice::from_ref(&command), &options).unwrap())
             });
             of(&|rig| format!("{:?}", linearize(rig, FlowGain::Mean, time).unwrap()));
             of(&|rig| format!("{:?}", linearize(rig, FlowGain::Nominal, Time::Continuous).unwrap()));
-            of(&|rig| format!("{:?}", stability_margins(rig, FlowGain::Steeper, time).unwrap()));
             of(&|rig| format!("{:?}", delay_budget(rig, RATE, (0.5, 10.0)).unwrap()));
-            of(&|rig| format!("{:?}", valve_response(rig, 20.0)));
-            of(&|rig| format!("{:?}", check_feasibility(rig, std::slice::from_ref(&command)).unwrap()));
-            of(&|rig| format!("{:?}", valve_test(rig, 0.0254, 512.0).unwrap()));
-            of(&|rig| format!("{:?}", flow_test(rig, 0.03, 3.0, 0.2, 20.0, 1024.0).unwrap()));
-            of(&|rig| format!("{:?}", free_vibration(rig, 0.03, 0.5, 512.0).unwrap()));
             let mut steppers = [&known, &hidden].map(|rig| PlantStepper::new(rig, RATE, &options).unwrap());
             for _ in 0..20 {
                 let [known, hidden] = steppers.each_mut().map(|plant| plant.step(&[0.2]).unwrap());
                 assert_eq!(known, hidden);
             }
+            // The others look at the plant alone, or at the linear models that were just compared.
+            if realization == "analog" {
+                continue;
+            }
+            of(&|rig| format!("{:?}", ideal_response(rig, &command, &options).unwrap()));
+            of(&|rig| format!("{:?}", stability_margins(rig, FlowGain::Steeper, time).unwrap()));
+            of(&|rig| format!("{:?}", valve_response(rig, 20.0)));
+            of(&|rig| format!("{:?}", check_feasibility(rig, std::slice::from_ref(&command)).unwrap()));
+            of(&|rig| format!("{:?}", valve_test(rig, 0.0254, 512.0).unwrap()));
+            of(&|rig| format!("{:?}", flow_test(rig, 0.03, 3.0, 0.2, 20.0, 1024.0).unwrap()));
+            of(&|rig| format!("{:?}", free_vibration(rig, 0.03, 0.5, 512.0).unwrap()));
         }
     }
 }

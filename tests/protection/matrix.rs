@@ -2,9 +2,10 @@
 
 use eft::core::Cause;
 use eft::core::status::{STUCK_MEASUREMENT, TRIPPED, cause};
+use eft::sim::batch::{BatchOptions, Test, simulate_batch};
 use eft::sim::excitation::{Command, effective_force, sine_sweep};
 use eft::sim::records::read_record;
-use eft::sim::{RigConfig, SimulateOptions, TestRun, ideal_response, simulate};
+use eft::sim::{RigConfig, SimulateOptions, TestRun, ideal_response};
 use toml::Value;
 
 use crate::results::keep;
@@ -50,8 +51,13 @@ pub(crate) fn rig(realization: &str, adaptive: bool, noisy: bool, changes: &[(&s
     RigConfig::zhao2005().replace(&all).unwrap()
 }
 
-pub(crate) fn run(rig: &RigConfig, command: &Command) -> TestRun {
-    simulate::<f64>(rig, command, &SimulateOptions::default(), |_, _| true).unwrap()
+/// The tests of some rigs under one command, side by side.
+pub(crate) fn runs(rigs: &[RigConfig], command: &Command) -> Vec<TestRun> {
+    let commands = std::slice::from_ref(command);
+    let tests: Vec<_> = rigs.iter().map(|rig| Test { rig, commands }).collect();
+    let options = BatchOptions { traces: true, ..BatchOptions::default() };
+    let outcomes = simulate_batch::<f64>(&tests, &options, |_, _| true).unwrap();
+    outcomes.into_iter().flat_map(|outcome| outcome.unwrap().runs).collect()
 }
 
 pub(crate) fn fault(signal: &str, kind: &str, start: f64) -> Vec<(&'static str, Value)> {
@@ -99,40 +105,41 @@ const MOMENTS: [f64; 3] = [3.0, 3.08, 3.17];
 fn single_sensor_faults_stay_within_the_limits() {
     for (realization, noisy) in [("digital", false), ("digital", true), ("analog", true)] {
         for adaptive in [false, true] {
-            let sound = seen(&run(&rig(realization, adaptive, noisy, &[]), &sine()), 0.0);
+            let faults: Vec<_> =
+                SIGNALS.into_iter().flat_map(|signal| KINDS.map(|kind| (signal, kind))).collect();
+            let failing = faults.iter().flat_map(|(signal, kind)| {
+                MOMENTS.map(|start| rig(realization, adaptive, noisy, &fault(signal, kind, start)))
+            });
+            let mut rigs: Vec<_> = failing.collect();
+            rigs.push(rig(realization, adaptive, noisy, &[]));
+            let mut runs = runs(&rigs, &sine());
+            let sound = seen(&runs.pop().unwrap(), 0.0);
             assert_eq!((sound.noticed, sound.cause), (None, Cause::None), "{realization} {noisy} {adaptive}");
-            for signal in SIGNALS {
-                for kind in KINDS {
-                    let what = format!("{realization}, noise {noisy}, adaptive {adaptive}: {signal} {kind}");
-                    let mut worst = [0.0_f64; 3];
-                    for start in MOMENTS {
-                        let changes = fault(signal, kind, start);
-                        let s = seen(&run(&rig(realization, adaptive, noisy, &changes), &sine()), start);
-                        let noticed = s.noticed.unwrap_or(f64::INFINITY);
-                        assert!((0.0..0.6).contains(&noticed), "{what} at {start}: noticed after {noticed}");
-                        assert!(s.force < 1.75 * FORCE_TRIP, "{what} at {start}: {} N", s.force);
-                        assert!(
-                            s.displacement < DISPLACEMENT_TRIP,
-                            "{what} at {start}: {} m",
-                            s.displacement
-                        );
-                        assert_eq!(s.cause, blamed(signal, kind, s.cause), "{what} at {start}");
-                        // A wrong sign is visible if there is a force. Noise that stops is visible at any time.
-                        let sign = signal == "force" && kind == "sign" && start > 3.0;
-                        if sign || (noisy && (kind == "zero" || kind == "stuck")) {
-                            assert!(noticed < 0.02, "{what} at {start}: noticed after {noticed}");
-                        }
-                        for (most, value) in worst.iter_mut().zip([noticed, s.force, s.displacement]) {
-                            *most = most.max(value);
-                        }
+            for ((signal, kind), runs) in faults.into_iter().zip(runs.chunks(MOMENTS.len())) {
+                let what = format!("{realization}, noise {noisy}, adaptive {adaptive}: {signal} {kind}");
+                let mut worst = [0.0_f64; 3];
+                for (start, run) in MOMENTS.into_iter().zip(runs) {
+                    let s = seen(run, start);
+                    let noticed = s.noticed.unwrap_or(f64::INFINITY);
+                    assert!((0.0..0.6).contains(&noticed), "{what} at {start}: noticed after {noticed}");
+                    assert!(s.force < 1.75 * FORCE_TRIP, "{what} at {start}: {} N", s.force);
+                    assert!(s.displacement < DISPLACEMENT_TRIP, "{what} at {start}: {} m", s.displacement);
+                    assert_eq!(s.cause, blamed(signal, kind, s.cause), "{what} at {start}");
+                    // A wrong sign is visible if there is a force. Noise that stops is visible at any time.
+                    let sign = signal == "force" && kind == "sign" && start > 3.0;
+                    if sign || (noisy && (kind == "zero" || kind == "stuck")) {
+                        assert!(noticed < 0.02, "{what} at {start}: noticed after {noticed}");
                     }
-                    if noisy {
-                        let [noticed, force, displacement] = worst;
-                        keep(
-                            format_args!("worst of three moments, {what}"),
-                            &[("noticed after", noticed), ("force", force), ("displacement", displacement)],
-                        );
+                    for (most, value) in worst.iter_mut().zip([noticed, s.force, s.displacement]) {
+                        *most = most.max(value);
                     }
+                }
+                if noisy {
+                    let [noticed, force, displacement] = worst;
+                    keep(
+                        format_args!("worst of three moments, {what}"),
+                        &[("noticed after", noticed), ("force", force), ("displacement", displacement)],
+                    );
                 }
             }
         }
@@ -153,15 +160,15 @@ fn pressures() -> [(&'static str, Value); 3] {
 fn a_measured_load_pressure_reveals_a_wrong_force_at_every_moment() {
     for (realization, adaptive) in [("digital", false), ("analog", true)] {
         let pressures = pressures();
-        let test = |changes: &[(&str, Value)]| {
-            run(&rig(realization, adaptive, true, &[&pressures[..], changes].concat()), &sine())
-        };
-        assert_eq!(seen(&test(&[]), 0.0).cause, Cause::None);
+        let with =
+            |changes: &[(&str, Value)]| rig(realization, adaptive, true, &[&pressures[..], changes].concat());
+        assert_eq!(seen(&runs(&[with(&[])], &sine())[0], 0.0).cause, Cause::None);
         for kind in ["zero", "stuck", "sign"] {
             let mut worst = [0.0_f64; 3];
-            for n in 0..16 {
-                let start = 3.0 + f64::from(n) / 24.0;
-                let s = seen(&test(&fault("force", kind, start)), start);
+            let starts: [f64; 16] = std::array::from_fn(|n| 3.0 + n as f64 / 24.0);
+            let rigs = starts.map(|start| with(&fault("force", kind, start)));
+            for (start, run) in starts.into_iter().zip(runs(&rigs, &sine())) {
+                let s = seen(&run, start);
                 let noticed = s.noticed.unwrap_or(f64::INFINITY);
                 assert!(noticed < 0.02, "{realization} {adaptive} {kind} at {start}: {noticed} s");
                 assert_eq!(s.cause, Cause::ForceImplausible);
@@ -184,20 +191,24 @@ fn a_measured_load_pressure_reveals_a_wrong_force_at_every_moment() {
 fn a_failed_load_pressure_is_flagged_and_the_test_goes_on() {
     for realization in ["digital", "analog"] {
         let pressures = pressures();
-        let of = |changes: &[(&str, Value)]| {
-            run(&rig(realization, false, true, &[&pressures[..], changes].concat()), &sine())
-        };
-        let sound = of(&[]);
+        let with =
+            |changes: &[(&str, Value)]| rig(realization, false, true, &[&pressures[..], changes].concat());
+        let faults: Vec<_> = ["lost", "zero", "stuck"]
+            .into_iter()
+            .flat_map(|kind| MOMENTS.map(|start| (kind, start)))
+            .collect();
+        let mut rigs: Vec<_> =
+            faults.iter().map(|(kind, start)| with(&fault("load_pressure", kind, *start))).collect();
+        rigs.push(with(&[]));
+        let mut runs = runs(&rigs, &sine());
+        let sound = runs.pop().unwrap();
         assert_eq!(sound.status_union() & STUCK_MEASUREMENT, 0);
-        for kind in ["lost", "zero", "stuck"] {
-            for start in MOMENTS {
-                let run = of(&fault("load_pressure", kind, start));
-                assert_eq!(seen(&run, start).noticed, None, "{kind} at {start}");
-                let flagged = run.status.iter().position(|s| s & STUCK_MEASUREMENT != 0);
-                let after = flagged.map_or(f64::INFINITY, |tick| tick as f64 / RATE - start);
-                assert!((0.0..0.02).contains(&after), "{kind} at {start}: flagged after {after} s");
-                assert_eq!(run.force, sound.force);
-            }
+        for ((kind, start), run) in faults.into_iter().zip(runs) {
+            assert_eq!(seen(&run, start).noticed, None, "{kind} at {start}");
+            let flagged = run.status.iter().position(|s| s & STUCK_MEASUREMENT != 0);
+            let after = flagged.map_or(f64::INFINITY, |tick| tick as f64 / RATE - start);
+            assert!((0.0..0.02).contains(&after), "{kind} at {start}: flagged after {after} s");
+            assert_eq!(run.force, sound.force);
         }
     }
 }
@@ -221,10 +232,10 @@ fn blamed(signal: &str, kind: &str, named: Cause) -> Cause {
 /// Worst time (s) to notice, force (N) and displacement (m) of faults at eight moments of a swing.
 fn worst_of_a_swing(kind: &str, realization: &str, adaptive: bool) -> [f64; 3] {
     let mut most = [0.0_f64; 3];
-    for n in 0..8 {
-        let start = 3.0 + f64::from(n) / 12.0;
-        let s =
-            seen(&run(&rig(realization, adaptive, true, &fault("velocity", kind, start)), &sine()), start);
+    let starts: [f64; 8] = std::array::from_fn(|n| 3.0 + n as f64 / 12.0);
+    let rigs = starts.map(|start| rig(realization, adaptive, true, &fault("velocity", kind, start)));
+    for (start, run) in starts.into_iter().zip(runs(&rigs, &sine())) {
+        let s = seen(&run, start);
         let found = [s.noticed.unwrap_or(f64::INFINITY), s.force, s.displacement];
         for (most, value) in most.iter_mut().zip(found) {
             *most = most.max(value);
@@ -275,12 +286,15 @@ fn a_fast_yielding_specimen_is_braked_after_a_trip() {
     // The specimen moves at 0.39 m/s then, and the earthquake would have braked it.
     let start = 2.227;
     command.values.truncate(((start + 3.0) * RATE) as usize);
-    for signal in ["displacement", "velocity", "spool"] {
-        for adaptive in [false, true] {
+    let signals = ["displacement", "velocity", "spool"];
+    for adaptive in [false, true] {
+        let rigs = signals.map(|signal| {
             let mut changes = fault(signal, "lost", start);
             changes.push(("sensors.fault.duration", 0.5.into()));
             changes.extend(yields());
-            let run = run(&rig("digital", adaptive, true, &changes), &command);
+            rig("digital", adaptive, true, &changes)
+        });
+        for (signal, run) in signals.into_iter().zip(runs(&rigs, &command)) {
             let most = seen(&run, start).displacement / ideal;
             keep(
                 format_args!("yielding specimen in El Centro, {signal} lost, adaptive {adaptive}"),
@@ -302,16 +316,17 @@ fn a_fault_does_not_push_a_yielding_specimen_further() {
     let ideal = ideal.displacement.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let faults = SIGNALS.into_iter().flat_map(|signal| KINDS.map(|kind| (signal, kind)));
     for (signal, kind) in faults.chain([("velocity", "gain")]) {
-        let mut most = 0.0_f64;
-        for n in 0..6 {
-            let start = 1.5 + f64::from(n) / 12.0;
+        let starts: [f64; 6] = std::array::from_fn(|n| 1.5 + n as f64 / 12.0);
+        let rigs = starts.map(|start| {
             let mut changes = fault(signal, kind, start);
             changes.retain(|(key, _)| *key != "sensors.fault.duration");
             changes.push(("sensors.fault.duration", 0.5.into()));
             changes.extend(yields.iter().cloned());
-            let run = run(&rig("digital", false, true, &changes), &command);
-            most = most.max(seen(&run, start).displacement / ideal);
-        }
+            rig("digital", false, true, &changes)
+        });
+        let moved =
+            starts.into_iter().zip(runs(&rigs, &command)).map(|(start, run)| seen(&run, start).displacement);
+        let most = moved.fold(0.0, f64::max) / ideal;
         keep(
             format_args!("yielding specimen, {signal} {kind}"),
             &[("displacement over the ideal one", most)],
@@ -325,11 +340,13 @@ fn a_fault_does_not_push_a_yielding_specimen_further() {
 fn a_bypass_valve_lowers_the_force_of_a_closed_valve() {
     let force = |further: &[(&'static str, Value)]| {
         let closes = [("protection.plausibility", false.into()), ("protection.shutdown_time", 0.1.into())];
-        (0..6).fold(0.0_f64, |most, n| {
-            let start = 3.0 + f64::from(n) / 12.0;
+        let starts: [f64; 6] = std::array::from_fn(|n| 3.0 + n as f64 / 12.0);
+        let rigs = starts.map(|start| {
             let changes = [&fault("force", "lost", start), &closes[..], further].concat();
-            most.max(seen(&run(&rig("digital", false, true, &changes), &sine()), start).force)
-        })
+            rig("digital", false, true, &changes)
+        });
+        let seen = starts.into_iter().zip(runs(&rigs, &sine())).map(|(start, run)| seen(&run, start).force);
+        seen.fold(0.0, f64::max)
     };
     let bypass = ("actuator.bypass_flow", Value::from(4e-3));
     let closed = force(&[]);

@@ -1,10 +1,11 @@
 //! The oscillation check of the oil column: it opens a force loop that oscillates, and raises no false alarm.
 
 use eft::core::Cause;
+use eft::sim::RigConfig;
 use eft::sim::excitation::{Command, sine_sweep};
 use toml::Value;
 
-use crate::matrix::{rig, run, seen};
+use crate::matrix::{Seen, rig, runs, seen};
 
 const RATE: f64 = 4096.0;
 /// 0.25 % of the capacity, N.
@@ -18,17 +19,21 @@ const SCHEMES: [(&str, bool, &str); 5] = [
     ("digital", true, "robust"),
 ];
 
-fn shaken(
+fn changed(
     scheme: (&str, bool, &str),
     limit: Option<f64>,
     noisy: bool,
     truth: &[(&str, Value)],
-) -> crate::matrix::Seen {
+) -> RigConfig {
     let (realization, adaptive, force_loop) = scheme;
     let mut changes: Vec<(&str, Value)> = vec![("controller.force_loop", force_loop.into())];
     changes.extend(limit.map(|limit| ("protection.oscillation_limit", limit.into())));
     changes.extend(truth.iter().cloned());
-    seen(&run(&rig(realization, adaptive, noisy, &changes), &sweep()), 0.0)
+    rig(realization, adaptive, noisy, &changes)
+}
+
+fn shaken(rigs: &[RigConfig]) -> Vec<Seen> {
+    runs(rigs, &sweep()).iter().map(|run| seen(run, 0.0)).collect()
 }
 
 /// Through the specimen's resonance to 10 Hz.
@@ -38,11 +43,11 @@ fn sweep() -> Command {
 
 #[test]
 fn tests_without_a_fault_raise_no_alarm() {
-    for scheme in SCHEMES {
-        for noisy in [false, true] {
-            let seen = shaken(scheme, Some(LIMIT), noisy, &[]);
-            assert_eq!(seen.cause, Cause::None, "{scheme:?}, noise {noisy}: {:?} s", seen.noticed);
-        }
+    let cases: Vec<_> = SCHEMES.into_iter().flat_map(|scheme| [(scheme, false), (scheme, true)]).collect();
+    let rigs: Vec<_> =
+        cases.iter().map(|(scheme, noisy)| changed(*scheme, Some(LIMIT), *noisy, &[])).collect();
+    for ((scheme, noisy), seen) in cases.into_iter().zip(shaken(&rigs)) {
+        assert_eq!(seen.cause, Cause::None, "{scheme:?}, noise {noisy}: {:?} s", seen.noticed);
     }
 }
 
@@ -54,20 +59,18 @@ fn an_unstable_oil_column_opens_the_loop_before_any_level() {
         &[("truth.sensors.force.bandwidth", Value::Float(200.0))],
         &[("truth.actuator.attachment_stiffness", Value::Float(2e8))],
     ];
-    for truth in cases {
-        for scheme in &SCHEMES[..3] {
-            for noisy in [false, true] {
-                let watched = shaken(*scheme, Some(LIMIT), noisy, truth);
-                assert_eq!(watched.cause, Cause::ForceOscillation, "{scheme:?} {noisy} {truth:?}");
-                let unwatched = shaken(*scheme, None, noisy, truth);
-                // The trip level is 20 kN. The check must open the loop well before it.
-                assert!(
-                    watched.force < 16e3 && watched.force < 0.7 * unwatched.force,
-                    "{scheme:?} {noisy} {truth:?}: {} N, without the watch {} N",
-                    watched.force,
-                    unwatched.force
-                );
-            }
+    for (scheme, noisy) in SCHEMES[..3].iter().flat_map(|scheme| [(*scheme, false), (*scheme, true)]) {
+        let rigs = |limit| cases.map(|truth| changed(scheme, limit, noisy, truth));
+        let (watched, unwatched) = (shaken(&rigs(Some(LIMIT))), shaken(&rigs(None)));
+        for ((truth, watched), unwatched) in cases.into_iter().zip(watched).zip(unwatched) {
+            assert_eq!(watched.cause, Cause::ForceOscillation, "{scheme:?} {noisy} {truth:?}");
+            // The trip level is 20 kN. The check must open the loop well before it.
+            assert!(
+                watched.force < 16e3 && watched.force < 0.7 * unwatched.force,
+                "{scheme:?} {noisy} {truth:?}: {} N, without the watch {} N",
+                watched.force,
+                unwatched.force
+            );
         }
     }
 }

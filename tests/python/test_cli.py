@@ -274,8 +274,16 @@ BUILDING = [
 ]  # fmt: skip
 
 
-def test_a_building_is_run_floor_by_floor_and_reported(capsys):
-    arguments = ["run", "--record", "elcentro", "--scale", "0.3", *BUILDING]
+def test_a_building_is_run_floor_by_floor_and_reported(tmp_path, capsys):
+    time = np.arange(0.0, 4.0, 0.01)
+    np.savetxt(
+        tmp_path / "a.csv",
+        np.c_[time, np.sin(9 * time)],
+        delimiter=",",
+        header="time (s),acceleration (m/s2)",
+        comments="",
+    )
+    arguments = ["run", "--record", str(tmp_path / "a.csv"), "--scale", "0.3", *BUILDING]
     assert main(arguments) == 0
     assert "floor 1  floor 2" in capsys.readouterr().out
     assert main([*arguments, "--json"]) == 0

@@ -1,5 +1,6 @@
-"""An importer in C without Python loads an FMU's library, also under valgrind if that is installed."""
+"""An importer in C without Python loads an FMU's library, in `make firmware` also under valgrind."""
 
+import os
 import shutil
 import struct
 import subprocess
@@ -69,6 +70,7 @@ def test_an_importer_without_python_runs_it(importer):
     assert struct.unpack(">d", bytes.fromhex(bits)) == pytest.approx((expected(part),), rel=share, abs=0.0)
 
 
+@pytest.mark.skipif("EFT_FIRMWARE" not in os.environ, reason="`make firmware` runs it")
 def test_valgrind_finds_nothing(importer):
     if shutil.which("valgrind") is None:
         pytest.skip("valgrind is not installed")

@@ -3,9 +3,6 @@
 import dataclasses
 import os
 import pickle
-import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -164,41 +161,3 @@ def test_there_is_a_word_for_every_kind_of_trace():
     recorded = {one.otherwise for one in TRACES.values()}
     assert recorded <= {"recorded", "constant", "nominal", "absent", *TRACES}
     assert {name for name, *_ in _native.trace_table()} == set(TRACES)
-
-
-MISSPELT = """
-import eft
-
-rig = eft.Rig.zhao2005()
-command = eft.sine_sweep(8900.0, 0.0, 10.0, 4.0, 4096.0)
-run = eft.simulate(rig, command)
-print(run.metrics()["nrmse"], run.metrics().delay, run.force.max(), run.test_ratio[-1])
-"""
-
-
-MISTAKES = [
-    ('run.metrics()["nrsme"]', "nrsme|index type"),
-    ("run.metrics().displacment_error", "displacment_error"),
-    ("run.forse", "forse"),
-    ("run.mesured_force", "mesured_force"),
-    ("eft.linear.stability_margins(rig).levle", "levle"),
-    ('eft.linear.stability_margins(rig)["level"]', "not indexable"),
-    ("eft.check_feasibility(rig, command).verdikt", "verdikt"),
-    ('assert eft.check_feasibility(rig, command).verdict == "cautoin"', "cautoin"),
-    ("eft.identify_delay([0.0], [0.0], 1.0).intercep", "intercep"),
-]
-
-
-def test_mypy_finds_what_is_misspelt(tmp_path):
-    pytest.importorskip("mypy")
-    # One script for each, all in one run, so that mypy reads the package once.
-    scripts = [tmp_path / f"script_{number}.py" for number in range(len(MISTAKES))]
-    for script, (line, _) in zip(scripts, MISTAKES, strict=True):
-        script.write_text(f"{MISSPELT}{line}\n", encoding="utf-8")
-    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "mypy"), *scripts]
-    answer = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=300)
-    errors = [text for text in answer.stdout.splitlines() if ": error:" in text]
-    for script, (_, says) in zip(scripts, MISTAKES, strict=True):
-        found = [error for error in errors if f"{script.name}:8:" in error]
-        assert len(found) == 1 and re.search(says, found[0]), answer.stdout
-    assert len(errors) == len(MISTAKES), answer.stdout

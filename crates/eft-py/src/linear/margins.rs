@@ -154,6 +154,7 @@ pub(crate) fn stability_margins<'py>(
 ///
 /// The margins are the largest stable factor on the compensation level, the shortest unstable additional
 /// delay (s) and the largest stable factor on the force loop's gain; `None` if the unchanged rig is unstable.
+/// A level or loop gain of 1 and a negative dead time leave out the search for that margin.
 #[pyfunction]
 pub(crate) fn margins_within(
     py: Python<'_>,
@@ -162,10 +163,11 @@ pub(crate) fn margins_within(
     level: f64,
     dead_time: f64,
     loop_gain: f64,
+    flow_gain: &str,
 ) -> PyResult<(f64, Option<[f64; 3]>)> {
     let reach = Reach { level, dead_time, loop_gain };
-    let time = Time::Sampled(sample_rate);
-    let found = || linear::margins_within(&rig.config, FlowGain::Steeper, time, reach);
+    let (gain, time) = (self::flow_gain(flow_gain)?, Time::Sampled(sample_rate));
+    let found = || linear::margins_within(&rig.config, gain, time, reach);
     let (growth_rate, within) = interruptible(py, found)?;
     Ok((growth_rate, within.map(|found| [found.level, found.dead_time, found.loop_gain])))
 }

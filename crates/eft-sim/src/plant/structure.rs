@@ -33,10 +33,12 @@ pub(crate) struct Motion<S> {
 }
 
 impl<S: Copy> Motion<S> {
+    #[inline(always)]
     pub(crate) fn to_array(self) -> [S; 3] {
         [self.displacement, self.velocity, self.hysteresis]
     }
 
+    #[inline(always)]
     pub(crate) fn from_array([displacement, velocity, hysteresis]: [S; 3]) -> Self {
         Self { displacement, velocity, hysteresis }
     }

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::gains::FlowGain;
 use super::sampled::MOST_STATES;
 use super::{Time, linearize};
-use crate::config::{RigConfig, RigValues};
+use crate::config::{Mode, Realization, RigConfig, RigValues};
 use crate::error::{Error, Result};
 
 /// Growth rate (1/s) below which the loop counts as stable: a structure without a spring has a pole at the
@@ -83,6 +83,9 @@ pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f
 pub(crate) fn largest_stable_level(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Option<f64>> {
     let growth = |level: f64| growth_with(rig, gain, time, |rig| rig.compensation.level = level);
     let own = rig.compensation.level;
+    if rig.compensation.mode == Mode::Off {
+        return Ok((growth(own)? <= AT_REST).then_some(f64::INFINITY));
+    }
     let below = edge(own, 0.0, Search { smallest: 0.5, seek: Stability::Stable }, growth)?;
     let stable = match below {
         Some((level, _)) => Some(level),
@@ -148,11 +151,15 @@ fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> 
     let unstable = |smallest| Search { smallest, seek: Stability::Unstable };
     let low = |found: Option<(f64, f64)>| found.map_or(0.0, |(_, last_stable)| last_stable);
     let high = |found: Option<(f64, f64)>| found.map_or(f64::INFINITY, |(_, last_stable)| last_stable);
-    Ok(MarginsAround {
-        response_delay: (
+    let response_delay = match rig.compensation.mode {
+        Mode::Off => (0.0, f64::INFINITY),
+        _ => (
             low(edge(set, 0.0, unstable(1e-3), by_delay)?),
             high(edge(set, LONGEST_RESPONSE_DELAY, unstable(1e-3), by_delay)?),
         ),
+    };
+    Ok(MarginsAround {
+        response_delay,
         dead_time: dead_time(rig, gain, time, f64::INFINITY)?,
         loop_gain: loop_gain(rig, gain, time, LARGEST_FACTOR)?,
         flow_gain: (
@@ -178,6 +185,10 @@ fn dead_time(rig: &RigConfig, gain: FlowGain, time: Time, most: f64) -> Result<f
         Time::Sampled(rate) => rate,
     };
     let time = Time::Sampled(rate);
+    // In the analog realization only the compensation is sampled.
+    if rig.compensation.mode == Mode::Off && rig.controller.realization == Realization::Analog {
+        return Ok(f64::INFINITY);
+    }
     // Each sample of delay adds one state per actuator.
     let now = linearize(rig, gain, time)?;
     let room = (MOST_STATES - now.states.len()) / now.inputs.len();
@@ -255,7 +266,6 @@ fn edge(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{Mode, Realization};
 
     type Change<'a> = &'a dyn Fn(&mut RigValues);
 
