@@ -1,4 +1,4 @@
-"""A type checker finds misspelt names of results. `make lint` runs this file, `make test` does not collect it."""
+"""A type checker finds misspelt names of results. `make lint` runs this file, `make test` does not."""
 
 import re
 import subprocess
