@@ -168,9 +168,11 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
     learns = rig["compensation.adaptive"]
     judged = _learned(rig, rate) if learns else rig
     names = ("level_margin", "dead_time", "gain_margin")
-    reach = [max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names]
+    level, dead_time, gain = (
+        max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names
+    )
     try:
-        growth, within = _native.margins_within(judged, rate, *reach, "steeper")
+        growth, within = _native.margins_within(judged, rate, level, dead_time, gain, "steeper")
         before = _native.margins_within(rig, rate, 1.0, -1.0, 1.0, "steeper")[0] if learns else growth
     except ValueError:
         return  # there is no linear model: too many delays, or no slope at rest

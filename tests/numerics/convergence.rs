@@ -28,10 +28,13 @@ fn realization(name: &str) -> RigConfig {
     RigConfig::zhao2005().replace(&[("controller.realization", name.into())]).unwrap()
 }
 
+/// Realization, sample rate (Hz), and for each method the least factor by which half the step lowers the error.
+type Case<'a> = (&'a str, f64, &'a [(Method, f64)]);
+
 #[test]
 fn halving_the_step_lowers_the_error() {
     // The unstable digital loop at 1024 Hz multiplies every error; only the higher order gets through.
-    let cases: [(&str, f64, &[(Method, f64)]); 3] = [
+    let cases: [Case; 3] = [
         ("analog", 1024.0, &[(Method::Exponential, 3.0), (Method::RungeKutta, 2.0)]),
         ("digital", 2048.0, &[(Method::Exponential, 3.0)]),
         ("digital", 1024.0, &[(Method::RungeKutta, 2.0)]),

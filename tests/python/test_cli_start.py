@@ -60,8 +60,8 @@ def test_five_interrupts_in_a_row_leave_whole_files_and_no_traceback(command, ga
         if command[0] == "study":
             wait_for(lambda: list(study.glob("part-*")))
         else:
-            # Loading takes a third of it.
-            wait_until_busy(process, 1.0)
+            # Loading takes half of it.
+            wait_until_busy(process, 0.7)
         for _ in range(5):
             process.send_signal(signal.SIGINT)
             time.sleep(gap)

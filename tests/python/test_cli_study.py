@@ -135,8 +135,8 @@ def test_ctrl_c_during_a_run_keeps_the_samples_that_are_done(folder):
     slow = ["--set", "actuator.friction=2000", "--set", "actuator.friction_velocity=1e-5"]
     call = [sys.executable, "-m", "eft", "run", "t.toml", *slow]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    # Loading takes a third of it.
-    wait_until_busy(process, 1.0)
+    # Loading takes half of it.
+    wait_until_busy(process, 0.7)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=100)
     assert process.returncode == 130, said

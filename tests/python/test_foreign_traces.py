@@ -18,7 +18,7 @@ import eft
 from eft.traces import read_traces
 
 TIME = np.arange(4000) / 1000.0
-MANY = 20_000_000
+MANY = 8_000_000
 
 
 def save(path, arrays, packed=True):
@@ -117,7 +117,7 @@ def test_a_tdms_file_that_declares_more_than_it_has(tmp_path, peak_memory):
 
 
 def test_a_column_that_is_not_known_cannot_hide_a_large_page(tmp_path, peak_memory):
-    notes = ["x" * 150_000_000] + [""] * (TIME.size - 1)
+    notes = ["x" * 100_000_000] + [""] * (TIME.size - 1)
     path = save(tmp_path / "a.parquet", {"time_s": TIME, "force_N": TIME, "note": notes})
     del notes
     with peak_memory(64), pytest.raises(ValueError, match=r"declares \d+ MiB for 4000 rows"):
@@ -176,7 +176,7 @@ def test_a_virtual_data_set_is_refused(tmp_path):
 
 
 def test_a_mat_array_that_holds_more_than_its_dimensions_say(tmp_path, peak_memory):
-    path = save(tmp_path / "a.mat", {"force_N": np.zeros(20_000_000)})
+    path = save(tmp_path / "a.mat", {"force_N": np.zeros(12_000_000)})
     data = path.read_bytes()
     whole = bytearray(zlib.decompress(data[136:]))
     whole[36:40] = (10).to_bytes(4, "little")  # the second of its dimensions: 1 × 10

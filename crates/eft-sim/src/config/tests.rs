@@ -8,8 +8,9 @@ use crate::Error;
 
 /// A value inside the range of every row, so that every optional part is present.
 pub(super) fn everything() -> Table {
-    let mut whole = RigConfig::zhao2005().to_tree();
-    for row in KEYS.iter().filter(|row| tree::get(&RigConfig::zhao2005().to_tree(), row.key).is_none()) {
+    let known = RigConfig::zhao2005().to_tree();
+    let mut whole = known.clone();
+    for row in KEYS.iter().filter(|row| tree::get(&known, row.key).is_none()) {
         let value = match row.kind {
             Kind::Float(low, high) => Value::Float((low + high) / 2.0),
             Kind::Int(low, high) => Value::Integer((low + high) / 2),
