@@ -164,7 +164,16 @@ def _array(archive: zipfile.ZipFile, name: str, member: zipfile.ZipInfo) -> NDAr
             raise ValueError(f"{name} declares {declared} bytes of {dtype}, and has others")
     with archive.open(member) as stream:
         array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
+        _check_text(name, array)
         return array
+
+
+def _check_text(name: str, array: NDArray[Any]) -> None:
+    """Refuse texts with numbers that are no characters; Python does not check them."""
+    if array.dtype.kind == "U":
+        codes = np.frombuffer(array.tobytes(), np.dtype(np.uint32).newbyteorder(array.dtype.byteorder))
+        if np.any((codes > 0x10FFFF) | ((codes >= 0xD800) & (codes <= 0xDFFF))):
+            raise ValueError(f"{name} is no text")
 
 
 def _directory_size(file: BinaryIO, size: int) -> int:

@@ -163,3 +163,19 @@ def test_pipes_and_devices_are_refused_at_once(tmp_path, capsys):
     assert main(["run", "--record", "/dev/zero"]) == 2
     assert main(["run", "--rig", "/dev/zero", "--record", "elcentro"]) == 2
     assert capsys.readouterr().err.count("is a pipe or a device") == 2
+
+
+@pytest.mark.parametrize("code", [0xD800, 0xDFFF, 0x110000, 0xFFFFFFFF])
+def test_a_text_of_numbers_that_are_no_characters_is_refused(code, saved, tmp_path, capsys):
+    arrays = contents(saved)
+    texts = [name for name, array in arrays.items() if array.dtype.kind == "U"]
+    assert texts
+    for name in texts:
+        codes = np.frombuffer(arrays[name].tobytes(), np.uint32).copy()
+        codes[codes.size // 2] = code
+        file = tmp_path / f"{name}.eft"
+        with file.open("wb") as target:
+            np.savez(
+                target, **arrays | {name: np.frombuffer(codes.tobytes(), arrays[name].dtype).reshape(())}
+            )
+        assert f"{name} is no text" in refused(file, capsys)

@@ -261,3 +261,22 @@ def test_a_clock_of_no_measurement_is_refused(step, tmp_path):
         read_traces(path)
     with pytest.raises(ValueError, match=r"sample_rate = .*: must lie within"):
         read_traces(path, sample_rate=step)
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_complex_mat_array_is_left_out(packed, tmp_path):
+    force = np.linspace(-3.3, 7.7, TIME.size)
+    path = save(tmp_path / "a.mat", {"t_s": TIME, "force_N": force, "velocity": 1j * force}, packed)
+    assert np.array_equal(read_traces(path)["force"], force)
+
+
+@pytest.mark.parametrize("kind", [0, 8, 10, 20, 200])
+def test_a_mat_array_of_an_unknown_type_is_refused(kind, tmp_path):
+    """SciPy looks the type up without a check, and ends the process at one that does not exist."""
+    force = np.linspace(-3.3, 7.7, TIME.size)
+    path = save(tmp_path / "a.mat", {"t_s": TIME, "force_N": force}, packed=False)
+    content = bytearray(path.read_bytes())
+    content[content.index(force.tobytes()) - 8] = kind
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=f"numbers of type {kind}"):
+        read_traces(path)

@@ -25,8 +25,12 @@ _CHUNK = FREE // 2
 """Bytes of the largest HDF5 chunk; the library holds a chunk both compressed and decompressed."""
 _DEFLATE = 1032
 """Largest ratio of decompression of deflate."""
-_COMPRESSED, _NUMERIC = 15, range(6, 16)
+_MATRIX, _COMPRESSED, _NUMERIC = 14, 15, range(6, 16)
 """Types of elements and classes of numeric arrays in MAT files."""
+_DATA_TYPES = {1, 2, 3, 4, 5, 6, 7, 9, 12, 13}
+"""Types of numbers in MAT files. SciPy does not check them and ends the process at others."""
+_COMPLEX = 0x0800
+"""Flag of a complex array, whose second element of numbers is not checked."""
 _PIECE, _PIECES = 16384, 8
 """Bytes decompressed at a time here, and the multiple of it that SciPy decompresses at once."""
 _NUMBERS = {
@@ -55,11 +59,11 @@ def mat(source: Path) -> Iterator[list[Column]]:
             mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         with mapped:
             with understood(source, wrong):
-                unpacked = _largest_unpacked(mapped, budget)
+                unpacked, complexes = _scanned(mapped, budget)
                 found = [
                     (name, math.prod(shape))
                     for name, shape, kind in whosmat(mapped, appendmat=False)
-                    if kind in _NUMBERS and _is_vector(shape)
+                    if kind in _NUMBERS and _is_vector(shape) and name not in complexes
                 ]
                 largest = max((size for _, size in found), default=0)
                 if unpacked > FREE + 16 * largest:
@@ -77,13 +81,19 @@ def mat(source: Path) -> Iterator[list[Column]]:
             yield [Column(name, None, partial(read, name, size)) for name, size in _commonest(source, found)]
 
 
-def _largest_unpacked(mapped: mmap.mmap, budget: Budget) -> int:
-    """Bytes of the largest compressed numeric array; refuses arrays that need much memory in SciPy."""
+def _scanned(mapped: mmap.mmap, budget: Budget) -> tuple[int, set[str | None]]:
+    """Bytes of the largest compressed numeric array, and the names of complex ones.
+
+    Refuses arrays that need much memory in SciPy, or at which it ends the process.
+    """
+    complexes: set[str | None] = set()
     order = "<" if mapped[126:128] == b"IM" else ">"
     at, largest = 128, 0
     while at + 8 <= len(mapped):
         kind, length = struct.unpack_from(f"{order}LL", mapped, at)
         begin, at = at + 8, at + 8 + length
+        if kind == _MATRIX:
+            complexes.add(_complex_name(mapped[begin : min(begin + _PIECE, at)], order))
         if kind != _COMPRESSED:
             continue
         inflate, size, block, numeric = zlib.decompressobj(), 0, 0, True
@@ -92,13 +102,31 @@ def _largest_unpacked(mapped: mmap.mmap, budget: Budget) -> int:
             if number == 0:
                 flags = piece[16:20].ljust(4)
                 numeric = struct.unpack(f"{order}L", flags)[0] & 0xFF in _NUMERIC
+                complexes.add(_complex_name(piece[8:], order))
             size, block = size + len(piece), len(piece) + (block if number % _PIECES else 0)
             if block > FREE // 2 or size > budget.whole:
                 raise ValueError(f"an array unpacks from {start + _PIECE - begin} bytes to {size}")
             if not numeric and number == _PIECES:
                 break  # the rest is not decompressed
         largest = max(largest, size if numeric else 0)
-    return largest
+    return largest, complexes
+
+
+def _complex_name(matrix: bytes, order: str) -> str | None:
+    """The name of a complex array; refuses a numeric array whose numbers are of no known type."""
+    flags = struct.unpack_from(f"{order}L", matrix.ljust(16), 8)[0]
+    if flags & 0xFF not in _NUMERIC:
+        return None
+    at, name = 16, b""
+    for _ in ("size", "name"):
+        kind, length = struct.unpack_from(f"{order}LL", matrix.ljust(at + 8), at)
+        # An element of at most four bytes has its length in the upper half of its type.
+        begin, length = (at + 4, kind >> 16) if kind >> 16 else (at + 8, length)
+        name, at = matrix[begin : begin + length], at + 8 + (0 if kind >> 16 else (length + 7) // 8 * 8)
+    kind = struct.unpack_from(f"{order}L", matrix.ljust(at + 8), at)[0] & 0xFFFF if at < _PIECE else 0
+    if kind not in _DATA_TYPES:
+        raise ValueError(f"an array has numbers of type {kind}")
+    return name.decode("latin-1") if flags & _COMPLEX else None
 
 
 @contextmanager
