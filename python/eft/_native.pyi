@@ -41,6 +41,7 @@ __all__ = [
     "identify_flow_curve",
     "identify_flow_gain",
     "identify_friction",
+    "identify_latency",
     "identify_overlap",
     "inverse_dynamics",
     "judge_test",
@@ -568,6 +569,14 @@ def identify_overlap(
 ) -> list[tuple[float, float]]: ...
 def identify_friction(
     rig: Rig, spool: ArrayLike, velocity: ArrayLike, force: ArrayLike, sample_rate: float
+) -> list[tuple[float, float]]: ...
+def identify_latency(
+    rig: Rig,
+    valve_command: ArrayLike,
+    spool: ArrayLike,
+    velocity: ArrayLike,
+    force: ArrayLike,
+    sample_rate: float,
 ) -> list[tuple[float, float]]: ...
 def identify_damping(
     displacement: ArrayLike, sample_rate: float

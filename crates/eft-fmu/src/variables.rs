@@ -100,10 +100,11 @@ impl Variable {
 }
 
 /// Keys that are not parameters of an FMU.
-// The step is fixed, the importer realizes a computation delay, and the inputs of a feedforward must be known
+// The step is fixed, the importer realizes a computation delay and delays the command, and the inputs of a feedforward must be known
 // in advance.
-const FIXED: [&str; 4] = [
+const FIXED: [&str; 5] = [
     "controller.sample_rate",
+    "controller.force_delay",
     "compensation.computation_delay",
     "compensation.feedforward",
     "compensation.look_ahead",

@@ -128,6 +128,28 @@ pub(crate) fn identify_friction(
     Ok(all.map(|one| (one.value, one.uncertainty)))
 }
 
+/// Return the latencies (s) of load cell and spool sensor and the valve's delay (s), each with its uncertainty.
+#[pyfunction]
+pub(crate) fn identify_latency(
+    py: Python<'_>,
+    rig: &Rig,
+    valve_command: &Bound<'_, PyAny>,
+    spool: &Bound<'_, PyAny>,
+    velocity: &Bound<'_, PyAny>,
+    force: &Bound<'_, PyAny>,
+    sample_rate: f64,
+) -> PyResult<[(f64, f64); 3]> {
+    let (valve_command, spool) =
+        (arrays::vector("valve_command", valve_command)?, arrays::vector("spool", spool)?);
+    let (velocity, force) = (arrays::vector("velocity", velocity)?, arrays::vector("force", force)?);
+    let found = interruptible(py, || {
+        let signals = MotionSignals { spool: &spool, velocity: &velocity, force: &force };
+        identification::identify_latency(&rig.config, &valve_command, signals, sample_rate)
+    })?;
+    let all = [found.force_delay, found.spool_delay, found.response_delay];
+    Ok(all.map(|one| (one.value, one.uncertainty)))
+}
+
 /// Return damping ratio and uncertainty, natural frequency (Hz) and uncertainty, and the logarithmic decrement.
 #[pyfunction]
 pub(crate) fn identify_damping(

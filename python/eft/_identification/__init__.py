@@ -6,6 +6,7 @@ from eft._identification._estimate import Estimate
 from eft._identification._fine_tuning import FineTuning, fine_tune
 from eft._identification._flow import identify_flow_curve, identify_flow_gain
 from eft._identification._friction import FrictionEstimate, identify_friction
+from eft._identification._latency import LatencyEstimate, identify_latency
 from eft._identification._overlap import OverlapEstimate, identify_overlap
 from eft._identification._virtual_tests import FlowTest, ValveTest, flow_test, free_vibration, valve_test
 
@@ -16,6 +17,7 @@ __all__ = [
     "FineTuning",
     "FlowTest",
     "FrictionEstimate",
+    "LatencyEstimate",
     "OverlapEstimate",
     "ValveTest",
     "fine_tune",
@@ -26,6 +28,7 @@ __all__ = [
     "identify_flow_curve",
     "identify_flow_gain",
     "identify_friction",
+    "identify_latency",
     "identify_overlap",
     "valve_test",
 ]

@@ -243,6 +243,42 @@ def friction(file: Path, rig: Path, output: Path | None, as_json: bool, **data: 
 
 
 @identify.command(
+    short_help="Find the latencies of load cell and spool sensor.",
+    epilog=epilog(
+        "eft identify latency sweep.csv --rig rig.toml",
+        "eft identify latency sweep.csv --rig rig.toml -o latency.toml",
+    ),
+)
+@click.argument("file", type=FILE)
+@click.option("--rig", type=FILE, required=True, help="Rig file, with the overlap.")
+@click.option("-o", "--output", type=FILE, help="TOML file for the latency, ready for a rig file.")
+@data_options
+@as_json
+def latency(file: Path, rig: Path, output: Path | None, as_json: bool, **data: Any) -> None:
+    """Find sensor latencies in valve command, spool, velocity and force of a sweep to 40 Hz in FILE."""
+    if output is not None:
+        check_folder(output)
+    traces = read_data(file, rig=rig, **data)
+    signals = traces["valve_command"], traces["spool"], traces["velocity"], traces["force"]
+    found = eft.identification.identify_latency(read_rig(rig, {}), *signals, traces.sample_rate)
+    if output is not None:
+        write_text(output, f"[controller]\nforce_delay = {max(float(found.force_delay), 0.0)!r}\n")
+    names = ("force_delay", "spool_delay", "response_delay")
+    if as_json:
+        answer: dict[str, Any] = {name: float(getattr(found, name)) for name in names}
+        emit_json(answer | {f"{name}_uncertainty": getattr(found, name).uncertainty for name in names})
+        return
+    titles = ("latency of the load cell, ms", "latency of the spool's sensor, ms", "delay of the valve, ms")
+    rows = [
+        (title, *(f"{one * 1e3:.3f}" for one in _both(getattr(found, name))))
+        for title, name in zip(titles, names, strict=True)
+    ]
+    click.echo(table(rows, ("", "found", "±")))
+    if output is not None:
+        click.echo(f"{output} written")
+
+
+@identify.command(
     short_help="Find damping ratio and natural frequency.",
     epilog=epilog("eft identify damping release.csv --start 1.2"),
 )

@@ -82,6 +82,7 @@ pub static KEYS: &[Key] = &[
     key("controller.force_loop", "", Choice(ForceLoop::WORDS), Need::Default(Preset::Text("pd")), "gains of the force loop: the configured ones, or designed from the rig to damp the oil column; the designed loop is digital"),
     key("controller.sample_rate", "Hz", Float(1.0, 1e6), Required, "sample rate for a command without its own"),
     key("controller.velocity_source", "", Choice(VelocitySource::WORDS), Need::Default(Preset::Text("sensor")), "source of the velocity: its sensor, the displacement's derivative, an observer of displacement and force, or an observer of displacement and acceleration"),
+    key("controller.force_delay", "s", Float(0.0, 0.1), float(0.0), "known latency of the load cell; the command is played this much later, so that the force is on time"),
     key("controller.velocity_corner", "Hz", Float(1e-3, 1e6), float(80.0), "corner of the two low-passes of the derivative"),
     key("controller.observer_mass", "kg", Float(1e-3, 1e12), OBSERVER, "mass that the force moves, in the observer"),
     key("controller.observer_displacement_noise", "m", Float(1e-12, 1.0), float(6.4e-5), "noise of the displacement per sample, in the observer"),

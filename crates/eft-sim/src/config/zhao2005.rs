@@ -80,6 +80,7 @@ impl RigConfig {
                 realization: Realization::Analog,
                 sample_rate: 4096.0,
                 velocity_source: VelocitySource::Sensor,
+                force_delay: 0.0,
                 velocity_corner: 80.0,
                 observer_mass: None,
                 observer_displacement_noise: 6.4e-5,

@@ -1,5 +1,6 @@
 //! Identification from measured arrays, as in the paper: response delay (Fig. 4a), flow curve and flow gain
-//! (Fig. 4b, Table 2), and damping. The paper's experiments on the virtual rig give such arrays.
+//! (Fig. 4b, Table 2), and damping.
+//! Friction of the seals and latencies of the sensors follow from the same signals. The paper's experiments on the virtual rig give such arrays.
 //!
 //! Samples that are not finite are gaps. Offsets and linear drifts are removed. Data that does not determine
 //! a result is refused with the reason.
@@ -8,19 +9,24 @@ mod damping;
 mod delay;
 mod experiments;
 mod fine_tuning;
+mod flow_balance;
 mod flow_curve;
 mod flow_differences;
 mod friction;
 mod gaps;
+mod latency;
+mod least_squares;
 mod overlap;
 
 pub use damping::{DampingEstimate, identify_damping};
 pub use delay::{DelayEstimate, identify_delay};
 pub use experiments::{FlowTest, ValveTest, flow_test, free_vibration, valve_test};
 pub use fine_tuning::{FineTuning, TestSignals, fine_tune};
+pub use flow_balance::MotionSignals;
 pub use flow_curve::{FlowCurveEstimate, Recording, identify_flow_curve, identify_flow_gain};
 pub use flow_differences::flow_curve_by_differences;
-pub use friction::{FrictionEstimate, MotionSignals, identify_friction};
+pub use friction::{FrictionEstimate, identify_friction};
+pub use latency::{LatencyEstimate, identify_latency};
 pub use overlap::{OverlapEstimate, identify_overlap};
 
 /// A number and its standard uncertainty, in the same unit.

@@ -1,5 +1,6 @@
 //! The sensors between the plant and the digital side.
 
+mod command_delay;
 mod dac;
 mod delay_line;
 mod low_pass;
@@ -7,6 +8,7 @@ mod noise;
 mod quantizer;
 mod sensor;
 
+pub(crate) use command_delay::CommandDelay;
 pub(crate) use dac::Dac;
 pub(crate) use delay_line::DelayLines;
 pub(crate) use noise::Noise;

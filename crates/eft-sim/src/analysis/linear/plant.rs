@@ -179,8 +179,8 @@ fn stories(rig: &RigConfig) -> Vec<Story> {
 }
 
 /// Keys of a rig with an effect on small signals that no linear model contains. These are dead zone, offset,
-/// friction, constant leakage, a damper that is infinitely steep at rest, changing estimates, and an
-/// estimated velocity.
+/// friction, constant leakage, a damper that is infinitely steep at rest, an estimated velocity, a delayed command,
+/// and changing estimates.
 pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let (plant, compensation) = (rig.plant(), &rig.compensation);
     let (valve, structure) = (&plant.servovalve, &plant.structure);
@@ -193,6 +193,7 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
         (plant.actuator.friction > 0.0, "actuator.friction"),
         (steep && !building, "structure.power_damper"),
         (rig.controller.velocity_source != VelocitySource::Sensor, "controller.velocity_source"),
+        (rig.controller.force_delay > 0.0, "controller.force_delay"),
         (compensation.adaptive, "compensation.adaptive"),
         (compensation.guard, "compensation.guard"),
     ]

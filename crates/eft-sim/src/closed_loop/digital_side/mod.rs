@@ -15,7 +15,7 @@ use crate::closed_loop::outside::Outside;
 use crate::closed_loop::tick::Decision;
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
-use crate::instruments::{AnalogOutput, Dac, DelayLines, Sensors, Signals};
+use crate::instruments::{AnalogOutput, CommandDelay, Dac, DelayLines, Sensors, Signals};
 use crate::lanes::{Num, Work};
 use crate::plant::{Analog, Driver};
 
@@ -99,6 +99,8 @@ where
     estimates_velocity: bool,
     adapts: bool,
     computation: DelayLines,
+    /// `None` if no load cell has a known latency.
+    command_delay: Option<CommandDelay<S>>,
     realization: Realization,
     analog: Analog<S>,
     /// `None` if the sensors of every lane are ideal.
@@ -126,9 +128,11 @@ where
         let controllers: Vec<_> = parameters.iter().map(C::Element::controller).collect::<Result<_>>()?;
         let sensors = Sensors::new(&rig, sample_rate, actuator);
         let computation = DelayLines::new(S::LANES, |i| rig(i).compensation.computation_delay as usize);
+        let command_delay = CommandDelay::new(|i| rig(i).controller.force_delay * sample_rate);
         let dac = Dac::new(|i| &rig(i).plant().dac);
         let realization = rig(0).controller.realization;
-        let has_ideal_instruments = sensors.is_none() && computation.is_none() && dac.is_ideal();
+        let has_ideal_instruments =
+            sensors.is_none() && computation.is_none() && command_delay.is_none() && dac.is_ideal();
         let controller = RigController::<C>::pack(|i| &controllers[i]);
         let kind = ChannelKind::of(rig(0));
         let decides = if S::LANES == C::LANES && kind == ChannelKind::Learning {
@@ -153,6 +157,7 @@ where
             estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
             adapts: lanes.into_iter().any(|i| adapts(rig(i))),
             computation,
+            command_delay,
             realization,
             analog: Analog::pack(&rig),
             sensors,
@@ -225,6 +230,7 @@ where
         truth: Signals<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
+        let commands = self.command_delay.as_mut().map_or(commands, |delay| delay.pass(commands));
         let (measured, cell) = self.measure(truth);
         let stood = match self.decides {
             Decides::Learning(_) | Decides::Channels(..) => self.stood::<false>(commands[0], cell, plant),

@@ -21,6 +21,8 @@ section! {
         pub sample_rate: f64,
         /// Where the compensation's velocity comes from.
         pub velocity_source: VelocitySource,
+        /// Latency of the load cell that is known, s.
+        pub force_delay: f64,
         /// Corner of the derivative's two low-passes, Hz.
         pub velocity_corner: f64,
         /// The mass that the force moves, as the observer knows it, kg.

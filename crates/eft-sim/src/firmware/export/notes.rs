@@ -53,6 +53,10 @@ fn notes(parts: &Parts, target: Target) -> Vec<String> {
     if p.feedforward && p.look_ahead {
         notes.push("The next tick's command, N, is given with this one's.".to_owned());
     }
+    if rig.controller.force_delay > 0.0 {
+        let late = 1e3 * rig.controller.force_delay;
+        notes.push(format!("The command is played {late:.3} ms later, which is the load cell's latency."));
+    }
     if p.supply_correction {
         notes.push("The measured supply pressure, Pa, is given with every sample.".to_owned());
     }

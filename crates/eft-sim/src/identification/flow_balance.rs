@@ -1,0 +1,130 @@
+//! The flow balance of the actuator, from spool, velocity and force of a test of the whole rig.
+//!
+//! The load cell is behind the seals, so the oil carries `F + F_c·sgn(ẋ)`. The balance is
+//! `A·ẋ(t + δ) + C_l·F/A = s₊·Q₊ + s₋·Q₋ − (K/A)·Ḟ(t + δ_F) − (K_a/A)·F_c·d(sgn ẋ)/dt`, with the flow `Q` of the configured
+//! valve in each direction. It is linear in `s₊`, `s₋`, `δ`, `K`, `F_c` and `K·δ_F`, which least squares fit in a band of
+//! frequencies.
+
+use std::f64::consts::TAU;
+
+use super::Estimate;
+use super::gaps::check;
+use super::least_squares::least_squares;
+use crate::checks;
+use crate::config::RigConfig;
+use crate::error::{Error, Result};
+use crate::fourier::{Complex64, signal_of, spectrum};
+use crate::plant::LoadFlow;
+
+/// Least duration (s).
+const LEAST_DURATION: f64 = 4.0;
+/// Width of the smooth sign of the velocity, as a share of its rms.
+pub(super) const WIDTH: f64 = 0.06;
+/// Frequency (Hz) above which the velocity's noise hides its sign.
+const SIGN_CORNER: f64 = 40.0;
+/// Flows of the two directions over those of the configuration. Beyond them a unit or a sign is wrong.
+const FLOWS: (f64, f64) = (0.3, 3.0);
+
+const UNKNOWNS: usize = 6;
+
+/// Measured signals of a moving rig, sample by sample.
+#[derive(Debug, Clone, Copy)]
+pub struct MotionSignals<'a> {
+    /// Spool opening (1).
+    pub spool: &'a [f64],
+    /// Piston velocity (m/s).
+    pub velocity: &'a [f64],
+    /// Force (N).
+    pub force: &'a [f64],
+}
+
+impl MotionSignals<'_> {
+    /// Refuses signals of unequal or too short lengths, and incomplete ones.
+    pub(super) fn check(&self, sample_rate: f64) -> Result<()> {
+        let least = (LEAST_DURATION * sample_rate).ceil() as usize;
+        check(("spool", "velocity"), (self.spool.len(), self.velocity.len()), least)?;
+        check(("spool", "force"), (self.spool.len(), self.force.len()), least)?;
+        for (name, signal) in [("spool", self.spool), ("velocity", self.velocity), ("force", self.force)] {
+            checks::signal(name, signal)?;
+        }
+        Ok(())
+    }
+}
+
+/// The flow balance in the frequencies of a band.
+pub(super) struct FlowBalance {
+    /// At each frequency the derivatives with respect to the unknowns, and the flow (m³/s) of motion and leakage.
+    rows: Vec<([Complex64; UNKNOWNS], Complex64)>,
+}
+
+impl FlowBalance {
+    /// From checked signals, in a band (Hz).
+    pub(super) fn new(
+        rig: &RigConfig,
+        signals: MotionSignals<'_>,
+        sample_rate: f64,
+        band: (f64, f64),
+    ) -> Result<Self> {
+        let MotionSignals { spool, velocity, force } = signals;
+        let (area, supply) = (rig.actuator.piston_area, rig.supply.pressure);
+        let valve = LoadFlow::<f64>::pack(|_| rig)?;
+        let flow = |side: f64| {
+            let passed =
+                |x: &f64, f: &f64| if side * x > 0.0 { valve.flow_at(*x, f / area, supply).0 } else { 0.0 };
+            spectrum(&spool.iter().zip(force).map(|(x, f)| passed(x, f)).collect::<Vec<_>>())
+        };
+        let (back, forth) = (flow(-1.0)?, flow(1.0)?);
+        let width = sample_rate / spool.len() as f64;
+        let (motion, force) = (spectrum(velocity)?, spectrum(force)?);
+        let sign = spectrum(&signs(&motion, width, velocity.len())?)?;
+        let (compliance, leakage) = (rig.actuator.compressibility / area, rig.actuator.leakage / area);
+        let (first, last) = ((band.0 / width).ceil() as usize, (band.1 / width).floor() as usize);
+        let row = |k: usize| {
+            let rate = Complex64::new(0.0, TAU * width * k as f64);
+            let columns = [
+                back[k],
+                forth[k],
+                motion[k] * rate * -area,
+                force[k] * rate * -compliance,
+                sign[k] * rate * -compliance,
+                force[k] * rate * rate * -compliance,
+            ];
+            (columns, motion[k] * area + force[k] * leakage)
+        };
+        Ok(Self { rows: (first.max(1)..=last.min(motion.len() - 1)).map(row).collect() })
+    }
+
+    /// The first `N` unknowns: flow factors (1) of both directions, delay (s) of the velocity behind the spool,
+    /// compressibility over the configured one (1), friction (N), and that compressibility times the delay (s) of the
+    /// force behind the spool. The others are zero.
+    ///
+    /// # Errors
+    /// Signals that do not determine them, or flows of another size than those of the configured valve.
+    pub(super) fn fitted<const N: usize>(&self) -> Result<[Estimate; N]> {
+        let rows = self.rows.iter().map(|(columns, taken)| (std::array::from_fn(|i| columns[i]), *taken));
+        let found = least_squares::<N>(rows).ok_or_else(|| {
+            let allowed = "must move to and fro at several frequencies, as in a sweep";
+            Error::value("velocity", "hardly moves", allowed)
+        })?;
+        for factor in &found[..2] {
+            if !(FLOWS.0..FLOWS.1).contains(&factor.value) {
+                let found = format!("{:.2} times the flow of the configured valve", factor.value);
+                let allowed = "must be those of this rig: check gains, units and signs";
+                return Err(Error::value("spool and velocity", found, allowed));
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The sign of the velocity without its high frequencies, smooth near its zeros.
+fn signs(motion: &[Complex64], width: f64, length: usize) -> Result<Vec<f64>> {
+    let kept = motion
+        .iter()
+        .enumerate()
+        .map(|(k, bin)| if k > 0 && k as f64 * width <= SIGN_CORNER { *bin } else { Complex64::default() });
+    let smooth: Vec<f64> = signal_of(kept.collect(), length)?.iter().map(|v| v / length as f64).collect();
+    let rms = (smooth.iter().map(|v| v * v).sum::<f64>() / length as f64).sqrt();
+    let steep = 1.0 / (WIDTH * rms).max(f64::MIN_POSITIVE);
+    Ok(smooth.iter().map(|v| (v * steep).clamp(-1.0, 1.0)).collect())
+}

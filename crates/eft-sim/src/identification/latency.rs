@@ -1,0 +1,232 @@
+//! Latencies of the spool's sensor and of the load cell, from one test of the whole rig.
+//!
+//! The valve command is the only signal without a latency. The spool follows it as
+//! `g·exp(−s·δ_s)/(1 + s·T·(1 + s·τ))`, Eqs. (2) and (3), with the latency `δ_s` of its sensor. The
+//! [flow balance](super::flow_balance) has the delay of the force behind the spool: above the frequencies of the motion
+//! the oil's compression takes most of the flow.
+
+use std::f64::consts::{PI, TAU};
+
+use super::Estimate;
+use super::flow_balance::{FlowBalance, MotionSignals};
+use super::gaps::check;
+use super::least_squares::least_squares;
+use crate::checks;
+use crate::config::{Realization, RigConfig};
+use crate::error::{Error, Result};
+use crate::fourier::{Complex64, spectrum};
+
+/// Frequencies (Hz) at which the valve's response is fitted.
+const VALVE_BAND: (f64, f64) = (1.0, 200.0);
+/// Frequencies (Hz) at which the oil's compression takes much of the flow, and the force is known above its noise.
+const OIL_BAND: (f64, f64) = (15.0, 40.0);
+/// Length (s) of the parts whose means are the valve's response.
+const PART: f64 = 1.0;
+/// Unit (s) of the time constants in the fit, so that all unknowns are of similar size.
+const UNIT: f64 = 1e-3;
+/// Frequencies (Hz) where the force of a test has noise alone.
+const NOISE_BAND: (f64, f64) = (60.0, 100.0);
+/// Least ratio of the force's spectral densities in the two bands.
+const LEAST_EXCITATION: f64 = 100.0;
+/// Least sample rate (Hz), for both bands.
+const LEAST_RATE: f64 = 600.0;
+const ITERATIONS: usize = 12;
+
+/// Latencies of two sensors, and the valve's delay without them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LatencyEstimate {
+    /// Latency (s) of the load cell.
+    pub force_delay: Estimate,
+    /// Latency (s) of the spool's sensor.
+    pub spool_delay: Estimate,
+    /// Delay (s) of the spool itself behind the valve command at low frequency.
+    pub response_delay: Estimate,
+}
+
+/// The latencies in a test, with the signals as the controller samples them at a rate (Hz). A sweep from 0 to 40 Hz or more is best.
+///
+/// A configured torque motor and the hold of a digital valve command count to the valve. The valve must have the form
+/// of the paper's: a further lag of the valve counts to the sensors.
+///
+/// # Errors
+/// Unequal, too short or incomplete signals, a spool that does not follow the valve command, flows of another size than
+/// those of the configured valve, a sample rate below 600 Hz, or a test without the frequencies of the fit.
+pub fn identify_latency(
+    rig: &RigConfig,
+    valve_command: &[f64],
+    signals: MotionSignals<'_>,
+    sample_rate: f64,
+) -> Result<LatencyEstimate> {
+    checks::sample_rate("sample_rate", sample_rate)?;
+    signals.check(sample_rate)?;
+    check(("valve_command", "spool"), (valve_command.len(), signals.spool.len()), 1)?;
+    checks::signal("valve_command", valve_command)?;
+    if sample_rate < LEAST_RATE {
+        return Err(Error::value("sample_rate", sample_rate, format!("must be at least {LEAST_RATE} Hz")));
+    }
+    check_excitation(signals.force, sample_rate)?;
+    let (spool_delay, response_delay) = of_spool(rig, valve_command, signals.spool, sample_rate)?;
+    let [.., oil, _, late] = FlowBalance::new(rig, signals, sample_rate, OIL_BAND)?.fitted::<6>()?;
+    let behind = Estimate { value: late.value / oil.value, uncertainty: late.uncertainty / oil.value.abs() };
+    let force_delay = Estimate {
+        value: spool_delay.value + behind.value,
+        uncertainty: spool_delay.uncertainty.hypot(behind.uncertainty),
+    };
+    Ok(LatencyEstimate { force_delay, spool_delay, response_delay })
+}
+
+/// Refuses a force that is noise in the oil's band.
+fn check_excitation(force: &[f64], sample_rate: f64) -> Result<()> {
+    let (spectrum, width) = (spectrum(force)?, sample_rate / force.len() as f64);
+    let density = |(low, high): (f64, f64)| {
+        let bins = (low / width) as usize..=((high / width) as usize).min(spectrum.len() - 1);
+        let count = bins.clone().count();
+        spectrum[bins].iter().map(Complex64::norm_sqr).sum::<f64>() / count as f64
+    };
+    let ratio = density(OIL_BAND) / density(NOISE_BAND);
+    if ratio < LEAST_EXCITATION {
+        let found = format!("spectral density {ratio:.1} times that of the noise");
+        let (low, high) = OIL_BAND;
+        let allowed =
+            format!("must be {LEAST_EXCITATION} times from {low} to {high} Hz: run a sweep to {high} Hz");
+        return Err(Error::value("force", found, allowed));
+    }
+    Ok(())
+}
+
+/// The latency of the spool's sensor and the valve's delay, by Gauss–Newton steps.
+fn of_spool(
+    rig: &RigConfig,
+    valve_command: &[f64],
+    spool: &[f64],
+    sample_rate: f64,
+) -> Result<(Estimate, Estimate)> {
+    let hold = match rig.controller.realization {
+        Realization::Digital => 0.5 / sample_rate,
+        Realization::Analog => 0.0,
+    };
+    let motor = rig.servovalve.torque_motor_frequency.map(|frequency| TAU * frequency);
+    let refused = || {
+        let allowed = "must follow the valve command with the response of a three-stage valve";
+        Error::value("spool", "no response of this form", allowed)
+    };
+    // The response without what is known of the valve.
+    let responses: Vec<_> = response(valve_command, spool, sample_rate)?
+        .into_iter()
+        .map(|(frequency, response, weight)| {
+            let s = Complex64::new(0.0, TAU * frequency);
+            let motor = motor.map_or(Complex64::from(1.0), |motor| {
+                let s = s / motor;
+                s * s + s * (2.0 * rig.servovalve.torque_motor_damping) + 1.0
+            });
+            (s, response * (s * hold).exp() * motor, weight)
+        })
+        .collect();
+    // The fit is of the inverse's coefficients, and begins with the configured valve.
+    let gain = responses.first().ok_or_else(refused)?.1.norm().recip();
+    let (time, lag) = (rig.compensation.response_delay, rig.servovalve.pilot_time_constant);
+    let (mut inverse, mut delay) = ([gain, gain * time / UNIT, gain * time * lag / (UNIT * UNIT)], 0.0);
+    let mut uncertainty = [f64::NAN; 2];
+    for _ in 0..ITERATIONS {
+        let rows = responses.iter().map(|&(s, response, weight)| {
+            let (late, s) = ((s * -delay).exp(), s * UNIT);
+            let denominator = s * s * inverse[2] + s * inverse[1] + inverse[0];
+            let model = late / denominator;
+            let weight = weight / model.norm();
+            let slope = model / denominator * -weight;
+            ([slope, slope * s, slope * s * s, model * s * -weight], (response - model) * weight)
+        });
+        let steps = least_squares::<4>(rows).ok_or_else(refused)?;
+        for (one, step) in inverse.iter_mut().zip(&steps) {
+            *one += step.value;
+        }
+        delay += UNIT * steps[3].value;
+        uncertainty = [steps[3].uncertainty, steps[1].uncertainty / inverse[0]].map(|one| UNIT * one.abs());
+    }
+    let response_delay = UNIT * inverse[1] / inverse[0];
+    if !(delay.abs() < 0.1 && response_delay > 0.0 && response_delay < 0.1) {
+        return Err(refused());
+    }
+    let [of_delay, of_response] = uncertainty;
+    Ok((
+        Estimate { value: delay, uncertainty: of_delay },
+        Estimate { value: response_delay, uncertainty: of_response },
+    ))
+}
+
+/// Frequency (Hz), spool over valve command (1/V), and weight, by Welch's means over halfway overlapping parts.
+fn response(valve_command: &[f64], spool: &[f64], sample_rate: f64) -> Result<Vec<(f64, Complex64, f64)>> {
+    let length = (PART * sample_rate).round() as usize;
+    let window: Vec<f64> = (0..length).map(|i| (PI * i as f64 / length as f64).sin().powi(2)).collect();
+    let bins = length / 2 + 1;
+    let (mut cross, mut powers) = (vec![Complex64::default(); bins], vec![[0.0; 2]; bins]);
+    for start in (0..=valve_command.len() - length).step_by(length / 2) {
+        let windowed = |signal: &[f64]| {
+            let part = &signal[start..start + length];
+            spectrum(&part.iter().zip(&window).map(|(x, w)| x * w).collect::<Vec<_>>())
+        };
+        let (command, spool) = (windowed(valve_command)?, windowed(spool)?);
+        for k in 0..bins {
+            cross[k] += spool[k] * command[k].conj();
+            powers[k][0] += command[k].norm_sqr();
+            powers[k][1] += spool[k].norm_sqr();
+        }
+    }
+    let width = sample_rate / length as f64;
+    let (first, last) = ((VALVE_BAND.0 / width).ceil() as usize, (VALVE_BAND.1 / width) as usize);
+    let means = (first..=last.min(2 * bins / 3)).filter_map(|k| {
+        let [of_command, of_spool] = powers[k];
+        let coherence = cross[k].norm_sqr() / (of_command * of_spool);
+        // The relative variance of a mean is that of its incoherent part.
+        let weight = (coherence / (1.0 - coherence).max(1e-6)).sqrt();
+        weight.is_finite().then(|| (k as f64 * width, cross[k] / of_command, weight))
+    });
+    Ok(means.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::{SimulateOptions, TestRun, simulate};
+    use crate::ground_motion::excitation::sine_sweep;
+
+    const RATE: f64 = 2048.0;
+
+    fn rig(keys: &[(&str, toml::Value)]) -> RigConfig {
+        let robust = ("controller.force_loop", toml::Value::from("robust"));
+        RigConfig::zhao2005().replace(&[&[robust], keys].concat()).unwrap()
+    }
+
+    fn swept(keys: &[(&str, toml::Value)], top: f64) -> TestRun {
+        let sweep = sine_sweep(4000.0, 0.0, top, 16.0, RATE).unwrap();
+        simulate::<f64>(&rig(keys), &sweep, &SimulateOptions::default(), |_, _| true).unwrap()
+    }
+
+    fn found(run: &TestRun) -> Result<LatencyEstimate> {
+        let signals = MotionSignals {
+            spool: &run.measured_spool,
+            velocity: &run.measured_velocity,
+            force: &run.measured_force,
+        };
+        identify_latency(&rig(&[]), &run.valve_command, signals, RATE)
+    }
+
+    #[test]
+    fn the_sensors_latencies_are_separated_from_the_valve() {
+        for (force, spool) in [(3, 1), (1, 3)] {
+            let delays =
+                [("truth.sensors.force.delay", force.into()), ("truth.sensors.spool.delay", spool.into())];
+            let found = found(&swept(&delays, 40.0)).unwrap();
+            assert!((found.force_delay.value - f64::from(force) / RATE).abs() < 1e-4, "{found:?}");
+            assert!((found.spool_delay.value - f64::from(spool) / RATE).abs() < 1e-4, "{found:?}");
+            assert!((found.response_delay.value - 5.18e-3).abs() < 1e-4, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_test_without_these_frequencies_is_refused() {
+        let noise = ("truth.sensors.force.noise", 100.0.into());
+        let refused = found(&swept(&[noise], 5.0)).unwrap_err().to_string();
+        assert!(refused.contains("run a sweep to 40 Hz"), "{refused}");
+    }
+}

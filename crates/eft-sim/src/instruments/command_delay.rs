@@ -1,0 +1,62 @@
+//! The delay of the command by the known latency of the load cell.
+//!
+//! The force loop makes the load cell's reading equal to its command, so the true force leads the command by the load
+//! cell's latency. A command that is played this much later puts the force on time.
+
+use eft_core::Scalar;
+
+use super::DelayLines;
+
+/// Delays the commands of one rig or of several side by side, linearly between samples.
+#[derive(Debug, Clone)]
+pub(crate) struct CommandDelay<S> {
+    /// Whole samples of the command at the tick and of that at the next one.
+    lines: [DelayLines; 2],
+    before: [S; 2],
+    /// The remaining part of a sample.
+    part: S,
+}
+
+impl<S: Scalar<Element = f64>> CommandDelay<S> {
+    /// At rest; `delay(i)` is the delay of lane `i` in samples. `None` if no lane has a delay.
+    pub(crate) fn new(delay: impl Fn(usize) -> f64) -> Option<Self> {
+        if (0..S::LANES).all(|i| delay(i) == 0.0) {
+            return None;
+        }
+        let line = DelayLines::new(S::LANES, |i| delay(i) as usize);
+        let part = S::from_lanes(|i| delay(i).fract());
+        Some(Self { lines: [line.clone(), line], before: [S::splat(0.0); 2], part })
+    }
+
+    /// The delayed commands (N) of the tick and of the next one.
+    pub(crate) fn pass(&mut self, commands: [S; 2]) -> [S; 2] {
+        let mut delayed = commands;
+        for ((command, line), before) in delayed.iter_mut().zip(&mut self.lines).zip(&mut self.before) {
+            let later = line.pass(*command);
+            *command = later + self.part * (*before - later);
+            *before = later;
+        }
+        delayed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_is_delayed_by_parts_of_a_sample() {
+        for samples in [0.25, 1.0, 3.6] {
+            let mut delay = CommandDelay::<f64>::new(|_| samples).unwrap();
+            for tick in 0..20 {
+                let at = f64::from(tick);
+                let [now, next] = delay.pass([at, at + 1.0]);
+                if at > samples + 1.0 {
+                    assert!((now - (at - samples)).abs() < 1e-12, "{samples}: {now} at {tick}");
+                    assert!((next - (at + 1.0 - samples)).abs() < 1e-12, "{samples}: {next} at {tick}");
+                }
+            }
+        }
+        assert!(CommandDelay::<f64>::new(|_| 0.0).is_none());
+    }
+}

@@ -1,0 +1,180 @@
+"""Latencies of load cell and spool sensor: identified from a sweep; the command is played later by the former."""
+
+import tomllib
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+from scipy.signal import csd, welch
+
+import eft
+from eft import _native
+from eft.cli import main
+
+RATE = 4096.0
+RIG = eft.Rig.zhao2005().replace({"controller.force_loop": "robust", "compensation.feedforward": True})
+SWEEP = eft.sine_sweep(4000.0, 0.0, 40.0, duration=16.0, sample_rate=RATE)
+NOISE = {"force.noise": 78.0, "velocity.noise": 5e-4, "spool.noise": 5e-4, "seed": 3}
+
+
+def swept(truth: dict[str, object] | None = None) -> eft.TestRun:
+    noisy: dict[str, object] = {f"truth.sensors.{key}": value for key, value in NOISE.items()}
+    return eft.simulate(RIG.replace(noisy | (truth or {})), SWEEP)
+
+
+def found_in(run: eft.TestRun) -> eft.identification.LatencyEstimate:
+    signals = run.valve_command, run.measured_spool, run.measured_velocity, run.measured_force
+    return eft.identification.identify_latency(RIG, *signals, RATE)
+
+
+@pytest.mark.parametrize(
+    ("truth", "force", "spool"),
+    [
+        ({}, 0.0, 0.0),
+        (
+            {
+                "truth.sensors.force.delay": 5,
+                "truth.sensors.spool.delay": 2,
+                "truth.sensors.velocity.delay": 4,
+                "truth.actuator.compressibility": RIG["actuator.compressibility"] / 1.3,
+                "truth.actuator.friction": 500.0,
+            },
+            5.0 / RATE,
+            2.0 / RATE,
+        ),
+        (
+            {
+                "truth.sensors.force.bandwidth": 400.0,
+                "truth.sensors.spool.delay": 6,
+                "truth.servovalve.pilot_time_constant": 1.5 * RIG["servovalve.pilot_time_constant"],
+                "truth.servovalve.flow_gain_scale": 1.04,
+            },
+            0.5 / np.pi / 400.0,
+            6.0 / RATE,
+        ),
+    ],
+)
+def test_both_latencies_and_the_valves_delay_are_found_behind_noise(
+    truth: dict[str, object], force: float, spool: float
+) -> None:
+    found = found_in(swept(truth))
+    assert found.force_delay == pytest.approx(force, abs=1.5e-4)
+    assert found.spool_delay == pytest.approx(spool, abs=1e-4)
+    valve = RIG["servovalve.spool_area"] / RIG["servovalve.pilot_flow_gain"]
+    assert found.response_delay == pytest.approx(valve / RIG["servovalve.spool_sensitivity"], rel=0.02)
+    assert 0.0 < found.spool_delay.uncertainty < found.force_delay.uncertainty < 1e-4
+
+
+def test_a_known_torque_motor_is_no_latency() -> None:
+    motor = {"servovalve.torque_motor_frequency": 250.0}
+    run = eft.simulate(RIG.replace({f"truth.{key}": value for key, value in motor.items()}), SWEEP)
+    signals = run.valve_command, run.measured_spool, run.measured_velocity, run.measured_force
+    known = eft.identification.identify_latency(RIG.replace(motor), *signals, RATE)
+    unknown = eft.identification.identify_latency(RIG, *signals, RATE)
+    assert abs(known.spool_delay) < 5e-5
+    # 2ζ/ω of the motor.
+    assert unknown.spool_delay == pytest.approx(1.4 / (2.0 * np.pi * 250.0), rel=0.25)
+
+
+def test_the_fit_of_the_valve_is_scipys() -> None:
+    run = swept({"truth.sensors.spool.delay": 3})
+    found = found_in(run)
+    how = {"fs": RATE, "nperseg": int(RATE), "noverlap": int(RATE) // 2, "detrend": False}
+    frequency, cross = csd(run.valve_command, run.measured_spool, **how)
+    powers = [welch(signal, **how)[1] for signal in (run.valve_command, run.measured_spool)]
+    band = (frequency >= 1.0) & (frequency <= 200.0)
+    s = 2j * np.pi * frequency[band]
+    response = (cross / powers[0])[band]
+    coherence = (np.abs(cross) ** 2 / powers[0] / powers[1])[band]
+    weight = np.sqrt(coherence / (1.0 - coherence))
+
+    def model(p: np.ndarray) -> np.ndarray:
+        gain, time, square, delay = p
+        # The digital command is held for a sample.
+        return np.exp(-s * (1e-3 * delay + 0.5 / RATE)) / (gain + 1e-3 * s * time + 1e-6 * s**2 * square)
+
+    p = np.array([10.0, 50.0, 70.0, 0.0])
+    for _ in range(4):
+        size = np.abs(model(p))
+
+        def departure(p: np.ndarray, size: np.ndarray = size) -> np.ndarray:
+            rest = (model(p) - response) * weight / size
+            return np.concatenate([rest.real, rest.imag])
+
+        p = least_squares(departure, p, x_scale=[10.0, 50.0, 70.0, 1.0], xtol=1e-14, ftol=1e-14, gtol=1e-14).x
+    assert found.spool_delay == pytest.approx(1e-3 * p[3], abs=1e-8)
+    assert found.response_delay == pytest.approx(1e-3 * p[1] / p[0], abs=1e-8)
+
+
+def test_a_configured_latency_puts_the_force_on_time() -> None:
+    late = {"truth.sensors.force.delay": 6}
+    # Its reading is on time, so the force leads by the latency.
+    leading = eft.simulate(RIG.replace(late), SWEEP)
+    found = found_in(swept(late))
+    on_time = eft.simulate(found.apply(RIG).replace(late), SWEEP)
+
+    def delay(run: eft.TestRun) -> float:
+        return float(eft.identify_delay(run.command, run.force, RATE, (1.0, 15.0)))
+
+    assert delay(leading) < -6.0 / RATE
+    assert delay(on_time) - delay(leading) == pytest.approx(6.0 / RATE, abs=1e-4)
+    np.testing.assert_array_equal(on_time.command, leading.command)
+
+
+@pytest.mark.parametrize("dtype", ["f32", "f64"])
+def test_a_delay_of_whole_samples_is_a_later_command(dtype: Literal["f32", "f64"]) -> None:
+    samples = 7
+    short = SWEEP[:2048]
+    rig = RIG.replace({"controller.force_delay": samples / RATE})
+    later = eft.Command(np.concatenate([np.zeros(samples), short.values]), RATE)
+    delayed = eft.simulate(rig, short, dtype=dtype)
+    played = eft.simulate(RIG, later, dtype=dtype)
+    np.testing.assert_array_equal(delayed.force[samples:], played.force[samples : short.values.size])
+
+
+def test_rigs_with_and_without_a_delay_run_side_by_side() -> None:
+    rigs = [RIG.replace({"controller.force_delay": delay}) for delay in (0.0, 3.3 / RATE, 1e-3, 0.0, 2e-3)]
+    short = SWEEP[:4096]
+    for rig, entry in zip(rigs, _native.simulate_batch(rigs, short), strict=True):
+        assert not isinstance(entry, str)
+        assert entry.metrics["nrmse"] == eft.simulate(rig, short).metrics().nrmse
+
+
+def test_the_command_line_agrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = swept({"truth.sensors.force.delay": 5})
+    rig, file, output = tmp_path / "rig.toml", tmp_path / "sweep.eft", tmp_path / "latency.toml"
+    rig.write_text(RIG.to_toml(), encoding="utf-8")
+    run.save(file)
+    assert main(["identify", "latency", str(file), "--rig", str(rig), "-o", str(output)]) == 0
+    assert "latency of the load cell" in capsys.readouterr().out
+    saved = tomllib.loads(output.read_text(encoding="utf-8"))["controller"]["force_delay"]
+    # A saved run is read with its true signals.
+    signals = run.valve_command, run.spool, run.velocity, run.force
+    true = eft.identification.identify_latency(RIG, *signals, RATE)
+    assert saved == max(float(true.force_delay), 0.0)
+    assert main(["identify", "latency", str(file), "--rig", str(rig), "--json"]) == 0
+    assert '"response_delay_uncertainty"' in capsys.readouterr().out
+
+
+def test_what_is_no_such_test_is_refused() -> None:
+    run = swept()
+    voltage, spool = run.valve_command, run.measured_spool
+    velocity, force = run.measured_velocity, run.measured_force
+    identify = eft.identification.identify_latency
+    with pytest.raises(ValueError, match="check gains, units and signs"):
+        identify(RIG, -voltage, -spool, velocity, force, RATE)
+    with pytest.raises(ValueError, match="no response of this form"):
+        identify(RIG, np.zeros_like(voltage), spool, velocity, force, RATE)
+    with pytest.raises(ValueError, match="valve_command"):
+        identify(RIG, voltage[:-1], spool, velocity, force, RATE)
+    with pytest.raises(ValueError, match="valve_command"):
+        identify(RIG, np.full_like(voltage, np.nan), spool, velocity, force, RATE)
+    slow = eft.simulate(
+        RIG.replace({"truth.sensors.force.noise": 400.0}), eft.sine_sweep(4e3, 0.0, 5.0, 16.0, RATE)
+    )
+    with pytest.raises(ValueError, match="run a sweep to 40 Hz"):
+        identify(
+            RIG, slow.valve_command, slow.measured_spool, slow.measured_velocity, slow.measured_force, RATE
+        )
