@@ -20,7 +20,7 @@ from eft.benchmark._rigs import RATE, laboratory
 
 CAUSES = Path(__file__).parent / "data" / "laboratory_causes.csv"
 COUNT = 10
-SCHEME = "told"
+SCHEME = "identified"
 SENSORS = ("force", "displacement", "spool", "velocity")
 GONE = {
     "overlap": {"overlap": 0.0},
@@ -44,7 +44,8 @@ def departure(data: dict[str, np.ndarray], scheme: str = SCHEME) -> np.ndarray:
 
 def swept(case: Case, sweep: eft.Command) -> float:
     """The deviation of one rig in a sweep, with its overlap and friction known."""
-    run = eft.simulate(case.rig.replace(changes_of(SCHEME, case.rig)), sweep)
+    known = {"actuator.friction": case.rig.plant["actuator.friction"]}
+    run = eft.simulate(case.rig.replace(changes_of(SCHEME, case.rig) | known), sweep)
     if not run.success:
         return np.inf
     ratio = run.fft_ratio(*BAND).ratio
