@@ -105,10 +105,10 @@ def friction_of(rig: eft.Rig, sweep: eft.Command) -> float:
     return max(float(found.friction), 0.0)
 
 
-def latency_of(rig: eft.Rig, amplitude: float) -> float:
-    """The latency (s) of the load cell that is identified from a sweep to 40 Hz with this rig."""
+def latency_of(rig: eft.Rig) -> float:
+    """The latency (s) of the load cell that is identified from a sweep of 8.9 kN to 40 Hz with this rig."""
     known = rig.replace({"truth": None})
-    run = eft.simulate(rig, within_the_rig(known, eft.sine_sweep(amplitude, 0.0, 40.0, DURATION, RATE)))
+    run = eft.simulate(rig, within_the_rig(known, eft.sine_sweep(max(AMPLITUDES), 0.0, 40.0, DURATION, RATE)))
     signals = run.valve_command, run.measured_spool, run.measured_velocity, run.measured_force
     found = eft.identification.identify_latency(known, *signals, RATE)
     return max(float(found.force_delay), 0.0)
@@ -161,7 +161,7 @@ def tested(case: Case, amplitude: float) -> Row:
         if scheme in FRICTION_IDENTIFIED:
             changes["actuator.friction"] = row["identified"]
         if scheme == "on_time":
-            row["latency"] = latency_of(case.rig.replace(changes), amplitude)
+            row["latency"] = latency_of(case.rig.replace(changes))
         if scheme in LATENCY_IDENTIFIED:
             changes["controller.force_delay"] = row["latency"]
         # The check depends on force loop and learning alone, and takes long for a designed loop.

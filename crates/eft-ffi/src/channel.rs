@@ -61,23 +61,6 @@ data! {
     }
 }
 
-/// Runs a tick that writes its result. The result of a refused tick is 0 V.
-#[inline(always)]
-unsafe fn answer<T: Real>(
-    output: *mut eft_output<T>,
-    tick: impl FnOnce(&mut eft_output<T>) -> Result<(), u8>,
-) -> Result<(), u8> {
-    // Safety: null or valid, and zeros are valid in every field.
-    unsafe {
-        let result = tick(output.as_mut().ok_or(EFT_NULL_POINTER)?);
-        if result.is_err() {
-            output.write_bytes(0, 1);
-            (*output).status = EFT_NO_STEP;
-        }
-        result
-    }
-}
-
 /// Writes a tick's result, with the window if one has closed.
 // By reference: in an enum with an error code the result would be copied byte by byte.
 #[inline(always)]
@@ -92,6 +75,61 @@ fn write<T: Real>(output: &mut eft_output<T>, out: &Output<T>) {
     if let Some(window) = &out.window {
         // Safety: a reference is valid, and not null.
         _ = unsafe { make(&mut output.window, *window) };
+    }
+}
+
+/// Passes on the code of a tick. The result of a refused tick is 0 V.
+#[inline(always)]
+unsafe fn answer<T: Real>(output: *mut eft_output<T>, code: Result<(), u8>) -> Result<(), u8> {
+    if code.is_err() && !output.is_null() {
+        // Safety: valid, and zeros are valid in every field.
+        unsafe {
+            output.write_bytes(0, 1);
+            (*output).status = EFT_NO_STEP;
+        }
+    }
+    code
+}
+
+/// A tick of a running channel.
+#[inline(always)]
+unsafe fn step<T: Real>(
+    channel: *const eft_channel<T>,
+    state: *const eft_state<T>,
+    input: *const Input<T>,
+    output: *mut eft_output<T>,
+) -> Result<(), u8> {
+    // Safety: null or valid; one context alone calls the functions that change the state.
+    unsafe {
+        let output = output.as_mut().ok_or(EFT_NULL_POINTER)?;
+        let (core, running, input) = (made(channel)?, made(state)?, given(input)?);
+        let state = &mut *running.state.get();
+        if running.requested.load(Ordering::Relaxed) != 0 {
+            if running.trip.load(Ordering::Relaxed) != 0 {
+                state.trip();
+            }
+            if running.end.load(Ordering::Relaxed) != 0 {
+                state.end();
+            }
+        }
+        write(output, &core.step(state, input));
+        Ok(())
+    }
+}
+
+/// In place of a tick, with further flags.
+unsafe fn hold<T: Real>(
+    channel: *const eft_channel<T>,
+    state: *const eft_state<T>,
+    output: *mut eft_output<T>,
+    flags: u32,
+) -> Result<(), u8> {
+    // Safety: null or valid.
+    unsafe {
+        let output = output.as_mut().ok_or(EFT_NULL_POINTER)?;
+        let out = made(channel)?.hold(&*made(state)?.state.get());
+        write(output, &Output { status: out.status | flags, ..out });
+        Ok(())
     }
 }
 
@@ -141,39 +179,19 @@ functions! {
     /// then 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last
     /// output and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. The last valid
     /// supply pressure replaces an invalid one and raises EFT_STUCK_MEASUREMENT.
-    fn eft_step_f32 eft_step_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const Input<T>, output: *mut eft_output<T>) {
-        answer(output, |output| {
-            let (core, running, input) = (made(channel)?, made(state)?, given(input)?);
-            let state = &mut *running.state.get();
-            if running.requested.load(Ordering::Relaxed) != 0 {
-                if running.trip.load(Ordering::Relaxed) != 0 {
-                    state.trip();
-                }
-                if running.end.load(Ordering::Relaxed) != 0 {
-                    state.end();
-                }
-            }
-            write(output, &core.step(state, input));
-            Ok(())
-        })
+    fn eft_step_f32 eft_step_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const Input<T>, output: *mut eft_output<T>) = {
+        answer(output, step(channel, state, input, output))
     }
 
     /// In place of a tick: repeats the last output and raises EFT_HELD. The state does not change. For several ticks call
     /// eft_step with a measurement of NaN instead, so that nothing is learned from the gap. Refused like eft_step.
     fn eft_hold_f32 eft_hold_f64(channel: *const eft_channel<T>, state: *const eft_state<T>, output: *mut eft_output<T>) {
-        answer(output, |output| {
-            write(output, &made(channel)?.hold(&*made(state)?.state.get()));
-            Ok(())
-        })
+        answer(output, hold(channel, state, output, 0))
     }
 
     /// Like eft_hold, for a missed tick. It raises EFT_MISSED_TICK as well.
     fn eft_missed_f32 eft_missed_f64(channel: *const eft_channel<T>, state: *const eft_state<T>, output: *mut eft_output<T>) {
-        answer(output, |output| {
-            let out = made(channel)?.hold(&*made(state)?.state.get());
-            write(output, &Output { status: out.status | status::MISSED_TICK, ..out });
-            Ok(())
-        })
+        answer(output, hold(channel, state, output, status::MISSED_TICK))
     }
 
     /// Gives a calibration to the tick. The calibration from window k takes effect with the first tick of window k + 2. A

@@ -20,10 +20,10 @@ constants! { u8:
 /// The step was refused; its return code has the reason, and the output is 0 V.
 pub const EFT_NO_STEP: u32 = 1u32 << 31;
 
-/// The return code of a call.
+/// The return code of a result.
 #[inline(always)]
-pub(crate) fn returned(call: impl FnOnce() -> Result<(), u8>) -> u8 {
-    match call() {
+pub(crate) fn code(result: Result<(), u8>) -> u8 {
+    match result {
         Ok(()) => EFT_OK,
         Err(code) => code,
     }

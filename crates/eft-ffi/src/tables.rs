@@ -38,31 +38,45 @@ macro_rules! opaque {
     )*};
 }
 
-/// Functions that return a code. Each has two names: the first for `T = f32`, the second for `T = f64`.
+/// Functions that return a code. Each has two names: the first for `T = f32`, the second for `T = f64`. A body behind `=`
+/// has no `?`.
 macro_rules! functions {
-    ($($(#[$doc:meta])* fn $single:ident $double:ident($($arguments:tt)*) $body:block)*) => {$(
-        crate::tables::function! { $(#[$doc])* $single f32 $body [] $($arguments)* }
-        crate::tables::function! { $(#[$doc])* $double f64 $body [] $($arguments)* }
+    ($($(#[$doc:meta])* fn $single:ident $double:ident($($arguments:tt)*) $($body:block)? $(= $plain:block)?)*) => {$(
+        crate::tables::function! { $(#[$doc])* $single f32 ($($body)? $(= $plain)?) [] $($arguments)* }
+        crate::tables::function! { $(#[$doc])* $double f64 ($($body)? $(= $plain)?) [] $($arguments)* }
     )*};
 }
 
 /// One of them. Its arguments move into the brackets one token at a time, and `T` becomes the precision.
 macro_rules! function {
-    ($(#[$doc:meta])* $name:ident $precision:ident $body:block [$($arguments:tt)*]) => {
+    ($(#[$doc:meta])* $name:ident $precision:ident $body:tt [$($arguments:tt)*]) => {
         $(#[$doc])*
         #[must_use]
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name($($arguments)*) -> u8 {
-            // Safety: as the interface requires of its callers.
-            crate::codes::returned(|| unsafe { $body })
+            crate::tables::coded!$body
         }
     };
-    ($(#[$doc:meta])* $name:ident $precision:ident $body:block [$($before:tt)*] T $($after:tt)*) => {
+    ($(#[$doc:meta])* $name:ident $precision:ident $body:tt [$($before:tt)*] T $($after:tt)*) => {
         crate::tables::function! { $(#[$doc])* $name $precision $body [$($before)* $precision] $($after)* }
     };
-    ($(#[$doc:meta])* $name:ident $precision:ident $body:block [$($before:tt)*] $next:tt $($after:tt)*) => {
+    ($(#[$doc:meta])* $name:ident $precision:ident $body:tt [$($before:tt)*] $next:tt $($after:tt)*) => {
         crate::tables::function! { $(#[$doc])* $name $precision $body [$($before)* $next] $($after)* }
     };
 }
 
-pub(crate) use {constants, data, function, functions, opaque};
+/// The code of a body.
+// A closure is the only scope for `?` within a function. The compiler does not inline a large one.
+macro_rules! coded {
+    ($body:block) => {{
+        // Safety: as the interface requires of its callers.
+        let body = || unsafe { $body };
+        crate::codes::code(body())
+    }};
+    (= $body:block) => {
+        // Safety: as the interface requires of its callers.
+        crate::codes::code(unsafe { $body })
+    };
+}
+
+pub(crate) use {coded, constants, data, function, functions, opaque};

@@ -27,7 +27,7 @@ const UNIT: f64 = 1e-3;
 /// Frequencies (Hz) where the force of a test has noise alone.
 const NOISE_BAND: (f64, f64) = (60.0, 100.0);
 /// Least ratio of the force's spectral densities in the two bands.
-const LEAST_EXCITATION: f64 = 100.0;
+const LEAST_EXCITATION: f64 = 30.0;
 /// Least sample rate (Hz), for both bands.
 const LEAST_RATE: f64 = 600.0;
 const ITERATIONS: usize = 12;
