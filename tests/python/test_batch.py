@@ -24,6 +24,7 @@ def sweep(amplitude=8900.0, duration=2.0):
 @pytest.fixture(scope="module")
 def rigs():
     rig = eft.Rig.zhao2005()
+    robust = rig.replace({"controller.force_loop": "robust", "compensation.feedforward": True})
     return [
         rig,
         rig.replace({"compensation.mode": "linear"}),
@@ -33,6 +34,17 @@ def rigs():
         rig.replace({"compensation.adaptive": True}),
         rig.replace({"structure.mass": 8000.0}),
         rig.replace({"supply.droop": 2e8, "supply.accumulator": 7e-10}),
+        *(
+            robust.replace(
+                {"servovalve.overlap": overlap, "actuator.friction": rubs, "controller.force_delay": late}
+            )
+            for overlap, rubs, late in (
+                (0.0, 0.0, 0.0),
+                (1e-3, 300.0, 8e-4),
+                (0.0, 900.0, 2e-3),
+                (4e-4, 0.0, 0.0),
+            )
+        ),
     ]
 
 

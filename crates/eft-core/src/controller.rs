@@ -1,6 +1,8 @@
 //! The controller: compensation, feedforward, force loop and limits, for one rig or for several in lanes.
 
 mod construction;
+mod signals;
+mod state;
 
 use crate::compensation::{
     Calibration, Compensation, CompensationInput, CompensationState, Feedforward, FeedforwardState, Friction,
@@ -13,6 +15,10 @@ use crate::number::{Flags, Mask, Scalar};
 use crate::parameters::{Parameters, Realization};
 use crate::protection::samples;
 use crate::status;
+
+pub use signals::{ControllerInput, ControllerOutput};
+pub(crate) use signals::{Sample, Supply};
+pub use state::ControllerState;
 
 /// A controller's immutable configuration; one drives any number of channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,124 +53,8 @@ pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
     Ok(check!(samples("gap_time", p.gap_time, p.sample_rate)).saturating_add(1))
 }
 
-/// One tick's command and measurements.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ControllerInput<S> {
-    /// Force command (N).
-    pub command: S,
-    /// Force command (N) of the next tick; used if the feedforward looks ahead.
-    pub next_command: S,
-    /// Piston velocity (m/s).
-    pub velocity: S,
-    /// Force (N).
-    pub force: S,
-    /// Spool opening (1).
-    pub spool: S,
-    /// Supply pressure (Pa); used if it is measured. The last valid one replaces an invalid one; if it is below the
-    /// configured one, it returns to that, and a 1/e of the difference is left after 2,048 ticks.
-    pub supply_pressure: S,
-}
-
 /// Share of a deviation below the configured supply pressure that remains after a tick without a valid measurement.
 const RETURN: f64 = 1.0 - 1.0 / 2048.0;
-
-/// The supply pressure.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Supply<S: Scalar> {
-    /// The last valid ratio to the configured pressure (1); 1 where it is not measured.
-    pub(crate) ratio: S,
-    /// Where this is the present one: it lies between 1/20 and 4.
-    pub(crate) valid: S::Mask,
-}
-
-impl<S: Scalar> Supply<S> {
-    /// Where it is not measured.
-    #[inline(always)]
-    pub(crate) fn nominal() -> Self {
-        Self { ratio: S::splat(1.0), valid: S::Mask::splat(true) }
-    }
-
-    /// The flag of a last valid pressure in place of the present one.
-    #[inline(always)]
-    fn held(&self) -> S::Flags {
-        S::flag(!self.valid, status::STUCK_MEASUREMENT)
-    }
-}
-
-/// A tick's input, with the results of its checks.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sample<'a, S: Scalar> {
-    pub(crate) input: &'a ControllerInput<S>,
-    pub(crate) supply: Supply<S>,
-    /// Where command and measurements are valid.
-    pub(crate) good: S::Mask,
-    /// Where it follows a gap: a good sample then starts from rest.
-    pub(crate) rests: S::Mask,
-    /// Whether any lane's force loop has an integral part.
-    pub(crate) integrates: bool,
-    /// Whether any lane has an overlap.
-    pub(crate) laps: bool,
-    /// Friction (N) of the seals; `None` if no lane has any.
-    pub(crate) friction: Option<S>,
-}
-
-impl<S: Scalar> Sample<'_, S> {
-    /// The force (N) that the oil carries if this one (N) acts on the specimen.
-    #[inline(always)]
-    pub(crate) fn carried(&self, force: S) -> S {
-        self.friction.map_or(force, |friction| force + friction)
-    }
-}
-
-/// The state of the controller. `default()` is a rig at rest.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub struct ControllerState<S: Scalar> {
-    compensation: CompensationState<S>,
-    feedforward: FeedforwardState<S>,
-    servovalve: ServovalveControllerState<S>,
-    valve_command: S,
-    /// Samples in a row that were refused.
-    lost: S::Flags,
-    /// The force loop's integral (V).
-    integral: S,
-    /// The last valid ratio of the measured supply pressure to the configured one, less 1 (1).
-    supply: S,
-    /// The low-passed opening (1) of a valve without overlap.
-    smooth: S,
-}
-integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, lost, integral, supply, smooth);
-
-/// One tick's result.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ControllerOutput<S: Scalar> {
-    /// The valve command `v` (V), or the compensation signal if an analog controller closes the force loop.
-    pub valve_command: S,
-    /// The compensation signal `v_c` (V) in it.
-    pub compensation: S,
-    /// Bits of [`status`].
-    pub status: S::Flags,
-}
-
-impl<S: Scalar> ControllerState<S> {
-    /// The last valve command (V).
-    pub const fn valve_command(&self) -> S {
-        self.valve_command
-    }
-
-    /// Samples in a row that were refused.
-    pub(crate) const fn lost(&self) -> S::Flags {
-        self.lost
-    }
-
-    /// Counts a sample as `good` or refused.
-    #[inline(always)]
-    fn count(&mut self, good: S::Mask) {
-        let counted = |i| if good.lane(i) { 0 } else { self.lost.lane(i).saturating_add(1) };
-        self.lost = S::Flags::from_lanes(counted);
-    }
-}
 
 impl<S: Scalar, const N: usize> Controller<S, N> {
     /// One tick with a calibration. The compensation signal (V) goes through `path` on its way to the force loop, for
@@ -465,21 +355,5 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     #[inline(always)]
     fn known_command(&self, i: &ControllerInput<S>) -> S {
         S::select(self.looks_ahead, i.next_command, i.command)
-    }
-}
-
-impl<S: Scalar> ControllerState<S> {
-    #[inline(always)]
-    fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
-        Self {
-            compensation: CompensationState::select(mask, yes.compensation, no.compensation),
-            feedforward: FeedforwardState::select(mask, yes.feedforward, no.feedforward),
-            smooth: S::select(mask, yes.smooth, no.smooth),
-            servovalve: ServovalveControllerState::select(mask, yes.servovalve, no.servovalve),
-            integral: S::select(mask, yes.integral, no.integral),
-            valve_command: S::select(mask, yes.valve_command, no.valve_command),
-            lost: S::select_flags(mask, yes.lost, no.lost),
-            supply: S::select(mask, yes.supply, no.supply),
-        }
     }
 }

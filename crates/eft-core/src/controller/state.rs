@@ -1,0 +1,59 @@
+//! The state of a controller.
+
+use crate::compensation::{CompensationState, FeedforwardState};
+use crate::force_loop::ServovalveControllerState;
+use crate::integrity::integrity;
+use crate::number::{Flags, Mask, Scalar};
+
+/// The state of the controller. `default()` is a rig at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub struct ControllerState<S: Scalar> {
+    pub(super) compensation: CompensationState<S>,
+    pub(super) feedforward: FeedforwardState<S>,
+    pub(super) servovalve: ServovalveControllerState<S>,
+    pub(super) valve_command: S,
+    /// Samples in a row that were refused.
+    pub(super) lost: S::Flags,
+    /// The force loop's integral (V).
+    pub(super) integral: S,
+    /// The last valid ratio of the measured supply pressure to the configured one, less 1 (1).
+    pub(super) supply: S,
+    /// The low-passed opening (1) of a valve without overlap.
+    pub(super) smooth: S,
+}
+integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, lost, integral, supply, smooth);
+
+impl<S: Scalar> ControllerState<S> {
+    /// The last valve command (V).
+    pub const fn valve_command(&self) -> S {
+        self.valve_command
+    }
+
+    /// Samples in a row that were refused.
+    pub(crate) const fn lost(&self) -> S::Flags {
+        self.lost
+    }
+
+    /// Counts a sample as `good` or refused.
+    #[inline(always)]
+    pub(super) fn count(&mut self, good: S::Mask) {
+        let counted = |i| if good.lane(i) { 0 } else { self.lost.lane(i).saturating_add(1) };
+        self.lost = S::Flags::from_lanes(counted);
+    }
+
+    #[inline(always)]
+    pub(super) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            compensation: CompensationState::select(mask, yes.compensation, no.compensation),
+            feedforward: FeedforwardState::select(mask, yes.feedforward, no.feedforward),
+            smooth: S::select(mask, yes.smooth, no.smooth),
+            servovalve: ServovalveControllerState::select(mask, yes.servovalve, no.servovalve),
+            integral: S::select(mask, yes.integral, no.integral),
+            valve_command: S::select(mask, yes.valve_command, no.valve_command),
+            lost: S::select_flags(mask, yes.lost, no.lost),
+            supply: S::select(mask, yes.supply, no.supply),
+        }
+    }
+}
