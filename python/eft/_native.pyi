@@ -40,8 +40,8 @@ __all__ = [
     "identify_delay",
     "identify_flow_curve",
     "identify_flow_gain",
+    "identify_force_loop",
     "identify_friction",
-    "identify_latency",
     "identify_overlap",
     "inverse_dynamics",
     "judge_test",
@@ -570,7 +570,7 @@ def identify_overlap(
 def identify_friction(
     rig: Rig, spool: ArrayLike, velocity: ArrayLike, force: ArrayLike, sample_rate: float
 ) -> list[tuple[float, float]]: ...
-def identify_latency(
+def identify_force_loop(
     rig: Rig,
     valve_command: ArrayLike,
     spool: ArrayLike,

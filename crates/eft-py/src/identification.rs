@@ -128,9 +128,10 @@ pub(crate) fn identify_friction(
     Ok(all.map(|one| (one.value, one.uncertainty)))
 }
 
-/// Return the latencies (s) of load cell and spool sensor and the valve's delay (s), each with its uncertainty.
+/// Return the latencies (s) of load cell and spool sensor, the valve's delay and pilot time constant (s) and the
+/// compressibility (m³/Pa), each with its uncertainty.
 #[pyfunction]
-pub(crate) fn identify_latency(
+pub(crate) fn identify_force_loop(
     py: Python<'_>,
     rig: &Rig,
     valve_command: &Bound<'_, PyAny>,
@@ -138,15 +139,16 @@ pub(crate) fn identify_latency(
     velocity: &Bound<'_, PyAny>,
     force: &Bound<'_, PyAny>,
     sample_rate: f64,
-) -> PyResult<[(f64, f64); 3]> {
+) -> PyResult<[(f64, f64); 5]> {
     let (valve_command, spool) =
         (arrays::vector("valve_command", valve_command)?, arrays::vector("spool", spool)?);
     let (velocity, force) = (arrays::vector("velocity", velocity)?, arrays::vector("force", force)?);
     let found = interruptible(py, || {
         let signals = MotionSignals { spool: &spool, velocity: &velocity, force: &force };
-        identification::identify_latency(&rig.config, &valve_command, signals, sample_rate)
+        identification::identify_force_loop(&rig.config, &valve_command, signals, sample_rate)
     })?;
-    let all = [found.force_delay, found.spool_delay, found.response_delay];
+    let valve = [found.response_delay, found.pilot_time_constant];
+    let all = [found.force_delay, found.spool_delay, valve[0], valve[1], found.compressibility];
     Ok(all.map(|one| (one.value, one.uncertainty)))
 }
 

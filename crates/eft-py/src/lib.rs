@@ -79,7 +79,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(identification::identify_flow_gain, module)?)?;
     module.add_function(wrap_pyfunction!(identification::identify_overlap, module)?)?;
     module.add_function(wrap_pyfunction!(identification::identify_friction, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::identify_latency, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::identify_force_loop, module)?)?;
     module.add_function(wrap_pyfunction!(identification::identify_damping, module)?)?;
     module.add_function(wrap_pyfunction!(identification::fine_tune, module)?)?;
     module.add_function(wrap_pyfunction!(identification::valve_test, module)?)?;

@@ -5,8 +5,8 @@ from eft._identification._delay import DelayEstimate, identify_delay
 from eft._identification._estimate import Estimate
 from eft._identification._fine_tuning import FineTuning, fine_tune
 from eft._identification._flow import identify_flow_curve, identify_flow_gain
+from eft._identification._force_loop import ForceLoopEstimate, identify_force_loop
 from eft._identification._friction import FrictionEstimate, identify_friction
-from eft._identification._latency import LatencyEstimate, identify_latency
 from eft._identification._overlap import OverlapEstimate, identify_overlap
 from eft._identification._virtual_tests import FlowTest, ValveTest, flow_test, free_vibration, valve_test
 
@@ -16,8 +16,8 @@ __all__ = [
     "Estimate",
     "FineTuning",
     "FlowTest",
+    "ForceLoopEstimate",
     "FrictionEstimate",
-    "LatencyEstimate",
     "OverlapEstimate",
     "ValveTest",
     "fine_tune",
@@ -27,8 +27,8 @@ __all__ = [
     "identify_delay",
     "identify_flow_curve",
     "identify_flow_gain",
+    "identify_force_loop",
     "identify_friction",
-    "identify_latency",
     "identify_overlap",
     "valve_test",
 ]

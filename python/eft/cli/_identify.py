@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -243,10 +244,11 @@ def friction(file: Path, rig: Path, output: Path | None, as_json: bool, **data: 
 
 
 @identify.command(
-    short_help="Find the latencies of load cell and spool sensor.",
+    "force-loop",
+    short_help="Find valve, oil and sensor latencies of the force loop.",
     epilog=epilog(
-        "eft identify latency sweep.csv --rig rig.toml",
-        "eft identify latency sweep.csv --rig rig.toml -o latency.toml",
+        "eft identify force-loop sweep.csv --rig rig.toml",
+        "eft identify force-loop sweep.csv --rig rig.toml -o loop.toml",
     ),
 )
 @click.argument("file", type=FILE)
@@ -254,25 +256,31 @@ def friction(file: Path, rig: Path, output: Path | None, as_json: bool, **data: 
 @click.option("-o", "--output", type=FILE, help="TOML file for the latency, ready for a rig file.")
 @data_options
 @as_json
-def latency(file: Path, rig: Path, output: Path | None, as_json: bool, **data: Any) -> None:
-    """Find sensor latencies in valve command, spool, velocity and force of a sweep to 40 Hz in FILE."""
+def force_loop(file: Path, rig: Path, output: Path | None, as_json: bool, **data: Any) -> None:
+    """Find what the force loop depends on in a sweep to 40 Hz with the whole rig in FILE."""
     if output is not None:
         check_folder(output)
     traces = read_data(file, rig=rig, **data)
     signals = traces["valve_command"], traces["spool"], traces["velocity"], traces["force"]
-    found = eft.identification.identify_latency(read_rig(rig, {}), *signals, traces.sample_rate)
+    found = eft.identification.identify_force_loop(read_rig(rig, {}), *signals, traces.sample_rate)
     if output is not None:
         write_text(output, f"[controller]\nforce_delay = {max(float(found.force_delay), 0.0)!r}\n")
-    names = ("force_delay", "spool_delay", "response_delay")
     if as_json:
+        names = [one.name for one in fields(found)]
         answer: dict[str, Any] = {name: float(getattr(found, name)) for name in names}
         emit_json(answer | {f"{name}_uncertainty": getattr(found, name).uncertainty for name in names})
         return
-    titles = ("latency of the load cell, ms", "latency of the spool's sensor, ms", "delay of the valve, ms")
+    titles = {
+        "force_delay": "latency of the load cell, ms",
+        "spool_delay": "latency of the spool's sensor, ms",
+        "response_delay": "delay of the valve, ms",
+        "pilot_time_constant": "pilot time constant, ms",
+    }
     rows = [
         (title, *(f"{one * 1e3:.3f}" for one in _both(getattr(found, name))))
-        for title, name in zip(titles, names, strict=True)
+        for name, title in titles.items()
     ]
+    rows.append(("compressibility, m³/Pa", *(f"{one:.3g}" for one in _both(found.compressibility))))
     click.echo(table(rows, ("", "found", "±")))
     if output is not None:
         click.echo(f"{output} written")

@@ -77,6 +77,7 @@ impl RigConfig {
                 derivative_gain: 2.0e-4,
                 integral_gain: 0.0,
                 force_loop: ForceLoop::Pd,
+                deviations: 1.0,
                 realization: Realization::Analog,
                 sample_rate: 4096.0,
                 velocity_source: VelocitySource::Sensor,

@@ -26,6 +26,10 @@ const TIME_STEPS: usize = 12;
 /// specimen's frequency the integral part reduces what an error of the compensation, friction and overlap leave. A
 /// shorter time decreases the coprime margin. A soft spring between actuator and specimen needs a longer one.
 const INTEGRAL_TIMES: [f64; 4] = [1.75, 3.5, 7.0, 14.0];
+/// Largest factor on the speed of the loop of a better known rig, and the least coprime margin (1) that it leaves.
+const FASTEST: f64 = 2.0;
+const LEAST_COPRIME_MARGIN: f64 = 0.3;
+const SPEED_STEPS: usize = 8;
 /// Longest delay (samples) of the loop. Each sample is a state, and longer delays leave the oil column
 /// undamped.
 const LONGEST_DELAY: u32 = 16;
@@ -85,7 +89,7 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
         return Err(Error::value("sensors.force.delay + dac.delay", plant.delay, allowed));
     }
     let nominal = plant.sampled();
-    let corners: Vec<Sampled> = DEVIATIONS.iter().map(|off| plant.deviating(off).sampled()).collect();
+    let corners = plant.corners(1.0);
     // The spool's response delay at low frequencies (s).
     let scale = plant.spool_volume / (plant.pilot_flow_gain * plant.spool_voltage);
     for integral_time in INTEGRAL_TIMES {
@@ -100,12 +104,7 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
             }
         }
         let Some((_, gains)) = best else { continue };
-        let designed = ForceLoop {
-            proportional_gain: gains.proportional,
-            derivative_gain: gains.derivative,
-            integral_gain: gains.integral,
-            plant: nominal.clone(),
-        };
+        let designed = ForceLoop::new(faster(plant, &nominal, gains).map_err(no_poles)?, &nominal);
         let margins = designed.margins().map_err(no_poles)?;
         let static_gain = designed.proportional_gain * plant.static_gain();
         let robust = margins.damping >= NOMINAL_DAMPING && margins.gain >= NOMINAL_GAIN_MARGIN;
@@ -116,6 +115,43 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     let allowed = "no gains of use keep the oil column of every rig nearby damped; \
         raise controller.sample_rate, or take \"pd\"";
     Err(Error::value("controller.force_loop", "\"robust\"", allowed))
+}
+
+/// The gains for a rig that deviates less: the proportional gain rises with the speed and the integral gain with its
+/// square, as far as the corners of these deviations and the margins of the rig itself allow.
+fn faster(plant: &HeldPiston, nominal: &Sampled, slow: Gains) -> Result<Gains> {
+    if plant.deviations == 1.0 {
+        return Ok(slow);
+    }
+    let corners = plant.corners(plant.deviations);
+    let at = |speed: f64| Gains {
+        proportional: four_digits(speed * slow.proportional),
+        derivative: slow.derivative,
+        integral: four_digits(speed * speed * slow.integral),
+    };
+    let allowed = |speed: f64| -> Result<bool> {
+        let margins = ForceLoop::new(at(speed), nominal).margins()?;
+        let robust = margins.e_max >= LEAST_COPRIME_MARGIN
+            && margins.damping >= NOMINAL_DAMPING
+            && margins.gain >= NOMINAL_GAIN_MARGIN;
+        Ok(robust && damped(&corners, at(speed))?)
+    };
+    let (mut low, mut high) = (1.0, FASTEST);
+    for _ in 0..SPEED_STEPS {
+        let middle = 0.5 * (low + high);
+        if allowed(middle)? { low = middle } else { high = middle }
+    }
+    Ok(at(low))
+}
+
+/// Whether the gains keep the oil column of every corner damped.
+fn damped(corners: &[Sampled], gains: Gains) -> Result<bool> {
+    for corner in corners {
+        if corner.damping(gains)? < LEAST_DAMPING {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// The refusal of a rig whose poles cannot be computed.
@@ -132,15 +168,7 @@ fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<
         derivative: proportional * time,
         integral: proportional / integral_time,
     };
-    let damped = |proportional: f64| -> Result<bool> {
-        let gains = with(proportional);
-        for corner in corners {
-            if corner.damping(gains)? < LEAST_DAMPING {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    };
+    let damped = |proportional: f64| damped(corners, with(proportional));
     let (mut low, mut high) = GAINS;
     // With little leakage the integral part causes a slow oscillation at the smallest gains.
     while !damped(low)? {
@@ -171,10 +199,15 @@ impl HeldPiston {
         self.force_sensitivity * self.piston_area * self.flow_gain / (self.spool_voltage * self.leakage)
     }
 
-    fn deviating(&self, off: &Deviation) -> Self {
+    /// The rigs with all extremes of a share of the deviations.
+    fn corners(&self, share: f64) -> Vec<Sampled> {
+        DEVIATIONS.iter().map(|off| self.deviating(off, share).sampled()).collect()
+    }
+
+    fn deviating(&self, off: &Deviation, share: f64) -> Self {
         Self {
-            compressibility: self.compressibility / off.oil_stiffness,
-            pilot_time_constant: self.pilot_time_constant * off.pilot_time_constant,
+            compressibility: self.compressibility / libm::pow(off.oil_stiffness, share),
+            pilot_time_constant: self.pilot_time_constant * libm::pow(off.pilot_time_constant, share),
             flow_gain: self.flow_gain * FLOW_GAIN,
             delay: self.delay
                 + FURTHER_SAMPLES
@@ -185,6 +218,15 @@ impl HeldPiston {
 }
 
 impl ForceLoop {
+    fn new(gains: Gains, plant: &Sampled) -> Self {
+        Self {
+            proportional_gain: gains.proportional,
+            derivative_gain: gains.derivative,
+            integral_gain: gains.integral,
+            plant: plant.clone(),
+        }
+    }
+
     /// The loop from force command (N) to measured force (N), opened after the load cell.
     pub fn open_loop(&self) -> StateSpace {
         self.plant.model(self.gains(), false)
@@ -295,6 +337,7 @@ pub(super) mod tests {
             force_sensitivity: 5.6e-5,
             cell_bandwidth: None,
             delay: 0,
+            deviations: 1.0,
             sample_rate: 4096.0,
         }
     }
@@ -375,9 +418,9 @@ pub(super) mod tests {
     fn a_high_sample_rate_takes_no_longer() {
         // Each sample of delay is a state, and the poles of hundreds of states take minutes.
         let fast = HeldPiston { sample_rate: 1e6, ..zhao2005() };
-        let corner = fast.deviating(&DEVIATIONS[0]);
+        let corner = fast.deviating(&DEVIATIONS[0], 1.0);
         assert_eq!(corner.delay, FURTHER_SAMPLES + 14);
-        let usual = zhao2005().deviating(&DEVIATIONS[0]);
+        let usual = zhao2005().deviating(&DEVIATIONS[0], 1.0);
         assert_eq!(usual.delay, FURTHER_SAMPLES + 2);
     }
 

@@ -12,9 +12,9 @@ mod fine_tuning;
 mod flow_balance;
 mod flow_curve;
 mod flow_differences;
+mod force_loop;
 mod friction;
 mod gaps;
-mod latency;
 mod least_squares;
 mod overlap;
 
@@ -25,8 +25,8 @@ pub use fine_tuning::{FineTuning, TestSignals, fine_tune};
 pub use flow_balance::MotionSignals;
 pub use flow_curve::{FlowCurveEstimate, Recording, identify_flow_curve, identify_flow_gain};
 pub use flow_differences::flow_curve_by_differences;
+pub use force_loop::{ForceLoopEstimate, identify_force_loop};
 pub use friction::{FrictionEstimate, identify_friction};
-pub use latency::{LatencyEstimate, identify_latency};
 pub use overlap::{OverlapEstimate, identify_overlap};
 
 /// A number and its standard uncertainty, in the same unit.

@@ -1,4 +1,4 @@
-"""Latencies of the load cell and of the spool's sensor from a test of the whole rig."""
+"""Valve, oil and latencies of a force loop from a test of the whole rig."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from eft._native import Rig
 
 
 @dataclass(frozen=True)
-class LatencyEstimate:
-    """Latencies of two sensors, and the delay of the valve without them, s."""
+class ForceLoopEstimate:
+    """What a force loop depends on."""
 
     force_delay: Estimate
     """Latency of the load cell, s."""
@@ -21,26 +21,31 @@ class LatencyEstimate:
     """Latency of the spool's sensor, s."""
     response_delay: Estimate
     """Delay of the spool itself behind the valve command at low frequency, s."""
+    pilot_time_constant: Estimate
+    """Pilot time constant, s."""
+    compressibility: Estimate
+    """Compressibility of the oil, m³/Pa."""
 
     def apply(self, rig: Rig) -> Rig:
         """Return the rig with this latency of the load cell, and with none if the estimate is negative."""
         return rig.replace({"controller.force_delay": max(float(self.force_delay), 0.0)})
 
 
-def identify_latency(
+def identify_force_loop(
     rig: Rig,
     valve_command: ArrayLike,
     spool: ArrayLike,
     velocity: ArrayLike,
     force: ArrayLike,
     sample_rate: float,
-) -> LatencyEstimate:
-    """Find the latencies of load cell and spool sensor in a test, preferably a sweep from 0 to 40 Hz.
+) -> ForceLoopEstimate:
+    """Find valve, oil and sensor latencies of a force loop in a test, preferably a sweep from 0 to 40 Hz.
 
     Only the valve command has no latency. The spool follows it with the response of the paper's valve,
     Eqs. (2) and (3), and with the latency of its sensor, fitted from 1 to 200 Hz. Between 15 and 40 Hz the
-    compression of the oil takes much of the flow. Least squares of the flow balance find the delay of the
-    force behind the spool there. Flow curve, overlap, supply pressure, area and leakage are those of `rig`.
+    compression of the oil takes much of the flow. Least squares of the flow balance find the compressibility
+    and the delay of the force behind the spool there. Flow curve, overlap, supply pressure, area and leakage
+    are those of `rig`.
 
     Parameters
     ----------
@@ -59,7 +64,7 @@ def identify_latency(
 
     Returns
     -------
-    LatencyEstimate
+    ForceLoopEstimate
         The uncertainties cover random errors only. A further lag of the valve counts to the sensors. The
         page on laboratory rigs has the errors on random rigs.
 
@@ -76,9 +81,9 @@ def identify_latency(
     >>> sweep = eft.sine_sweep(2200.0, 0.0, 40.0, duration=16.0, sample_rate=4096.0)
     >>> run = eft.simulate(rig.replace({"truth.sensors.force.delay": 4}), sweep)
     >>> signals = run.measured_spool, run.measured_velocity, run.measured_force
-    >>> found = eft.identification.identify_latency(rig, run.valve_command, *signals, 4096.0)
+    >>> found = eft.identification.identify_force_loop(rig, run.valve_command, *signals, 4096.0)
     >>> abs(found.force_delay - 4 / 4096.0) < 1e-4
     True
     """
-    found = _native.identify_latency(rig, valve_command, spool, velocity, force, sample_rate)
-    return LatencyEstimate(*(Estimate(*one) for one in found))
+    found = _native.identify_force_loop(rig, valve_command, spool, velocity, force, sample_rate)
+    return ForceLoopEstimate(*(Estimate(*one) for one in found))

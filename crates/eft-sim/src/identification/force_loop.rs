@@ -1,8 +1,8 @@
-//! Latencies of the spool's sensor and of the load cell, from one test of the whole rig.
+//! Valve, oil and sensor latencies of a force loop, from one test of the whole rig.
 //!
 //! The valve command is the only signal without a latency. The spool follows it as
 //! `g·exp(−s·δ_s)/(1 + s·T·(1 + s·τ))`, Eqs. (2) and (3), with the latency `δ_s` of its sensor. The
-//! [flow balance](super::flow_balance) has the delay of the force behind the spool: above the frequencies of the motion
+//! [flow balance](super::flow_balance) has the compressibility and the delay of the force behind the spool: above the frequencies of the motion
 //! the oil's compression takes most of the flow.
 
 use std::f64::consts::{PI, TAU};
@@ -32,18 +32,22 @@ const LEAST_EXCITATION: f64 = 30.0;
 const LEAST_RATE: f64 = 600.0;
 const ITERATIONS: usize = 12;
 
-/// Latencies of two sensors, and the valve's delay without them.
+/// What a force loop depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LatencyEstimate {
+pub struct ForceLoopEstimate {
     /// Latency (s) of the load cell.
     pub force_delay: Estimate,
     /// Latency (s) of the spool's sensor.
     pub spool_delay: Estimate,
     /// Delay (s) of the spool itself behind the valve command at low frequency.
     pub response_delay: Estimate,
+    /// Pilot time constant `τ` (s).
+    pub pilot_time_constant: Estimate,
+    /// Compressibility of the oil (m³/Pa).
+    pub compressibility: Estimate,
 }
 
-/// The latencies in a test, with the signals as the controller samples them at a rate (Hz). A sweep from 0 to 40 Hz or more is best.
+/// Valve, oil and latencies from a test, with the signals as the controller samples them at a rate (Hz). A sweep from 0 to 40 Hz or more is best.
 ///
 /// A configured torque motor and the hold of a digital valve command count to the valve. The valve must have the form
 /// of the paper's: a further lag of the valve counts to the sensors.
@@ -51,12 +55,12 @@ pub struct LatencyEstimate {
 /// # Errors
 /// Unequal, too short or incomplete signals, a spool that does not follow the valve command, flows of another size than
 /// those of the configured valve, a sample rate below 600 Hz, or a test without the frequencies of the fit.
-pub fn identify_latency(
+pub fn identify_force_loop(
     rig: &RigConfig,
     valve_command: &[f64],
     signals: MotionSignals<'_>,
     sample_rate: f64,
-) -> Result<LatencyEstimate> {
+) -> Result<ForceLoopEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
     signals.check(sample_rate)?;
     check(("valve_command", "spool"), (valve_command.len(), signals.spool.len()), 1)?;
@@ -65,14 +69,18 @@ pub fn identify_latency(
         return Err(Error::value("sample_rate", sample_rate, format!("must be at least {LEAST_RATE} Hz")));
     }
     check_excitation(signals.force, sample_rate)?;
-    let (spool_delay, response_delay) = of_spool(rig, valve_command, signals.spool, sample_rate)?;
+    let [spool_delay, response_delay, pilot_time_constant] =
+        of_spool(rig, valve_command, signals.spool, sample_rate)?;
     let [.., oil, _, late] = FlowBalance::new(rig, signals, sample_rate, OIL_BAND)?.fitted::<6>()?;
     let behind = Estimate { value: late.value / oil.value, uncertainty: late.uncertainty / oil.value.abs() };
     let force_delay = Estimate {
         value: spool_delay.value + behind.value,
         uncertainty: spool_delay.uncertainty.hypot(behind.uncertainty),
     };
-    Ok(LatencyEstimate { force_delay, spool_delay, response_delay })
+    let compressibility = rig.actuator.compressibility;
+    let compressibility =
+        Estimate { value: compressibility * oil.value, uncertainty: compressibility * oil.uncertainty };
+    Ok(ForceLoopEstimate { force_delay, spool_delay, response_delay, pilot_time_constant, compressibility })
 }
 
 /// Refuses a force that is noise in the oil's band.
@@ -94,13 +102,13 @@ fn check_excitation(force: &[f64], sample_rate: f64) -> Result<()> {
     Ok(())
 }
 
-/// The latency of the spool's sensor and the valve's delay, by Gauss–Newton steps.
+/// The latency of the spool's sensor, the valve's delay and its pilot time constant, by Gauss–Newton steps.
 fn of_spool(
     rig: &RigConfig,
     valve_command: &[f64],
     spool: &[f64],
     sample_rate: f64,
-) -> Result<(Estimate, Estimate)> {
+) -> Result<[Estimate; 3]> {
     let hold = match rig.controller.realization {
         Realization::Digital => 0.5 / sample_rate,
         Realization::Analog => 0.0,
@@ -126,7 +134,7 @@ fn of_spool(
     let gain = responses.first().ok_or_else(refused)?.1.norm().recip();
     let (time, lag) = (rig.compensation.response_delay, rig.servovalve.pilot_time_constant);
     let (mut inverse, mut delay) = ([gain, gain * time / UNIT, gain * time * lag / (UNIT * UNIT)], 0.0);
-    let mut uncertainty = [f64::NAN; 2];
+    let mut uncertainty = [f64::NAN; 3];
     for _ in 0..ITERATIONS {
         let rows = responses.iter().map(|&(s, response, weight)| {
             let (late, s) = ((s * -delay).exp(), s * UNIT);
@@ -141,17 +149,16 @@ fn of_spool(
             *one += step.value;
         }
         delay += UNIT * steps[3].value;
-        uncertainty = [steps[3].uncertainty, steps[1].uncertainty / inverse[0]].map(|one| UNIT * one.abs());
+        // Latency, delay and time constant; a quotient has the uncertainty of its numerator.
+        let shares = [1.0, inverse[0], inverse[1]];
+        uncertainty = [3, 1, 2].map(|i| UNIT * steps[i].uncertainty);
+        uncertainty.iter_mut().zip(shares).for_each(|(one, share)| *one = (*one / share).abs());
     }
-    let response_delay = UNIT * inverse[1] / inverse[0];
-    if !(delay.abs() < 0.1 && response_delay > 0.0 && response_delay < 0.1) {
+    let values = [delay, UNIT * inverse[1] / inverse[0], UNIT * inverse[2] / inverse[1]];
+    if !(values[0].abs() < 0.1 && values[1..].iter().all(|time| (0.0..0.1).contains(time))) {
         return Err(refused());
     }
-    let [of_delay, of_response] = uncertainty;
-    Ok((
-        Estimate { value: delay, uncertainty: of_delay },
-        Estimate { value: response_delay, uncertainty: of_response },
-    ))
+    Ok(std::array::from_fn(|i| Estimate { value: values[i], uncertainty: uncertainty[i] }))
 }
 
 /// Frequency (Hz), spool over valve command (1/V), and weight, by Welch's means over halfway overlapping parts.
@@ -202,13 +209,13 @@ mod tests {
         simulate::<f64>(&rig(keys), &sweep, &SimulateOptions::default(), |_, _| true).unwrap()
     }
 
-    fn found(run: &TestRun) -> Result<LatencyEstimate> {
+    fn found(run: &TestRun) -> Result<ForceLoopEstimate> {
         let signals = MotionSignals {
             spool: &run.measured_spool,
             velocity: &run.measured_velocity,
             force: &run.measured_force,
         };
-        identify_latency(&rig(&[]), &run.valve_command, signals, RATE)
+        identify_force_loop(&rig(&[]), &run.valve_command, signals, RATE)
     }
 
     #[test]
