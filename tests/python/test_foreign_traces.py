@@ -280,3 +280,14 @@ def test_a_mat_array_of_an_unknown_type_is_refused(kind, tmp_path):
     path.write_bytes(content)
     with pytest.raises(ValueError, match=f"numbers of type {kind}"):
         read_traces(path)
+
+
+def test_a_mat_array_whose_parts_lie_far_behind_its_end_is_refused(tmp_path, peak_memory):
+    path = save(tmp_path / "a.mat", {"t_s": TIME, "force_N": TIME}, packed=False)
+    content = bytearray(path.read_bytes())
+    # The length of the first array's dimensions, after the file's header, the array's and its flags.
+    assert content[156:160] == (8).to_bytes(4, "little")
+    content[156:160] = (2**32 - 1).to_bytes(4, "little")
+    path.write_bytes(content)
+    with peak_memory(16), pytest.raises(ValueError, match="numbers of type 0"):
+        read_traces(path)

@@ -114,16 +114,21 @@ def _scanned(mapped: mmap.mmap, budget: Budget) -> tuple[int, set[str | None]]:
 
 def _complex_name(matrix: bytes, order: str) -> str | None:
     """The name of a complex array; refuses a numeric array whose numbers are of no known type."""
-    flags = struct.unpack_from(f"{order}L", matrix.ljust(16), 8)[0]
+
+    def word(at: int) -> int:
+        # Lengths of a damaged file can lie far behind its end.
+        return int(struct.unpack(f"{order}L", matrix[at : at + 4].ljust(4, b"\0"))[0])
+
+    flags = word(8)
     if flags & 0xFF not in _NUMERIC:
         return None
     at, name = 16, b""
     for _ in ("size", "name"):
-        kind, length = struct.unpack_from(f"{order}LL", matrix.ljust(at + 8), at)
+        kind, length = word(at), word(at + 4)
         # An element of at most four bytes has its length in the upper half of its type.
         begin, length = (at + 4, kind >> 16) if kind >> 16 else (at + 8, length)
         name, at = matrix[begin : begin + length], at + 8 + (0 if kind >> 16 else (length + 7) // 8 * 8)
-    kind = struct.unpack_from(f"{order}L", matrix.ljust(at + 8), at)[0] & 0xFFFF if at < _PIECE else 0
+    kind = word(at) & 0xFFFF
     if kind not in _DATA_TYPES:
         raise ValueError(f"an array has numbers of type {kind}")
     return name.decode("latin-1") if flags & _COMPLEX else None
