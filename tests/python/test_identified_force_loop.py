@@ -1,4 +1,4 @@
-"""Latencies of load cell and spool sensor: identified from a sweep, and the former delays the command."""
+"""What a force loop depends on, identified from a sweep, and the use of the load cell's latency."""
 
 import tomllib
 from pathlib import Path
@@ -23,9 +23,9 @@ def swept(truth: dict[str, object] | None = None) -> eft.TestRun:
     return eft.simulate(RIG.replace(noisy | (truth or {})), SWEEP)
 
 
-def found_in(run: eft.TestRun) -> eft.identification.LatencyEstimate:
+def found_in(run: eft.TestRun) -> eft.identification.ForceLoopEstimate:
     signals = run.valve_command, run.measured_spool, run.measured_velocity, run.measured_force
-    return eft.identification.identify_latency(RIG, *signals, RATE)
+    return eft.identification.identify_force_loop(RIG, *signals, RATE)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def found_in(run: eft.TestRun) -> eft.identification.LatencyEstimate:
         ),
     ],
 )
-def test_both_latencies_and_the_valves_delay_are_found_behind_noise(
+def test_latencies_valve_and_oil_are_found_behind_noise(
     truth: dict[str, object], force: float, spool: float
 ) -> None:
     found = found_in(swept(truth))
@@ -63,6 +63,9 @@ def test_both_latencies_and_the_valves_delay_are_found_behind_noise(
     assert found.spool_delay == pytest.approx(spool, abs=1e-4)
     valve = RIG["servovalve.spool_area"] / RIG["servovalve.pilot_flow_gain"]
     assert found.response_delay == pytest.approx(valve / RIG["servovalve.spool_sensitivity"], rel=0.02)
+    true = RIG.replace(truth).plant
+    assert found.pilot_time_constant == pytest.approx(true["servovalve.pilot_time_constant"], rel=0.05)
+    assert found.compressibility == pytest.approx(true["actuator.compressibility"], rel=0.08)
     assert 0.0 < found.spool_delay.uncertainty < found.force_delay.uncertainty < 1e-4
 
 
@@ -70,8 +73,8 @@ def test_a_known_torque_motor_is_no_latency() -> None:
     motor = {"servovalve.torque_motor_frequency": 250.0}
     run = eft.simulate(RIG.replace({f"truth.{key}": value for key, value in motor.items()}), SWEEP)
     signals = run.valve_command, run.measured_spool, run.measured_velocity, run.measured_force
-    known = eft.identification.identify_latency(RIG.replace(motor), *signals, RATE)
-    unknown = eft.identification.identify_latency(RIG, *signals, RATE)
+    known = eft.identification.identify_force_loop(RIG.replace(motor), *signals, RATE)
+    unknown = eft.identification.identify_force_loop(RIG, *signals, RATE)
     assert abs(known.spool_delay) < 5e-5
     # 2ζ/ω of the motor.
     assert unknown.spool_delay == pytest.approx(1.4 / (2.0 * np.pi * 250.0), rel=0.25)
@@ -105,6 +108,7 @@ def test_the_fit_of_the_valve_is_scipys() -> None:
         p = least_squares(departure, p, x_scale=[10.0, 50.0, 70.0, 1.0], xtol=1e-14, ftol=1e-14, gtol=1e-14).x
     assert found.spool_delay == pytest.approx(1e-3 * p[3], abs=1e-8)
     assert found.response_delay == pytest.approx(1e-3 * p[1] / p[0], abs=1e-8)
+    assert found.pilot_time_constant == pytest.approx(1e-3 * p[2] / p[1], abs=1e-8)
 
 
 def test_a_configured_latency_puts_the_force_on_time() -> None:
@@ -135,17 +139,17 @@ def test_a_delay_of_whole_samples_is_a_later_command(dtype: Literal["f32", "f64"
 
 def test_the_command_line_agrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = swept({"truth.sensors.force.delay": 5})
-    rig, file, output = tmp_path / "rig.toml", tmp_path / "sweep.eft", tmp_path / "latency.toml"
+    rig, file, output = tmp_path / "rig.toml", tmp_path / "sweep.eft", tmp_path / "loop.toml"
     rig.write_text(RIG.to_toml(), encoding="utf-8")
     run.save(file)
-    assert main(["identify", "latency", str(file), "--rig", str(rig), "-o", str(output)]) == 0
+    assert main(["identify", "force-loop", str(file), "--rig", str(rig), "-o", str(output)]) == 0
     assert "latency of the load cell" in capsys.readouterr().out
     saved = tomllib.loads(output.read_text(encoding="utf-8"))["controller"]["force_delay"]
     # A saved run is read with its true signals.
     signals = run.valve_command, run.spool, run.velocity, run.force
-    true = eft.identification.identify_latency(RIG, *signals, RATE)
+    true = eft.identification.identify_force_loop(RIG, *signals, RATE)
     assert saved == max(float(true.force_delay), 0.0)
-    assert main(["identify", "latency", str(file), "--rig", str(rig), "--json"]) == 0
+    assert main(["identify", "force-loop", str(file), "--rig", str(rig), "--json"]) == 0
     assert '"response_delay_uncertainty"' in capsys.readouterr().out
 
 
@@ -153,7 +157,7 @@ def test_what_is_no_such_test_is_refused() -> None:
     run = swept()
     voltage, spool = run.valve_command, run.measured_spool
     velocity, force = run.measured_velocity, run.measured_force
-    identify = eft.identification.identify_latency
+    identify = eft.identification.identify_force_loop
     with pytest.raises(ValueError, match="check gains, units and signs"):
         identify(RIG, -voltage, -spool, velocity, force, RATE)
     with pytest.raises(ValueError, match="no response of this form"):

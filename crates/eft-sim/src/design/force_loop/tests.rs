@@ -1,0 +1,182 @@
+use super::*;
+use crate::RigConfig;
+use crate::analysis::linear::{FlowGain, Time, linearize, stability_margins};
+
+const CUBIC_INCH: f64 = 1.6387064e-5;
+
+/// The paper's rig at 4096 Hz, from numbers and not from a configuration.
+pub(in crate::design) fn zhao2005() -> HeldPiston {
+    HeldPiston {
+        pilot_time_constant: 1.4e-3,
+        torque_motor: None,
+        pilot_flow_gain: 1.06e-5,
+        spool_voltage: 3579.13 * 2.79e-3,
+        spool_volume: 1.964e-4 * 2.79e-3,
+        flow_gain: 1022.0 * CUBIC_INCH,
+        compressibility: 7.56e-13,
+        leakage: 1.3e-11,
+        piston_area: 8.212e-3,
+        force_sensitivity: 5.6e-5,
+        cell_bandwidth: None,
+        delay: 0,
+        deviations: 1.0,
+        sample_rate: 4096.0,
+    }
+}
+
+/// Larger and smaller: 250 kN with a three-stage valve, 25 kN with a fast one.
+fn sizes() -> [HeldPiston; 3] {
+    let zhao = zhao2005();
+    let large = HeldPiston {
+        pilot_time_constant: 2.0e-3,
+        flow_gain: 2.5 * zhao.flow_gain,
+        compressibility: 1.8e-12,
+        piston_area: 1.32e-2,
+        force_sensitivity: 4.0e-5,
+        ..zhao.clone()
+    };
+    let small = HeldPiston {
+        pilot_time_constant: 0.8e-3,
+        pilot_flow_gain: 2.0 * zhao.pilot_flow_gain,
+        flow_gain: 0.12 * zhao.flow_gain,
+        compressibility: 9.0e-14,
+        leakage: 1.5e-12,
+        piston_area: 1.32e-3,
+        force_sensitivity: 4.0e-4,
+        ..zhao.clone()
+    };
+    [zhao, large, small]
+}
+
+#[test]
+fn the_papers_rig_has_the_margins_of_an_independent_model() {
+    // NumPy's margins of G_p 0.36 and G_d 1.0 ms.
+    let chosen = ForceLoop {
+        proportional_gain: 0.36,
+        derivative_gain: 1e-3,
+        integral_gain: 0.0,
+        plant: zhao2005().sampled(),
+    };
+    let margins = chosen.margins().unwrap();
+    assert!((margins.damping - 0.45924480).abs() < 1e-6, "{margins:?}");
+    assert!((margins.gain - 11.1672373).abs() < 1e-6, "{margins:?}");
+    assert!((margins.delay / 3.00344e-3 - 1.0).abs() < 2e-3, "{margins:?}");
+    assert!((margins.e_max - 0.391924).abs() < 5e-4, "{margins:?}");
+}
+
+#[test]
+fn rigs_of_three_sizes_stay_damped_under_every_deviation() {
+    for plant in sizes() {
+        let designed = search(&plant).unwrap();
+        let margins = designed.margins().unwrap();
+        assert!(margins.damping >= 0.3 && margins.gain >= 5.0 && margins.e_max >= 0.3, "{margins:?}");
+        for oil in [0.6, 0.8, 1.0, 1.25, 1.5] {
+            for pilot in [0.5, 0.8, 1.25, 2.0] {
+                for (gain, delay) in [(0.9, 0), (0.9, 4), (1.0, 1), (1.1, 0), (1.1, 4)] {
+                    let other = HeldPiston {
+                        compressibility: plant.compressibility / oil,
+                        pilot_time_constant: plant.pilot_time_constant * pilot,
+                        flow_gain: plant.flow_gain * gain,
+                        delay,
+                        ..plant.clone()
+                    };
+                    let damping = other.sampled().damping(designed.gains()).unwrap();
+                    assert!(damping > 0.99 * LEAST_DAMPING, "{oil} {pilot} {gain} {delay}: {damping}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_loop_is_designed_for_an_actuator_with_little_leakage() {
+    let leaking = search(&zhao2005()).unwrap();
+    let tight = search(&HeldPiston { leakage: 1e-16, ..zhao2005() }).unwrap();
+    assert!((tight.proportional_gain / leaking.proportional_gain - 1.0).abs() < 0.2, "{tight:?}");
+    assert!(tight.margins().unwrap().damping > 0.3);
+}
+
+#[test]
+fn a_high_sample_rate_takes_no_longer() {
+    // Each sample of delay is a state, and the poles of hundreds of states take minutes.
+    let fast = HeldPiston { sample_rate: 1e6, ..zhao2005() };
+    let corner = fast.deviating(&DEVIATIONS[0], 1.0);
+    assert_eq!(corner.delay, FURTHER_SAMPLES + 14);
+    let usual = zhao2005().deviating(&DEVIATIONS[0], 1.0);
+    assert_eq!(usual.delay, FURTHER_SAMPLES + 2);
+}
+
+#[test]
+fn a_soft_spring_gets_a_longer_integral_time() {
+    let soft = HeldPiston { compressibility: 4.9e-11, ..zhao2005() };
+    let designed = search(&soft).unwrap();
+    let margins = designed.margins().unwrap();
+    assert!(margins.damping >= 0.2 && margins.gain >= 3.0 && margins.e_max >= 0.3, "{margins:?}");
+    assert!(designed.proportional_gain / designed.integral_gain > 0.015, "{designed:?}");
+}
+
+#[test]
+fn a_loop_that_is_sampled_too_slowly_is_refused() {
+    let error = search(&HeldPiston { sample_rate: 40.0, ..zhao2005() }).unwrap_err().to_string();
+    assert!(error.starts_with("controller.force_loop = \"robust\": no gains of use"), "{error}");
+}
+
+#[test]
+fn a_rig_uses_the_designed_gains_and_keeps_its_own() {
+    let base = RigConfig::zhao2005();
+    let robust = base.replace(&[("controller.force_loop", "robust".into())]).unwrap();
+    let designed = search(&zhao2005()).unwrap();
+    assert_eq!(robust.controller.proportional_gain, designed.proportional_gain);
+    assert_eq!(robust.controller.derivative_gain, designed.derivative_gain);
+    assert_eq!(robust.controller.integral_gain, designed.integral_gain);
+    assert!(robust.to_toml().contains("proportional_gain = 0.8059"));
+    assert_eq!(RigConfig::from_toml(&robust.to_toml()).unwrap(), robust);
+    let back = robust.replace(&[("controller.force_loop", "pd".into())]).unwrap();
+    assert_eq!(back, base);
+    // `truth` does not change the design.
+    let stiffer = robust.replace(&[("truth.actuator.compressibility", 5e-13.into())]).unwrap();
+    assert_eq!(stiffer.plant().controller, robust.controller);
+}
+
+#[test]
+fn the_designed_rig_is_stable_where_the_papers_gains_are_not() {
+    let truth = [
+        ("truth.actuator.compressibility", (7.56e-13 / 1.4).into()),
+        ("truth.servovalve.pilot_time_constant", 2.4e-3.into()),
+        ("truth.dac.delay", 1.into()),
+        ("controller.realization", "digital".into()),
+    ];
+    let paper = RigConfig::zhao2005().replace(&truth).unwrap();
+    let robust = paper.replace(&[("controller.force_loop", "robust".into())]).unwrap();
+    let growth = |rig: &RigConfig, rate: f64| {
+        linearize(rig, FlowGain::Nominal, Time::Sampled(rate)).unwrap().growth_rate().unwrap()
+    };
+    assert!(growth(&paper, 4096.0) > 10.0);
+    // Another sample rate gives another design.
+    for rate in [2048.0, 4096.0, 10_000.0] {
+        assert!(growth(&robust, rate) < 0.0, "{rate}");
+    }
+    let sound = robust.without(&["truth"]).unwrap();
+    let margins = stability_margins(&sound, FlowGain::Nominal, Time::Sampled(4096.0)).unwrap();
+    assert!(margins.level > 1.4 && margins.around.as_ref().unwrap().loop_gain > 3.0, "{margins:?}");
+}
+
+#[test]
+fn a_better_known_rig_gets_a_faster_loop_with_margins() {
+    for plant in sizes() {
+        let usual = search(&plant).unwrap();
+        for deviations in [0.9, 0.8, 0.5, 0.1] {
+            let known = HeldPiston { deviations, ..plant.clone() };
+            let faster = search(&known).unwrap();
+            let speed = faster.proportional_gain / usual.proportional_gain;
+            assert!((1.0..=FASTEST).contains(&speed), "{faster:?}");
+            assert!((faster.integral_gain / usual.integral_gain / (speed * speed) - 1.0).abs() < 2e-3);
+            assert_eq!(faster.derivative_gain, usual.derivative_gain);
+            let margins = faster.margins().unwrap();
+            assert!(margins.damping >= 0.2 && margins.gain >= 3.0 && margins.e_max >= 0.3, "{margins:?}");
+            assert!(damped(&known.corners(deviations), faster.gains()).unwrap());
+        }
+    }
+    let speed = |deviations| search(&HeldPiston { deviations, ..zhao2005() }).unwrap().proportional_gain;
+    assert!(speed(0.8) > 1.1 * speed(1.0));
+}
