@@ -93,9 +93,9 @@ impl<S: Num> Parts<S> {
     /// Forces (N) on the floors, and their accelerations (m/s²).
     #[inline(always)]
     fn accelerate(&self, view: &View<'_, S>, forces: &mut [S], accelerations: &mut [S]) {
-        for (force, actuator) in forces.iter_mut().zip(view.actuators) {
-            *force = self.servo_actuator.force(&ActuatorState::from_slice(actuator));
-        }
+        (0..view.actuators.len()).for_each(|i| {
+            forces[i] = self.servo_actuator.force(&ActuatorState::from_slice(&view.actuators[i]));
+        });
         self.structure.accelerations(
             |i| forces[i],
             |i| view.motion(i),
@@ -136,11 +136,12 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
         let mut drawn = S::splat(0.0);
         let mut powers = EnergyBalance::default();
         let (rates, shared) = rate.split_at_mut(state.len() - SHARED);
-        let inputs = self.forces.iter().zip(&*self.accelerations).zip(self.drivers);
-        let actuators = view.actuators.iter().zip(rates.as_chunks_mut::<EACH>().0);
-        for (i, (((force, acceleration), driver), (numbers, rate))) in inputs.zip(actuators).enumerate() {
+        let rates = rates.as_chunks_mut::<EACH>().0;
+        // By index, for the reason in `runge_kutta`.
+        for i in 0..self.drivers.len() {
+            let (numbers, rate, driver) = (&view.actuators[i], &mut rates[i], &self.drivers[i]);
             let actuator = ActuatorState::from_slice(numbers);
-            let (forces, acceleration) = ([*force, numbers[STATES]], *acceleration);
+            let (forces, acceleration) = ([self.forces[i], numbers[STATES]], self.accelerations[i]);
             let hydraulics = servo_actuator.hydraulics(&actuator, pressure);
             drawn = drawn + hydraulics.drawn();
             if self.parts.keeps_account {

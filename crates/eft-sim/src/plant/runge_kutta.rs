@@ -33,22 +33,32 @@ pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
     step: f64,
     equations: &mut impl Equations<S>,
 ) {
+    let numbers = state.len();
     let Stages { at, rates } = stages;
-    let at = at.as_mut();
+    // By index: the constructors of zipped iterators are calls in builds without optimization across units.
     // The equations are called in one place only, so that their long code is compiled once.
-    for (stage, ahead) in [0.0, step / 2.0, step / 2.0, step].into_iter().enumerate() {
-        at.copy_from_slice(state);
-        if let Some(last) = stage.checked_sub(1) {
-            for (at, rate) in at.iter_mut().zip(rates[last].as_ref()) {
-                *at = *at + *rate * S::splat(ahead);
+    for stage in 0..4 {
+        let ahead = match stage {
+            0 => 0.0,
+            1 | 2 => step / 2.0,
+            _ => step,
+        };
+        let at = &mut at.as_mut()[..numbers];
+        match stage {
+            0 => (0..numbers).for_each(|i| at[i] = state[i]),
+            _ => {
+                let (last, ahead) = (&rates[stage - 1].as_ref()[..numbers], S::splat(ahead));
+                (0..numbers).for_each(|i| at[i] = state[i] + last[i] * ahead);
             }
         }
         equations.rate(at, S::splat(start + ahead), rates[stage].as_mut());
     }
-    let [k1, k2, k3, k4] = rates.each_ref().map(X::as_ref);
+    let [k1, k2, k3, k4] = rates;
+    let (k1, k2) = (&k1.as_ref()[..numbers], &k2.as_ref()[..numbers]);
+    let (k3, k4) = (&k3.as_ref()[..numbers], &k4.as_ref()[..numbers]);
     let (sixth, two) = (S::splat(step / 6.0), S::splat(2.0));
-    for (((x, k1), k2), (k3, k4)) in state.iter_mut().zip(k1).zip(k2).zip(k3.iter().zip(k4)) {
-        let rates = (*k1 + *k4) + two * (*k2 + *k3);
-        *x = *x + rates * sixth;
-    }
+    (0..numbers).for_each(|i| {
+        let rates = (k1[i] + k4[i]) + two * (k2[i] + k3[i]);
+        state[i] = state[i] + rates * sixth;
+    });
 }
