@@ -93,9 +93,9 @@ impl<S: Num> Parts<S> {
     /// Forces (N) on the floors, and their accelerations (m/s²).
     #[inline(always)]
     fn accelerate(&self, view: &View<'_, S>, forces: &mut [S], accelerations: &mut [S]) {
-        (0..view.actuators.len()).for_each(|i| {
-            forces[i] = self.servo_actuator.force(&ActuatorState::from_slice(&view.actuators[i]));
-        });
+        for (i, actuator) in view.actuators.iter().enumerate() {
+            forces[i] = self.servo_actuator.force(&ActuatorState::from_slice(actuator));
+        }
         self.structure.accelerations(
             |i| forces[i],
             |i| view.motion(i),

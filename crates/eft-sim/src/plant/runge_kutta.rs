@@ -26,6 +26,10 @@ impl<X: Clone> Stages<X> {
 ///
 /// Kinks of the equations within the step are not located; they reduce the order locally.
 #[inline(always)]
+#[expect(
+    clippy::needless_range_loop,
+    reason = "zipped iterators are calls in builds without optimization across units"
+)]
 pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
     state: &mut [S],
     stages: &mut Stages<X>,
@@ -35,7 +39,6 @@ pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
 ) {
     let numbers = state.len();
     let Stages { at, rates } = stages;
-    // By index: the constructors of zipped iterators are calls in builds without optimization across units.
     // The equations are called in one place only, so that their long code is compiled once.
     for stage in 0..4 {
         let ahead = match stage {
@@ -45,10 +48,12 @@ pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
         };
         let at = &mut at.as_mut()[..numbers];
         match stage {
-            0 => (0..numbers).for_each(|i| at[i] = state[i]),
+            0 => at.copy_from_slice(state),
             _ => {
                 let (last, ahead) = (&rates[stage - 1].as_ref()[..numbers], S::splat(ahead));
-                (0..numbers).for_each(|i| at[i] = state[i] + last[i] * ahead);
+                for i in 0..numbers {
+                    at[i] = state[i] + last[i] * ahead;
+                }
             }
         }
         equations.rate(at, S::splat(start + ahead), rates[stage].as_mut());
@@ -57,8 +62,8 @@ pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
     let (k1, k2) = (&k1.as_ref()[..numbers], &k2.as_ref()[..numbers]);
     let (k3, k4) = (&k3.as_ref()[..numbers], &k4.as_ref()[..numbers]);
     let (sixth, two) = (S::splat(step / 6.0), S::splat(2.0));
-    (0..numbers).for_each(|i| {
+    for i in 0..numbers {
         let rates = (k1[i] + k4[i]) + two * (k2[i] + k3[i]);
         state[i] = state[i] + rates * sixth;
-    });
+    }
 }
