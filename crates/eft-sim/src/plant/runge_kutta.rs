@@ -27,8 +27,9 @@ impl<X: Clone> Stages<X> {
 /// Kinks of the equations within the step are not located; they reduce the order locally.
 #[inline(always)]
 #[expect(
+    clippy::manual_memcpy,
     clippy::needless_range_loop,
-    reason = "zipped iterators are calls in builds without optimization across units"
+    reason = "copies and zipped iterators are calls in builds without optimization across units"
 )]
 pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
     state: &mut [S],
@@ -48,7 +49,11 @@ pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
         };
         let at = &mut at.as_mut()[..numbers];
         match stage {
-            0 => at.copy_from_slice(state),
+            0 => {
+                for i in 0..numbers {
+                    at[i] = state[i];
+                }
+            }
             _ => {
                 let (last, ahead) = (&rates[stage - 1].as_ref()[..numbers], S::splat(ahead));
                 for i in 0..numbers {

@@ -165,7 +165,9 @@ impl<S: Num, D: Drive<S>> Equations<S> for Dynamics<'_, S, D> {
         let Self { plant, drive } = *self;
         let state = ActuatorState::from_slice(state);
         let terms = Terms { flow: plant.flow_and_gain(&state).0, softening: plant.softening_force(&state) };
-        rate.copy_from_slice(&plant.rate_under(&state, &terms, &At { drive, time }).to_array());
+        if let Some(rate) = rate.first_chunk_mut() {
+            *rate = plant.rate_under(&state, &terms, &At { drive, time }).to_array();
+        }
     }
 }
 
