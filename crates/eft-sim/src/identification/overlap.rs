@@ -132,15 +132,18 @@ impl Test<'_> {
 
     /// The best knees of a grid.
     fn coarse(&self, lowest: f64, highest: f64) -> Result<Sides> {
+        let measured = self.measured();
+        // Each column depends on one knee only.
+        let below = COARSE.map(|part| part * -lowest).map(|knee| (knee, self.back(knee)));
+        let above = COARSE.map(|part| part * highest).map(|knee| (knee, self.forth(knee)));
         let mut best = (f64::INFINITY, None);
-        for below in COARSE {
-            for above in COARSE {
+        for (below, back) in &below {
+            for (above, forth) in &above {
                 interruption::check()?;
-                let knees = Sides::new(below * -lowest, above * highest);
-                let (slopes, rest, _) = self.fitted(knees);
+                let (slopes, rest) = fit(back, forth, measured.clone());
                 let squares = rest.dot(&rest);
                 if slopes.min() > 0.0 && squares < best.0 {
-                    best = (squares, Some(knees));
+                    best = (squares, Some(Sides::new(*below, *above)));
                 }
             }
         }
@@ -182,20 +185,22 @@ impl Test<'_> {
     /// The best slopes with these knees, the residuals of displacement times area (m³), and the model's
     /// derivatives with respect to knees and slopes.
     fn fitted(&self, knees: Sides) -> (Sides, DVector<f64>, [DVector<f64>; 4]) {
-        // Openings beyond the knees, and whether the ports are open.
-        let columns = [
-            self.integrated(|x| (x - knees[0]).min(0.0)),
-            self.integrated(|x| (x - knees[1]).max(0.0)),
-            self.integrated(|x| if x < knees[0] { 1.0 } else { 0.0 }),
-            self.integrated(|x| if x > knees[1] { 1.0 } else { 0.0 }),
-        ];
-        let measured = self.measured();
-        let [back, forth, open_back, open_forth] = columns;
-        let normal = Matrix2::new(back.dot(&back), back.dot(&forth), back.dot(&forth), forth.dot(&forth));
-        let right = Sides::new(back.dot(&measured), forth.dot(&measured));
-        let slopes = normal.cholesky().map_or(Sides::zeros(), |factor| factor.solve(&right));
-        let rest = measured - &back * slopes[0] - &forth * slopes[1];
+        let (back, forth) = (self.back(knees[0]), self.forth(knees[1]));
+        let (slopes, rest) = fit(&back, &forth, self.measured());
+        // Whether the ports are open.
+        let open_back = self.integrated(|x| if x < knees[0] { 1.0 } else { 0.0 });
+        let open_forth = self.integrated(|x| if x > knees[1] { 1.0 } else { 0.0 });
         (slopes, rest, [open_back * -slopes[0], open_forth * -slopes[1], back, forth])
+    }
+
+    /// The integral of the opening beyond the negative knee.
+    fn back(&self, knee: f64) -> DVector<f64> {
+        self.integrated(|x| (x - knee).min(0.0))
+    }
+
+    /// The same beyond the positive knee.
+    fn forth(&self, knee: f64) -> DVector<f64> {
+        self.integrated(|x| (x - knee).max(0.0))
     }
 
     /// The integral of a function of the opening by the trapezoidal rule, without each stretch's mean.
@@ -232,6 +237,15 @@ impl Test<'_> {
         let found = format!("{} samples beyond the overlap on one side", below.min(above));
         Err(Error::value("spool", found, format!("must have at least {LEAST_BEYOND} on either side")))
     }
+}
+
+/// The slopes of the least squares on either side, and the residuals.
+fn fit(back: &DVector<f64>, forth: &DVector<f64>, measured: DVector<f64>) -> (Sides, DVector<f64>) {
+    let across = back.dot(forth);
+    let normal = Matrix2::new(back.dot(back), across, across, forth.dot(forth));
+    let right = Sides::new(back.dot(&measured), forth.dot(&measured));
+    let slopes = normal.cholesky().map_or(Sides::zeros(), |factor| factor.solve(&right));
+    (slopes, measured - back * slopes[0] - forth * slopes[1])
 }
 
 /// Appends a stretch minus its mean.
