@@ -10,8 +10,6 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from eft._native import Command, Rig
 from eft._run import Dtype
 from eft._study._batch import run_batch
@@ -181,6 +179,8 @@ class _Progress:
     """A progress bar, a callback, or neither."""
 
     def __init__(self, wanted: bool | Callable[[int, int], object] | None, done: int, total: int) -> None:
+        from tqdm import tqdm
+
         self._call = wanted if callable(wanted) else None
         self._done, self._total = done, total
         hidden = None if wanted is None else wanted is not True

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from importlib import metadata
 
 from eft._native import Rig
 from eft._simulate import StepController
@@ -101,6 +100,8 @@ def find(asked: str | Competitor | Maker) -> Competitor:
         return COMPETITORS[asked]
     module, colon, name = asked.partition(":")
     if not colon:
+        from importlib import metadata  # not needed otherwise, and slow to load
+
         for entry in metadata.entry_points(group=GROUP, name=asked):
             return _outside(asked, _loaded(asked, entry.load))
         names = ", ".join(COMPETITORS)

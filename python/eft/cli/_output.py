@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 
 import click
 import numpy as np
-from tqdm import tqdm
 
 from eft._display import UnitSystem, use_units
 
@@ -107,6 +106,8 @@ def table(rows: Sequence[Sequence[str]], header: Sequence[str] | None = None) ->
 @contextmanager
 def progress(title: str) -> Iterator[Callable[[int, int], None]]:
     """A bar on a terminal, nothing in a log; yields a function of the finished and the total number."""
+    from tqdm import tqdm
+
     with tqdm(desc=title, unit="sample", unit_scale=True, leave=False, disable=None) as bar:
 
         def update(done: int, total: int) -> None:
