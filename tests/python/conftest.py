@@ -22,6 +22,8 @@ def pytest_collection_finish():
     """Leave the imported modules out of every later collection of garbage."""
     gc.collect()
     gc.freeze()
+    # Rarely: what the tests keep is little, and the collector would look for it at every figure.
+    gc.set_threshold(20_000, 20, 100)
     gc.enable()
 
 

@@ -61,7 +61,7 @@ def test_five_interrupts_in_a_row_leave_whole_files_and_no_traceback(command, ga
             wait_for(lambda: list(study.glob("part-*")))
         else:
             # Loading takes half of it.
-            wait_until_busy(process, 0.7)
+            wait_until_busy(process, 0.45)
         for _ in range(5):
             process.send_signal(signal.SIGINT)
             time.sleep(gap)

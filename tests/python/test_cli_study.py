@@ -136,7 +136,7 @@ def test_ctrl_c_during_a_run_keeps_the_samples_that_are_done(folder):
     call = [sys.executable, "-m", "eft", "run", "t.toml", *slow]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     # Loading takes half of it.
-    wait_until_busy(process, 0.7)
+    wait_until_busy(process, 0.45)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=100)
     assert process.returncode == 130, said
