@@ -136,10 +136,9 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
         let mut drawn = S::splat(0.0);
         let mut powers = EnergyBalance::default();
         let (rates, shared) = rate.split_at_mut(state.len() - SHARED);
-        let rates = rates.as_chunks_mut::<EACH>().0;
-        // By index, for the reason in `runge_kutta`.
-        for i in 0..self.drivers.len() {
-            let (numbers, rate, driver) = (&view.actuators[i], &mut rates[i], &self.drivers[i]);
+        // By number: zipped iterators are calls in builds without optimization across units.
+        for (i, rate) in rates.as_chunks_mut::<EACH>().0.iter_mut().enumerate() {
+            let (numbers, driver) = (&view.actuators[i], &self.drivers[i]);
             let actuator = ActuatorState::from_slice(numbers);
             let (forces, acceleration) = ([self.forces[i], numbers[STATES]], self.accelerations[i]);
             let hydraulics = servo_actuator.hydraulics(&actuator, pressure);

@@ -28,7 +28,6 @@ impl<X: Clone> Stages<X> {
 #[inline(always)]
 #[expect(
     clippy::manual_memcpy,
-    clippy::needless_range_loop,
     reason = "copies and zipped iterators are calls in builds without optimization across units"
 )]
 pub(crate) fn runge_kutta<S: Num, X: AsRef<[S]> + AsMut<[S]>>(
