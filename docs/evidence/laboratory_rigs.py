@@ -27,6 +27,7 @@ AMPLITUDES = (2200.0, 8900.0)
 CURVE = {"compensation.curve_correction": True}
 ROBUST = {"controller.force_loop": "robust", "compensation.look_ahead": True}
 FAST = {"controller.deviations": 0.8}
+FASTER = {"controller.deviations": 0.7}
 SCHEMES: Schemes = {
     "fixed": {},
     "adaptive": ADAPTIVE,
@@ -38,9 +39,10 @@ SCHEMES: Schemes = {
     "identified": ADAPTIVE | ROBUST | CURVE,
     "on_time": ADAPTIVE | ROBUST | CURVE,
     "fast": ADAPTIVE | ROBUST | CURVE | FAST,
+    "faster": ADAPTIVE | ROBUST | CURVE | FASTER,
     "calibrated": ADAPTIVE | ROBUST | CURVE | FAST,
 }
-OVERLAP_KNOWN = ("overlap", "identified", "on_time", "fast", "calibrated")
+OVERLAP_KNOWN = ("overlap", "identified", "on_time", "fast", "faster", "calibrated")
 FRICTION_IDENTIFIED = OVERLAP_KNOWN[1:]
 LATENCY_IDENTIFIED = OVERLAP_KNOWN[2:]
 DURATION = 16.0
@@ -56,7 +58,8 @@ TITLES = {
     "identified": "overlap known, friction identified",
     "on_time": "the same, latency of the load cell identified",
     "fast": "the same, loop for 0.8 of the deviations",
-    "calibrated": "the same, gain of the load cell exact",
+    "faster": "loop for 0.7 of the deviations",
+    "calibrated": "loop for 0.8, gain of the load cell exact",
 }
 CELL = "reading of the load cell equal to the command"
 GOALS = {

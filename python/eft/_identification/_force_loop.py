@@ -77,7 +77,7 @@ def identify_force_loop(
     Examples
     --------
     >>> import eft
-    >>> rig = eft.Rig.zhao2005().replace({"controller.realization": "digital"})
+    >>> rig = eft.Rig.zhao2005().replace({"controller.force_loop": "robust"})
     >>> sweep = eft.sine_sweep(2200.0, 0.0, 40.0, duration=16.0, sample_rate=4096.0)
     >>> run = eft.simulate(rig.replace({"truth.sensors.force.delay": 4}), sweep)
     >>> signals = run.measured_spool, run.measured_velocity, run.measured_force
