@@ -2,8 +2,8 @@
 //!
 //! The valve command is the only signal without a latency. The spool follows it as
 //! `g·exp(−s·δ_s)/(1 + s·T·(1 + s·τ))`, Eqs. (2) and (3), with the latency `δ_s` of its sensor. The
-//! [flow balance](super::flow_balance) has the compressibility and the delay of the force behind the spool: above the frequencies of the motion
-//! the oil's compression takes most of the flow.
+//! [flow balance](super::flow_balance) has the compressibility and the delay of the force behind the spool: above the
+//! frequencies of the motion the oil's compression takes most of the flow.
 
 use std::f64::consts::{PI, TAU};
 
@@ -47,7 +47,8 @@ pub struct ForceLoopEstimate {
     pub compressibility: Estimate,
 }
 
-/// Valve, oil and latencies from a test, with the signals as the controller samples them at a rate (Hz). A sweep from 0 to 40 Hz or more is best.
+/// Valve, oil and latencies from a test, with the signals as the controller samples them at a rate (Hz). A sweep from 0
+/// to 40 Hz or more is best.
 ///
 /// A configured torque motor and the hold of a digital valve command count to the valve. The valve must have the form
 /// of the paper's: a further lag of the valve counts to the sensors.
@@ -92,7 +93,8 @@ fn check_excitation(force: &[f64], sample_rate: f64) -> Result<()> {
         spectrum[bins].iter().map(Complex64::norm_sqr).sum::<f64>() / count as f64
     };
     let ratio = density(OIL_BAND) / density(NOISE_BAND);
-    if ratio < LEAST_EXCITATION {
+    // No number if the force is zero.
+    if ratio.is_nan() || ratio < LEAST_EXCITATION {
         let found = format!("spectral density {ratio:.1} times that of the noise");
         let (low, high) = OIL_BAND;
         let allowed =
@@ -234,6 +236,10 @@ mod tests {
     fn a_test_without_these_frequencies_is_refused() {
         let noise = ("truth.sensors.force.noise", 100.0.into());
         let refused = found(&swept(&[noise], 5.0)).unwrap_err().to_string();
+        assert!(refused.contains("run a sweep to 40 Hz"), "{refused}");
+        let still = vec![0.0; 16 * RATE as usize];
+        let signals = MotionSignals { spool: &still, velocity: &still, force: &still };
+        let refused = identify_force_loop(&rig(&[]), &still, signals, RATE).unwrap_err().to_string();
         assert!(refused.contains("run a sweep to 40 Hz"), "{refused}");
     }
 }
