@@ -53,8 +53,8 @@ def test_a_small_file_of_many_numbers_is_refused_before_they_take_memory(suffix,
     path = save(tmp_path / f"a{suffix}", {"time_s": np.zeros(MANY), "force_N": np.zeros(MANY)})
     with peak_memory(0.5):
         pass  # frees the memory of writing
-    allowed = 64 + 100 * path.stat().st_size / 1024**2
-    assert allowed < 16 * MANY / 1024**2
+    # Less than one of the two columns takes; MAT decompresses up to half of its free memory to count.
+    allowed = 60 if suffix == ".mat" else 16
     with (
         peak_memory(allowed),
         pytest.raises(ValueError, match=r"declares \d+ MiB of numbers, must be at most|unpacks from"),

@@ -1,4 +1,4 @@
-"""Columns of MAT, HDF5 and Parquet files; columns are read on use, within the memory budget."""
+"""Columns of MAT, HDF5 and Parquet files. The memory budget allows all columns before one is read."""
 
 from __future__ import annotations
 
@@ -69,8 +69,7 @@ def mat(source: Path) -> Iterator[list[Column]]:
                 if unpacked > FREE + 16 * largest:
                     raise ValueError(f"an array of at most {largest} numbers unpacks to {unpacked} bytes")
 
-            def read(name: str, size: int) -> Array:
-                budget.take(8 * size)
+            def read(name: str) -> Array:
                 with understood(source, wrong):
                     mapped.seek(0)
                     stored = loadmat(mapped, appendmat=False, squeeze_me=True, variable_names=[name])[name]
@@ -78,7 +77,10 @@ def mat(source: Path) -> Iterator[list[Column]]:
                         raise ValueError(f"`{name}` is of {stored.dtype}, must be real numbers")
                     return np.asarray(stored, dtype=np.float64)
 
-            yield [Column(name, None, partial(read, name, size)) for name, size in _commonest(source, found)]
+            yield [
+                Column(name, None, partial(read, name), partial(budget.take, 8 * size))
+                for name, size in _commonest(source, found)
+            ]
 
 
 def _scanned(mapped: mmap.mmap, budget: Budget) -> tuple[int, set[str | None]]:
@@ -153,7 +155,6 @@ def hdf5(source: Path) -> Iterator[list[Column]]:
             found[name] = item
 
     def read(item: Any) -> Array:
-        budget.take(8 * item.size)
         with understood(source, wrong):
             _check_storage(item)
             values = np.empty(item.shape)
@@ -173,7 +174,10 @@ def hdf5(source: Path) -> Iterator[list[Column]]:
         with understood(source, wrong):
             file.visititems(visit)
             chosen = _commonest(source, [(name, item.size) for name, item in found.items()])
-            columns = [Column(name, unit(found[name]), partial(read, found[name])) for name, _ in chosen]
+            columns = [
+                Column(name, unit(found[name]), partial(read, found[name]), partial(budget.take, 8 * size))
+                for name, size in chosen
+            ]
         yield columns
 
 
@@ -214,7 +218,6 @@ def parquet(source: Path) -> Iterator[list[Column]]:
 
     def read(name: str) -> Array:
         rows = file.metadata.num_rows
-        budget.take(8 * rows)
         with understood(source, wrong):
             values, at = np.empty(rows), 0
             for batch in file.iter_batches(65536, columns=[name]):
@@ -233,7 +236,8 @@ def parquet(source: Path) -> Iterator[list[Column]]:
             numeric = (pa.types.is_integer, pa.types.is_floating)
             names = [f.name for f in file.schema_arrow if any(is_kind(f.type) for is_kind in numeric)]
             check_unpacked(file.metadata, ordinary_size(source))
-        yield [Column(name, None, partial(read, name)) for name in names]
+            take = partial(budget.take, 8 * file.metadata.num_rows)
+        yield [Column(name, None, partial(read, name), take) for name in names]
 
 
 def _is_vector(shape: tuple[int, ...]) -> bool:

@@ -71,7 +71,8 @@ def tdms(source: Path) -> Iterator[list[Column]]:
                 Column(
                     name,
                     _text(channel.properties.get("unit_string")),
-                    partial(_read, source, budget, channel),
+                    partial(_read, source, channel),
+                    partial(budget.take, 8 * len(channel)),
                 )
                 for name, channel in found.items()
             ]
@@ -79,8 +80,7 @@ def tdms(source: Path) -> Iterator[list[Column]]:
         yield columns
 
 
-def _read(source: Path, budget: Budget, channel: Any) -> Array:
-    budget.take(8 * len(channel))
+def _read(source: Path, channel: Any) -> Array:
     with understood(source, _WRONG):
         values = np.array(channel[:], dtype=np.float64)
         if values.shape != (len(channel),):

@@ -26,6 +26,8 @@ class Column(NamedTuple):
     """Unit, if the file states it outside the header."""
     read: Callable[[], Array]
     """The samples, as a new array."""
+    take: Callable[[], None] = lambda: None
+    """Charges the file's memory budget for the samples; before any column is read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,30 +88,34 @@ class Traces:
         """
         raw = list(raw)
         chosen = {header: checked_quantity(quantity) for quantity, header in columns.items()}
-        headers = [header for header, _, _ in raw]
+        headers = [column.header for column in raw]
         for header in chosen:
             if header not in headers:
                 raise ValueError(f"{name}: no column `{header}`; there are {', '.join(headers)}")
         given = {checked_quantity(quantity): unit for quantity, unit in units.items()}
-        found: dict[str, Array] = {}
+        wanted: dict[str, tuple[Column, float]] = {}
         ignored = []
-        for header, unit, read in raw:
-            quantity, written, _ = parse_header(header)
-            quantity = chosen.get(header, None if quantity in chosen.values() else quantity)
+        for column in raw:
+            quantity, written, _ = parse_header(column.header)
+            quantity = chosen.get(column.header, None if quantity in chosen.values() else quantity)
             if quantity is None:
-                ignored.append(header)
+                ignored.append(column.header)
                 continue
-            if quantity in found:
+            if quantity in wanted:
                 raise ValueError(
                     f"{name}: two columns have {quantity}; name one of them with {quantity}=HEADER"
                 )
-            factor = _factor(name, header, quantity, given.get(quantity, unit or written), rig)
-            found[quantity] = read()
+            unit = given.get(quantity, column.unit or written)
+            wanted[quantity] = column, _factor(name, column.header, quantity, unit, rig)
+            column.take()
+        found: dict[str, Array] = {}
+        for quantity, (column, factor) in wanted.items():
+            found[quantity] = column.read()
             with np.errstate(over="ignore", invalid="ignore"):  # infinite values are refused
                 found[quantity] *= factor
             # A standard deviation is infinite if nothing was learned.
             if (not gaps and not quantity.endswith("_deviation")) or quantity == "time":
-                _all_finite(name, header, found[quantity])
+                _all_finite(name, column.header, found[quantity])
         if sample_rate is None:
             if "time" not in found:
                 raise ValueError(f"{name}: no column `time (s)` among {', '.join(headers)}, no sample rate")
