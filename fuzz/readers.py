@@ -8,6 +8,7 @@ import shutil
 import socket
 import struct
 import threading
+import tomllib
 from pathlib import Path
 from random import Random
 from typing import Protocol
@@ -46,6 +47,14 @@ def command(*names: object) -> None:
     if code == 2:
         raise ValueError(said.getvalue().removesuffix("\n"))
     assert code in (0, 1), f"exit code {code}: {said.getvalue()}"
+
+
+def samples_of(plan: str) -> float:
+    """The number of samples of a test's TOML; 0 if it has none."""
+    with contextlib.suppress(ValueError, LookupError, TypeError):
+        test = tomllib.loads(plan)
+        return float(test["command"]["duration"] * test["controller"]["sample_rate"])
+    return 0.0
 
 
 class Run:
@@ -145,6 +154,8 @@ class Study:
 class Settings:
     """A test's TOML for `eft check`, or a calibration's for `eft run`."""
 
+    LONGEST = 500_000
+    """Samples of the longest test. A longer one rightly takes more memory than an attempt may."""
     SWEEP = '\n[command]\nkind = "sweep"\namplitude = 1000.0\nf_start = 0.5\nf_end = 4.0\nduration = 0.5\n'
 
     def __init__(self, folder: Path) -> None:
@@ -157,7 +168,8 @@ class Settings:
 
     def damage(self, chance: Random) -> None:
         self.of_plan = chance.random() < 0.6
-        self.plan.write_text(damages.of_text(self.rig, chance) if self.of_plan else self.rig, "utf-8")
+        plan = damages.of_text(self.rig, chance) if self.of_plan else self.rig
+        self.plan.write_text(self.rig if samples_of(plan) > self.LONGEST else plan, "utf-8")
         self.calibration.write_text(damages.of_text(self.sound, chance), "utf-8")
 
     def read(self, chance: Random) -> None:
