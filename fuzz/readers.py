@@ -51,7 +51,7 @@ def command(*names: object) -> None:
 
 def samples_of(plan: str) -> float:
     """The number of samples of a test's TOML; 0 if it has none."""
-    with contextlib.suppress(ValueError, LookupError, TypeError):
+    with contextlib.suppress(ValueError, LookupError, TypeError, OverflowError):
         test = tomllib.loads(plan)
         return float(test["command"]["duration"] * test["controller"]["sample_rate"])
     return 0.0
