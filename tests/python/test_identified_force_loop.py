@@ -10,7 +10,9 @@ from scipy.optimize import least_squares
 from scipy.signal import csd, welch
 
 import eft
+from eft.benchmark._criteria import slow_error
 from eft.cli import main
+from eft.demo.experiments import EL_CENTRO
 
 RATE = 4096.0
 RIG = eft.Rig.zhao2005().replace({"controller.force_loop": "robust", "compensation.feedforward": True})
@@ -173,3 +175,32 @@ def test_what_is_no_such_test_is_refused() -> None:
         identify(
             RIG, slow.valve_command, slow.measured_spool, slow.measured_velocity, slow.measured_force, RATE
         )
+
+
+def test_a_late_load_cell_feeds_no_oscillation_at_large_openings() -> None:
+    mass, frequency = 1e4, 2 * np.pi * 1.3
+    rig = RIG.replace(
+        {
+            "compensation.adaptive": True,
+            "structure.mass": mass,
+            "structure.stiffness": mass * frequency**2,
+            "structure.softening.stiffness": 0.5 * mass * frequency**2,
+            "structure.damping": 0.026 * mass * frequency,
+            "controller.force_delay": 8 / RATE,
+            "truth.sensors.force.delay": 8,
+            "truth.servovalve.pilot_time_constant": 1.38 * RIG["servovalve.pilot_time_constant"],
+            "truth.actuator.compressibility": RIG["actuator.compressibility"] / 1.5,
+        }
+    )
+    record = eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO)
+    quake = eft.effective_force(record, mass, RATE)[: int(9 * RATE)]
+    quake = quake * (22e3 / float(np.abs(quake.values).max()))
+
+    def slow(ahead: bool) -> float:
+        run = eft.simulate(rig.replace({"compensation.look_ahead": ahead}), quake)
+        assert run.metrics()["max_spool"] > 0.6
+        return slow_error(run.command, run.force, RATE)
+
+    # A correction by the measured force removes the valve's damping with a delay.
+    assert slow(False) > 0.025
+    assert slow(True) < 0.015

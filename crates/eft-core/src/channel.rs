@@ -246,7 +246,13 @@ impl<T: Real, const N: usize> Channel<T, N> {
         };
         let sample = self.controller.sample(&state.controller, &asked, supply);
         let friction = parts.rubs.then(|| self.controller.friction.against(asked.velocity));
-        let sample = Sample { integrates: parts.integrates, laps: parts.laps, friction, ..sample };
+        let sample = Sample {
+            ahead: parts.looks_ahead,
+            integrates: parts.integrates,
+            laps: parts.laps,
+            friction,
+            ..sample
+        };
         let out = if !sample.good {
             if learns {
                 state.window.lose(true);

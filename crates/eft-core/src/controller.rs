@@ -96,7 +96,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let good = self.accepts(input);
         let rests = S::at_least(state.lost, self.gap);
         let friction = self.friction(input.velocity);
-        Sample { input, supply, good, rests, integrates: self.integrates(), laps: self.laps(), friction }
+        let (ahead, integrates, laps) = (self.looks_ahead.any(), self.integrates(), self.laps());
+        Sample { input, supply, good, rests, ahead, integrates, laps, friction }
     }
 
     /// The part of [`step`](Self::step) for a sample that is good in any lane.
@@ -108,7 +109,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let Sample { input, supply, good, rests, integrates, laps, friction } = sample;
+        let Sample { input, supply, good, rests, ahead, integrates, laps, friction } = sample;
         let rests = good & rests;
         let friction = friction.map(|friction| state.feedforward.friction_where(good, friction));
         let last = self.limiter.within(state.valve_command);
@@ -120,7 +121,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
         let further_flow = self.further_flow(&mut state.feedforward, input, friction);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        let carried = sample.carried(force);
+        let carried = sample.carried(if ahead { self.expected_force(state, force) } else { force });
         let measured =
             CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
         let (opening, flags) = self.compensation.required_opening(&measured, calibration);
@@ -225,7 +226,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let supply = self.supply(&mut measured, input.supply_pressure);
         let further_flow = self.further_flow(&mut { feedforward }, input, friction);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        let carried = friction.map_or(force, |friction| force + friction);
+        let expected = S::select(self.looks_ahead, command, force);
+        let carried = friction.map_or(expected, |friction| expected + friction);
         let sample =
             CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
         let (opening, _) = self.compensation.required_opening(&sample, calibration);
@@ -349,6 +351,16 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     #[inline(always)]
     fn friction(&self, velocity: S) -> Option<S> {
         self.friction.is_present().then(|| self.friction.against(velocity))
+    }
+
+    /// The force (N) of the load-pressure correction: the last valid command of the feedforward if it looks ahead,
+    /// otherwise the measured force.
+    ///
+    /// A valve passes less flow against a larger load pressure, and this damps the oil column. To correct for the
+    /// measured force removes the damping, and behind a late load cell adds energy.
+    #[inline(always)]
+    fn expected_force(&self, state: &ControllerState<S>, force: S) -> S {
+        S::select(self.looks_ahead, state.feedforward.command(), force)
     }
 
     /// The command (N) that the feedforward uses.

@@ -62,7 +62,8 @@ pub struct Parameters<'a> {
     pub computation_delay: u32,
     /// Whether the flow that the command needs is demanded in addition to the piston's.
     pub feedforward: bool,
-    /// Whether the feedforward uses the next tick's command.
+    /// Whether the feedforward uses the next tick's command, and the load-pressure correction uses it in place of the
+    /// measured force.
     pub look_ahead: bool,
     /// Force sensitivity `C_F` (V/N) of the force loop.
     pub force_sensitivity: f64,

@@ -244,7 +244,7 @@ typedef struct eft_parameters {
   double velocity_delay;             // s; delay of the velocity; a learning lead network compensates for it as well
   uint32_t computation_delay;        // samples; delay of the compensation by computation, at most 1000
   uint8_t feedforward;               // 0 or 1; demand the flow that the command needs as well
-  uint8_t look_ahead;                // 0 or 1; the feedforward uses the next tick's command
+  uint8_t look_ahead;                // 0 or 1; feedforward and load-pressure correction use the next tick's command
   double force_sensitivity;          // V/N
   double proportional_gain;          // V/V
   double derivative_gain;            // s
@@ -286,7 +286,7 @@ typedef struct eft_input_f32 {
   float displacement;                // Displacement (m), for a protection or to estimate the velocity.
   float acceleration;                // Acceleration (m/s2), for a velocity from an accelerometer.
   float supply_pressure;             // Supply pressure (Pa), for supply_correction.
-  float next_command;                // Force command (N) of the next tick, for look_ahead.
+  float next_command;                // Force (N) that is to act at the next tick, for look_ahead.
   float valve_command;               // Valve command (V) of this sample, for learning with an analog controller.
   float alive;                       // Counter of the samples (1), for a protection; NaN if there is none.
   float period;                      // Time (s) since the last sample, for a protection; NaN if it is not measured.

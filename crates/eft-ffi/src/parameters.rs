@@ -113,7 +113,7 @@ data! {
         velocity_delay: f64, "s; delay of the velocity; a learning lead network compensates for it as well";
         computation_delay: u32, "samples; delay of the compensation by computation, at most 1000";
         feedforward: u8, "0 or 1; demand the flow that the command needs as well";
-        look_ahead: u8, "0 or 1; the feedforward uses the next tick's command";
+        look_ahead: u8, "0 or 1; feedforward and load-pressure correction use the next tick's command";
         force_sensitivity: f64, "V/N";
         proportional_gain: f64, "V/V";
         derivative_gain: f64, "s";

@@ -24,7 +24,10 @@ pub struct Input<T> {
     ///
     /// The last valid one replaces an invalid one.
     pub supply_pressure: T,
-    /// Force command (N) of the next tick, for `look_ahead`.
+    /// Force (N) that is to act at the next tick, for `look_ahead`.
+    ///
+    /// It is the command of the next tick. If the command is played later because of a late load cell, it is that of the
+    /// next tick without this delay.
     pub next_command: T,
     /// Valve command (V) of this sample, for learning with an analog controller.
     ///

@@ -28,6 +28,12 @@ pub struct FeedforwardState<S> {
 integrity!(FeedforwardState<T>: command, friction);
 
 impl<S: Scalar> FeedforwardState<S> {
+    /// The last valid command (N).
+    #[inline(always)]
+    pub(crate) fn command(&self) -> S {
+        self.command
+    }
+
     /// This friction (N) where the mask is true, the last one elsewhere.
     #[inline(always)]
     pub(crate) fn friction_where(&self, mask: S::Mask, friction: S) -> S {

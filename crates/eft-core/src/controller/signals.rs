@@ -8,7 +8,7 @@ use crate::status;
 pub struct ControllerInput<S> {
     /// Force command (N).
     pub command: S,
-    /// Force command (N) of the next tick; used if the feedforward looks ahead.
+    /// Force command (N) of the next tick; used by feedforward and load-pressure correction if they look ahead.
     pub next_command: S,
     /// Piston velocity (m/s).
     pub velocity: S,
@@ -53,6 +53,8 @@ pub(crate) struct Sample<'a, S: Scalar> {
     pub(crate) good: S::Mask,
     /// Where it follows a gap: a good sample then starts from rest.
     pub(crate) rests: S::Mask,
+    /// Whether any lane looks ahead.
+    pub(crate) ahead: bool,
     /// Whether any lane's force loop has an integral part.
     pub(crate) integrates: bool,
     /// Whether any lane has an overlap.

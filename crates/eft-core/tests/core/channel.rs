@@ -324,3 +324,23 @@ fn a_lost_next_command_after_a_gap_makes_no_jump() {
     let next = after(rests, 1);
     assert!((lost - rested).abs() < 1e-9 && (next - rested).abs() < 1e-9, "{rested} {lost} {next}");
 }
+
+#[test]
+fn a_command_known_in_advance_replaces_the_late_force_in_the_load_pressure_correction() {
+    let opening = |look_ahead: bool, force: f64, next_command: f64| {
+        let p = Parameters { feedforward: true, look_ahead, ..rig::PARAMETERS };
+        let channel = Channel::<f64, 21>::new(&p).unwrap();
+        let input =
+            Input { command: 2e4, next_command, velocity: 0.2, force, spool: 0.15, ..Input::default() };
+        let mut state = channel.at_rest();
+        (0..2000).fold(f64::NAN, |_, _| rig::tick(&channel, &mut state, &input).compensation)
+    };
+    let (measured, known) = (opening(false, 2e4, 2e4), opening(true, 2e4, 2e4));
+    assert!((known - measured).abs() < 1e-9, "{known} {measured}");
+    // The measured force acts through the force loop only.
+    assert!((opening(true, 5e3, 2e4) - known).abs() < 1e-12);
+    // Eq. (6): a lower force needs a smaller opening for the same flow.
+    assert!(opening(false, 5e3, 2e4) < 0.97 * measured);
+    // A lost next command leaves the last valid one, here that at rest.
+    assert!(opening(true, 2e4, f64::NAN) < 0.95 * known);
+}

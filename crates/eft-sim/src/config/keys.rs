@@ -101,7 +101,7 @@ pub static KEYS: &[Key] = &[
     key("compensation.computation_delay", "samples", Int(0, 1000), int(0), "delay of the compensation by computation"),
     key("compensation.sign_from", "", Choice(SignFrom::WORDS), Need::Default(Preset::Text("spool")), "signal that gives the sign of the load-pressure term"),
     key("compensation.feedforward", "", Bool, OFF, "add the flow that the command itself needs"),
-    key("compensation.look_ahead", "", Bool, OFF, "feed the next sample's command forward; needs `compensation.feedforward`"),
+    key("compensation.look_ahead", "", Bool, OFF, "use the next sample's command for feedforward and load pressure; needs `compensation.feedforward`"),
     key("compensation.adaptive", "", Bool, OFF, "estimate flow gain, delays and valve gain during the test, with the guard against overcompensation"),
     key("compensation.curve_correction", "", Bool, OFF, "correct the flow curve by direction and band of opening during the test; needs `compensation.adaptive` and the nonlinear scheme"),
     key("compensation.supply_correction", "", Bool, OFF, "scale the flow by a measured supply pressure; works without estimates"),

@@ -1,7 +1,8 @@
 //! The delay of the command by the known latency of the load cell.
 //!
 //! The force loop makes the load cell's reading equal to its command, so the true force leads the command by the load
-//! cell's latency. A command that is played this much later puts the force on time.
+//! cell's latency. A command that is played this much later puts the force on time. Feedforward and load-pressure
+//! correction look ahead to the true force, so a digital controller gets the next command without the delay.
 
 use eft_core::Scalar;
 

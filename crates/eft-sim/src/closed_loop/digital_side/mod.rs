@@ -230,7 +230,12 @@ where
         truth: Signals<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
-        let commands = self.command_delay.as_mut().map_or(commands, |delay| delay.pass(commands));
+        let commands = match (&mut self.command_delay, self.realization) {
+            (None, _) => commands,
+            (Some(delay), Realization::Analog) => delay.pass(commands),
+            // The force loop compares with a late reading, but the feedforward acts on the true force.
+            (Some(delay), Realization::Digital) => [delay.pass(commands)[0], commands[1]],
+        };
         let (measured, cell) = self.measure(truth);
         let stood = match self.decides {
             Decides::Learning(_) | Decides::Channels(..) => self.stood::<false>(commands[0], cell, plant),

@@ -56,6 +56,9 @@ fn notes(parts: &Parts, target: Target) -> Vec<String> {
     if rig.controller.force_delay > 0.0 {
         let late = 1e3 * rig.controller.force_delay;
         notes.push(format!("The command is played {late:.3} ms later, which is the load cell's latency."));
+        if p.feedforward && p.look_ahead {
+            notes.push("The next tick's command is given without this delay.".to_owned());
+        }
     }
     if p.supply_correction {
         notes.push("The measured supply pressure, Pa, is given with every sample.".to_owned());
