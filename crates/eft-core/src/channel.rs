@@ -4,30 +4,27 @@
 mod belief;
 mod between;
 mod side_by_side;
-mod signals;
 mod state;
 #[cfg(test)]
 mod tests;
 
 pub use side_by_side::{ChannelLanes, ChannelLanesState};
-pub use signals::{Input, Output};
 pub use state::ChannelState;
 
 use core::mem::MaybeUninit;
 
+use crate::checksum::word;
 use crate::controller::{Controller, ControllerInput, Sample, Supply, gap};
 use crate::error::{ConfigError, LARGEST, check, within};
-use crate::integrity::{integrity, word};
+use crate::integrity::integrity;
 use crate::learning::{LOWEST_RATE, Moment, window_ticks};
 use crate::number::Real;
-use crate::parameters::{Parameters, Realization, VelocitySource};
-use crate::protection::{
-    NEVER, Plausibility, Protection, ProtectionInput, ProtectionParameters, StuckWatch, samples,
-};
+use crate::parameters::{Parameters, ProtectionParameters, Realization, VelocitySource};
+use crate::protection::{NEVER, Plausibility, Protection, ProtectionInput, StuckWatch, samples};
+use crate::signals::{Input, Output};
 use crate::status;
 use crate::velocity::Velocity;
-use belief::Believed;
-use state::in_use;
+use state::{Believed, in_use};
 
 /// A channel's immutable configuration; one drives any number of actuators.
 #[derive(Debug, Clone, Copy, PartialEq)]

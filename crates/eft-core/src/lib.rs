@@ -1,7 +1,9 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
 
+mod cause;
 mod channel;
+mod checksum;
 mod compensation;
 mod controller;
 mod error;
@@ -13,28 +15,30 @@ mod message;
 mod number;
 mod parameters;
 mod protection;
+mod signals;
 pub mod status;
 mod table;
 mod velocity;
 
-pub use channel::{Channel, ChannelLanes, ChannelLanesState, ChannelState, Input, Output};
+pub use cause::Cause;
+pub use channel::{Channel, ChannelLanes, ChannelLanesState, ChannelState};
+pub use checksum::{Integrity, Word};
 pub use compensation::{
     Calibration, Compensation, CompensationInput, CompensationOutput, CompensationState, CurvePiece,
-    Deviations, Feedforward, FeedforwardState, InverseFlow, LeadNetwork, LeadState, LoadPressure, Mode,
-    SignFrom,
+    Deviations, Feedforward, FeedforwardState, InverseFlow, LeadNetwork, LeadState, LoadPressure,
 };
 pub use controller::{Controller, ControllerInput, ControllerOutput, ControllerState};
 pub use error::{ConfigError, LARGEST, SMALLEST, Short};
 pub use force_loop::{Limiter, ServovalveController, ServovalveControllerState};
-pub use integrity::{Integrity, Word};
 pub use learning::{Learner, LearnerState, Moment, SavedCalibration, SavedCurve, Sums, Window};
 #[cfg(feature = "serde")]
 pub use message::StoredParameters;
-pub use number::{Flags, LaneFlags, LaneMask, Lanes, Mask, Real, Scalar};
-pub use parameters::{Learning, Parameters, Realization, VelocitySource};
-pub use protection::{
-    Cause, Levels, PlausibilityParameters, Protected, Protection, ProtectionInput, ProtectionParameters,
-    ProtectionState, StuckWatch, StuckWatchState,
+pub use number::{CELLS, Flags, LaneFlags, LaneMask, Lanes, Mask, Real, Row, Scalar};
+pub use parameters::{
+    Learning, Levels, Mode, Parameters, PlausibilityParameters, ProtectionParameters, Realization, SignFrom,
+    VelocitySource,
 };
-pub use table::{CELLS, FlowTable, PiecewiseLinear, Row};
+pub use protection::{Protected, Protection, ProtectionInput, ProtectionState, StuckWatch, StuckWatchState};
+pub use signals::{Input, Output};
+pub use table::{FlowTable, PiecewiseLinear};
 pub use velocity::{FilteredDerivative, FilteredDerivativeState, VelocityObserver, VelocityObserverState};

@@ -1,8 +1,10 @@
 //! The parameters of a channel and its learner: one set of numbers for firmware, C, export and simulator.
 
-use crate::compensation::{Mode, SignFrom};
-use crate::integrity::{Integrity, Word};
-use crate::protection::ProtectionParameters;
+mod protection;
+
+pub use protection::{Levels, PlausibilityParameters, ProtectionParameters};
+
+use crate::checksum::{Integrity, Word};
 
 /// The rig as its controller knows it, in SI units, and the parts of the controller that are switched on.
 ///
@@ -113,6 +115,30 @@ impl Integrity for Realization {
     fn add_to(&self, word: &mut Word) {
         word.add(*self as u32);
     }
+}
+
+/// The compensation scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[repr(u8)]
+pub enum Mode {
+    /// The piston's motion is not compensated.
+    Off = 0,
+    /// The flow is converted by the initial flow gain `K_v`.
+    Linear = 1,
+    /// The flow is converted by the inverse flow table with the load-pressure correction.
+    Nonlinear = 2,
+}
+
+/// Source of the sign of the spool opening in the load-pressure correction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[repr(u8)]
+pub enum SignFrom {
+    /// The measured spool, as in the paper; it chatters near null.
+    Spool = 0,
+    /// The demanded flow, free of chatter and of the loop through the spool.
+    Demand = 1,
 }
 
 /// Where the velocity comes from.

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::protection::Cause;
+use crate::cause::Cause;
 
 /// The measured or required spool opening is beyond its warning level.
 pub const SPOOL_WARNING: u32 = 1 << 0;

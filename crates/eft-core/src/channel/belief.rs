@@ -1,21 +1,14 @@
 //! Selects the trusted measurements, and replaces the others.
 
-use crate::channel::{Channel, ChannelState, Input};
+use crate::cause::Cause;
+use crate::channel::state::Believed;
+use crate::channel::{Channel, ChannelState};
 use crate::number::Real;
 use crate::parameters::Realization;
-use crate::protection::{Cause, DISPLACEMENT, FORCE, Known, Plausibility, SPOOL, VELOCITY};
+use crate::protection::{DISPLACEMENT, FORCE, Known, Plausibility, SPOOL, VELOCITY};
+use crate::signals::Input;
 use crate::status;
 use crate::velocity::Velocity;
-
-/// The values of a tick that controller and trip levels use.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Believed<T> {
-    pub(super) force: T,
-    pub(super) displacement: T,
-    pub(super) velocity: T,
-    pub(super) spool: T,
-    pub(super) status: u32,
-}
 
 impl<T: Real, const N: usize> Channel<T, N> {
     /// Selects the trusted measurements, and replaces the others.

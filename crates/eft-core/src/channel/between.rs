@@ -3,13 +3,14 @@
 use core::borrow::Borrow;
 
 use crate::channel::state::{Choice, Sound};
-use crate::channel::{Channel, ChannelState, Input, Output};
+use crate::channel::{Channel, ChannelState};
 use crate::compensation::Calibration;
 use crate::controller::{ControllerInput, ControllerState};
 use crate::learning::Window;
 use crate::number::Real;
 use crate::parameters::Realization;
 use crate::protection::{PlausibilityState, ProtectionState, StuckWatchState};
+use crate::signals::{Input, Output};
 use crate::status;
 use crate::velocity::VelocityState;
 

@@ -1,11 +1,13 @@
 //! The state of a channel.
 
+use crate::cause::Cause;
+use crate::checksum::word;
 use crate::compensation::Calibration;
 use crate::controller::ControllerState;
-use crate::integrity::{integrity, word};
+use crate::integrity::integrity;
 use crate::learning::Window;
 use crate::number::Real;
-use crate::protection::{Cause, PlausibilityState, ProtectionState, StuckWatchState};
+use crate::protection::{PlausibilityState, ProtectionState, StuckWatchState};
 use crate::status;
 use crate::velocity::VelocityState;
 
@@ -179,4 +181,14 @@ pub(super) fn in_use<'a, T: Real>(
     sound: &'a Sound<T>,
 ) -> &'a Calibration<T> {
     if sound.gone_back { sound.older.of(&sound.kept) } else { slot.of(calibrations) }
+}
+
+/// The values of a tick that controller and trip levels use.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Believed<T> {
+    pub(super) force: T,
+    pub(super) displacement: T,
+    pub(super) velocity: T,
+    pub(super) spool: T,
+    pub(super) status: u32,
 }

@@ -1,10 +1,10 @@
 #![allow(clippy::float_cmp, reason = "bits are compared on purpose")]
 
 use super::*;
+use crate::cause::Cause;
 use crate::compensation::Calibration;
 use crate::learning::Learner;
-use crate::parameters::Learning;
-use crate::protection::{Cause, Levels, PlausibilityParameters, ProtectionParameters};
+use crate::parameters::{Learning, Levels, PlausibilityParameters, ProtectionParameters};
 
 const RIG: Parameters =
     Parameters { protection: Some(ProtectionParameters::DEFAULT), ..Parameters::ZHAO2005 };
@@ -288,7 +288,7 @@ fn taught(
 #[test]
 fn a_calibration_from_a_wrong_sensor_is_reverted() {
     let watched = ProtectionParameters {
-        plausibility: Some(crate::protection::PlausibilityParameters::DEFAULT),
+        plausibility: Some(PlausibilityParameters::DEFAULT),
         ..ProtectionParameters::DEFAULT
     };
     let learning = Parameters { learning: Learning::ADAPTIVE, protection: Some(watched), ..RIG };
@@ -313,7 +313,7 @@ fn a_calibration_from_a_wrong_sensor_is_reverted() {
 #[test]
 fn after_a_force_level_the_velocity_is_doubted_and_after_another_level_not() {
     let watched = ProtectionParameters {
-        plausibility: Some(crate::protection::PlausibilityParameters::DEFAULT),
+        plausibility: Some(PlausibilityParameters::DEFAULT),
         ..ProtectionParameters::DEFAULT
     };
     let channel = Channel::<f64, 21>::new(&Parameters { protection: Some(watched), ..RIG }).unwrap();

@@ -1,22 +1,11 @@
 //! From the demanded flow to the spool opening that passes it.
 
-use crate::compensation::{LoadPressure, Mode, overlap};
+use crate::compensation::{LoadPressure, overlap};
 use crate::error::{ConfigError, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::{Mask as _, Scalar};
-use crate::parameters::Parameters;
+use crate::parameters::{Mode, Parameters, SignFrom};
 use crate::table::PiecewiseLinear;
-
-/// Source of the sign of the spool opening in the load-pressure correction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
-#[repr(u8)]
-pub enum SignFrom {
-    /// The measured spool, as in the paper; it chatters near null.
-    Spool = 0,
-    /// The demanded flow, free of chatter and of the loop through the spool.
-    Demand = 1,
-}
 
 /// The inverse of the servovalve's flow property.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,11 +1,10 @@
 //! Overlap of the spool's lands. Within `±o` the valve passes no flow. A flow that needs the opening `y` of a valve without
 //! overlap needs `y + o·sgn(y)`. Compensation and force loop open the valve together, so `y` is the sum of both.
 
-use crate::compensation::Mode;
 use crate::error::{ConfigError, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::Scalar;
-use crate::parameters::Parameters;
+use crate::parameters::{Mode, Parameters};
 
 /// Width of the step over the overlap (1, over the overlap).
 const WIDTH: f64 = 0.5;

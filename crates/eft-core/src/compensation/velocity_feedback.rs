@@ -4,21 +4,8 @@ use crate::compensation::{Calibration, CurveGrid, InverseFlow, LeadNetwork, Lead
 use crate::error::{ConfigError, LARGEST, check, range};
 use crate::integrity::integrity;
 use crate::number::{Mask, Scalar};
-use crate::parameters::Parameters;
+use crate::parameters::{Mode, Parameters};
 use crate::status;
-
-/// The compensation scheme.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
-#[repr(u8)]
-pub enum Mode {
-    /// The piston's motion is not compensated.
-    Off = 0,
-    /// The flow is converted by the initial flow gain `K_v`.
-    Linear = 1,
-    /// The flow is converted by the inverse flow table with the load-pressure correction.
-    Nonlinear = 2,
-}
 
 /// The compensation's immutable configuration; one drives any number of channels.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,10 +1,10 @@
 //! The flow of the configured valve: the model of the inverse flow, in the forward direction.
 
-use crate::compensation::{LoadPressure, Mode, overlap};
+use crate::compensation::{LoadPressure, overlap};
 use crate::error::{ConfigError, check};
 use crate::integrity::integrity;
 use crate::number::Real;
-use crate::parameters::Parameters;
+use crate::parameters::{Mode, Parameters};
 use crate::table::PiecewiseLinear;
 
 /// Flow curve and load pressure, Eq. (6); a straight line and no load pressure for the linear scheme.

@@ -3,8 +3,9 @@
 #[cfg(test)]
 mod tests;
 
+use crate::checksum::word;
 use crate::compensation::{Calibration, Deviations, LeadNetwork};
-use crate::integrity::{integrity, word};
+use crate::integrity::integrity;
 use crate::learning::band_filter::{BandFilter, BandState};
 use crate::learning::checkpoint::{Checkpoints, Evidence};
 use crate::learning::curve_nodes::undo;

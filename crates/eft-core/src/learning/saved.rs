@@ -10,6 +10,7 @@ use crate::learning::curve_nodes::DEPARTURE;
 use crate::learning::flow_curve::{FARTHEST, FARTHEST_NULL, NULL_BELIEF};
 use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
+use crate::learning::tuning::BISECTIONS;
 use crate::number::Real;
 
 /// A calibration to keep over a restart, made by [`Learner::saved`].
@@ -66,9 +67,6 @@ impl SavedCalibration {
 
 /// Share of a range by which rounding may put a value beyond it.
 const ROUNDING: f64 = 1.0e-6;
-
-/// Number of bisections after which an interval is exhausted in double precision.
-pub(super) const BISECTIONS: u32 = 60;
 
 /// Largest share of a variance that may come from the models' systematic errors. The rest is noise.
 const MOST_LEFT_OUT: f64 = 0.98;

@@ -13,8 +13,9 @@ mod times;
 mod valves;
 
 use super::*;
-use crate::channel::{Channel, ChannelState, Input};
+use crate::channel::{Channel, ChannelState};
 use crate::parameters::{Learning, Parameters, Realization};
+use crate::signals::Input;
 use crate::status;
 use crate::table::FlowTable;
 

@@ -70,3 +70,6 @@ pub(crate) const GUARD_TIME: f64 = 0.33;
 pub(crate) const GUARD_QUIET: f64 = 5.0e-3;
 /// Lowest level (1) of the guard.
 pub(crate) const LOWEST_LEVEL: f64 = 0.5;
+
+/// Number of bisections after which an interval is exhausted in double precision.
+pub(super) const BISECTIONS: u32 = 60;

@@ -3,8 +3,8 @@
 use core::array;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+use crate::number::row::{CELLS, CROWDED, Row, search};
 use crate::number::{Flags, Mask, Real, Scalar};
-use crate::table::piecewise::{CELLS, CROWDED, Row, search};
 
 /// `L` numbers, one for each lane.
 #[derive(Debug, Clone, Copy, PartialEq)]

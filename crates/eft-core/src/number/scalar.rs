@@ -3,10 +3,10 @@
 //! Blocks select instead of branching, so the same source runs one rig or several in lanes.
 //! No operation here fuses, reorders or calls a platform's mathematics library, so bits agree everywhere.
 
-use crate::integrity::Integrity;
+use crate::checksum::Integrity;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use crate::table::piecewise::{CELLS, CROWDED, Row, search};
+use crate::number::row::{CELLS, CROWDED, Row, search};
 
 /// The outcome of a comparison, one truth value a lane.
 pub trait Mask:
@@ -118,6 +118,33 @@ pub trait Scalar:
     fn times_sign_of(self, direction: Self) -> Self {
         let zero = Self::splat(0.0);
         Self::select(direction.gt(zero), self, Self::select(direction.lt(zero), -self, zero))
+    }
+}
+
+impl<S: Scalar> Row<S> {
+    #[inline(always)]
+    pub(crate) fn at(&self, x: S) -> S {
+        self.value + (x - self.start) * self.slope
+    }
+
+    /// The row of one lane.
+    #[inline(always)]
+    pub(crate) fn lane(&self, lane: usize) -> Row<S::Element> {
+        Row { start: self.start.lane(lane), value: self.value.lane(lane), slope: self.slope.lane(lane) }
+    }
+
+    /// The row of each lane's `x`, by halving, for crowded knots.
+    #[cold]
+    pub fn search<const N: usize>(rows: &[Self; N], x: S) -> Self {
+        let found = |lane: usize| {
+            let row = search(rows, |row| row.start.lane(lane), x.lane(lane));
+            row.map_or_else(Row::default, |row| row.lane(lane))
+        };
+        Self {
+            start: S::from_lanes(|lane| found(lane).start),
+            value: S::from_lanes(|lane| found(lane).value),
+            slope: S::from_lanes(|lane| found(lane).slope),
+        }
     }
 }
 

@@ -1,6 +1,5 @@
 //! Protection of the specimen.
 
-mod cause;
 mod gate;
 mod latch;
 mod limits;
@@ -15,9 +14,7 @@ mod tests;
 mod thresholds;
 mod timing;
 
-pub use cause::Cause;
 pub(crate) use gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
-pub use limits::{Levels, PlausibilityParameters, ProtectionParameters};
 pub(crate) use limits::{NEVER, samples};
 pub(crate) use plausibility::{Known, Plausibility, PlausibilityState};
 pub use protection::{Protected, Protection, ProtectionInput, ProtectionState};

@@ -12,12 +12,12 @@ mod sums;
 #[cfg(test)]
 mod tests;
 
-use crate::channel::Input;
+use crate::cause::Cause;
 use crate::integrity::integrity;
 use crate::learning::FlowModel;
 use crate::number::Real;
-use crate::protection::cause::Cause;
 use crate::protection::gate::{SensorGate, Signal};
+use crate::signals::Input;
 use crate::status;
 use crate::velocity::{FilteredDerivative, FilteredDerivativeState};
 use load_pressure::LoadPressureState;

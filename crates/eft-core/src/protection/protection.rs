@@ -6,12 +6,13 @@
 //! valve locks the piston, and a moving mass against locked oil makes a large force. A shutdown must therefore take
 //! long compared with the specimen's period, or act together with a bypass valve across the actuator.
 
+use crate::cause::Cause;
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::Real;
-use crate::protection::cause::Cause;
+use crate::parameters::ProtectionParameters;
 use crate::protection::latch::Latch;
-use crate::protection::limits::{Limit, NEVER, ProtectionParameters, samples};
+use crate::protection::limits::{Limit, NEVER, samples};
 use crate::protection::oscillation::{OscillationWatch, OscillationWatchState};
 use crate::protection::ramp::{Position, Ramp};
 use crate::protection::timing::{Timing, TimingState, Untimely};

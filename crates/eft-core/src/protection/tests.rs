@@ -2,7 +2,8 @@
 #![allow(clippy::float_cmp, reason = "shares of a power of two are exact")]
 
 use super::protection::*;
-use super::*;
+use crate::cause::Cause;
+use crate::parameters::{Levels, PlausibilityParameters, ProtectionParameters};
 use crate::status;
 
 /// A sample without alive counter and period.

@@ -2,9 +2,8 @@
 
 use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, range, within};
 use crate::learning::FlowModel;
-use crate::parameters::{Parameters, VelocitySource};
+use crate::parameters::{Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
 use crate::protection::gate::SensorGate;
-use crate::protection::limits::{PlausibilityParameters, ProtectionParameters};
 use crate::protection::plausibility::{LoadPressureWatch, Plausibility};
 use crate::velocity::FilteredDerivative;
 

@@ -1,10 +1,10 @@
 //! Checks by alive counter and measured period that every sample is new and on time.
 
+use crate::cause::Cause;
 use crate::error::{ConfigError, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::Real;
-use crate::protection::cause::Cause;
-use crate::protection::limits::ProtectionParameters;
+use crate::parameters::ProtectionParameters;
 
 /// A check of alive counter and sample period.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,24 +8,8 @@ mod construction;
 use crate::integrity::integrity;
 use core::array;
 
-use crate::number::{Mask, Real, Scalar};
+use crate::number::{CELLS, Mask, Real, Row, Scalar};
 
-/// Cells of the index.
-pub const CELLS: usize = 62;
-/// The entry of a cell with more than one knot; no table is so long.
-pub(crate) const CROWDED: u8 = 255;
-
-/// The map from `start` on is `value + (x - start)·slope`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct Row<S> {
-    /// Abscissa of the knot.
-    pub start: S,
-    /// Value there.
-    pub value: S,
-    /// Slope up to the next knot.
-    pub slope: S,
-}
 integrity!(Row<T>: start, value, slope);
 
 /// A strictly increasing map through up to `N` knots.
@@ -111,52 +95,11 @@ impl<S: Real, const N: usize> PiecewiseLinear<S, N> {
     }
 }
 
-impl<S: Scalar> Row<S> {
-    #[inline(always)]
-    pub(crate) fn at(&self, x: S) -> S {
-        self.value + (x - self.start) * self.slope
-    }
-
-    /// The row of one lane.
-    #[inline(always)]
-    pub(crate) fn lane(&self, lane: usize) -> Row<S::Element> {
-        Row { start: self.start.lane(lane), value: self.value.lane(lane), slope: self.slope.lane(lane) }
-    }
-
-    /// The row of each lane's `x`, by halving, for crowded knots.
-    #[cold]
-    pub fn search<const N: usize>(rows: &[Self; N], x: S) -> Self {
-        let found = |lane: usize| {
-            let row = search(rows, |row| row.start.lane(lane), x.lane(lane));
-            row.map_or_else(Row::default, |row| row.lane(lane))
-        };
-        Self {
-            start: S::from_lanes(|lane| found(lane).start),
-            value: S::from_lanes(|lane| found(lane).value),
-            slope: S::from_lanes(|lane| found(lane).slope),
-        }
-    }
-}
-
-/// The last of `N` ordered rows that starts at or below `x`, or the first if none does. The number of steps is that of
-/// the bits of `N`, for any rows. Rows beyond the last knot start at infinity.
-#[inline(always)]
-pub(crate) fn search<R, S: Real, const N: usize>(rows: &[R; N], start: impl Fn(&R) -> S, x: S) -> Option<&R> {
-    let mut rows = rows.as_slice();
-    while rows.len() > 1 {
-        let half = rows.len() / 2;
-        // Both halves have the same length, so that the number of steps is known. Halves of an even number share a row.
-        let (below, above) = (rows.get(..rows.len() - half)?, rows.get(half..)?);
-        rows = if start(above.first()?) <= x { above } else { below };
-    }
-    rows.first()
-}
-
 #[cfg(test)]
 #[allow(clippy::indexing_slicing, reason = "a test may panic")]
 mod tests {
     use super::*;
-    use crate::number::{LaneMask, Lanes};
+    use crate::number::{LaneMask, Lanes, search};
 
     #[test]
     fn beyond_its_ends_a_map_is_level_in_every_lane() {

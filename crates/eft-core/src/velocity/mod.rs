@@ -13,11 +13,12 @@ use core::hash::{Hash, Hasher};
 use core::hint::black_box;
 use core::mem::discriminant;
 
-use crate::channel::Input;
+use crate::checksum::{Integrity, Word};
 use crate::error::{ConfigError, LARGEST, check, positive};
-use crate::integrity::{Integrity, Word, integrity};
+use crate::integrity::integrity;
 use crate::number::Real;
 use crate::parameters::{Parameters, VelocitySource};
+use crate::signals::Input;
 
 /// Source of a channel's velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]

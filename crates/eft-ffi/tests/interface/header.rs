@@ -47,8 +47,8 @@ fn the_committed_header_agrees_with_the_sources() {
         .with_config(config)
         .with_src(source)
         .with_src(format!("{core}/status.rs"))
-        .with_src(format!("{core}/protection/cause.rs"))
-        .with_src(format!("{core}/channel/signals.rs"))
+        .with_src(format!("{core}/cause.rs"))
+        .with_src(format!("{core}/signals.rs"))
         .generate()
         .unwrap();
     let mut raw = Vec::new();

@@ -3,9 +3,10 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use super::*;
-use crate::channel::{Channel, Input};
+use crate::channel::Channel;
 use crate::number::{Flags, Lanes};
 use crate::parameters::{Learning, Parameters};
+use crate::signals::Input;
 
 fn together(inputs: &[Input<f64>; 2]) -> ControllerInput<Lanes<f64, 2>> {
     let of = |pick: fn(&Input<f64>) -> f64| Lanes::from_lanes(|lane| pick(&inputs[lane]));

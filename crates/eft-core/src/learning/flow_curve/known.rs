@@ -1,7 +1,7 @@
 //! What is known of asymmetry and null offset: their standard deviations, and sums that give known values.
 
 use super::{CurveEvidence, CurveState, Direction, FIRST_ERRORS, FlowCurve, GAIN_BELIEF, NULL_BELIEF};
-use crate::learning::saved::BISECTIONS;
+use crate::learning::tuning::BISECTIONS;
 use crate::number::Real;
 
 impl<T: Real> FlowCurve<T> {

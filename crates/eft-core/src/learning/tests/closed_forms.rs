@@ -1,11 +1,12 @@
 //! Parts of the learner compared with closed forms.
 
-use crate::channel::{Channel, Input};
+use crate::channel::Channel;
 use crate::compensation::{CurveGrid, LeadNetwork, PIECES};
 use crate::learning::Learner;
 use crate::learning::flow_curve::{CurveEvidence, CurveState, FlowCurve};
 use crate::learning::least_squares::LeastSquares;
 use crate::parameters::{Learning, Parameters, Realization};
+use crate::signals::Input;
 use crate::table::FlowTable;
 
 const RIG: Parameters =

@@ -2,13 +2,14 @@
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
-use crate::channel::{Channel, Input};
+use crate::channel::Channel;
 use crate::compensation::{Deviations, NODES, PIECES};
 use crate::learning::curve_nodes::CurveNodes;
 use crate::learning::least_squares::Estimate;
 use crate::learning::saved::SavedCalibration;
 use crate::learning::{Learner, LearnerState};
 use crate::parameters::{Learning, Parameters, Realization};
+use crate::signals::Input;
 use crate::table::FlowTable;
 
 const RIG: Parameters =

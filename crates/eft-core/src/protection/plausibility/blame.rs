@@ -1,12 +1,12 @@
 //! Selection of the distrusted sensor.
 
-use crate::channel::Input;
+use crate::cause::Cause;
 use crate::number::Real;
-use crate::protection::cause::Cause;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
 use crate::protection::plausibility::{
     BALANCE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
 };
+use crate::signals::Input;
 
 /// The displacement is blamed for a ratio only if the velocity fits the flow better, by this share of the square of the
 /// largest recent speed. This is so if one of the two has the wrong sign.

@@ -1,9 +1,9 @@
 //! The residuals of the balances, and their sums.
 
-use crate::channel::Input;
 use crate::number::Real;
 use crate::protection::plausibility::sums::{envelope, follow, rest};
 use crate::protection::plausibility::{Known, Plausibility, PlausibilityState};
+use crate::signals::Input;
 
 /// Share of the flow that a wrong calibration may leave, from the bounds of the self-calibration and the curve's error.
 const FLOW: f64 = 0.5;

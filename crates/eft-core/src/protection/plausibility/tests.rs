@@ -8,7 +8,7 @@ mod judgement;
 
 use super::*;
 use crate::parameters::Parameters;
-use crate::protection::limits::{Levels, PlausibilityParameters, ProtectionParameters};
+use crate::parameters::{Levels, PlausibilityParameters, ProtectionParameters};
 use crate::table::FlowTable;
 
 const RIG: Parameters = Parameters::ZHAO2005;

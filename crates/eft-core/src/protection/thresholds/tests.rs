@@ -3,7 +3,7 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use super::*;
-use crate::protection::limits::Levels;
+use crate::parameters::Levels;
 
 fn near(name: &str, found: f64, expected: f64) {
     assert!((found - expected).abs() <= 1e-5 * expected.abs(), "{name}: {found:e}, not {expected:e}");

@@ -1,7 +1,8 @@
 //! A map from its knots.
 
 use crate::error::{ConfigError, LARGEST, check, within};
-use crate::table::piecewise::{CELLS, CROWDED, PiecewiseLinear, Row};
+use crate::number::{CELLS, CROWDED, Row};
+use crate::table::PiecewiseLinear;
 
 /// An entry of a list; NaN beyond its end, which every check refuses.
 #[allow(clippy::indexing_slicing)]

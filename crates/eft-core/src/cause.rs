@@ -1,6 +1,6 @@
 //! The first cause of a trip.
 
-use crate::integrity::{Integrity, Word};
+use crate::checksum::{Integrity, Word};
 
 /// What tripped a protection first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
