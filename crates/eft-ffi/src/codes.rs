@@ -1,6 +1,6 @@
 //! The return codes, and the one flag of a status that the core does not have.
 
-use crate::tables::constants;
+use crate::constants::constants;
 
 constants! { u8:
     EFT_OK = 0, "Done.";

@@ -5,6 +5,7 @@
 
 mod channel;
 mod codes;
+mod constants;
 mod exchange;
 mod learner;
 mod parameters;

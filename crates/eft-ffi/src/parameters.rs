@@ -9,8 +9,9 @@ use eft_core::{
 };
 
 use crate::codes::*;
+use crate::constants::constants;
 use crate::place::{Opaque, give, given, made, mark, room};
-use crate::tables::{constants, data};
+use crate::tables::data;
 
 /// The most points of a flow table.
 pub const EFT_TABLE_CAPACITY: usize = 21;

@@ -1,11 +1,4 @@
-//! Macros that define constants, structs and functions of C once for both precisions.
-
-/// Constants of one type.
-macro_rules! constants {
-    ($t:ty: $($Name:ident = $value:literal, $doc:literal;)*) => {
-        $(#[doc = $doc] pub const $Name: $t = $value;)*
-    };
-}
+//! Macros that define structs and functions of C once for both precisions.
 
 /// A struct of plain data, with the header's comment on each field.
 macro_rules! data {
@@ -79,4 +72,4 @@ macro_rules! coded {
     };
 }
 
-pub(crate) use {coded, constants, data, function, functions, opaque};
+pub(crate) use {coded, data, function, functions, opaque};

@@ -7,7 +7,8 @@ use eft_sim::config::dimension;
 use eft_sim::{Error, Result, RigConfig};
 
 use crate::model::{Model, Part};
-use crate::variables::{Role, Type, Variable, variables};
+use crate::table::variables;
+use crate::variables::{Role, Type, Variable};
 
 /// Version of the interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

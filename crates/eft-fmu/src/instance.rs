@@ -1,25 +1,17 @@
 //! One instance of an FMU, for both versions of the interface.
 
+mod snapshot;
 mod states;
 
 use eft_core::Short;
 use eft_sim::{Error, Result, RigConfig};
-use serde::{Deserialize, Serialize};
 
 use crate::description;
 use crate::model::{Model, Part};
-use crate::variables::{Role, Type, Variable, variables};
+use crate::table::variables;
+use crate::variables::{Role, Type, Variable};
 
-pub(crate) use states::Snapshot;
-
-/// The phase of an instance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Phase {
-    Instantiated,
-    Initializing,
-    Stepping,
-    Terminated,
-}
+pub(crate) use snapshot::{Phase, Snapshot};
 
 /// An instance.
 pub(crate) struct Instance {

@@ -13,6 +13,7 @@ mod fmi2;
 mod fmi3;
 mod instance;
 mod model;
+mod table;
 mod variables;
 
 pub use description::{Version, description, resource};

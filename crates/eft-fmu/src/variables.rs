@@ -1,9 +1,7 @@
-//! The variables of an FMU: one table for the description, the checks and the values.
+//! A variable of an FMU.
 
 use eft_sim::RigConfig;
-use eft_sim::config::{KEYS, Key, Kind};
-
-use crate::model::{Part, SINGLE_PRECISION};
+use eft_sim::config::{Key, Kind};
 
 /// Type of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +46,7 @@ pub(crate) struct Signals {
 
 impl Signals {
     /// The variables for a rig. With several actuators an index from 1 in brackets follows the name.
-    fn variables(self, rig: &RigConfig, role: Role) -> Vec<Variable> {
+    pub(crate) fn variables(self, rig: &RigConfig, role: Role) -> Vec<Variable> {
         let (Self { each, all }, actuators) = (self, rig.structure.floors());
         let index = |actuator| if actuators == 1 { String::new() } else { format!("[{actuator}]") };
         let numbered =
@@ -63,12 +61,12 @@ impl Signals {
 }
 
 impl Variable {
-    fn signal((name, unit, kind, doc): Signal, index: &str, role: Role, start: f64) -> Self {
+    pub(crate) fn signal((name, unit, kind, doc): Signal, index: &str, role: Role, start: f64) -> Self {
         Self { name: format!("{name}{index}"), unit, kind, role, start, key: None, doc }
     }
 
     /// A key of the configuration as a parameter, if the rig has a value for it.
-    fn parameter(key: &'static Key, rig: &RigConfig) -> Option<Self> {
+    pub(crate) fn parameter(key: &'static Key, rig: &RigConfig) -> Option<Self> {
         let value = rig.get(key.key).ok().flatten()?;
         let (kind, start) = match key.kind {
             Kind::Float(..) => (Type::Real, value.as_float()?),
@@ -97,34 +95,4 @@ impl Variable {
             Type::Boolean => (value != 0.0).into(),
         }
     }
-}
-
-/// Keys that are not parameters of an FMU.
-// The step is fixed, the importer realizes a computation delay and delays the command, and the inputs of a feedforward must be known
-// in advance.
-const FIXED: [&str; 5] = [
-    "controller.sample_rate",
-    "controller.force_delay",
-    "compensation.computation_delay",
-    "compensation.feedforward",
-    "compensation.look_ahead",
-];
-
-/// The table of a part of a rig: time, inputs, outputs, parameters.
-pub(crate) fn variables(part: Part, rig: &RigConfig) -> Vec<Variable> {
-    let time = ("time", "s", Type::Real, "Time");
-    let is_of_part = |key: &&Key| match part {
-        Part::Rig => key.is_of_the_plant(),
-        Part::Controller => !key.key.starts_with("verdict."),
-    };
-    let keys = KEYS.iter().filter(is_of_part).filter(|key| !FIXED.contains(&key.key));
-    let parameters = keys.filter_map(|key| Variable::parameter(key, rig));
-    let precision =
-        (part == Part::Controller).then(|| Variable::signal(SINGLE_PRECISION, "", Role::Parameter, 0.0));
-    std::iter::once(Variable::signal(time, "", Role::Time, 0.0))
-        .chain(part.inputs(rig).variables(rig, Role::Input))
-        .chain(part.outputs().variables(rig, Role::Output))
-        .chain(parameters)
-        .chain(precision)
-        .collect()
 }

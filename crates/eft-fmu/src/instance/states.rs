@@ -1,21 +1,11 @@
 //! The states of an instance: stored, restored, and as bytes.
 
 use eft_sim::{Error, Result};
-use serde::{Deserialize, Serialize};
 
-use super::{Instance, Phase};
+use super::Instance;
+use super::snapshot::{Phase, Snapshot};
 use crate::description::fnv;
-use crate::model::{Model, State};
-
-/// The variable part of an instance.
-#[derive(Serialize, Deserialize)]
-pub(crate) struct Snapshot {
-    phase: Phase,
-    ticks: u64,
-    start: f64,
-    values: Vec<f64>,
-    model: Option<State>,
-}
+use crate::model::Model;
 
 impl Instance {
     fn snapshot(&self) -> Snapshot {
