@@ -6,10 +6,10 @@ use crate::analysis::linear::{
     FlowGain, Time, designed_for, largest_stable_level, linearize, stability_margin,
 };
 use crate::closed_loop::{SimulateOptions, ideal_responses};
+use crate::config::TABLE_CAPACITY;
 use crate::config::{Mode, RigConfig};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
-use crate::plant::TABLE_CAPACITY;
 
 /// Beyond this opening the paper advises against a test.
 const ADVISED_OPENING: f64 = 0.6;

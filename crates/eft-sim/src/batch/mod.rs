@@ -8,38 +8,16 @@ mod floor;
 mod outcome;
 mod pieces;
 mod pool;
+mod request;
 mod wide;
 
-use crate::closed_loop::{Precision, SimulateOptions, simulate_actuators};
-use crate::config::RigConfig;
+use crate::closed_loop::{Precision, simulate_actuators};
 use crate::error::{Error, Result};
-use crate::ground_motion::excitation::Command;
 use pieces::pieces;
 use wide::SideBySide;
 
 pub use outcome::Outcome;
-
-/// One test of a batch.
-#[derive(Debug, Clone, Copy)]
-pub struct Test<'a> {
-    /// The tested rig.
-    pub rig: &'a RigConfig,
-    /// The force commands (N), one per actuator, the ground floor's first.
-    pub commands: &'a [Command],
-}
-
-/// How a batch is run.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BatchOptions {
-    /// How each test is run.
-    pub simulate: SimulateOptions,
-    /// Number of threads; `None` means one per core.
-    pub threads: Option<usize>,
-    /// Whether the outcomes carry the traces.
-    pub traces: bool,
-    /// Whether to compute the metrics that need a Fourier transform; they take longer than the test.
-    pub fft: bool,
-}
+pub use request::{BatchOptions, Test};
 
 /// How many sets of tests of a batch run side by side on this processor.
 pub fn side_by_side(tests: &[Test<'_>], options: &BatchOptions) -> usize {

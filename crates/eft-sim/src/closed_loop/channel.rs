@@ -10,8 +10,8 @@ use eft_core::{
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::estimates::Estimates;
 use crate::config::RigConfig;
+use crate::config::TABLE_CAPACITY;
 use crate::error::{Error, Result};
-use crate::plant::TABLE_CAPACITY;
 
 type Channel<P> = eft_core::Channel<P, TABLE_CAPACITY>;
 

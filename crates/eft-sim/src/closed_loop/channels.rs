@@ -3,8 +3,9 @@
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::controller::{Precision, adapts};
 use crate::config::{RigConfig, VelocitySource};
-use crate::instruments::{DelayLines, Signals};
+use crate::instruments::DelayLines;
 use crate::lanes::{Num, WIDEST};
+use crate::plant::Signals;
 
 /// The parts of a rig's channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

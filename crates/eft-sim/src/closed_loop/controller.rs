@@ -10,10 +10,10 @@ use eft_core::{
     ProtectionParameters, Real, Realization, Scalar, SignFrom, VelocitySource,
 };
 
+use crate::config::TABLE_CAPACITY;
 use crate::config::{self, RigConfig};
 use crate::error::Result;
 use crate::lanes::Num;
-use crate::plant::TABLE_CAPACITY;
 
 /// The controller of a simulated rig; its tables have the simulator's capacity.
 pub type RigController<S> = Controller<S, TABLE_CAPACITY>;

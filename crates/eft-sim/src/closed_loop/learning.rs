@@ -8,9 +8,9 @@ use eft_core::{
 use crate::closed_loop::channel::Learning;
 use crate::closed_loop::controller::{Precision, RigController};
 use crate::closed_loop::estimates::{Estimates, InUse};
+use crate::config::TABLE_CAPACITY;
 use crate::error::Result;
 use crate::lanes::{Num, Work};
-use crate::plant::TABLE_CAPACITY;
 
 /// Channels of rigs that learn, without protection and with a measured velocity, one per lane.
 pub(crate) struct LearningLanes<S: Num, C: Scalar>

@@ -4,8 +4,8 @@ use std::any::Any;
 
 use eft_core::{Flags, Input, Real, Scalar};
 
-use crate::instruments::Signals;
 use crate::lanes::Num;
+use crate::plant::Signals;
 
 impl<S: Num> Signals<S> {
     /// One lane.

@@ -6,8 +6,7 @@ use crate::closed_loop::simulate::{SimulateOptions, one_each};
 use crate::closed_loop::specimen::Exchange;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
-use crate::instruments::Signals;
-use crate::plant::{ActuatorState, Driver, Plant, TimeGrid};
+use crate::plant::{ActuatorState, Driver, Plant, Signals, TimeGrid};
 
 /// The true state of the plant at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,9 +3,8 @@
 use eft_core::{Scalar, status};
 
 use crate::closed_loop::estimates::InUse;
-use crate::instruments::Signals;
 use crate::lanes::Num;
-use crate::plant::{ActuatorState, Driver};
+use crate::plant::{ActuatorState, Driver, Signals};
 
 /// The result of the digital side at one tick.
 #[derive(Debug, Clone, Copy)]

@@ -6,8 +6,8 @@ use crate::closed_loop::simulate::{SimulateOptions, one_each};
 use crate::closed_loop::stepper::PlantReading;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
-use crate::instruments::{Dac, Sensors, Signals};
-use crate::plant::{ActuatorState, Driver, Exponential, FastState, Plant, TimeGrid, needs_detail};
+use crate::instruments::{Dac, Sensors};
+use crate::plant::{ActuatorState, Driver, Exponential, FastState, Plant, Signals, TimeGrid, needs_detail};
 
 /// The true state of a virtual rig at one tick, and its sensors' readings.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,9 @@
 
 use super::{FlowCurve, RigConfig};
 use crate::error::{Error, Result};
-use crate::plant::TABLE_CAPACITY;
+
+/// Largest number of points of a flow curve.
+pub const TABLE_CAPACITY: usize = 64;
 
 /// Points closer to each other than this share of their opening are merged.
 const APART: f64 = 1e-6;

@@ -20,6 +20,7 @@ mod zhao2005;
 pub(crate) use force_loop::AtRest;
 pub use idle::IdleKey;
 pub use keys::KEYS;
+pub use lap::TABLE_CAPACITY;
 pub use quantity::{dimension, quantity, units_of};
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
@@ -119,6 +120,11 @@ pub fn calibration_section(saved: &SavedCalibration) -> Option<toml::Value> {
 }
 
 impl RigConfig {
+    /// Whether the motion is measured at a piston with an elastic attachment.
+    pub(crate) fn piston_moves_alone(&self) -> bool {
+        self.actuator.attachment_stiffness.is_some() && self.sensors.motion_at == MotionAt::Piston
+    }
+
     /// Reads a configuration from TOML text.
     ///
     /// # Errors

@@ -14,10 +14,10 @@ use super::Estimate;
 use super::gaps::{check, detrend};
 use crate::analysis::linear::valve_response;
 use crate::checks;
+use crate::config::TABLE_CAPACITY;
 use crate::config::{Mode, Realization, RigConfig};
 use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of, spectrum};
-use crate::plant::TABLE_CAPACITY;
 
 /// Bins with less than this share of the motion's largest power in the band are not used.
 const MOVED: f64 = 1e-3;

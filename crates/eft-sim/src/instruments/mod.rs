@@ -16,27 +16,8 @@ pub(crate) use sensor::AnalogOutput;
 
 use crate::config::{self, FaultSignal, RigConfig, SensorFault, VelocitySource};
 use crate::lanes::Num;
-use crate::plant::piston_moves_alone;
-use sensor::{Fault, Sensor};
-
-/// One value of each signal that has a sensor, true or measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Signals<S> {
-    /// Displacement (m).
-    pub(crate) displacement: S,
-    /// Velocity (m/s).
-    pub(crate) velocity: S,
-    /// Force (N).
-    pub(crate) force: S,
-    /// Spool opening (1).
-    pub(crate) spool: S,
-    /// Supply pressure (Pa).
-    pub(crate) supply_pressure: S,
-    /// Acceleration (m/s²).
-    pub(crate) acceleration: S,
-    /// Load pressure (Pa).
-    pub(crate) load_pressure: S,
-}
+use crate::plant::Signals;
+use sensor::{Fault, Sensor, is_ideal};
 
 /// The sensors of one actuator, of one rig or of several side by side.
 #[derive(Debug, Clone)]
@@ -143,7 +124,7 @@ pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
         fault,
     } = &rig.plant().sensors;
     let all = [force, velocity, displacement, spool, supply_pressure, acceleration, load_pressure];
-    all.into_iter().all(is_ideal) && fault.is_none() && !piston_moves_alone(rig)
+    all.into_iter().all(is_ideal) && fault.is_none() && !rig.piston_moves_alone()
 }
 
 /// Whether a rig has an accelerometer: the observer reads it, or the configuration describes it.
@@ -160,12 +141,6 @@ pub(crate) fn has_load_pressure(rig: &RigConfig) -> bool {
     rig.protection.load_pressure_tolerance.is_some()
         || !is_ideal(&sensors.load_pressure)
         || sensors.fault.as_ref().is_some_and(|fault| fault.signal == FaultSignal::LoadPressure)
-}
-
-fn is_ideal(sensor: &config::Sensor) -> bool {
-    let config::Sensor { gain, noise, bandwidth, bits, range, delay, bias, dropout } = sensor;
-    let exact = *gain == 1.0 && *noise == 0.0 && *bias == 0.0 && *dropout == 0.0;
-    exact && *delay == 0 && bandwidth.is_none() && bits.is_none() && range.is_none()
 }
 
 fn in_ticks(fault: &SensorFault, sample_rate: f64) -> Fault {

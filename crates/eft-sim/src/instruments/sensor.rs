@@ -32,6 +32,13 @@ pub(crate) struct AnalogOutput<S> {
     pub(crate) offset: S,
 }
 
+/// Whether a sensor reports the true value.
+pub(crate) fn is_ideal(sensor: &config::Sensor) -> bool {
+    let config::Sensor { gain, noise, bandwidth, bits, range, delay, bias, dropout } = sensor;
+    let exact = *gain == 1.0 && *noise == 0.0 && *bias == 0.0 && *dropout == 0.0;
+    exact && *delay == 0 && bandwidth.is_none() && bits.is_none() && range.is_none()
+}
+
 /// One sensor per lane.
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor<S: Num> {
@@ -96,7 +103,7 @@ impl<S: Num> Sensor<S> {
         }
         let noisy = lanes.iter().any(|lane| lane.0.noise > 0.0);
         Self {
-            exact: S::Mask::from_lanes(|i| super::is_ideal(lanes[i].0) && lanes[i].1.is_none()),
+            exact: S::Mask::from_lanes(|i| is_ideal(lanes[i].0) && lanes[i].1.is_none()),
             filters,
             gain: number(|sensor| sensor.gain),
             bias: number(|sensor| sensor.bias),

@@ -2,7 +2,7 @@
 
 use eft_core::Scalar;
 
-use crate::config::{MotionAt, RigConfig};
+use crate::config::RigConfig;
 use crate::lanes::Num;
 
 /// Chambers and piston.
@@ -34,8 +34,8 @@ impl<S: Num> Actuator<S> {
             leakage: S::from_lanes(|i| rig(i).actuator.leakage),
             per_compressibility: S::from_lanes(|i| 1.0 / compressibility(i)),
             share_of_oil: S::from_lanes(|i| rig(i).actuator.compressibility / compressibility(i)),
-            yields: (0..S::LANES).any(|i| piston_moves_alone(rig(i))),
-            yielding: S::from_lanes(|i| match piston_moves_alone(rig(i)) {
+            yields: (0..S::LANES).any(|i| rig(i).piston_moves_alone()),
+            yielding: S::from_lanes(|i| match rig(i).piston_moves_alone() {
                 true => rig(i).actuator.attachment_compressibility() / rig(i).actuator.piston_area,
                 false => 0.0,
             }),
@@ -124,11 +124,6 @@ impl<S: Num> Actuator<S> {
         let part = displacement.limit(-self.stroke, self.stroke) * self.per_chamber_length;
         S::splat(1.0) - self.share_of_oil * part * part
     }
-}
-
-/// Whether the motion is measured at a piston with an elastic attachment.
-pub(crate) fn piston_moves_alone(rig: &RigConfig) -> bool {
-    rig.actuator.attachment_stiffness.is_some() && rig.sensors.motion_at == MotionAt::Piston
 }
 
 #[cfg(test)]

@@ -6,9 +6,8 @@ use eft_core::{Mask, Scalar};
 
 use crate::config::RigConfig;
 use crate::error::Result;
-use crate::instruments::Signals;
 use crate::lanes::Num;
-use crate::plant::actuator::piston_moves_alone;
+use crate::plant::Signals;
 use crate::plant::drive::Driver;
 use crate::plant::energy::{EnergyBalance, POWERS};
 use crate::plant::runge_kutta::{Equations, Stages, runge_kutta};
@@ -358,7 +357,7 @@ pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
     let plain_actuator = plain_actuator
         && actuator.bypass_flow == 0.0
         && actuator.area_ratio == 1.0
-        && !piston_moves_alone(rig);
+        && !rig.piston_moves_alone();
     let plain_supply = supply.schedule.is_none() && supply.accumulator.is_none();
     let plain_cell = rig.sensors.force.bandwidth.is_none();
     !(plain_valve && plain_actuator && plain_supply && plain_cell && is_plain(rig))

@@ -3,9 +3,9 @@
 use eft_core::FlowTable;
 
 use crate::config::RigConfig;
+use crate::config::TABLE_CAPACITY;
 use crate::error::Result;
 use crate::lanes::Num;
-use crate::plant::TABLE_CAPACITY;
 
 /// Flow through the main stage into the actuator.
 #[derive(Debug, Clone, Copy)]

@@ -18,6 +18,7 @@ mod pilot_valve;
 mod power_damper;
 mod runge_kutta;
 mod servo_actuator;
+mod signals;
 mod spool;
 mod state;
 mod story;
@@ -27,7 +28,6 @@ mod time_grid;
 mod torque_motor;
 mod valve_leakage;
 
-pub(crate) use actuator::piston_moves_alone;
 pub(crate) use drive::{Analog, Driver, DriverKind};
 pub use energy::EnergyBalance;
 pub(crate) use fast::{Exponential, FastState, Prediction};
@@ -35,6 +35,7 @@ pub(crate) use general::{Plant, needs_detail};
 pub(crate) use load_flow::LoadFlow;
 pub(crate) use runge_kutta::{Equations, Stages, runge_kutta};
 pub(crate) use servo_actuator::ServoActuator;
+pub(crate) use signals::Signals;
 pub(crate) use spool::Spool;
 pub(crate) use state::ActuatorState;
 pub(crate) use structure::{Motion, Structure};
@@ -45,6 +46,3 @@ pub(crate) use time_grid::{TimeGrid, longest_step};
 fn changed(changes: &[(&str, toml::Value)]) -> crate::RigConfig {
     crate::RigConfig::zhao2005().replace(changes).unwrap()
 }
-
-/// Largest number of points of a flow curve.
-pub const TABLE_CAPACITY: usize = 64;

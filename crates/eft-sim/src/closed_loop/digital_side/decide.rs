@@ -7,15 +7,16 @@ use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::channels::{Answers, ChannelKind, step_channels};
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::drive::Outputs;
-use crate::closed_loop::digital_side::{Decides, DigitalSide};
+use crate::closed_loop::digital_side::parts::{Decides, DigitalSide};
 use crate::closed_loop::estimates::Estimates;
 use crate::closed_loop::learning::LearningLanes;
 use crate::closed_loop::outside::Answer;
 use crate::closed_loop::signals::{convert, convert_flags};
 use crate::closed_loop::tick::Decision;
-use crate::instruments::{DelayLines, Signals};
+use crate::instruments::DelayLines;
 use crate::lanes::{Num, WIDEST};
 use crate::plant::Driver;
+use crate::plant::Signals;
 
 /// The input of the controllers in their precision.
 #[inline(always)]

@@ -3,12 +3,12 @@
 use eft_core::{Flags, Mask, Scalar, status};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{CellReading, Decides, DigitalSide, Feedback};
+use crate::closed_loop::digital_side::parts::{CellReading, Decides, DigitalSide, Feedback};
 use crate::closed_loop::tick::Decision;
 use crate::config::Realization;
-use crate::instruments::Signals;
 use crate::lanes::Num;
 use crate::plant::Driver;
+use crate::plant::Signals;
 
 /// The outputs of the controllers.
 #[derive(Debug, Clone, Copy)]

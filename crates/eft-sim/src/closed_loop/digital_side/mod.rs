@@ -2,45 +2,27 @@
 
 mod decide;
 mod drive;
+mod parts;
 
-use eft_core::{Calibration, ControllerState, Mask, SavedCalibration, Scalar};
+pub(crate) use parts::{DigitalSide, Feedback};
+
+use eft_core::{ControllerState, Mask, SavedCalibration, Scalar};
 
 use crate::closed_loop::channel::RigChannel;
-use crate::closed_loop::channels::{Answers, ChannelKind};
+use crate::closed_loop::channels::ChannelKind;
 use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
 use crate::closed_loop::digital_side::decide::{learn, run_channels};
+use crate::closed_loop::digital_side::parts::{CellReading, Decides};
 use crate::closed_loop::estimates::{Estimates, InUse};
 use crate::closed_loop::learning::LearningLanes;
 use crate::closed_loop::outside::Outside;
 use crate::closed_loop::tick::Decision;
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
-use crate::instruments::{AnalogOutput, CommandDelay, Dac, DelayLines, Sensors, Signals};
+use crate::instruments::{AnalogOutput, CommandDelay, Dac, DelayLines, Sensors};
 use crate::lanes::{Num, Work};
-use crate::plant::{Analog, Driver};
-
-/// A plant in its present state.
-// A trait instead of a closure: a closure called twice is not inlined, and then does not use the processor's
-// vector instructions.
-pub(crate) trait Feedback<S: Num> {
-    /// The valve command (V) of a drive for the plant's present state.
-    fn command(&self, driver: &Driver<S>) -> S;
-}
-
-/// The load cell as an analog controller sees it: `gain·force + offset` (N).
-#[derive(Debug, Clone, Copy)]
-struct CellReading<S> {
-    gain: S,
-    offset: S,
-    ideal: bool,
-}
-
-impl<S: Num> CellReading<S> {
-    #[inline(always)]
-    fn ideal() -> Self {
-        Self { gain: S::splat(1.0), offset: S::splat(0.0), ideal: true }
-    }
-}
+use crate::plant::Analog;
+use crate::plant::Signals;
 
 /// Which copy of `sample` a digital side uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,64 +33,6 @@ pub(crate) enum Path {
     IdealLearning,
     /// Any rig.
     General,
-}
-
-/// The source of the valve command.
-enum Decides<S: Num, C: Scalar>
-where
-    C::Element: Precision,
-{
-    /// Controllers side by side, without learning, protection or velocity estimate.
-    SideBySide,
-    /// Learning channels side by side.
-    Learning(Box<LearningLanes<S, C>>),
-    /// One channel per lane.
-    Channels(Vec<RigChannel<C::Element>>, Box<Answers>),
-    /// An external controller, for one rig.
-    Outside(Outside),
-}
-
-impl<S: Num, C: Scalar> Decides<S, C>
-where
-    C::Element: Precision,
-{
-    /// The channels, if they compute the valve command.
-    fn channels(&mut self) -> &mut [RigChannel<C::Element>] {
-        if let Self::Channels(channels, _) = self { channels } else { &mut [] }
-    }
-}
-
-/// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
-/// number.
-pub(crate) struct DigitalSide<S: Num, C: Scalar>
-where
-    C::Element: Precision,
-{
-    kind: ChannelKind,
-    decides: Decides<S, C>,
-    /// Whether the instruments are ideal and the loop analog.
-    ideal: bool,
-    /// The controllers side by side.
-    controller: RigController<C>,
-    /// Their configured calibration.
-    calibration: Box<Calibration<C>>,
-    estimates: InUse<S>,
-    /// For analog controllers since the last tick: the command (N) at the end of the interval, its rate (N/s)
-    /// and the compensation (V).
-    before: Option<[S; 3]>,
-    estimates_velocity: bool,
-    adapts: bool,
-    computation: DelayLines,
-    /// `None` if no load cell has a known latency.
-    command_delay: Option<CommandDelay<S>>,
-    realization: Realization,
-    analog: Analog<S>,
-    /// `None` if the sensors of every lane are ideal.
-    sensors: Option<Sensors<S>>,
-    dac: Dac<S>,
-    sample_rate: f64,
-    /// Whether a trace is kept of the analog valve command, which nothing else needs.
-    traces: bool,
 }
 
 impl<S: Num, C: Scalar> DigitalSide<S, C>

@@ -3,43 +3,18 @@
 mod c;
 mod fields;
 mod notes;
+mod parts;
 mod rust;
-
-use eft_core::Parameters;
 
 use crate::closed_loop::{Precision, parameters};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
+use parts::Parts;
+
+pub use parts::Target;
 
 /// Points a flow table may have in the C interface.
 const C_CAPACITY: usize = 21;
-
-/// The language of the exported configuration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Target {
-    /// `PARAMETERS`, and a constant `eft_core::Channel` and `Learner` made of them, checked by the compiler.
-    Rust,
-    /// A constant `eft_parameters` for `eft.h`, checked here and again by `eft_configure_f32`.
-    C,
-}
-
-impl std::str::FromStr for Target {
-    type Err = Error;
-    fn from_str(name: &str) -> Result<Self> {
-        match name {
-            "rust" => Ok(Self::Rust),
-            "c" => Ok(Self::C),
-            other => Err(Error::value("target", other, "must be \"rust\" or \"c\"")),
-        }
-    }
-}
-
-/// The data of an exported file.
-struct Parts<'a> {
-    rig: &'a RigConfig,
-    name: &'a str,
-    parameters: Parameters<'a>,
-}
 
 /// The parameters of a rig's channel as a source file; the digital side runs at `controller.sample_rate`. The
 /// first comment lists duties of the firmware that a constant cannot hold, such as measuring the supply

@@ -4,7 +4,7 @@ use eft_core::Realization;
 
 use crate::closed_loop::soft_end_ticks;
 
-use super::{Parts, Target};
+use super::parts::{Parts, Target};
 
 /// Longest line of a comment, without comment marks.
 const WIDTH: usize = 96;

@@ -6,7 +6,7 @@ use eft_core::VelocitySource;
 
 use super::fields::{Field, Value, fields, learning, levels, list, number, plausibility, protection};
 use super::notes::lines;
-use super::{Parts, Target};
+use super::parts::{Parts, Target};
 
 const NONE: &str = "f64::MAX";
 

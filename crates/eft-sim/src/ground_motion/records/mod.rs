@@ -17,13 +17,10 @@ mod text;
 mod unit;
 
 pub use read::{MAX_FILE_SIZE, MAX_LINES, ReadOptions, parse, parse_with, read_record, read_record_with};
-pub use unit::Unit;
+pub use unit::{STANDARD_GRAVITY, Unit};
 
 use crate::checks;
 use crate::error::Result;
-
-/// Standard gravity in m/s², for the conversion of records in units of g.
-pub const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// One component of a ground motion: acceleration in m/s² at a constant step in s.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,7 @@
 //! Units of acceleration and their names in files.
 
-use super::STANDARD_GRAVITY;
+/// Standard gravity in m/s², for the conversion of records in units of g.
+pub const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// A unit of acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

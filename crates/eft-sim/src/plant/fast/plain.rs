@@ -4,8 +4,8 @@ use eft_core::Scalar;
 
 use crate::config::RigConfig;
 use crate::error::Result;
-use crate::instruments::Signals;
 use crate::lanes::Num;
+use crate::plant::Signals;
 use crate::plant::actuator::Actuator;
 use crate::plant::drive::{At, Drive, Valve};
 use crate::plant::load_flow::LoadFlow;

@@ -1,0 +1,95 @@
+//! The parts of a digital side.
+
+use eft_core::{Calibration, Scalar};
+
+use crate::closed_loop::channel::RigChannel;
+use crate::closed_loop::channels::{Answers, ChannelKind};
+use crate::closed_loop::controller::{Precision, RigController};
+use crate::closed_loop::estimates::InUse;
+use crate::closed_loop::learning::LearningLanes;
+use crate::closed_loop::outside::Outside;
+use crate::config::Realization;
+use crate::instruments::{CommandDelay, Dac, DelayLines, Sensors};
+use crate::lanes::Num;
+use crate::plant::{Analog, Driver};
+
+/// A plant in its present state.
+// A trait instead of a closure: a closure called twice is not inlined, and then does not use the processor's
+// vector instructions.
+pub(crate) trait Feedback<S: Num> {
+    /// The valve command (V) of a drive for the plant's present state.
+    fn command(&self, driver: &Driver<S>) -> S;
+}
+
+/// The load cell as an analog controller sees it: `gain·force + offset` (N).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CellReading<S> {
+    pub(super) gain: S,
+    pub(super) offset: S,
+    pub(super) ideal: bool,
+}
+
+impl<S: Num> CellReading<S> {
+    #[inline(always)]
+    pub(super) fn ideal() -> Self {
+        Self { gain: S::splat(1.0), offset: S::splat(0.0), ideal: true }
+    }
+}
+
+/// The source of the valve command.
+pub(super) enum Decides<S: Num, C: Scalar>
+where
+    C::Element: Precision,
+{
+    /// Controllers side by side, without learning, protection or velocity estimate.
+    SideBySide,
+    /// Learning channels side by side.
+    Learning(Box<LearningLanes<S, C>>),
+    /// One channel per lane.
+    Channels(Vec<RigChannel<C::Element>>, Box<Answers>),
+    /// An external controller, for one rig.
+    Outside(Outside),
+}
+
+impl<S: Num, C: Scalar> Decides<S, C>
+where
+    C::Element: Precision,
+{
+    /// The channels, if they compute the valve command.
+    pub(super) fn channels(&mut self) -> &mut [RigChannel<C::Element>] {
+        if let Self::Channels(channels, _) = self { channels } else { &mut [] }
+    }
+}
+
+/// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
+/// number.
+pub(crate) struct DigitalSide<S: Num, C: Scalar>
+where
+    C::Element: Precision,
+{
+    pub(super) kind: ChannelKind,
+    pub(super) decides: Decides<S, C>,
+    /// Whether the instruments are ideal and the loop analog.
+    pub(super) ideal: bool,
+    /// The controllers side by side.
+    pub(super) controller: RigController<C>,
+    /// Their configured calibration.
+    pub(super) calibration: Box<Calibration<C>>,
+    pub(super) estimates: InUse<S>,
+    /// For analog controllers since the last tick: the command (N) at the end of the interval, its rate (N/s)
+    /// and the compensation (V).
+    pub(super) before: Option<[S; 3]>,
+    pub(super) estimates_velocity: bool,
+    pub(super) adapts: bool,
+    pub(super) computation: DelayLines,
+    /// `None` if no load cell has a known latency.
+    pub(super) command_delay: Option<CommandDelay<S>>,
+    pub(super) realization: Realization,
+    pub(super) analog: Analog<S>,
+    /// `None` if the sensors of every lane are ideal.
+    pub(super) sensors: Option<Sensors<S>>,
+    pub(super) dac: Dac<S>,
+    pub(super) sample_rate: f64,
+    /// Whether a trace is kept of the analog valve command, which nothing else needs.
+    pub(super) traces: bool,
+}
