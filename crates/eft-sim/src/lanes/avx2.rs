@@ -9,8 +9,9 @@ use std::array;
 
 use eft_core::{CELLS, Flags, Mask, Row, Scalar};
 
-use crate::lanes::dispatch::with_avx2;
-use crate::lanes::{Num, Work, table_rows};
+use crate::lanes::eight::eight;
+use crate::lanes::processor::{Work, with_avx2};
+use crate::lanes::{Num, table_rows};
 
 /// Eight numbers. Only [`dispatch_wide`](crate::lanes::dispatch_wide) uses the type, after a check of the processor.
 #[derive(Debug, Clone, Copy)]
@@ -93,17 +94,10 @@ impl Num for Eight {
         // SAFETY: the type exists only on a processor with AVX2.
         unsafe { with_avx2(work) }
     }
-    #[inline(always)]
-    fn append(to: &mut Vec<f64>, from: &[Self], lane: usize) {
-        // SAFETY: a number has the size of eight doubles and a larger alignment, and every bit pattern is
-        // valid.
-        let doubles: &[[f64; 8]] = unsafe { core::slice::from_raw_parts(from.as_ptr().cast(), from.len()) };
-        assert!(lane < 8);
-        to.extend(doubles.iter().map(|lanes| lanes[lane]));
-    }
+    eight!(append);
     #[inline(always)]
     fn append_flags(to: &mut Vec<u32>, from: &[EightFlags], lane: usize) {
-        // SAFETY: as above.
+        // SAFETY: as in `append`.
         let words: &[[u64; 8]] = unsafe { core::slice::from_raw_parts(from.as_ptr().cast(), from.len()) };
         assert!(lane < 8);
         to.extend(words.iter().map(|lanes| lanes[lane] as u32));
@@ -118,29 +112,12 @@ impl Neg for Eight {
     }
 }
 
-impl PartialEq for Eight {
-    fn eq(&self, other: &Self) -> bool {
-        doubles(self.0) == doubles(other.0)
-    }
-}
+eight!();
 impl PartialEq for EightMask {
     fn eq(&self, other: &Self) -> bool {
         words(self.0) == words(other.0)
     }
 }
-impl PartialEq for EightFlags {
-    fn eq(&self, other: &Self) -> bool {
-        words(self.0) == words(other.0)
-    }
-}
-
-impl Default for Eight {
-    #[inline(always)]
-    fn default() -> Self {
-        Self::splat(0.0)
-    }
-}
-
 impl BitAnd for EightMask {
     type Output = Self;
     #[inline(always)]
@@ -211,29 +188,11 @@ impl Flags for EightFlags {
 }
 
 impl Scalar for Eight {
-    type Element = f64;
-    type Mask = EightMask;
-    type Flags = EightFlags;
-    /// Beginning of each lane's row in its table, or the mark of a crowded cell.
-    type Cell = [u16; 8];
-    type Index = [u32; 8];
-    const LANES: usize = 8;
+    eight!(scalar);
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self(both!(|_| avx2!(_mm256_set1_pd(value))))
-    }
-    #[inline(always)]
-    fn from_lanes(mut f: impl FnMut(usize) -> f64) -> Self {
-        let mut lanes = [0.0; 8];
-        for (i, lane) in lanes.iter_mut().enumerate() {
-            *lane = f(i);
-        }
-        Self(from_doubles(lanes))
-    }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> f64 {
-        doubles(self.0).get(lane).copied().unwrap_or(0.0)
     }
     #[inline(always)]
     fn lt(self, other: Self) -> EightMask {
@@ -273,10 +232,6 @@ impl Scalar for Eight {
         })))
     }
     #[inline(always)]
-    fn cell_from_lanes(f: impl FnMut(usize) -> u8) -> [u16; 8] {
-        table_rows::cells(f)
-    }
-    #[inline(always)]
     fn cell(self) -> ([u32; 8], EightMask) {
         let half = |i: usize| {
             // Values outside the 32-bit integers, including NaN, become the smallest integer, which is not a
@@ -292,15 +247,5 @@ impl Scalar for Eight {
         // SAFETY: both are 32 bytes in which every bit pattern is a value.
         let cells = unsafe { transmute::<[__m128i; 2], [u32; 8]>([low, high]) };
         (cells, EightMask([in_low, in_high]))
-    }
-    #[inline(always)]
-    fn row<const N: usize>(
-        self,
-        cells: &[[u16; 8]; CELLS],
-        rows: &[Row<Self>; N],
-        cell: [u32; 8],
-    ) -> Row<Self> {
-        // SAFETY: the type is eight doubles, and its cells are from `table_rows`.
-        unsafe { table_rows::row(self, cells, rows, cell) }
     }
 }

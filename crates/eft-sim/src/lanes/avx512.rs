@@ -9,8 +9,9 @@ use std::array;
 
 use eft_core::{CELLS, Flags, Mask, Row, Scalar};
 
-use crate::lanes::dispatch::with_avx512;
-use crate::lanes::{Num, Work, table_rows};
+use crate::lanes::eight::eight;
+use crate::lanes::processor::{Work, with_avx512};
+use crate::lanes::{Num, table_rows};
 
 /// Eight numbers. Only [`dispatch_wide`](crate::lanes::dispatch_wide) uses the type, after a check of the processor.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +37,11 @@ macro_rules! avx512 {
 fn doubles(number: __m512d) -> [f64; 8] {
     // SAFETY: both are 64 bytes in which every bit pattern is a value.
     unsafe { transmute(number) }
+}
+/// Combined in registers, because eight narrow stores to memory would stall one wide load.
+#[inline(always)]
+fn from_doubles(a: [f64; 8]) -> __m512d {
+    avx512!(_mm512_set_pd(a[7], a[6], a[5], a[4], a[3], a[2], a[1], a[0]))
 }
 #[inline(always)]
 fn words(flags: __m256i) -> [u32; 8] {
@@ -65,14 +71,7 @@ impl Num for Eight {
         // SAFETY: the type exists only on a processor with AVX-512.
         unsafe { with_avx512(work) }
     }
-    #[inline(always)]
-    fn append(to: &mut Vec<f64>, from: &[Self], lane: usize) {
-        // SAFETY: a number has the size of eight doubles and a larger alignment, and every bit pattern is
-        // valid.
-        let doubles: &[[f64; 8]] = unsafe { core::slice::from_raw_parts(from.as_ptr().cast(), from.len()) };
-        assert!(lane < 8);
-        to.extend(doubles.iter().map(|lanes| lanes[lane]));
-    }
+    eight!(append);
 }
 
 impl Neg for Eight {
@@ -83,29 +82,7 @@ impl Neg for Eight {
     }
 }
 
-impl PartialEq for Eight {
-    fn eq(&self, other: &Self) -> bool {
-        doubles(self.0) == doubles(other.0)
-    }
-}
-impl PartialEq for EightFlags {
-    fn eq(&self, other: &Self) -> bool {
-        words(self.0) == words(other.0)
-    }
-}
-
-impl Default for Eight {
-    #[inline(always)]
-    fn default() -> Self {
-        Self::splat(0.0)
-    }
-}
-impl Default for EightFlags {
-    #[inline(always)]
-    fn default() -> Self {
-        Self(avx512!(_mm256_setzero_si256()))
-    }
-}
+eight!();
 
 impl BitAnd for EightMask {
     type Output = Self;
@@ -151,6 +128,12 @@ impl Mask for EightMask {
     }
 }
 
+impl Default for EightFlags {
+    #[inline(always)]
+    fn default() -> Self {
+        Self(avx512!(_mm256_setzero_si256()))
+    }
+}
 impl BitOr for EightFlags {
     type Output = Self;
     #[inline(always)]
@@ -172,30 +155,11 @@ impl Flags for EightFlags {
 }
 
 impl Scalar for Eight {
-    type Element = f64;
-    type Mask = EightMask;
-    type Flags = EightFlags;
-    /// Beginning of each lane's row in its table, or the mark of a crowded cell.
-    type Cell = [u16; 8];
-    type Index = [u32; 8];
-    const LANES: usize = 8;
+    eight!(scalar);
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self(avx512!(_mm512_set1_pd(value)))
-    }
-    #[inline(always)]
-    fn from_lanes(mut f: impl FnMut(usize) -> f64) -> Self {
-        let mut a = [0.0; 8];
-        for (i, lane) in a.iter_mut().enumerate() {
-            *lane = f(i);
-        }
-        // Combined in registers, because eight narrow stores to memory would stall one wide load.
-        Self(avx512!(_mm512_set_pd(a[7], a[6], a[5], a[4], a[3], a[2], a[1], a[0])))
-    }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> f64 {
-        doubles(self.0).get(lane).copied().unwrap_or(0.0)
     }
     #[inline(always)]
     fn lt(self, other: Self) -> EightMask {
@@ -230,10 +194,6 @@ impl Scalar for Eight {
         EightMask(avx512!(_mm256_cmpge_epu32_mask(words.0, least.0)))
     }
     #[inline(always)]
-    fn cell_from_lanes(f: impl FnMut(usize) -> u8) -> [u16; 8] {
-        table_rows::cells(f)
-    }
-    #[inline(always)]
     fn cell(self) -> ([u32; 8], EightMask) {
         // Values outside the 32-bit integers, including NaN, become the smallest integer, which is not a
         // cell.
@@ -243,15 +203,5 @@ impl Scalar for Eight {
             (nearest, _mm256_cmpeq_epi32_mask(nearest, cell))
         });
         (words(nearest), EightMask(inside))
-    }
-    #[inline(always)]
-    fn row<const N: usize>(
-        self,
-        cells: &[[u16; 8]; CELLS],
-        rows: &[Row<Self>; N],
-        cell: [u32; 8],
-    ) -> Row<Self> {
-        // SAFETY: the type is eight doubles, and its cells are from `table_rows`.
-        unsafe { table_rows::row(self, cells, rows, cell) }
     }
 }

@@ -6,13 +6,17 @@ mod avx2;
 mod avx512;
 mod dispatch;
 #[cfg(target_arch = "x86_64")]
+mod eight;
+mod processor;
+#[cfg(target_arch = "x86_64")]
 mod table_rows;
 
 use eft_core::{Flags, Lanes, Scalar};
 
-use dispatch::with_best_instructions;
+use processor::with_best_instructions;
 
-pub(crate) use dispatch::{WideWork, Work, dispatch_wide, width};
+pub(crate) use dispatch::{WideWork, dispatch_wide, width};
+pub(crate) use processor::Work;
 
 /// Largest number of rigs side by side.
 pub(crate) const WIDEST: usize = 8;
