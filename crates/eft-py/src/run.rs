@@ -10,7 +10,7 @@ use eft_sim::closed_loop::{
     simulate_specimen,
 };
 use eft_sim::config::calibration_section;
-use eft_sim::metrics::{self as judge, Actuator, METRICS, Metrics, TimeMetrics};
+use eft_sim::metrics::{self as judge, Actuator, METRICS, Metrics};
 use eft_sim::plant::EnergyBalance;
 use eft_sim::{SimulateOptions, TestRun};
 use numpy::PyArray1;
@@ -297,12 +297,13 @@ pub(crate) fn metrics<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
     let judged = interruptible(py, || match fft {
-        true => Metrics::new(&command, &force, sample_rate).map(|metrics| metrics.all().to_vec()),
-        false => TimeMetrics::new(&command, &force).map(|metrics| metrics.all().to_vec()),
+        true => Metrics::new(&command, &force, sample_rate),
+        false => Metrics::quick(&command, &force),
     })?;
+    let is_quick = |name: &str| METRICS.iter().any(|metric| metric.name == name && !metric.costly);
     let answer = PyDict::new(py);
     // All keys always exist, so that the rows of a study have the same columns.
-    for (name, value) in judged {
+    for (name, value) in judged.all().into_iter().filter(|(name, _)| fft || is_quick(name)) {
         answer.set_item(name, value.unwrap_or(f64::NAN))?;
     }
     Ok(answer)

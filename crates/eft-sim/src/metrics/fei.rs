@@ -1,37 +1,22 @@
 //! The frequency-domain evaluation index: amplitude and delay, weighted by the command's own spectrum.
 
-use super::pair::{check, in_range};
-use crate::checks;
-use crate::error::{Error, Result};
-use crate::fourier::{Complex64, spectrum};
+use super::pair::in_range;
+use crate::error::Result;
+use crate::fourier::Complex64;
 use std::f64::consts::TAU;
 
 /// Amplitude, delay and frequency of the frequency-domain evaluation index with exponent l = 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fei {
+pub(super) struct Fei {
     /// Modulus of `ΣX_m·conj(X_c) / Σ|X_c|²`, dimensionless: 1 means the amplitude of the command.
-    pub amplitude: f64,
+    pub(super) amplitude: f64,
     /// Argument of the same quotient over `−2π·frequency`, in s: positive when the measured signal lags.
-    pub delay: f64,
+    pub(super) delay: f64,
     /// Equivalent frequency `Σ|X_c|²·f / Σ|X_c|²`, in Hz.
-    pub frequency: f64,
+    pub(super) frequency: f64,
 }
 
-/// The frequency-domain evaluation index of a measured signal, over the one-sided spectrum of the record.
-///
-/// # Errors
-/// When the signals are empty, unequal in length or not finite, the command is constant, or the sample rate
-/// is not positive and finite.
-pub fn fei(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<Fei> {
-    check(command, measured)?;
-    checks::sample_rate("sample_rate", sample_rate)?;
-    if command.iter().all(|c| *c == command[0]) {
-        return Err(Error::value("command", format!("{} at every sample", command[0]), "must vary"));
-    }
-    fei_of([&spectrum(command)?, &spectrum(measured)?], command.len(), sample_rate)
-}
-
-/// [`fei()`] of the one-sided spectra of `samples` samples of command and measured signal.
+/// The index of a measured signal, from the one-sided spectra of `samples` samples of command and measured signal.
 pub(super) fn fei_of([x_c, x_m]: [&[Complex64]; 2], samples: usize, sample_rate: f64) -> Result<Fei> {
     let (mut cross, mut energy, mut moment) = (Complex64::default(), 0.0, 0.0);
     for (k, (c, m)) in x_c.iter().zip(x_m).enumerate() {
@@ -50,6 +35,14 @@ pub(super) fn fei_of([x_c, x_m]: [&[Complex64]; 2], samples: usize, sample_rate:
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::Metrics;
+
+    fn fei(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<Fei> {
+        let found = Metrics::new(command, measured, sample_rate)?;
+        let [amplitude, delay, frequency] =
+            [found.fei_amplitude, found.fei_delay.or(Some(0.0)), found.fei_frequency].map(Option::unwrap);
+        Ok(Fei { amplitude, delay, frequency })
+    }
 
     #[test]
     fn one_tone_has_its_own_amplitude_delay_and_frequency() {
@@ -85,7 +78,7 @@ mod tests {
 
     #[test]
     fn undefined_input_is_an_error() {
-        assert!(fei(&[1.0; 8], &[1.0; 8], 10.0).unwrap_err().to_string().contains("must vary"));
+        assert_eq!(Metrics::new(&[1.0; 8], &[1.0; 8], 10.0).unwrap().fei_amplitude, None);
         assert!(fei(&[0.0; 8], &[1.0; 8], 10.0).is_err());
         assert!(fei(&[0.0, 1.0], &[0.0, 1.0], -1.0).is_err());
         assert!(fei(&[0.0, 1e300], &[0.0, 1e300], 1.0).is_err());

@@ -13,16 +13,13 @@ mod oscillation;
 mod pair;
 mod row;
 mod summary;
-mod tracking;
 
 pub use coherence::{Coherence, coherence};
 pub use delay::{delay, nrmse_delay_removed};
-pub use error_norms::{nrmse, nrmse_bias_free, peak_error};
-pub use fei::{Fei, fei};
+pub use error_norms::nrmse;
 pub use fft_ratio::{FftRatio, fft_ratio};
 pub(crate) use norms::{BLOCK, Norms};
 pub use oscillation::OIL_COLUMN;
 pub use row::{Actuator, METRICS, Metric, Row, rows};
 pub(crate) use row::{Summed, Sums, judge, summed};
-pub use summary::{Metrics, TimeMetrics};
-pub use tracking::tracking_indicator;
+pub use summary::Metrics;

@@ -2,7 +2,7 @@
 
 use super::norms::Norms;
 use super::pair::not_silent;
-use super::summary::{Metrics, TimeMetrics};
+use super::summary::Metrics;
 use crate::closed_loop::{SimulateOptions, ideal_responses};
 use crate::config::RigConfig;
 use crate::error::Result;
@@ -133,19 +133,17 @@ impl Row {
     fn new(of: &Summed<'_>, sample_rate: f64, ideal: Option<&[f64]>) -> Result<Self> {
         let Summed { command, sums, whole: [force, displacement] } = of;
         not_silent(command)?;
-        let time = TimeMetrics::of(&sums.norms, command)?;
+        let quick = Metrics::of(&sums.norms, command)?;
         let mut row = Self::without_force(sums, ideal.is_some());
-        let mut take = |metrics: &[(&'static str, Option<f64>)]| {
-            for (name, value) in metrics {
-                row.set(name, value.unwrap_or(f64::NAN));
+        let found = match ideal {
+            None => quick,
+            Some(ideal) => {
+                row.set("displacement_error", displacement_error(displacement, ideal));
+                quick.with_transforms(command, force, sample_rate)?
             }
         };
-        match ideal {
-            None => take(&time.all()),
-            Some(ideal) => {
-                take(&Metrics::with_transforms(time, command, force, sample_rate)?.all());
-                row.set("displacement_error", displacement_error(displacement, ideal));
-            }
+        for (name, value) in found.iter() {
+            row.set(name, value);
         }
         Ok(row)
     }

@@ -37,9 +37,11 @@ proptest! {
         prop_assume!(command.iter().any(|c| c.abs() > 1.0));
         let measured: Vec<f64> = command.iter().map(|c| gain * c).collect();
         let expected = (gain - 1.0).abs();
-        for error in [metrics::nrmse(&command, &measured), metrics::peak_error(&command, &measured)] {
-            prop_assert!((error.unwrap() - expected).abs() < 1e-9);
+        let found = Metrics::new(&command, &measured, 10.0).unwrap();
+        prop_assert_eq!(found.nrmse, metrics::nrmse(&command, &measured).unwrap());
+        for error in [found.nrmse, found.peak_error] {
+            prop_assert!((error - expected).abs() < 1e-9);
         }
-        prop_assert!((metrics::fei(&command, &measured, 10.0).unwrap().amplitude - gain).abs() < 1e-9);
+        prop_assert!((found.fei_amplitude.unwrap() - gain).abs() < 1e-9);
     }
 }
