@@ -1,5 +1,7 @@
 //! From a tree of given values to a complete and valid one.
 
+use std::sync::LazyLock;
+
 use eft_core::Short;
 use toml::{Table, Value};
 
@@ -8,57 +10,43 @@ use super::schema::{Key, Kind, Need, PLANT};
 use super::{KEYS, tree};
 use crate::{Error, Result};
 
-/// Keys that need another key.
-const BESIDE: &[(&str, &str)] = &[
-    ("sensors.force.bits", "sensors.force.range"),
-    ("sensors.velocity.bits", "sensors.velocity.range"),
-    ("sensors.displacement.bits", "sensors.displacement.range"),
-    ("sensors.spool.bits", "sensors.spool.range"),
-    ("sensors.supply_pressure.bits", "sensors.supply_pressure.range"),
-    ("sensors.acceleration.bits", "sensors.acceleration.range"),
-    ("sensors.load_pressure.bits", "sensors.load_pressure.range"),
+/// Sections that are given whole or not at all.
+pub(super) const WHOLE: [&str; 7] = [
+    "servovalve.true_flow_table",
+    "supply.schedule",
+    "structure.power_damper",
+    "structure.bouc_wen",
+    "structure.stories",
+    "calibration",
+    "structure.softening",
+];
+
+/// Further keys that need another key.
+const BESIDE: [(&str, &str); 9] = [
     ("supply.droop", "supply.accumulator"),
     ("supply.accumulator", "supply.droop"),
     ("supply.pump_flow", "supply.droop"),
-    ("servovalve.true_flow_table.openings", "servovalve.true_flow_table.flows"),
-    ("servovalve.true_flow_table.flows", "servovalve.true_flow_table.openings"),
-    ("supply.schedule.times", "supply.schedule.pressures"),
-    ("supply.schedule.pressures", "supply.schedule.times"),
-    ("structure.power_damper.coefficient", "structure.power_damper.exponent"),
-    ("structure.power_damper.exponent", "structure.power_damper.coefficient"),
-    ("structure.bouc_wen.yield_displacement", "structure.bouc_wen.post_yield_ratio"),
-    ("structure.bouc_wen.post_yield_ratio", "structure.bouc_wen.exponent"),
-    ("structure.bouc_wen.exponent", "structure.bouc_wen.shape"),
-    ("structure.bouc_wen.shape", "structure.bouc_wen.yield_displacement"),
-    ("structure.stories.masses", "structure.stories.dampings"),
-    ("structure.stories.dampings", "structure.stories.stiffnesses"),
-    ("structure.stories.stiffnesses", "structure.stories.masses"),
     ("sensors.cell_mass", "sensors.force.bandwidth"),
     ("sensors.fault.signal", "sensors.fault.kind"),
     ("sensors.fault.kind", "sensors.fault.start"),
     ("sensors.fault.start", "sensors.fault.signal"),
     ("sensors.fault.duration", "sensors.fault.signal"),
     ("sensors.fault.gain", "sensors.fault.signal"),
-    ("dac.bits", "dac.range"),
-    ("calibration.version", "calibration.greatest_flow"),
-    ("calibration.greatest_flow", "calibration.flow_gain"),
-    ("calibration.flow_gain", "calibration.valve_gain"),
-    ("calibration.valve_gain", "calibration.response_delay"),
-    ("calibration.response_delay", "calibration.velocity_delay"),
-    ("calibration.velocity_delay", "calibration.deviations.flow_gain"),
-    ("calibration.deviations.flow_gain", "calibration.deviations.valve_gain"),
-    ("calibration.deviations.valve_gain", "calibration.deviations.response_delay"),
-    ("calibration.deviations.response_delay", "calibration.deviations.velocity_delay"),
-    ("calibration.deviations.velocity_delay", "calibration.excitation"),
-    ("calibration.excitation", "calibration.curve.asymmetry"),
-    ("calibration.curve.asymmetry", "calibration.curve.asymmetry_deviation"),
-    ("calibration.curve.asymmetry_deviation", "calibration.curve.departures"),
-    ("calibration.curve.departures", "calibration.curve.departure_deviations"),
-    ("calibration.curve.departure_deviations", "calibration.curve.error"),
-    ("calibration.curve.error", "calibration.version"),
-    ("structure.softening.displacement", "structure.softening.stiffness"),
-    ("structure.softening.stiffness", "structure.softening.displacement"),
 ];
+
+/// Every key that needs another key, and that key. In a whole section a key needs the next one, and the last the first.
+static NEEDS: LazyLock<Vec<(&str, &str)>> = LazyLock::new(|| {
+    let keys = || KEYS.iter().map(|row| row.key);
+    let resolution = keys().filter(|key| key.ends_with(".bits"));
+    let range = |bits: &str| keys().find(|key| key.strip_suffix("range") == bits.strip_suffix("bits"));
+    let mut needs: Vec<_> = resolution.filter_map(|bits| Some((bits, range(bits)?))).collect();
+    needs.extend(BESIDE);
+    for section in WHOLE {
+        let inside = |key: &&str| key.strip_prefix(section).is_some_and(|rest| rest.starts_with('.'));
+        needs.extend(keys().filter(inside).zip(keys().filter(inside).cycle().skip(1)));
+    }
+    needs
+});
 
 /// Checks every name and value against the schema, those under `truth` as well.
 pub(super) fn accepted(given: &Table) -> Result<Table> {
@@ -177,7 +165,7 @@ fn accept(key: &str, row: &Key, value: &Value) -> Result<Value> {
 
 /// Checks keys that depend on each other.
 fn together(whole: &Table) -> Result<()> {
-    for &(given, needed) in BESIDE {
+    for &(given, needed) in NEEDS.iter() {
         if tree::get(whole, given).is_some() && tree::get(whole, needed).is_none() {
             let meaning = tree::row(needed).map(Key::meaning).unwrap_or_default();
             return Err(Error::MissingKey {

@@ -47,6 +47,22 @@ fn the_schema_and_the_structs_have_the_same_keys() {
 }
 
 #[test]
+fn a_section_that_is_given_in_part_is_refused_by_the_key_that_is_missing() {
+    for section in check::WHOLE {
+        let rows: Vec<_> = KEYS.iter().filter(|row| row.key.starts_with(&format!("{section}."))).collect();
+        assert!(rows.len() > 1, "{section}");
+        for row in rows {
+            let mut tree = everything();
+            tree::remove(&mut tree, row.key).unwrap();
+            match RigConfig::from_tree(tree) {
+                Err(Error::MissingKey { key, .. }) => assert_eq!(key, row.key),
+                other => panic!("{}: {other:?}", row.key),
+            }
+        }
+    }
+}
+
+#[test]
 fn the_structs_accept_every_word_of_a_choice() {
     for row in KEYS {
         if let Kind::Choice(words) = row.kind {
