@@ -38,15 +38,7 @@ pub struct SimulateOptions {
 impl SimulateOptions {
     /// Settings of a converged run: Runge–Kutta steps of a sixteenth of the default step.
     pub const CONVERGED: Self = Self { largest_step: CONVERGED_STEP, method: Method::RungeKutta };
-}
 
-impl Default for SimulateOptions {
-    fn default() -> Self {
-        Self { largest_step: DEFAULT_STEP, method: Method::Exponential }
-    }
-}
-
-impl SimulateOptions {
     /// Steps per tick at a sample rate (Hz).
     ///
     /// # Errors
@@ -63,9 +55,7 @@ impl SimulateOptions {
         }
         Ok(steps as u32)
     }
-}
 
-impl SimulateOptions {
     /// The ticks and integration steps for a rig, whose effects may need shorter steps.
     ///
     /// # Errors
@@ -74,6 +64,12 @@ impl SimulateOptions {
         let asked = self.steps(sample_rate)?;
         let needed = Self { largest_step: longest_step(rig).min(self.largest_step), ..*self };
         Ok(TimeGrid::new(sample_rate, needed.steps(sample_rate)?.max(asked)))
+    }
+}
+
+impl Default for SimulateOptions {
+    fn default() -> Self {
+        Self { largest_step: DEFAULT_STEP, method: Method::Exponential }
     }
 }
 
@@ -111,7 +107,7 @@ pub fn simulate_actuators<P: Precision>(
     options: &SimulateOptions,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    in_width::<P>(rig, commands, options, None, &mut go_on)
+    in_width(P::WIDTH, rig, commands, options, (None, None), &mut go_on)
 }
 
 /// As [`simulate_actuators`] with an external structure instead of the rig's own. If it cannot continue, the
@@ -126,20 +122,7 @@ pub fn simulate_specimen<P: Precision>(
     options: &SimulateOptions,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    in_width::<P>(rig, commands, options, Some(specimen), &mut go_on)
-}
-
-fn in_width<P: Precision>(
-    rig: &RigConfig,
-    commands: &[Command],
-    options: &SimulateOptions,
-    specimen: Option<Specimen>,
-    go_on: &mut dyn FnMut(usize, usize) -> bool,
-) -> Result<Vec<TestRun>> {
-    match P::WIDTH {
-        Width::Single => in_single(rig, commands, options, (None, specimen), go_on),
-        Width::Double => in_double(rig, commands, options, specimen, go_on),
-    }
+    in_width(P::WIDTH, rig, commands, options, (None, Some(specimen)), &mut go_on)
 }
 
 /// As [`simulate`] in single precision, with an external controller instead of the rig's own, and optionally
@@ -154,28 +137,23 @@ pub(crate) fn simulate_controlled(
 ) -> Result<TestRun> {
     one_actuator(rig)?;
     let commands = std::slice::from_ref(command);
-    Ok(in_single(rig, commands, options, (Some(outside), specimen), &mut go_on)?.swap_remove(0))
+    let outside = (Some(outside), specimen);
+    Ok(in_width(Width::Single, rig, commands, options, outside, &mut go_on)?.swap_remove(0))
 }
 
 // Not generic, so that the test in either precision is compiled here once.
-fn in_single(
+fn in_width(
+    width: Width,
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
     outside: (Option<Outside>, Option<Specimen>),
     go_on: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    through::<f32>(rig, commands, options, outside, go_on)
-}
-
-fn in_double(
-    rig: &RigConfig,
-    commands: &[Command],
-    options: &SimulateOptions,
-    specimen: Option<Specimen>,
-    go_on: &mut dyn FnMut(usize, usize) -> bool,
-) -> Result<Vec<TestRun>> {
-    through::<f64>(rig, commands, options, (None, specimen), go_on)
+    match width {
+        Width::Single => through::<f32>(rig, commands, options, outside, go_on),
+        Width::Double => through::<f64>(rig, commands, options, outside, go_on),
+    }
 }
 
 /// A test of the paper's plant whose digital side is the channel and the learner of the firmware: what tests hold
@@ -251,8 +229,19 @@ pub(crate) fn check_commands(rig: &RigConfig, commands: &[Command]) -> Result<(f
     Ok((first.sample_rate, first.values.len()))
 }
 
+/// Refuses values other than one finite number for each actuator.
+///
+/// # Errors
+/// A wrong number of values, or one that is not finite.
+pub(crate) fn check_each(name: &str, unit: &str, values: &[f64], actuators: usize) -> Result<()> {
+    if values.len() != actuators {
+        return Err(Error::value(name, format!("{} values", values.len()), one_each(actuators)));
+    }
+    values.iter().try_for_each(|value| crate::checks::finite(name, *value, unit))
+}
+
 /// The required number of values for a number of actuators, as a phrase for messages.
-pub(crate) fn one_each(actuators: usize) -> String {
+fn one_each(actuators: usize) -> String {
     let stories = if actuators == 1 { "story" } else { "stories" };
     format!("must be one for each of {actuators} {stories}")
 }

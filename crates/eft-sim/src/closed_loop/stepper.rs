@@ -2,10 +2,10 @@
 
 use eft_core::status;
 
-use crate::closed_loop::simulate::{SimulateOptions, one_each};
+use crate::closed_loop::simulate::{SimulateOptions, check_each};
 use crate::closed_loop::specimen::Exchange;
 use crate::config::RigConfig;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::plant::{ActuatorState, Driver, Plant, Signals, TimeGrid};
 
 /// The true state of the plant at one tick.
@@ -138,23 +138,15 @@ impl PlantStepper {
     /// # Errors
     /// A wrong number of motions, or one that is not finite.
     pub fn follow(&mut self, displacements: &[f64], velocities: &[f64]) -> Result<()> {
-        self.check("displacement", "m", displacements)?;
-        self.check("velocity", "m/s", velocities)?;
+        let actuators = self.plant.actuators();
+        check_each("displacement", "m", displacements, actuators)?;
+        check_each("velocity", "m/s", velocities, actuators)?;
         self.exchange.follow(&mut self.plant, displacements, velocities, self.grid);
         Ok(())
     }
 
     fn held(&self, valve_commands: &[f64]) -> Result<Vec<Driver<f64>>> {
-        self.check("valve_command", "V", valve_commands)?;
+        check_each("valve_command", "V", valve_commands, self.plant.actuators())?;
         Ok(valve_commands.iter().map(|command| Driver::held(*command)).collect())
-    }
-
-    fn check(&self, name: &str, unit: &str, values: &[f64]) -> Result<()> {
-        let actuators = self.plant.actuators();
-        if values.len() != actuators {
-            let found = format!("{} values", values.len());
-            return Err(Error::value(name, found, one_each(actuators)));
-        }
-        values.iter().try_for_each(|value| crate::checks::finite(name, *value, unit))
     }
 }

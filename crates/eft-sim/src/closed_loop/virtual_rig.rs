@@ -2,7 +2,7 @@
 
 use eft_core::status;
 
-use crate::closed_loop::simulate::{SimulateOptions, one_each};
+use crate::closed_loop::simulate::{SimulateOptions, check_each};
 use crate::closed_loop::stepper::PlantReading;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
@@ -149,13 +149,7 @@ impl VirtualRig {
     /// A wrong number of commands, or one that is not finite; the rig is then unchanged. A plant that has
     /// diverged.
     pub fn step(&mut self, valve_commands: &[f64], tripped: bool) -> Result<()> {
-        if valve_commands.len() != self.instruments.len() {
-            let allowed = one_each(self.instruments.len());
-            return Err(Error::value("valve_command", format!("{} values", valve_commands.len()), allowed));
-        }
-        for command in valve_commands {
-            crate::checks::finite("valve_command", *command, "V")?;
-        }
+        check_each("valve_command", "V", valve_commands, self.instruments.len())?;
         self.drivers.clear();
         for (instruments, command) in self.instruments.iter_mut().zip(valve_commands) {
             let (output, clipped) = instruments.dac.convert(*command);

@@ -21,16 +21,28 @@ pub(crate) trait Drive<S: Num>: Copy {
     fn slope(&self) -> S;
 
     /// Lanes in which the demand depends on force and rate as with a working load cell of this gain (1).
-    fn is_sound(&self, cell_gain: S) -> S::Mask;
+    #[inline(always)]
+    fn is_sound(&self, _cell_gain: S) -> S::Mask {
+        S::Mask::splat(true)
+    }
 
     /// The limited demand (V).
-    fn limit(&self, demand: S) -> S;
+    #[inline(always)]
+    fn limit(&self, demand: S) -> S {
+        demand
+    }
 
     /// Whether [`limit`](Self::limit) may change a demand.
-    fn limits(&self) -> bool;
+    #[inline(always)]
+    fn limits(&self) -> bool {
+        false
+    }
 
     /// Lanes in which [`limit`](Self::limit) does not change a demand (V).
-    fn passes(&self, demand: S) -> S::Mask;
+    #[inline(always)]
+    fn passes(&self, _demand: S) -> S::Mask {
+        S::Mask::splat(true)
+    }
 
     /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
     #[inline(always)]
@@ -77,22 +89,6 @@ impl<S: Num> Drive<S> for Held<S> {
     #[inline(always)]
     fn slope(&self) -> S {
         S::splat(0.0)
-    }
-    #[inline(always)]
-    fn is_sound(&self, _: S) -> S::Mask {
-        S::Mask::splat(true)
-    }
-    #[inline(always)]
-    fn limit(&self, demand: S) -> S {
-        demand
-    }
-    #[inline(always)]
-    fn limits(&self) -> bool {
-        false
-    }
-    #[inline(always)]
-    fn passes(&self, _: S) -> S::Mask {
-        S::Mask::splat(true)
     }
 }
 
@@ -229,10 +225,6 @@ impl<S: Num> Drive<S> for Analog<S> {
     #[inline(always)]
     fn slope(&self) -> S {
         self.proportional * self.command_rate
-    }
-    #[inline(always)]
-    fn is_sound(&self, _: S) -> S::Mask {
-        S::Mask::splat(true)
     }
     #[inline(always)]
     fn limit(&self, demand: S) -> S {
