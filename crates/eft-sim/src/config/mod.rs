@@ -161,7 +161,10 @@ impl RigConfig {
     /// # Errors
     /// [`Error::UnknownKey`], [`Error::MissingKey`] or [`Error::Value`], each naming the dotted key.
     pub fn from_tree(tree: toml::Table) -> Result<Self> {
-        let mut accepted = check::accepted(&tree)?;
+        Self::from_accepted(check::accepted(&tree)?)
+    }
+
+    fn from_accepted(mut accepted: toml::Table) -> Result<Self> {
         let truth = accepted.remove(tree::TRUTH);
         let complete = check::complete(accepted)?;
         let truth = match truth {
@@ -231,14 +234,23 @@ impl RigConfig {
     /// # Errors
     /// As those.
     pub fn edit<K: AsRef<str>>(&self, removed: &[K], changes: &[(K, toml::Value)]) -> Result<Self> {
-        let mut tree = self.to_tree();
+        let (mut tree, mut changed) = (self.to_tree(), toml::Table::new());
         for key in removed {
             tree::remove(&mut tree, key.as_ref())?;
         }
         for (key, value) in changes {
             tree::set(&mut tree, key.as_ref(), value.clone())?;
+            tree::set(&mut changed, key.as_ref(), value.clone())?;
         }
-        Self::from_tree(tree)
+        // A section may be empty now.
+        if !removed.is_empty() || changes.iter().any(|(_, value)| value.is_table()) {
+            return Self::from_tree(tree);
+        }
+        // The rig's own values are accepted already.
+        for (key, value) in tree::leaves(&check::accepted(&changed)?) {
+            tree::set(&mut tree, &key, value.clone())?;
+        }
+        Self::from_accepted(tree)
     }
 
     /// The value or section at a dotted key, if it is present.
