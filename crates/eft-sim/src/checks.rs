@@ -63,3 +63,26 @@ pub(crate) fn signal(parameter: &str, values: &[f64]) -> Result<()> {
 fn in_unit(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(", in {unit}") }
 }
+
+/// Rejects a band (Hz) that is not within half the sample rate (Hz).
+pub(crate) fn band((low, high): (f64, f64), sample_rate: f64) -> Result<()> {
+    if low >= 0.0 && low < high && high <= 0.5 * sample_rate {
+        return Ok(());
+    }
+    let allowed = format!("must be two frequencies within 0 and {} Hz, the lower first", 0.5 * sample_rate);
+    Err(Error::value("band", format!("({low}, {high})"), allowed))
+}
+
+/// Rejects a frequency (Hz) that is not within half the sample rate (Hz).
+pub(crate) fn within_nyquist(parameter: &str, frequency: f64, rate: f64) -> Result<()> {
+    sample_rate("sample_rate", rate)?;
+    let nyquist = 0.5 * rate;
+    if (0.0..=nyquist).contains(&frequency) {
+        return Ok(());
+    }
+    Err(Error::value(
+        parameter,
+        frequency,
+        format!("must lie within 0 and half the sample rate, {nyquist} Hz"),
+    ))
+}

@@ -47,12 +47,8 @@ pub fn identify_delay(
 ) -> Result<DelayEstimate> {
     check(("command", "response"), (command.len(), response.len()), 16)?;
     checks::sample_rate("sample_rate", sample_rate)?;
+    checks::band(band, sample_rate)?;
     let (low, high) = band;
-    if !(low >= 0.0 && low < high && high <= 0.5 * sample_rate) {
-        let allowed =
-            format!("must be two frequencies within 0 and {} Hz, the lower first", 0.5 * sample_rate);
-        return Err(Error::value("band", format!("({low}, {high})"), allowed));
-    }
     let samples = command.len();
     let valid = |i: usize| command[i].is_finite() && response[i].is_finite();
     let mask = mask(samples, (2.0 * sample_rate / high) as usize, valid)?;

@@ -89,12 +89,8 @@ pub fn fine_tune(
     if rig.compensation.mode == Mode::Off {
         return Err(Error::value("compensation.mode", "\"off\"", "must be on: there is nothing to tune"));
     }
+    checks::band(band, sample_rate)?;
     let (low, high) = band;
-    if !(low >= 0.0 && low < high && high <= 0.5 * sample_rate) {
-        let allowed =
-            format!("must be two frequencies within 0 and {} Hz, the lower first", 0.5 * sample_rate);
-        return Err(Error::value("band", format!("({low}, {high})"), allowed));
-    }
     plausible(signals)?;
     let spectra = Spectra::new(rig, signals, sample_rate, 4.0 * high)?;
     let width = sample_rate / command.len() as f64;
@@ -126,17 +122,17 @@ pub fn fine_tune(
         return Err(Error::value("velocity", found, allowed));
     }
     let level = rig.compensation.level / fit.gain;
-    let look = spectra.look(&bins, width);
+    let [natural_frequency, force_ratio, peak, valley] = spectra.look(&bins, width);
     Ok(FineTuning {
         level: Estimate { value: level, uncertainty: level * fit.gain_spread / fit.gain },
         response_delay: Estimate {
             value: (rig.compensation.response_delay + fit.delay).max(0.0),
             uncertainty: fit.delay_spread,
         },
-        natural_frequency: look.natural_frequency,
-        force_ratio: look.force_ratio,
-        peak: look.peak,
-        valley: look.valley,
+        natural_frequency,
+        force_ratio,
+        peak,
+        valley,
     })
 }
 
@@ -192,14 +188,6 @@ impl Fit {
             delay_spread: (variance / by_omega).sqrt() / gain,
         }
     }
-}
-
-/// Frequencies in Hz.
-struct Look {
-    natural_frequency: f64,
-    force_ratio: f64,
-    peak: f64,
-    valley: f64,
 }
 
 struct Spectra {
@@ -278,7 +266,7 @@ impl Spectra {
     }
 
     /// The extremes as in Fig. 11.
-    fn look(&self, bins: &[usize], width: f64) -> Look {
+    fn look(&self, bins: &[usize], width: f64) -> [f64; 4] {
         let ratio = |k: usize| self.force[k].norm() / self.command[k].norm().max(f64::MIN_POSITIVE);
         let strongest =
             |a: &usize, b: &usize| self.needed[*a].norm_sqr().total_cmp(&self.needed[*b].norm_sqr());
@@ -287,11 +275,8 @@ impl Spectra {
         let edge = |factor: f64| ((natural as f64 * factor).round() as usize).clamp(1, end);
         let about = || edge(ABOUT.0)..=edge(ABOUT.1);
         let by_ratio = |a: &usize, b: &usize| ratio(*a).total_cmp(&ratio(*b));
-        Look {
-            natural_frequency: natural as f64 * width,
-            force_ratio: ratio(natural),
-            peak: about().max_by(by_ratio).unwrap_or(natural) as f64 * width,
-            valley: about().min_by(by_ratio).unwrap_or(natural) as f64 * width,
-        }
+        let frequency = |bin: Option<usize>| bin.unwrap_or(natural) as f64 * width;
+        let (peak, valley) = (about().max_by(by_ratio), about().min_by(by_ratio));
+        [frequency(None), ratio(natural), frequency(peak), frequency(valley)]
     }
 }

@@ -76,6 +76,30 @@ pub(super) fn check_opening(opening: f64) -> Result<()> {
     Err(Error::value("spool", opening, "must be a fraction of the spool's stroke, within ±1"))
 }
 
+/// Spool and displacement of the stretches of all recordings without a gap, if their openings are accepted.
+pub(super) fn parts<'a>(
+    recordings: &[Recording<'a>],
+    accept: impl Fn(f64) -> Result<()>,
+) -> Result<Vec<(&'a [f64], &'a [f64])>> {
+    if recordings.is_empty() {
+        return Err(Error::value("spool", "no recordings", "must have at least one"));
+    }
+    let mut parts = Vec::new();
+    for Recording { spool, displacement } in recordings {
+        check(("spool", "displacement"), (spool.len(), displacement.len()), LEAST_STRETCH)?;
+        let there = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
+        for part in stretches(spool.len(), LEAST_STRETCH, there) {
+            spool[part.clone()].iter().try_for_each(|opening| accept(*opening))?;
+            parts.push((&spool[part.clone()], &displacement[part]));
+        }
+    }
+    if parts.is_empty() {
+        let allowed = format!("must have a stretch of {LEAST_STRETCH} samples without a gap");
+        return Err(Error::value("displacement", "gaps throughout", allowed));
+    }
+    Ok(parts)
+}
+
 /// Refuses a curve with fewer than two reached points on a side.
 pub(super) fn check_reach(openings: &[f64], measured: &[bool]) -> Result<()> {
     let zero = openings.len() / 2;
@@ -139,32 +163,16 @@ impl Fit {
     fn new(recordings: &[Recording<'_>], sample_rate: f64, piston_area: f64, knots: &[f64]) -> Result<Self> {
         checks::sample_rate("sample_rate", sample_rate)?;
         checks::positive("piston_area", piston_area, "m²")?;
-        if recordings.is_empty() {
-            return Err(Error::value("spool", "no recordings", "must have at least one"));
-        }
+        let parts = parts(recordings, check_opening)?;
         let cells = knots.len() - 1;
         let mut inside = vec![0; cells];
         let mut beyond = vec![0; knots.len()];
-        let mut stretches_of = Vec::new();
-        for recording in recordings {
-            let (spool, displacement) = (recording.spool, recording.displacement);
-            check(("spool", "displacement"), (spool.len(), displacement.len()), LEAST_STRETCH)?;
-            let there = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
-            for part in stretches(spool.len(), LEAST_STRETCH, there) {
-                for opening in &spool[part.clone()] {
-                    check_opening(*opening)?;
-                    let cell = knots[1..cells].iter().filter(|knot| **knot <= *opening).count();
-                    inside[cell] += 1;
-                    for (count, knot) in beyond.iter_mut().zip(knots) {
-                        *count += usize::from(opening * knot.signum() >= knot.abs() - 1e-3);
-                    }
-                }
-                stretches_of.push((&spool[part.clone()], &displacement[part]));
+        for opening in parts.iter().flat_map(|(spool, _)| *spool) {
+            let cell = knots[1..cells].iter().filter(|knot| **knot <= *opening).count();
+            inside[cell] += 1;
+            for (count, knot) in beyond.iter_mut().zip(knots) {
+                *count += usize::from(opening * knot.signum() >= knot.abs() - 1e-3);
             }
-        }
-        if stretches_of.is_empty() {
-            let allowed = format!("must have a stretch of {LEAST_STRETCH} samples without a gap");
-            return Err(Error::value("displacement", "gaps throughout", allowed));
         }
         let mut fit = Self {
             knots: knots.to_vec(),
@@ -173,7 +181,7 @@ impl Fit {
             inside,
             beyond,
         };
-        fit.solve(&stretches_of, sample_rate, piston_area)?;
+        fit.solve(&parts, sample_rate, piston_area)?;
         Ok(fit)
     }
 

@@ -7,15 +7,12 @@
 
 use nalgebra::{DVector, Matrix2, Matrix4, Vector2, Vector4};
 
-use super::flow_curve::check_opening;
-use super::gaps::{check, stretches};
+use super::flow_curve::{check_opening, parts};
 use super::{Estimate, Recording};
 use crate::checks;
 use crate::error::{Error, Result};
 use crate::interruption;
 
-/// Least number of samples of a stretch between gaps.
-const LEAST_STRETCH: usize = 100;
 /// Least number of samples beyond a knee.
 const LEAST_BEYOND: usize = 50;
 /// Largest opening of the test, because the flow curve of a valve bends at larger openings.
@@ -47,7 +44,7 @@ pub fn identify_overlap(
 ) -> Result<OverlapEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
     checks::positive("piston_area", piston_area, "m²")?;
-    let parts = parts(recordings)?;
+    let parts = parts(recordings, check_near_null)?;
     let test = Test { parts, step: 1.0 / sample_rate, area: piston_area };
     let [lowest, highest] = test.reach()?;
     let knees = test.refined(test.coarse(lowest, highest)?);
@@ -78,31 +75,14 @@ pub fn identify_overlap(
     })
 }
 
-/// The stretches of all recordings without a gap.
-fn parts<'a>(recordings: &[Recording<'a>]) -> Result<Vec<(&'a [f64], &'a [f64])>> {
-    if recordings.is_empty() {
-        return Err(Error::value("spool", "no recordings", "must have at least one"));
+/// Refuses an opening away from null.
+fn check_near_null(opening: f64) -> Result<()> {
+    check_opening(opening)?;
+    if opening.abs() <= NEAR_NULL {
+        return Ok(());
     }
-    let mut parts = Vec::new();
-    for Recording { spool, displacement } in recordings {
-        check(("spool", "displacement"), (spool.len(), displacement.len()), LEAST_STRETCH)?;
-        let there = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
-        for part in stretches(spool.len(), LEAST_STRETCH, there) {
-            for opening in &spool[part.clone()] {
-                check_opening(*opening)?;
-                if opening.abs() > NEAR_NULL {
-                    let allowed = format!("must stay near null, within ±{NEAR_NULL}, for an overlap");
-                    return Err(Error::value("spool", *opening, allowed));
-                }
-            }
-            parts.push((&spool[part.clone()], &displacement[part]));
-        }
-    }
-    if parts.is_empty() {
-        let allowed = format!("must have a stretch of {LEAST_STRETCH} samples without a gap");
-        return Err(Error::value("displacement", "gaps throughout", allowed));
-    }
-    Ok(parts)
+    let allowed = format!("must stay near null, within ±{NEAR_NULL}, for an overlap");
+    Err(Error::value("spool", opening, allowed))
 }
 
 /// Knees and slopes on the negative and on the positive side.

@@ -78,12 +78,8 @@ pub fn fft_ratio(
 
 /// Rejects a band that is not ordered within zero and half the sample rate (all in Hz).
 pub(super) fn check_band(sample_rate: f64, f_low: f64, f_high: f64) -> Result<()> {
-    checks::sample_rate("sample_rate", sample_rate)?;
+    checks::within_nyquist("f_low", f_low, sample_rate)?;
     let nyquist = 0.5 * sample_rate;
-    if !(0.0..=nyquist).contains(&f_low) {
-        let allowed = format!("must lie within 0 and half the sample rate, {nyquist} Hz");
-        return Err(Error::value("f_low", f_low, allowed));
-    }
     if !(f_low..=nyquist).contains(&f_high) {
         let allowed = format!("must lie within f_low = {f_low} Hz and half the sample rate, {nyquist} Hz");
         return Err(Error::value("f_high", f_high, allowed));

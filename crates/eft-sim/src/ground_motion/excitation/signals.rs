@@ -32,7 +32,7 @@ pub fn step(amplitude: f64, start: f64, duration: f64, sample_rate: f64) -> Resu
 /// not positive.
 pub fn sine(amplitude: f64, frequency: f64, duration: f64, sample_rate: f64) -> Result<Command> {
     checks::finite("amplitude", amplitude, "N")?;
-    within_nyquist("frequency", frequency, sample_rate)?;
+    checks::within_nyquist("frequency", frequency, sample_rate)?;
     sampled(duration, sample_rate, |t| amplitude * (TAU * frequency * t).sin())
 }
 
@@ -48,7 +48,7 @@ pub fn burst(
     sample_rate: f64,
 ) -> Result<Command> {
     checks::finite("amplitude", amplitude, "N")?;
-    within_nyquist("frequency", frequency, sample_rate)?;
+    checks::within_nyquist("frequency", frequency, sample_rate)?;
     checks::positive("frequency", frequency, "Hz")?;
     checks::positive("cycles", cycles, "")?;
     let length = cycles / frequency;
@@ -105,8 +105,8 @@ fn lines(
 ) -> Result<Vec<f64>> {
     checks::sample_rate("sample_rate", sample_rate)?;
     checks::positive("duration", duration, "s")?;
-    within_nyquist("f_low", low, sample_rate)?;
-    within_nyquist("f_high", high, sample_rate)?;
+    checks::within_nyquist("f_low", low, sample_rate)?;
+    checks::within_nyquist("f_high", high, sample_rate)?;
     let samples = within_memory((duration * sample_rate).round())?;
     let spacing = sample_rate / samples as f64;
     let mut spectrum = vec![Complex64::default(); samples / 2 + 1];
@@ -122,16 +122,6 @@ fn lines(
         *bin = line(n, count);
     }
     signal_of(spectrum, samples)
-}
-
-fn within_nyquist(name: &str, frequency: f64, sample_rate: f64) -> Result<()> {
-    checks::sample_rate("sample_rate", sample_rate)?;
-    let nyquist = 0.5 * sample_rate;
-    if (0.0..=nyquist).contains(&frequency) {
-        return Ok(());
-    }
-    let allowed = format!("must lie within 0 and half the sample rate, {nyquist} Hz");
-    Err(Error::value(name, frequency, allowed))
 }
 
 fn sampled(duration: f64, sample_rate: f64, value: impl Fn(f64) -> f64) -> Result<Command> {

@@ -2,7 +2,7 @@
 
 use super::{Command, within_memory};
 use crate::checks;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use std::f64::consts::TAU;
 
 /// A sine whose frequency runs linearly from `f_start` to `f_end` (Hz) in `duration` (s); force in N.
@@ -24,13 +24,8 @@ pub fn sine_sweep(
     checks::finite("amplitude", amplitude, "N")?;
     checks::sample_rate("sample_rate", sample_rate)?;
     checks::positive("duration", duration, "s")?;
-    for (name, frequency) in [("f_start", f_start), ("f_end", f_end)] {
-        let nyquist = 0.5 * sample_rate;
-        if !(0.0..=nyquist).contains(&frequency) {
-            let allowed = format!("must lie within 0 and half the sample rate, {nyquist} Hz");
-            return Err(Error::value(name, frequency, allowed));
-        }
-    }
+    checks::within_nyquist("f_start", f_start, sample_rate)?;
+    checks::within_nyquist("f_end", f_end, sample_rate)?;
     let samples = within_memory((duration * sample_rate).round())?;
     let rate_of_change = (f_end - f_start) / duration;
     let value = |i: usize| {
