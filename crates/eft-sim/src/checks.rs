@@ -1,4 +1,4 @@
-//! Argument checks of the excitations, records and metrics.
+//! Argument checks of excitations, records, metrics and identifications.
 
 use eft_core::Short;
 
