@@ -25,6 +25,7 @@ from eft._table import TRACES, Channels, Metrics
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
     from eft._verdict import Verdict
 
@@ -318,6 +319,15 @@ class TestRun(Channels):
         For several actuators the columns have two levels, the signal and the actuator counted from 1.
         """
         return _run_frames.to_pandas(self)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the traces as a dataset over ``time`` in s (needs xarray).
+
+        Each trace has the attributes ``units`` and ``long_name``. For several actuators the first dimension
+        is ``actuator``, counted from 1. The dataset's attributes are rig (as TOML), version, sample rate,
+        dtype, seed and date. Those of record, scale, mass and `stopped` follow if the run has them.
+        """
+        return _run_frames.to_xarray(self)
 
     def to_control(self) -> Any:
         """Return force (output) under command (input) as a python-control ``TimeResponseData``."""

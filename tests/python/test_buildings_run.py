@@ -57,6 +57,9 @@ def test_a_building_s_run_goes_where_others_go(run, tmp_path):
     frame = run.to_pandas()
     np.testing.assert_array_equal(frame["force"][2], run.force[1])
     assert frame.columns.names == ["signal", "actuator"]
+    dataset = run.to_xarray()
+    assert dataset["force"].dims == ("actuator", "time") and list(dataset["actuator"]) == [1, 2, 3]
+    np.testing.assert_array_equal(dataset["force"].sel(actuator=2), run.force[1])
     control = pytest.importorskip("control")
     response = run.to_control()
     assert isinstance(response, control.TimeResponseData)

@@ -15,6 +15,7 @@ COMMAND = eft.sine_sweep(100.0, 1.0, 2.0, 0.1, 1024.0)
     [
         ("pandas", "pandas", lambda: eft.simulate(RIG, COMMAND).to_pandas()),
         ("pandas", "pandas", lambda: eft.study(RIG, COMMAND, {"compensation.level": [1.0]}).to_pandas()),
+        ("xarray", "xarray", lambda: eft.simulate(RIG, COMMAND).to_xarray()),
         ("control", "control", lambda: eft.simulate(RIG, COMMAND).to_control()),
         (
             "scipy",

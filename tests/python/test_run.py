@@ -271,6 +271,31 @@ def test_pandas_and_control_get_the_same_numbers(run):
     np.testing.assert_array_equal(np.ravel(response.inputs), run.command)
 
 
+def test_xarray_gets_the_traces_with_units_and_origin(run, tmp_path):
+    dataset = run.to_xarray()
+    assert dict(dataset.sizes) == {"time": len(run)} and list(dataset.data_vars) == list(run._traces)
+    np.testing.assert_array_equal(dataset["time"], run.time)
+    assert dataset["time"].attrs["units"] == "s" and dataset["spool"].attrs["units"] == "1"
+    for name in run._traces:
+        np.testing.assert_array_equal(dataset[name], getattr(run, name))
+    assert dataset["load_pressure"].attrs == {"units": "Pa", "long_name": "Load pressure"}
+    flags = dataset["status"].attrs
+    assert dict(zip(flags["flag_meanings"].split(), flags["flag_masks"], strict=True))["tripped"] == (
+        eft.Status.TRIPPED
+    )
+    told = dataset.attrs
+    assert eft.Rig(told["rig"]) == run.rig and told["version"] == eft.__version__
+    assert (told["sample_rate"], told["dtype"], told["seed"]) == (run.sample_rate, "f64", run.seed)
+    # What a file of the dataset cannot store is left out.
+    assert told["date"] == run.date and not {"record", "scale", "mass", "stopped"} & set(told)
+    motion = eft.Record(0.5 * np.sin(np.arange(200) / 5.0), 0.02, "a quake")
+    quake = eft.simulate(RIG, eft.effective_force(motion, mass=7040.0, sample_rate=1024.0, scale=0.5))
+    told = quake.to_xarray().attrs
+    assert (told["record"], told["scale"], told["mass"]) == ("a quake", 0.5, 7040.0)
+    dataset.to_netcdf(tmp_path / "run.nc", engine="scipy")
+    assert (tmp_path / "run.nc").stat().st_size > run.force.nbytes
+
+
 def test_the_precision_is_the_controllers():
     single, double = (eft.simulate(RIG, SHORT, dtype) for dtype in ("f32", "f64"))
     apart = np.abs(single.force - double.force).max() / np.abs(double.force).max()
