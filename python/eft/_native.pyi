@@ -29,6 +29,7 @@ __all__ = [
     "displacement_spectrum",
     "effective_force",
     "energy_balance",
+    "energy_of_traces",
     "export_source",
     "fft_ratio",
     "fine_tune",
@@ -477,6 +478,14 @@ def coherence(
     command: ArrayLike, force: ArrayLike, sample_rate: float, segment: int
 ) -> tuple[_Array, _Array]: ...
 def energy_balance(rig: Rig, command: Command, largest_step: float | None) -> dict[str, float]: ...
+def energy_of_traces(
+    rig: Rig,
+    sample_rate: float,
+    displacement: ArrayLike,
+    velocity: ArrayLike,
+    spool: ArrayLike,
+    load_pressure: ArrayLike,
+) -> dict[str, float] | None: ...
 def status_flags() -> dict[str, int]: ...
 def trip_causes() -> dict[str, int]: ...
 

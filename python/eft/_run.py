@@ -220,15 +220,20 @@ class TestRun(Channels):
 
     @property
     def energy(self) -> EnergyBalance | None:
-        """The energy balance of the whole test, J; None for a part of a test.
+        """The energy balance of the whole test, J.
 
         Rigs with effects beyond the paper's model, and buildings, compute the balance during the test. For
-        any other rig the test runs again, as in `eft.energy_balance`.
+        any other rig it is computed from the traces of the run, from the first to the last sample. It is None
+        if it is unknown: for a part of a test, whose beginning or other actuators are missing; for an
+        external structure, whose energy only that knows; if the test diverged so far that a power is not
+        finite.
         """
-        if self._energy is None and self._whole and self.found_flows is not None:
-            command = Command(self.command, self.sample_rate)
-            energy = EnergyBalance(**_native.energy_balance(self.rig, command, None))
-            object.__setattr__(self, "_energy", energy)
+        if self._outside or not self._whole:
+            return None
+        if self._energy is None and self.command.ndim == 1:
+            traces = (self.displacement, self.velocity, self.spool, self.load_pressure)
+            energy = _native.energy_of_traces(self.rig, self.sample_rate, *traces)
+            object.__setattr__(self, "_energy", None if energy is None else EnergyBalance(**energy))
         return self._energy
 
     @property
@@ -337,8 +342,8 @@ class TestRun(Channels):
         """Write the test to a compressed NumPy archive, from which `load` restores the same bits.
 
         The file contains the rig as TOML, the version, the seed, the precision, the date and the units. It
-        also contains the energy balance if it was computed, and name, scale and mass of a ground motion. It
-        is written under another name and then renamed, so `path` is never incomplete.
+        also contains the `energy`, and name, scale and mass of a ground motion. It is written under another
+        name and then renamed, so `path` is never incomplete.
 
         Returns
         -------

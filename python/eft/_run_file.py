@@ -9,9 +9,9 @@ Format 2. Each member is a NumPy array in its own format (``.npy``), deflated; `
 - ``dtype``: precision of the controller, ``f64`` or ``f32``;
 - ``sample_rate``: Hz;
 - ``about``: JSON with ``date`` (ISO 8601), ``record`` (its name), ``scale``, ``mass`` (kg), ``energy`` (J by
-  name, or null), ``whole`` (whether it is a whole test), ``stopped`` (why an external structure ended it),
-  ``outside`` (whether there was one), ``calibrations`` (of each actuator, or null) and ``units`` (of each
-  trace);
+  name, or null where it is unknown), ``whole`` (whether it is a whole test), ``stopped`` (why an external
+  structure ended it), ``outside`` (whether there was one), ``controlled`` (whether an external controller
+  replaced the rig's), ``calibrations`` (of each actuator, or null) and ``units`` (of each trace);
 - ``found_flows``: m³/s, empty if unknown;
 - ``status``: bits of `eft.Status`, one word per sample;
 - each trace: one value per sample, with the shape (actuators, samples) for several actuators; a single number
@@ -57,7 +57,7 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
         "record": run.record,
         "scale": run.scale,
         "mass": None if run.mass is None else np.asarray(run.mass).tolist(),
-        "energy": None if run._energy is None else asdict(run._energy),
+        "energy": None if run.energy is None else asdict(run.energy),
         "whole": run._whole,
         "stopped": run.stopped,
         "outside": run._outside,

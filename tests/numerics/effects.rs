@@ -1,8 +1,9 @@
 //! The effects beyond the paper's model in a whole test: the effect of each on the force, and the energy balance.
 
-use eft::sim::closed_loop::{Method, energy_balance};
+use eft::sim::closed_loop::{EnergyTraces, Method, energy_balance, energy_of_traces};
 use eft::sim::excitation::{Command, sine_sweep};
 use eft::sim::metrics::nrmse;
+use eft::sim::plant::EnergyBalance;
 use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
 use toml::Value;
 
@@ -120,6 +121,40 @@ fn energy_adds_up_with_an_attachment_unequal_areas_and_lapped_lands() {
         assert!(balance.gap().abs() < 1e-6, "{balance:?}");
         assert!(balance.valve > 0.1 * balance.supplied && balance.supplied > 0.0, "{balance:?}");
     }
+}
+
+fn of_traces(run: &TestRun) -> Option<EnergyBalance> {
+    let TestRun { rig, sample_rate, traces, .. } = run;
+    let traces = EnergyTraces {
+        displacement: &traces.displacement,
+        velocity: &traces.velocity,
+        spool: &traces.spool,
+        load_pressure: &traces.load_pressure,
+    };
+    energy_of_traces(rig, *sample_rate, &traces).unwrap()
+}
+
+#[test]
+fn traces_of_the_papers_rig_have_its_energy() {
+    let (rig, command) = (changed(&[]), sine_sweep(8900.0, 0.0, 10.0, 8.0, RATE).unwrap());
+    let balance = energy_balance(&rig, std::slice::from_ref(&command), &SimulateOptions::default()).unwrap();
+    let traced = of_traces(&run(&rig, &command)).unwrap();
+    assert!(traced.gap().abs() < 1e-8, "{traced:?}");
+    for (a, b) in [
+        (traced.supplied, balance.supplied),
+        (traced.valve, balance.valve),
+        (traced.leakage, balance.leakage),
+        (traced.damping, balance.damping),
+    ] {
+        // The balance ends a tick later.
+        assert!((a / b - 1.0).abs() < 1e-4, "{traced:?} {balance:?}");
+    }
+    let rubs = run(&changed(&[("actuator.friction", 300.0.into())]), &command);
+    assert!(rubs.energy.is_some() && of_traces(&rubs).is_none());
+    let short = EnergyTraces { displacement: &[0.0], velocity: &[], spool: &[0.0], load_pressure: &[0.0] };
+    let refused = energy_of_traces(&rig, RATE, &short).unwrap_err().to_string();
+    assert_eq!(refused, "velocity = 0 samples: must have 1, as the displacement");
+    assert!(energy_of_traces(&rig, 0.0, &EnergyTraces { velocity: &[0.0], ..short }).is_err());
 }
 
 #[test]

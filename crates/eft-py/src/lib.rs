@@ -63,6 +63,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::coherence, module)?)?;
     module.add_function(wrap_pyfunction!(run::ideal_response, module)?)?;
     module.add_function(wrap_pyfunction!(run::energy_balance, module)?)?;
+    module.add_function(wrap_pyfunction!(run::energy_of_traces, module)?)?;
     module.add_function(wrap_pyfunction!(run::status_flags, module)?)?;
     module.add_function(wrap_pyfunction!(design::design_force_loop, module)?)?;
     module.add_function(wrap_pyfunction!(run::trip_causes, module)?)?;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use eft_core::{Cause, SavedCalibration, status};
 use eft_sim::closed_loop::{
-    self, DEFAULT_STEP, Method, Otherwise, TRACES, Values, ideal_responses, simulate_actuators,
+    self, DEFAULT_STEP, EnergyTraces, Method, Otherwise, TRACES, Values, ideal_responses, simulate_actuators,
     simulate_specimen,
 };
 use eft_sim::config::calibration_section;
@@ -367,6 +367,31 @@ pub(crate) fn energy_balance<'py>(
     let commands = command.of(rig)?;
     let balance = interruptible(py, || closed_loop::energy_balance(rig, commands, &options))?;
     energies(py, &balance)
+}
+
+/// The energy balance of the traces of a test in J by name; `None` if they do not determine it.
+#[pyfunction]
+pub(crate) fn energy_of_traces<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    sample_rate: f64,
+    displacement: &Bound<'py, PyAny>,
+    velocity: &Bound<'py, PyAny>,
+    spool: &Bound<'py, PyAny>,
+    load_pressure: &Bound<'py, PyAny>,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let displacement = arrays::vector("displacement", displacement)?;
+    let velocity = arrays::vector("velocity", velocity)?;
+    let spool = arrays::vector("spool", spool)?;
+    let load_pressure = arrays::vector("load_pressure", load_pressure)?;
+    let traces = EnergyTraces {
+        displacement: &displacement,
+        velocity: &velocity,
+        spool: &spool,
+        load_pressure: &load_pressure,
+    };
+    let balance = interruptible(py, || closed_loop::energy_of_traces(&rig.config, sample_rate, &traces))?;
+    balance.map(|balance| energies(py, &balance)).transpose()
 }
 
 fn energies<'py>(py: Python<'py>, balance: &EnergyBalance) -> PyResult<Bound<'py, PyDict>> {

@@ -5,6 +5,7 @@ pub(crate) mod channels;
 mod chunk;
 mod controller;
 mod digital_side;
+mod energy;
 pub(crate) mod estimates;
 pub(crate) mod fast;
 pub(crate) mod general;
@@ -26,6 +27,7 @@ mod virtual_rig;
 
 pub use channel::{RigChannel, RigChannelState};
 pub use controller::{Precision, RigController, Width, adapts, parameters};
+pub use energy::{EnergyTraces, energy_of_traces};
 pub use held::HeldTrace;
 pub(crate) use ideal::motions;
 pub use ideal::{IdealResponse, ideal_response, ideal_responses};

@@ -29,7 +29,7 @@ pub struct TestRun {
     /// The calibration that the controller learned, for the section `calibration` of a later rig.
     pub calibration: Option<SavedCalibration>,
     /// The energy balance, of a rig with effects beyond the paper's model; for a building of all floors
-    /// together.
+    /// together. For any other rig [`energy_of_traces`](super::energy_of_traces) computes it from the traces.
     pub energy: Option<EnergyBalance>,
     /// Reason in one sentence why an external structure ended the test; the test ends with the sample before.
     pub stopped: Option<String>,
