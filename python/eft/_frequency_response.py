@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eft._foreign import read_text
 from eft._identification import Estimate
+from eft._read_only import ReadOnly
 from eft.data_sheets._valve import second_order
 
 __all__ = ["ValveEstimate", "identify_valve", "read_frequency_response"]
@@ -34,7 +35,7 @@ _COLUMNS = {
 
 
 @dataclass(frozen=True, eq=False)
-class ValveEstimate:
+class ValveEstimate(ReadOnly):
     """A spool of second order, fitted to a frequency response."""
 
     natural_frequency: Estimate

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft._native import Command, Rig
+from eft._read_only import ReadOnly
 from eft._run import TestRun
 from eft._simulate import simulate
 
@@ -33,7 +34,7 @@ _RESIDUAL = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class DriveIteration:
+class DriveIteration(ReadOnly):
     """A command for the next repeat, and the results of the previous ones."""
 
     drive: Command

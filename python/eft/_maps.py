@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from eft import _native
 from eft._extras import need
 from eft._native import Rig
+from eft._read_only import ReadOnly
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +26,7 @@ FlowGain = Literal["nominal", "steeper", "shallower", "mean"]
 
 
 @dataclass(frozen=True, eq=False)
-class StabilityMap:
+class StabilityMap(ReadOnly):
     """A quantity of the sampled loop over two settings of a rig; `eft.plots.stability_map` draws it."""
 
     quantity: Quantity

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from eft import _native
 from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, worst
 from eft._native import Command, Rig
+from eft._read_only import read_only
 from eft._results import Result
 
 __all__ = [
@@ -256,7 +257,7 @@ def inverse_dynamics(rig: Rig, frequency: ArrayLike) -> InverseDynamics:
     >>> f"{abs(valve * lead)[0]:.2f}"
     '1.00'
     """
-    return InverseDynamics(*_native.inverse_dynamics(rig, frequency))
+    return InverseDynamics(*map(read_only, _native.inverse_dynamics(rig, frequency)))
 
 
 def check_feasibility(rig: Rig, command: Command) -> Feasibility:

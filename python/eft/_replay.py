@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from eft import _native
 from eft._native import Rig
+from eft._read_only import ReadOnly
 from eft._run import TestRun
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ _NEEDED = ("command", "velocity", "force", "spool", "valve_command")
 
 
 @dataclass(frozen=True, eq=False)
-class Replay:
+class Replay(ReadOnly):
     """The learner's estimates from a recorded test, one value per window of ticks."""
 
     time: npt.NDArray[np.float64]

@@ -18,6 +18,7 @@ from eft._corrected_rig import corrected_rig
 from eft._display import current_units
 from eft._energy import EnergyBalance
 from eft._native import Command, Rig, __version__
+from eft._read_only import ReadOnly, read_only
 from eft._run_spectra import Coherence, FftRatio, check_command, coherence, fft_ratio
 from eft._samples import Samples
 from eft._status import CAUSE_BITS, Cause, Status, cause_of, status_of
@@ -36,11 +37,12 @@ Dtype = Literal["f32", "f64"]
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class TestRun(Channels):
+class TestRun(Channels, ReadOnly):
     """The traces of one test, one value per command sample; for several actuators (actuators, samples).
 
     Value `i` is the plant's true value at time ``i / sample_rate``, before that tick's output acts. The
-    traces ``measured_...`` are the readings of the sensors. ``time, force = run`` unpacks time and force.
+    traces ``measured_...`` are the readings of the sensors. ``time, force = run`` unpacks time and force. The
+    arrays are read-only; change a copy.
     """
 
     __test__ = False  # pytest would collect classes with this name
@@ -79,6 +81,13 @@ class TestRun(Channels):
     _building: tuple[TestRun, int] | None = None
     """The run of all actuators of a building, and the place of this actuator in it."""
 
+    def _lock(self) -> None:
+        super()._lock()
+        if not isinstance(self._values, Samples):
+            # Not views, because traces with equal values are one array.
+            for trace in self._values.values():
+                trace.setflags(write=False)
+
     @classmethod
     def _of(
         cls, rig: Rig, command: Command, dtype: Dtype, outcome: Mapping[str, Any], outside: bool = False
@@ -106,7 +115,7 @@ class TestRun(Channels):
     @cached_property
     def time(self) -> Array:
         """Time of each sample in s, from zero."""
-        return np.arange(self.command.shape[-1]) / self.sample_rate
+        return read_only(np.arange(self.command.shape[-1]) / self.sample_rate)
 
     @property
     def seed(self) -> int:
@@ -319,14 +328,14 @@ class TestRun(Channels):
         return coherence(self, segment)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return the traces as a data frame indexed by time in s (needs pandas).
+        """Return a copy of the traces as a data frame indexed by time in s (needs pandas).
 
         For several actuators the columns have two levels, the signal and the actuator counted from 1.
         """
         return _run_frames.to_pandas(self)
 
     def to_xarray(self) -> xr.Dataset:
-        """Return the traces as a dataset over ``time`` in s (needs xarray).
+        """Return a copy of the traces as a dataset over ``time`` in s (needs xarray).
 
         Each trace has the attributes ``units`` and ``long_name``. For several actuators the first dimension
         is ``actuator``, counted from 1. The dataset's attributes are rig (as TOML), version, sample rate,

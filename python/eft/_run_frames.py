@@ -29,8 +29,8 @@ def to_pandas(run: TestRun) -> pd.DataFrame:
             for name in run._traces
             for number, trace in enumerate(getattr(run, name), start=1)
         }
-        return pd.DataFrame(columns, index=index, copy=False).rename_axis(columns=["signal", "actuator"])
-    return pd.DataFrame({name: getattr(run, name) for name in run._traces}, index=index, copy=False)
+        return pd.DataFrame(columns, index=index).rename_axis(columns=["signal", "actuator"])
+    return pd.DataFrame({name: getattr(run, name) for name in run._traces}, index=index)
 
 
 def to_xarray(run: TestRun) -> xr.Dataset:
@@ -38,13 +38,13 @@ def to_xarray(run: TestRun) -> xr.Dataset:
     need("xarray")
     import xarray as xr
 
-    coordinates: dict[str, Any] = {"time": ("time", run.time, {"units": "s", "long_name": "Time"})}
+    coordinates: dict[str, Any] = {"time": ("time", run.time.copy(), {"units": "s", "long_name": "Time"})}
     dimensions = ["time"]
     if run.command.ndim > 1:
         dimensions = ["actuator", "time"]
         numbers = np.arange(1, run.command.shape[0] + 1)
         coordinates["actuator"] = ("actuator", numbers, {"long_name": "Actuator, from the ground"})
-    variables = {name: (dimensions, getattr(run, name), _about(name)) for name in run._traces}
+    variables = {name: (dimensions, getattr(run, name).copy(), _about(name)) for name in run._traces}
     # An attribute of a file cannot be None.
     told = {
         "record": run.record or None,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft import _native
+from eft._read_only import read_only
 
 if TYPE_CHECKING:
     from eft._run import TestRun
@@ -38,18 +39,20 @@ class Coherence(NamedTuple):
 def fft_ratio(run: TestRun, f_low: float, f_high: float) -> FftRatio:
     """Divide the spectrum of the force by that of the command; see `TestRun.fft_ratio`."""
     if run.command.ndim > 1:
-        return FftRatio(*_rows(run, lambda one: one.fft_ratio(f_low, f_high)))
-    return FftRatio(*_native.fft_ratio(run.command, run.force, run.sample_rate, f_low, f_high))
+        return FftRatio(*map(read_only, _rows(run, lambda one: one.fft_ratio(f_low, f_high))))
+    return FftRatio(
+        *map(read_only, _native.fft_ratio(run.command, run.force, run.sample_rate, f_low, f_high))
+    )
 
 
 def coherence(run: TestRun, segment: float) -> Coherence:
     """Estimate the coherence of force and command; see `TestRun.coherence`."""
     if run.command.ndim > 1:
-        return Coherence(*_rows(run, lambda one: one.coherence(segment)))
+        return Coherence(*map(read_only, _rows(run, lambda one: one.coherence(segment))))
     if not segment > 0.0:
         raise ValueError(f"segment = {segment}: must be positive, in s")
     samples = round(min(segment * run.sample_rate, 2.0**40))
-    return Coherence(*_native.coherence(run.command, run.force, run.sample_rate, samples))
+    return Coherence(*map(read_only, _native.coherence(run.command, run.force, run.sample_rate, samples)))
 
 
 def check_command(run: TestRun) -> None:

@@ -32,6 +32,7 @@ class Samples(Mapping[str, NDArray[np.float64]]):
             ]
             trace = self._traces[name] = np.reshape(rows, shape)
         samples: NDArray[np.float64] = trace
+        samples.setflags(write=False)
         return samples
 
     def __iter__(self) -> Iterator[str]:

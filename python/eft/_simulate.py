@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 from eft import _native
 from eft._energy import EnergyBalance
 from eft._native import Command, Rig
+from eft._read_only import read_only
 from eft._run import Array, Dtype, TestRun
 from eft._watch import show
 
@@ -204,7 +205,7 @@ def ideal_response(rig: Rig, command: Command) -> IdealResponse:
     >>> f"{1e3 * eft.ideal_response(eft.Rig.zhao2005(), command).displacement.max():.1f} mm"
     '2.7 mm'
     """
-    return IdealResponse(command.time, *_native.ideal_response(rig, command))
+    return IdealResponse(*map(read_only, (command.time, *_native.ideal_response(rig, command))))
 
 
 def energy_balance(rig: Rig, command: Command, *, largest_step: float | None = None) -> EnergyBalance:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from eft import _native
 from eft._force_loop import design_force_loop
 from eft._native import Rig
+from eft._read_only import ReadOnly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +29,7 @@ _AS_BELIEVED = {"truth": None, "controller.force_loop": "pd"}
 
 
 @dataclass(frozen=True, eq=False)
-class ForceLoopTuning:
+class ForceLoopTuning(ReadOnly):
     """Advised proportional and derivative gain, and the gain margin over both."""
 
     coefficients: dict[str, float]

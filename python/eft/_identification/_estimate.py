@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._read_only import read_only
+
 Array = NDArray[np.float64]
 
 
@@ -49,5 +51,5 @@ def make_estimate(kind: type[Estimate], value: float, found: Mapping[str, Any]) 
     """Make an estimate with its further results."""
     self = float.__new__(kind, value)
     for name, part in found.items():
-        object.__setattr__(self, name, part)
+        object.__setattr__(self, name, read_only(part))
     return self

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from eft import _native
 from eft._identification._estimate import Array
 from eft._native import Rig
+from eft._read_only import read_only
 
 
 class ValveTest(NamedTuple):
@@ -59,7 +60,7 @@ def valve_test(rig: Rig, amplitude: float = 0.0254, sample_rate: float = 2048.0)
     >>> len(eft.identification.valve_test(eft.Rig.zhao2005()).spool)
     65536
     """
-    return ValveTest(*_native.valve_test(rig, amplitude, sample_rate))
+    return ValveTest(*map(read_only, _native.valve_test(rig, amplitude, sample_rate)))
 
 
 def flow_test(
@@ -102,7 +103,8 @@ def flow_test(
     >>> round(command.max().item(), 3)
     0.05
     """
-    return FlowTest(*_native.flow_test(rig, amplitude, frequency, duration, piston_mass, sample_rate))
+    found = _native.flow_test(rig, amplitude, frequency, duration, piston_mass, sample_rate)
+    return FlowTest(*map(read_only, found))
 
 
 def free_vibration(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from eft._extras import need
 from eft._native import Record
+from eft._read_only import ReadOnly
 from eft.rths._criteria import Criteria, criteria
 
 Array = NDArray[np.float64]
@@ -114,7 +115,7 @@ class SampleController:
 
 
 @dataclass(frozen=True)
-class Simulation:
+class Simulation(ReadOnly):
     """A virtual hybrid test."""
 
     sample_rate: float

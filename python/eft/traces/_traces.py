@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._read_only import ReadOnly, read_only
 from eft.traces._clock import FASTEST, SLOWEST, clock
 from eft.traces._units import QUANTITIES, allowed_units, checked_quantity, parse_header, to_si
 
@@ -31,7 +32,7 @@ class Column(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Traces:
+class Traces(ReadOnly):
     """Signals of one test at one sample rate, all in SI units."""
 
     name: str
@@ -43,6 +44,10 @@ class Traces:
     """Time of the first sample, s."""
     ignored: tuple[str, ...] = field(default=())
     """Columns of the file without a known quantity."""
+
+    def _lock(self) -> None:
+        columns = {quantity: read_only(samples) for quantity, samples in self.columns.items()}
+        object.__setattr__(self, "columns", columns)
 
     def __len__(self) -> int:
         return next(iter(self.columns.values())).size
