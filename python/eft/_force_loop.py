@@ -74,10 +74,8 @@ def design_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoop:
     four deviating rigs damped. Their oil is 0.6 or 1.5 times as stiff, and their pilot time constant 0.5 or 2
     times as long. Each has 10 % more flow gain and more delay: two samples and half a millisecond. The chosen
     ratio has the lowest peak of the sensitivity. The integral part has 1.75 times the valve's time scale, or
-    longer where the margins require it. It reduces the errors
-    at the specimen's frequency and removes the offset of a null bias. With ``controller.deviations`` below 1
-    these deviations are smaller, with this exponent. The proportional gain then rises with a factor and the
-    integral gain with its square, as far as the deviating rigs and a coprime margin of 0.3 allow.
+    longer where the margins require it. It reduces the errors at the specimen's frequency and removes the
+    offset of a null bias.
     ``controller.force_loop = "robust"`` in a rig uses this design.
 
     Parameters

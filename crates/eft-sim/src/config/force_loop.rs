@@ -45,7 +45,6 @@ impl RigConfig {
             force_sensitivity: self.controller.force_sensitivity,
             cell_bandwidth: sensor.bandwidth,
             delay: sensor.delay + self.dac.delay,
-            deviations: self.controller.deviations,
             sample_rate: self.controller.sample_rate,
         }
     }

@@ -2,7 +2,9 @@
 //! column damped on the given rig and on all rigs that deviate from it by [`Deviation`].
 //!
 //! For each `T_D = G_d/G_p`, `G_p` is the largest that all deviating rigs allow. The chosen `T_D` has the
-//! lowest peak of the sensitivity `|1/(1 + L)|`. A rig that is better known gets a faster loop with the same `G_d`.
+//! lowest peak of the sensitivity `|1/(1 + L)|`.
+
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
@@ -26,15 +28,14 @@ const TIME_STEPS: usize = 12;
 /// specimen's frequency the integral part reduces what an error of the compensation, friction and overlap leave. A
 /// shorter time decreases the coprime margin. A soft spring between actuator and specimen needs a longer one.
 const INTEGRAL_TIMES: [f64; 4] = [1.75, 3.5, 7.0, 14.0];
-/// Largest factor on the speed of the loop of a better known rig, and the least coprime margin (1) that it leaves.
-const FASTEST: f64 = 2.0;
-const LEAST_COPRIME_MARGIN: f64 = 0.3;
-const SPEED_STEPS: usize = 8;
 /// Longest delay (samples) of the loop. Each sample is a state, and longer delays leave the oil column
 /// undamped.
 const LONGEST_DELAY: u32 = 16;
 /// Points of a frequency response, from 0.1 Hz to half the sample rate.
 const FREQUENCIES: usize = 160;
+/// Steps between two of them to the frequency of a margin, by bisection or by golden sections.
+const REFINEMENTS: usize = 50;
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// Simultaneous deviations of a rig from the one that the loop is designed for.
 struct Deviation {
@@ -89,7 +90,7 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
         return Err(Error::value("sensors.force.delay + dac.delay", plant.delay, allowed));
     }
     let nominal = plant.sampled();
-    let corners = plant.corners(1.0);
+    let corners: Vec<_> = DEVIATIONS.iter().map(|off| plant.deviating(off).sampled()).collect();
     // The spool's response delay at low frequencies (s).
     let scale = plant.spool_volume / (plant.pilot_flow_gain * plant.spool_voltage);
     for integral_time in INTEGRAL_TIMES {
@@ -104,7 +105,7 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
             }
         }
         let Some((_, gains)) = best else { continue };
-        let designed = ForceLoop::new(faster(plant, &nominal, gains).map_err(no_poles)?, &nominal);
+        let designed = ForceLoop::new(gains, &nominal);
         let margins = designed.margins().map_err(no_poles)?;
         let static_gain = designed.proportional_gain * plant.static_gain();
         let robust = margins.damping >= NOMINAL_DAMPING && margins.gain >= NOMINAL_GAIN_MARGIN;
@@ -115,33 +116,6 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     let allowed = "no gains of use keep the oil column of every rig nearby damped; \
         raise controller.sample_rate, or take \"pd\"";
     Err(Error::value("controller.force_loop", "\"robust\"", allowed))
-}
-
-/// The gains for a rig that deviates less: the proportional gain rises with the speed and the integral gain with its
-/// square, as far as the corners of these deviations and the margins of the rig itself allow.
-fn faster(plant: &HeldPiston, nominal: &Sampled, slow: Gains) -> Result<Gains> {
-    if plant.deviations == 1.0 {
-        return Ok(slow);
-    }
-    let corners = plant.corners(plant.deviations);
-    let at = |speed: f64| Gains {
-        proportional: four_digits(speed * slow.proportional),
-        derivative: slow.derivative,
-        integral: four_digits(speed * speed * slow.integral),
-    };
-    let allowed = |speed: f64| -> Result<bool> {
-        let margins = ForceLoop::new(at(speed), nominal).margins()?;
-        let robust = margins.e_max >= LEAST_COPRIME_MARGIN
-            && margins.damping >= NOMINAL_DAMPING
-            && margins.gain >= NOMINAL_GAIN_MARGIN;
-        Ok(robust && damped(&corners, at(speed))?)
-    };
-    let (mut low, mut high) = (1.0, FASTEST);
-    for _ in 0..SPEED_STEPS {
-        let middle = 0.5 * (low + high);
-        if allowed(middle)? { low = middle } else { high = middle }
-    }
-    Ok(at(low))
 }
 
 /// Whether the gains keep the oil column of every corner damped.
@@ -199,15 +173,10 @@ impl HeldPiston {
         self.force_sensitivity * self.piston_area * self.flow_gain / (self.spool_voltage * self.leakage)
     }
 
-    /// The rigs with all extremes of a share of the deviations.
-    fn corners(&self, share: f64) -> Vec<Sampled> {
-        DEVIATIONS.iter().map(|off| self.deviating(off, share).sampled()).collect()
-    }
-
-    fn deviating(&self, off: &Deviation, share: f64) -> Self {
+    fn deviating(&self, off: &Deviation) -> Self {
         Self {
-            compressibility: self.compressibility / libm::pow(off.oil_stiffness, share),
-            pilot_time_constant: self.pilot_time_constant * libm::pow(off.pilot_time_constant, share),
+            compressibility: self.compressibility / off.oil_stiffness,
+            pilot_time_constant: self.pilot_time_constant * off.pilot_time_constant,
             flow_gain: self.flow_gain * FLOW_GAIN,
             delay: self.delay
                 + FURTHER_SAMPLES
@@ -242,14 +211,11 @@ impl ForceLoop {
     /// # Errors
     /// As [`StateSpace::poles`].
     pub fn margins(&self) -> Result<ForceLoopMargins> {
-        let gains = self.gains();
-        let response = self.plant.response(gains);
-        let e_max = response.iter().map(|(_, l)| (l + 1.0).norm() / (2.0 * (1.0 + l.norm_sqr())).sqrt());
         Ok(ForceLoopMargins {
             gain: self.gain_margin()?,
-            delay: delay_margin(&response),
-            damping: self.plant.damping(gains)?,
-            e_max: e_max.fold(f64::INFINITY, f64::min),
+            delay: self.delay_margin(),
+            damping: self.plant.damping(self.gains())?,
+            e_max: self.coprime_margin(),
         })
     }
 
@@ -279,23 +245,42 @@ impl ForceLoop {
         }
         Ok(low)
     }
-}
 
-/// The least delay (s) over all frequencies where the loop's gain crosses 1.
-fn delay_margin(response: &[(f64, Complex<f64>)]) -> f64 {
-    let pairs = response.iter().zip(response.iter().skip(1));
-    let crossings = pairs.filter(|(before, after)| (before.1.norm() > 1.0) != (after.1.norm() > 1.0));
-    let at = crossings.map(|(before, after)| {
-        let (low, high) = (before.1.norm().ln(), after.1.norm().ln());
-        let share = low / (low - high);
-        let mean = |a: f64, b: f64| a + share * (b - a);
-        let frequency = mean(before.0.ln(), after.0.ln()).exp();
-        // Phase above −180°, interpolated on a short arc.
-        let turned = (after.1 / before.1).arg() * share + before.1.arg();
-        let phase = (turned + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU);
-        phase / (std::f64::consts::TAU * frequency)
-    });
-    at.fold(f64::INFINITY, f64::min)
+    /// The least delay (s) over all frequencies where the loop's gain crosses 1.
+    fn delay_margin(&self) -> f64 {
+        let at = |frequency: f64| self.plant.open_loop_at(self.gains(), frequency);
+        let response = self.plant.response(self.gains());
+        let pairs = response.iter().zip(response.iter().skip(1));
+        let crossings = pairs.filter(|(before, after)| (before.1.norm() > 1.0) != (after.1.norm() > 1.0));
+        let delays = crossings.filter_map(|(before, after)| {
+            let (mut low, mut high) = (before.0, after.0);
+            for _ in 0..REFINEMENTS {
+                let middle = (low * high).sqrt();
+                let same = (at(middle)?.norm() > 1.0) == (before.1.norm() > 1.0);
+                if same { low = middle } else { high = middle }
+            }
+            // Phase above −180°.
+            let phase = (at(low)?.arg() + PI).rem_euclid(TAU);
+            Some(phase / (TAU * low))
+        });
+        delays.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The least coprime margin of all frequencies: that of the grid, then golden sections between its neighbours.
+    fn coprime_margin(&self) -> f64 {
+        let of = |l: Complex<f64>| (l + 1.0).norm() / (2.0 * (1.0 + l.norm_sqr())).sqrt();
+        let at = |frequency: f64| self.plant.open_loop_at(self.gains(), frequency).map_or(f64::INFINITY, of);
+        let response = self.plant.response(self.gains());
+        let margin = |i: usize| response.get(i).map_or(f64::INFINITY, |(_, l)| of(*l));
+        let least = (0..response.len()).min_by(|&i, &j| margin(i).total_cmp(&margin(j))).unwrap_or(0);
+        let frequency = |i: usize| response.get(i.min(response.len() - 1)).map_or(0.0, |(f, _)| *f);
+        let (mut low, mut high) = (frequency(least.saturating_sub(1)), frequency(least + 1));
+        for _ in 0..REFINEMENTS {
+            let step = GOLDEN * (high - low);
+            if at(high - step) < at(low + step) { high = low + step } else { low = high - step }
+        }
+        at(0.5 * (low + high)).min(margin(least))
+    }
 }
 
 impl Sampled {

@@ -36,8 +36,6 @@ pub struct HeldPiston {
     pub cell_bandwidth: Option<f64>,
     /// Delay between load cell and valve (samples), without that of the hold.
     pub delay: u32,
-    /// Deviations of the rig over those of a rig by data sheets (1).
-    pub deviations: f64,
     /// Sample rate (Hz).
     pub sample_rate: f64,
 }

@@ -17,8 +17,6 @@ section! {
         pub realization: Realization,
         /// Where its gains come from.
         pub force_loop: ForceLoop,
-        /// Deviations that the designed gains allow, over those of a rig by data sheets, dimensionless.
-        pub deviations: f64,
         /// Sample rate for a command without its own, Hz.
         pub sample_rate: f64,
         /// Where the compensation's velocity comes from.

@@ -19,7 +19,6 @@ pub(in crate::design) fn zhao2005() -> HeldPiston {
         force_sensitivity: 5.6e-5,
         cell_bandwidth: None,
         delay: 0,
-        deviations: 1.0,
         sample_rate: 4096.0,
     }
 }
@@ -50,7 +49,7 @@ fn sizes() -> [HeldPiston; 3] {
 
 #[test]
 fn the_papers_rig_has_the_margins_of_an_independent_model() {
-    // NumPy's margins of G_p 0.36 and G_d 1.0 ms.
+    // Margins of G_p 0.36 and G_d 1.0 ms from NumPy and SciPy's root and minimum finders.
     let chosen = ForceLoop {
         proportional_gain: 0.36,
         derivative_gain: 1e-3,
@@ -60,8 +59,8 @@ fn the_papers_rig_has_the_margins_of_an_independent_model() {
     let margins = chosen.margins().unwrap();
     assert!((margins.damping - 0.45924480).abs() < 1e-6, "{margins:?}");
     assert!((margins.gain - 11.1672373).abs() < 1e-6, "{margins:?}");
-    assert!((margins.delay / 3.00344e-3 - 1.0).abs() < 2e-3, "{margins:?}");
-    assert!((margins.e_max - 0.391924).abs() < 5e-4, "{margins:?}");
+    assert!((margins.delay / 3.002_381_323_8e-3 - 1.0).abs() < 1e-7, "{margins:?}");
+    assert!((margins.e_max - 0.391_924_034_56).abs() < 1e-8, "{margins:?}");
 }
 
 #[test]
@@ -89,6 +88,23 @@ fn rigs_of_three_sizes_stay_damped_under_every_deviation() {
 }
 
 #[test]
+fn rigs_near_three_sizes_get_a_loop_with_margins() {
+    for plant in sizes() {
+        for bits in 0..8 {
+            let factor = |bit: u32| if bits >> bit & 1 == 1 { 1.3 } else { 0.7 };
+            let near = HeldPiston {
+                compressibility: factor(0) * plant.compressibility,
+                pilot_time_constant: factor(1) * plant.pilot_time_constant,
+                flow_gain: factor(2) * plant.flow_gain,
+                ..plant.clone()
+            };
+            let margins = search(&near).unwrap().margins().unwrap();
+            assert!(margins.damping >= 0.2 && margins.gain >= 3.0 && margins.e_max >= 0.3, "{margins:?}");
+        }
+    }
+}
+
+#[test]
 fn a_loop_is_designed_for_an_actuator_with_little_leakage() {
     let leaking = search(&zhao2005()).unwrap();
     let tight = search(&HeldPiston { leakage: 1e-16, ..zhao2005() }).unwrap();
@@ -100,9 +116,9 @@ fn a_loop_is_designed_for_an_actuator_with_little_leakage() {
 fn a_high_sample_rate_takes_no_longer() {
     // Each sample of delay is a state, and the poles of hundreds of states take minutes.
     let fast = HeldPiston { sample_rate: 1e6, ..zhao2005() };
-    let corner = fast.deviating(&DEVIATIONS[0], 1.0);
+    let corner = fast.deviating(&DEVIATIONS[0]);
     assert_eq!(corner.delay, FURTHER_SAMPLES + 14);
-    let usual = zhao2005().deviating(&DEVIATIONS[0], 1.0);
+    let usual = zhao2005().deviating(&DEVIATIONS[0]);
     assert_eq!(usual.delay, FURTHER_SAMPLES + 2);
 }
 
@@ -159,24 +175,4 @@ fn the_designed_rig_is_stable_where_the_papers_gains_are_not() {
     let sound = robust.without(&["truth"]).unwrap();
     let margins = stability_margins(&sound, FlowGain::Nominal, Time::Sampled(4096.0)).unwrap();
     assert!(margins.level > 1.4 && margins.around.as_ref().unwrap().loop_gain > 3.0, "{margins:?}");
-}
-
-#[test]
-fn a_better_known_rig_gets_a_faster_loop_with_margins() {
-    for plant in sizes() {
-        let usual = search(&plant).unwrap();
-        for deviations in [0.9, 0.8, 0.5, 0.1] {
-            let known = HeldPiston { deviations, ..plant.clone() };
-            let faster = search(&known).unwrap();
-            let speed = faster.proportional_gain / usual.proportional_gain;
-            assert!((1.0..=FASTEST).contains(&speed), "{faster:?}");
-            assert!((faster.integral_gain / usual.integral_gain / (speed * speed) - 1.0).abs() < 2e-3);
-            assert_eq!(faster.derivative_gain, usual.derivative_gain);
-            let margins = faster.margins().unwrap();
-            assert!(margins.damping >= 0.2 && margins.gain >= 3.0 && margins.e_max >= 0.3, "{margins:?}");
-            assert!(damped(&known.corners(deviations), faster.gains()).unwrap());
-        }
-    }
-    let speed = |deviations| search(&HeldPiston { deviations, ..zhao2005() }).unwrap().proportional_gain;
-    assert!(speed(0.8) > 1.1 * speed(1.0));
 }

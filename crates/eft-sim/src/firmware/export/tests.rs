@@ -31,9 +31,8 @@ const OF_THE_PLANT: [&str; 20] = [
     "structure.",
     "sensors.",
 ];
-/// The converter is hardware after the controller, the name is a separate argument, and the deviations act on designed
-/// gains only, which these rigs do not have.
-const OF_NEITHER: [&str; 4] = ["dac.range", "dac.bits", "name", "controller.deviations"];
+/// The converter is hardware after the controller, and the name is a separate argument.
+const OF_NEITHER: [&str; 3] = ["dac.range", "dac.bits", "name"];
 
 /// Rigs in which every key of the controller has an effect at least once.
 fn rigs() -> Vec<RigConfig> {
@@ -102,15 +101,6 @@ fn every_key_of_the_controller_is_in_the_text_or_refused_and_none_of_the_plant()
             assert_eq!(tells, !of_the_plant, "{} for {target:?}", row.key);
         }
     }
-}
-
-#[test]
-fn the_deviations_of_a_designed_loop_are_in_its_gains() {
-    let exported = |deviations: f64| {
-        let keys = [("controller.force_loop", "robust".into()), ("controller.deviations", deviations.into())];
-        export(&RigConfig::zhao2005().replace(&keys).unwrap(), Some("rig"), Target::C).unwrap()
-    };
-    assert_ne!(exported(1.0), exported(0.8));
 }
 
 #[test]
