@@ -7,6 +7,8 @@ from typing import Any, ClassVar, Literal, Never, TypeAlias, TypedDict, final, o
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eft._linear_model import Modes
+
 __all__ = [
     "BatchResult",
     "Command",
@@ -516,7 +518,8 @@ class LinearModel:
     @property
     def growth_rate(self) -> float: ...
     def poles(self) -> _ComplexArray: ...
-    def modes(self) -> tuple[_Array, _Array, _ComplexArray]: ...
+    def modes(self) -> Modes: ...
+    def _modes(self) -> tuple[_Array, _Array, _ComplexArray]: ...
     def response(
         self,
         frequency: ArrayLike,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from eft import _display
 from eft._explore import explore
+from eft._linear_model import modes
 from eft._native import Command, FlowTable, LinearModel, Record, Rig
 
 if TYPE_CHECKING:
@@ -124,27 +125,63 @@ def _rig(self: Rig) -> str:
     return shown(self["name"] or "Rig", [(key, self[key]) for key in shown_keys])
 
 
+_PLOT = """Draw it: `eft.plots.{name}` with the same options.
+
+Parameters
+----------
+**options
+    Those of `eft.plots.{name}`.
+
+Returns
+-------
+matplotlib.{kind}
+
+Raises
+------
+TypeError
+    If there is no such option.
+
+Examples
+--------
+>>> import eft
+>>> drawn = {make}.plot()
+"""
+
+
 def teach_native() -> None:
     """Add the methods for pictures to the classes of the native module."""
     from eft import _native
 
-    def plotter(name: str) -> Callable[..., Any]:
+    def plotter(name: str, kind: str, make: str) -> Callable[..., Any]:
         def plot(self: Any, **options: Any) -> Any:
             from eft import plots
 
             return getattr(plots, name)(self, **options)
 
-        plot.__doc__ = f"Draw it: `eft.plots.{name}` with the same options."
+        plot.__doc__ = _PLOT.format(name=name, kind=kind, make=make)
         return plot
 
-    for kind, name, to_html in (
-        (_native.Record, "record", _record),
-        (_native.Command, "command", _command),
-        (_native.FlowTable, "flow_curve", _flow_table),
-        (_native.LinearModel, "linear_model", _linear_model),
+    for kind, name, to_html, drawn, make in (
+        (_native.Record, "record", _record, "axes.Axes", "eft.Record([0.0, 1.0, 0.0], 0.01)"),
+        (_native.Command, "command", _command, "axes.Axes", "eft.Command.sine(2e3, 1.0, 2.0, 256.0)"),
+        (
+            _native.FlowTable,
+            "flow_curve",
+            _flow_table,
+            "axes.Axes",
+            "eft.FlowTable([-1.0, 1.0], [-1e-3, 1e-3])",
+        ),
+        (
+            _native.LinearModel,
+            "linear_model",
+            _linear_model,
+            "figure.Figure",
+            "eft.linearize(eft.Rig.zhao2005())",
+        ),
     ):
         # Set by setattr, because a type checker takes the methods from the stubs.
-        setattr(kind, "plot", plotter(name))  # noqa: B010
+        setattr(kind, "plot", plotter(name, drawn, make))  # noqa: B010
         setattr(kind, "_repr_html_", to_html)  # noqa: B010
     setattr(_native.Rig, "_repr_html_", _rig)  # noqa: B010
     setattr(_native.Rig, "explore", explore)  # noqa: B010
+    setattr(_native.LinearModel, "modes", modes)  # noqa: B010

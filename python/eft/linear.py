@@ -1,5 +1,6 @@
 """Linear models of a rig: poles, margins, stability maps, delays."""
 
+from eft._linear_model import Modes
 from eft._maps import STABILITY_MAPS, StabilityMap, stability_map
 from eft._native import LinearModel, linearize, stability_margin
 from eft._planning import (
@@ -18,6 +19,7 @@ __all__ = [
     "DelayBudget",
     "InverseDynamics",
     "LinearModel",
+    "Modes",
     "ObserverGains",
     "StabilityMap",
     "StabilityMargins",

@@ -104,7 +104,9 @@ def test_numbers_of_the_reference_model():
 
 
 def test_modes_tell_frequency_and_damping():
-    frequency, damping, pole = eft.linearize(RIG).modes()
+    found = eft.linearize(RIG).modes()
+    frequency, damping, pole = found
+    assert isinstance(found, eft.linear.Modes) and found.damping is damping
     np.testing.assert_allclose(frequency, abs(pole) / (2 * np.pi))
     np.testing.assert_allclose(damping, -pole.real / abs(pole))
     assert frequency[0] == pytest.approx(1.578, abs=1e-3)

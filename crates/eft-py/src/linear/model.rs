@@ -120,15 +120,29 @@ impl LinearModel {
     }
 
     /// Return the poles in 1/s, those of a sampled model in the z-plane, by magnitude.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     Complex numbers.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the poles cannot be computed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> len(eft.linearize(eft.Rig.zhao2005()).poles())
+    /// 6
     fn poles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         Ok(PyArray1::from_vec(py, self.inner.poles().map_err(to_python)?))
     }
 
-    /// Return the modes by natural frequency: frequencies in Hz, damping ratios, and poles in 1/s.
-    ///
-    /// The poles of a sampled model are converted to continuous time.
+    /// Frequencies (Hz), damping ratios and poles (1/s) of `modes`.
     #[allow(clippy::type_complexity, reason = "three arrays are three arrays")]
-    fn modes<'py>(
+    fn _modes<'py>(
         &self,
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<Complex64>>)>
@@ -151,6 +165,23 @@ impl LinearModel {
     ///     One of `outputs`.
     /// input : str
     ///     One of `inputs`.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     One complex number for each frequency.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If there is no such input or output, or a frequency is not allowed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> [at_1_hz] = eft.linearize(eft.Rig.zhao2005()).response([1.0])
+    /// >>> f"{abs(at_1_hz):.1f}"
+    /// '1.0'
     #[pyo3(signature = (frequency, output="force", input="command"))]
     fn response<'py>(
         &self,
@@ -166,6 +197,22 @@ impl LinearModel {
     }
 
     /// Return the model as a python-control ``StateSpace`` (needs the package control).
+    ///
+    /// Returns
+    /// -------
+    /// control.StateSpace
+    ///     With the names of states, inputs and outputs.
+    ///
+    /// Raises
+    /// ------
+    /// ModuleNotFoundError
+    ///     If python-control is not installed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.linearize(eft.Rig.zhao2005()).to_control().nstates
+    /// 6
     fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let named = PyDict::new(py);
         named.set_item("states", self.states())?;
