@@ -120,6 +120,11 @@ def explore(self: Rig, *, height: int = 1000) -> Any:
         If anywidget is not installed: ``pip install 'effective-force-testing[notebook]'``.
     FileNotFoundError
         If this installation has no page.
+
+    Examples
+    --------
+    >>> import eft
+    >>> widget = eft.Rig.zhao2005().explore()  # doctest: +SKIP
     """
     try:
         import anywidget

@@ -59,6 +59,10 @@ class ProcessorInTheLoop:
             Called a few times a second with the samples done and their total; an exception from it ends the
             run.
 
+        Returns
+        -------
+        TestRun
+
         Raises
         ------
         ValueError
@@ -66,6 +70,14 @@ class ProcessorInTheLoop:
             key.
         OSError
             If the image or QEMU is missing.
+
+        Examples
+        --------
+        >>> import eft
+        >>> rig = eft.Rig.zhao2005().replace({"controller.realization": "digital"})
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 4096.0)
+        >>> processor = eft.firmware.ProcessorInTheLoop("firmware.elf")
+        >>> run = processor.simulate(rig, sweep)  # doctest: +SKIP
         """
         outside = {} if structure is None else {"structure": structure}
         outcome = _native.processor_in_the_loop(rig, command, self.image, self.machine, progress, **outside)

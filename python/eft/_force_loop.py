@@ -46,11 +46,43 @@ class ForceLoop:
     """The closed loop from force command to measured force (N)."""
 
     def poles(self) -> NDArray[np.complex128]:
-        """Return the poles of the closed loop in the z-plane, by magnitude."""
+        """Return the poles of the closed loop in the z-plane, by magnitude.
+
+        Returns
+        -------
+        numpy.ndarray
+            Complex numbers.
+
+        Examples
+        --------
+        >>> import eft
+        >>> len(eft.design_force_loop(eft.Rig.zhao2005()).poles())
+        5
+        """
         return self.closed_loop.poles()
 
     def plot(self, **options: Any) -> Any:
-        """Draw the Nyquist diagram with its margin: `eft.plots.force_loop`."""
+        """Draw the Nyquist diagram with its margin: `eft.plots.force_loop`.
+
+        Parameters
+        ----------
+        **options
+            Those of `eft.plots.force_loop`.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        TypeError
+            If there is no such option.
+
+        Examples
+        --------
+        >>> import eft
+        >>> axes = eft.design_force_loop(eft.Rig.zhao2005()).plot()
+        """
         from eft import plots
 
         return plots.force_loop(self, **options)
@@ -62,7 +94,24 @@ class ForceLoop:
         return _notebook.shown("Force loop", rows, _notebook.on_axes(plots.force_loop, self), 3.4)
 
     def to_control(self) -> control.StateSpace:
-        """Return the open loop as a python-control ``StateSpace`` (needs the package control)."""
+        """Return the open loop as a python-control ``StateSpace`` (needs the package control).
+
+        Returns
+        -------
+        control.StateSpace
+            From force command to measured force, opened after the load cell and sampled.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If python-control is not installed.
+
+        Examples
+        --------
+        >>> import eft
+        >>> eft.design_force_loop(eft.Rig.zhao2005()).to_control().dt == 1 / 4096
+        True
+        """
         return self.open_loop.to_control()
 
 

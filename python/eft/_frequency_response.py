@@ -61,7 +61,33 @@ class ValveEstimate(ReadOnly):
         return _notebook.shown("Valve", [*rows, ("misfit", f"{self.misfit:.1%}")])
 
     def keys(self, rated_signal: float = 10.0) -> dict[str, Any]:
-        """Keys for `Rig.replace`; `rated_signal` (V) opens the spool fully."""
+        """Keys for `Rig.replace`; `rated_signal` (V) opens the spool fully.
+
+        Parameters
+        ----------
+        rated_signal : float
+            Valve command that opens the spool fully, V.
+
+        Returns
+        -------
+        dict
+            Keys with their values.
+
+        Raises
+        ------
+        ValueError
+            If the signal is not allowed.
+
+        Examples
+        --------
+        >>> import eft, numpy
+        >>> frequency = numpy.array([1.0, 10.0, 30.0, 60.0, 90.0])
+        >>> response = 1.0 / (1.0 + 1.4j * frequency / 60.0 - (frequency / 60.0) ** 2)
+        >>> amplitude, phase = abs(response), numpy.unwrap(numpy.angle(response))
+        >>> found = eft.identification.identify_valve(frequency, amplitude, phase)
+        >>> sorted(found.keys())[0]
+        'compensation.response_delay'
+        """
         omega = 2.0 * math.pi * float(self.natural_frequency)
         return second_order(omega, float(self.damping_ratio), rated_signal)
 

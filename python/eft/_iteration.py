@@ -63,7 +63,23 @@ class DriveIteration(ReadOnly):
         return _notebook.shown("Drive", [*rows, ("stopped", self.stopped)], draw)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw force over drive and the coherence; uncorrected frequencies are shaded."""
+        """Draw force over drive and the coherence; uncorrected frequencies are shaded.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into; by default those of a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0)
+        >>> axes = eft.iterate(eft.Rig.zhao2005(), sweep, repeats=1).plot()
+        """
         from eft import plots
 
         return plots.drive_response(self, ax=ax)

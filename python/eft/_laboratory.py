@@ -49,7 +49,30 @@ class Identification:
     """From a test of the whole rig."""
 
     def plot(self, **options: Any) -> Any:
-        """Draw the phase of the valve and the flow curve: `eft.plots.identification`."""
+        """Draw the phase of the valve and the flow curve: `eft.plots.identification`.
+
+        Parameters
+        ----------
+        **options
+            Those of `eft.plots.identification`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        TypeError
+            If there is no such option.
+
+        Examples
+        --------
+        >>> import eft
+        >>> valve = eft.identification.valve_test(eft.Rig.zhao2005())
+        >>> columns = {"valve_command": valve.valve_command, "spool": valve.spool}
+        >>> test = eft.traces.Traces("valve test", 2048.0, columns)
+        >>> figure = eft.identify(eft.Rig.zhao2005(), valve=test).plot()
+        """
         from eft import plots
 
         return plots.identification(self, **options)

@@ -55,7 +55,29 @@ class StabilityMap(ReadOnly):
         return np.asarray(self.values < 0 if self.quantity == "growth_rate" else ~np.isnan(self.values))
 
     def plot(self, **options: Any) -> Any:
-        """Draw the map: `eft.plots.stability_map`."""
+        """Draw the map: `eft.plots.stability_map`.
+
+        Parameters
+        ----------
+        **options
+            Those of `eft.plots.stability_map`.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        TypeError
+            If there is no such option.
+
+        Examples
+        --------
+        >>> import eft
+        >>> axes = ("compensation.level", [0.9, 1.0]), ("structure.damping", [4e3, 5e3])
+        >>> found = eft.linear.stability_map(eft.Rig.zhao2005(), *axes)
+        >>> axes = found.plot()
+        """
         from eft import plots
 
         return plots.stability_map(self, **options)
@@ -67,7 +89,26 @@ class StabilityMap(ReadOnly):
         return _notebook.shown("Stability map", rows, _notebook.on_axes(plots.stability_map, self), 3.0)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return the map as a data frame, `horizontal` along its columns (needs pandas)."""
+        """Return the map as a data frame, `horizontal` along its columns (needs pandas).
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row for each value of `vertical`.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import eft
+        >>> axes = ("compensation.level", [0.9, 1.0]), ("structure.damping", [4e3, 5e3])
+        >>> found = eft.linear.stability_map(eft.Rig.zhao2005(), *axes)
+        >>> found.to_pandas().columns.name
+        'compensation.level'
+        """
         need("pandas")
         import pandas as pd
 

@@ -62,7 +62,25 @@ class Replay(ReadOnly):
     """Result of the learning as the section ``calibration`` of a rig; None if nothing was learned."""
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return the windows as a data frame with the time as its index."""
+        """Return the windows as a data frame with the time as its index.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import eft
+        >>> rig = eft.Rig.zhao2005()
+        >>> run = eft.simulate(rig, eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> eft.replay(rig, run).to_pandas().index.name
+        'time'
+        """
         import pandas
 
         names = [

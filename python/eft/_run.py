@@ -184,16 +184,47 @@ class TestRun(Channels, ReadOnly):
 
         If neither happened, this is the whole test. Later samples contain the rig after the protection
         removed the force.
+
+        Returns
+        -------
+        TestRun
+
+        Examples
+        --------
+        >>> import eft
+        >>> short = eft.Rig.zhao2005().replace({"actuator.stroke": 1e-3})
+        >>> run = eft.simulate(short, eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> len(run.to_its_end()) < len(run)
+        True
         """
         return _run_parts.to_its_end(self)
 
     def actuator(self, index: int) -> TestRun:
-        """Return the traces of one actuator, counted from 0 at the ground, as a run.
+        """Return the traces of one actuator as a run.
+
+        Parameters
+        ----------
+        index : int
+            Number of the actuator, from 0 at the ground.
+
+        Returns
+        -------
+        TestRun
 
         Raises
         ------
         IndexError
             If there is no such actuator.
+
+        Examples
+        --------
+        >>> import eft, numpy
+        >>> stories = {"masses": [7e3, 8e3], "dampings": [4e3, 4e3], "stiffnesses": [7e5, 7e5]}
+        >>> changes = {"structure.kind": "shear_building", "structure.stories": stories}
+        >>> command = eft.Command(numpy.full((2, 100), 500.0), 1024.0)
+        >>> run = eft.simulate(eft.Rig.zhao2005().replace(changes), command)
+        >>> run.force.shape, run.actuator(1).force.shape
+        ((2, 100), (100,))
         """
         return _run_parts.actuator(self, index)
 
@@ -202,12 +233,24 @@ class TestRun(Channels, ReadOnly):
 
         The plant is unchanged: the curve of its valve is kept as ``servovalve.true_flow_table``.
 
+        Returns
+        -------
+        Rig
+
         Raises
         ------
         ValueError
             If the run has several actuators with a curve each; use the run of one `actuator`. If
             self-calibration or the guard ran with the linear scheme, which has no table. If a processor in
             the loop has learned. If the flows do not increase, which single precision can cause.
+
+        Examples
+        --------
+        >>> import eft
+        >>> rig = eft.Rig.zhao2005().replace({"compensation.adaptive": True})
+        >>> run = eft.simulate(rig, eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> run.corrected_rig()["servovalve.flow_table.flows"] == run.found_flows.tolist()
+        True
         """
         return corrected_rig(self)
 
@@ -265,15 +308,19 @@ class TestRun(Channels, ReadOnly):
         Metrics
             Numbers by name, as items and as attributes. For several actuators they are arrays with one number
             each, which is NaN if the command is zero. A metric without an answer is NaN, such as the delay of
-            a force that stays zero, or the displacement error of an external structure.  - ``nrmse``: rms
-            error over rms command - ``nrmse_delay_removed``, ``nrmse_bias_free``: the same without the delay,
-            without the offset - ``peak_error``: largest error over the largest command - ``delay``: by
-            cross-correlation, s, positive when the force lags - ``fei_amplitude``, ``fei_delay`` (s),
-            ``fei_frequency`` (Hz): frequency-domain evaluation index - ``oscillation``: rms error from 30 to
-            150 Hz over rms command - ``tracking_indicator``: N², negative when the force lags -
-            ``displacement_error``: rms error of the displacement against `eft.ideal_response`, over its rms -
-            ``max_spool``: largest opening - ``drift``: largest drift of the story, m -
-            ``min_supply_pressure``: Pa
+            a force that stays zero, or the displacement error of an external structure.
+
+            - ``nrmse``: rms error over rms command
+            - ``nrmse_delay_removed``, ``nrmse_bias_free``: the same without the delay, without the offset
+            - ``peak_error``: largest error over the largest command
+            - ``delay``: by cross-correlation, s, positive when the force lags
+            - ``fei_amplitude``, ``fei_delay`` (s), ``fei_frequency`` (Hz): frequency-domain evaluation index
+            - ``oscillation``: rms error from 30 to 150 Hz over rms command
+            - ``tracking_indicator``: N², negative when the force lags
+            - ``displacement_error``: rms error of the displacement against `eft.ideal_response`, over its rms
+            - ``max_spool``: largest opening
+            - ``drift``: largest drift of the story, m
+            - ``min_supply_pressure``: Pa
 
         Raises
         ------
@@ -310,20 +357,64 @@ class TestRun(Channels, ReadOnly):
         return Metrics({name: value for name, [value] in judged.items()})
 
     def fft_ratio(self, f_low: float, f_high: float) -> FftRatio:
-        """Divide the spectrum of the force by that of the command, over a band in Hz.
+        """Divide the spectrum of the force by that of the command, over a band.
 
         The spectra have no window and cover the whole test. Bins that the command does not excite are
         omitted. For several actuators the ratio has a row for each, at the frequencies that all commands
         excite. The row of a zero command is NaN.
+
+        Parameters
+        ----------
+        f_low, f_high : float
+            Limits of the band, Hz.
+
+        Returns
+        -------
+        FftRatio
+            Frequencies in Hz and the ratio of the magnitudes.
+
+        Raises
+        ------
+        ValueError
+            If the band is not allowed, or the command is zero or does not excite it.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> f"{run.fft_ratio(1.0, 4.0).ratio.mean():.1f}"
+        '1.0'
         """
         return fft_ratio(self, f_low, f_high)
 
     def coherence(self, segment: float = 4.0) -> Coherence:
-        """Estimate the coherence of force and command from half overlapping segments of `segment` s.
+        """Estimate the coherence of force and command from half overlapping segments.
 
         The windows are Hann windows, as in ``scipy.signal.coherence``. Frequencies at which a signal has no
         energy are left out. For several actuators the coherence has a row for each, at their common
         frequencies.
+
+        Parameters
+        ----------
+        segment : float
+            Length of a segment, s.
+
+        Returns
+        -------
+        Coherence
+            Frequencies in Hz and the coherence, from 0 to 1.
+
+        Raises
+        ------
+        ValueError
+            If the segment is not positive or too long for the test, or the command is zero.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> run.coherence(1.0).frequency[1].item()
+        1.0
         """
         return coherence(self, segment)
 
@@ -331,6 +422,22 @@ class TestRun(Channels, ReadOnly):
         """Return a copy of the traces as a data frame indexed by time in s (needs pandas).
 
         For several actuators the columns have two levels, the signal and the actuator counted from 1.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> run.to_pandas()["force"].size
+        4096
         """
         return _run_frames.to_pandas(self)
 
@@ -340,11 +447,44 @@ class TestRun(Channels, ReadOnly):
         Each trace has the attributes ``units`` and ``long_name``. For several actuators the first dimension
         is ``actuator``, counted from 1. The dataset's attributes are rig (as TOML), version, sample rate,
         dtype, seed and date. Those of record, scale, mass and `stopped` follow if the run has them.
+
+        Returns
+        -------
+        xarray.Dataset
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If xarray is not installed.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> run.to_xarray()["load_pressure"].attrs
+        {'units': 'Pa', 'long_name': 'Load pressure'}
         """
         return _run_frames.to_xarray(self)
 
     def to_control(self) -> Any:
-        """Return force (output) under command (input) as a python-control ``TimeResponseData``."""
+        """Return force (output) under command (input) as a python-control ``TimeResponseData``.
+
+        Returns
+        -------
+        control.TimeResponseData
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If python-control is not installed.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> run.to_control().output_labels
+        ['force']
+        """
         return _run_frames.to_control(self)
 
     def save(self, path: str | PathLike[str]) -> Path:
@@ -354,10 +494,27 @@ class TestRun(Channels, ReadOnly):
         also contains the `energy`, and name, scale and mass of a ground motion. It is written under another
         name and then renamed, so `path` is never incomplete.
 
+        Parameters
+        ----------
+        path : path-like
+            The file.
+
         Returns
         -------
         pathlib.Path
             `path` without an added suffix.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> run.save("run.eft").name
+        'run.eft'
         """
         return _run_file.write(self, self._values, Path(path))
 
@@ -365,12 +522,28 @@ class TestRun(Channels, ReadOnly):
     def load(cls, path: str | PathLike[str]) -> TestRun:
         """Read a test from a file of `save`.
 
+        Parameters
+        ----------
+        path : path-like
+            The file.
+
+        Returns
+        -------
+        TestRun
+
         Raises
         ------
         FileNotFoundError
             If there is no such file.
         ValueError
             If the file is not a saved test, is damaged, or has a later format; the message names the problem.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> bool((eft.TestRun.load(run.save("run.eft")).force == run.force).all())
+        True
         """
         return cls(**_run_file.read(Path(path)))
 
@@ -381,7 +554,28 @@ class TestRun(Channels, ReadOnly):
         return int(self.command.shape[-1])
 
     def plot(self, **options: Any) -> Any:
-        """Draw force, its error, displacement, spool and frequency response: `eft.plots.run_page`."""
+        """Draw force, its error, displacement, spool and frequency response: `eft.plots.run_page`.
+
+        Parameters
+        ----------
+        **options
+            Those of `eft.plots.run_page`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        TypeError
+            If there is no such option.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+        >>> figure = run.plot()
+        """
         from eft import plots
 
         return plots.run_page(self, **options)

@@ -49,11 +49,31 @@ class StepController(Protocol):
         acceleration: float,
         next_command: float,
     ) -> float:
-        """Return the valve command (V).
+        """Return the valve command of one sample.
 
-        The force command is in N. The sensors measure velocity (m/s), force (N), spool opening, supply
-        pressure (Pa), displacement (m) and acceleration (m/s²). ``next_command`` is the command of the next
-        sample. A controller may accept unused named arguments as ``**_``.
+        A controller may accept unused named arguments as ``**_``.
+
+        Parameters
+        ----------
+        command, next_command : float
+            Force command of this sample and of the next one, N.
+        velocity, force, spool, supply_pressure, displacement, acceleration : float
+            Readings of the sensors, in m/s, N, 1, Pa, m and m/s².
+
+        Returns
+        -------
+        float
+            In V.
+
+        Examples
+        --------
+        >>> import eft
+        >>> class Proportional:
+        ...     def step(self, command, velocity, force, spool, **_):
+        ...         return 2e-5 * (command - force)
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0)
+        >>> eft.simulate(eft.Rig.zhao2005(), sweep, controller=Proportional()).success
+        True
         """
 
 

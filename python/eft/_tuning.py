@@ -60,6 +60,23 @@ class ForceLoopTuning(ReadOnly):
         """Gain margin for any gains, between the computed lines by linear interpolation.
 
         The margin is the factor on both gains that makes the loop unstable; below 1 the loop is unstable.
+
+        Parameters
+        ----------
+        proportional_gain, derivative_gain : array_like
+            G_p, above zero, and G_d in s.
+
+        Returns
+        -------
+        numpy.ndarray
+            One margin for each pair of gains.
+
+        Examples
+        --------
+        >>> import eft
+        >>> advice = eft.tune_force_loop(eft.Rig.zhao2005())
+        >>> bool(advice.margin_at(0.1, 0.0) > advice.margin_at(0.2, 0.0))
+        True
         """
         gain = np.asarray(proportional_gain, dtype=np.float64)
         ratio = np.asarray(derivative_gain, dtype=np.float64) / gain
@@ -77,7 +94,22 @@ class ForceLoopTuning(ReadOnly):
         return _notebook.shown("Gains of the force loop", rows, draw, 3.4)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the margin over the gains, with the rig's own and the advised ones."""
+        """Draw the margin over the gains, with the rig's own and the advised ones.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into; by default those of a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> import eft
+        >>> axes = eft.tune_force_loop(eft.Rig.zhao2005()).plot()
+        """
         from eft import plots
 
         return plots.force_loop_gains(self, ax=ax)

@@ -79,7 +79,27 @@ class ValveTable:
         return _notebook.shown("Valves", [*rows, ("suitable", ", ".join(self.suitable) or "no valve")])
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return the table as a data frame (needs pandas)."""
+        """Return the table as a data frame (needs pandas).
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row for each valve and command.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import eft
+        >>> valve = {"rated_flow": "90 gpm", "rated_drop": "1000 psi", "phase_90_frequency": "60 Hz"}
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 3.0, 2.0, 4096.0)
+        >>> table = eft.compare_valves(eft.Rig.zhao2005(), {"sweep": sweep}, {"large": valve})
+        >>> table.to_pandas()["valve"].tolist()
+        ['large']
+        """
         need("pandas")
         import pandas as pd
 

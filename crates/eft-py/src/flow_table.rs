@@ -96,11 +96,53 @@ impl FlowTable {
     }
 
     /// Return the no-load flow in m³/s at spool openings `x`; constant beyond the table.
+    ///
+    /// Parameters
+    /// ----------
+    /// x : float or array_like
+    ///     Spool openings, as shares of the stroke.
+    ///
+    /// Returns
+    /// -------
+    /// float or numpy.ndarray
+    ///     Flows in m³/s, with the shape of `x`.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an opening is not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.FlowTable([-1.0, 0.0, 1.0], [-2e-3, 0.0, 2e-3]).flow([0.5, 3.0]).tolist()
+    /// [0.001, 0.002]
     fn flow<'py>(&self, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         arrays::map("x", x, |x| self.core.flow(x))
     }
 
     /// Return the spool opening for flows `q` (m³/s) at no load; constant beyond the table.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : float or array_like
+    ///     Flows in m³/s.
+    ///
+    /// Returns
+    /// -------
+    /// float or numpy.ndarray
+    ///     Spool openings, as shares of the stroke, with the shape of `q`.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a flow is not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.FlowTable([-1.0, 0.0, 1.0], [-2e-3, 0.0, 2e-3]).opening(1e-3)
+    /// 0.5
     fn opening<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         arrays::map("q", q, |q| self.core.opening(q))
     }

@@ -57,6 +57,29 @@ impl Plant {
     }
 
     /// Step the plant by one sample under `valve_command` (V) and return its state.
+    ///
+    /// Parameters
+    /// ----------
+    /// valve_command : float or array_like
+    ///     Valve command in V, held over the sample; one for each actuator of a shear building.
+    ///
+    /// Returns
+    /// -------
+    /// PlantState
+    ///     The true state at the end of the sample.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a valve command, or the motion of an external structure, is not finite, or not one for each actuator.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> plant = eft.Plant(eft.Rig.zhao2005(), sample_rate=4096.0)
+    /// >>> state = [plant.step(0.1) for _ in range(410)][-1]
+    /// >>> state.displacement > 0.0, round(state.time, 4)
+    /// (True, 0.1001)
     fn step(&mut self, py: Python<'_>, valve_command: &Bound<'_, PyAny>) -> PyResult<PlantState> {
         let commands = self.vector("valve_command", valve_command)?;
         match &self.structure {
@@ -81,6 +104,15 @@ impl Plant {
     }
 
     /// Return the plant to rest; an external structure is not reset.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> plant = eft.Plant(eft.Rig.zhao2005())
+    /// >>> _ = plant.step(0.1)
+    /// >>> plant.reset()
+    /// >>> plant.state.time
+    /// 0.0
     fn reset(&mut self) {
         self.inner.reset();
     }

@@ -40,6 +40,16 @@ impl Rig {
     }
 
     /// The rig of Zhao, Shield, French and Posbergh: Tables 1 and 2 and Fig. 7 of the paper.
+    ///
+    /// Returns
+    /// -------
+    /// Rig
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.Rig.zhao2005()["supply.pressure"]
+    /// 19000000.0
     #[staticmethod]
     fn zhao2005() -> Self {
         Self { config: RigConfig::zhao2005() }
@@ -47,12 +57,29 @@ impl Rig {
 
     /// Read a rig from a TOML file.
     ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     The file.
+    ///
+    /// Returns
+    /// -------
+    /// Rig
+    ///
     /// Raises
     /// ------
     /// FileNotFoundError
     ///     If there is no such file.
     /// ValueError
     ///     If the file is not TOML (with line and column), or a key or value is not allowed (by name).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft, pathlib, tempfile
+    /// >>> path = pathlib.Path(tempfile.mkdtemp()) / "rig.toml"
+    /// >>> _ = path.write_text(eft.Rig.zhao2005().to_toml(), encoding="utf-8")
+    /// >>> eft.Rig.from_toml(path) == eft.Rig.zhao2005()
+    /// True
     #[staticmethod]
     fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         wrap(py.detach(|| RigConfig::read(path)))
@@ -60,22 +87,66 @@ impl Rig {
 
     /// Build a rig from nested dictionaries, as from `to_dict`.
     ///
+    /// Parameters
+    /// ----------
+    /// mapping : mapping
+    ///     Sections by name, each with its keys.
+    ///
+    /// Returns
+    /// -------
+    /// Rig
+    ///
     /// Raises
     /// ------
     /// ValueError
     ///     If a key is unknown or missing, or a value is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> sections = eft.Rig.zhao2005().to_dict()
+    /// >>> sections["structure"]["mass"] = "8 t"
+    /// >>> eft.Rig.from_dict(sections)["structure.mass"]
+    /// 8000.0
     #[staticmethod]
     fn from_dict(mapping: &Bound<'_, PyMapping>) -> PyResult<Self> {
         wrap(RigConfig::from_tree(values::tree_from_python(mapping)?))
     }
 
     /// Return the configuration as TOML text, with the meaning of every key if `comments` is true.
+    ///
+    /// Parameters
+    /// ----------
+    /// comments : bool
+    ///     Whether each key has its meaning beside it, and absent keys are listed as comments.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> rig = eft.Rig.zhao2005()
+    /// >>> eft.Rig(rig.to_toml()) == rig
+    /// True
     #[pyo3(signature = (*, comments=false))]
     fn to_toml(&self, comments: bool) -> String {
         if comments { self.config.to_commented_toml() } else { self.config.to_toml() }
     }
 
     /// Return the configuration as nested dictionaries of plain Python values.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     Sections by name, each with its keys.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.Rig.zhao2005().to_dict()["structure"]["mass"]
+    /// 7040.0
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         values::to_python(py, &Value::Table(self.config.to_tree()))
     }
@@ -88,10 +159,22 @@ impl Rig {
     ///     Dotted keys with their new values, such as ``{"compensation.mode": "linear"}``. A whole section
     ///     may be given as a mapping, and `None` removes an optional value. The checks run after all changes.
     ///
+    /// Returns
+    /// -------
+    /// Rig
+    ///     The rig itself is unchanged.
+    ///
     /// Raises
     /// ------
     /// ValueError
     ///     If a key is unknown or a value is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> rig = eft.Rig.zhao2005().replace({"compensation.level": 0.95, "truth.structure.mass": "9 t"})
+    /// >>> rig["structure.mass"], rig.plant["structure.mass"]
+    /// (7040.0, 9000.0)
     fn replace(&self, changes: &Bound<'_, PyMapping>) -> PyResult<Self> {
         let (mut set, mut removed) = (Vec::new(), Vec::new());
         for item in changes.items()?.iter() {
@@ -116,6 +199,16 @@ impl Rig {
     /// Return the keys that are set but have no effect, each with the value of another key that it needs.
     ///
     /// They are not an error, because a study may vary one key without the other.
+    ///
+    /// Returns
+    /// -------
+    /// list of str
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.Rig.zhao2005().replace({"compensation.look_ahead": True}).idle_keys()
+    /// ['compensation.look_ahead needs compensation.feedforward = true']
     fn idle_keys(&self) -> Vec<String> {
         self.config.idle_keys().iter().map(ToString::to_string).collect()
     }
@@ -135,6 +228,10 @@ impl Rig {
     }
 
     /// Return the dotted keys of the configuration, in the order of files, without those under ``truth``.
+    ///
+    /// Returns
+    /// -------
+    /// list of str
     ///
     /// Examples
     /// --------

@@ -11,12 +11,10 @@ from eft._identification._estimate import Estimate, make_estimate
 class DampingEstimate(Estimate):
     """A damping ratio, with the natural frequency and the logarithmic decrement."""
 
-    __slots__ = ("decrement", "frequency")
+    __slots__ = {"decrement": "Logarithmic decrement.", "frequency": "Undamped natural frequency, Hz."}
 
     frequency: Estimate
-    """Undamped natural frequency, Hz."""
     decrement: float
-    """Logarithmic decrement."""
 
 
 def identify_damping(displacement: ArrayLike, sample_rate: float) -> DampingEstimate:

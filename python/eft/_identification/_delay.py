@@ -11,16 +11,17 @@ from eft._identification._estimate import Array, Estimate, make_estimate
 class DelayEstimate(Estimate):
     """A delay in s, and the line fitted to the phase; its slope is the delay."""
 
-    __slots__ = ("coherence", "frequency", "intercept", "lag")
+    __slots__ = {
+        "coherence": "1 if all phases lie on the line.",
+        "frequency": "Frequency of every excited bin, Hz.",
+        "intercept": "Intercept of the line, rad.",
+        "lag": "Phase lag at each frequency, rad.",
+    }
 
     intercept: float
-    """Intercept of the line, rad."""
     coherence: float
-    """1 if all phases lie on the line."""
     frequency: Array
-    """Frequency of every excited bin, Hz."""
     lag: Array
-    """Phase lag at each frequency, rad."""
 
 
 def identify_delay(

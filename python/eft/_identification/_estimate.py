@@ -16,10 +16,10 @@ Array = NDArray[np.float64]
 class Estimate(float):
     """A float with its standard uncertainty, in the same unit."""
 
-    __slots__ = ("uncertainty",)
+    # A mapping, because `help` shows its texts.
+    __slots__ = {"uncertainty": "One standard deviation."}
 
     uncertainty: float
-    """One standard deviation."""
 
     def __new__(cls, value: float, uncertainty: float) -> Estimate:
         """Make one from value and uncertainty."""

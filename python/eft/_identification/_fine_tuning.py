@@ -34,7 +34,32 @@ class FineTuning:
         return self.peak < self.valley
 
     def apply(self, rig: Rig) -> Rig:
-        """Return the rig with this level and response delay."""
+        """Return the rig with this level and response delay.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig to be changed.
+
+        Returns
+        -------
+        Rig
+
+        Raises
+        ------
+        ValueError
+            If the rig does not allow the value; the message names the key.
+
+        Examples
+        --------
+        >>> import eft
+        >>> rig = eft.Rig.zhao2005()
+        >>> slow = rig.replace({"compensation.response_delay": 0.004})
+        >>> run = eft.simulate(slow, eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0))
+        >>> found = eft.identification.fine_tune(slow, run.command, run.force, run.velocity, 4096.0)
+        >>> found.apply(slow)["compensation.response_delay"] > 0.004
+        True
+        """
         return rig.replace(
             {
                 "compensation.level": float(self.level),

@@ -27,7 +27,33 @@ class ForceLoopEstimate:
     """Compressibility of the oil, m³/Pa."""
 
     def apply(self, rig: Rig) -> Rig:
-        """Return the rig with this latency of the load cell, and with none if the estimate is negative."""
+        """Return the rig with this latency of the load cell, and with none if the estimate is negative.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig to be changed.
+
+        Returns
+        -------
+        Rig
+
+        Raises
+        ------
+        ValueError
+            If the rig does not allow the value; the message names the key.
+
+        Examples
+        --------
+        >>> import eft
+        >>> rig = eft.Rig.zhao2005().replace({"controller.force_loop": "robust"})
+        >>> sweep = eft.sine_sweep(2200.0, 0.0, 40.0, duration=16.0, sample_rate=4096.0)
+        >>> run = eft.simulate(rig.replace({"truth.sensors.force.delay": 4}), sweep)
+        >>> signals = run.valve_command, run.measured_spool, run.measured_velocity, run.measured_force
+        >>> found = eft.identification.identify_force_loop(rig, *signals, 4096.0)
+        >>> f"{1e3 * found.apply(rig)['controller.force_delay']:.1f} ms"
+        '1.0 ms'
+        """
         return rig.replace({"controller.force_delay": max(float(self.force_delay), 0.0)})
 
 

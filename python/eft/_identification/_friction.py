@@ -25,7 +25,31 @@ class FrictionEstimate:
     """Delay of the velocity behind the spool by their sensors, s."""
 
     def apply(self, rig: Rig) -> Rig:
-        """Return the rig with this friction, and with none if the estimate is negative."""
+        """Return the rig with this friction, and with none if the estimate is negative.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig to be changed.
+
+        Returns
+        -------
+        Rig
+
+        Raises
+        ------
+        ValueError
+            If the rig does not allow the value; the message names the key.
+
+        Examples
+        --------
+        >>> import eft
+        >>> rig = eft.Rig.zhao2005().replace({"truth.actuator.friction": 300.0})
+        >>> run = eft.simulate(rig, eft.sine_sweep(4000.0, 0.5, 6.0, 16.0, 4096.0))
+        >>> found = eft.identification.identify_friction(rig, run.spool, run.velocity, run.force, 4096.0)
+        >>> round(found.apply(rig)["actuator.friction"], -2)
+        300.0
+        """
         return rig.replace({"actuator.friction": max(float(self.friction), 0.0)})
 
 

@@ -15,15 +15,42 @@ from eft._identification._flow import runs_of
 class OverlapEstimate(Estimate):
     """An overlap as a share of the stroke, negative for an underlap, with null bias and flow gains."""
 
-    __slots__ = ("flow_gains", "null_bias")
+    __slots__ = {
+        "flow_gains": "Slopes beyond the overlap on the negative and on the positive side, m³/s.",
+        "null_bias": "Spool opening at which the flow is zero.",
+    }
 
     null_bias: Estimate
-    """Spool opening at which the flow is zero."""
     flow_gains: tuple[Estimate, Estimate]
-    """Slopes beyond the overlap on the negative and on the positive side, m³/s."""
 
     def behind(self, spool: ArrayLike) -> Array:
-        """Return the opening of the flow curve for each spool opening, without null bias and overlap."""
+        """Return the opening of the flow curve for each spool opening, without null bias and overlap.
+
+        Parameters
+        ----------
+        spool : array_like
+            Spool openings, as shares of the stroke.
+
+        Returns
+        -------
+        numpy.ndarray
+            Openings of the flow curve, as shares of the stroke.
+
+        Raises
+        ------
+        ValueError
+            If `spool` does not consist of numbers.
+
+        Examples
+        --------
+        >>> import eft
+        >>> rig = eft.Rig.zhao2005().replace({"truth.servovalve.overlap": 0.01})
+        >>> test = eft.identification.flow_test(rig, amplitude=0.02, frequency=0.5, duration=8.0)
+        >>> area = rig["actuator.piston_area"]
+        >>> found = eft.identification.identify_overlap(test.spool, test.displacement, 2048.0, area)
+        >>> found.behind([0.005, 0.11]).round(2).tolist()
+        [0.0, 0.1]
+        """
         opening = np.asarray(spool, dtype=np.float64) - float(self.null_bias)
         overlap = float(self)
         return np.asarray(opening - np.sign(overlap) * np.clip(opening, -abs(overlap), abs(overlap)))

@@ -43,10 +43,27 @@ class Study:
     def load(cls, path: str | PathLike[str]) -> Study:
         """Read the folder of a study, finished or not (needs pyarrow).
 
+        Parameters
+        ----------
+        path : path-like
+            The folder.
+
+        Returns
+        -------
+        Study
+
         Raises
         ------
         ValueError
             If it is not a study, is damaged, or has a later format.
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep, levels = eft.sine_sweep(2000.0, 0.5, 5.0, 2.0, 1024.0), {"compensation.level": [0.9, 1.0]}
+        >>> study = eft.study(eft.Rig.zhao2005(), sweep, levels, output="level.study")
+        >>> len(eft.Study.load("level.study"))
+        2
         """
         store, about = Folder.open(Path(path))
         table = [Column(**column) for column in about["columns"]]
@@ -112,10 +129,28 @@ class Study:
     def row(self, index: int) -> dict[str, Any]:
         """The row of one test.
 
+        Parameters
+        ----------
+        index : int
+            Number of the test, from 0.
+
+        Returns
+        -------
+        dict
+            Values by the names of the columns.
+
         Raises
         ------
         IndexError
             If there is no such test, or it has not run yet.
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 2.0, 1024.0)
+        >>> study = eft.study(eft.Rig.zhao2005(), sweep, {"compensation.level": [0.9, 1.0]})
+        >>> study.row(1)["compensation.level"], study.row(1)["status"]
+        (1.0, 'completed')
         """
         if not 0 <= index < self.tests:
             raise IndexError(f"index = {index}: must be from 0 to {self.tests - 1}")
@@ -125,7 +160,30 @@ class Study:
         return {name: values[place] for name, values in self._store.read(number).items()}
 
     def rig(self, index: int) -> Rig:
-        """The rig of one test."""
+        """The rig of one test.
+
+        Parameters
+        ----------
+        index : int
+            Number of the test, from 0.
+
+        Returns
+        -------
+        Rig
+
+        Raises
+        ------
+        IndexError
+            If there is no such test, or it has not run yet.
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 2.0, 1024.0)
+        >>> study = eft.study(eft.Rig.zhao2005(), sweep, {"compensation.level": [0.9, 1.0]})
+        >>> study.rig(0)["compensation.level"]
+        0.9
+        """
         row = self.row(index)
         changes = {key: row[key] for key in self.parameters if key != SCALE}
         return Rig.from_dict(self._description["rig"]).replace(changes)
@@ -133,10 +191,29 @@ class Study:
     def run(self, index: int) -> TestRun:
         """The traces of one test.
 
+        Parameters
+        ----------
+        index : int
+            Number of the test, from 0.
+
+        Returns
+        -------
+        TestRun
+
         Raises
         ------
+        IndexError
+            If there is no such test, or it has not run yet.
         ValueError
             If the study kept no traces, or if this test has none because it was refused or failed.
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 2.0, 1024.0)
+        >>> study = eft.study(eft.Rig.zhao2005(), sweep, {"compensation.level": [0.9, 1.0]}, traces=True)
+        >>> len(study.run(0))
+        2048
         """
         row = self.row(index)
         if not self._description["traces"]:
@@ -148,19 +225,74 @@ class Study:
         return self._store.run(index)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return the table as a data frame (needs pandas)."""
+        """Return the table as a data frame (needs pandas).
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row for each test that has run.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 2.0, 1024.0)
+        >>> study = eft.study(eft.Rig.zhao2005(), sweep, {"compensation.level": [0.9, 1.0]})
+        >>> study.to_pandas()["compensation.level"].tolist()
+        [0.9, 1.0]
+        """
         need("pandas")
         import pandas as pd
 
         return pd.DataFrame({name: self[name] for name in self._columns})
 
     def count(self) -> dict[str, int]:
-        """Number of tests with each status."""
+        """Number of tests with each status.
+
+        Returns
+        -------
+        dict
+            Numbers by status.
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 2.0, 1024.0)
+        >>> study = eft.study(eft.Rig.zhao2005(), sweep, {"compensation.level": [0.9, 1.0]})
+        >>> study.count()
+        {'completed': 2}
+        """
         words, numbers = np.unique(self["status"].astype(str), return_counts=True)
         return {str(word): int(number) for word, number in zip(words, numbers, strict=True)}
 
     def plot(self, **options: Any) -> Any:
-        """Draw a metric over each setting: `eft.plots.study`."""
+        """Draw a metric over each setting: `eft.plots.study`.
+
+        Parameters
+        ----------
+        **options
+            Those of `eft.plots.study`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        TypeError
+            If there is no such option.
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 2.0, 1024.0)
+        >>> study = eft.study(eft.Rig.zhao2005(), sweep, {"compensation.level": [0.9, 1.0]})
+        >>> figure = study.plot(metric="max_spool")
+        """
         from eft import plots
 
         return plots.study(self, **options)

@@ -32,7 +32,29 @@ class Excitation:
     """Factor on the ground motion, or amplitude of the sweep, N."""
 
     def command(self, known: Rig) -> Command:
-        """Return the force for a rig, reduced to the advised limits of the rig."""
+        """Return the force for a rig, reduced to the advised limits of the rig.
+
+        Parameters
+        ----------
+        known : Rig
+            The rig as configured in the controller.
+
+        Returns
+        -------
+        Command
+
+        Raises
+        ------
+        ValueError
+            If the rig has a building, which needs a mass for each floor.
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.benchmark.excitations()[0].command(eft.Rig.zhao2005())
+        >>> sweep.duration
+        16.0
+        """
         if self.record is None:
             command = sine_sweep(self.scale, 0.0, 10.0, _DURATION, RATE)
         else:

@@ -61,13 +61,49 @@ class Benchmark:
     """In the order in which they were run."""
 
     def summary(self) -> tuple[Summary, ...]:
-        """Return a summary of each controller, by the median of its force error."""
+        """Return a summary of each controller, by the median of its force error.
+
+        Returns
+        -------
+        tuple of Summary
+
+        Examples
+        --------
+        >>> import eft
+        >>> cases, sweep = eft.benchmark.named_cases()[:1], eft.benchmark.excitations()[:1]
+        >>> found = eft.benchmark.run(["nonlinear"], on=cases, under=sweep)
+        >>> [one.controller for one in found.summary()]
+        ['nonlinear']
+        """
         names = dict.fromkeys(row.controller for row in self.rows)
         found = (_summary(name, [row for row in self.rows if row.controller == name]) for name in names)
         return tuple(sorted(found, key=lambda one: (one.nrmse, one.lost)))
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the rows as CSV, under another name that is then renamed; returns the path."""
+        """Write the rows as CSV, under another name that is then renamed; returns the path.
+
+        Parameters
+        ----------
+        path : path-like
+            The file.
+
+        Returns
+        -------
+        pathlib.Path
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+
+        Examples
+        --------
+        >>> import eft
+        >>> cases, sweep = eft.benchmark.named_cases()[:1], eft.benchmark.excitations()[:1]
+        >>> found = eft.benchmark.run(["nonlinear"], on=cases, under=sweep)
+        >>> found.save("benchmark.csv").name
+        'benchmark.csv'
+        """
         names = [field.name for field in fields(Row)]
         lines = [",".join(names)]
         lines += [",".join(_cell(value) for value in asdict(row).values()) for row in self.rows]
@@ -77,7 +113,32 @@ class Benchmark:
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Benchmark:
-        """Read rows that `save` wrote; ValueError for any other file."""
+        """Read rows that `save` wrote; ValueError for any other file.
+
+        Parameters
+        ----------
+        path : path-like
+            The file.
+
+        Returns
+        -------
+        Benchmark
+
+        Raises
+        ------
+        OSError
+            If the file cannot be read.
+        ValueError
+            If it is not a file of `save`; the message names the line.
+
+        Examples
+        --------
+        >>> import eft
+        >>> cases, sweep = eft.benchmark.named_cases()[:1], eft.benchmark.excitations()[:1]
+        >>> found = eft.benchmark.run(["nonlinear"], on=cases, under=sweep)
+        >>> len(eft.benchmark.Benchmark.load(found.save("benchmark.csv")).rows)
+        1
+        """
         source = Path(path)
         lines = csv.DictReader(read_text(source, _LARGEST, "file of a benchmark").splitlines())
         names = [field.name for field in fields(Row)]

@@ -160,6 +160,11 @@ def drawn_cases(count: int, seed: int = 1) -> list[Case]:
     list of Case
         The drawn numbers are in ``case.drawn``.
 
+    Raises
+    ------
+    ValueError
+        If the number is negative.
+
     Examples
     --------
     >>> import eft

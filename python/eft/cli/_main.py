@@ -72,7 +72,30 @@ for command in (
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
+    """Run the command line ``eft``.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after ``eft``; by default those of the process.
+
+    Returns
+    -------
+    int
+        The exit code.
+
+    Raises
+    ------
+    Exception
+        If the package has an error; wrong input is a message and an exit code.
+
+    Examples
+    --------
+    >>> from eft.cli import main
+    >>> main(["--version"])
+    eft 0.1.0
+    0
+    """
     names = list(sys.argv[1:] if arguments is None else arguments)
     # The group only; a command is named by its context.
     where = f"eft {names[0]}" if names and names[0] in cli.commands else "eft"

@@ -79,7 +79,16 @@ class Site:
         return self._plant.state
 
     def reset(self) -> None:
-        """Return the rig to rest, with a new specimen."""
+        """Return the rig to rest, with a new specimen.
+
+        Examples
+        --------
+        >>> import eft
+        >>> site = eft.opensees.Site(eft.Rig.zhao2005())
+        >>> site.reset()
+        >>> site.state.displacement
+        0.0
+        """
         self._plant.reset()
         self._wanted = self._integral = np.zeros(self.actuators)
 
@@ -100,6 +109,13 @@ class Site:
         ------
         ValueError
             If a displacement is not finite or beyond the stroke, or is not reached in the longest time.
+
+        Examples
+        --------
+        >>> import eft
+        >>> site = eft.opensees.Site(eft.Rig.zhao2005())
+        >>> site.move(0.005) < site.move(0.01)
+        True
         """
         target = np.atleast_1d(np.asarray(displacement, dtype=np.float64))
         told = _listed(target)

@@ -32,7 +32,19 @@ class Building(NamedTuple):
     """Damping ratio of each mode."""
 
     def matrices(self) -> tuple[Array, Array, Array]:
-        """Mass (kg), damping (N·s/m) and stiffness (N/m), each (3, 3)."""
+        """Mass (kg), damping (N·s/m) and stiffness (N/m), each (3, 3).
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+
+        Examples
+        --------
+        >>> import eft
+        >>> mass, damping, stiffness = eft.rths.BUILDINGS[0].matrices()
+        >>> mass.diagonal().tolist()
+        [1000.0, 1000.0, 1000.0]
+        """
         squares, modes = np.linalg.eigh(_STIFFNESS / self.mass)
         damping = 2.0 * self.damping_ratio * np.sqrt(squares) * self.mass
         return self.mass * np.eye(3), (modes * damping) @ modes.T, _STIFFNESS.copy()
@@ -76,7 +88,24 @@ class TransferSystem:
         return 2.0 * self.damping_ratio * float(np.sqrt(self.stiffness * self.mass))
 
     def perturbed(self, seed: int) -> TransferSystem:
-        """One of the benchmark's uncertain plants: normal a3 ± 1.3, b1 ± 3.3, b2 ± 3300 and k ± 50 kN/m."""
+        """One of the benchmark's uncertain plants: normal a3 ± 1.3, b1 ± 3.3, b2 ± 3300 and k ± 50 kN/m.
+
+        Parameters
+        ----------
+        seed : int
+            Seed of the draws, at least 0.
+
+        Returns
+        -------
+        TransferSystem
+
+        Examples
+        --------
+        >>> import eft
+        >>> nominal = eft.rths.TransferSystem()
+        >>> nominal.perturbed(1) == nominal.perturbed(1) != nominal
+        True
+        """
         normal = np.random.default_rng(seed).standard_normal(4)
         return replace(
             self,
@@ -87,7 +116,19 @@ class TransferSystem:
         )
 
     def state_space(self) -> tuple[Array, Array]:
-        """A (5, 5) and B (5, 1), SI; the states: servovalve (2), force, displacement and velocity."""
+        """A (5, 5) and B (5, 1), SI; the states: servovalve (2), force, displacement and velocity.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+
+        Examples
+        --------
+        >>> import eft
+        >>> a, b = eft.rths.TransferSystem().state_space()
+        >>> a.shape, b.shape
+        ((5, 5), (5, 1))
+        """
         a = np.zeros((5, 5))
         a[0, 1] = 1.0
         a[1, [0, 1, 3]] = -self.b2, -self.b1, -self.a1_b0

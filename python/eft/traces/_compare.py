@@ -95,13 +95,40 @@ class Comparison(Mapping[str, SignalComparison]):
         ------
         ValueError
             If a signal was not compared.
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0)
+        >>> run = eft.simulate(eft.Rig.zhao2005(), sweep)
+        >>> other = eft.simulate(eft.Rig.zhao2005().replace({"truth.structure.mass": "8 t"}), sweep)
+        >>> figure = eft.compare(run, other).plot("force")
         """
         from eft.plots.comparison import comparison
 
         return comparison(self, *quantities, units=units)
 
     def table(self, units: UnitSystem | None = None) -> list[tuple[str, ...]]:
-        """Return the comparison as rows of text, the first of them a header."""
+        """Return the comparison as rows of text, the first of them a header.
+
+        Parameters
+        ----------
+        units : {"si", "us"}, optional
+            Units of the peaks; by default those of `eft.use_units`.
+
+        Returns
+        -------
+        list of tuple of str
+
+        Examples
+        --------
+        >>> import eft
+        >>> sweep = eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0)
+        >>> run = eft.simulate(eft.Rig.zhao2005(), sweep)
+        >>> other = eft.simulate(eft.Rig.zhao2005().replace({"truth.structure.mass": "8 t"}), sweep)
+        >>> [row[0] for row in eft.compare(run, other).table()][:3]
+        ['signal', 'command (kN)', 'force (kN)']
+        """
         header = ("signal", "reference peak", "peak", "rms error", "peak error", "delay, ms", "band ratio")
         return [header, *(_row(one, units) for one in self.signals.values())]
 

@@ -65,7 +65,31 @@ class Traces(ReadOnly):
 
     @classmethod
     def from_run(cls, run: TestRun, name: str = "run") -> Traces:
-        """The traces of a run on the virtual rig."""
+        """The traces of a run on the virtual rig.
+
+        Parameters
+        ----------
+        run : TestRun
+            A run of one actuator.
+        name : str
+            Name of the test in comparisons and messages.
+
+        Returns
+        -------
+        Traces
+
+        Raises
+        ------
+        ValueError
+            If the run has several actuators.
+
+        Examples
+        --------
+        >>> import eft
+        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 2.0, 1024.0))
+        >>> len(eft.traces.Traces.from_run(run)["force"])
+        2048
+        """
         if run.command.ndim != 1:
             raise ValueError(
                 f"{name}: a run of {run.command.shape[0]} actuators; must be of one, as `run.actuator(0)` is"
@@ -88,8 +112,40 @@ class Traces(ReadOnly):
     ) -> Traces:
         """Convert columns of a file to SI units and a common clock; only known quantities are read.
 
-        `columns` names the header of a quantity, and `units` the unit of a quantity whose header has none.
-        With `gaps` samples may be NaN, except in the time. The sensor of `rig` converts a spool opening in V.
+        Parameters
+        ----------
+        name : str
+            Name of the test in comparisons and messages.
+        raw : iterable of Column
+            Header, unit and samples of each column; `read_traces` makes them from a file.
+        columns : mapping of str to str
+            Header by quantity, for columns whose header does not name their quantity.
+        units : mapping of str to str
+            Unit by quantity, for columns whose header has none.
+        sample_rate : float, optional
+            In Hz, for data without a column of time.
+        gaps : bool
+            Whether samples may be NaN, except in the time.
+        rig : Rig, optional
+            The rig whose sensor converts a spool opening in V.
+
+        Returns
+        -------
+        Traces
+
+        Raises
+        ------
+        ValueError
+            If a unit or the clock is missing, or a sample is not finite; the message names the column.
+
+        Examples
+        --------
+        >>> import numpy
+        >>> from eft.traces import Traces
+        >>> from eft.traces._traces import Column
+        >>> force = Column("force (kN)", None, lambda: numpy.array([0.0, 1.0]))
+        >>> Traces.from_columns("mine", [force], columns={}, units={}, sample_rate=100.0)["force"].tolist()
+        [0.0, 1000.0]
         """
         raw = list(raw)
         chosen = {header: checked_quantity(quantity) for quantity, header in columns.items()}

@@ -70,6 +70,23 @@ python_methods!(Compensator {
     /// load_pressure : float, optional
     ///     Measured load pressure, the difference of the chamber pressures, Pa, with the sign of the force; for
     ///     ``protection.load_pressure_tolerance``.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     The compensation signal, V.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a signal is missing that the rig needs; the message names the key.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> compensator = eft.Compensator(eft.Rig.zhao2005())
+    /// >>> compensator.step(velocity=0.1, force=0.0, spool=0.0) > 0.0
+    /// True
     // The signature shows the effective default, while the code distinguishes a missing command from zero.
     #[pyo3(
         signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None),
@@ -107,7 +124,31 @@ python_methods!(Compensator {
 
     /// Take a whole array of samples and return the compensation signal in V; `status` collects their flags.
     ///
-    /// The arrays are those of `step`.
+    /// Parameters
+    /// ----------
+    /// velocity, force, spool : array_like
+    ///     Samples of the signals of `step`, of equal length.
+    /// command, supply_pressure : array_like, optional
+    ///     As in `step`.
+    /// valve_command, displacement, acceleration, next_command, alive, period, load_pressure : array_like, optional
+    ///     As in `step`.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     The compensation signals, V.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the lengths differ, or a signal is missing that the rig needs; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> compensator = eft.Compensator(eft.Rig.zhao2005())
+    /// >>> compensator.process(velocity=[0.0, 0.1], force=[0.0, 0.0], spool=[0.0, 0.0]).argmax().item()
+    /// 1
     #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None))]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn process<'py>(
@@ -137,14 +178,30 @@ python_methods!(Compensator {
     ///
     /// The calibration is forgotten. The state of the protection is kept.
     ///
-    /// Unless ``controller.velocity_source`` is ``"sensor"``, `displacement` (m) must be given and `velocity` must be 0,
-    /// and for ``"accelerometer"`` `acceleration` (m/s²) must be given as well. The default of the supply pressure is the
-    /// configured one.
+    /// Parameters
+    /// ----------
+    /// velocity, force, spool, command : float
+    ///     The signals of `step` at this point, in m/s, N, 1 and N. The velocity must be 0 unless
+    ///     ``controller.velocity_source`` is ``"sensor"``.
+    /// supply_pressure : float, optional
+    ///     In Pa; by default the configured one.
+    /// displacement : float, optional
+    ///     In m; needed unless ``controller.velocity_source`` is ``"sensor"``.
+    /// acceleration : float, optional
+    ///     In m/s²; needed if ``controller.velocity_source`` is ``"accelerometer"``.
     ///
     /// Raises
     /// ------
     /// ValueError
     ///     If a signal is missing from which the velocity is estimated, or a velocity is given that is estimated.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> compensator = eft.Compensator(eft.Rig.zhao2005())
+    /// >>> compensator.prime(force=500.0)
+    /// >>> compensator.hold()
+    /// 0.0
     #[pyo3(signature = (velocity=0.0, force=0.0, spool=0.0, command=0.0, supply_pressure=None, *, displacement=None, acceleration=None))]
     #[allow(clippy::too_many_arguments)] // Python's, all of them optional
     fn prime(

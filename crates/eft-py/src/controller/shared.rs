@@ -8,16 +8,43 @@ macro_rules! python_methods {
             $($own)*
 
             /// Return the last output again, in V, and leave the state unchanged.
+            ///
+            /// Returns
+            /// -------
+            /// float
+            ///
+            /// Examples
+            /// --------
+            /// >>> import eft
+            #[doc = concat!(">>> channel = eft.", stringify!($Class), "(eft.Rig.zhao2005())")]
+            /// >>> channel.hold()
+            /// 0.0
             fn hold(&mut self) -> f64 {
                 self.channel.hold()
             }
 
             /// Go back to the state of a new object: a rig at rest.
+            ///
+            /// Examples
+            /// --------
+            /// >>> import eft
+            #[doc = concat!(">>> channel = eft.", stringify!($Class), "(eft.Rig.zhao2005())")]
+            /// >>> channel.prime(force=500.0)
+            /// >>> channel.reset()
+            /// >>> channel.hold()
+            /// 0.0
             fn reset(&mut self) {
                 self.channel.reset();
             }
 
             /// Start the soft end of the rig's protection, which ends the command with a ramp.
+            ///
+            /// Examples
+            /// --------
+            /// >>> import eft
+            /// >>> rig = eft.Rig.zhao2005().replace({"protection.enabled": True})
+            #[doc = concat!(">>> channel = eft.", stringify!($Class), "(rig)")]
+            /// >>> channel.end()
             fn end(&mut self) {
                 self.channel.end();
             }

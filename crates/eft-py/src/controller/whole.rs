@@ -68,6 +68,23 @@ python_methods!(Controller {
     /// load_pressure : float, optional
     ///     Measured load pressure, the difference of the chamber pressures, Pa, with the sign of the force; for
     ///     ``protection.load_pressure_tolerance``.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     The valve command, V.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a signal is missing that the rig needs; the message names the key.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> controller = eft.Controller(eft.Rig.zhao2005())
+    /// >>> controller.step(1000.0, velocity=0.0, force=0.0, spool=0.0) > 0.0
+    /// True
     #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn step(
@@ -98,6 +115,33 @@ python_methods!(Controller {
     }
 
     /// Take a whole array of samples and return the valve commands in V; `status` collects their flags.
+    ///
+    /// Parameters
+    /// ----------
+    /// command, velocity, force, spool : array_like
+    ///     Samples of the signals of `step`, of equal length.
+    /// supply_pressure : array_like, optional
+    ///     As in `step`.
+    /// displacement, acceleration, next_command, alive, period, load_pressure : array_like, optional
+    ///     As in `step`.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     The valve commands, V.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the lengths differ, or a signal is missing that the rig needs; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> controller = eft.Controller(eft.Rig.zhao2005())
+    /// >>> zero = [0.0, 0.0]
+    /// >>> controller.process([0.0, 1000.0], velocity=zero, force=zero, spool=zero).argmax().item()
+    /// 1
     #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn process<'py>(
@@ -124,14 +168,30 @@ python_methods!(Controller {
     ///
     /// The calibration is forgotten. The state of the protection is kept.
     ///
-    /// Unless ``controller.velocity_source`` is ``"sensor"``, `displacement` (m) must be given and `velocity` must be 0,
-    /// and for ``"accelerometer"`` `acceleration` (m/s²) must be given as well. The default of the supply pressure is the
-    /// configured one.
+    /// Parameters
+    /// ----------
+    /// command, velocity, force, spool : float
+    ///     The signals of `step` at this point, in N, m/s, N and 1. The velocity must be 0 unless
+    ///     ``controller.velocity_source`` is ``"sensor"``.
+    /// supply_pressure : float, optional
+    ///     In Pa; by default the configured one.
+    /// displacement : float, optional
+    ///     In m; needed unless ``controller.velocity_source`` is ``"sensor"``.
+    /// acceleration : float, optional
+    ///     In m/s²; needed if ``controller.velocity_source`` is ``"accelerometer"``.
     ///
     /// Raises
     /// ------
     /// ValueError
     ///     If a signal is missing from which the velocity is estimated, or a velocity is given that is estimated.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> controller = eft.Controller(eft.Rig.zhao2005())
+    /// >>> controller.prime(force=500.0)
+    /// >>> f"{controller.hold():.3f} V"
+    /// '-0.023 V'
     #[pyo3(signature = (command=0.0, velocity=0.0, force=0.0, spool=0.0, supply_pressure=None, *, displacement=None, acceleration=None))]
     #[allow(clippy::too_many_arguments)] // Python's, all of them optional
     fn prime(

@@ -70,18 +70,82 @@ impl Record {
     }
 
     /// Return the record without the polynomial of a degree (0 to 5) that fits its acceleration best.
+    ///
+    /// Parameters
+    /// ----------
+    /// degree : int
+    ///     Degree of the polynomial in time.
+    ///
+    /// Returns
+    /// -------
+    /// Record
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.Record([2.0, 0.0, 2.0, 0.0], 0.01).baseline_corrected(0).acceleration.tolist()
+    /// [1.0, -1.0, 1.0, -1.0]
     #[pyo3(signature = (degree=1))]
     fn baseline_corrected(&self, degree: usize) -> PyResult<Self> {
         record(preparation::baseline_corrected(&self.inner, degree))
     }
 
     /// Return the record filtered to `low` to `high` (Hz) by a zero-phase Butterworth filter.
+    ///
+    /// Parameters
+    /// ----------
+    /// low, high : float
+    ///     Corner frequencies, Hz, above 0 and below half the sample rate.
+    /// order : int
+    ///     Order of the filter, 1 to 10.
+    ///
+    /// Returns
+    /// -------
+    /// Record
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft, numpy
+    /// >>> motion = eft.Record(numpy.sin(numpy.arange(1000) / 10.0), 0.01)
+    /// >>> motion.band_passed(5.0, 20.0).pga < 0.5 * motion.pga
+    /// True
     #[pyo3(signature = (low, high, order=4))]
     fn band_passed(&self, py: Python<'_>, low: f64, high: f64, order: i32) -> PyResult<Self> {
         record(py.detach(|| preparation::band_passed(&self.inner, low, high, order)))
     }
 
     /// Return the record at another sample rate (Hz), after removing frequencies above half of it.
+    ///
+    /// Parameters
+    /// ----------
+    /// rate : float
+    ///     In Hz.
+    ///
+    /// Returns
+    /// -------
+    /// Record
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft, numpy
+    /// >>> motion = eft.Record(numpy.sin(numpy.arange(1000) / 10.0), 0.01)
+    /// >>> motion.resampled(200.0).dt
+    /// 0.005
     fn resampled(&self, py: Python<'_>, rate: f64) -> PyResult<Self> {
         record(py.detach(|| preparation::resampled(&self.inner, rate)))
     }
@@ -89,12 +153,53 @@ impl Record {
     /// Return the record with its acceleration and its time multiplied by factors.
     ///
     /// A model at the length scale `S` with unchanged accelerations has the time factor ``sqrt(S)``.
+    ///
+    /// Parameters
+    /// ----------
+    /// acceleration, time : float
+    ///     Factors on the acceleration and on the step; the second is positive.
+    ///
+    /// Returns
+    /// -------
+    /// Record
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> half = eft.Record([0.0, 2.0, 0.0], 0.01).scaled(acceleration=0.5, time=2.0)
+    /// >>> half.pga, half.dt
+    /// (1.0, 0.02)
     #[pyo3(signature = (acceleration=1.0, time=1.0))]
     fn scaled(&self, acceleration: f64, time: f64) -> PyResult<Self> {
         record(preparation::scaled(&self.inner, acceleration, time))
     }
 
     /// Return the record faded in over `start` and out over `end` seconds by raised cosines.
+    ///
+    /// Parameters
+    /// ----------
+    /// start, end : float
+    ///     Lengths of both ramps, in s.
+    ///
+    /// Returns
+    /// -------
+    /// Record
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not allowed; the message names it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import eft
+    /// >>> eft.Record([1.0] * 5, 0.01).tapered(0.01, 0.01).acceleration.tolist()
+    /// [0.0, 1.0, 1.0, 1.0, 0.0]
     fn tapered(&self, start: f64, end: f64) -> PyResult<Self> {
         record(preparation::tapered(&self.inner, start, end))
     }
