@@ -1,6 +1,7 @@
 """Writes the reference of the configuration from the schema that checks it, by section."""
 
 import tomllib
+from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -50,7 +51,7 @@ def write(folder: Path) -> None:
     write_text(folder / "keys.md", text)
 
 
-def _entry(name: str, key: dict[str, Any], allowed: str) -> str:
+def _entry(name: str, key: Mapping[str, Any], allowed: str) -> str:
     """A key as a description, because a table does not wrap on a narrow page."""
     unit = f" ({key['unit']})" if key["unit"] else ""
     doc = key["doc"][0].upper() + key["doc"][1:]
@@ -67,7 +68,7 @@ def _entry(name: str, key: dict[str, Any], allowed: str) -> str:
     return f":::{{confval}} {name}\n{body}\n:::\n"
 
 
-def _default(key: dict[str, Any]) -> str:
+def _default(key: Mapping[str, Any]) -> str:
     if key["required"]:
         return "none, the key is required"
     if key["required_where"]:
@@ -75,7 +76,7 @@ def _default(key: dict[str, Any]) -> str:
     return "absent" if key["default"] is None else _value(key["default"])
 
 
-def _of_the_paper(name: str, key: dict[str, Any]) -> str | None:
+def _of_the_paper(name: str, key: Mapping[str, Any]) -> str | None:
     value = None if "SENSOR" in name else eft.Rig.zhao2005()[name]
     if value is None or value == key["default"]:
         return None
@@ -90,7 +91,7 @@ def _value(value: object) -> str:
     return f'`"{value}"`' if isinstance(value, str) else f"`{value:.5g}`"
 
 
-def _allowed(key: dict[str, Any]) -> str:
+def _allowed(key: Mapping[str, Any]) -> str:
     """The range without the phrase of an error message."""
     allowed = str(key["allowed"]).removeprefix("must be ")
     for phrase in ("a number between ", "a whole number between "):

@@ -28,7 +28,6 @@ from eft._native import (
     effective_force,
     linearize,
     read_record,
-    rig_keys,
     sine_sweep,
     stability_margin,
 )
@@ -36,6 +35,7 @@ from eft._notebook import teach_native
 from eft._planning import Feasibility, check_feasibility
 from eft._replay import Replay, replay
 from eft._run import Coherence, FftRatio, Metrics, TestRun
+from eft._sections import Calibration, CalibrationDeviations, CurveCorrection, RigKey, rig_keys
 from eft._simulate import IdealResponse, StepController, energy_balance, ideal_response, simulate
 from eft._status import Cause, Status
 from eft._structure import StructureError
@@ -48,12 +48,15 @@ from eft.data_sheets import actuator, servovalve
 from eft.traces._compare import Comparison, compare
 
 __all__ = [
+    "Calibration",
+    "CalibrationDeviations",
     "Cause",
     "Coherence",
     "Command",
     "Comparison",
     "Compensator",
     "Controller",
+    "CurveCorrection",
     "DriveIteration",
     "EnergyBalance",
     "Feasibility",
@@ -71,6 +74,7 @@ __all__ = [
     "Remedy",
     "Replay",
     "Rig",
+    "RigKey",
     "Status",
     "StepController",
     "StructureError",

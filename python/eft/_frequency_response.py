@@ -8,17 +8,17 @@ import re
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eft._foreign import read_text
 from eft._identification import Estimate
-from eft._read_only import ReadOnly
+from eft._read_only import ReadOnly, read_only
 from eft.data_sheets._valve import second_order
 
-__all__ = ["ValveEstimate", "identify_valve", "read_frequency_response"]
+__all__ = ["FrequencyResponse", "ValveEstimate", "identify_valve", "read_frequency_response"]
 
 _LARGEST = 4 * 1024**2
 """Largest size of a file with a frequency response, in bytes."""
@@ -32,6 +32,17 @@ _COLUMNS = {
     "phase": (("phase", "lag"), {"deg": math.pi / 180.0, "°": math.pi / 180.0, "rad": 1.0}),
 }
 """Allowed names and units of a column; dB is logarithmic."""
+
+
+class FrequencyResponse(NamedTuple):
+    """A measured frequency response of spool over command."""
+
+    frequency: NDArray[np.float64]
+    """In Hz."""
+    amplitude: NDArray[np.float64]
+    """Spool over command, a ratio."""
+    phase: NDArray[np.float64]
+    """In rad, negative where the spool lags."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +191,7 @@ def identify_valve(frequency: ArrayLike, amplitude: ArrayLike, phase: ArrayLike)
 
 def read_frequency_response(
     path: str | PathLike[str],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> FrequencyResponse:
     r"""Read frequency (Hz), amplitude ratio and phase (rad) from a CSV file.
 
     The header names each column and its unit: frequency in Hz, kHz or rad/s; amplitude or gain in dB, 1 or %;
@@ -193,8 +204,8 @@ def read_frequency_response(
 
     Returns
     -------
-    tuple of ndarray
-        Frequency, amplitude ratio and phase, for `identify_valve`.
+    FrequencyResponse
+        Frequency, amplitude ratio and phase, in the order of `identify_valve`.
 
     Raises
     ------
@@ -212,7 +223,7 @@ def read_frequency_response(
     ...     _ = file.write(text)
     ...     file.flush()
     ...     found = eft.identification.read_frequency_response(file.name)
-    >>> found[0].tolist()
+    >>> found.frequency.tolist()
     [1.0, 20.0, 50.0, 90.0]
     """
     path = Path(path)
@@ -229,7 +240,7 @@ def read_frequency_response(
             [_cell(path, row, column, header[column], number) for number, row in enumerate(rows, 2)]
         )
         answer.append(10.0 ** (values / 20.0) if unit == "db" else values * units[unit])
-    return answer[0], answer[1], answer[2]
+    return FrequencyResponse(*map(read_only, answer))
 
 
 def _column(

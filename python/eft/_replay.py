@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ from eft import _native
 from eft._native import Rig
 from eft._read_only import ReadOnly
 from eft._run import TestRun
+from eft._sections import Calibration, calibration_of
 
 if TYPE_CHECKING:
     import pandas
@@ -58,8 +59,8 @@ class Replay(ReadOnly):
     """Bits of `eft.Status` about the learning."""
     found_flows: npt.NDArray[np.float64]
     """Flow found at each opening of the rig's flow table by the end, m³/s."""
-    calibration: dict[str, Any] | None
-    """Result of the learning as the section ``calibration`` of a rig; None if nothing was learned."""
+    calibration: Calibration | None
+    """Result of the learning; None if nothing was learned."""
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the windows as a data frame with the time as its index.
@@ -164,7 +165,8 @@ def replay(
     if "compensation" in test.columns:
         signals["valve_command"] = _before_the_tick(rig, test)
     signals["next_command"] = np.append(signals["command"][1:], signals["command"][-1:])
-    return Replay(**_native.replay(rig, signals, test.sample_rate, dtype))
+    found = _native.replay(rig, signals, test.sample_rate, dtype)
+    return Replay(**found | {"calibration": calibration_of(found["calibration"])})
 
 
 def _before_the_tick(rig: Rig, test: Traces) -> npt.NDArray[np.float64]:

@@ -21,6 +21,7 @@ from eft._native import Command, Rig, __version__
 from eft._read_only import ReadOnly, read_only
 from eft._run_spectra import Coherence, FftRatio, check_command, coherence, fft_ratio
 from eft._samples import Samples
+from eft._sections import Calibration, calibration_of
 from eft._status import CAUSE_BITS, Cause, Status, cause_of, status_of
 from eft._table import TRACES, Channels, Metrics
 
@@ -71,7 +72,7 @@ class TestRun(Channels, ReadOnly):
     """Mass by which the ground motion became a force, kg."""
     stopped: str = ""
     """Reason why an external structure ended the test; empty if it did not."""
-    _calibrations: tuple[dict[str, Any] | None, ...] = (None,)
+    _calibrations: tuple[Calibration | None, ...] = (None,)
     _outside: bool = False
     """Whether an external structure replaced the rig's."""
     _controlled: bool = False
@@ -107,7 +108,7 @@ class TestRun(Channels, ReadOnly):
             scale=command.scale,
             mass=command.mass,
             stopped=outcome.get("stopped", ""),
-            _calibrations=tuple(outcome["calibrations"]),
+            _calibrations=tuple(map(calibration_of, outcome["calibrations"])),
             _outside=outside,
             _energy=EnergyBalance(**energy) if energy else None,
         )
@@ -255,8 +256,8 @@ class TestRun(Channels, ReadOnly):
         return corrected_rig(self)
 
     @property
-    def calibration(self) -> dict[str, Any] | None:
-        """What the adaptive controller learned, as the section ``calibration`` of a rig.
+    def calibration(self) -> Calibration | None:
+        """What the adaptive controller learned.
 
         It contains the estimates, their standard deviations and the correction of the flow curve. Give it to
         `eft.simulate` or to ``rig.replace({"calibration": run.calibration})`` to start the next test from it.

@@ -36,6 +36,7 @@ from eft import _foreign as foreign
 from eft._energy import EnergyBalance
 from eft._files import atomic_write
 from eft._native import Command, Rig
+from eft._sections import calibration_of, plain
 from eft._table import TRACES
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
         "stopped": run.stopped,
         "outside": run._outside,
         "controlled": run._controlled,
-        "calibrations": run._calibrations,
+        "calibrations": plain(run._calibrations),
         "units": {name: TRACES[name].unit for name in values},
     }
     arrays: dict[str, Any] = {
@@ -174,6 +175,7 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         mass = np.asarray(mass, dtype=np.float64)
         if mass.shape not in ((), shape[:-1]):
             raise ValueError(f"mass is of shape {mass.shape}")
+    calibrations = about.get("calibrations", [None] * (shape[0] if len(shape) > 1 else 1))
     return {
         "date": about["date"],
         "record": about["record"],
@@ -187,7 +189,7 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         "_outside": about.get("outside") is True,
         "_controlled": about.get("controlled") is True,
         # Older files have none.
-        "_calibrations": tuple(about.get("calibrations", [None] * (shape[0] if len(shape) > 1 else 1))),
+        "_calibrations": tuple(map(calibration_of, calibrations)),
     }
 
 

@@ -3,7 +3,7 @@
 `eft.identify` does all of this from files. It is a function, so this module has the longer name.
 """
 
-from eft._frequency_response import ValveEstimate, identify_valve, read_frequency_response
+from eft._frequency_response import FrequencyResponse, ValveEstimate, identify_valve, read_frequency_response
 from eft._identification import (
     DampingEstimate,
     DelayEstimate,
@@ -35,6 +35,7 @@ __all__ = [
     "FineTuning",
     "FlowTest",
     "ForceLoopEstimate",
+    "FrequencyResponse",
     "FrictionEstimate",
     "Identification",
     "OverlapEstimate",

@@ -1,6 +1,8 @@
 """A saved calibration: from a run, through a file, into the next test."""
 
+import dataclasses
 import json
+import pickle
 import tomllib
 from pathlib import Path
 
@@ -32,7 +34,13 @@ def run(rig: eft.Rig) -> eft.TestRun:
 def test_the_saved_values_are_those_of_the_traces(run: eft.TestRun) -> None:
     kept = run.calibration
     assert kept is not None
-    assert kept["version"] == 2
+    assert isinstance(kept, eft.Calibration) and kept["version"] == kept.version == 2
+    assert kept.deviations.flow_gain == kept["deviations"]["flow_gain"] and len(kept.curve.departures) == 17
+    assert {**kept} == kept == pickle.loads(pickle.dumps(kept)) and dict(kept)["flow_gain"] == kept.flow_gain
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        kept.flow_gain = 1.0  # type: ignore[misc]
+    with pytest.raises(KeyError):
+        kept["flow_gian"]
     for name in ("flow_gain", "valve_gain", "response_delay", "velocity_delay", "null_offset"):
         # The saved calibration is of the window after the one in use, and differs little.
         now, deviation = run._values[f"{name}_estimate"][-1], kept["deviations"][name]

@@ -236,7 +236,9 @@ def test_a_frequency_response_gives_the_valve(tmp_path, monkeypatch, capsys):
     text = Path("valve.toml").read_text()
     assert "[servovalve]" in text and "[compensation]" in text
     bode("noisy.csv", noise=0.2)
-    noisy = eft.identification.identify_valve(*eft.identification.read_frequency_response("noisy.csv"))
+    measured = eft.identification.read_frequency_response("noisy.csv")
+    assert measured.frequency is measured[0] and measured.amplitude.shape == measured.phase.shape
+    noisy = eft.identification.identify_valve(*measured)
     for value, truth in ((noisy.natural_frequency, 55.0), (noisy.damping_ratio, 0.7)):
         assert value.uncertainty > 0.0 and abs(value - truth) < 4 * value.uncertainty
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import eft
 
 RIG = eft.Rig.zhao2005()
-KEYS = {row["key"]: row for row in eft.rig_keys()}
+KEYS = {row.key: row for row in eft.rig_keys()}
 
 
 def leaves(tree, prefix=""):

@@ -292,7 +292,7 @@ _QUANTITIES = {"growth_rate": "growth rate (1/s)", "level": "largest stable leve
 
 def map_axis(key: str) -> _display.Shown:
     """The unit of a key of the rig in figures."""
-    return _display.shown(next((row["unit"] for row in eft.rig_keys() if row["key"] == key), ""))
+    return _display.shown(next((row.unit for row in eft.rig_keys() if row.key == key), ""))
 
 
 def _axis_label(key: str) -> str:
