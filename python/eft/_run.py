@@ -24,12 +24,11 @@ from eft._samples import Samples
 from eft._sections import Calibration, calibration_of
 from eft._status import CAUSE_BITS, Cause, Status, cause_of, status_of
 from eft._table import TRACES, Channels, Metrics
+from eft._verdict import Verdict, judge
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-    from eft._verdict import Verdict
 
 __all__ = ["Coherence", "FftRatio", "Metrics", "TestRun"]
 
@@ -145,8 +144,6 @@ class TestRun(Channels, ReadOnly):
     @property
     def verdict(self) -> Verdict:
         """The verdict, with reasons and remedies, by the limits of the rig's ``verdict`` section."""
-        from eft._verdict import judge
-
         # Not cached, because its sentences use the present units.
         kept: dict[str, Verdict] = self.__dict__.setdefault("_verdicts", {})
         units = current_units()

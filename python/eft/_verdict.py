@@ -180,8 +180,6 @@ def _events(run: TestRun) -> Iterator[Finding]:
 
 def _noise(run: TestRun, facts: Facts) -> Iterator[Finding]:
     """The finding that sensor noise causes most of an error, by the same test without noise."""
-    from eft._simulate import simulate
-
     error = facts.metrics["nrmse"]
     quiet = {key: 0.0 for key in _NOISES if run.rig.plant[key]}
     if not quiet or not run._whole or run._building or run._outside or run._controlled:
@@ -189,7 +187,8 @@ def _noise(run: TestRun, facts: Facts) -> Iterator[Finding]:
     if not error > run.rig["verdict.caution.force_error"]:
         return
     rig = run.rig.replace(quiet | {f"truth.{key}": 0.0 for key in quiet})
-    other = simulate(rig, Command(run.command, run.sample_rate), run.dtype).to_its_end()
+    command = Command(run.command, run.sample_rate)
+    other = type(run)._of(rig, command, run.dtype, _native.simulate(rig, command, run.dtype)).to_its_end()
     without = float(np.nanmax(other.metrics(fft=False).nrmse)) if other.success else np.nan
     if without < 0.5 * error:
         yield Finding(

@@ -88,7 +88,6 @@ def test_estimates_scatter_as_their_standard_deviations_say(amplitude, factor):
     assert np.all(within >= 0.9), within
     ratio = estimates.std(axis=0) / scatter
     assert np.all((ratio > 0.5) & (ratio < 1.25)), ratio
-    print(f"{amplitude:.0f} N, noise times {factor:g}: within {within}, scatter over said {ratio}")
 
 
 def test_before_anything_is_learned_the_standard_deviations_are_infinite(run):

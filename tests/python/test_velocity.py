@@ -41,9 +41,6 @@ def test_the_observer_follows_through_noise_that_drowns_the_derivative():
     errors = {}
     for source in SOURCES:
         errors[source], lowest, highest, run = swept(source)
-        print(
-            f"{source}: {1e3 * errors[source]:.2f} mm/s, {lowest:.3f}-{highest:.3f}, {run.metrics()['nrmse']}"
-        )
         if source != "derivative":
             assert lowest > 0.95
             assert highest < 1.05
