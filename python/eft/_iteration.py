@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from eft._native import Command, Rig
 from eft._read_only import ReadOnly
 from eft._run import TestRun
+from eft._signals import energy_edge
 from eft._simulate import simulate
 
 if TYPE_CHECKING:
@@ -297,5 +298,4 @@ def _band(command: Command, given: tuple[float, float] | None) -> tuple[float, f
         return low, high
     power = (np.abs(np.atleast_2d(np.fft.rfft(command.values))) ** 2).sum(axis=0)
     frequency = np.fft.rfftfreq(len(command), 1.0 / command.sample_rate)
-    edge = int(np.searchsorted(np.cumsum(power), _ENERGY * power.sum()))
-    return 0.0, float(frequency[min(edge, len(frequency) - 1)])
+    return 0.0, float(frequency[energy_edge(power, _ENERGY)])

@@ -108,6 +108,12 @@ def amplitude_spectrum(signal: Array, step: float, band: tuple[float, float]) ->
     return np.asarray(frequency[part], dtype=np.float64), amplitude
 
 
+def energy_edge(power: Array, share: float = 0.99) -> int:
+    """Place of the frequency up to which a share of the energy lies, from the power at each frequency."""
+    below = np.cumsum(power)
+    return min(int(np.searchsorted(below, share * below[-1])), len(below) - 1)
+
+
 def restoring_force(run: TestRun, mass: float, damping: float) -> Array:
     """Restoring force of the structure's spring, in N: `A·P_L − m·ẍ − c·ẋ`."""
     acceleration = np.gradient(run.velocity, run.time, edge_order=2)

@@ -9,7 +9,7 @@ import numpy as np
 
 import eft
 from eft import _display
-from eft._signals import labelled
+from eft._signals import energy_edge, labelled
 from eft.plots._style import (
     BLUE,
     GREEN,
@@ -109,8 +109,7 @@ def run_page(run: TestRun, *, figure: Figure | SubFigure | None = None) -> Figur
 def _highest(command: Any, sample_rate: float) -> float:
     """Frequency below which 99 % of the energy of a command lies, Hz."""
     power = (np.abs(np.fft.rfft(np.atleast_2d(command))) ** 2).sum(axis=0)
-    edge = int(np.searchsorted(np.cumsum(power), 0.99 * power.sum()))
-    return float((edge + 2) * sample_rate / np.atleast_2d(command).shape[1])
+    return float((energy_edge(power) + 2) * sample_rate / np.atleast_2d(command).shape[1])
 
 
 def record(motion: Record, *, ax: Axes | None = None) -> Axes:

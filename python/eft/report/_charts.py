@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from eft._display import shown
 from eft._native import Command
 from eft._run import TestRun
-from eft._signals import commands, endings, restoring_force
+from eft._signals import commands, endings, energy_edge, restoring_force
 from eft._simulate import ideal_response
 from eft._verdict import SPOOL_ADVICE
 from eft.traces import Traces
@@ -216,9 +216,8 @@ def _ratio(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -
 
 def _band(amplitude: Array, run: TestRun) -> tuple[float, float]:
     """From above zero to the frequency below which 99 % of the command's energy lies, Hz."""
-    below = np.cumsum(amplitude[1:] ** 2)
     bin_width = run.sample_rate / len(run)
-    high = float((np.searchsorted(below, 0.99 * below[-1]) + 2) * bin_width)
+    high = (energy_edge(amplitude[1:] ** 2) + 2) * bin_width
     return bin_width / 2, min(high, run.sample_rate / 2)
 
 
