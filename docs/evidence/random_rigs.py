@@ -97,9 +97,10 @@ def truths(truth: dict[str, float], seed: int) -> dict[str, object]:
 
 
 def swings_up(run: eft.TestRun, command: eft.Command) -> bool:
-    """Whether the specimen was unstable: not finite, beyond the stroke, or beyond 1.5 times the ideal."""
-    flags = eft.Status.DIVERGED | eft.Status.STROKE_EXCEEDED
+    """Whether the specimen was unstable: not finite, beyond 1.5 times the ideal, or alone beyond the stroke."""
     ideal = np.abs(eft.ideal_response(run.rig, command).displacement).max()
+    fits = ideal < run.rig["actuator.stroke"]
+    flags = eft.Status.DIVERGED | (eft.Status.STROKE_EXCEEDED if fits else eft.Status(0))
     return bool(run.flags & flags) or bool(np.abs(run.displacement).max() > 1.5 * ideal)
 
 
