@@ -41,7 +41,7 @@ from eft._status import Cause, Status
 from eft._structure import StructureError
 from eft._study import Study, study
 from eft._tuning import ForceLoopTuning, tune_force_loop
-from eft._valve_choice import ValveChoice, ValveTable, compare_valves, read_valves
+from eft._valve_choice import ValveChoice, ValveSheet, ValveTable, compare_valves, read_valves
 from eft._verdict import Remedy, Verdict
 from eft._watch import Watched, watch
 from eft.data_sheets import actuator, servovalve
@@ -81,6 +81,7 @@ __all__ = [
     "Study",
     "TestRun",
     "ValveChoice",
+    "ValveSheet",
     "ValveTable",
     "Verdict",
     "Watched",

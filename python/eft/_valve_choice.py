@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -15,14 +15,43 @@ from eft._extras import need
 from eft._largest_scale import largest_scale
 from eft._native import Command, Rig
 from eft._planning import delay_budget
+from eft._sections import Section
 from eft._simulate import simulate
 from eft._test_file import parse_toml, read_text
 from eft.data_sheets import servovalve
+from eft.data_sheets._values import Value
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["ValveChoice", "ValveTable", "compare_valves", "read_valves"]
+__all__ = ["ValveChoice", "ValveSheet", "ValveTable", "compare_valves", "read_valves"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ValveSheet(Section):
+    """A valve of a catalogue; as a mapping, the given arguments of `servovalve`."""
+
+    rated_flow: Value
+    """Flow at full opening, m³/s; a text has its own unit, as in the next fields."""
+    rated_drop: Value
+    """Pressure drop over both lands at that flow, Pa."""
+    phase_90_frequency: Value | None = None
+    """Where the phase of a small signal is -90°, Hz."""
+    damping_ratio: Value | None = None
+    """Of the spool."""
+    rise_time: Value | None = None
+    """From 10 to 90 % of a small step, s."""
+    full_step_time: Value | None = None
+    """Of a step from 0 to 100 %, s."""
+    rated_signal: Value | None = None
+    """Command of full opening, V."""
+    flow_curve: Sequence[tuple[float, float]] | None = None
+    """Opening and share of the flow at full opening, of each point."""
+    overlap: Value | None = None
+    """Overlap of the lands, a share of the stroke."""
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name in super().__iter__() if getattr(self, name) is not None)
 
 
 @dataclass(frozen=True)
@@ -106,7 +135,7 @@ class ValveTable:
         return pd.DataFrame([vars(row) for row in self.rows])
 
 
-def read_valves(path: str | PathLike[str]) -> dict[str, dict[str, Any]]:
+def read_valves(path: str | PathLike[str]) -> dict[str, ValveSheet]:
     r"""Read a catalogue of servovalves: tables ``[[valve]]`` with a name and arguments of `servovalve`.
 
     Parameters
@@ -117,7 +146,7 @@ def read_valves(path: str | PathLike[str]) -> dict[str, dict[str, Any]]:
     Returns
     -------
     dict
-        Name and arguments of each valve.
+        A `ValveSheet` for each name.
 
     Raises
     ------
@@ -134,8 +163,8 @@ def read_valves(path: str | PathLike[str]) -> dict[str, dict[str, Any]]:
     >>> with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
     ...     _ = file.write(text)
     ...     file.flush()
-    ...     list(eft.read_valves(file.name))
-    ['A']
+    ...     eft.read_valves(file.name)["A"].rated_flow
+    '15 gpm'
     """
     path = Path(path)
     tree = parse_toml(path, read_text(path))
@@ -143,7 +172,7 @@ def read_valves(path: str | PathLike[str]) -> dict[str, dict[str, Any]]:
     if set(tree) != {"valve"} or not isinstance(listed, list) or not listed:
         raise ValueError(f"{path}: must hold tables [[valve]] and nothing else")
     allowed = set(inspect.signature(servovalve).parameters) - {"supply_pressure"}
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, ValveSheet] = {}
     for number, entry in enumerate(listed, 1):
         if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
             raise ValueError(f"{path}: valve {number}: name must be a string")
@@ -159,7 +188,7 @@ def read_valves(path: str | PathLike[str]) -> dict[str, dict[str, Any]]:
             servovalve(**entry)
         except ValueError as error:
             raise ValueError(f"{path}: valve {name}: {error}") from None
-        found[name] = entry
+        found[name] = ValveSheet(**entry)
     return found
 
 

@@ -82,6 +82,9 @@ def test_the_valve_that_does_is_found(tmp_path, monkeypatch, capsys):
     assert small["grade"] == "no" and small["limited_by"] and large["grade"] != "no"
     assert small["largest_scale"] < 1.0 < large["largest_scale"]
     command = eft.sine_sweep(8900.0, 0.5, 3.0, 4.0, 4096.0)
+    sheet = eft.read_valves("catalogue.toml")["large"]
+    assert isinstance(sheet, eft.ValveSheet) and sheet["rated_flow"] == sheet.rated_flow
+    assert sheet.overlap is None and "overlap" not in sheet and len(sheet) == len(dict(sheet))
     found = eft.compare_valves(rig, {"sweep": command}, "catalogue.toml")
     assert found.suitable == ("large",) and found.rows[1].force_error == pytest.approx(large["force_error"])
     assert list(found.to_pandas()["valve"]) == ["small", "large"]
