@@ -72,6 +72,7 @@ __all__ = [
     "trace_table",
     "trip_causes",
     "valve_test",
+    "worst",
 ]
 
 __version__: str
@@ -472,6 +473,7 @@ def judge_test(
 def metrics(
     command: ArrayLike, force: ArrayLike, sample_rate: float, fft: bool = True
 ) -> dict[str, float]: ...
+def worst(values: ArrayLike) -> float: ...
 def fft_ratio(
     command: ArrayLike, force: ArrayLike, sample_rate: float, f_low: float, f_high: float
 ) -> tuple[_Array, _Array]: ...

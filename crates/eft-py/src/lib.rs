@@ -59,6 +59,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::metric_table, module)?)?;
     module.add_function(wrap_pyfunction!(run::judge_test, module)?)?;
     module.add_function(wrap_pyfunction!(run::metrics, module)?)?;
+    module.add_function(wrap_pyfunction!(run::worst, module)?)?;
     module.add_function(wrap_pyfunction!(run::fft_ratio, module)?)?;
     module.add_function(wrap_pyfunction!(run::coherence, module)?)?;
     module.add_function(wrap_pyfunction!(run::ideal_response, module)?)?;

@@ -284,6 +284,12 @@ pub(crate) fn judge_test<'py>(
     Ok(answer)
 }
 
+/// The value with the largest absolute value; NaN if none is known.
+#[pyfunction]
+pub(crate) fn worst(values: &Bound<'_, PyAny>) -> PyResult<f64> {
+    Ok(judge::worst(arrays::flat(&arrays::real("values", values)?)?))
+}
+
 /// The metrics of a force against its command, by name; NaN if undefined. Without `fft` only those that need
 /// no Fourier transform.
 #[pyfunction]

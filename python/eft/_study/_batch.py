@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
+from eft import _native
 from eft._findings import Facts, Grade, of_facts, worst
 from eft._native import BatchResult, Command, Rig, __version__, simulate_batch
 from eft._run import TestRun
@@ -101,21 +101,15 @@ def _estimates(run: TestRun) -> dict[str, float]:
         trace = getattr(run, name)
         # Before the first window it is the configured value or unknown.
         start = trace.flat[0] if np.isfinite(trace.flat[0]) else 0.0
-        told[name] = start + _worst(trace[..., -1] - start)
+        told[name] = start + _native.worst(trace[..., -1] - start)
     return told
 
 
 def _metrics(run: TestRun, fft: bool) -> dict[str, float]:
     try:
-        return {name: _worst(values) for name, values in run.metrics(fft=fft).items()}
+        return {name: _native.worst(values) for name, values in run.metrics(fft=fft).items()}
     except ValueError:
         if run.success:
             raise
         # A diverged test can have values too large for the metrics.
-        return {"max_spool": _worst(np.abs(run.spool).max(axis=-1))}
-
-
-def _worst(values: Any) -> float:
-    numbers = np.atleast_1d(values)
-    numbers = numbers[~np.isnan(numbers)]
-    return float(numbers[np.argmax(np.abs(numbers))]) if numbers.size else math.nan
+        return {"max_spool": _native.worst(np.abs(run.spool).max(axis=-1))}

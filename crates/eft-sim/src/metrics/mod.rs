@@ -20,6 +20,6 @@ pub use error_norms::nrmse;
 pub use fft_ratio::{FftRatio, fft_ratio};
 pub(crate) use norms::{BLOCK, Norms};
 pub use oscillation::OIL_COLUMN;
-pub use row::{Actuator, METRICS, Metric, Row, rows};
+pub use row::{Actuator, METRICS, Metric, Row, rows, worst};
 pub(crate) use row::{Summed, Sums, judge, summed};
 pub use summary::Metrics;

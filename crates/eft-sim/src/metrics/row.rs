@@ -153,13 +153,21 @@ impl Row {
         let mut worst = Self { values: [f64::NAN; METRICS.len()], costly: rows.iter().any(|row| row.costly) };
         for row in rows {
             for (most, value) in worst.values.iter_mut().zip(row.values) {
-                if most.is_nan() || value.abs() > most.abs() {
-                    *most = value;
-                }
+                *most = worse(*most, value);
             }
         }
         worst
     }
+}
+
+/// The value with the largest absolute value, in its unit, such as of the floors of a building. NaN counts as
+/// unknown; without a known value the answer is NaN.
+pub fn worst(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(f64::NAN, worse)
+}
+
+fn worse(most: f64, value: f64) -> f64 {
+    if most.is_nan() || value.abs() > most.abs() { value } else { most }
 }
 
 /// Rms error of a displacement (m) over the rms of the ideal one; NaN if that is zero.
@@ -297,6 +305,12 @@ mod tests {
         let short = Actuator { spool: &spool[1..], ..actuator };
         let error = rows(&rig, 1024.0, &[short], false).unwrap_err().to_string();
         assert!(error.starts_with("spool = 2047 samples: must have the command's 2048"), "{error}");
+    }
+
+    #[test]
+    fn the_worst_value_is_the_largest_that_is_known() {
+        assert_eq!(worst([1.0, f64::NAN, -3.0, 2.0]), -3.0);
+        assert!(worst([f64::NAN]).is_nan() && worst([]).is_nan());
     }
 
     #[test]
