@@ -34,6 +34,8 @@ FOLDERS = (
     "controller",
     "number",
     "parameters",
+    "cause",
+    "signals",
     "status",
     "error",
 )
