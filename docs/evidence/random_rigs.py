@@ -97,7 +97,7 @@ def truths(truth: dict[str, float], seed: int) -> dict[str, object]:
 
 
 def swings_up(run: eft.TestRun, command: eft.Command) -> bool:
-    """Whether the specimen was unstable: not finite, beyond 1.5 times the ideal, or alone beyond the stroke."""
+    """Whether the specimen was unstable: not finite, far beyond the ideal, or beyond the stroke alone."""
     ideal = np.abs(eft.ideal_response(run.rig, command).displacement).max()
     fits = ideal < run.rig["actuator.stroke"]
     flags = eft.Status.DIVERGED | (eft.Status.STROKE_EXCEEDED if fits else eft.Status(0))
