@@ -166,6 +166,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let gated;
         let input = match parts.plausibility {
             Some(watch) => {
+                if parts.integrates && !state.protection.is_tripped() {
+                    state.sound_integral.keep(state.controller.integral(), self.window_ticks);
+                }
                 gated = watch.gate(&mut state.plausibility, input);
                 &gated
             }
@@ -225,6 +228,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
                     // Without a force error the loop is open, and leakage damps the oil's spring.
                     believed.force = command;
                     protection |= status::FORCE_LOOP_OPEN;
+                    // A wrong force has wound the integral up.
+                    state.controller.restore(state.sound_integral.older());
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use core::borrow::Borrow;
 
-use crate::channel::state::{Choice, Sound};
+use crate::channel::state::{Choice, Sound, SoundIntegral};
 use crate::channel::{Channel, ChannelState};
 use crate::compensation::Calibration;
 use crate::controller::{ControllerInput, ControllerState};
@@ -31,6 +31,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             calibrations: [self.controller.nominal(); 2],
             sound: Sound::new(self.controller.nominal()),
             stuck: StuckWatchState::default(),
+            sound_integral: SoundIntegral::default(),
         }
     }
 
@@ -105,8 +106,11 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// learns nothing, its calibration is used at once. Otherwise the one in use stays until the new learner publishes.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
         if !self.learns {
-            let ChannelState { controller, velocity, protection, plausibility, stuck, .. } = *state;
-            *state = ChannelState { controller, velocity, protection, plausibility, stuck, ..self.at_rest() };
+            let ChannelState {
+                controller, velocity, protection, plausibility, stuck, sound_integral, ..
+            } = *state;
+            let kept = ChannelState { controller, velocity, protection, plausibility, ..self.at_rest() };
+            *state = ChannelState { stuck, sound_integral, ..kept };
         } else if state.windows_left > self.age_limit {
             state.windows_left = self.age_limit;
         }

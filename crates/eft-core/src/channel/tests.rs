@@ -584,3 +584,57 @@ fn after_a_trip_under_a_watch_every_tick_is_lost_for_the_learner() {
         assert_eq!(lost(&mut state), channel.window_ticks());
     }
 }
+
+// SR-10
+#[test]
+fn an_opened_loop_has_the_integral_of_a_null_bias_and_not_that_of_a_fault() {
+    let rig = Parameters { integral_gain: 4.0, protection: WATCHED, ..RIG };
+    let channel = Channel::<f64, 21>::new(&rig).unwrap();
+    let without = Channel::<f64, 21>::new(&Parameters { integral_gain: 0.0, ..rig }).unwrap();
+    let (mut state, mut plain) = (channel.at_rest(), without.at_rest());
+    let mut integral = |error: f64, ticks: u32, opens: bool| {
+        let mut difference = f64::NAN;
+        for _ in 0..ticks {
+            let input = Input { command: error, displacement: 0.0, force: 0.0, ..still(0) };
+            if opens {
+                state.protection.shut_down_by(Cause::ForceLost);
+                plain.protection.shut_down_by(Cause::ForceLost);
+            }
+            let (out, like) = (channel.step(&mut state, &input), without.step(&mut plain, &input));
+            assert_eq!(out.status & status::TRIPPED != 0, opens);
+            difference = out.voltage - like.voltage;
+        }
+        difference
+    };
+    // A null bias makes an error until the integral compensates for it.
+    integral(1500.0, 200, false);
+    let bias = integral(0.0, 5 * 4096, false);
+    assert!(bias > 0.016, "{bias}");
+    // A load cell that lies for half a second winds it up.
+    assert!(integral(-1500.0, 2040, false) < -5.0 * bias);
+    let opened = integral(-1500.0, 1, true);
+    assert!((opened / bias - 1.0).abs() < 0.01, "{opened} {bias}");
+    // It stays as long as the loop is open.
+    assert!((integral(-1500.0, 1000, true) - opened).abs() < 1e-12);
+}
+
+#[test]
+fn an_integral_of_a_swing_is_restored_as_its_mean() {
+    let rig = Parameters { integral_gain: 30.0, protection: WATCHED, ..RIG };
+    let channel = Channel::<f64, 21>::new(&rig).unwrap();
+    let without = Channel::<f64, 21>::new(&Parameters { integral_gain: 0.0, ..rig }).unwrap();
+    let (mut state, mut plain) = (channel.at_rest(), without.at_rest());
+    let (mut largest, mut restored) = (0.0, f64::NAN);
+    for tick in 0..20_000 {
+        // The error's integral swings by ±0.21 V at 1.3 Hz, about zero.
+        let error = 1000.0 * libm::cos(0.002 * f64::from(tick));
+        let input = Input { command: error, displacement: 0.0, force: 0.0, ..still(0) };
+        if tick == 19_999 {
+            state.protection.shut_down_by(Cause::ForceLost);
+            plain.protection.shut_down_by(Cause::ForceLost);
+        }
+        restored = channel.step(&mut state, &input).voltage - without.step(&mut plain, &input).voltage;
+        largest = if restored > largest { restored } else { largest };
+    }
+    assert!(largest > 0.2 && restored.abs() < 0.25 * largest, "{restored} of {largest}");
+}

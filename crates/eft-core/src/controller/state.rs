@@ -31,6 +31,16 @@ impl<S: Scalar> ControllerState<S> {
         self.valve_command
     }
 
+    /// The force loop's integral (V).
+    pub(crate) const fn integral(&self) -> S {
+        self.integral
+    }
+
+    /// Replaces the force loop's integral (V) by an earlier one.
+    pub(crate) fn restore(&mut self, integral: S) {
+        self.integral = integral;
+    }
+
     /// Samples in a row that were refused.
     pub(crate) const fn lost(&self) -> S::Flags {
         self.lost
