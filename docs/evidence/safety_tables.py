@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SOUND, SUPPLIES, YIELDING
+from safety_sizes import SIZES
 
 from eft._files import write_text
 
@@ -19,6 +20,11 @@ def _after(row: dict[str, str]) -> str:
     """Median and worst time to notice a fault."""
     median, worst = 1e3 * float(row["median"]), 1e3 * float(row["worst"])
     return f"{median:.1f} ms, {worst:.0f} ms" if worst < np.inf else "not noticed"
+
+
+def missed(row: dict[str, str]) -> str:
+    """At how many moments a fault was never noticed in time, if its worst moment was not."""
+    return f" at {row['unnoticed']} of {row['moments']}" if row["worst"] == "inf" else ""
 
 
 def report(folder: Path) -> None:
@@ -39,6 +45,21 @@ def report(folder: Path) -> None:
         cells = (of_ramp[signal, kind, ramp]["worst"] for ramp in (0.5, 0.25))
         text.append(f"| {signal} {kind} | " + " | ".join(f"{float(cell):.2f}" for cell in cells) + " |")
     write_text(folder / "safety_faults.md", "\n".join([*text, ""]))
+    of_size = read(SIZES)
+    sizes = list(dict.fromkeys(row["size"] for row in of_size))
+    text = ["| sensor, fault | " + " | ".join(sizes) + " |", "| --- " * (1 + len(sizes)) + "|"]
+    for signal, kind in CASES:
+        cells = [
+            f"{_after(row)}{missed(row)}; "
+            f"{float(row['force']):.2f}"
+            for row in of_size
+            if (row["signal"], row["kind"]) == (signal, kind)
+        ]
+        text.append(f"| {signal} {kind} | " + " | ".join(cells) + " |")
+    beyond, tests = (sum(int(row[key]) for row in of_size) for key in ("beyond", "moments"))
+    text += ["", "A cell has the median and the worst time to notice a fault, and the largest force over its trip"]
+    text += [f"level. The force exceeds 1.75 times the level in {beyond} of {tests} tests.", ""]
+    write_text(folder / "safety_sizes.md", "\n".join(text))
     text = [
         "| force with a measured load pressure | scheme | later than 20 ms | noticed after: median, worst "
     ]

@@ -15,6 +15,7 @@ mod results;
 
 mod matrix;
 mod oscillation;
+mod sizes;
 use results::keep;
 
 const RATE: f64 = 4096.0;

@@ -214,7 +214,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             if let Some(watch) = parts.plausibility {
                 let follows = protected.open && self.doubts_velocity(state);
                 if follows {
-                    believed.velocity = state.plausibility.velocity();
+                    believed.velocity = watch.agreed(&state.plausibility, believed.velocity);
                 }
                 let source = protected.status & (status::TRIPPED | status::SHUT_DOWN) | u32::from(follows);
                 let source = source | believed.status & status::VELOCITY_DISTRUSTED;
@@ -229,7 +229,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
                     believed.force = command;
                     protection |= status::FORCE_LOOP_OPEN;
                     // A wrong force has wound the integral up.
-                    state.controller.restore(state.sound_integral.older());
+                    state.controller.forget(state.sound_integral.older());
                 }
             }
         }

@@ -80,11 +80,14 @@ impl<T: Real, const N: usize> Channel<T, N> {
         believed
     }
 
-    /// Whether the velocity may be wrong although the force is blamed. The displacement is followed then.
+    /// Whether the velocity may be wrong although the force is blamed. If the displacement is blamed and the force then
+    /// leaves its command, the velocity was wrong.
     #[inline(always)]
     pub(super) fn doubts_velocity(&self, state: &ChannelState<T>) -> bool {
-        let [_, displacement, ..] = state.plausibility.distrusted();
-        let balance = state.plausibility.is_by_balance() || state.protection.cause() == Cause::ForceLevel;
-        balance && !displacement && matches!(self.velocity, Velocity::Sensor)
+        let [force, displacement, ..] = state.plausibility.distrusted();
+        let cause = state.protection.cause();
+        let balance = state.plausibility.is_by_balance() || cause == Cause::ForceLevel;
+        let doubted = if displacement { cause == Cause::DisplacementImplausible && !force } else { balance };
+        doubted && matches!(self.velocity, Velocity::Sensor)
     }
 }

@@ -324,6 +324,13 @@ fn after_a_force_level_the_velocity_is_doubted_and_after_another_level_not() {
         state.protection.trip_by(cause);
         assert_eq!(channel.doubts_velocity(&state), doubted, "{cause:?}");
     }
+    // A displacement was blamed. If the loop opens then, the velocity was wrong, unless the force is blamed as well.
+    let mut state = channel.at_rest();
+    for (blamed, doubted) in [(Cause::DisplacementImplausible, true), (Cause::ForceLost, false)] {
+        state.protection.trip_by(blamed);
+        state.plausibility.distrust(blamed);
+        assert_eq!(channel.doubts_velocity(&state), doubted, "{blamed:?}");
+    }
 }
 
 /// The outputs of a channel with a protection, until it trips or for a number of ticks.
@@ -637,4 +644,19 @@ fn an_integral_of_a_swing_is_restored_as_its_mean() {
         largest = if restored > largest { restored } else { largest };
     }
     assert!(largest > 0.2 && restored.abs() < 0.25 * largest, "{restored} of {largest}");
+}
+
+#[test]
+fn an_opened_loop_has_no_derivative_kick() {
+    let channel = Channel::<f64, 21>::new(&Parameters { protection: WATCHED, ..RIG }).unwrap();
+    let mut state = channel.at_rest();
+    let away =
+        Input { command: 0.0, velocity: 0.0, force: 2000.0, spool: 0.0, displacement: 0.0, ..still(0) };
+    for _ in 0..100 {
+        channel.step(&mut state, &away);
+    }
+    state.protection.shut_down_by(Cause::ForceLevel);
+    // The derivative gain times the change of the error would be 0.09 V.
+    let opened = channel.step(&mut state, &away).voltage;
+    assert!(opened.abs() < 1e-9, "{opened}");
 }

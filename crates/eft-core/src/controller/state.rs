@@ -36,9 +36,11 @@ impl<S: Scalar> ControllerState<S> {
         self.integral
     }
 
-    /// Replaces the force loop's integral (V) by an earlier one.
-    pub(crate) fn restore(&mut self, integral: S) {
+    /// Forgets the force errors. The integral (V) is an earlier one, and the derivative has no kick.
+    #[inline(always)]
+    pub(crate) fn forget(&mut self, integral: S) {
         self.integral = integral;
+        self.servovalve = ServovalveControllerState::default();
     }
 
     /// Samples in a row that were refused.

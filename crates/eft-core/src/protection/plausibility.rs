@@ -98,6 +98,8 @@ pub(crate) struct PlausibilityState<T> {
     marks: [T; 2],
     derivative: FilteredDerivativeState<T>,
     velocity: T,
+    /// The sensor's velocity (m/s) after the same low-passes.
+    smooth: [T; 2],
     flow: T,
     last_velocity: T,
     /// Low-passed: flow of the valve, of piston and leakage, force, velocity, displacement.
@@ -120,7 +122,7 @@ pub(crate) struct PlausibilityState<T> {
     /// Average (m⁴/s²) of the squared flow residual with the velocity minus that with the displacement, over twice the
     /// piston area.
     worse: T,
-    /// Set when the force is blamed for a flow balance that contains the velocity as well.
+    /// Set when the force is blamed for a flow balance that contains the velocity as well, or for a jump.
     by_balance: bool,
     /// The last followed velocity (m/s), the remaining step from the previous source (m/s), and the source.
     followed: T,
@@ -128,7 +130,7 @@ pub(crate) struct PlausibilityState<T> {
     source: u32,
     load_pressure: LoadPressureState<T>,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, late, worse, by_balance, followed, step, source, load_pressure);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, late, worse, by_balance, followed, step, source, load_pressure);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -172,10 +174,16 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         if input.displacement.is_finite() {
             state.velocity = self.derivative.step(&mut state.derivative, input.displacement);
         }
+        if velocity.is_finite() {
+            let [first, second] = &mut state.smooth;
+            let once = follow(first, self.low, velocity);
+            follow(second, self.low, once);
+        }
         self.pass_through_valve(state, known);
         let cause = self.lost(state);
         if cause != Cause::None {
-            state.by_balance |= cause == Cause::ForceImplausible && self.is_beyond(state, TRAVEL, 0.5);
+            // A wrong velocity makes a true force jump as well.
+            state.by_balance |= cause == Cause::ForceImplausible;
             return cause;
         }
         let valid = input.force.is_finite() & input.spool.is_finite() & velocity.is_finite();
@@ -229,6 +237,19 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         state.followed
     }
 
+    /// The velocity (m/s) to follow if that of the sensor may be wrong. It is the displacement's derivative, with what the
+    /// derivative's low-passes remove: the sensor's share above their corner, in the direction in which the two agree.
+    #[inline(always)]
+    pub(crate) fn agreed(&self, state: &PlausibilityState<T>, velocity: T) -> T {
+        let ([_, smooth], slow, one) = (state.smooth, state.velocity, T::splat(1.0));
+        let [_, _, distrusted, _] = state.distrusted;
+        if distrusted | !velocity.is_finite() {
+            return slow;
+        }
+        let direction = |velocity: T| (self.per_reversal * velocity).limit(-one, one);
+        slow + direction(slow) * direction(smooth) * (velocity - smooth)
+    }
+
     /// The velocity (m/s) to compensate for at a share (1) of the brake. The rest makes a force against the motion, as
     /// friction does, up to a limit.
     #[inline(always)]
@@ -270,7 +291,7 @@ impl<T: Real> PlausibilityState<T> {
         force.lost > 0 && force.jumped
     }
 
-    /// Whether the force is blamed for a flow balance that contains the velocity as well.
+    /// Whether the force is blamed for a flow balance that contains the velocity as well, or for a jump.
     #[inline(always)]
     pub(crate) fn is_by_balance(&self) -> bool {
         self.by_balance

@@ -33,16 +33,43 @@ fn judged(state: &mut PlausibilityState<f64>, command: f64, force: f64) -> Cause
 }
 
 #[test]
-fn a_force_that_jumps_may_be_right_if_the_motion_contradicts_as_well() {
-    for (signal, share, cause, by_balance) in [
-        (FORCE, 0.51, Cause::ForceImplausible, true),
-        (FORCE, 0.49, Cause::ForceImplausible, false),
-        (VELOCITY, 0.51, Cause::VelocityImplausible, false),
+fn a_force_that_jumps_may_be_right_and_one_that_is_lost_not() {
+    for (signal, jumped, cause, by_balance) in [
+        (FORCE, true, Cause::ForceImplausible, true),
+        (FORCE, false, Cause::ForceLost, false),
+        (VELOCITY, true, Cause::VelocityImplausible, false),
     ] {
-        let mut state = with(TRAVEL, share);
-        (state.signals[signal].lost, state.signals[signal].jumped) = (watch().lost_samples + 1, true);
-        assert_eq!((judged(&mut state, 0.0, 0.0), state.is_by_balance()), (cause, by_balance), "{share}");
+        let mut state = PlausibilityState::default();
+        (state.signals[signal].lost, state.signals[signal].jumped) = (watch().lost_samples + 1, jumped);
+        assert_eq!((judged(&mut state, 0.0, 0.0), state.is_by_balance()), (cause, by_balance), "{cause:?}");
     }
+}
+
+#[test]
+fn a_doubted_velocity_is_followed_without_delay_in_the_direction_of_the_displacement() {
+    let watch = watch();
+    let moves = |velocity: f64, sensed: f64| {
+        let mut state = PlausibilityState::default();
+        (state.velocity, state.smooth) = (velocity, [0.0, 0.9 * sensed]);
+        watch.agreed(&state, sensed)
+    };
+    // The low-passes lag behind by a tenth. A correct sensor's reading is followed, and minus that of a wrong sign.
+    for (velocity, sensed, followed) in [
+        (0.45, 0.5, 0.5),
+        (-0.45, -0.5, -0.5),
+        (0.45, -0.5, 0.5),
+        (-0.45, 0.5, -0.5),
+        (0.45, 0.0, 0.45),
+        (0.0, 0.5, 0.0),
+        (0.45, f64::NAN, 0.45),
+    ] {
+        let found = moves(velocity, sensed);
+        assert!((found - followed).abs() < 1e-9, "{velocity} {sensed}: {found}");
+    }
+    // A sensor that is known to be wrong is not used.
+    let mut state = PlausibilityState { velocity: 0.45, smooth: [0.45; 2], ..PlausibilityState::default() };
+    state.distrust(Cause::VelocityImplausible);
+    assert!((watch.agreed(&state, 0.5) - 0.45).abs() < 1e-12);
 }
 
 #[test]
