@@ -84,6 +84,17 @@ def of_text(text: str, chance: Random) -> str:
     return text
 
 
+def of_shape(text: str, chance: Random) -> str:
+    """TOML with a value or a key of extreme depth or length after one of its lines."""
+    size = int(10 ** chance.uniform(1.0, 5.0))
+    key = chance.choice(("a", '"a"', "a" + ".a" * size, '"a' + ".a" * size + '"', '"a".' * size + "a"))
+    value = chance.choice(("1", "[" * size, "[" + "1," * size + "]", "{a = " * size, "'" + "a" * size + "'"))
+    new = chance.choice((f"{key} = {value}\n", f"[{key}]\n", f"[[{key}]]\n", f"{key} = 1\n", "\ufeff"))
+    lines = text.splitlines(keepends=True)
+    place = chance.randrange(len(lines) + 1)
+    return "".join([*lines[:place], new, *lines[place:]])
+
+
 def of_json(value: Any, chance: Random) -> Any:
     """One value within a value, replaced, removed or doubled."""
     if isinstance(value, dict) and value and chance.random() < 0.9:

@@ -168,9 +168,13 @@ class Settings:
 
     def damage(self, chance: Random) -> None:
         self.of_plan = chance.random() < 0.6
-        plan = damages.of_text(self.rig, chance) if self.of_plan else self.rig
-        self.plan.write_text(self.rig if samples_of(plan) > self.LONGEST else plan, "utf-8")
-        self.calibration.write_text(damages.of_text(self.sound, chance), "utf-8")
+        shaped = chance.random() < 0.3
+        damage = damages.of_shape if shaped else damages.of_text
+        plan = damage(self.rig, chance) if self.of_plan else self.rig
+        # `tomllib` takes quadratic time for some shapes, which leave the duration as it is.
+        too_long = not shaped and samples_of(plan) > self.LONGEST
+        self.plan.write_text(self.rig if too_long else plan, "utf-8")
+        self.calibration.write_text(damage(self.sound, chance), "utf-8")
 
     def read(self, chance: Random) -> None:
         if self.of_plan:

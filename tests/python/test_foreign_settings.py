@@ -1,6 +1,7 @@
 """Configuration files of unknown origin: a short and fast error for any size and shape."""
 
 import json
+import os
 import time
 
 import pytest
@@ -43,6 +44,54 @@ def test_any_text_gets_a_short_answer_at_once(text, says, tmp_path, capsys):
     assert time.monotonic() - began < 3.0
     said = capsys.readouterr().err
     assert says in said and said.count("\n") == 1 and len(said) < 1200, said[:600]
+
+
+ADAPTIVE = ["run", "--sweep", "100", "0.5", "4", "1", "--set", "compensation.adaptive=true"]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (f"[calibration]\n{MANY} = 1\n", "line 2: a key of more than 32 parts"),
+        (f'[calibration]\n"{MANY}" = 1\n', "32 parts"),
+        (f'"calibration.{MANY}" = 1\n', "32 parts"),
+        ("a = " + "[" * 100_000, "nested too deeply"),
+        ("[calibration]\nx = " + "{a = " * 30_000, "nested too deeply"),
+        ("[calibration]\n" + "".join(f"k{n} = 1\n" for n in range(50_000)), "unknown key"),
+        ("#" * 5_000_000, "larger than"),
+        ("\ufeff[calibration]\nflow_gain = 'wide'\n", "flow_gain"),
+    ],
+)
+def test_any_calibration_gets_a_short_answer_at_once(text, says, tmp_path, capsys):
+    path = tmp_path / "calibration.toml"
+    path.write_text(text, "utf-8")
+    began = time.monotonic()
+    assert main([*ADAPTIVE, "--calibration", str(path)]) == 2
+    assert time.monotonic() - began < 3.0
+    said = capsys.readouterr().err
+    assert says in said and said.count("\n") == 1 and len(said) < 1200, said[:600]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_calibration_from_a_pipe_or_device_is_refused_at_once(tmp_path, capsys):
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    for path in (pipe, "/dev/zero"):
+        assert main([*ADAPTIVE, "--calibration", str(path)]) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1 and "must be an ordinary file" in said, said[:600]
+
+
+@pytest.mark.parametrize("parts", [33, 50_001, 1_000_000])
+def test_a_key_of_many_parts_is_unknown_at_once(parts, capsys):
+    key = "a." * (parts - 1) + "a"
+    began = time.monotonic()
+    with pytest.raises(ValueError, match=r"unknown key `a\.a\.a"):
+        eft.Rig.zhao2005().replace({key: 1.0})
+    assert main([*ADAPTIVE, "--set", f"{key}=1"]) == 2
+    assert time.monotonic() - began < 3.0
+    said = capsys.readouterr().err
+    assert "unknown key" in said and said.count("\n") == 1 and len(said) < 1200, said[:600]
 
 
 def test_a_test_of_much_memory_is_refused_unless_it_is_asked_for(capsys):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import click
 
 import eft
 from eft._files import write_text
-from eft._test_file import TestPlan
+from eft._test_file import TestPlan, parse_toml, read_text
 from eft.cli._output import FILE
 from eft.cli._save_rig import check_own_file
 
@@ -32,10 +31,7 @@ def start_from(plan: TestPlan, path: Path) -> TestPlan:
     OSError
         If the file cannot be read.
     """
-    try:
-        sections = tomllib.loads(path.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"--calibration {path}: {error}") from None
+    sections = parse_toml(path, read_text(path))
     if list(sections) != ["calibration"]:
         raise ValueError(f"--calibration {path}: must have a section [calibration] and nothing else")
     _check_adaptive("--calibration", path, plan)

@@ -22,8 +22,16 @@ pub(super) fn get<'a>(tree: &'a Table, key: &str) -> Option<&'a Value> {
     Some(value)
 }
 
-/// Sets the value of a dotted key and adds missing sections. It does not check that the schema has the key.
+/// Most parts of a dotted key. Those of the schema have fewer. A deeper tree would take quadratic time and memory, and too
+/// much stack.
+const MOST_PARTS: usize = 32;
+
+/// Sets the value of a dotted key and adds missing sections. It does not check that the schema has the key, but refuses
+/// one of very many parts.
 pub(super) fn set(tree: &mut Table, key: &str, value: Value) -> Result<()> {
+    if key.split('.').nth(MOST_PARTS).is_some() {
+        return Err(unknown(key));
+    }
     let mut section = tree;
     let (path, leaf) = key.rsplit_once('.').map_or((None, key), |(path, leaf)| (Some(path), leaf));
     for part in path.into_iter().flat_map(|path| path.split('.')) {
