@@ -38,6 +38,7 @@ FOLDERS = (
     "signals",
     "status",
     "error",
+    "integrity",
 )
 SHARE = 0.95
 
