@@ -111,6 +111,23 @@ def test_a_test_of_much_memory_is_refused_unless_it_is_asked_for(capsys):
     assert memory_of(building) == pytest.approx(3 * 100 * 200 / 1024**3)
 
 
+def test_a_study_of_much_memory_is_refused_unless_it_is_asked_for(tmp_path, capsys):
+    study = tmp_path / "study.toml"
+    sweep = SWEEP.replace("duration = 1.0", "duration = 4000.0") + "sample_rate = 4096.0\n"
+    grid = "[study]\nfft = false\n[study.grid]\n'servovalve.flow_gain_scale' = "
+    for scales, tests in (("[1.0]", 1), ("[0.9, 1.0]", min(2, os.cpu_count() or 1))):
+        study.write_text(eft.Rig.zhao2005().to_toml() + sweep + grid + scales + "\n")
+        assert main(["study", str(study)]) == 2
+        said = capsys.readouterr().err
+        need = tests * 16384000 * 200 / 1024**3
+        assert f"16384000 samples in {tests} tests at a time need {need:.1f} GiB of memory" in said
+        assert "lets it run" in said and said.count("\n") == 1
+        assert not (tmp_path / "study.study").exists()
+    study.write_text(eft.Rig.zhao2005().to_toml() + SWEEP + grid + "[1.0]\n")
+    assert main(["study", str(study), "--memory", "0.0001"]) == 2
+    assert main(["study", str(study)]) == 0
+
+
 def test_dots_in_texts_are_not_keys(tmp_path):
     path = tmp_path / "rig.toml"
     rig = eft.Rig.zhao2005().replace({"name": "1.2.3.4.5.6.7.8"})

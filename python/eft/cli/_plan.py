@@ -17,6 +17,14 @@ from eft.cli._output import FILE, F, settings
 _BYTES = 200
 """Memory per sample and actuator of a test, for its traces and the computation of its metrics."""
 
+memory_option = click.option(
+    "--memory",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=2.0,
+    metavar="GIB",
+    help="Memory that the tests may take; default: 2 GiB.",
+)
+
 _OPTIONS = (
     click.argument("test", type=FILE, required=False),
     click.option("--rig", type=FILE, help="Rig file, instead of the paper's rig."),
@@ -39,13 +47,7 @@ _OPTIONS = (
         metavar="HZ",
         help="Sample rate of the command; default: the rig's controller.sample_rate.",
     ),
-    click.option(
-        "--memory",
-        type=click.FloatRange(min=0.0, min_open=True),
-        default=2.0,
-        metavar="GIB",
-        help="Memory that the test may take; default: 2 GiB.",
-    ),
+    memory_option,
     settings,
 )
 
@@ -86,21 +88,30 @@ def plan_of(
     options = dict(command)
     allowed = options.pop("memory")
     plan = _plan(test, rig, changes, options)
-    needed = memory_of(plan)
+    check_memory(f"{plan.about}: {len(plan.command)} samples need", memory_of(plan), allowed)
+    return plan
+
+
+def check_memory(what: str, needed: float, allowed: float) -> None:
+    """Refuse what needs more memory (GiB) than this machine has, or than is allowed."""
     there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1024**3
-    said = f"{plan.about}: {len(plan.command)} samples need {needed:.1f} GiB of memory, must be at most the "
+    said = f"{what} {needed:.1f} GiB of memory, must be at most the "
     if needed > there:
         raise ValueError(f"{said}{there:.1f} GiB of this machine; shorten it or sample less often")
     if needed > allowed:
         raise ValueError(f"{said}{allowed:g} GiB of --memory; --memory {math.ceil(needed)} lets it run")
-    return plan
 
 
 def memory_of(plan: TestPlan) -> float:
     """Memory that a test takes, GiB."""
-    building = plan.rig["structure.kind"] == "shear_building"
-    actuators = len(plan.rig["structure.stories.masses"]) if building else 1
-    return actuators * len(plan.command) * _BYTES / 1024**3
+    return memory_of_samples(plan.rig, len(plan.command))
+
+
+def memory_of_samples(rig: eft.Rig, samples: int) -> float:
+    """Memory that so many samples of a rig take, GiB."""
+    building = rig["structure.kind"] == "shear_building"
+    actuators = len(rig["structure.stories.masses"]) if building else 1
+    return actuators * samples * _BYTES / 1024**3
 
 
 def _plan(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import os
+import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -15,8 +18,9 @@ import eft
 from eft._extras import need
 from eft._files import atomic_write
 from eft._study._summary import SHOWN, reasons, summary
-from eft._study_file import read_study
+from eft._study_file import StudyPlan, read_study
 from eft.cli._output import FILE, as_json, emit_json, epilog, settings, table
+from eft.cli._plan import check_memory, memory_of_samples, memory_option
 from eft.traces._write import check_folder
 
 
@@ -35,6 +39,7 @@ from eft.traces._write import check_folder
 @click.option("-o", "--output", type=FILE, help="Folder for the rows; default: FILE with .study")
 @click.option("--table", "sheet", type=FILE, help="Also write the table as one file (.csv, .parquet).")
 @click.option("--dask", "scheduler", metavar="ADDRESS", help="Run on the workers of a Dask scheduler.")
+@memory_option
 @as_json
 def study(
     file: Path,
@@ -42,6 +47,7 @@ def study(
     output: Path | None,
     sheet: Path | None,
     scheduler: str | None,
+    memory: float,
     as_json: bool,
 ) -> None:
     """Run a test for every combination that FILE names, on all cores, and write one row for each.
@@ -57,6 +63,7 @@ def study(
             raise click.UsageError(f"--table {sheet}: the suffix must be one of {', '.join(_SHEETS)}")
         check_folder(sheet)
     plan = read_study(file, changes)
+    _check_memory(file, plan, memory, remote=scheduler is not None)
     began = time.monotonic()
     try:
         with _executor(scheduler) as executor:
@@ -80,6 +87,17 @@ def study(
         click.echo(f"\n{target} written" + (f", {sheet} too" if sheet else ""))
     if answer["status"].get("failed"):
         raise click.exceptions.Exit(1)
+
+
+def _check_memory(file: Path, plan: StudyPlan, allowed: float, remote: bool) -> None:
+    """Refuse a study whose tests on all cores need too much memory; a Dask worker runs one at a time."""
+    of = plan.parameters
+    grid = math.prod(len(list(values)) for values in of.values()) if isinstance(of, dict) else None
+    tests = len(plan.commands) * (len(of) if isinstance(of, list) else grid or sys.maxsize)
+    together = 1 if remote else min(os.cpu_count() or 1, tests)
+    samples = max(map(len, plan.commands.values()))
+    needed = together * memory_of_samples(plan.rig, samples)
+    check_memory(f"{file}: {samples} samples in {together} tests at a time need", needed, allowed)
 
 
 def _tell_what_is_kept(target: Path) -> None:
