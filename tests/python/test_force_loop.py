@@ -73,6 +73,43 @@ def test_rigs_on_which_the_paper_s_gains_are_unstable(truth):
     assert eft.simulate(paper, command).metrics()["nrmse"] > 1.0
 
 
+# 0.05 % of the range and 16 bits on every sensor, which the controller does not know.
+RANGES = {"force": 156e3, "displacement": 0.127, "spool": 1.0, "velocity": 1.05}
+NOISE = {
+    f"truth.sensors.{sensor}.{key}": value
+    for sensor, size in RANGES.items()
+    for key, value in (("noise", 5e-4 * size), ("range", size), ("bits", 16))
+}
+RECORD = Path(eft.__file__).parent / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
+
+
+def earthquake():
+    return eft.effective_force(eft.read_record(RECORD), mass=7040.0, sample_rate=4096.0)
+
+
+def sweep(amplitude):
+    return eft.sine_sweep(amplitude, 0.0, 10.0, 32.0, 4096.0)
+
+
+@pytest.mark.parametrize("curve", [False, True], ids=["one gain", "curve"])
+@pytest.mark.parametrize(
+    ("command", "noise", "bound"),
+    [
+        (lambda: sweep(8900.0), {}, 0.007),
+        (lambda: sweep(8900.0), NOISE, 0.012),
+        (lambda: sweep(2200.0), NOISE, 0.035),
+        (earthquake, NOISE, 0.022),
+    ],
+    ids=["8.9 kN without noise", "8.9 kN", "2.2 kN", "El Centro"],
+)
+def test_the_force_error_of_a_rig_that_is_as_configured(command, noise, bound, curve):
+    rig = RIG.replace(ADAPTIVE | {"controller.force_loop": "robust", "compensation.curve_correction": curve})
+    command = command()
+    for seed in (1, 2) if noise else (0,):
+        run = eft.simulate(rig.replace(noise | {"truth.sensors.seed": seed}), command)
+        assert run.metrics(fft=False)["nrmse"] <= bound
+
+
 @pytest.mark.parametrize("scheme", [{}, ADAPTIVE], ids=["fixed", "self-calibrating"])
 def test_a_null_bias_leaves_no_force(scheme):
     rig = RIG.replace(scheme | {"controller.force_loop": "robust", "truth.servovalve.null_bias": 0.02})
