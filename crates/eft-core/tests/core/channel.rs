@@ -2,8 +2,8 @@
 //! controller alone if everything else is off.
 
 use eft_core::{
-    Channel, Controller, ControllerInput, ControllerState, Input, Learner, Learning, Levels, Parameters,
-    ProtectionParameters, Realization, VelocitySource, status,
+    Channel, ChannelState, Controller, ControllerInput, ControllerState, Input, Learner, Learning, Levels,
+    Parameters, ProtectionParameters, Realization, VelocitySource, status,
 };
 use proptest::prelude::*;
 
@@ -129,11 +129,18 @@ macro_rules! tests {
                 }
 
                 #[test]
-                fn primed_it_steps_without_a_bump(p in parameters(), sample in rig::inputs()) {
+                fn primed_it_steps_without_a_bump(
+                    p in parameters(), before in prop::collection::vec(rig::inputs(), 0..40), sample in rig::inputs(),
+                ) {
                     let channel = Channel::<$t, 21>::new(&p).unwrap();
                     let mut sample = $given(&sample);
                     sample.next_command = sample.command;
                     let mut state = channel.at_rest();
+                    // After a lost supply pressure a deviation of the last one decreases from tick to tick.
+                    let measured = (0.051..=3.99).contains(&(sample.supply_pressure / 1.9e7));
+                    for before in before.iter().filter(|_| measured) {
+                        rig::tick(&channel, &mut state, &$given(before));
+                    }
                     channel.prime(&mut state, &sample);
                     let held = channel.hold(&state);
                     prop_assert_eq!(held.status, status::HELD);
@@ -191,6 +198,68 @@ fn swapping_a_configuration_changes_no_state() {
         assert_eq!(rig::tick(&channel, &mut one, &i), rig::tick(&steeper, &mut other, &i));
     }
     assert_eq!(one, other);
+}
+
+/// With the force loop that is designed for the paper's rig.
+const DESIGNED: Parameters<'static> = Parameters {
+    proportional_gain: 0.2857,
+    derivative_gain: 1.288e-03,
+    integral_gain: 31.54,
+    ..rig::LEARNING
+};
+
+#[test]
+fn a_learned_calibration_outlives_prime() {
+    let channel = Channel::<f64, 21>::new(&DESIGNED).unwrap();
+    let learner = Learner::<f64, 21>::new(&DESIGNED).unwrap();
+    let (mut state, mut learned) = (channel.at_rest(), learner.at_rest());
+    let valve = rig::Valve { flow_gain: 1.06, ..rig::SOUND };
+    let mut run = |state: &mut ChannelState<f64>, ticks: std::ops::Range<u32>| {
+        for tick in ticks {
+            let input = valve.swing(f64::from(tick) / DESIGNED.sample_rate, 0.0);
+            if let Some(window) = rig::tick(&channel, state, &input).window {
+                channel.publish(state, learner.update(&mut learned, &window));
+            }
+        }
+    };
+    run(&mut state, 0..8192);
+    let found = *state.calibration();
+    assert!((found.flow_gain - 1.06).abs() < 0.01, "{}", found.flow_gain);
+    channel.prime(&mut state, &valve.swing(2.0, 0.0));
+    assert_eq!(*state.calibration(), found);
+    // Of the next windows, the first has the calibration that was published before, and later ones are learned.
+    for tick in 8192..12_000 {
+        run(&mut state, tick..tick + 1);
+        assert!((state.calibration().flow_gain - found.flow_gain).abs() < 1e-3, "tick {tick}");
+    }
+}
+
+#[test]
+fn designed_gains_take_over_from_the_papers_without_a_bump() {
+    // A learned calibration would keep the gains of the earlier configuration.
+    let fixed = |p| Channel::<f64, 21>::new(&Parameters { learning: Learning::OFF, ..p }).unwrap();
+    let (paper, designed) = (fixed(rig::LEARNING), fixed(DESIGNED));
+    let moving = |tick: u32, error: f64| {
+        let input = rig::SOUND.swing(f64::from(tick) / DESIGNED.sample_rate, 1e4);
+        Input { command: input.force + error, ..input }
+    };
+    for error in [0.0, 300.0] {
+        let [mut state, mut as_before] = [paper.at_rest(); 2];
+        for tick in 0..1000 {
+            rig::tick(&paper, &mut state, &moving(tick, error));
+            rig::tick(&paper, &mut as_before, &moving(tick, error));
+        }
+        designed.take_over(&mut state);
+        for tick in 1000..1100 {
+            let taken = rig::tick(&designed, &mut state, &moving(tick, error)).voltage;
+            let kept = rig::tick(&paper, &mut as_before, &moving(tick, error)).voltage;
+            // The compensation goes on. The gains act on the force error only, and the integral begins at zero.
+            let gains = DESIGNED.proportional_gain - rig::LEARNING.proportional_gain;
+            let summed = DESIGNED.integral_gain * f64::from(tick - 1000) / DESIGNED.sample_rate;
+            let expected = DESIGNED.force_sensitivity * error * (gains + summed);
+            assert!((taken - kept - expected).abs() < 1e-9, "{error} N, tick {tick}: {taken} V, {kept} V");
+        }
+    }
 }
 
 #[test]

@@ -22,6 +22,8 @@ fn input<T: Real>([velocity, force, spool, further_flow]: [f64; 4]) -> Compensat
 /// Required opening by the paper's equations, with a linear search and the standard square root.
 fn required_opening(p: &Parameters, velocity: f64, force: f64, spool: f64) -> f64 {
     let flow = p.piston_area * velocity;
+    // The step over an overlap takes the rest of the stroke.
+    let most = if p.mode == Mode::Linear { 1.0 } else { 1.0 - p.overlap };
     let opening = match p.mode {
         Mode::Off => 0.0,
         Mode::Linear => flow / p.flow_gain,
@@ -36,7 +38,7 @@ fn required_opening(p: &Parameters, velocity: f64, force: f64, spool: f64) -> f6
             x[i - 1] + (demand - q[i - 1]) / (q[i] - q[i - 1]) * (x[i] - x[i - 1])
         }
     };
-    (p.level * opening).clamp(-1.0, 1.0)
+    (p.level * opening).clamp(-most, most)
 }
 
 /// The compensation and its nominal calibration.

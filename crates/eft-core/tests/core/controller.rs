@@ -165,6 +165,33 @@ proptest! {
     }
 }
 
+proptest! {
+    /// Anti-windup and NaN rule: only good samples are summed, up to a fifth of the opening.
+    #[test]
+    fn an_integral_part_adds_the_limited_sum_of_good_errors(
+        p in parameters(Realization::Digital), integral_gain in 0.1..100.0f64,
+        ticks in prop::collection::vec(rig::inputs(), 1..120),
+    ) {
+        // The step over an overlap depends on the integral.
+        let p = Parameters { valve_command: f64::MAX, valve_command_rate: f64::MAX, overlap: 0.0, ..p };
+        let with = Controller::<f64, 21>::new(&Parameters { integral_gain, ..p }).unwrap();
+        let without = Controller::<f64, 21>::new(&Parameters { integral_gain: 0.0, ..p }).unwrap();
+        let [mut state, mut plain] = [ControllerState::default(); 2];
+        let (mut sum, limit) = (0.0_f64, 0.2 / p.valve_gain);
+        for i in ticks.iter().map(input) {
+            let (out, like) = (step(&with, &mut state, &i), step(&without, &mut plain, &i));
+            prop_assert_eq!((out.status, out.compensation), (like.status, like.compensation));
+            if out.status & (status::INVALID_COMMAND | status::INVALID_MEASUREMENT) == 0 {
+                let added = out.valve_command - like.valve_command;
+                let rounding = 1e-12 * (1.0 + out.valve_command.abs());
+                prop_assert!((added - sum).abs() <= rounding, "{added} V, not {sum} V");
+                let error = p.force_sensitivity * (i.command - i.force);
+                sum = (sum + integral_gain * error / p.sample_rate).clamp(-limit, limit);
+            }
+        }
+    }
+}
+
 /// Calibrations side by side.
 fn side_by_side<T: Real, const L: usize>(single: &[Calibration<T>; L]) -> Calibration<Lanes<T, L>> {
     let of = |pick: fn(&Calibration<T>) -> T| Lanes::from_lanes(|lane| pick(&single[lane]));
@@ -253,7 +280,9 @@ macro_rules! totality {
                     let out = step(&c, &mut state, &tick);
                     prop_assert_eq!(out.valve_command.to_bits(), held.valve_command.to_bits());
                     prop_assert_eq!(out.compensation.to_bits(), held.compensation.to_bits());
-                    if out.status & (status::INVALID_COMMAND | status::INVALID_MEASUREMENT) == 0 {
+                    // An integral part sums up a force error that lasts.
+                    let rests = p.integral_gain == 0.0 || tick.command == tick.force;
+                    if rests && out.status & (status::INVALID_COMMAND | status::INVALID_MEASUREMENT) == 0 {
                         prop_assert_eq!(state, primed);
                     }
                     prop_assert_eq!(held.status, status::HELD);

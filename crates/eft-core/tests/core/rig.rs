@@ -172,12 +172,21 @@ pub(crate) fn inputs() -> impl Strategy<Value = Input<f64>> {
     )
 }
 
+/// Integral gain (1/s), friction (N) and overlap (1), each absent in half of the rigs.
+fn wear() -> impl Strategy<Value = [f64; 3]> {
+    let up_to = |most: f64| prop_oneof![Just(0.0), 0.0..most];
+    [up_to(40.0).boxed(), up_to(5.0e3).boxed(), up_to(0.05).boxed()]
+}
+
 /// Parameters near the paper's.
 pub(crate) fn parameters() -> impl Strategy<Value = Parameters<'static>> {
     let mode = prop::sample::select(vec![Mode::Off, Mode::Linear, Mode::Nonlinear]);
     let sign = prop::sample::select(vec![SignFrom::Spool, SignFrom::Demand]);
-    (mode, sign, 0.0..2.0f64, 0.0..0.02f64, 0.02..0.9f64, 500.0..20_000.0f64).prop_map(
-        |(mode, sign_from, level, response_delay, lead_alpha, sample_rate)| Parameters {
+    (mode, sign, 0.0..2.0f64, 0.0..0.02f64, 0.02..0.9f64, 500.0..20_000.0f64, wear()).prop_map(
+        |(mode, sign_from, level, response_delay, lead_alpha, sample_rate, wear)| Parameters {
+            integral_gain: wear[0],
+            friction: wear[1],
+            overlap: wear[2],
             mode,
             sign_from,
             level,
