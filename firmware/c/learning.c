@@ -60,6 +60,7 @@ static int run(void)
     eft_output_f32 out;
     position += velocity * (1.0f / 4096.0f);
     in.command = reported(tick, 1.0e4f, 2.0e3f * swing);
+    in.next_command = tick % 1013u == 1012u ? of_bits(0x7fc00000u) : 2.0e3f * triangle(tick + 1u);
     in.velocity = reported(tick, 1.0f, velocity);
     in.force = reported(tick, 1.5e5f, 1.9e3f * swing);
     in.spool = reported(tick, 1.0f, opening);

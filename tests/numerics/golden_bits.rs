@@ -19,18 +19,28 @@ fn digital(rig: &RigConfig) -> Parameters<'_> {
 fn host_computes_the_committed_bits() {
     let mut bits = String::new();
     for (name, rig) in [("zhao2005", RigConfig::zhao2005()), ("uneven", read("uneven"))] {
-        let parameters = eft_golden::without_gaps(digital(&rig));
+        let parameters = eft_golden::fixed(digital(&rig));
         let channel = <f32 as Precision>::channel(&parameters).unwrap();
         let compensation = Compensation::<f32, 21>::new(&parameters).unwrap();
         bits += &format!("{name} controller {:016x}\n", eft_golden::controller(&channel));
         bits += &format!("{name} compensation {:016x}\n", eft_golden::compensation(&compensation));
     }
-    for rig in [read("adaptive"), read("guarded")] {
+    for name in ["adaptive", "guarded", "worn"] {
+        let rig = read(name);
+        // The other rigs have the paper's gains, and no part of a worn one.
+        if name == "worn" {
+            let parameters = digital(&rig);
+            assert!(parameters.integral_gain > 0.0 && parameters.friction > 0.0 && parameters.overlap > 0.0);
+            assert!(parameters.look_ahead && parameters.learning.curve_correction);
+            let channel = <f32 as Precision>::channel(&eft_golden::fixed(parameters)).unwrap();
+            bits += &format!("{name} controller {:016x}\n", eft_golden::controller(&channel));
+        }
         let mut channel = RigChannel::<f32>::new(&digital(&rig), None).unwrap();
         let mut seen = 0;
         let hash = eft_golden::learning(|s| {
             let out = channel.step(&Input {
                 command: s.command.into(),
+                next_command: s.next_command.into(),
                 velocity: s.velocity.into(),
                 force: s.force.into(),
                 spool: s.spool.into(),
@@ -41,7 +51,7 @@ fn host_computes_the_committed_bits() {
             seen |= out.status;
             (out.voltage as f32, out.status)
         });
-        bits += &format!("{} learning {hash:016x}\n", rig.name.as_deref().unwrap());
+        bits += &format!("{name} learning {hash:016x}\n");
         // The run must include learning and a trip, or the hash would not cover them.
         let flow_gain = channel.calibration().unwrap().flow_gain;
         assert!((flow_gain - 1.0).abs() > 0.01, "{flow_gain}");

@@ -15,7 +15,7 @@ from eft.cli import main
 RIGS = Path(__file__).resolve().parents[2] / "firmware" / "rigs"
 
 
-@pytest.mark.parametrize("name", ["uneven", "adaptive", "guarded"])
+@pytest.mark.parametrize("name", ["uneven", "adaptive", "guarded", "worn"])
 @pytest.mark.parametrize(("target", "file"), [("rust", "src/{}.rs"), ("c", "{}.h")])
 def test_export_is_what_the_firmware_holds(target, file, name, tmp_path):
     rig, file = RIGS / f"{name}.toml", file.format(name)

@@ -61,6 +61,14 @@ def ticks():
     return np.concatenate([values.reshape(-1, 5), more])
 
 
+def next_commands(commands):
+    """The next tick's command of every tick, for a rig that looks ahead."""
+    with np.errstate(invalid="ignore"):
+        following = np.float32(0.9375) * commands
+    following[60::61] = np.nan
+    return following
+
+
 def regular(words, scales):
     signed = np.array(words, np.uint32).view(np.int32)
     return signed.astype(np.float32) * (scales / np.float32(2147483648.0))
@@ -68,9 +76,10 @@ def regular(words, scales):
 
 @pytest.fixture(scope="module")
 def learning():
-    """Command, velocity, force, spool, displacement and supply pressure of the run with learning."""
-    phase = (np.arange(STEPS) % 1024).astype(np.float32) / np.float32(256)
+    """Command, velocity, force, spool, displacement, supply pressure and next command of the run with learning."""
+    phase = (np.arange(STEPS + 1) % 1024).astype(np.float32) / np.float32(256)
     swing = np.where(phase < 2, phase - np.float32(1), np.float32(3) - phase)
+    following, swing = np.float32(2e3) * swing[1:], swing[:-1]
     opening = np.float32(0.3) * swing
     velocity = (np.float32(2.293) - np.float32(1.579) * abs(opening)) * opening
     position = np.cumsum(velocity * np.float32(1 / 4096), dtype=np.float32)
@@ -95,7 +104,8 @@ def learning():
     values = truth + regular(noise, np.tile(np.float32(5e-4) * scales, STEPS)).reshape(-1, 6)
     for n, channel, value in wrong:
         values[n, channel] = value
-    return values
+    following[1012::1013] = np.nan
+    return np.column_stack([values, following])
 
 
 def word(controller):
@@ -134,14 +144,30 @@ def test_python_computes_the_committed_bits(name, ticks):
     )
 
 
-@pytest.mark.parametrize("name", ["adaptive", "guarded"])
+def test_python_computes_the_committed_bits_of_a_worn_rig(ticks):
+    golden = dict(line.rsplit(" ", 1) for line in (FIRMWARE / "golden" / "bits.txt").read_text().splitlines())
+    # It learns nothing here, and starts from rest after a gap.
+    fixed = {"compensation.adaptive": False, "compensation.curve_correction": False}
+    rig = eft.Rig.from_toml(FIRMWARE / "rigs" / "worn.toml").replace(fixed)
+    controller = eft.Controller(rig, dtype="f32")
+
+    def step(command, velocity, force, spool, following):
+        return controller.step(command, velocity, force, spool, next_command=following)
+
+    rows = np.column_stack([ticks[:, :4], next_commands(ticks[:, 0])])
+    assert hashed(step, lambda: word(controller), rows) == golden["worn controller"]
+
+
+@pytest.mark.parametrize("name", ["adaptive", "guarded", "worn"])
 def test_python_learns_the_committed_bits(name, learning):
     golden = dict(line.rsplit(" ", 1) for line in (FIRMWARE / "golden" / "bits.txt").read_text().splitlines())
     controller = eft.Controller(eft.Rig.from_toml(FIRMWARE / "rigs" / f"{name}.toml"), dtype="f32")
 
-    def step(command, velocity, force, spool, displacement, pressure):
+    def step(command, velocity, force, spool, displacement, pressure, following):
         if name == "adaptive":
             return controller.step(command, velocity, force, spool)
+        if name == "worn":
+            return controller.step(command, velocity, force, spool, next_command=following)
         return controller.step(command, velocity, force, spool, pressure, displacement=displacement)
 
     assert hashed(step, lambda: word(controller), learning) == golden[f"{name} learning"]

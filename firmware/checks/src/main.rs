@@ -9,14 +9,18 @@ mod swap;
 use cortex_m::peripheral::Peripherals;
 use cortex_m_rt::{entry, exception};
 use eft_core::{Channel, Compensation, Learner, Parameters};
-use eft_rigs::{adaptive, guarded, uneven, zhao2005};
+use eft_rigs::{adaptive, guarded, uneven, worn, zhao2005};
 use semihosting::{eprintln, println, process};
 
-fn golden<const N: usize>(rig: &str, parameters: &Parameters) {
-    match Channel::<f32, N>::new(&eft_golden::without_gaps(*parameters)) {
+fn controller<const N: usize>(rig: &str, parameters: &Parameters) {
+    match Channel::<f32, N>::new(&eft_golden::fixed(*parameters)) {
         Ok(channel) => println!("{rig} controller {:016x}", eft_golden::controller(&channel)),
         Err(_) => fail("controller: refused"),
     }
+}
+
+fn golden<const N: usize>(rig: &str, parameters: &Parameters) {
+    controller::<N>(rig, parameters);
     match Compensation::<f32, N>::new(parameters) {
         Ok(core) => println!("{rig} compensation {:016x}", eft_golden::compensation(&core)),
         Err(_) => fail("compensation: refused"),
@@ -34,6 +38,8 @@ fn main() -> ! {
     golden::<{ uneven::POINTS }>("uneven", &uneven::PARAMETERS);
     learning("adaptive", &adaptive::CHANNEL, &adaptive::LEARNER);
     learning("guarded", &guarded::CHANNEL, &guarded::LEARNER);
+    controller::<{ worn::POINTS }>("worn", &worn::PARAMETERS);
+    learning("worn", &worn::CHANNEL, &worn::LEARNER);
     match faults::run() {
         Ok(survived) => eprintln!("faults: {survived} put in, all survived"),
         Err(failure) => fail(failure),

@@ -76,6 +76,8 @@ fn special(n: u32) -> f32 {
 pub struct Tick {
     /// Force command (N).
     pub command: f32,
+    /// The next tick's (N), for a rig that looks ahead: in proportion to the command, and NaN now and then.
+    pub next_command: f32,
     /// Piston velocity (m/s).
     pub velocity: f32,
     /// Force (N).
@@ -134,8 +136,9 @@ impl Iterator for Inputs {
                 };
             }
         }
-        self.n += 1;
         let [command, velocity, force, spool, further_flow] = channels;
-        Some(Tick { command, velocity, force, spool, further_flow })
+        let next_command = if self.n % 61 == 60 { f32::NAN } else { 0.9375 * command };
+        self.n += 1;
+        Some(Tick { command, next_command, velocity, force, spool, further_flow })
     }
 }

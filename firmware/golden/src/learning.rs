@@ -15,6 +15,8 @@ const LYING: u32 = 80_000;
 pub struct Sample {
     /// Force command (N).
     pub command: f32,
+    /// The next tick's (N), for a rig that looks ahead: without noise, and NaN now and then.
+    pub next_command: f32,
     /// Piston velocity (m/s).
     pub velocity: f32,
     /// Force (N).
@@ -30,8 +32,17 @@ pub struct Sample {
 impl Sample {
     /// As a channel takes it.
     pub fn input(&self) -> Input<f32> {
-        let Self { command, velocity, force, spool, displacement, supply_pressure } = *self;
-        Input { command, velocity, force, spool, displacement, supply_pressure, ..Input::default() }
+        let Self { command, next_command, velocity, force, spool, displacement, supply_pressure } = *self;
+        Input {
+            command,
+            next_command,
+            velocity,
+            force,
+            spool,
+            displacement,
+            supply_pressure,
+            ..Input::default()
+        }
     }
 }
 
@@ -62,6 +73,7 @@ pub fn learning(mut step: impl FnMut(&Sample) -> (f32, u32)) -> u64 {
         let mut report = |scale: f32, truth: f32| report(&mut random, tick, scale, truth);
         let sample = Sample {
             command: report(1.0e4, 2.0e3 * swing),
+            next_command: if tick % 1013 == 1012 { f32::NAN } else { 2.0e3 * triangle(tick + 1) },
             velocity: report(1.0, velocity),
             force: report(1.5e5, 1.9e3 * swing),
             spool: report(1.0, opening),

@@ -3,7 +3,7 @@
 //! and Python generate the same inputs by code of their own.
 //!
 //! `bits.txt` holds the hashes. If a hash changes, firmware computes something else. The inputs of the controller have
-//! invalid samples for up to 80 ms in a row. After them it continues from its last state, by [`without_gaps`].
+//! invalid samples for up to 80 ms in a row. [`fixed`] says how a rig goes on after them.
 #![no_std]
 
 mod inputs;
@@ -12,7 +12,9 @@ mod learning;
 pub use inputs::{Inputs, SPECIAL, STEPS, Tick, Xorshift};
 pub use learning::{Sample, learning};
 
-use eft_core::{Channel, Compensation, CompensationInput, CompensationState, Input, Learner, Parameters};
+use eft_core::{
+    Channel, Compensation, CompensationInput, CompensationState, Input, Learner, Learning, Parameters,
+};
 
 /// The committed hashes: rig, replay, hash.
 pub const BITS: &str = include_str!("../bits.txt");
@@ -35,17 +37,23 @@ impl Hash {
     }
 }
 
-/// As the paper's controller, which continues from its last state after any gap.
-pub const fn without_gaps(parameters: Parameters<'_>) -> Parameters<'_> {
-    Parameters { gap_time: f64::MAX, ..parameters }
+/// The parameters of a rig that learns nothing. One that would learn starts from rest after a gap. Any other continues
+/// from its last state, as the paper's controller.
+pub const fn fixed(parameters: Parameters<'_>) -> Parameters<'_> {
+    if parameters.learning.is_on() {
+        Parameters { learning: Learning::OFF, ..parameters }
+    } else {
+        Parameters { gap_time: f64::MAX, ..parameters }
+    }
 }
 
-/// Valve command and flags of every tick, of a rig [`without_gaps`].
+/// Valve command and flags of every tick, of a [`fixed`] rig.
 pub fn controller<const N: usize>(channel: &Channel<f32, N>) -> u64 {
     let (mut hash, mut state) = (Hash::EMPTY, channel.at_rest());
     for t in Inputs::new() {
-        let Tick { command, velocity, force, spool, .. } = t;
-        let out = channel.step(&mut state, &Input { command, velocity, force, spool, ..Input::default() });
+        let Tick { command, next_command, velocity, force, spool, .. } = t;
+        let input = Input { command, next_command, velocity, force, spool, ..Input::default() };
+        let out = channel.step(&mut state, &input);
         hash.add(out.voltage.to_bits());
         hash.add(out.status);
     }

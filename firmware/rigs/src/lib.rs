@@ -9,4 +9,6 @@ pub mod guarded;
 #[rustfmt::skip]
 pub mod uneven;
 #[rustfmt::skip]
+pub mod worn;
+#[rustfmt::skip]
 pub mod zhao2005;

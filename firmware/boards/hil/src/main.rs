@@ -11,7 +11,7 @@ use cortex_m_rt::{entry, exception};
 use eft_core::{
     Calibration, Channel, ChannelState, Compensation, Input, LearnerState, Output, Parameters, Window,
 };
-use eft_rigs::{adaptive, guarded, uneven, zhao2005};
+use eft_rigs::{adaptive, guarded, uneven, worn, zhao2005};
 
 use cycles::{Counter, Cycles};
 use report::{exit, line};
@@ -27,10 +27,15 @@ fn compare(rig: &str, replay: &str, hash: u64) -> bool {
     equal
 }
 
-/// The bits of a rig that learns nothing; 0 where it is refused.
+/// The bits of a controller that learns nothing; 0 where the rig is refused.
+fn controller<const N: usize>(rig: &str, parameters: &Parameters) -> bool {
+    let channel = Channel::<f32, N>::new(&eft_golden::fixed(*parameters));
+    compare(rig, "controller", channel.as_ref().map_or(0, eft_golden::controller))
+}
+
+/// The same, and the bits of its compensation.
 fn fixed<const N: usize>(rig: &str, parameters: &Parameters) -> bool {
-    let channel = Channel::<f32, N>::new(&eft_golden::without_gaps(*parameters));
-    let controller = compare(rig, "controller", channel.as_ref().map_or(0, eft_golden::controller));
+    let controller = controller::<N>(rig, parameters);
     let compensation =
         Compensation::<f32, N>::new(parameters).map_or(0, |core| eft_golden::compensation(&core));
     compare(rig, "compensation", compensation) && controller
@@ -86,9 +91,11 @@ fn main() -> ! {
     line!("| --- | --- | --- | --- |");
     let mut equal = fixed::<{ zhao2005::POINTS }>("zhao2005", &zhao2005::PARAMETERS);
     equal &= fixed::<{ uneven::POINTS }>("uneven", &uneven::PARAMETERS);
+    equal &= controller::<{ worn::POINTS }>("worn", &worn::PARAMETERS);
     let learns = [
         subject!(adaptive, Some((adaptive::LEARNER.at_rest(), |s, w| adaptive::LEARNER.update(s, w)))),
         subject!(guarded, Some((guarded::LEARNER.at_rest(), |s, w| guarded::LEARNER.update(s, w)))),
+        subject!(worn, Some((worn::LEARNER.at_rest(), |s, w| worn::LEARNER.update(s, w)))),
     ]
     .map(|subject| {
         let rig = subject.rig;

@@ -190,7 +190,7 @@ fn firmware_holds_what_its_rigs_export() {
         let text = std::fs::read_to_string(format!("{firmware}/{name}.toml")).unwrap();
         RigConfig::from_toml(&text).unwrap()
     };
-    for name in ["zhao2005", "uneven", "adaptive", "guarded"] {
+    for name in ["zhao2005", "uneven", "adaptive", "guarded", "worn"] {
         let rig = if name == "zhao2005" { RigConfig::zhao2005() } else { read(name) };
         // The firmware closes the force loop itself.
         let rig = rig.replace(&[("controller.realization", "digital".into())]).unwrap();
