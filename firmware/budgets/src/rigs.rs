@@ -1,7 +1,7 @@
 //! The rigs that are measured.
 
 use eft_core::{Learning, Parameters, PlausibilityParameters, ProtectionParameters};
-use eft_rigs::guarded;
+use eft_rigs::{guarded, worn};
 
 macro_rules! made {
     ($e:expr) => {
@@ -43,9 +43,8 @@ pub const WATCHED: Parameters = Parameters {
 /// The self-calibrating rig with the integral part of the designed force loop.
 pub const ROBUST: Parameters = Parameters { integral_gain: 4.0, ..SELF_CALIBRATING };
 
-/// The same with the corrected flow table, the friction of the seals and the overlap of the spool.
-pub const WORN: Parameters =
-    Parameters { friction: 800.0, overlap: 1e-3, learning: CURVE.learning, ..ROBUST };
+/// The rig `worn` without look-ahead.
+pub const WORN: Parameters = Parameters { look_ahead: false, ..worn::PARAMETERS };
 
 /// The worst permitted table: its knots near null are closer than the cells of its index, in both directions.
 /// Everything is learned.

@@ -3,7 +3,7 @@
 use core::hint::black_box;
 
 use eft_core::*;
-use eft_rigs::guarded;
+use eft_rigs::{guarded, worn};
 use semihosting::println;
 
 use crate::blocks::*;
@@ -39,7 +39,7 @@ pub fn run() {
         ("paper_tick", paper_tick as Step, &PLAIN, None),
         ("self_calibrating_tick", self_calibrating_tick, &LEARNING, learner),
         ("robust_tick", robust_tick, &INTEGRATING, learner),
-        ("worn_tick", worn_tick, &WITH_WEAR, corrector),
+        ("worn_tick", worn_tick, &WITH_WEAR, Some(&worn::LEARNER)),
         ("self_calibrating_curve_tick", self_calibrating_curve_tick, &CORRECTING, corrector),
         ("crowded_tick", crowded_tick, &NEAR_NULL, near_null),
         ("guarded_tick", guarded_tick, &guarded::CHANNEL, Some(&guarded::LEARNER)),
