@@ -1,14 +1,15 @@
-"""Self-calibration with late or noisy sensors, and with valves that differ by direction.
+"""Self-calibration with late or noisy sensors, and with valves of another curve.
 
 ``python docs/evidence/learning_cases.py LABEL`` runs every test and stores its results under this label in
-``data/learning_cases.csv``. `report` makes the table of the page. The same label replaces its rows.
+``data/learning_cases.csv``. The label "designed loop" runs only the curves, with that loop. `report` makes
+the tables of the page. The same label replaces its rows.
 """
 
 import csv
 import math
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,6 +29,7 @@ SCHEMES: dict[str, dict[str, object]] = {
     "curve": ADAPTIVE | {"compensation.curve_correction": True},
 }
 TODAY = "shape of the curve"
+DESIGNED = "designed loop"
 # The columns of the page: label, scheme, title.
 SHOWN = (
     (TODAY, "fixed", "fixed, with feedforward"),
@@ -94,6 +96,32 @@ def by_direction(share: float) -> dict[str, object]:
     return {"servovalve.flow_table.flows": flows}
 
 
+def with_kink(share: float) -> dict[str, object]:
+    """A valve with a share less flow up to 15 % of opening, and with that of the table from the next knot on."""
+    table = eft.Rig.zhao2005()["servovalve.flow_table"]
+    openings = sorted({*table["openings"], -0.15, 0.15})
+    flows = np.interp(openings, table["openings"], table["flows"])
+    flows = [float(q) * (1 - share if abs(x) <= 0.15 else 1) for x, q in zip(openings, flows, strict=True)]
+    return {"servovalve.flow_table.openings": openings, "servovalve.flow_table.flows": flows}
+
+
+def with_s(share: float) -> dict[str, object]:
+    """A valve with up to a share more flow below 30 % of opening, and less from there to 60 %."""
+    table = eft.Rig.zhao2005()["servovalve.flow_table"]
+    pairs = zip(table["openings"], table["flows"], strict=True)
+    flows = [q * (1 + share * math.sin(math.pi * min(abs(x), 0.6) / 0.3)) for x, q in pairs]
+    return {"servovalve.flow_table.flows": flows}
+
+
+def curves() -> Iterator[Case]:
+    """Every row of the table of the designed loop."""
+    loop = {"controller.force_loop": "robust", "compensation.look_ahead": True}
+    yield Case("sound calibration", {}, loop)
+    yield Case("flow ±8 % by direction", by_direction(0.08), loop)
+    yield Case("S curve of ±10 %", with_s(0.1), loop)
+    yield Case("kink: 20 % less up to 15 % of opening", with_kink(0.2), loop)
+
+
 def cases() -> Iterator[Case]:
     """Every row of the table."""
     yield Case("sound calibration")
@@ -128,7 +156,8 @@ def read() -> list[dict[str, str]]:
 def main(label: str) -> None:
     """Runs every test, and stores the results under a label."""
     kept = [row for row in read() if row["label"] != label] if RESULTS.exists() else []
-    jobs = [(case, scheme, amplitude) for case in cases() for scheme in SCHEMES for amplitude in AMPLITUDES]
+    tests = list(curves() if label == DESIGNED else cases())
+    jobs = [(case, scheme, amplitude) for case in tests for scheme in SCHEMES for amplitude in AMPLITUDES]
 
     def row(job: tuple[Case, str, float]) -> dict[str, str]:
         case, scheme, amplitude = job
@@ -142,8 +171,9 @@ def main(label: str) -> None:
     write_text(RESULTS, "\n".join(text) + "\n")
 
 
-def table() -> str:
-    """Force over command, 2.2 and 8.9 kN in each cell."""
+def table(cases: Iterable[Case], shown: Iterable[tuple[str, str, str]]) -> str:
+    """Force over command, 2.2 and 8.9 kN in each cell, with a label and a scheme in each column."""
+    shown = list(shown)
     found = {
         (
             row["label"],
@@ -157,17 +187,20 @@ def table() -> str:
     def cell(label: str, case: str, scheme: str) -> str:
         return " / ".join(found[label, case, scheme, amplitude] for amplitude in AMPLITUDES)
 
-    lines = ["| case | " + " | ".join(title for *_, title in SHOWN) + " |"]
-    lines.append("| --- " * (1 + len(SHOWN)) + "|")
-    for case in cases():
-        cells = " | ".join(cell(label, case.name, scheme) for label, scheme, _ in SHOWN)
+    lines = ["| case | " + " | ".join(title for *_, title in shown) + " |"]
+    lines.append("| --- " * (1 + len(shown)) + "|")
+    for case in cases:
+        cells = " | ".join(cell(label, case.name, scheme) for label, scheme, _ in shown)
         lines.append(f"| {case.name} | {cells} |")
     return "\n".join(lines) + "\n"
 
 
 def report(folder: Path) -> None:
-    """The table that the page includes."""
-    write_text(folder / "learning_cases.md", table())
+    """The tables that the page includes."""
+    write_text(folder / "learning_cases.md", table(cases(), SHOWN))
+    designed = [(DESIGNED, "fixed", "fixed, with feedforward")]
+    designed += [(DESIGNED, scheme, scheme) for scheme in SCHEMES if scheme != "fixed"]
+    write_text(folder / "learning_curves.md", table(curves(), designed))
 
 
 if __name__ == "__main__":
