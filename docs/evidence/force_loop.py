@@ -142,7 +142,7 @@ SWEEP = "sweep of {} kN, 0 to 10 Hz in 32 s"
 
 
 def reached() -> str:
-    """Force errors of the designed loop on a rig that is as configured, the largest of three seeds of noise."""
+    """Force errors of the designed loop on a rig that is as configured, the largest of three seeds."""
     earthquake = eft.effective_force(eft.read_record(RECORD), mass=7040.0, sample_rate=4096.0)
     large, small = (eft.sine_sweep(amplitude, 0.0, 10.0, 32.0, 4096.0) for amplitude in (8900.0, 2200.0))
     noisy = [noise(seed) for seed in (1, 2, 3)]

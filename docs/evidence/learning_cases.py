@@ -97,7 +97,7 @@ def by_direction(share: float) -> dict[str, object]:
 
 
 def with_kink(share: float) -> dict[str, object]:
-    """A valve with a share less flow up to 15 % of opening, and with that of the table from the next knot on."""
+    """A valve with a share less flow up to 15 % of opening, and the table's flow from the next knot on."""
     table = eft.Rig.zhao2005()["servovalve.flow_table"]
     openings = sorted({*table["openings"], -0.15, 0.15})
     flows = np.interp(openings, table["openings"], table["flows"])

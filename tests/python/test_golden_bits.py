@@ -76,7 +76,7 @@ def regular(words, scales):
 
 @pytest.fixture(scope="module")
 def learning():
-    """Command, velocity, force, spool, displacement, supply pressure and next command of the run with learning."""
+    """Command, velocity, force, spool, displacement, supply pressure and next command of the learning run."""
     phase = (np.arange(STEPS + 1) % 1024).astype(np.float32) / np.float32(256)
     swing = np.where(phase < 2, phase - np.float32(1), np.float32(3) - phase)
     following, swing = np.float32(2e3) * swing[1:], swing[:-1]
