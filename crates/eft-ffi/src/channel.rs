@@ -227,6 +227,7 @@ functions! {
 
     /// Continues a state under a new configuration, without a jump. Call it after eft_take_channel for each state. The
     /// calibration stays in use until the new learner publishes, unless the new configuration learns nothing.
+    /// It keeps 1/(G_p*K_s) of its own configuration, so change these gains at rest or while nothing is learned.
     fn eft_take_over_f32 eft_take_over_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         made(channel)?.take_over(&mut *made(state)?.state.get());
         Ok(())
