@@ -50,14 +50,16 @@ def report(folder: Path) -> None:
     text = ["| sensor, fault | " + " | ".join(sizes) + " |", "| --- " * (1 + len(sizes)) + "|"]
     for signal, kind in CASES:
         cells = [
-            f"{_after(row)}{missed(row)}; "
-            f"{float(row['force']):.2f}"
+            f"{_after(row)}{missed(row)}; {float(row['force']):.2f}"
             for row in of_size
             if (row["signal"], row["kind"]) == (signal, kind)
         ]
         text.append(f"| {signal} {kind} | " + " | ".join(cells) + " |")
     beyond, tests = (sum(int(row[key]) for row in of_size) for key in ("beyond", "moments"))
-    text += ["", "A cell has the median and the worst time to notice a fault, and the largest force over its trip"]
+    text += [
+        "",
+        "A cell has the median and the worst time to notice a fault, and the largest force over its trip",
+    ]
     text += [f"level. The force exceeds 1.75 times the level in {beyond} of {tests} tests.", ""]
     write_text(folder / "safety_sizes.md", "\n".join(text))
     text = [
