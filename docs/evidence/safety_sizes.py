@@ -72,13 +72,14 @@ def sizes(moments: int) -> Iterator[dict[str, object]]:
             chosen = [excitations[moment % len(excitations)] for moment in range(moments)]
             starts = [random.uniform(first, last) for _, first, last in chosen]
             begins = [int(np.ceil(start * RATE)) for start in starts]
+            forces_of = [values for values, _, _ in chosen]
 
             def rig_of(
                 moment: int,
                 rig: eft.Rig = rig,
                 case: tuple[str, str] = (signal, kind),
                 starts: list[float] = starts,
-                values: list[np.ndarray] = [values for values, _, _ in chosen],
+                values: list[np.ndarray] = forces_of,
             ) -> tuple[eft.Rig, eft.Command]:
                 changes = safety.fault(*case, starts[moment]) | SCHEMES[moment // 3 % 2]
                 end = int(np.ceil(starts[moment] * RATE)) + int(2.0 * RATE)
