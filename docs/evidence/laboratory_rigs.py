@@ -244,7 +244,8 @@ def shares(data: dict[str, np.ndarray]) -> str:
 
 def percent(reached: np.ndarray) -> str:
     """A share as a text."""
-    return f"{100 * reached.mean():.0f} %"
+    share = 100 * float(reached.mean())
+    return f"{share:.1f} %" if 0 < share < 1 else f"{share:.0f} %"
 
 
 def by_draws(data: dict[str, np.ndarray]) -> str:

@@ -117,7 +117,7 @@ def test_the_command_line_saves_it_and_starts_from_it(
         (["--save-calibration", "test.eft"], "must be another file"),
         (["--set=compensation.adaptive=false", "--calibration", "first.toml"], "nothing is learned"),
         (["--calibration", "rig.toml"], "section [calibration] and nothing else"),
-        (["--calibration", "broken.toml"], "--calibration broken.toml: "),
+        (["--calibration", "broken.toml"], "broken.toml, line 1, column 13: unclosed table"),
     ):
         assert main([*test, *options]) != 0
         assert message in capsys.readouterr().err

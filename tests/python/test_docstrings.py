@@ -60,7 +60,11 @@ SILENT = {
 
 def own(kind):
     """The public attributes that a class of the package defines."""
-    return {name: thing for name, thing in vars(kind).items() if not name.startswith("_")}
+    return {
+        name: thing
+        for name, thing in sorted(vars(kind).items(), key=lambda item: item[0])
+        if not name.startswith("_")
+    }
 
 
 METHODS = {
