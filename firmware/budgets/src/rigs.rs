@@ -40,11 +40,11 @@ pub const WATCHED: Parameters = Parameters {
     ..CURVE
 };
 
-/// The self-calibrating rig with the integral part of the designed force loop.
-pub const ROBUST: Parameters = Parameters { integral_gain: 4.0, ..SELF_CALIBRATING };
+/// The self-calibrating rig with the integral part of the designed force loop and with look-ahead.
+pub const ROBUST: Parameters = Parameters { integral_gain: 4.0, look_ahead: true, ..SELF_CALIBRATING };
 
-/// The rig `worn` without look-ahead.
-pub const WORN: Parameters = Parameters { look_ahead: false, ..worn::PARAMETERS };
+/// Every part of a tick without velocity estimate and protection.
+pub const WORN: Parameters = worn::PARAMETERS;
 
 /// The worst permitted table: its knots near null are closer than the cells of its index, in both directions.
 /// Everything is learned.
