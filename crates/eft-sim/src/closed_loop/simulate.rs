@@ -73,6 +73,11 @@ impl Default for SimulateOptions {
     }
 }
 
+/// What replaces the rig's controller, and its structure.
+type Replaced = (Option<Outside>, Option<Specimen>);
+/// Whether to go on, from the ticks done and all.
+type GoOn<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
+
 /// Runs `command` on `rig` with the controller in the precision `P`. The digital side runs at the command's
 /// sample rate.
 ///
@@ -141,19 +146,40 @@ pub(crate) fn simulate_controlled(
     Ok(in_width(Width::Single, rig, commands, options, outside, &mut go_on)?.swap_remove(0))
 }
 
-// Not generic, so that the test in either precision is compiled here once.
+// Inlined, so that a program with one precision contains one. The test in each is compiled here once.
+#[inline(always)]
 fn in_width(
     width: Width,
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    outside: (Option<Outside>, Option<Specimen>),
-    go_on: &mut dyn FnMut(usize, usize) -> bool,
+    outside: Replaced,
+    go_on: GoOn<'_>,
 ) -> Result<Vec<TestRun>> {
     match width {
-        Width::Single => through::<f32>(rig, commands, options, outside, go_on),
-        Width::Double => through::<f64>(rig, commands, options, outside, go_on),
+        Width::Single => in_single(rig, commands, options, outside, go_on),
+        Width::Double => in_double(rig, commands, options, outside, go_on),
     }
+}
+
+fn in_single(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+    outside: Replaced,
+    go_on: GoOn<'_>,
+) -> Result<Vec<TestRun>> {
+    through::<f32>(rig, commands, options, outside, go_on)
+}
+
+fn in_double(
+    rig: &RigConfig,
+    commands: &[Command],
+    options: &SimulateOptions,
+    outside: Replaced,
+    go_on: GoOn<'_>,
+) -> Result<Vec<TestRun>> {
+    through::<f64>(rig, commands, options, outside, go_on)
 }
 
 /// A test of the paper's plant whose digital side is the channel and the learner of the firmware: what tests hold
@@ -262,8 +288,8 @@ fn through<P: Precision>(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    (outside, specimen): (Option<Outside>, Option<Specimen>),
-    go_on: &mut dyn FnMut(usize, usize) -> bool,
+    (outside, specimen): Replaced,
+    go_on: GoOn<'_>,
 ) -> Result<Vec<TestRun>> {
     let (sample_rate, _) = check_commands(rig, commands)?;
     let grid = options.grid(rig, sample_rate)?;
