@@ -6,7 +6,7 @@ use eft_core::{
     LoadPressure, Output, PiecewiseLinear, Protected, Protection, ProtectionInput, ProtectionState,
     VelocityObserver, VelocityObserverState, Window,
 };
-use eft_rigs::guarded;
+use eft_rigs::{guarded, worn};
 
 use crate::rigs::{CROWDED, CURVE, PAPER, ROBUST, SELF_CALIBRATING, WATCHED, WORN, made};
 
@@ -62,6 +62,7 @@ tick!(paper_tick, PAPER);
 tick!(self_calibrating_tick, SELF_CALIBRATING);
 tick!(robust_tick, ROBUST);
 tick!(worn_tick, WORN);
+tick!(every_part_tick, worn::PARAMETERS);
 tick!(self_calibrating_curve_tick, CURVE);
 tick!(crowded_tick, CROWDED);
 tick!(guarded_tick, guarded::PARAMETERS);

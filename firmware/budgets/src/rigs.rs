@@ -43,8 +43,8 @@ pub const WATCHED: Parameters = Parameters {
 /// The self-calibrating rig with the integral part of the designed force loop and with look-ahead.
 pub const ROBUST: Parameters = Parameters { integral_gain: 4.0, look_ahead: true, ..SELF_CALIBRATING };
 
-/// Every part of a tick without velocity estimate and protection.
-pub const WORN: Parameters = worn::PARAMETERS;
+/// The rig `worn` without look-ahead.
+pub const WORN: Parameters = Parameters { look_ahead: false, ..worn::PARAMETERS };
 
 /// The worst permitted table: its knots near null are closer than the cells of its index, in both directions.
 /// Everything is learned.

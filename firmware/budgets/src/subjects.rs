@@ -40,6 +40,7 @@ pub fn run() {
         ("self_calibrating_tick", self_calibrating_tick, &LEARNING, learner),
         ("robust_tick", robust_tick, &INTEGRATING, learner),
         ("worn_tick", worn_tick, &WITH_WEAR, Some(&worn::LEARNER)),
+        ("every_part_tick", every_part_tick, &worn::CHANNEL, Some(&worn::LEARNER)),
         ("self_calibrating_curve_tick", self_calibrating_curve_tick, &CORRECTING, corrector),
         ("crowded_tick", crowded_tick, &NEAR_NULL, near_null),
         ("guarded_tick", guarded_tick, &guarded::CHANNEL, Some(&guarded::LEARNER)),
