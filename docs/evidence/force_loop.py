@@ -52,6 +52,11 @@ OIL_COLUMN = {
         "actuator.attachment_stiffness": 5e8,
         "sensors.motion_at": "structure",
     },
+    "play of 0.02 mm, motion of the piston": {"actuator.attachment_play": 2e-5},
+    "play of 0.02 mm, motion of the structure": {
+        "actuator.attachment_play": 2e-5,
+        "sensors.motion_at": "structure",
+    },
     "flow gain 1.35": {"servovalve.flow_gain_scale": 1.35},
     "underlap of 0.2 %": {"servovalve.overlap": -0.002},
     "null bias of 2 %": {"servovalve.null_bias": 0.02},

@@ -112,6 +112,7 @@ fn energy_adds_up_with_an_attachment_unequal_areas_and_lapped_lands() {
             ("servovalve.torque_motor_frequency", 300.0.into()),
             ("actuator.area_ratio", area_ratio.into()),
             ("actuator.attachment_stiffness", 5e8.into()),
+            ("actuator.attachment_play", 5e-5.into()),
             ("actuator.dead_length", 0.01.into()),
             ("controller.proportional_gain", 0.3.into()),
             ("compensation.level", level.into()),

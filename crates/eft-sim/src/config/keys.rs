@@ -41,6 +41,7 @@ pub static KEYS: &[Key] = &[
     key("actuator.dead_length", "m", Float(1e-4, 1e3), Optional, "remaining length of a chamber at the end of the stroke, volume over area; absent means constant volumes"),
     key("actuator.area_ratio", "", Float(0.1, 10.0), float(1.0), "area of the piston's side that pushes over `actuator.piston_area`, the side that pulls; the flow curve is that of equal areas"),
     key("actuator.attachment_stiffness", "N/m", Float(1e3, 1e15), Optional, "stiffness of clevises and load cell between piston and structure; absent means rigid"),
+    key("actuator.attachment_play", "m", Float(0.0, 1e-2), float(0.0), "play of clevises and load cell from one side to the other"),
     key("actuator.friction", "N", Float(0.0, 1e9), float(0.0), "Coulomb friction of the seals"),
     key("actuator.friction_velocity", "m/s", Float(1e-6, 1.0), float(1e-3), "velocity below which the friction falls to zero"),
     key("actuator.bypass_flow", "m³/s", Float(0.0, 1.0), float(0.0), "bypass valve across the piston, which opens after a trip: flow of the open valve at a load pressure of 1 MPa; 0 means no bypass valve"),
@@ -150,7 +151,7 @@ pub static KEYS: &[Key] = &[
     key("structure.stories.stiffnesses", "N/m", Floats(1, 64, 1e-3, 1e15), BUILDING, "stiffness of the columns below each floor"),
 
     key("sensors.seed", "", Int(0, i64::MAX), int(0), "seed of all noise"),
-    key("sensors.motion_at", "", Choice(MotionAt::WORDS), Need::Default(Preset::Text("piston")), "side of the attachment whose displacement and velocity are measured, if `actuator.attachment_stiffness` is given"),
+    key("sensors.motion_at", "", Choice(MotionAt::WORDS), Need::Default(Preset::Text("piston")), "side of the attachment whose displacement and velocity are measured, if it has a stiffness or a play"),
     key("sensors.cell_mass", "kg", Float(0.0, 1e9), Optional, "mass between load cell and piston, part of the structure's"),
     key("sensors.force.gain", "", Float(1e-2, 1e2), float(1.0), "load cell: gain, reading over true value"),
     key("sensors.force.noise", "N", Float(0.0, 1e9), float(0.0), "load cell: standard deviation of the noise per sample"),

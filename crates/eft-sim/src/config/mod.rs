@@ -120,9 +120,10 @@ pub fn calibration_section(saved: &SavedCalibration) -> Option<toml::Value> {
 }
 
 impl RigConfig {
-    /// Whether the motion is measured at a piston with an elastic attachment.
+    /// Whether the motion is measured at a piston that moves relative to the structure.
     pub(crate) fn piston_moves_alone(&self) -> bool {
-        self.actuator.attachment_stiffness.is_some() && self.sensors.motion_at == MotionAt::Piston
+        let moves = self.actuator.attachment_stiffness.is_some() || self.actuator.attachment_play > 0.0;
+        moves && self.sensors.motion_at == MotionAt::Piston
     }
 
     /// Reads a configuration from TOML text.

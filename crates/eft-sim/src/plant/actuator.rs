@@ -1,13 +1,14 @@
-//! The actuator, Eq. (7): `K_a·Ṗ_L = Q_L − C_l·P_L − A·ẋ`, and the spring that attaches it to the structure.
+//! The actuator, Eq. (7): `K_a·Ṗ_L = Q_L − C_l·P_L − A·ẋ`, with its attachment to the structure.
 
 use eft_core::Scalar;
 
 use crate::config::RigConfig;
 use crate::lanes::Num;
+use crate::plant::attachment::Attachment;
 
 /// Chambers and piston.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Actuator<S> {
+pub(crate) struct Actuator<S: Num> {
     area: S,
     leakage: S,
     /// 1 over the compressibility (Pa/m³) of oil and attachment. With an attachment of stiffness `k` the
@@ -15,10 +16,11 @@ pub(crate) struct Actuator<S> {
     per_compressibility: S,
     /// The oil's share (1) of the compressibility.
     share_of_oil: S,
-    /// Whether any lane's motion is measured at a piston that moves relative to the structure. `yielding` is
-    /// `A/k` (m/Pa).
+    attachment: Attachment<S>,
+    /// Whether any lane's motion is measured at a piston that moves relative to the structure, and 1 in the
+    /// lanes in which it is.
     yields: bool,
-    yielding: S,
+    at_piston: S,
     stroke: S,
     /// Whether any lane has chambers of variable volume.
     has_chambers: bool,
@@ -34,11 +36,9 @@ impl<S: Num> Actuator<S> {
             leakage: S::from_lanes(|i| rig(i).actuator.leakage),
             per_compressibility: S::from_lanes(|i| 1.0 / compressibility(i)),
             share_of_oil: S::from_lanes(|i| rig(i).actuator.compressibility / compressibility(i)),
+            attachment: Attachment::pack(&rig),
             yields: (0..S::LANES).any(|i| rig(i).piston_moves_alone()),
-            yielding: S::from_lanes(|i| match rig(i).piston_moves_alone() {
-                true => rig(i).actuator.attachment_compressibility() / rig(i).actuator.piston_area,
-                false => 0.0,
-            }),
+            at_piston: S::from_lanes(|i| f64::from(u8::from(rig(i).piston_moves_alone()))),
             stroke: S::from_lanes(|i| rig(i).actuator.stroke),
             has_chambers: (0..S::LANES).any(|i| rig(i).actuator.dead_length.is_some()),
             per_chamber_length: S::from_lanes(|i| {
@@ -66,13 +66,17 @@ impl<S: Num> Actuator<S> {
         self.yields
     }
 
-    /// Displacement (m) and velocity (m/s) at the measured side, from those of the structure, the load
-    /// pressure (Pa) and its rate (Pa/s). The piston has no mass, and seals and stops act on the structure's
-    /// side.
+    /// Displacement (m) and velocity (m/s) at the measured side, from those of the structure, and load pressure
+    /// and filling (Pa) with their rates (Pa/s).
     #[inline(always)]
-    pub(crate) fn measured_motion(&self, at: [S; 2], load_pressure: S, pressure_rate: S) -> [S; 2] {
-        let [displacement, velocity] = at;
-        [displacement + self.yielding * load_pressure, velocity + self.yielding * pressure_rate]
+    pub(crate) fn measured_motion(&self, at: [S; 2], load_pressure: [S; 2], filling: [S; 2]) -> [S; 2] {
+        std::array::from_fn(|i| at[i] + self.at_piston * self.attachment.lead(load_pressure[i], filling[i]))
+    }
+
+    /// Load pressure (Pa) at a filling (Pa) of the chambers.
+    #[inline(always)]
+    pub(crate) fn load_pressure(&self, filling: S) -> S {
+        self.attachment.load_pressure(filling)
     }
 
     /// Where the piston (m) is beyond its stroke.
@@ -84,10 +88,19 @@ impl<S: Num> Actuator<S> {
     /// As [`rate`](Self::rate), with chambers whose volumes depend on the displacement (m): `V_0 ± A·x` in
     /// series give `K_a(x) = K_a·(1 − (x/l)²)`, where `l = V_0/A` is the sum of stroke and dead length
     /// (Merritt 1967).
+    ///
+    /// Returns the rates (Pa/s) of load pressure and filling. Within the play of the attachment the load pressure stays zero.
     #[inline(always)]
-    pub(crate) fn rate_at(&self, load_flow: S, load_pressure: S, displacement: S, velocity: S) -> S {
-        let rate = self.rate(load_flow, load_pressure, velocity);
-        if self.has_chambers { rate / self.relative_compressibility(displacement) } else { rate }
+    pub(crate) fn rates_at(&self, load_flow: S, load_pressure: S, displacement: S, velocity: S) -> [S; 2] {
+        let in_the_middle = self.rate(load_flow, load_pressure, velocity);
+        let rate = match self.has_chambers {
+            true => in_the_middle / self.relative_compressibility(displacement),
+            false => in_the_middle,
+        };
+        match self.attachment.within_play(load_pressure) {
+            None => [rate, rate],
+            Some(play) => [S::select(play, S::splat(0.0), rate), S::select(play, in_the_middle, rate)],
+        }
     }
 
     /// Power (W) lost by leakage across the piston.
@@ -143,14 +156,15 @@ mod tests {
             1.0 / (1.0 / near + 1.0 / far)
         };
         for x in [-0.1, 0.0, 0.05, 0.12] {
-            let rate = actuator.rate_at(1e-3, 0.0, x, 0.0);
+            let rate = actuator.rates_at(1e-3, 0.0, x, 0.0)[0];
             assert!((rate * compressibility(x) / 1e-3 - 1.0).abs() < 1e-12, "at {x} m");
             let stored = |x| actuator.stored(5e6, x);
             let numeric = (stored(x + 1e-6) - stored(x - 1e-6)) / 2e-6;
             assert!((actuator.swept_power(5e6, x, 1.0) - numeric).abs() < 1e-6 * stored(0.0) / half);
         }
         assert!(
-            (actuator.rate_at(1e-3, 0.0, 0.0, 0.0) * rig.actuator.compressibility / 1e-3 - 1.0).abs() < 1e-12
+            (actuator.rates_at(1e-3, 0.0, 0.0, 0.0)[0] * rig.actuator.compressibility / 1e-3 - 1.0).abs()
+                < 1e-12
         );
     }
 
@@ -165,7 +179,7 @@ mod tests {
         let series = 1.0 / (1.0 / oil + 1.0 / stiffness);
         assert!((a.piston_area * rate / (0.2 * series) - 1.0).abs() < 1e-12);
         // The motion of the piston then equals the compression of the oil.
-        let [displacement, velocity] = actuator.measured_motion([0.01, -0.2], 3e6, rate);
+        let [displacement, velocity] = actuator.measured_motion([0.01, -0.2], [3e6, rate], [3e6, rate]);
         assert!((velocity * oil + a.piston_area * rate).abs() < 1e-9 * oil);
         assert!((displacement - 0.01 - a.piston_area * 3e6 / stiffness).abs() < 1e-15);
         let energy = (a.piston_area * 3e6).powi(2) / 2.0 * (1.0 / oil + 1.0 / stiffness);

@@ -42,7 +42,7 @@ struct Parts<S: Num> {
     keeps_account: bool,
 }
 
-/// Numbers of an actuator: those of [`ActuatorState`], the load cell's state (N), the hysteresis of its
+/// Numbers of an actuator: those of [`ActuatorState`], with the filling in place of the load pressure, the load cell's state (N), the hysteresis of its
 /// story, the flow of its torque motor (m³/s) and the rate of that flow.
 const EACH: usize = STATES + 4;
 
@@ -93,7 +93,7 @@ impl<S: Num> Parts<S> {
     #[inline(always)]
     fn accelerate(&self, view: &View<'_, S>, forces: &mut [S], accelerations: &mut [S]) {
         for (i, actuator) in view.actuators.iter().enumerate() {
-            forces[i] = self.servo_actuator.force(&ActuatorState::from_slice(actuator));
+            forces[i] = self.servo_actuator.force(&self.servo_actuator.state(actuator));
         }
         self.structure.accelerations(
             |i| forces[i],
@@ -105,7 +105,7 @@ impl<S: Num> Parts<S> {
     /// Energy (J) in oil, stops, structure and accumulator.
     fn stored(&self, state: &[S]) -> S {
         let view = View::new(state);
-        let stored = |actuator: &[S; EACH]| self.servo_actuator.stored(&ActuatorState::from_slice(actuator));
+        let stored = |actuator: &[S; EACH]| self.servo_actuator.stored(&self.servo_actuator.state(actuator));
         let oil = view.actuators.iter().map(stored).fold(S::splat(0.0), |sum, stored| sum + stored);
         oil + self.structure.stored(|i| view.motion(i)) + self.supply.stored(view.accumulator())
     }
@@ -138,7 +138,7 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
         // By number: zipped iterators are calls in builds without optimization across units.
         for (i, rate) in rates.as_chunks_mut::<EACH>().0.iter_mut().enumerate() {
             let (numbers, driver) = (&view.actuators[i], &self.drivers[i]);
-            let actuator = ActuatorState::from_slice(numbers);
+            let actuator = servo_actuator.state(numbers);
             let (forces, acceleration) = ([self.forces[i], numbers[STATES]], self.accelerations[i]);
             let hydraulics = servo_actuator.hydraulics(&actuator, pressure);
             drawn = drawn + hydraulics.drawn();
@@ -150,20 +150,10 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
             let [.., motor, motor_rate] = *numbers;
             let (of_actuator, [motor, motor_rate]) =
                 servo_actuator.rate(&actuator, [motor, motor_rate], &hydraulics, acceleration, valve_command);
-            let [pilot_flow, spool, load_pressure, displacement, velocity] = of_actuator.to_array();
+            let [pilot_flow, spool, filling, displacement, velocity] = of_actuator.to_array();
             let cell = servo_actuator.cell_rate(forces, acceleration);
             let hysteresis = structure.hysteresis_rate(i, |i| view.motion(i));
-            *rate = [
-                pilot_flow,
-                spool,
-                load_pressure,
-                displacement,
-                velocity,
-                cell,
-                hysteresis,
-                motor,
-                motor_rate,
-            ];
+            *rate = [pilot_flow, spool, filling, displacement, velocity, cell, hysteresis, motor, motor_rate];
         }
         let pump_flow = supply.pump_flow(setting, pressure, drawn);
         if self.parts.keeps_account {
@@ -241,7 +231,7 @@ impl<S: Num> Plant<S> {
     /// Valve, oil and piston of an actuator.
     #[inline(always)]
     pub(crate) fn actuator(&self, i: usize) -> ActuatorState<S> {
-        ActuatorState::from_slice(&self.state[i * EACH..])
+        self.parts.servo_actuator.state(&self.state[i * EACH..])
     }
 
     /// Force (N) on a floor.
@@ -254,14 +244,16 @@ impl<S: Num> Plant<S> {
     #[inline(always)]
     pub(crate) fn signals(&self, i: usize) -> Signals<S> {
         let actuator = self.actuator(i);
+        let supply_pressure = self.supply_pressure();
+        let filling = ActuatorState::from_slice(&self.state[i * EACH..]).load_pressure;
         let [displacement, velocity] =
-            self.parts.servo_actuator.measured_motion(&actuator, self.supply_pressure());
+            self.parts.servo_actuator.measured_motion(&actuator, filling, supply_pressure);
         Signals {
             displacement,
             velocity,
             force: self.parts.servo_actuator.shown(self.at_cell(i)),
             spool: actuator.spool,
-            supply_pressure: self.supply_pressure(),
+            supply_pressure,
             acceleration: self.accelerations[i],
             load_pressure: actuator.load_pressure,
         }
@@ -357,6 +349,7 @@ pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
     let plain_actuator = plain_actuator
         && actuator.bypass_flow == 0.0
         && actuator.area_ratio == 1.0
+        && actuator.attachment_play == 0.0
         && !rig.piston_moves_alone();
     let plain_supply = supply.schedule.is_none() && supply.accumulator.is_none();
     let plain_cell = rig.sensors.force.bandwidth.is_none();

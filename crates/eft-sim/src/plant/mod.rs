@@ -4,6 +4,7 @@
 //! use it. Blocks are generic over `lanes::Num`, so the same plant runs one rig or several side by side.
 
 mod actuator;
+mod attachment;
 mod bouc_wen;
 mod bypass_valve;
 mod drive;

@@ -44,6 +44,7 @@ pub(crate) struct Hydraulics<S> {
     drawn: S,
     bypassed: S,
     pressure_rate: S,
+    filling_rate: S,
 }
 
 impl<S> Hydraulics<S>
@@ -94,13 +95,13 @@ impl<S: Num> ServoActuator<S> {
         let (load_flow, drawn) = self.load_flow.flow_at(opening, state.load_pressure, supply_pressure);
         let leak = self.valve_leakage.leak(opening, state.load_pressure, supply_pressure);
         let bypassed = self.bypass_valve.flow(state.load_pressure);
-        let pressure_rate = self.actuator.rate_at(
+        let [pressure_rate, filling_rate] = self.actuator.rates_at(
             load_flow - leak.lost - bypassed,
             state.load_pressure,
             state.displacement,
             state.velocity,
         );
-        Hydraulics { load_flow, leak, drawn, bypassed, pressure_rate }
+        Hydraulics { load_flow, leak, drawn, bypassed, pressure_rate, filling_rate }
     }
 
     /// The valve command (V) of `driver` a time (s) into its interval, at the force and the load cell's state
@@ -127,6 +128,7 @@ impl<S: Num> ServoActuator<S> {
     }
 
     /// The rates of state and torque motor under a valve command (V) at an acceleration (m/s²) of the structure.
+    /// In place of the load pressure's rate it has that of the filling.
     #[inline(always)]
     pub(crate) fn rate(
         &self,
@@ -138,7 +140,7 @@ impl<S: Num> ServoActuator<S> {
     ) -> (ActuatorState<S>, [S; 2]) {
         let (valve, motor) = self.valve_rate(state, motor, valve_command);
         let state = ActuatorState {
-            load_pressure: hydraulics.pressure_rate,
+            load_pressure: hydraulics.filling_rate,
             displacement: state.velocity,
             velocity: acceleration,
             ..valve
@@ -164,15 +166,26 @@ impl<S: Num> ServoActuator<S> {
         (rate, self.torque_motor.rate(motor, asked))
     }
 
-    /// Displacement (m) and velocity (m/s) at the measured side, at a supply pressure (Pa).
+    /// The state from the numbers of a plant, which have the filling in place of the load pressure.
     #[inline(always)]
-    pub(crate) fn measured_motion(&self, state: &ActuatorState<S>, supply_pressure: S) -> [S; 2] {
+    pub(crate) fn state(&self, numbers: &[S]) -> ActuatorState<S> {
+        let state = ActuatorState::from_slice(numbers);
+        ActuatorState { load_pressure: self.actuator.load_pressure(state.load_pressure), ..state }
+    }
+
+    /// Displacement (m) and velocity (m/s) at the measured side, at a filling and a supply pressure (Pa).
+    #[inline(always)]
+    pub(crate) fn measured_motion(&self, state: &ActuatorState<S>, filling: S, supply_pressure: S) -> [S; 2] {
         let at_structure = [state.displacement, state.velocity];
         if !self.actuator.yields() {
             return at_structure;
         }
-        let rate = self.hydraulics(state, supply_pressure).pressure_rate;
-        self.actuator.measured_motion(at_structure, state.load_pressure, rate)
+        let Hydraulics { pressure_rate, filling_rate, .. } = self.hydraulics(state, supply_pressure);
+        self.actuator.measured_motion(
+            at_structure,
+            [state.load_pressure, pressure_rate],
+            [filling, filling_rate],
+        )
     }
 
     /// Rate (N/s) of the load cell's state, at the force and the cell's state (N).

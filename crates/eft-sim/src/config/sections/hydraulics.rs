@@ -22,6 +22,8 @@ section! {
         pub area_ratio: f64,
         /// Stiffness of clevises and load cell between piston and structure, N/m; rigid if absent.
         pub attachment_stiffness: Option<f64>,
+        /// Play of the attachment from one side to the other, m.
+        pub attachment_play: f64,
         /// Coulomb friction of the seals, N.
         pub friction: f64,
         /// Velocity below which the friction falls to zero, m/s.

@@ -26,7 +26,7 @@ const OF_THE_PLANT: [&str; 20] = [
     "servovalve.torque_motor_",
     "actuator.area_ratio",
     // Its share of the compressibility affects the controller only if `sensors.motion_at` is "structure".
-    "actuator.attachment_stiffness",
+    "actuator.attachment_",
     "servovalve.leakage.",
     "structure.",
     "sensors.",
