@@ -36,14 +36,9 @@ where
 
 /// The outputs of controllers without a protection.
 #[inline(always)]
-fn outputs<S: Num, C: Scalar>(
-    commands: [S; 2],
-    measured: Signals<S>,
-    out: &ControllerOutput<C>,
-) -> Outputs<S> {
+fn outputs<S: Num, C: Scalar>(commands: [S; 2], out: &ControllerOutput<C>) -> Outputs<S> {
     Outputs {
         commands,
-        measured,
         voltage: convert(out.valve_command),
         compensation: convert(out.compensation),
         authority: S::splat(1.0),
@@ -57,17 +52,17 @@ pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar>(
     learning: &mut LearningLanes<S, C>,
     computation: &mut DelayLines,
     commands: [S; 2],
-    mut measured: Signals<S>,
+    measured: &mut Signals<S>,
     stood: S,
 ) -> Outputs<S>
 where
     C::Element: Precision,
 {
     let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
-    let input = input(commands, &measured);
+    let input = input(commands, measured);
     let out = learning.step(&input, convert(stood), path);
     measured.velocity = convert(input.velocity);
-    outputs([convert(input.command), convert(input.next_command)], measured, &out)
+    outputs([convert(input.command), convert(input.next_command)], &out)
 }
 
 /// Runs one channel per lane.
@@ -78,10 +73,10 @@ pub(super) fn run_channels<S: Num, P: Precision>(
     kind: ChannelKind,
     computation: &mut DelayLines,
     [command, next_command]: [S; 2],
-    mut measured: Signals<S>,
+    measured: &mut Signals<S>,
     stood: S,
 ) -> Outputs<S> {
-    step_channels(channels, answers, &measured, [command, next_command, stood], computation);
+    step_channels(channels, answers, measured, [command, next_command, stood], computation);
     let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
     // A controller without protection passes its command on in double precision.
     let mut commands = [command, next_command];
@@ -91,7 +86,6 @@ pub(super) fn run_channels<S: Num, P: Precision>(
     }
     Outputs {
         commands,
-        measured,
         voltage: of(&answers.voltage),
         compensation: of(&answers.compensation),
         authority: of(&answers.authority),
@@ -109,12 +103,12 @@ where
         &mut self,
         state: &mut ControllerState<C>,
         commands: [S; 2],
-        measured: Signals<S>,
+        measured: &Signals<S>,
     ) -> Outputs<S> {
         let computation = &mut self.computation;
         let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
-        let out = self.controller.step(state, &input(commands, &measured), &self.calibration, path);
-        outputs(commands, measured, &out)
+        let out = self.controller.step(state, &input(commands, measured), &self.calibration, path);
+        outputs(commands, &out)
     }
 
     /// Runs the external controller.

@@ -15,8 +15,6 @@ use crate::plant::Signals;
 pub(super) struct Outputs<S: Num> {
     /// Commands (N) that they follow at this tick and, if nothing new happens, at the next.
     pub(super) commands: [S; 2],
-    /// The measurements, with the velocity that the controllers used.
-    pub(super) measured: Signals<S>,
     /// Voltage to the converter (V).
     pub(super) voltage: S,
     /// The compensation signal (V).
@@ -58,12 +56,13 @@ where
     }
 
     /// Applies the converter, and returns the drive of the valve until the next tick under the permitted
-    /// commands (N). `IDEAL` selects the copy for ideal instruments and an analog loop, `REMEMBERS` the copy
-    /// for callers of [`stood`](Self::stood).
+    /// commands (N). `measured` has the velocity that the controllers used. `IDEAL` selects the copy for ideal
+    /// instruments and an analog loop, `REMEMBERS` the copy for callers of [`stood`](Self::stood).
     #[inline(always)]
     pub(super) fn drive<const IDEAL: bool, const REMEMBERS: bool>(
         &mut self,
         out: Outputs<S>,
+        measured: Signals<S>,
         cell: CellReading<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
@@ -98,6 +97,6 @@ where
             (Driver::held(output), output, out.compensation)
         };
         let status = out.status | clipped;
-        Decision { measured: out.measured, valve_command, compensation, status, driver }
+        Decision { measured, valve_command, compensation, status, driver }
     }
 }

@@ -113,24 +113,24 @@ where
         state: &mut ControllerState<C>,
         command: S,
         next_command: S,
-        truth: Signals<S>,
+        mut truth: Signals<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
         let commands = [command, next_command];
         if !IDEAL {
-            return self.sample_with_all(state, commands, truth, plant);
+            return self.sample_with_all(state, &commands, &truth, plant);
         }
         let cell = CellReading::ideal();
-        if !LEARNS {
-            let out = self.control::<true>(state, commands, truth);
-            return self.drive::<true, false>(out, cell, plant);
-        }
-        let stood = self.stood::<true>(command, cell, plant);
-        let Decides::Learning(learning) = &mut self.decides else {
-            return self.sample_with_all(state, commands, truth, plant);
+        let stood = if LEARNS { self.stood::<true>(command, cell, plant) } else { S::splat(0.0) };
+        // Both outputs stay in registers. The output of a function that is not inlined would be copied through
+        // memory.
+        let out = match &mut self.decides {
+            Decides::Learning(learning) if LEARNS => {
+                learn::<true, S, C>(learning, &mut self.computation, commands, &mut truth, stood)
+            }
+            _ => self.control::<true>(state, commands, &truth),
         };
-        let out = learn::<true, S, C>(learning, &mut self.computation, commands, truth, stood);
-        self.drive::<true, true>(out, cell, plant)
+        self.drive::<true, LEARNS>(out, truth, cell, plant)
     }
 
     /// The same with every instrument and channel.
@@ -139,8 +139,8 @@ where
     fn sample_with_all(
         &mut self,
         state: &mut ControllerState<C>,
-        commands: [S; 2],
-        truth: Signals<S>,
+        commands: &[S; 2],
+        truth: &Signals<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
         S::dispatch(Sample { side: self, state, commands, truth, plant })
@@ -160,18 +160,19 @@ where
             // The force loop compares with a late reading, but the feedforward acts on the true force.
             (Some(delay), Realization::Digital) => [delay.pass(commands)[0], commands[1]],
         };
-        let (measured, cell) = self.measure(truth);
+        let (mut measured, cell) = self.measure(truth);
         let stood = match self.decides {
             Decides::Learning(_) | Decides::Channels(..) => self.stood::<false>(commands[0], cell, plant),
             _ => S::splat(0.0),
         };
         let computation = &mut self.computation;
         let out = match &mut self.decides {
-            Decides::SideBySide => self.control::<false>(state, commands, measured),
+            Decides::SideBySide => self.control::<false>(state, commands, &measured),
             Decides::Learning(learning) => {
-                learn::<false, S, C>(learning, computation, commands, measured, stood)
+                learn::<false, S, C>(learning, computation, commands, &mut measured, stood)
             }
             Decides::Channels(channels, answers) => {
+                let measured = &mut measured;
                 let out = run_channels(channels, answers, self.kind, computation, commands, measured, stood);
                 if self.adapts {
                     self.estimates.follow(self.estimates.estimates.or(|i| channels[i].calibration()));
@@ -180,7 +181,7 @@ where
             }
             Decides::Outside(_) => return self.ask(commands, measured),
         };
-        self.drive::<false, true>(out, cell, plant)
+        self.drive::<false, true>(out, measured, cell, plant)
     }
 
     /// The estimates that the controllers used at the last sample.
@@ -259,8 +260,8 @@ where
 {
     side: &'a mut DigitalSide<S, C>,
     state: &'a mut ControllerState<C>,
-    commands: [S; 2],
-    truth: Signals<S>,
+    commands: &'a [S; 2],
+    truth: &'a Signals<S>,
     plant: &'a F,
 }
 
@@ -272,6 +273,6 @@ where
 
     #[inline(always)]
     fn run(self) -> Decision<S> {
-        self.side.sample_here(self.state, self.commands, self.truth, self.plant)
+        self.side.sample_here(self.state, *self.commands, *self.truth, self.plant)
     }
 }
