@@ -22,7 +22,7 @@ use crate::plant::{ActuatorState, TimeGrid};
 #[derive(Debug, Clone)]
 pub(crate) struct Plant<S: Num> {
     parts: Parts<S>,
-    /// [`EACH`] numbers per actuator, then [`SHARED`] numbers.
+    /// [`EACH`] numbers per actuator, then [`SHARED`] numbers and the energies (J) of an account.
     state: Vec<S>,
     stages: Stages<Vec<S>>,
     /// Forces on the floors in this state (N).
@@ -37,7 +37,7 @@ struct Parts<S: Num> {
     servo_actuator: ServoActuator<S>,
     supply: Supply<S>,
     structure: Structure<S>,
-    /// Whether the plant computes its energy balance. Otherwise the integrals stay zero, and nothing else
+    /// Whether the plant computes its energy balance. Otherwise its state has no energies, and nothing else
     /// changes.
     keeps_account: bool,
 }
@@ -46,23 +46,18 @@ struct Parts<S: Num> {
 /// story, the flow of its torque motor (m³/s) and the rate of that flow.
 const EACH: usize = STATES + 4;
 
-/// Shared numbers: the accumulator's pressure (Pa), the time of the test (s) and the energies (J).
-const SHARED: usize = 2 + POWERS;
+/// Shared numbers: the accumulator's pressure (Pa) and the time of the test (s).
+const SHARED: usize = 2;
 
 /// A view of the numbers of a state.
 struct View<'a, S> {
     actuators: &'a [[S; EACH]],
     shared: [S; SHARED],
+    /// Empty without an account.
+    energies: &'a [S],
 }
 
-impl<'a, S: Num> View<'a, S> {
-    #[inline(always)]
-    fn new(state: &'a [S]) -> Self {
-        let (actuators, shared) = state.split_at(state.len() - SHARED);
-        let shared = shared.first_chunk().copied().unwrap_or_default();
-        Self { actuators: actuators.as_chunks().0, shared }
-    }
-
+impl<S: Num> View<'_, S> {
     /// The motion of a floor.
     #[inline(always)]
     fn motion(&self, i: usize) -> Motion<S> {
@@ -82,9 +77,18 @@ impl<'a, S: Num> View<'a, S> {
 }
 
 impl<S: Num> Parts<S> {
+    #[inline(always)]
+    fn view<'a>(&self, state: &'a [S]) -> View<'a, S> {
+        let (actuators, shared) = state.split_at(self.structure.len() * EACH);
+        let (shared, energies) = shared.split_at(SHARED);
+        let shared = shared.first_chunk().copied().unwrap_or_default();
+        View { actuators: actuators.as_chunks().0, shared, energies }
+    }
+
     fn at_rest(&self) -> Vec<S> {
         let actuators = self.structure.len() * EACH;
-        let mut state = vec![S::splat(0.0); actuators + SHARED];
+        let energies = if self.keeps_account { POWERS } else { 0 };
+        let mut state = vec![S::splat(0.0); actuators + SHARED + energies];
         state[actuators] = self.supply.setting(S::splat(0.0));
         state
     }
@@ -104,7 +108,7 @@ impl<S: Num> Parts<S> {
 
     /// Energy (J) in oil, stops, structure and accumulator.
     fn stored(&self, state: &[S]) -> S {
-        let view = View::new(state);
+        let view = self.view(state);
         let stored = |actuator: &[S; EACH]| self.servo_actuator.stored(&self.servo_actuator.state(actuator));
         let oil = view.actuators.iter().map(stored).fold(S::splat(0.0), |sum, stored| sum + stored);
         oil + self.structure.stored(|i| view.motion(i)) + self.supply.stored(view.accumulator())
@@ -124,7 +128,7 @@ struct Dynamics<'a, S: Num> {
 impl<S: Num> Equations<S> for Dynamics<'_, S> {
     #[inline(always)]
     fn rate(&mut self, state: &[S], time: S, rate: &mut [S]) {
-        let view = View::new(state);
+        let view = self.parts.view(state);
         let Parts { servo_actuator, supply, structure, .. } = self.parts;
         self.parts.accelerate(&view, self.forces, self.accelerations);
         if let Some(imposed) = self.imposed {
@@ -134,7 +138,7 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
         let pressure = supply.pressure(setting, view.accumulator());
         let mut drawn = S::splat(0.0);
         let mut powers = EnergyBalance::default();
-        let (rates, shared) = rate.split_at_mut(state.len() - SHARED);
+        let (rates, shared) = rate.split_at_mut(structure.len() * EACH);
         // By number: zipped iterators are calls in builds without optimization across units.
         for (i, rate) in rates.as_chunks_mut::<EACH>().0.iter_mut().enumerate() {
             let (numbers, driver) = (&view.actuators[i], &self.drivers[i]);
@@ -160,10 +164,10 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
             structure.add_powers(&mut powers, |i| view.motion(i));
             powers.supplied = setting * pump_flow;
             powers.droop = (setting - pressure) * pump_flow;
+            shared[SHARED..].copy_from_slice(&powers.to_array());
         }
         shared[0] = supply.rate(pump_flow, drawn);
         shared[1] = S::splat(1.0);
-        shared[2..].copy_from_slice(&powers.to_array());
     }
 }
 
@@ -188,6 +192,8 @@ impl<S: Num> Plant<S> {
     /// The same plant without an energy balance.
     pub(crate) fn without_account(mut self) -> Self {
         self.parts.keeps_account = false;
+        self.state = self.parts.at_rest();
+        self.stages = Stages::new(&self.state);
         self
     }
 
@@ -221,9 +227,9 @@ impl<S: Num> Plant<S> {
         self.settle();
     }
 
-    /// The energy balance of one lane since rest.
+    /// The energy balance of one lane since rest; zero without an account.
     pub(crate) fn balance(&self, lane: usize) -> EnergyBalance {
-        let [_, _, integrals @ ..] = self.view().shared;
+        let integrals = self.view().energies.first_chunk().copied().unwrap_or_default();
         let stored = self.parts.stored(&self.state) - self.parts.stored(&self.parts.at_rest());
         EnergyBalance::new(integrals.map(|integral: S| integral.lane(lane)), stored.lane(lane))
     }
@@ -295,7 +301,7 @@ impl<S: Num> Plant<S> {
         let Self { parts, state, stages, forces, accelerations } = self;
         let mut equations = Dynamics { parts, drivers, imposed, forces, accelerations };
         runge_kutta(state, stages, from, step, &mut equations);
-        let actuators = state.len() - SHARED;
+        let actuators = parts.structure.len() * EACH;
         state[..actuators].as_chunks_mut::<EACH>().0.iter_mut().for_each(|actuator| Spool::stop_in(actuator));
     }
 
@@ -303,12 +309,12 @@ impl<S: Num> Plant<S> {
     #[inline(always)]
     pub(crate) fn settle(&mut self) {
         let Self { parts, state, forces, accelerations, .. } = self;
-        parts.accelerate(&View::new(state), forces, accelerations);
+        parts.accelerate(&parts.view(state), forces, accelerations);
     }
 
     #[inline(always)]
     fn view(&self) -> View<'_, S> {
-        View::new(&self.state)
+        self.parts.view(&self.state)
     }
 
     /// Force on a floor, and the load cell's state (N).
