@@ -87,8 +87,8 @@ where
                 // work runs meanwhile.
                 let ahead = self.test.look_ahead(&state);
                 let tick = self.test.sample::<IDEAL, LEARNS>(&mut state, command, next);
-                self.test.advance(&mut state, ahead, &tick.decision.driver);
                 self.recorder.record(done, &tick, self.test.estimates());
+                self.test.advance(&mut state, ahead, &tick.decision.driver);
             } else {
                 // Several rigs side by side fill that time anyway; in this order they need fewer registers.
                 let tick = self.test.sample::<IDEAL, LEARNS>(&mut state, command, next);
