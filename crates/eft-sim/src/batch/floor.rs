@@ -85,7 +85,9 @@ impl<S: Num> Floor<S> {
     pub(super) fn keep(&mut self, ticks: usize) {
         if let Some(block) = &self.block {
             let runs = self.runs.iter_mut().enumerate();
-            block.hand_over(ticks, runs.filter_map(|(lane, run)| Some((lane, &mut run.as_mut()?.traces))));
+            let mut to: Vec<_> =
+                runs.filter_map(|(lane, run)| Some((lane, &mut run.as_mut()?.traces))).collect();
+            block.hand_over(ticks, &mut to);
         }
     }
 

@@ -337,7 +337,7 @@ fn run_through(
         let values: Vec<_> = commands.iter().map(|command| &command.values[start..]).collect();
         let done = test.run(&values, ticks, &mut blocks);
         for (block, run) in blocks.iter().zip(&mut runs) {
-            block.hand_over(done, iter::once((0, &mut run.traces)));
+            block.hand_over(done, &mut [(0, &mut run.traces)]);
         }
         if done < ticks {
             let ending = match test.failure() {
