@@ -22,7 +22,7 @@ use crate::status;
 use crate::velocity::{FilteredDerivative, FilteredDerivativeState};
 use load_pressure::LoadPressureState;
 pub(super) use load_pressure::LoadPressureWatch;
-use sums::{Sum, follow};
+use sums::{Began, Sum, follow};
 
 /// Share of the limits that is enough if the force is far from its command.
 const ASTRAY: f64 = 0.5;
@@ -117,8 +117,8 @@ pub(crate) struct PlausibilityState<T> {
     /// The last displacement (m) of the motion's balance, and whether this sample follows it.
     displacement: T,
     goes_on: bool,
-    /// Difference (m) between velocity and displacement that a delay may cause.
-    late: T,
+    /// For the sums of motion and ratio.
+    began: [Began<T>; 2],
     /// Average (m⁴/s²) of the squared flow residual with the velocity minus that with the displacement, over twice the
     /// piston area.
     worse: T,
@@ -130,7 +130,7 @@ pub(crate) struct PlausibilityState<T> {
     source: u32,
     load_pressure: LoadPressureState<T>,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, late, worse, by_balance, followed, step, source, load_pressure);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, by_balance, followed, step, source, load_pressure);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]

@@ -13,8 +13,10 @@ const CORNER: f64 = 80.0;
 const ABOVE: f64 = 15.0;
 /// Corner (Hz) below which the ratio of velocity and displacement is compared.
 const FINE: f64 = 15.0;
-/// Delay (s) that a velocity may have in addition to its share.
-const LATE: f64 = 5.0e-4;
+/// Delay (s) between velocity and displacement: 1.5 ms of latency, and the lag of a sensor of 0.3 kHz.
+const LATE: f64 = 2.0e-3;
+/// Delay (s) between force and load pressure.
+const PRESSURE_LATE: f64 = 5.0e-4;
 /// Time (s) of a difference of twice the tolerance between force and load pressure before it is a contradiction.
 const PRESSURE_TIME: f64 = 5.0e-4;
 /// Share of the velocity's trip level below which its direction has a smaller weight.
@@ -158,7 +160,7 @@ macro_rules! constructor {
                         jump: (HELD * (noise * pressure_noise + swing * force / area)) as $t,
                         still: (STILL * pressure_noise) as $t,
                         tolerance: (tolerance + 4.0 * force_noise) as $t,
-                        late: (LATE * rate) as $t,
+                        late: (PRESSURE_LATE * rate) as $t,
                         limit: (PRESSURE_TIME * (tolerance + 4.0 * force_noise)) as $t,
                     })
                 } else {

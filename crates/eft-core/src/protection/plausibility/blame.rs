@@ -118,9 +118,15 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// Whether a sum is beyond a share of its limit.
     #[inline(always)]
     pub(super) fn is_beyond(&self, state: &PlausibilityState<T>, of: usize, share: f64) -> bool {
-        let late = if of == TRAVEL { state.late } else { T::splat(0.0) };
+        // What a delay between velocity and displacement may have added.
+        let ([.., moved, _], [speed, ..], [of_motion, of_ratio]) = (state.lows, state.fine, &state.began);
+        let late = match of {
+            TRAVEL => of_motion.allowed(self.late, moved),
+            RATIO => of_ratio.allowed(self.late, speed.abs()),
+            _ => [T::splat(0.0); 2],
+        };
         match (state.sums.get(of), self.limit.get(of)) {
-            (Some(sum), Some(limit)) => sum.size() > T::splat(share) * (*limit + late),
+            (Some(sum), Some(limit)) => sum.excess(late) > T::splat(share) * *limit,
             _ => false,
         }
     }

@@ -89,15 +89,19 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             let off = moved - travelled;
             let seen = envelope(of_motion, self.decay, larger(moved.abs(), travelled.abs()));
             let tolerance = T::splat(MOTION) * seen + motion_drift;
-            state.late = self.late * seen;
-            motion.add(self.period * off, self.period * tolerance, motion_limit + state.late);
+            let [motion_began, ratio_began] = &mut state.began;
+            let change = [self.period * off, self.period * tolerance, motion_limit];
+            motion_began.add(motion, change, [self.late, moved]);
             let [speed_low, off_low, residual_low] = &mut state.fine;
             let (speed, off) = (follow(speed_low, self.fine, moved), follow(off_low, self.fine, off));
             let unbalanced = follow(residual_low, self.fine, residual);
             // A velocity that is too large in either direction.
             let one = T::splat(1.0);
             let beyond = off * (self.per_reversal * speed).limit(-one, one);
-            ratio.add(self.period * beyond, self.period * (T::splat(MOTION) * speed.abs()), ratio_limit);
+            // In the direction of the motion a delay adds itself times the change of the velocity's size.
+            let tolerance = T::splat(MOTION) * speed.abs();
+            let change = [self.period * beyond, self.period * tolerance, ratio_limit];
+            ratio_began.add(ratio, change, [self.late, speed.abs()]);
             // The flow's residual vanishes with the correct one of the two.
             let worse = off * (unbalanced - half * (self.area * off));
             follow(&mut state.worse, self.slow, worse);

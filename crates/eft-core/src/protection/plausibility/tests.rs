@@ -84,6 +84,32 @@ fn velocity_and_displacement_may_differ_by_four_hundredths_and_not_by_a_tenth() 
     }
 }
 
+/// The fastest motion of the paper's piston with a velocity that is late (s), and that reads this share more than the
+/// displacement from 1.1 s on.
+fn late_swing(frequency: f64, speed: f64, late: f64, excess: f64) -> Option<(f64, Cause)> {
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    let rate = core::f64::consts::TAU * frequency;
+    let velocity = |time: f64| speed * libm::sin(rate * time.max(0.0));
+    named(3.0, |time| {
+        let displacement = speed / rate * (1.0 - libm::cos(rate * time));
+        let factor = if time > 1.1 { 1.0 + excess } else { 1.0 };
+        [0.0, displacement, factor * velocity(time - late), table.opening(RIG.piston_area * velocity(time))]
+    })
+}
+
+// SR-19
+#[test]
+fn two_milliseconds_between_velocity_and_displacement_are_no_contradiction() {
+    for (frequency, speed) in [(0.5, 0.35), (1.5, 0.8), (2.0, 0.9), (4.0, 0.8), (6.0, 0.6), (10.0, 0.4)] {
+        for late in [-2.0e-3, -1.5e-3, 0.0, 1.5e-3, 2.0e-3] {
+            assert_eq!(late_swing(frequency, speed, late, 0.0), None, "{frequency} Hz, {late} s");
+            let found = late_swing(frequency, speed, late, 0.12);
+            let after = found.map_or(f64::INFINITY, |(time, _)| time - 1.1);
+            assert!((0.0..0.6).contains(&after), "{frequency} Hz, {late} s: {found:?}");
+        }
+    }
+}
+
 #[test]
 fn the_flow_separates_a_wrong_sign_from_a_right_one() {
     let displacement = swing_by(-1.0, 1.0, STEP).unwrap();

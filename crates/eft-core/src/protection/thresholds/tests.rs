@@ -61,7 +61,7 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
         ("decays", &[watch.fast_decay, watch.decay, watch.fade], &[0.9975486, 0.9984672, 0.9534451]),
         ("drifts", &watch.drift, &[4.419913e-4, 8.804801e-6, 1.600741e-4, 3.015245e-2]),
         ("limits", &watch.limit, &[2.668963e-5, 1.524783e-7, 3.180331e-4, 2.0e-3, 4.474831e-8, 1.910331e-4]),
-        ("of velocity", &[watch.per_reversal, watch.late], &[83.33333, 5e-4]),
+        ("of velocity", &[watch.per_reversal, watch.late], &[83.33333, 2e-3]),
         ("null", &[watch.null_drift], &[1.757349e-4]),
         ("force", &[watch.astray, watch.evidence[0], watch.evidence[1]], &[3780.0, 1180.0, 6.35e-4]),
         ("rates", &[watch.rate, watch.period, watch.area], &[4096.0, 2.44140625e-4, 8.212e-3]),

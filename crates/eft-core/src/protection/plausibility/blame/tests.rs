@@ -74,7 +74,8 @@ fn of_velocity_and_displacement_the_one_that_fits_the_flow_worse_is_named() {
     (ratio.above, ratio.below) = (0.0, ratio.above);
     assert_eq!(named(1.0, state), Cause::DisplacementImplausible);
     // A difference that a delay may cause does not count.
-    let late = PlausibilityState { late: 0.02 * watch().limit[TRAVEL], ..sums(&travelled) };
+    let mut late = sums(&travelled);
+    late.began[0].above = 0.02 * watch().limit[TRAVEL] / watch().late;
     assert_eq!(named(1.0, late), Cause::None);
 }
 

@@ -108,13 +108,25 @@ fn the_flow_decides_between_velocity_and_displacement() {
 }
 
 #[test]
-fn a_delay_widens_the_limit_of_the_motion_only() {
-    for (of, size, beyond) in
-        [(TRAVEL, 1.49, false), (TRAVEL, 1.51, true), (FAST, 1.01, true), (FAST, 0.99, false)]
-    {
-        let mut state = with(&[(of, size)], &[]);
-        state.late = 0.5;
-        assert_eq!(watch().is_beyond(&state, of, 1.0), beyond, "{of}: {size}");
+fn a_delay_widens_the_limits_of_motion_and_ratio_only() {
+    // 0.02 s times changes of the velocity of 30 and 10 m/s, and of its size of 7 m/s. A share is that of the limit.
+    for (of, share, limits) in [
+        (TRAVEL, 1.0, [1.6, 1.2]),
+        (TRAVEL, 0.5, [1.1, 0.7]),
+        (RATIO, 1.0, [1.14, 1.1]),
+        (RATIO, 0.5, [0.64, 0.6]),
+        (FAST, 1.0, [1.0, 1.0]),
+    ] {
+        for (step, beyond) in [(-0.01, false), (0.01, true)] {
+            let mut state = PlausibilityState::default();
+            (state.lows[3], state.fine[0]) = (-5.0, -6.0);
+            state.began = [Began { above: 25.0, below: 5.0 }, Began { above: 13.0, below: 1.0 }];
+            let watch = Plausibility { late: 0.02, ..watch() };
+            state.sums[of].above = limits[0] + step;
+            assert_eq!(watch.is_beyond(&state, of, share), beyond, "above: {of} {share} {step}");
+            state.sums[of] = Sum { above: 0.0, below: limits[1] + step };
+            assert_eq!(watch.is_beyond(&state, of, share), beyond, "below: {of} {share} {step}");
+        }
     }
     // Either side of a sum counts.
     let mut state = PlausibilityState::default();

@@ -50,7 +50,7 @@ fn before() -> PlausibilityState<f64> {
         last_velocity: 0.26,
         displacement: 0.0098,
         goes_on: true,
-        late: 9.0,
+        began: [Began { above: 0.1, below: 0.15 }, Began { above: 0.5, below: 0.6 }],
         worse: 0.002,
         ..PlausibilityState::default()
     }
@@ -179,15 +179,35 @@ fn velocity_and_displacement_may_differ_by_a_twentieth() {
     let [moved, travelled] = motions();
     let seen = f64::max(f64::max(moved, travelled), 0.9 * 0.25);
     added("motion", &state.sums[TRAVEL], moved - travelled, 0.05 * seen + 0.017);
-    near("delay", state.late, 0.003 * seen);
 }
 
 #[test]
-fn a_delay_between_velocity_and_displacement_widens_the_limit() {
+fn a_sum_remembers_the_velocity_at_which_it_was_zero() {
+    let [moved, _] = motions();
+    let [forwards, backwards] = [0.21, -2.0].map(|speed| speed + 0.375 * (moved - speed));
+    assert_eq!(summed(&round(), before()).began, before().began);
+    // The displacement is faster, so the lower side of the sum grows. Backwards it is the upper one of the ratio.
+    for (speed, above, below) in [(0.21, forwards, 0.6), (-2.0, 0.5, -backwards)] {
+        let mut state = PlausibilityState { sums: [Sum::default(); 6], ..before() };
+        state.fine[0] = speed;
+        let [motion, ratio] = summed(&round(), state).began;
+        near("motion", motion.above, moved);
+        assert_eq!(motion.below.to_bits(), 0.15_f64.to_bits());
+        near("ratio above", ratio.above, above);
+        near("ratio below", ratio.below, below);
+    }
+}
+
+#[test]
+fn a_delay_between_velocity_and_displacement_widens_the_limits() {
     let (watch, mut state) = (round(), before());
-    let most = 2.0 * (92.0 + 0.003 * 500.0);
-    (state.sums[TRAVEL].above, state.envelopes[4]) = (1e9, 500.0 / 0.9);
-    near("most", summed(&watch, state).sums[TRAVEL].above, most);
+    (state.sums[TRAVEL].above, state.sums[RATIO].above) = (1e9, 1e9);
+    let state = summed(&watch, state);
+    let [moved, _] = motions();
+    let speed = 0.21 + 0.375 * (moved - 0.21);
+    // The larger change of the two sides.
+    near("most", state.sums[TRAVEL].above, 2.0 * (92.0 + 0.003 * (moved - 0.1)));
+    near("most of the ratio", state.sums[RATIO].above, 2.0 * (95.0 + 0.003 * (0.6 - speed)));
 }
 
 #[test]
