@@ -6,6 +6,7 @@ from pathlib import Path
 import benchmark
 import coverage
 import curve_correction
+import designed_plants
 import fixed_against_adaptive
 import force_loop
 import laboratory_causes
@@ -34,6 +35,7 @@ if __name__ == "__main__":
     null_bias.report(FOLDER)
     coverage.report(FOLDER)
     curve_correction.report(FOLDER)
+    designed_plants.report(FOLDER)
     random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
     safety_tables.report(FOLDER)

@@ -36,9 +36,9 @@ DESIGNED = {"controller.force_loop": "robust", "compensation.look_ahead": True}
 ALL = SCHEMES | {"robust": ADAPTIVE | DESIGNED}
 
 
-def draw_plants(count: int) -> list[dict[str, float]]:
+def draw_plants(count: int, seed: int = SEED) -> list[dict[str, float]]:
     """Rigs that differ in calibration, plant and sensors; half the force loops are digital."""
-    random = np.random.default_rng(SEED + 1)
+    random = np.random.default_rng(seed + 1)
     return [
         truth
         | {
@@ -50,7 +50,7 @@ def draw_plants(count: int) -> list[dict[str, float]]:
             "digital": float(random.integers(0, 2)),
         }
         | {f"{sensor}_gain": random.uniform(0.98, 1.02) for sensor in RANGES}
-        for truth in draw(count)
+        for truth in draw(count, seed)
     ]
 
 

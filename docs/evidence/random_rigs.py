@@ -65,9 +65,9 @@ def damping_ratio(ratio: float) -> dict[str, object]:
     return true({"structure.damping": ratio * critical})
 
 
-def draw(count: int) -> list[dict[str, float]]:
+def draw(count: int, seed: int = SEED) -> list[dict[str, float]]:
     """The true values of each rig relative to its controller's."""
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(seed)
     return [
         {
             "flow_gain": random.uniform(0.92, 1.08),

@@ -71,6 +71,18 @@ def test_kept_random_plants_are_what_the_code_gives(script):
     same({name: column[index] for name, column in kept.items()}, truth | now)
 
 
+def test_kept_designed_plants_are_what_the_code_gives(script, monkeypatch, tmp_path):
+    study, rigs = script("designed_plants"), script("random_rigs")
+    kept = rigs.read(study.RESULTS)
+    monkeypatch.setattr(study, "SCHEMES", {"plain": study.SCHEMES["plain"]})
+    [now] = study.tested(study.draw_plants(1, study.SEED), [1])
+    same({name: kept[name][0] for name in now}, now)
+    monkeypatch.undo()
+    study.report(tmp_path)
+    text = (tmp_path / "designed_plants.md").read_text(encoding="utf-8")
+    assert text.startswith(f"{kept['mass'].size} rigs, seed {study.SEED}.")
+
+
 def test_pages_are_made_from_what_was_kept(script, tmp_path):
     study = script("fixed_against_adaptive")
     study.report(tmp_path)
