@@ -55,9 +55,10 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// Shares of the envelopes that remain in a sample, for the fast residual and for the others.
     pub(super) fast_decay: T,
     pub(super) decay: T,
-    /// Residuals by noise and offsets, of flow and fast flow (m³/s), motion (m/s) and opening (1). Limits of the sums.
-    pub(super) drift: [T; 4],
-    pub(super) limit: [T; 6],
+    /// Residuals by noise and offsets, of flow and fast flow (m³/s), motion (m/s), opening and its direction (1). Limits of
+    /// the sums.
+    pub(super) drift: [T; 5],
+    pub(super) limit: [T; 7],
     /// Largest time (s) between velocity and displacement.
     pub(super) late: T,
     /// Coefficient (1) of the low-pass of velocity and difference, before their ratio is compared.
@@ -79,13 +80,15 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
 }
 integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
 
-/// The residuals, in the order of their arrays: flow, fast flow, motion, stroke, force's direction, motion's ratio.
+/// The residuals, in the order of their arrays: flow, fast flow, motion, stroke, force's direction, motion's ratio,
+/// spool's direction.
 pub(super) const BALANCE: usize = 0;
 pub(super) const FAST: usize = 1;
 pub(super) const TRAVEL: usize = 2;
 pub(super) const STROKE: usize = 3;
 pub(super) const TURNED: usize = 4;
 pub(super) const RATIO: usize = 5;
+pub(super) const AGAINST: usize = 6;
 
 /// The state of a watch. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -106,14 +109,14 @@ pub(crate) struct PlausibilityState<T> {
     lows: [T; 5],
     /// High-passes of residual, valve's flow and oil's flow.
     highs: [[T; 2]; 3],
-    /// The valve model's opening, and the low-passed openings of the valve model and of the spool.
-    valve: [T; 4],
+    /// The valve model's opening, the low-passed openings of the valve model and of the spool, and their further low-passes.
+    valve: [T; 6],
     envelopes: [T; 6],
     /// Smallest recent distance of the spool from null (1).
     near_null: T,
     /// Velocity, its difference from the displacement's, and the flow's residual, with a further low-pass.
     fine: [T; 3],
-    sums: [Sum<T>; 6],
+    sums: [Sum<T>; 7],
     /// The last displacement (m) of the motion's balance, and whether this sample follows it.
     displacement: T,
     goes_on: bool,

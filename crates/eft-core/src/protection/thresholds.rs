@@ -26,6 +26,9 @@ const BRAKE: f64 = 1.0 / 30.0;
 /// Share of friction's oil flow that is allowed for a force of the wrong sign. It is small, because friction does not
 /// reverse a sign.
 const TURNED: f64 = 0.25;
+/// Opening (1) times time (s) that a spool may move against its command, as it does for a moment after a null bias of 3 %
+/// appears.
+const AGAINST: f64 = 6.0e-4;
 /// Corner (Hz) below which the spool is compared with its command.
 const SLOW: f64 = 5.0;
 /// Highest frequency (Hz) at which a signal may swing between its trip levels and still pass the gate.
@@ -209,6 +212,7 @@ macro_rules! constructor {
                         (behind * flow_noise + FAST_OFFSET * greatest) as $t,
                         (behind * velocity_noise) as $t,
                         (behind * spool_noise + 0.03) as $t,
+                        (behind * spool_noise) as $t,
                     ],
                     limit: [
                         (1.5 * area * balance + wandering) as $t,
@@ -217,6 +221,7 @@ macro_rules! constructor {
                         2.0e-3,
                         (TURNED * FRICTION * capacity * compressibility / area + wandering) as $t,
                         ratio as $t,
+                        AGAINST as $t,
                     ],
                     late: LATE as $t,
                     fine: share(FINE, rate) as $t,

@@ -4,7 +4,7 @@ use crate::cause::Cause;
 use crate::number::Real;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
 use crate::protection::plausibility::{
-    BALANCE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
+    AGAINST, BALANCE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
 };
 use crate::signals::Input;
 
@@ -79,7 +79,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     }
 
     /// The sensor that the sums indicate. If the force is far from its command, a share of the limits is enough, except
-    /// for those of flow balance and stroke.
+    /// for those of flow balance, stroke and the spool's direction.
     #[inline(always)]
     pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
         let beyond = |n: usize, share: f64| self.is_beyond(state, n, share);
@@ -92,6 +92,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             motion()
         } else if beyond(RATIO, share) {
             self.of_ratio(state)
+        } else if beyond(AGAINST, 1.0) {
+            Cause::SpoolImplausible
         } else if beyond(TURNED, share) || beyond(FAST, share) {
             if frozen(SPOOL) {
                 Cause::SpoolImplausible
@@ -136,7 +138,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     #[inline(always)]
     fn of_ratio(&self, state: &PlausibilityState<T>) -> Cause {
         let [.., of_motion, _] = state.envelopes;
-        let [.., ratio] = &state.sums;
+        let [.., ratio, _] = &state.sums;
         let told = state.worse < -(T::splat(CLEARLY) * self.area * (of_motion * of_motion));
         if told | (ratio.below > ratio.above) {
             Cause::DisplacementImplausible

@@ -54,9 +54,10 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let travelled = self.rate * (follow(displacement_low, self.low, input.displacement) - before);
 
         let [of_passed, of_taken, of_fast, of_oil, of_motion, of_valve] = &mut state.envelopes;
-        let [drift, fast_drift, motion_drift, valve_drift] = self.drift;
-        let [limit, fast_limit, motion_limit, valve_limit, turned_limit, ratio_limit] = self.limit;
-        let [balance, fast, motion, stroke, turned, ratio] = &mut state.sums;
+        let [drift, fast_drift, motion_drift, valve_drift, against_drift] = self.drift;
+        let [limit, fast_limit, motion_limit, valve_limit, turned_limit, ratio_limit, against_limit] =
+            self.limit;
+        let [balance, fast, motion, stroke, turned, ratio, against] = &mut state.sums;
         let share = T::splat(FLOW);
 
         let residual = taken + oil - passed;
@@ -107,13 +108,18 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             follow(&mut state.worse, self.slow, worse);
         }
 
-        let [_, opening, asked_low, spool_low] = &mut state.valve;
+        let [_, opening, asked_low, spool_low, asked_slow, spool_slow] = &mut state.valve;
         if known.valve_command.is_finite() {
             follow(asked_low, self.slow, *opening);
             follow(spool_low, self.slow, input.spool);
             let seen = envelope(of_valve, self.decay, larger(asked_low.abs(), spool_low.abs()));
             let tolerance = T::splat(VALVE) * seen + valve_drift;
             stroke.add(self.period * (*spool_low - *asked_low), self.period * tolerance, valve_limit);
+            // A null bias is no part of the swings about their means.
+            let asked = *asked_low - follow(asked_slow, self.slow, *asked_low);
+            let moved = *spool_low - follow(spool_slow, self.slow, *spool_low);
+            against.add(self.period * opposed(asked, moved), self.period * against_drift, against_limit);
+            against.below = T::splat(0.0);
         }
     }
 }

@@ -118,6 +118,47 @@ fn the_flow_separates_a_wrong_sign_from_a_right_one() {
     assert!(displacement.0 < 1.07 && velocity.0 < 1.07, "{displacement:?} {velocity:?}");
 }
 
+/// A spool that follows a command of this opening and frequency (Hz) about a null bias (1), with a delay (s) besides the
+/// valve's, and reads with the wrong sign from 1 s on if asked to. Piston and force are at rest.
+fn follows(opening: f64, frequency: f64, bias: f64, late: f64, turns: bool) -> Option<(f64, Cause)> {
+    let watch = watch();
+    let mut state = PlausibilityState::default();
+    let swing = |time: f64| opening * libm::sin(core::f64::consts::TAU * frequency * time.max(0.0));
+    (0..(4.0 * RIG.sample_rate) as u32).find_map(|n| {
+        let time = f64::from(n) * STEP;
+        let known = Known {
+            command: 0.0,
+            valve_command: swing(time) / RIG.valve_gain,
+            flow_gain: 0.0,
+            valve_gain: 1.0,
+            supply: 1.0,
+        };
+        let spool = bias + swing(time - RIG.response_delay - late);
+        let sign = if turns && time > 1.0 { -1.0 } else { 1.0 };
+        let input = Input { force: 0.0, displacement: 0.0, spool: sign * spool, ..Input::default() };
+        match watch.judge(&mut state, &input, 0.0, &known) {
+            Cause::None => None,
+            cause => Some((time, cause)),
+        }
+    })
+}
+
+#[test]
+fn a_spool_of_wrong_sign_is_noticed_at_openings_within_an_overlap() {
+    for (opening, frequency) in [(0.016, 1.5), (0.01, 2.5), (0.009, 4.75), (0.012, 9.0)] {
+        for bias in [0.0, 0.01] {
+            let (time, cause) = follows(opening, frequency, bias, 0.0, true).unwrap();
+            assert_eq!(cause, Cause::SpoolImplausible);
+            assert!((1.0..1.6).contains(&time), "{opening} {frequency} {bias}: {time}");
+        }
+    }
+    for (frequency, late) in [(1.5, 4e-3), (4.75, -4e-3), (9.0, 4e-3), (20.0, 3e-3), (40.0, 2e-3)] {
+        for bias in [-0.02, 0.02] {
+            assert_eq!(follows(0.1, frequency, bias, late, false), None, "{frequency} {late} {bias}");
+        }
+    }
+}
+
 /// A blocked piston with the spool swinging about null. There is no flow within an overlap (1), and the load cell reads a
 /// share of the force.
 fn held(overlap: f64, share: impl Fn(f64) -> f64) -> Option<(f64, Cause)> {

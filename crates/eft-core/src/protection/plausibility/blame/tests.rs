@@ -85,7 +85,7 @@ fn far_from_its_command_half_is_enough_but_not_of_the_slow_sums() {
         assert_eq!(watch().contradiction(&sums(&[(n, 0.49)]), 0.5), Cause::None, "{n}");
         assert_ne!(watch().contradiction(&sums(&[(n, 0.51)]), 0.5), Cause::None, "{n}");
     }
-    for n in [BALANCE, STROKE] {
+    for n in [BALANCE, STROKE, AGAINST] {
         assert_eq!(watch().contradiction(&sums(&[(n, 0.99)]), 0.5), Cause::None, "{n}");
     }
 }

@@ -24,7 +24,7 @@ struct Steady {
 }
 
 /// The sums, and the average that compares the two velocities, after one tick of such a rig with settled filters.
-fn grown(rig: Steady) -> ([[f64; 2]; 6], f64) {
+fn grown(rig: Steady) -> ([[f64; 2]; 7], f64) {
     let watch = watch();
     let mut state = PlausibilityState::default();
     let known = Known {
@@ -102,7 +102,7 @@ fn spool_and_command_may_differ_by_three_tenths() {
 }
 
 /// The sums after the first tick from rest, in which force (N) and spool (1) step: only the means over the tick pass.
-fn first(force: f64, spool: f64, senses_velocity: bool) -> [[f64; 2]; 6] {
+fn first(force: f64, spool: f64, senses_velocity: bool) -> [[f64; 2]; 7] {
     let watch = Plausibility { senses_velocity, ..watch() };
     let mut state = PlausibilityState::default();
     let none = f64::NAN;

@@ -6,7 +6,7 @@ use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
 /// Twelve repetitions are stuck, and more than three lost readings are lost. Each limit is 1.
 fn watch() -> Plausibility<f64, 21> {
     Plausibility {
-        limit: [1.0; 6],
+        limit: [1.0; 7],
         repeats: 12,
         lost_samples: 3,
         period: 1e-3,
@@ -37,7 +37,7 @@ fn the_sums_name_the_sensor() {
         DisplacementImplausible as Displacement, FlowImplausible as Flow, ForceImplausible as Force,
         SpoolImplausible as Spool, ValveImplausible as Valve, VelocityImplausible as Velocity,
     };
-    let cases: [Case; 27] = [
+    let cases: [Case; 29] = [
         (&[], &[], Cause::None),
         (&[(BALANCE, 1.0), (FAST, 1.0), (TRAVEL, 1.0)], &[], Cause::None),
         (&[(STROKE, 1.0), (TURNED, 1.0), (RATIO, 1.0)], &[], Cause::None),
@@ -52,6 +52,8 @@ fn the_sums_name_the_sensor() {
         (&[(FAST, 1.01)], &[], Force),
         (&[(FAST, 1.01)], &[SPOOL], Spool),
         (&[(TURNED, 1.01)], &[SPOOL], Spool),
+        (&[(AGAINST, 1.01), (TURNED, 1.01), (FAST, 1.01)], &[], Spool),
+        (&[(RATIO, 1.01), (AGAINST, 1.01)], &[], Velocity),
         (&[(FAST, 1.01), (TRAVEL, 0.3)], &[], Force),
         (&[(FAST, 1.01), (TRAVEL, 0.31)], &[], Displacement),
         (&[(FAST, 1.01)], &[VELOCITY], Velocity),
@@ -84,6 +86,7 @@ fn a_share_of_the_limits_is_enough_except_for_balance_and_stroke() {
         (FAST, Cause::ForceImplausible),
         (BALANCE, Cause::None),
         (STROKE, Cause::None),
+        (AGAINST, Cause::None),
     ] {
         assert_eq!(watch().contradiction(&with(&[(of, 0.51)], &[]), 0.5), cause, "{of}");
         assert_eq!(watch().contradiction(&with(&[(of, 0.49)], &[]), 0.5), Cause::None, "{of}");

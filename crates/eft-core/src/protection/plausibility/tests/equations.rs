@@ -23,8 +23,8 @@ fn round() -> Plausibility<f64, 21> {
         slow: 0.125,
         fast_decay: 0.8,
         decay: 0.9,
-        drift: [0.011, 0.013, 0.017, 0.019],
-        limit: [90.0, 91.0, 92.0, 93.0, 94.0, 95.0],
+        drift: [0.011, 0.013, 0.017, 0.019, 0.001],
+        limit: [90.0, 91.0, 92.0, 93.0, 94.0, 95.0, 96.0],
         late: 0.003,
         fine: 0.375,
         per_reversal: 0.7,
@@ -41,11 +41,11 @@ fn before() -> PlausibilityState<f64> {
     PlausibilityState {
         lows: [0.4, 0.7, 3000.0, 0.2, 0.009],
         highs: [[0.06, 0.01], [0.05, 0.02], [0.08, 0.03]],
-        valve: [0.11, 0.16, 0.13, 0.18],
+        valve: [0.11, 0.16, 0.13, 0.18, 0.12, 0.2],
         envelopes: [0.9, 0.3, 0.02, 0.03, 0.25, 0.1],
         near_null: 0.8,
         fine: [0.21, 0.04, 0.05],
-        sums: [Sum { above: MIDDLE, below: MIDDLE }; 6],
+        sums: [Sum { above: MIDDLE, below: MIDDLE }; 7],
         flow: 0.003,
         last_velocity: 0.26,
         displacement: 0.0098,
@@ -188,7 +188,7 @@ fn a_sum_remembers_the_velocity_at_which_it_was_zero() {
     assert_eq!(summed(&round(), before()).began, before().began);
     // The displacement is faster, so the lower side of the sum grows. Backwards it is the upper one of the ratio.
     for (speed, above, below) in [(0.21, forwards, 0.6), (-2.0, 0.5, -backwards)] {
-        let mut state = PlausibilityState { sums: [Sum::default(); 6], ..before() };
+        let mut state = PlausibilityState { sums: [Sum::default(); 7], ..before() };
         state.fine[0] = speed;
         let [motion, ratio] = summed(&round(), state).began;
         near("motion", motion.above, moved);
@@ -251,13 +251,30 @@ fn the_spool_may_differ_from_its_command_by_three_tenths() {
 }
 
 #[test]
+fn a_spool_moves_against_its_command_by_the_smaller_of_the_opposed_swings() {
+    let (asked, spool) = (0.13 + 0.125 * (0.16 - 0.13), 0.18 + 0.125 * (SPOOL - 0.18));
+    // An eighth of the distance from the means is forgotten.
+    let swing = |value: f64, mean: f64| 0.875 * (value - mean);
+    for (asked_mean, spool_mean, sign) in
+        [(0.12, 0.2, 1.0), (0.2, 0.12, 1.0), (0.12, 0.12, -1.0), (0.2, 0.2, -1.0)]
+    {
+        let mut state = before();
+        (state.valve[4], state.valve[5]) = (asked_mean, spool_mean);
+        let size = f64::min(swing(asked, asked_mean).abs(), swing(spool, spool_mean).abs());
+        let sum = summed(&round(), state).sums[AGAINST];
+        near("above", (sum.above - MIDDLE) / PERIOD, sign * size - 0.001);
+        near("agreement does not count", 1.0 + sum.below, 1.0);
+    }
+}
+
+#[test]
 fn without_a_sensor_of_the_velocity_only_flow_and_stroke_are_compared() {
     let state = summed(&Plausibility { senses_velocity: false, ..round() }, before());
     for n in [FAST, TURNED, TRAVEL, RATIO] {
         assert_eq!(state.sums[n], before().sums[n], "{n}");
     }
     let both = summed(&round(), before());
-    for n in [BALANCE, STROKE] {
+    for n in [BALANCE, STROKE, AGAINST] {
         assert_eq!(state.sums[n], both.sums[n], "{n}");
     }
 }
