@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 from eft import _native
 from eft._energy import EnergyBalance
+from eft._memory import check_memory, memory_of_samples
 from eft._native import Command, Rig
 from eft._read_only import read_only
 from eft._run import Array, Dtype, TestRun
@@ -159,7 +160,8 @@ def simulate(
     Raises
     ------
     ValueError
-        If an argument is not allowed; the message names it.
+        If an argument is not allowed; the message names it. If the test needs more memory than this machine
+        has.
 
     Examples
     --------
@@ -182,6 +184,7 @@ def simulate(
         if watch:
             raise ValueError("watch = True: must be left out with an external controller")
         rig, dtype = rig.replace(_TAKEN), "f32"
+    check_memory(f"command: {len(command)} samples need", memory_of_samples(rig, len(command)))
     if watch:
         show(rig, command, dtype)
     options: dict[str, Any] = {"method": method or "exponential", "largest_step": largest_step}

@@ -45,6 +45,21 @@ def test_a_test_larger_than_the_memory_is_refused_before_it_runs(monkeypatch, ca
     assert main(SWEEP) == 0
 
 
+def test_simulate_and_study_refuse_a_test_larger_than_the_memory(monkeypatch):
+    rig, command = eft.Rig.zhao2005(), eft.sine_sweep(1.0, 0.0, 10.0, duration=10.0, sample_rate=4096.0)
+    for name, pages, refused in (("too small", 1, True), ("large enough", 1_000_000, False)):
+        monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": pages, "SC_PAGE_SIZE": 4096}.__getitem__)
+        for run in (
+            lambda: eft.simulate(rig, command),
+            lambda: eft.study(rig, command, {"compensation.level": [1.0]}, progress=False),
+        ):
+            if refused:
+                with pytest.raises(ValueError, match="40960 samples need"):
+                    run()
+            else:
+                assert len(run()) in (1, 40960), name
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
 def test_a_folder_that_lets_nobody_in(tmp_path, monkeypatch, capfd):
     tmp_path.chmod(0o500)

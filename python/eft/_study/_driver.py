@@ -10,6 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from eft._memory import check_memory, memory_of_samples
 from eft._native import Command, Rig
 from eft._run import Dtype
 from eft._study._batch import run_batch
@@ -84,8 +85,9 @@ def study(
     Raises
     ------
     ValueError
-        If a key is unknown, a value has a wrong type, or the folder contains another study. A value that the
-        rig refuses is not an error; its row has the reason.
+        If a key is unknown, a value has a wrong type, or the folder contains another study. If one test needs
+        more memory than this machine has. A value that the rig refuses is not an error; its row has the
+        reason.
 
     Examples
     --------
@@ -99,6 +101,8 @@ def study(
     commands = _commands(command)
     combinations = combinations_of(parameters, rig)
     total = len(commands) * len(combinations)
+    longest = max(map(len, commands.values()))
+    check_memory(f"command: {longest} samples need", memory_of_samples(rig, longest))
     if chunk is None:
         chunk = max(_LEAST, -(-total // (_PARTS * _LEAST)) * _LEAST)
     elif not isinstance(chunk, int) or isinstance(chunk, bool) or chunk < 1:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,11 +9,9 @@ from typing import Any
 import click
 
 import eft
+from eft._memory import check_memory, memory_of_samples
 from eft._test_file import TestPlan, make_command, read_rig, read_test
 from eft.cli._output import FILE, F, settings
-
-_BYTES = 200
-"""Memory per sample and actuator of a test, for its traces and the computation of its metrics."""
 
 memory_option = click.option(
     "--memory",
@@ -92,26 +88,9 @@ def plan_of(
     return plan
 
 
-def check_memory(what: str, needed: float, allowed: float) -> None:
-    """Refuse what needs more memory (GiB) than this machine has, or than is allowed."""
-    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1024**3
-    said = f"{what} {needed:.1f} GiB of memory, must be at most the "
-    if needed > there:
-        raise ValueError(f"{said}{there:.1f} GiB of this machine; shorten it or sample less often")
-    if needed > allowed:
-        raise ValueError(f"{said}{allowed:g} GiB of --memory; --memory {math.ceil(needed)} lets it run")
-
-
 def memory_of(plan: TestPlan) -> float:
     """Memory that a test takes, GiB."""
     return memory_of_samples(plan.rig, len(plan.command))
-
-
-def memory_of_samples(rig: eft.Rig, samples: int) -> float:
-    """Memory that so many samples of a rig take, GiB."""
-    building = rig["structure.kind"] == "shear_building"
-    actuators = len(rig["structure.stories.masses"]) if building else 1
-    return actuators * samples * _BYTES / 1024**3
 
 
 def _plan(

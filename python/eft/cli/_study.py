@@ -17,10 +17,11 @@ import click
 import eft
 from eft._extras import need
 from eft._files import atomic_write
+from eft._memory import check_memory, memory_of_samples
 from eft._study._summary import SHOWN, reasons, summary
 from eft._study_file import StudyPlan, read_study
 from eft.cli._output import FILE, as_json, emit_json, epilog, settings, table
-from eft.cli._plan import check_memory, memory_of_samples, memory_option
+from eft.cli._plan import memory_option
 from eft.traces._write import check_folder
 
 
