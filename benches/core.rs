@@ -21,7 +21,9 @@ const RATE: f64 = TICKS as f64;
 /// The lead network's delay (s), α and DC gain (V).
 const LEAD: (f64, f64, f64) = (5.0e-3, 0.1, 12.4);
 const PARAMETERS: Parameters = Parameters { sample_rate: RATE, ..Parameters::ZHAO2005 };
-const ADAPTIVE: Parameters = Parameters { feedforward: true, learning: Learning::ADAPTIVE, ..PARAMETERS };
+/// Estimators with one flow gain.
+const ONE_GAIN: Learning = Learning { curve_correction: false, ..Learning::ADAPTIVE };
+const ADAPTIVE: Parameters = Parameters { feedforward: true, learning: ONE_GAIN, ..PARAMETERS };
 
 /// Two sines within ±1.
 fn signal() -> Vec<f64> {

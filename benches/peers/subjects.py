@@ -64,7 +64,9 @@ class Subjects:
     def __init__(self, folder):
         self.c = load_c(folder)
         self.rig = eft.Rig.zhao2005()
-        self.adaptive = self.rig.replace({"compensation.adaptive": True})
+        self.adaptive = self.rig.replace(
+            {"compensation.adaptive": True, "compensation.curve_correction": False}
+        )
         self.noisy = self.adaptive.replace({f"sensors.{name}.noise": noise for name, noise in NOISE.items()})
         self.building = building(self.rig, STORIES)
         self.command = eft.sine_sweep(8900.0, 0.0, 10.0, DURATION, RATE)

@@ -12,6 +12,7 @@ from eft.demo.experiments import EL_CENTRO
 RIG = eft.Rig.zhao2005()
 ADAPTIVE = {
     "compensation.adaptive": True,
+    "compensation.curve_correction": False,
     "compensation.feedforward": True,
     "compensation.look_ahead": True,
 }

@@ -27,7 +27,12 @@ SEEDS = HERE / "data" / "northridge_seeds.csv"
 SEED, COUNT = 20051, 1000
 RATE = 4096.0
 BAND = (0.5, 9.5)
-ADAPTIVE = {"compensation.feedforward": True, "compensation.adaptive": True}
+ADAPTIVE = {
+    "compensation.feedforward": True,
+    "compensation.adaptive": True,
+    "compensation.curve_correction": False,
+}
+"""Self-calibration with one flow gain."""
 Schemes = dict[str, dict[str, object]]
 Row = dict[str, float]
 TOGETHER = 32

@@ -72,6 +72,26 @@ fn the_curve_correction_finds_directions_and_bands() {
     }
 }
 
+/// Only `compensation.adaptive` is set.
+#[test]
+fn an_adaptive_rig_learns_the_directions_by_default() {
+    let uneven = valve(|x| if x > 0.0 { 1.08 } else { 0.92 });
+    let adaptive = rig(&[vec![set("compensation.adaptive", true)], uneven].concat());
+    let one_gain = adaptive.replace(&[set("compensation.curve_correction", false)]).unwrap();
+    for amplitude in [2200.0, 8900.0] {
+        let found = [&adaptive, &one_gain].map(|rig| ratio(&run(rig, &sweep(amplitude)), 0.5, 9.5));
+        for (curve, (least, largest)) in [true, false].into_iter().zip(found) {
+            keep(
+                format_args!("directions ±8 %, defaults, {amplitude} N, {}", flow(curve)),
+                &[("least", least), ("largest", largest)],
+            );
+        }
+        let [corrected, (least, largest)] = found;
+        assert_within(&format!("{amplitude} N"), corrected, 0.95, 1.02);
+        assert!(least < 0.75 && largest > 1.3, "{amplitude} N: one gain is as good: {least} {largest}");
+    }
+}
+
 #[test]
 fn a_correct_table_is_not_changed() {
     for amplitude in [2200.0, 8900.0] {

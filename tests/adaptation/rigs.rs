@@ -50,11 +50,9 @@ pub(crate) fn rig(changes: &[Change]) -> RigConfig {
     RigConfig::zhao2005().replace(changes).unwrap()
 }
 
-/// Feedforward, estimators and guard on; the controller's configuration stays the nominal rig's.
+/// Feedforward, estimators with one flow gain, and guard on; the controller's configuration stays the nominal rig's.
 pub(crate) fn adaptive(changes: &[Change]) -> RigConfig {
-    rig(changes)
-        .replace(&[set("compensation.feedforward", true), set("compensation.adaptive", true)])
-        .unwrap()
+    correcting(false, changes)
 }
 
 /// With one flow gain, and with the flow curve corrected.
@@ -67,7 +65,9 @@ pub(crate) fn flow(curve: bool) -> &'static str {
 
 /// [`adaptive`], with the flow curve corrected or not.
 pub(crate) fn correcting(curve: bool, changes: &[Change]) -> RigConfig {
-    adaptive(changes).replace(&[set("compensation.curve_correction", curve)]).unwrap()
+    let switches = ["feedforward", "adaptive", "curve_correction"]
+        .map(|switch| set(&format!("compensation.{switch}"), switch != "curve_correction" || curve));
+    rig(&switches).replace(changes).unwrap()
 }
 
 /// A sensor that fails for a duration (s).

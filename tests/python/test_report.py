@@ -190,7 +190,8 @@ def test_command_line_writes_the_report(tmp_path, monkeypatch, capsys):
     assert len(charts((tmp_path / "a.html").read_text(encoding="utf-8"))) == 9
 
 
-ADAPTIVE = {"compensation.adaptive": True, "compensation.feedforward": True}
+ONE_GAIN = {"compensation.curve_correction": False}
+ADAPTIVE = {"compensation.adaptive": True, "compensation.feedforward": True} | ONE_GAIN
 FOUND = (
     "over the configured (1)",
     "response delay (ms)",

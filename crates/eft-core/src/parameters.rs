@@ -176,7 +176,8 @@ pub enum VelocitySource {
 pub struct Learning {
     /// Whether flow gain and valve are estimated.
     pub adaptive: bool,
-    /// Whether the flow table is corrected by direction and band of flow. It needs `adaptive`.
+    /// Whether the flow table is corrected by direction and band of flow. It has an effect with `adaptive`, except in
+    /// the linear scheme.
     pub curve_correction: bool,
     /// Whether overcompensation reduces the level.
     pub guard: bool,
@@ -205,8 +206,8 @@ impl Learning {
         response_delay_bounds: [0.2, 4.0],
         age_limit: 1.0,
     };
-    /// Flow gain and valve are estimated, under the guard.
-    pub const ADAPTIVE: Self = Self { adaptive: true, guard: true, ..Self::OFF };
+    /// Flow gain, valve and flow curve are estimated, under the guard.
+    pub const ADAPTIVE: Self = Self { adaptive: true, curve_correction: true, guard: true, ..Self::OFF };
 
     /// Whether there is a learner.
     pub const fn is_on(&self) -> bool {
@@ -310,7 +311,7 @@ mod tests {
         assert_eq!([on(false, false), on(true, false), on(false, true)], [false, true, true]);
         let learner = |learning: Learning| (learning.adaptive, learning.guard, learning.curve_correction);
         assert_eq!(learner(Learning::OFF), (false, false, false));
-        assert_eq!(learner(Learning::ADAPTIVE), (true, true, false));
+        assert_eq!(learner(Learning::ADAPTIVE), (true, true, true));
     }
 
     #[test]

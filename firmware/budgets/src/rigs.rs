@@ -22,12 +22,14 @@ pub const PAPER: Parameters = Parameters {
     spool_range: 1.2,
     ..Parameters::ZHAO2005
 };
-/// The same with feedforward, estimators and guard.
-pub const SELF_CALIBRATING: Parameters =
-    Parameters { feedforward: true, learning: Learning::ADAPTIVE, ..PAPER };
-/// The same with the flow table corrected.
-pub const CURVE: Parameters =
-    Parameters { learning: Learning { curve_correction: true, ..Learning::ADAPTIVE }, ..SELF_CALIBRATING };
+/// The same with feedforward, estimators with one flow gain, and guard.
+pub const SELF_CALIBRATING: Parameters = Parameters {
+    feedforward: true,
+    learning: Learning { curve_correction: false, ..Learning::ADAPTIVE },
+    ..PAPER
+};
+/// The same with the flow table corrected, the default.
+pub const CURVE: Parameters = Parameters { learning: Learning::ADAPTIVE, ..SELF_CALIBRATING };
 
 /// The same with a protection and a plausibility watch.
 pub const WATCHED: Parameters = Parameters {

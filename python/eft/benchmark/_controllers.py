@@ -36,7 +36,7 @@ class Competitor:
 
 _DIGITAL: dict[str, object] = {"controller.realization": "digital"}
 _FEEDFORWARD: dict[str, object] = {"compensation.feedforward": True, "compensation.look_ahead": True}
-_ADAPTIVE = _FEEDFORWARD | {"compensation.adaptive": True}
+_ADAPTIVE = _FEEDFORWARD | {"compensation.adaptive": True, "compensation.curve_correction": False}
 _CURVE: dict[str, object] = _ADAPTIVE | {"compensation.curve_correction": True}
 _ROBUST: dict[str, object] = {"controller.force_loop": "robust"}
 _COMPLIANCE: dict[str, object] = {"actuator.attachment_stiffness": 1.4e6, "sensors.motion_at": "structure"}

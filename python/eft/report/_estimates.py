@@ -61,8 +61,8 @@ def _found(page: Page, runs: Mapping[str, TestRun], colors: Mapping[str, str]) -
     flow = shown("flow")
     known: list[dict[str, Any]] = []
     for name, run in runs.items():
-        linear = run.rig["compensation.mode"] == "linear"
-        if linear or run.found_flows is None or not run.rig["compensation.curve_correction"]:
+        corrects = run.rig["compensation.adaptive"] and run.rig["compensation.curve_correction"]
+        if run.rig["compensation.mode"] == "linear" or run.found_flows is None or not corrects:
             continue
         table = run.rig["servovalve.flow_table"]
         if table not in known:

@@ -29,12 +29,15 @@ WRONG = {
     "unknown mode": ([*SWEEP, "--set", "compensation.mode=magic"], {}, ["magic", "nonlinear"]),
     "unknown precision": ([*SWEEP, "--dtype", "f16"], {}, ["f16", "f32"]),
     "rig to save without correction": (
-        [*SWEEP, "--set", "compensation.adaptive=true", "--save-rig", "next.toml"],
+        [
+            *[*SWEEP, "--set", "compensation.adaptive=true", "--set", "compensation.curve_correction=false"],
+            *["--save-rig", "next.toml"],
+        ],
         {},
         ["next.toml", "compensation.curve_correction", "must be true"],
     ),
     "rig to save without estimators": (
-        [*SWEEP, "--set", "compensation.curve_correction=true", "--save-rig", "next.toml"],
+        [*SWEEP, "--save-rig", "next.toml"],
         {},
         ["next.toml", "compensation.adaptive", "must be true"],
     ),

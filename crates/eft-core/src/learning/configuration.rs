@@ -13,7 +13,7 @@ use crate::learning::learner::Learner;
 use crate::learning::least_squares::{Priors, Range};
 use crate::learning::tuning as t;
 use crate::learning::valve::ValveEstimator;
-use crate::parameters::Parameters;
+use crate::parameters::{Mode, Parameters};
 
 /// Largest computation delay (samples).
 const MOST_COMPUTATION: f64 = 1000.0;
@@ -148,7 +148,7 @@ macro_rules! constructor {
                 let grid = CurveGrid::over(p.greatest_flow());
                 let mut learner = Self {
                     adapts: l.adaptive,
-                    corrects: l.adaptive && l.curve_correction,
+                    corrects: l.adaptive && l.curve_correction && !matches!(p.mode, Mode::Linear),
                     guards: l.guard,
                     per_window: (1.0 / ticks as f64) as $t,
                     checkpoint_windows: windows(t::CHECKPOINT, period),

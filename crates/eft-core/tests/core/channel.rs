@@ -200,11 +200,12 @@ fn swapping_a_configuration_changes_no_state() {
     assert_eq!(one, other);
 }
 
-/// With the force loop that is designed for the paper's rig.
+/// With the force loop that is designed for the paper's rig, and one flow gain.
 const DESIGNED: Parameters<'static> = Parameters {
     proportional_gain: 0.2857,
     derivative_gain: 1.288e-03,
     integral_gain: 31.54,
+    learning: Learning { curve_correction: false, ..Learning::ADAPTIVE },
     ..rig::LEARNING
 };
 

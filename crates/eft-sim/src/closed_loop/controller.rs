@@ -122,7 +122,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         gap_time: limits.gap_time,
         learning: Learning {
             adaptive: c.adaptive,
-            curve_correction: c.curve_correction,
+            curve_correction: c.corrects_curve(),
             guard: c.adaptive || c.guard,
             excitation: c.learning.excitation,
             flow_gain_bounds: [c.learning.lowest_flow_gain, c.learning.highest_flow_gain],

@@ -26,8 +26,6 @@ const fn idle(key: &'static str, needs: &'static str, values: &'static [&'static
 const ON: &[&str] = &["true"];
 const NEEDS: &[IdleKey] = &[
     idle("compensation.look_ahead", "compensation.feedforward", ON),
-    idle("compensation.curve_correction", "compensation.adaptive", ON),
-    idle("compensation.curve_correction", "compensation.mode", &["off", "nonlinear"]),
     idle("calibration.flow_gain", "compensation.adaptive", ON),
     idle("controller.integral_gain", "controller.realization", &["digital"]),
     idle("protection.stuck_samples", "protection.enabled", ON),

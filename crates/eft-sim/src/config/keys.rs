@@ -103,7 +103,7 @@ pub static KEYS: &[Key] = &[
     key("compensation.feedforward", "", Bool, OFF, "add the flow that the command itself needs"),
     key("compensation.look_ahead", "", Bool, OFF, "use the next sample's command for feedforward and load pressure; needs `compensation.feedforward`"),
     key("compensation.adaptive", "", Bool, OFF, "estimate flow gain, delays and valve gain during the test, with the guard against overcompensation"),
-    key("compensation.curve_correction", "", Bool, OFF, "correct the flow curve by direction and band of opening during the test; needs `compensation.adaptive` and the nonlinear scheme"),
+    key("compensation.curve_correction", "", Bool, ON, "with `compensation.adaptive`, also correct the flow curve by direction and band of opening during the test; no effect in the linear scheme"),
     key("compensation.supply_correction", "", Bool, OFF, "scale the flow by a measured supply pressure; works without estimates"),
     key("compensation.guard", "", Bool, OFF, "reduce the level if overcompensation feeds energy into the structure; works without estimates"),
     key("compensation.learning.excitation", "", Float(1e-6, 0.5), float(5.0e-4), "opening below which nothing is learned"),

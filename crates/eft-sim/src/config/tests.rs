@@ -439,11 +439,10 @@ fn messages_name_keys_without_effect_and_what_they_need() {
         keys.iter().map(|&key| (key, Value::from(true))).collect()
     }
     let idle = |rig: &RigConfig| rig.idle_keys().into_iter().map(|idle| idle.to_string()).collect::<Vec<_>>();
-    let set = rig.replace(&on(&["compensation.look_ahead", "compensation.curve_correction"])).unwrap();
+    let set = rig.replace(&on(&["compensation.look_ahead"])).unwrap();
     let set = set.replace(&[("protection.fault_time", Value::from(1.0))]).unwrap();
     let expected = [
         "compensation.look_ahead needs compensation.feedforward = true",
-        "compensation.curve_correction needs compensation.adaptive = true",
         "protection.fault_time needs protection.enabled = true",
         "protection.fault_time needs compensation.adaptive = true",
     ];
@@ -452,8 +451,6 @@ fn messages_name_keys_without_effect_and_what_they_need() {
         .replace(&on(&["compensation.feedforward", "compensation.adaptive", "protection.enabled"]))
         .unwrap();
     assert_eq!(idle(&woken), [""; 0]);
-    let linear = woken.replace(&[("compensation.mode", Value::from("linear"))]).unwrap();
-    assert_eq!(idle(&linear), ["compensation.curve_correction needs compensation.mode = off or nonlinear"]);
 }
 
 #[test]

@@ -106,7 +106,8 @@ section! {
         pub look_ahead: bool,
         /// Whether flow gain and valve are estimated during the test.
         pub adaptive: bool,
-        /// Whether an adaptive rig also corrects the flow curve by direction and band of opening.
+        /// Whether an adaptive rig also corrects the flow curve by direction and band of opening, except in the linear
+        /// scheme.
         pub curve_correction: bool,
         /// Whether a measured supply pressure scales the flow.
         pub supply_correction: bool,
@@ -118,6 +119,12 @@ section! {
 }
 
 impl Compensation {
+    /// Whether the flow curve is corrected during the test.
+    #[must_use]
+    pub fn corrects_curve(&self) -> bool {
+        self.adaptive && self.curve_correction && self.mode != Mode::Linear
+    }
+
     /// Delay for which the lead network compensates without self-calibration, s: the valve's and the velocity's.
     #[must_use]
     pub fn lead_delay(&self) -> f64 {
