@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SOUND, SUPPLIES, YIELDING
+from safety_laboratory import LABORATORY
 from safety_sizes import SIZES
 
 from eft._files import write_text
@@ -109,3 +110,20 @@ def report(folder: Path) -> None:
         "",
     ]
     write_text(folder / "safety_sound.md", "\n".join(text))
+    rows = read(LABORATORY)
+    by_level = sum(row["cause"].endswith("_level") for row in rows)
+    alarms = [row for row in rows if row["cause"] != "none" and not row["cause"].endswith("_level")]
+    unstable = [row for row in alarms if row["unstable"] == "1"]
+    false = [row for row in alarms if row["unstable"] == "0" and row["out_of_range"] == "0"]
+    designed = [row for row in rows if row["loop"] == "designed"]
+    wrong = [row for row in false if row["loop"] == "designed"]
+    text = (
+        f"Of {len(rows)} tests on laboratory rigs, {by_level} trip by a level. In {len(alarms)} measurements "
+    )
+    text += (
+        f"disagree. In {len(unstable)} of these the loop is unstable without the protection as well. False "
+    )
+    text += (
+        f"alarms: {len(false)}, and {len(wrong)} among the {len(designed)} tests with the designed loop.\n"
+    )
+    write_text(folder / "safety_laboratory.md", text)
