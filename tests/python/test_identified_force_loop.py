@@ -182,7 +182,7 @@ def test_a_late_load_cell_feeds_no_oscillation_at_large_openings() -> None:
     rig = RIG.replace(
         {
             "compensation.adaptive": True,
-                "compensation.curve_correction": False,
+            "compensation.curve_correction": False,
             "structure.mass": mass,
             "structure.stiffness": mass * frequency**2,
             "structure.softening.stiffness": 0.5 * mass * frequency**2,
