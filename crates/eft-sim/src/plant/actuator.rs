@@ -89,7 +89,8 @@ impl<S: Num> Actuator<S> {
     /// series give `K_a(x) = K_a·(1 − (x/l)²)`, where `l = V_0/A` is the sum of stroke and dead length
     /// (Merritt 1967).
     ///
-    /// Returns the rates (Pa/s) of load pressure and filling. Within the play of the attachment the load pressure stays zero.
+    /// Returns the rates (Pa/s) of load pressure and filling. Within the play of the attachment the load
+    /// pressure stays zero.
     #[inline(always)]
     pub(crate) fn rates_at(&self, load_flow: S, load_pressure: S, displacement: S, velocity: S) -> [S; 2] {
         let in_the_middle = self.rate(load_flow, load_pressure, velocity);

@@ -42,8 +42,8 @@ struct Parts<S: Num> {
     keeps_account: bool,
 }
 
-/// Numbers of an actuator: those of [`ActuatorState`], with the filling in place of the load pressure, the load cell's state (N), the hysteresis of its
-/// story, the flow of its torque motor (m³/s) and the rate of that flow.
+/// Numbers of an actuator: those of [`ActuatorState`] with the filling in place of the load pressure, the load
+/// cell's state (N), the hysteresis of its story, the flow of its torque motor (m³/s) and the rate of that flow.
 const EACH: usize = STATES + 4;
 
 /// Shared numbers: the accumulator's pressure (Pa) and the time of the test (s).
