@@ -35,7 +35,7 @@ RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -
 MSRV = $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 .NOTPARALLEL:
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware boards prove mutants bench docs explore dist dist-check release-check build msrv clean
+.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware boards prove mutants coverage bench docs explore dist dist-check release-check build msrv clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -92,6 +92,9 @@ prove: $(VENV)/.extra-prove ## Prove the core's lemmas for all inputs, and refut
 
 mutants: ## Change the core in small wrong ways that its tests must notice (MUTANTS_ARGS="--sample 40", ...)
 	nice $(PYTHON) crates/eft-core/mutants.py $(MUTANTS_ARGS)
+
+coverage: ## Branch coverage of the core by its tests; needs nightly Rust with llvm-tools
+	nice $(PYTHON) crates/eft-core/coverage.py
 
 bench: $(VENV)/.built $(VENV)/.extra-bench ## Measure: criterion, and the package against its peers; writes docs/evidence/performance.md
 	$(CARGO) bench --locked --package eft-benches

@@ -18,6 +18,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -82,9 +83,8 @@ class Mutant:
         return f"{self.file}:{self.line + 1}: {change}   in: {before.strip()}"
 
 
-def mutants(folders: list[str]) -> list[Mutant]:
-    """All mutants, except in tests, documentation and generic bounds."""
-    found = []
+def sources(folders: Iterable[str]) -> Iterator[tuple[Path, list[str]]]:
+    """The files of some folders, and their lines up to the tests."""
     source = ROOT / "crates/eft-core/src"
     for folder in folders:
         # A folder's parent module is a file of the same name.
@@ -96,15 +96,22 @@ def mutants(folders: list[str]) -> list[Mutant]:
                 if line.strip() == "#[cfg(test)]":
                     item = next(below for below in lines[number + 1 :] if not below.startswith("#["))
                     if item.endswith("{"):
+                        lines = lines[:number]
                         break
-                code = line.split("//")[0]
-                if not code.strip() or code.strip().startswith(
-                    ("#", "use ", "impl", "fn ", "pub fn", "where")
-                ):
-                    continue
-                for pattern, text in CHANGES:
-                    for match in re.finditer(pattern, code):
-                        found.append(Mutant(file.relative_to(ROOT), number, match.start(), match.end(), text))
+            yield file.relative_to(ROOT), lines
+
+
+def mutants(folders: list[str]) -> list[Mutant]:
+    """All mutants, except in tests, documentation and generic bounds."""
+    found = []
+    for file, lines in sources(folders):
+        for number, line in enumerate(lines):
+            code = line.split("//")[0]
+            if not code.strip() or code.strip().startswith(("#", "use ", "impl", "fn ", "pub fn", "where")):
+                continue
+            for pattern, text in CHANGES:
+                for match in re.finditer(pattern, code):
+                    found.append(Mutant(file, number, match.start(), match.end(), text))
     return found
 
 
