@@ -1,6 +1,7 @@
 //! The designed force loop, which replaces the gains of the configuration.
 
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 
 use super::{FlowCurve, GivenForceLoop, MotionAt, Realization, RigConfig, RigValues};
 use crate::design::{self, HeldPiston};
@@ -25,7 +26,7 @@ impl RigConfig {
     pub fn designed_force_loop(&self, sample_rate: f64) -> Result<design::ForceLoop> {
         let rest = self.at_rest(&self.servovalve.flow_table)?;
         let piston = self.held_piston(&rest, rest.steeper, self.measured_compressibility());
-        design::design(&HeldPiston { sample_rate, ..piston })
+        design::design(&HeldPiston { sample_rate, latency: self.further_latency(sample_rate), ..piston })
     }
 
     /// Valve, oil and load cell of these values with the piston at rest, for a flow gain (m³/s per unit
@@ -45,8 +46,16 @@ impl RigConfig {
             force_sensitivity: self.controller.force_sensitivity,
             cell_bandwidth: sensor.bandwidth,
             delay: sensor.delay + self.dac.delay,
+            latency: 0.0,
             sample_rate: self.controller.sample_rate,
         }
+    }
+
+    /// Known latency (s) of the load cell that its configured delay and bandwidth do not explain.
+    fn further_latency(&self, sample_rate: f64) -> f64 {
+        let cell = &self.sensors.force;
+        let filter = cell.bandwidth.map_or(0.0, |bandwidth| 1.0 / (TAU * bandwidth));
+        (self.controller.force_delay - f64::from(cell.delay) / sample_rate - filter).max(0.0)
     }
 
     /// A flow curve of this rig's valve and piston about rest.

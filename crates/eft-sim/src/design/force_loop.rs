@@ -83,14 +83,32 @@ pub struct ForceLoopMargins {
     pub e_max: f64,
 }
 
-/// Designs a force loop, which takes tens of milliseconds.
+/// Designs a force loop, which takes tens of milliseconds. A known latency of the load cell makes the gains
+/// smaller; the integral time stays, or becomes longer.
 pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
-    if plant.delay > LONGEST_DELAY {
-        let allowed = format!("a robust force loop is designed for at most {LONGEST_DELAY} samples");
-        return Err(Error::value("sensors.force.delay + dac.delay", plant.delay, allowed));
+    let punctual = with_margins(&HeldPiston { latency: 0.0, ..plant.clone() })?;
+    if plant.latency > 0.0 { late::slowed(&punctual, plant) } else { Ok(punctual) }
+}
+
+/// Refuses delays of the loop (samples) above a longest one, by the keys that state them.
+fn refuse_long_delay(keys: &str, samples: u32, longest: u32) -> Result<()> {
+    if samples > longest {
+        let allowed = format!("a robust force loop is designed for at most {longest} samples");
+        return Err(Error::value(keys, samples, allowed));
     }
+    Ok(())
+}
+
+/// The deviating rigs, sampled.
+fn corners(plant: &HeldPiston, deviations: &[Deviation]) -> Vec<Sampled> {
+    deviations.iter().map(|off| plant.deviating(off).sampled()).collect()
+}
+
+/// The loop of a rig without a known latency.
+fn with_margins(plant: &HeldPiston) -> Result<ForceLoop> {
+    refuse_long_delay("sensors.force.delay + dac.delay", plant.delay, LONGEST_DELAY)?;
     let nominal = plant.sampled();
-    let corners: Vec<_> = DEVIATIONS.iter().map(|off| plant.deviating(off).sampled()).collect();
+    let corners = corners(plant, &DEVIATIONS);
     // The spool's response delay at low frequencies (s).
     let scale = plant.spool_volume / (plant.pilot_flow_gain * plant.spool_voltage);
     for integral_time in INTEGRAL_TIMES {
@@ -118,10 +136,10 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     Err(Error::value("controller.force_loop", "\"robust\"", allowed))
 }
 
-/// Whether the gains keep the oil column of every corner damped.
-fn damped(corners: &[Sampled], gains: Gains) -> Result<bool> {
+/// Whether the oil column of every corner has at least this damping ratio (1).
+fn damped(corners: &[Sampled], gains: Gains, least: f64) -> Result<bool> {
     for corner in corners {
-        if corner.damping(gains)? < LEAST_DAMPING {
+        if corner.damping(gains)? < least {
             return Ok(false);
         }
     }
@@ -142,7 +160,7 @@ fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<
         derivative: proportional * time,
         integral: proportional / integral_time,
     };
-    let damped = |proportional: f64| damped(corners, with(proportional));
+    let damped = |proportional: f64| damped(corners, with(proportional), LEAST_DAMPING);
     let (mut low, mut high) = GAINS;
     // With little leakage the integral part causes a slow oscillation at the smallest gains.
     while !damped(low)? {
@@ -156,9 +174,15 @@ fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<
         if damped(middle)? { low = middle } else { high = middle }
     }
     // Four digits are independent of rounding differences between machines.
-    let Gains { proportional, derivative, integral } = with(low);
-    let [proportional, derivative, integral] = [proportional, derivative, integral].map(four_digits);
-    Ok(Some(Gains { proportional, derivative, integral }))
+    Ok(Some(with(low).rounded()))
+}
+
+impl Gains {
+    fn rounded(self) -> Self {
+        let Self { proportional, derivative, integral } = self;
+        let [proportional, derivative, integral] = [proportional, derivative, integral].map(four_digits);
+        Self { proportional, derivative, integral }
+    }
 }
 
 /// Rounded to four significant digits.
@@ -173,14 +197,19 @@ impl HeldPiston {
         self.force_sensitivity * self.piston_area * self.flow_gain / (self.spool_voltage * self.leakage)
     }
 
+    /// Further delay (samples) of a corner for what is not known.
+    fn unknown_delay(&self) -> u32 {
+        FURTHER_SAMPLES + libm::round(LATENCY * self.sample_rate).min(LATENCY_SAMPLES) as u32
+    }
+
     fn deviating(&self, off: &Deviation) -> Self {
         Self {
             compressibility: self.compressibility / off.oil_stiffness,
             pilot_time_constant: self.pilot_time_constant * off.pilot_time_constant,
             flow_gain: self.flow_gain * FLOW_GAIN,
-            delay: self.delay
-                + FURTHER_SAMPLES
-                + libm::round(LATENCY * self.sample_rate).min(LATENCY_SAMPLES) as u32,
+            // A known latency replaces what is not known if it is longer.
+            delay: self.samples().max(self.delay + self.unknown_delay()),
+            latency: 0.0,
             ..self.clone()
         }
     }
@@ -299,5 +328,6 @@ impl Sampled {
     }
 }
 
+mod late;
 #[cfg(test)]
 pub(super) mod tests;

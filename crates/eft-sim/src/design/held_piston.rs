@@ -36,6 +36,8 @@ pub struct HeldPiston {
     pub cell_bandwidth: Option<f64>,
     /// Delay between load cell and valve (samples), without that of the hold.
     pub delay: u32,
+    /// Known latency of the load cell (s) besides its bandwidth and this delay.
+    pub latency: f64,
     /// Sample rate (Hz).
     pub sample_rate: f64,
 }
@@ -129,6 +131,11 @@ impl HeldPiston {
         Continuous { a, driven, shown, names }
     }
 
+    /// Delay and latency together (samples).
+    pub(super) fn samples(&self) -> u32 {
+        self.delay + libm::round(self.latency * self.sample_rate) as u32
+    }
+
     pub(super) fn sampled(&self) -> Sampled {
         let Continuous { a, driven, shown, names } = self.continuous();
         let states = names.len();
@@ -143,7 +150,7 @@ impl HeldPiston {
             b: step.view((0, states), (states, 1)).into_owned(),
             c,
             names,
-            delay: self.delay as usize,
+            delay: self.samples() as usize,
             force_sensitivity: self.force_sensitivity,
             rate: self.sample_rate,
         }
