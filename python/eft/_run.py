@@ -42,7 +42,8 @@ class TestRun(Channels, ReadOnly):
 
     Value `i` is the plant's true value at time ``i / sample_rate``, before that tick's output acts. The
     traces ``measured_...`` are the readings of the sensors. ``time, force = run`` unpacks time and force. The
-    arrays are read-only; change a copy.
+    arrays are read-only; change a copy. ``"acceleration" in run`` says whether the run has a trace. A trace
+    that a file lacks because an older version wrote it raises `AttributeError`.
     """
 
     __test__ = False  # pytest would collect classes with this name
@@ -78,6 +79,8 @@ class TestRun(Channels, ReadOnly):
     """Whether an external controller replaced the rig's."""
     _energy: EnergyBalance | None = None
     _whole: bool = True
+    _unrecorded: frozenset[str] = frozenset()
+    """Traces that the version of a file did not record."""
     _building: tuple[TestRun, int] | None = None
     """The run of all actuators of a building, and the place of this actuator in it."""
 
@@ -545,6 +548,9 @@ class TestRun(Channels, ReadOnly):
         """
         return cls(**_run_file.read(Path(path)))
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._traces
+
     def __iter__(self) -> Iterator[Array]:
         return iter((self.time, self.force))
 
@@ -588,9 +594,3 @@ class TestRun(Channels, ReadOnly):
     def __repr__(self) -> str:
         name = self.rig["name"] or "rig without a name"
         return f"<eft.TestRun of {name}: {len(self)} samples at {self.sample_rate:g} Hz, {self.message}>"
-
-
-_OPTIONAL = tuple(name for name, trace in TRACES.items() if trace.otherwise == "absent")
-"""Traces that only some rigs have."""
-_TRACES = (*(name for name in TRACES if name not in _OPTIONAL), "status")
-"""The traces of every rig."""

@@ -11,13 +11,17 @@ Format 2. Each member is a NumPy array in its own format (``.npy``), deflated; `
 - ``about``: JSON with ``date`` (ISO 8601), ``record`` (its name), ``scale``, ``mass`` (kg), ``energy`` (J by
   name, or null where it is unknown), ``whole`` (whether it is a whole test), ``stopped`` (why an external
   structure ended it), ``outside`` (whether there was one), ``controlled`` (whether an external controller
-  replaced the rig's), ``calibrations`` (of each actuator, or null) and ``units`` (of each trace);
+  replaced the rig's), ``calibrations`` (of each actuator, or null), ``units`` (of each trace) and ``absent``
+  (traces that the version knew and the rig has not);
 - ``found_flows``: m³/s, empty if unknown;
 - ``status``: bits of `eft.Status`, one word per sample;
 - each trace: one value per sample, with the shape (actuators, samples) for several actuators; a single number
   if it is constant; the name of another trace if it has the same values.
 
 Format 1 is not compressed, has no ``about``, and repeats every trace.
+
+A trace of this version that is neither in ``units`` nor in ``absent`` was not recorded by the version that
+wrote the file. A trace of ``units`` without an array is damage.
 """
 
 from __future__ import annotations
@@ -37,7 +41,7 @@ from eft._energy import EnergyBalance
 from eft._files import atomic_write
 from eft._native import Command, Rig
 from eft._sections import calibration_of, plain
-from eft._table import TRACES
+from eft._table import OPTIONAL, TRACES
 
 if TYPE_CHECKING:
     from eft._run import TestRun
@@ -47,6 +51,12 @@ _TOLD = {"format": "i", "version": "U", "rig": "U", "dtype": "U", "sample_rate":
 """Fields that describe a run, and their types."""
 _FINITE = ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command")
 """Traces of the plant, which must be finite; a sensor may report NaN."""
+_FIRST = (
+    *("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command"),
+    *("compensation", "supply_pressure", "measured_force", "measured_displacement", "measured_velocity"),
+    *("measured_spool", "measured_supply_pressure", "flow_gain_estimate", "response_delay_estimate", "level"),
+)
+"""Traces that every version recorded, and all that is sure of format 1, which has no table of them."""
 _LEVEL = 1
 """Level of compression; the highest level takes five times as long and saves a twentieth."""
 
@@ -65,6 +75,7 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
         "controlled": run._controlled,
         "calibrations": plain(run._calibrations),
         "units": {name: TRACES[name].unit for name in values},
+        "absent": [name for name in TRACES if name not in values and name not in run._unrecorded],
     }
     arrays: dict[str, Any] = {
         "format": np.int64(_FORMAT),
@@ -113,16 +124,17 @@ def _fields(stored: dict[str, NDArray[Any]]) -> dict[str, Any]:
     if len(shape) not in (1, 2) or 0 in shape:
         raise ValueError(f"command is {stored['command'].dtype} of shape {shape}")
     rig = Rig(told["rig"])
+    about = (
+        _about(_told("about", stored["about"], "U"), shape) if told["format"] > 1 else dict(_ABOUT_FORMAT_1)
+    )
+    recorded, absent = {*_FIRST, *about.pop("units")}, about.pop("absent")
     values: dict[str, Any] = {}
-    for name, trace in TRACES.items():
-        if name in stored or trace.otherwise == "recorded":
+    unrecorded = []
+    for name in TRACES:
+        if name in stored or name in recorded:
             values[name] = _trace(name, stored[name], values, shape)
-        elif trace.otherwise in TRACES:
-            values[name] = values[trace.otherwise]
-        elif trace.otherwise != "absent":
-            # An older file has no deviations; the values of a fixed scheme have none.
-            sure = name == "valve_gain_estimate" and not rig["compensation.adaptive"]
-            values[name] = np.broadcast_to(1.0 if sure else np.nan, shape)
+        elif name not in absent:
+            unrecorded.append(name)
     for name in _FINITE:
         # Checked without another array of the trace's size.
         if not (np.isfinite(values[name].min()) and np.isfinite(values[name].max())):
@@ -138,16 +150,13 @@ def _fields(stored: dict[str, NDArray[Any]]) -> dict[str, Any]:
     found = stored.get("found_flows", np.broadcast_to(table, (*shape[:-1], table.size)))
     if found.dtype != np.float64 or found.shape not in ((*shape[:-1], table.size), (0,)):
         raise ValueError(f"found_flows is {found.dtype} of shape {found.shape}")
-    # An older file without this field may be a part of a test.
-    about = {"_whole": False}
-    if "about" in stored:
-        about = _about(_told("about", stored["about"], "U"), shape)
     return {
         "rig": rig,
         "sample_rate": told["sample_rate"],
         "dtype": told["dtype"],
         "version": told["version"],
         "_values": values,
+        "_unrecorded": frozenset(unrecorded),
         "status": status,
         "found_flows": found if found.size else None,
         **about,
@@ -163,8 +172,12 @@ def _trace(name: str, stored: NDArray[Any], values: Mapping[str, Any], shape: tu
     return stored if stored.shape else np.broadcast_to(stored, shape)
 
 
+_ABOUT_FORMAT_1: dict[str, Any] = {"_whole": False, "units": (), "absent": OPTIONAL}
+"""The origin of a run of format 1, which may be a part of a test."""
+
+
 def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
-    """The origin of a run."""
+    """The origin of a run, and its tables of traces."""
     about = json.loads(text)
     energy, mass, scale = about["energy"], about["mass"], about["scale"]
     # Older files have no "stopped".
@@ -175,6 +188,11 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         mass = np.asarray(mass, dtype=np.float64)
         if mass.shape not in ((), shape[:-1]):
             raise ValueError(f"mass is of shape {mass.shape}")
+    # Older files do not say which traces the rig has not.
+    tables = {"units": list(about["units"]), "absent": about.get("absent", list(OPTIONAL))}
+    for name, table in tables.items():
+        if not isinstance(table, list) or not all(isinstance(one, str) for one in table):
+            raise ValueError(f"{name} is {about[name]!r}")
     calibrations = about.get("calibrations", [None] * (shape[0] if len(shape) > 1 else 1))
     return {
         "date": about["date"],
@@ -190,6 +208,7 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         "_controlled": about.get("controlled") is True,
         # Older files have none.
         "_calibrations": tuple(map(calibration_of, calibrations)),
+        **tables,
     }
 
 

@@ -32,12 +32,33 @@ class Metric(NamedTuple):
 
 TRACES: dict[str, Trace] = {name: Trace(*about) for name, *about in _native.trace_table()}
 METRICS: dict[str, Metric] = {name: Metric(*about) for name, *about in _native.metric_table()}
+OPTIONAL = tuple(name for name, trace in TRACES.items() if trace.otherwise == "absent")
+"""Traces that only some rigs have."""
+
+
+class UnrecordedTraceError(AttributeError, ValueError):
+    """A trace that the version of eft which wrote a file did not record.
+
+    It is an `AttributeError`, so ``hasattr`` is false for the trace. It is a `ValueError` like every other
+    error of an input, which a command reports in one sentence.
+    """
 
 
 class Channels:
     """The traces of a run as attributes, with a leading axis for several actuators."""
 
+    version: str
     _values: Mapping[str, Any]
+    _unrecorded: frozenset[str]
+
+
+def _channel(run: Channels, name: str) -> Any:
+    if name in run._unrecorded:
+        raise UnrecordedTraceError(
+            f"{name} is not in this file: eft {run.version}, which ran the test, did not record it. "
+            "Run the test again to get it"
+        )
+    return run._values.get(name)
 
 
 class Metrics(Mapping[str, Any]):
@@ -79,7 +100,7 @@ def _unit(unit: str) -> str:
 
 for _name, _trace in TRACES.items():
     _doc = f"{_trace.doc}{_unit(_trace.unit)}"
-    setattr(Channels, _name, property(lambda run, name=_name: run._values.get(name), doc=_doc))
+    setattr(Channels, _name, property(lambda run, name=_name: _channel(run, name), doc=_doc))
 for _name, _metric in METRICS.items():
     _doc = f"{_metric.doc[:1].upper()}{_metric.doc[1:]}{_unit(_metric.unit)}"
     setattr(Metrics, _name, property(lambda of, name=_name: of._values.get(name, float("nan")), doc=_doc))

@@ -18,8 +18,11 @@ class Metric(NamedTuple):
     doc: str
     costly: bool
 
+class UnrecordedTraceError(AttributeError, ValueError): ...
+
 TRACES: dict[str, Trace]
 METRICS: dict[str, Metric]
+OPTIONAL: tuple[str, ...]
 TraceName: TypeAlias = Literal[
     "command",
     "force",
@@ -69,7 +72,9 @@ MetricName: TypeAlias = Literal[
 ]
 
 class Channels:
+    version: str
     _values: Mapping[str, Any]
+    _unrecorded: frozenset[str]
     @property
     def command(self) -> _Array: ...
     @property

@@ -1,22 +1,17 @@
 """A test from Python: its traces, metrics and file, and that it does not block other threads."""
 
-import json
 import os
-import pickle
-import re
 import signal
 import subprocess
 import sys
 import textwrap
 import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import eft
-from eft._run import _TRACES
 
 RIG = eft.Rig.zhao2005()
 SHORT = eft.sine_sweep(2200.0, 0.0, 10.0, 4.0, 1024.0)
@@ -29,7 +24,7 @@ def run():
 
 def test_every_trace_has_one_value_per_sample(run):
     assert len(run) == len(SHORT)
-    for name in _TRACES:
+    for name in run._traces:
         trace = getattr(run, name)
         assert trace.shape == (len(SHORT),)
         assert trace.dtype == (np.uint32 if name == "status" else np.float64)
@@ -145,132 +140,9 @@ def test_flags_have_the_names_of_the_core():
     assert {cause.name.lower(): int(cause) for cause in eft.Cause} == _native.trip_causes()
 
 
-def test_a_saved_run_comes_back_bit_for_bit(tmp_path):
-    rig = RIG.replace({"sensors.seed": 17, "name": "Fußgängerbrücke"})
-    run = eft.simulate(rig, SHORT, dtype="f32")
-    path = tmp_path / "test.eft"
-    assert run.save(path) == path
-    assert list(tmp_path.iterdir()) == [path]
-    for back in (eft.TestRun.load(str(path)), pickle.loads(pickle.dumps(run))):
-        for name in _TRACES:
-            np.testing.assert_array_equal(getattr(back, name), getattr(run, name))
-        assert back.rig == rig and back.seed == 17 and back.dtype == "f32"
-        assert back.version == eft.__version__ and back.sample_rate == 1024.0
-        assert back.metrics() == run.metrics()
-    with np.load(path, allow_pickle=False) as archive:
-        assert str(archive["version"]) == eft.__version__
-        assert int(archive["seed"]) == 17
-        assert eft.Rig(str(archive["rig"])) == rig
-
-
-DATA = Path(__file__).parent / "data"
-
-
-def test_a_run_saved_by_the_first_format_is_still_read(tmp_path):
-    run = eft.TestRun.load(DATA / "single-format-1.eft")
-    assert (len(run), run.sample_rate, run.dtype, run.version) == (256, 1024.0, "f32", "0.1.0")
-    assert run.rig["name"] == "kept from before" and run.seed == 5
-    assert run.force.sum() == 247004.07438617744 and run.measured_force.sum() == 247454.35777115411
-    assert run.acceleration is not None and run.acceleration.sum() == -5.141331472450961
-    assert np.abs(run.spool).max() == 0.01644341060636544 and run.found_flows.sum() == -0.0011179206194356084
-    # Traces that the format did not have are absent.
-    assert np.isnan(run.test_ratio).all() and run.energy is None
-    assert (run.date, run.record, run.scale, run.mass) == ("", "", None, None)
-    again = eft.TestRun.load(run.save(tmp_path / "again.eft"))
-    for name in run._traces:
-        np.testing.assert_array_equal(getattr(again, name), getattr(run, name))
-    building = eft.TestRun.load(DATA / "building-format-1.eft")
-    assert building.command.shape == (2, 128) and building.force.sum() == 221893.32686160645
-    assert building.metrics()["nrmse"].shape == (2,)
-
-
-def test_a_saved_run_says_where_it_comes_from(tmp_path):
-    motion = eft.Record(0.5 * np.sin(np.arange(200) / 5.0), 0.02, "a quake")
-    command = eft.effective_force(motion, mass=7040.0, sample_rate=1024.0, scale=0.5)
-    run = eft.simulate(RIG, command)
-    path = run.save(tmp_path / "run.eft")
-    back = eft.TestRun.load(path)
-    for one in (run, back):
-        assert (one.record, one.scale, one.mass) == ("a quake", 0.5, 7040.0)
-        assert one.date.startswith("20") and one.date.endswith("+00:00")
-    assert back.date == run.date and back.measured_force is back.force
-    with np.load(path, allow_pickle=False) as archive:
-        about = json.loads(str(archive["about"]))
-        assert about["units"]["force"] == "N" and about["record"] == "a quake"
-        # Traces that refer to another one, and constant ones.
-        assert str(archive["measured_force"]) == "force" and float(archive["supply_pressure"]) == 1.9e7
-        traces = sum(archive[name].nbytes for name in archive.files)
-    assert path.stat().st_size < 0.95 * traces
-    stories = {"masses": [7e3, 8e3], "dampings": [4e3, 4e3], "stiffnesses": [7e5, 7e5]}
-    rig = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
-    run = eft.simulate(rig, eft.effective_force(motion, mass=[7e3, 8e3], sample_rate=512.0))
-    back = eft.TestRun.load(run.save(path))
-    np.testing.assert_array_equal(back.mass, [7e3, 8e3])
-    assert back.actuator(1).mass == 8e3 and back.energy == run.energy
-
-
-def test_the_page_on_files_has_every_key_of_the_origin(tmp_path, run):
-    with np.load(run.save(tmp_path / "run.eft"), allow_pickle=False) as archive:
-        about = json.loads(str(archive["about"]))
-    page = Path(__file__).parents[2] / "docs" / "reference" / "python" / "files.md"
-    table = page.read_text(encoding="utf-8").split("| key | content |")[1].split("\n\n")[0]
-    assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == list(about)
-
-
-def test_saving_over_a_file_leaves_the_old_one_when_it_fails(tmp_path, run, monkeypatch):
-    path = tmp_path / "test.npz"
-    run.save(path)
-    before = path.read_bytes()
-
-    def full(*_, **__):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(np.lib.format, "write_array", full)
-    with pytest.raises(OSError, match="No space left"):
-        run.save(path)
-    assert path.read_bytes() == before
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_files_that_are_no_saved_runs_are_refused(tmp_path, run):
-    with pytest.raises(FileNotFoundError):
-        eft.TestRun.load(tmp_path / "nowhere.npz")
-    path = tmp_path / "test.npz"
-    run.save(path)
-    whole = path.read_bytes()
-    with np.load(path) as archive:
-        stored = dict(archive)
-
-    def refused(says):
-        with pytest.raises(ValueError, match=rf"test\.npz: not a test saved by eft: .*{says}"):
-            eft.TestRun.load(path)
-
-    for cut in (0, 1, 100, len(whole) // 2, len(whole) - 1):
-        path.write_bytes(whole[:cut])
-        refused("")
-    path.write_bytes(b"time,force\n0,1\n")
-    refused("")
-    with path.open("wb") as file:
-        np.save(file, np.zeros(3))
-    refused("no archive of arrays")
-    for spoil, says in [
-        ({"format": np.int64(99)}, "format 99 is later than 2"),
-        ({"force": stored["force"][:-1]}, "force is float64 of shape"),
-        ({"status": stored["status"].astype(float)}, "status is float64"),
-        ({"rig": np.array("a = ")}, "line 1, column"),
-        ({"dtype": np.array("f16")}, "dtype is 'f16'"),
-    ]:
-        np.savez(path, **(stored | spoil))
-        refused(says)
-    np.savez(path, **{name: value for name, value in stored.items() if name != "spool"})
-    refused("has no 'spool'")
-    np.savez(path, **(stored | {"force": np.array([{}], dtype=object)}))
-    refused("")
-
-
 def test_pandas_and_control_get_the_same_numbers(run):
     frame = run.to_pandas()
-    assert frame.index.name == "time" and list(frame.columns) == list(_TRACES)
+    assert frame.index.name == "time" and list(frame.columns) == list(run._traces)
     np.testing.assert_array_equal(frame["force"].to_numpy(), run.force)
     np.testing.assert_array_equal(frame.index.to_numpy(), run.time)
     response = run.to_control()
@@ -316,7 +188,7 @@ def test_the_precision_is_the_controllers():
 
 def test_the_same_test_gives_the_same_bits(run):
     again = eft.simulate(RIG, SHORT)
-    for name in _TRACES:
+    for name in run._traces:
         np.testing.assert_array_equal(getattr(run, name), getattr(again, name))
 
 

@@ -33,8 +33,11 @@ class Metric(NamedTuple):
     doc: str
     costly: bool
 
+class UnrecordedTraceError(AttributeError, ValueError): ...
+
 TRACES: dict[str, Trace]
 METRICS: dict[str, Metric]
+OPTIONAL: tuple[str, ...]
 '''
 
 
@@ -56,7 +59,8 @@ def stub():
             HEAD,
             names("TraceName", TRACES),
             names("MetricName", METRICS),
-            "\nclass Channels:\n    _values: Mapping[str, Any]\n",
+            "\nclass Channels:\n    version: str\n    _values: Mapping[str, Any]\n",
+            "    _unrecorded: frozenset[str]\n",
             attributes(traces),
             "\nclass Metrics(Mapping[MetricName, Any]):\n",
             "    def __init__(self, values: Mapping[str, Any]) -> None: ...\n",

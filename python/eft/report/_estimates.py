@@ -27,6 +27,8 @@ def draw_estimates(page: Page, runs: Mapping[str, TestRun]) -> None:
     alone = cycle(len(_ESTIMATES))
     for (trace, words, dash), hue in zip(_ESTIMATES, alone, strict=True):
         for name, run in (guarded if trace == "level" else adaptive).items():
+            if trace not in run:
+                continue  # a saved run of an older version
             # Each of several runs has its color, and each estimate its line style.
             label, color, style = (f"{name}: {words}", colors[name], dash)
             if len(guarded) == 1:
@@ -41,7 +43,10 @@ def draw_estimates(page: Page, runs: Mapping[str, TestRun]) -> None:
             delays = [
                 page.history(_label(name, runs), colors[name], getattr(run, f"{key}_estimate") * 1e3, run)
                 for name, run in adaptive.items()
+                if f"{key}_estimate" in run
             ]
+            if not delays:
+                continue
             configured = {run.rig[f"compensation.{key}"] for run in adaptive.values()}
             rules = [{"y": delay * 1e3, "label": "as configured"} for delay in configured]
             labels = ("time (s)", f"{title.lower()} (ms)")
