@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+import browsers
+
 # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that: tests of an
 # interrupt would wait for what never comes.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -25,6 +27,13 @@ def pytest_collection_finish():
     # Rarely: what the tests keep is little, and the collector would look for it at every figure.
     gc.set_threshold(20_000, 20, 100)
     gc.enable()
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """A headless Chromium for all tests of this process."""
+    with browsers.started(tmp_path_factory.mktemp("browser")) as browser:
+        yield browser
 
 
 @pytest.fixture

@@ -1,10 +1,6 @@
 """The page of the virtual rig: in a headless Chromium it computes the bits of the library."""
 
-import base64
-import json
 import re
-import shutil
-import subprocess
 import tomllib
 from pathlib import Path
 
@@ -12,16 +8,19 @@ import numpy as np
 import pytest
 
 import eft
-from browsers import FLAGS
+from browsers import CHROMIUM
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "_explore" / "eft.html"
 TEMPLATE = ROOT / "crates" / "eft-web" / "page" / "explore.html"
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 made = pytest.mark.skipif(
     not PAGE.exists() or CHROMIUM is None, reason="no page, or no Chromium: `make explore`"
 )
 
+READY = """new Promise((done) => {
+  const look = () => document.documentElement.dataset.state;
+  const wait = setInterval(() => { if (look()) { clearInterval(wait); done(look()); } }, 20);
+})"""
 PROBE = """
 <script>
 addEventListener("load", () => { const wait = setInterval(() => {
@@ -54,18 +53,12 @@ addEventListener("load", () => { const wait = setInterval(() => {
 """
 
 
-def opened(folder, link="", text=None):
+def opened(browser, folder, link="", text=None):
     text = text or PAGE.read_text(encoding="utf-8")
     page = folder / "page.html"
     page.write_text(text.replace("</body>", PROBE + "</body>"), encoding="utf-8")
-    done = subprocess.run(
-        [CHROMIUM, *FLAGS, f"--user-data-dir={folder}/profile", "--window-size=1200,1600",
-         "--virtual-time-budget=200000000", "--dump-dom", page.as_uri() + link],
-        capture_output=True, text=True, timeout=240, check=False,
-    )  # fmt: skip
-    found = re.search(r'<pre id="probe">([A-Za-z0-9+/=]+)</pre>', done.stdout)
-    assert found, done.stderr[-2000:]
-    return json.loads(base64.b64decode(found[1]))
+    with browser.page(page.as_uri() + link) as shown:
+        return shown.probe()
 
 
 def fnv(values):
@@ -91,8 +84,8 @@ LINKS = {
 
 @made
 @pytest.mark.parametrize("link", LINKS)
-def test_the_force_has_the_bits_of_the_library(link, tmp_path):
-    answer = opened(tmp_path, link)
+def test_the_force_has_the_bits_of_the_library(link, browser, tmp_path):
+    answer = opened(browser, tmp_path, link)
     assert answer["state"] == "ready" and not answer["wrong"]
     amplitude = 2200.0 if "a=2.2" in link else 8900.0
     command = eft.sine_sweep(amplitude, 0.0, 10.0, 8.0 if "d=8" in link else 32.0, 4096.0)
@@ -117,27 +110,19 @@ WRONG_LINKS = {
 
 @made
 @pytest.mark.parametrize("link", WRONG_LINKS, ids=range(len(WRONG_LINKS)))
-def test_a_wrong_link_gives_a_test_within_the_limits_and_a_sentence(link, tmp_path):
-    answer = opened(tmp_path, link)
+def test_a_wrong_link_gives_a_test_within_the_limits_and_a_sentence(link, browser, tmp_path):
+    answer = opened(browser, tmp_path, link)
     assert answer["state"] == "ready" and answer["said"] == WRONG_LINKS[link]
     assert len(answer["link"]) < 200 and not answer["wrong"]
 
 
 @made
-def test_a_browser_without_the_module_says_so(tmp_path):
-    assert opened_state(tmp_path, "AAAA") == "wrong"
-
-
-def opened_state(folder, module):
-    text = re.sub(r'(const MODULE = ")[^"]*', rf"\g<1>{module}", PAGE.read_text(encoding="utf-8"), count=1)
-    page = folder / "page.html"
+def test_a_browser_without_the_module_says_so(browser, tmp_path):
+    text = re.sub(r'(const MODULE = ")[^"]*', r"\g<1>AAAA", PAGE.read_text(encoding="utf-8"), count=1)
+    page = tmp_path / "page.html"
     page.write_text(text, encoding="utf-8")
-    done = subprocess.run(
-        [CHROMIUM, *FLAGS, f"--user-data-dir={folder}/profile",
-         "--virtual-time-budget=2000000", "--dump-dom", page.as_uri()],
-        capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
-    return re.search(r'<html[^>]*data-state="(\w+)"', done.stdout)[1]
+    with browser.page(page.as_uri()) as shown:
+        assert shown.run(READY) == "wrong"
 
 
 def test_the_page_loads_nothing():

@@ -1,13 +1,8 @@
 """The page for screen readers: the browser's tree of accessible names."""
 
-from browsers import browsing
-from test_explore import CHROMIUM, PAGE, made
+from test_explore import PAGE, READY, made
 
 CONTROLS = {"slider": 10, "radio": 4, "checkbox": 1, "button": 2, "textbox": 1}
-READY = """new Promise((done) => {
-  const look = () => document.documentElement.dataset.state;
-  const wait = setInterval(() => { if (look()) { clearInterval(wait); done(look()); } }, 20);
-})"""
 VALUES = (
     """[...document.querySelectorAll('input[type=range]')].map((one) => one.getAttribute('aria-valuetext'))"""
 )
@@ -25,8 +20,8 @@ def spoken(page):
 
 
 @made
-def test_every_control_and_figure_has_a_name_of_its_own(tmp_path):
-    with browsing(CHROMIUM, PAGE.as_uri(), tmp_path) as page:
+def test_every_control_and_figure_has_a_name_of_its_own(browser):
+    with browser.page(PAGE.as_uri()) as page:
         assert page.run(READY) == "ready"
         page.run("document.querySelector('details').open = true")
         told = spoken(page)
@@ -43,8 +38,8 @@ def test_every_control_and_figure_has_a_name_of_its_own(tmp_path):
 
 
 @made
-def test_the_keyboard_reaches_every_control_and_moves_a_slider(tmp_path):
-    with browsing(CHROMIUM, PAGE.as_uri(), tmp_path) as page:
+def test_the_keyboard_reaches_every_control_and_moves_a_slider(browser):
+    with browser.page(PAGE.as_uri()) as page:
         assert page.run(READY) == "ready"
         # A slider has its value with the unit.
         values = page.run(VALUES)
@@ -61,8 +56,8 @@ def test_the_keyboard_reaches_every_control_and_moves_a_slider(tmp_path):
 
 
 @made
-def test_a_link_of_a_million_samples_ends_in_one_sentence(tmp_path):
-    with browsing(CHROMIUM, PAGE.as_uri(), tmp_path) as page:
+def test_a_link_of_a_million_samples_ends_in_one_sentence(browser):
+    with browser.page(PAGE.as_uri()) as page:
         assert page.run(READY) == "ready"
         before = page.run("document.documentElement.dataset.hash")
         page.run("location.hash = '#' + Array.from({ length: 1e6 }, (_, i) => i % 7).join()")

@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 import eft
-from browsers import browsing
-from test_explore import CHROMIUM, PAGE, made
+from test_explore import PAGE, made
 
 NEEDED = ("jupyterlab", "ipykernel", "anywidget")
 if missing := [name for name in NEEDED if importlib.util.find_spec(name) is None]:
@@ -86,7 +85,7 @@ def laboratory(folder):
 
 
 @made
-def test_a_slider_in_the_notebook_comes_back_to_python(tmp_path):
+def test_a_slider_in_the_notebook_comes_back_to_python(browser, tmp_path):
     cells = [{"cell_type": "code", "id": "one", "source": CELL.format(page=str(PAGE)), "metadata": {},
               "outputs": [], "execution_count": None}]  # fmt: skip
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
@@ -100,7 +99,7 @@ def test_a_slider_in_the_notebook_comes_back_to_python(tmp_path):
 
     with laboratory(tmp_path) as address:
         wait_for(lambda: answers(address))
-        with browsing(CHROMIUM, f"{address}lab/tree/rig.ipynb?token=eft", tmp_path) as page:
+        with browser.page(f"{address}lab/tree/rig.ipynb?token=eft") as page:
             wait_for(lambda: page.run("Boolean(window.jupyterapp) || null"))
             assert page.run(RUN_ALL)
             assert wait_for(test) == 9000.0

@@ -33,9 +33,9 @@ def page(monkeypatch):
 
 @made
 @pytest.mark.parametrize("name", RIGS)
-def test_the_page_begins_with_the_rig(name, page, tmp_path):
+def test_the_page_begins_with_the_rig(name, page, browser, tmp_path):
     rig = eft.Rig.zhao2005().replace(RIGS[name])
-    answer = opened(tmp_path, text=_explore.page(rig))
+    answer = opened(browser, tmp_path, text=_explore.page(rig))
     assert answer["state"] == "ready" and not answer["wrong"]
     command = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0)
     assert answer["hash"] == fnv(eft.simulate(rig, command).force)

@@ -5,18 +5,15 @@ import dataclasses
 import hashlib
 import json
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
 
 import eft
+from browsers import CHROMIUM
 from eft.cli import main
 from eft.report import write_report, write_study_report
 from eft.report._charts import MOST, _thin
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 @pytest.fixture(scope="module")
@@ -163,7 +160,7 @@ def test_charts_mark_the_moment_of_a_trip_with_its_cause(tripped, runs, tmp_path
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_a_trip_is_marked_in_its_place(tripped, tmp_path):
+def test_in_chromium_a_trip_is_marked_in_its_place(tripped, browser, tmp_path):
     told = """<script>
       const marked = [];
       const fillText = CanvasRenderingContext2D.prototype.fillText;
@@ -179,7 +176,7 @@ def test_in_chromium_a_trip_is_marked_in_its_place(tripped, tmp_path):
         count: marked.length };
       document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
     </script>"""
-    answer = opened(write_report(tripped, tmp_path / "a.html"), tmp_path, told, seen)
+    answer = opened(browser, write_report(tripped, tmp_path / "a.html"), tmp_path, told, seen)
     assert abs(answer["marked"] - answer["place"]) <= 6 and answer["count"] >= answer["charts"]
 
 
@@ -237,9 +234,9 @@ def test_what_an_adaptive_controller_found_is_shown_and_of_it_alone(learned, tmp
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_the_estimates_are_drawn_without_an_error(learned, tmp_path):
+def test_in_chromium_the_estimates_are_drawn_without_an_error(learned, browser, tmp_path):
     page = write_report(learned, tmp_path / "a.html")
-    answer = opened(page, tmp_path)
+    answer = opened(browser, page, tmp_path)
     assert answer["errors"] == []
     assert len(answer["before"]) == len(charts(page.read_text(encoding="utf-8")))
     # The charts of the estimates come last. A level that stays 1 is hidden by its rule.
@@ -305,7 +302,7 @@ TOLD = """
 """
 
 
-def opened(page, folder, probe=PROBE, act=ACT):
+def opened(browser, page, folder, probe=PROBE, act=ACT):
     """The state of a page in a headless Chromium after a zoom into its first figure."""
     text = page.read_text(encoding="utf-8")
     probed = folder / "probed.html"
@@ -316,19 +313,13 @@ def opened(page, folder, probe=PROBE, act=ACT):
         digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
         text = text.replace("; script-src ", f"; script-src 'sha256-{digest}' ", 1)
     probed.write_text(text, encoding="utf-8")
-    done = subprocess.run(
-        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile",
-         "--window-size=1200,2400", "--dump-dom", probed.as_uri()],
-        capture_output=True, text=True, timeout=180, check=False,
-    )  # fmt: skip
-    found = re.search(r'<pre id="probe">([A-Za-z0-9+/=]+)</pre>', done.stdout)
-    assert found, done.stderr[-2000:]
-    return json.loads(base64.b64decode(found[1]))
+    with browser.page(probed.as_uri(), height=2400) as shown:
+        return shown.probe()
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, tmp_path):
-    answer = opened(page, tmp_path)
+def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, browser, tmp_path):
+    answer = opened(browser, page, tmp_path)
     assert answer["errors"] == [] and answer["missing"] == [0] * 9
     assert len(answer["before"]) == 9 and min(answer["before"]) > 10
     # From a quarter to half of 32 s, in every history and in no other chart.
@@ -340,8 +331,8 @@ def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, tmp_pat
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_a_narrow_page_has_three_numbers_at_least_on_every_axis(page, tmp_path):
-    charts = opened(page, tmp_path, TICKS, TOLD)
+def test_in_chromium_a_narrow_page_has_three_numbers_at_least_on_every_axis(page, browser, tmp_path):
+    charts = opened(browser, page, tmp_path, TICKS, TOLD)
     assert len(charts) == 9 and all(chart["width"] <= 400 for chart in charts)
     for chart in charts:
         assert 3 <= len(set(chart["center"])) <= 8 and 3 <= len(set(chart["right"])) <= 16, chart
@@ -379,8 +370,8 @@ def test_the_report_of_a_study_shows_its_rows(study, tmp_path):
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_the_report_of_a_study_draws(study, tmp_path):
-    answer = opened(write_study_report(study, tmp_path / "s.html"), tmp_path)
+def test_in_chromium_the_report_of_a_study_draws(study, browser, tmp_path):
+    answer = opened(browser, write_study_report(study, tmp_path / "s.html"), tmp_path)
     assert answer["errors"] == [] and answer["missing"] == [0] * 6
     first, *others = answer["zoomed"]
     assert first is not None and others == [None] * 5
