@@ -8,27 +8,23 @@ from datetime import UTC, datetime
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from eft import _native, _run_file, _run_frames, _run_parts
+from eft import _native, _run_file, _run_frames, _run_metrics, _run_parts, _run_spectra
 from eft._corrected_rig import corrected_rig
 from eft._display import current_units
 from eft._energy import EnergyBalance
 from eft._native import Command, Rig, __version__
 from eft._read_only import ReadOnly, read_only
-from eft._run_spectra import Coherence, FftRatio, check_command, coherence, fft_ratio
+from eft._run_spectra import Coherence, FftRatio
 from eft._samples import Samples
 from eft._sections import Calibration, calibration_of
 from eft._status import CAUSE_BITS, Cause, Status, cause_of, status_of
 from eft._table import TRACES, Channels, Metrics
 from eft._verdict import Verdict, judge
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 __all__ = ["Coherence", "FftRatio", "Metrics", "TestRun"]
 
@@ -180,55 +176,6 @@ class TestRun(Channels, ReadOnly):
         """Length of the test, s."""
         return len(self) / self.sample_rate
 
-    def to_its_end(self) -> TestRun:
-        """Return the test up to the sample at which it tripped or a piston left its stroke.
-
-        If neither happened, this is the whole test. Later samples contain the rig after the protection
-        removed the force.
-
-        Returns
-        -------
-        TestRun
-
-        Examples
-        --------
-        >>> import eft
-        >>> short = eft.Rig.zhao2005().replace({"actuator.stroke": 1e-3})
-        >>> run = eft.simulate(short, eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
-        >>> len(run.to_its_end()) < len(run)
-        True
-        """
-        return _run_parts.to_its_end(self)
-
-    def actuator(self, index: int) -> TestRun:
-        """Return the traces of one actuator as a run.
-
-        Parameters
-        ----------
-        index : int
-            Number of the actuator, from 0 at the ground.
-
-        Returns
-        -------
-        TestRun
-
-        Raises
-        ------
-        IndexError
-            If there is no such actuator.
-
-        Examples
-        --------
-        >>> import eft, numpy
-        >>> stories = {"masses": [7e3, 8e3], "dampings": [4e3, 4e3], "stiffnesses": [7e5, 7e5]}
-        >>> changes = {"structure.kind": "shear_building", "structure.stories": stories}
-        >>> command = eft.Command(numpy.full((2, 100), 500.0), 1024.0)
-        >>> run = eft.simulate(eft.Rig.zhao2005().replace(changes), command)
-        >>> run.force.shape, run.actuator(1).force.shape
-        ((2, 100), (100,))
-        """
-        return _run_parts.actuator(self, index)
-
     def corrected_rig(self) -> Rig:
         """Return the rig with the flow curve that the controller found as its flow table.
 
@@ -294,230 +241,15 @@ class TestRun(Channels, ReadOnly):
         """The traces of this run by name."""
         return (*(name for name in TRACES if name in self._values), "status")
 
-    def metrics(self, *, fft: bool = True) -> Metrics:
-        """Compare the true force with the command, and the motion with the ideal response.
-
-        Parameters
-        ----------
-        fft : bool
-            Whether to compute the metrics that take longer than the test. These are ``displacement_error``
-            and the metrics that need a Fourier transform: ``delay``, ``nrmse_delay_removed`` and the
-            evaluation index.
-
-        Returns
-        -------
-        Metrics
-            Numbers by name, as items and as attributes. For several actuators they are arrays with one number
-            each, which is NaN if the command is zero. A metric without an answer is NaN, such as the delay of
-            a force that stays zero, or the displacement error of an external structure.
-
-            - ``nrmse``: rms error over rms command
-            - ``nrmse_delay_removed``, ``nrmse_bias_free``: the same without the delay, without the offset
-            - ``peak_error``: largest error over the largest command
-            - ``delay``: by cross-correlation, s, positive when the force lags
-            - ``fei_amplitude``, ``fei_delay`` (s), ``fei_frequency`` (Hz): frequency-domain evaluation index
-            - ``oscillation``: rms error from 30 to 150 Hz over rms command
-            - ``tracking_indicator``: N², negative when the force lags
-            - ``displacement_error``: rms error of the displacement against `eft.ideal_response`, over its rms
-            - ``max_spool``: largest opening
-            - ``drift``: largest drift of the story, m
-            - ``min_supply_pressure``: Pa
-
-        Raises
-        ------
-        ValueError
-            If the command is zero throughout.
-
-        Examples
-        --------
-        >>> import eft
-        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.0, 5.0, 4.0, 1024.0))
-        >>> metrics = run.metrics()
-        >>> round(metrics["nrmse"], 3) == round(metrics.nrmse, 3)
-        True
-        """
-        kept: dict[bool, Metrics] = self.__dict__.setdefault("_judged", {})
-        if fft not in kept:
-            kept[fft] = self._metrics(fft)
-        return kept[fft]
-
-    def _metrics(self, fft: bool) -> Metrics:
-        if self.command.ndim > 1:
-            check_command(self)
-        if self._building is not None and self.command.any():
-            # The ideal motion of one floor needs the commands of the other floors.
-            building, index = self._building
-            found = building.metrics(fft=fft)
-            return Metrics({str(name): float(values[index]) for name, values in found.items()})
-        signals = (self.command, self.force, self.displacement, self.spool, self.supply_pressure)
-        judged = _native.judge_test(self.rig, self.sample_rate, *signals, fft)
-        if self._outside and "displacement_error" in judged:
-            judged["displacement_error"] = [np.nan] * len(judged["displacement_error"])
-        if self.command.ndim > 1:
-            return Metrics({name: np.array(values) for name, values in judged.items()})
-        return Metrics({name: value for name, [value] in judged.items()})
-
-    def fft_ratio(self, f_low: float, f_high: float) -> FftRatio:
-        """Divide the spectrum of the force by that of the command, over a band.
-
-        The spectra have no window and cover the whole test. Bins that the command does not excite are
-        omitted. For several actuators the ratio has a row for each, at the frequencies that all commands
-        excite. The row of a zero command is NaN.
-
-        Parameters
-        ----------
-        f_low, f_high : float
-            Limits of the band, Hz.
-
-        Returns
-        -------
-        FftRatio
-            Frequencies in Hz and the ratio of the magnitudes.
-
-        Raises
-        ------
-        ValueError
-            If the band is not allowed, or the command is zero or does not excite it.
-
-        Examples
-        --------
-        >>> import eft
-        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
-        >>> f"{run.fft_ratio(1.0, 4.0).ratio.mean():.1f}"
-        '1.0'
-        """
-        return fft_ratio(self, f_low, f_high)
-
-    def coherence(self, segment: float = 4.0) -> Coherence:
-        """Estimate the coherence of force and command from half overlapping segments.
-
-        The windows are Hann windows, as in ``scipy.signal.coherence``. Frequencies at which a signal has no
-        energy are left out. For several actuators the coherence has a row for each, at their common
-        frequencies.
-
-        Parameters
-        ----------
-        segment : float
-            Length of a segment, s.
-
-        Returns
-        -------
-        Coherence
-            Frequencies in Hz and the coherence, from 0 to 1.
-
-        Raises
-        ------
-        ValueError
-            If the segment is not positive or too long for the test, or the command is zero.
-
-        Examples
-        --------
-        >>> import eft
-        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
-        >>> run.coherence(1.0).frequency[1].item()
-        1.0
-        """
-        return coherence(self, segment)
-
-    def to_pandas(self) -> pd.DataFrame:
-        """Return a copy of the traces as a data frame indexed by time in s (needs pandas).
-
-        For several actuators the columns have two levels, the signal and the actuator counted from 1.
-
-        Returns
-        -------
-        pandas.DataFrame
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If pandas is not installed.
-
-        Examples
-        --------
-        >>> import eft
-        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
-        >>> run.to_pandas()["force"].size
-        4096
-        """
-        return _run_frames.to_pandas(self)
-
-    def to_xarray(self) -> xr.Dataset:
-        """Return a copy of the traces as a dataset over ``time`` in s (needs xarray).
-
-        Each trace has the attributes ``units`` and ``long_name``. For several actuators the first dimension
-        is ``actuator``, counted from 1. The dataset's attributes are rig (as TOML), version, sample rate,
-        dtype, seed and date. Those of record, scale, mass and `stopped` follow if the run has them.
-
-        Returns
-        -------
-        xarray.Dataset
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If xarray is not installed.
-
-        Examples
-        --------
-        >>> import eft
-        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
-        >>> run.to_xarray()["load_pressure"].attrs
-        {'units': 'Pa', 'long_name': 'Load pressure'}
-        """
-        return _run_frames.to_xarray(self)
-
-    def to_control(self) -> Any:
-        """Return force (output) under command (input) as a python-control ``TimeResponseData``.
-
-        Returns
-        -------
-        control.TimeResponseData
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If python-control is not installed.
-
-        Examples
-        --------
-        >>> import eft
-        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
-        >>> run.to_control().output_labels
-        ['force']
-        """
-        return _run_frames.to_control(self)
-
-    def save(self, path: str | PathLike[str]) -> Path:
-        """Write the test to a compressed NumPy archive, from which `load` restores the same bits.
-
-        The file contains the rig as TOML, the version, the seed, the precision, the date and the units. It
-        also contains the `energy`, and name, scale and mass of a ground motion. It is written under another
-        name and then renamed, so `path` is never incomplete.
-
-        Parameters
-        ----------
-        path : path-like
-            The file.
-
-        Returns
-        -------
-        pathlib.Path
-            `path` without an added suffix.
-
-        Raises
-        ------
-        OSError
-            If the file cannot be written.
-
-        Examples
-        --------
-        >>> import eft
-        >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
-        >>> run.save("run.eft").name
-        'run.eft'
-        """
-        return _run_file.write(self, self._values, Path(path))
+    to_its_end = _run_parts.to_its_end
+    actuator = _run_parts.actuator
+    metrics = _run_metrics.metrics
+    fft_ratio = _run_spectra.fft_ratio
+    coherence = _run_spectra.coherence
+    to_pandas = _run_frames.to_pandas
+    to_xarray = _run_frames.to_xarray
+    to_control = _run_frames.to_control
+    save = _run_file.save
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> TestRun:

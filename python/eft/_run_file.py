@@ -30,6 +30,7 @@ import json
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,8 +62,36 @@ _LEVEL = 1
 """Level of compression; the highest level takes five times as long and saves a twentieth."""
 
 
-def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
-    """Write a run with its traces, by name; returns the path."""
+def save(run: TestRun, path: str | PathLike[str]) -> Path:
+    """Write the test to a compressed NumPy archive, from which `load` restores the same bits.
+
+    The file contains the rig as TOML, the version, the seed, the precision, the date and the units. It
+    also contains the `energy`, and name, scale and mass of a ground motion. It is written under another
+    name and then renamed, so `path` is never incomplete.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+
+    Returns
+    -------
+    pathlib.Path
+        `path` without an added suffix.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import eft
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+    >>> run.save("run.eft").name
+    'run.eft'
+    """
+    target, values = Path(path), run._values
     about = {
         "date": run.date,
         "record": run.record,
@@ -91,13 +120,13 @@ def write(run: TestRun, values: Mapping[str, NDArray[Any]], path: Path) -> Path:
         "status": run.status,
     }
     with (
-        atomic_write(path) as temporary,
+        atomic_write(target) as temporary,
         zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive,
     ):
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
-    return path
+    return target
 
 
 def _kept(name: str, values: Mapping[str, NDArray[Any]]) -> Any:
@@ -109,7 +138,7 @@ def _kept(name: str, values: Mapping[str, NDArray[Any]]) -> Any:
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Every field of a run from a file of `write`; ValueError for another file."""
+    """Every field of a run from a file of `save`; ValueError for another file."""
     with foreign.opened(path) as file, foreign.understood(path, "not a test saved by eft"):
         return _fields(foreign.read_arrays(file, {*_TOLD, "about", "found_flows", *TRACES, "status"}))
 

@@ -18,7 +18,26 @@ if TYPE_CHECKING:
 
 
 def to_pandas(run: TestRun) -> pd.DataFrame:
-    """Return the traces as a data frame; see `TestRun.to_pandas`."""
+    """Return a copy of the traces as a data frame indexed by time in s (needs pandas).
+
+    For several actuators the columns have two levels, the signal and the actuator counted from 1.
+
+    Returns
+    -------
+    pandas.DataFrame
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If pandas is not installed.
+
+    Examples
+    --------
+    >>> import eft
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+    >>> run.to_pandas()["force"].size
+    4096
+    """
     need("pandas")
     import pandas as pd
 
@@ -34,7 +53,28 @@ def to_pandas(run: TestRun) -> pd.DataFrame:
 
 
 def to_xarray(run: TestRun) -> xr.Dataset:
-    """Return the traces as a dataset; see `TestRun.to_xarray`."""
+    """Return a copy of the traces as a dataset over ``time`` in s (needs xarray).
+
+    Each trace has the attributes ``units`` and ``long_name``. For several actuators the first dimension
+    is ``actuator``, counted from 1. The dataset's attributes are rig (as TOML), version, sample rate,
+    dtype, seed and date. Those of record, scale, mass and `stopped` follow if the run has them.
+
+    Returns
+    -------
+    xarray.Dataset
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If xarray is not installed.
+
+    Examples
+    --------
+    >>> import eft
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+    >>> run.to_xarray()["load_pressure"].attrs
+    {'units': 'Pa', 'long_name': 'Load pressure'}
+    """
     need("xarray")
     import xarray as xr
 
@@ -74,7 +114,24 @@ def _about(name: str) -> dict[str, Any]:
 
 
 def to_control(run: TestRun) -> Any:
-    """Return force under command; see `TestRun.to_control`."""
+    """Return force (output) under command (input) as a python-control ``TimeResponseData``.
+
+    Returns
+    -------
+    control.TimeResponseData
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If python-control is not installed.
+
+    Examples
+    --------
+    >>> import eft
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+    >>> run.to_control().output_labels
+    ['force']
+    """
     need("control")
     import control
 

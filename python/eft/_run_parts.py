@@ -16,7 +16,23 @@ if TYPE_CHECKING:
 
 
 def to_its_end(run: TestRun) -> TestRun:
-    """Return the test up to its end; see `TestRun.to_its_end`."""
+    """Return the test up to the sample at which it tripped or a piston left its stroke.
+
+    If neither happened, this is the whole test. Later samples contain the rig after the protection
+    removed the force.
+
+    Returns
+    -------
+    TestRun
+
+    Examples
+    --------
+    >>> import eft
+    >>> short = eft.Rig.zhao2005().replace({"actuator.stroke": 1e-3})
+    >>> run = eft.simulate(short, eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+    >>> len(run.to_its_end()) < len(run)
+    True
+    """
     ended = ((run.status & ENDED) != 0).reshape(-1, len(run)).any(axis=0)
     if not ended.any():
         return run
@@ -32,7 +48,32 @@ def _first(run: TestRun, samples: int) -> TestRun:
 
 
 def actuator(run: TestRun, index: int) -> TestRun:
-    """Return one actuator; see `TestRun.actuator`."""
+    """Return the traces of one actuator as a run.
+
+    Parameters
+    ----------
+    index : int
+        Number of the actuator, from 0 at the ground.
+
+    Returns
+    -------
+    TestRun
+
+    Raises
+    ------
+    IndexError
+        If there is no such actuator.
+
+    Examples
+    --------
+    >>> import eft, numpy
+    >>> stories = {"masses": [7e3, 8e3], "dampings": [4e3, 4e3], "stiffnesses": [7e5, 7e5]}
+    >>> changes = {"structure.kind": "shear_building", "structure.stories": stories}
+    >>> command = eft.Command(numpy.full((2, 100), 500.0), 1024.0)
+    >>> run = eft.simulate(eft.Rig.zhao2005().replace(changes), command)
+    >>> run.force.shape, run.actuator(1).force.shape
+    ((2, 100), (100,))
+    """
     actuators = run.command.shape[0] if run.command.ndim > 1 else 1
     if not 0 <= index < actuators:
         raise IndexError(f"actuator = {index}: must be from 0 to {actuators - 1}")

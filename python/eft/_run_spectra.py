@@ -37,7 +37,34 @@ class Coherence(NamedTuple):
 
 
 def fft_ratio(run: TestRun, f_low: float, f_high: float) -> FftRatio:
-    """Divide the spectrum of the force by that of the command; see `TestRun.fft_ratio`."""
+    """Divide the spectrum of the force by that of the command, over a band.
+
+    The spectra have no window and cover the whole test. Bins that the command does not excite are
+    omitted. For several actuators the ratio has a row for each, at the frequencies that all commands
+    excite. The row of a zero command is NaN.
+
+    Parameters
+    ----------
+    f_low, f_high : float
+        Limits of the band, Hz.
+
+    Returns
+    -------
+    FftRatio
+        Frequencies in Hz and the ratio of the magnitudes.
+
+    Raises
+    ------
+    ValueError
+        If the band is not allowed, or the command is zero or does not excite it.
+
+    Examples
+    --------
+    >>> import eft
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+    >>> f"{run.fft_ratio(1.0, 4.0).ratio.mean():.1f}"
+    '1.0'
+    """
     if run.command.ndim > 1:
         return FftRatio(*map(read_only, _rows(run, lambda one: one.fft_ratio(f_low, f_high))))
     return FftRatio(
@@ -45,8 +72,35 @@ def fft_ratio(run: TestRun, f_low: float, f_high: float) -> FftRatio:
     )
 
 
-def coherence(run: TestRun, segment: float) -> Coherence:
-    """Estimate the coherence of force and command; see `TestRun.coherence`."""
+def coherence(run: TestRun, segment: float = 4.0) -> Coherence:
+    """Estimate the coherence of force and command from half overlapping segments.
+
+    The windows are Hann windows, as in ``scipy.signal.coherence``. Frequencies at which a signal has no
+    energy are left out. For several actuators the coherence has a row for each, at their common
+    frequencies.
+
+    Parameters
+    ----------
+    segment : float
+        Length of a segment, s.
+
+    Returns
+    -------
+    Coherence
+        Frequencies in Hz and the coherence, from 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If the segment is not positive or too long for the test, or the command is zero.
+
+    Examples
+    --------
+    >>> import eft
+    >>> run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+    >>> run.coherence(1.0).frequency[1].item()
+    1.0
+    """
     if run.command.ndim > 1:
         return Coherence(*map(read_only, _rows(run, lambda one: one.coherence(segment))))
     if not segment > 0.0:

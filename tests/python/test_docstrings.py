@@ -97,7 +97,8 @@ def test_a_function_says_what_it_takes_gives_and_refuses(name):
 def test_a_method_says_what_it_takes_gives_and_refuses(name):
     kind, method = METHODS[name]
     text, signature = inspect.getdoc(method) or "", inspect.signature(method)
-    takes = [parameter for parameter in signature.parameters if parameter != "self"]
+    # Methods of a run that are in a module of their own call it `run`.
+    takes = [parameter for parameter in signature.parameters if parameter not in ("self", "run")]
     short = f"{kind.__name__}.{name.rpartition('.')[2]}"
     gives = signature.return_annotation != "None" and short not in SILENT
     wanted = ["Parameters"] * bool(takes) + ["Returns"] * gives

@@ -6,8 +6,9 @@ use pyo3::types::{PyDict, PyList};
 
 use crate::errors::{refuse, to_python};
 use crate::excitation::Command;
+use crate::integration::options;
 use crate::rig::Rig;
-use crate::run::{Dtype, options, traces};
+use crate::run::{Dtype, traces};
 
 /// The result of one test of a batch.
 #[pyclass(frozen, module = "eft._native")]

@@ -7,8 +7,10 @@ use pyo3::types::PyDict;
 
 use crate::errors::refuse;
 use crate::excitation::Command;
+use crate::integration::options;
+use crate::interruption::Watch;
 use crate::rig::Rig;
-use crate::run::{Watch, options, traces};
+use crate::run::traces;
 use crate::specimen::{PythonSpecimen, Raised};
 
 /// A controller in Python, called once per tick with the arguments of `eft.Controller.step`.

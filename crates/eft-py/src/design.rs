@@ -2,9 +2,9 @@
 
 use pyo3::prelude::*;
 
+use crate::interruption::interruptible;
 use crate::linear::LinearModel;
 use crate::rig::Rig;
-use crate::run::interruptible;
 
 /// Gains G_p (1), G_d (s) and G_i (1/s); margins gain (1), delay (s), damping (1), e_max (1); the open and
 /// the closed loop.

@@ -8,8 +8,9 @@ use pyo3::types::PyDict;
 
 use crate::errors::to_python;
 use crate::excitation::Command;
+use crate::interruption::Watch;
 use crate::rig::Rig;
-use crate::run::{Watch, traces};
+use crate::run::traces;
 use crate::specimen::PythonSpecimen;
 
 /// Return the source text of a rig's controller, a constant in Rust or C, for firmware.

@@ -8,8 +8,8 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::errors::refuse;
 use crate::flow_table::FlowTable;
+use crate::interruption::interruptible;
 use crate::rig::Rig;
-use crate::run::interruptible;
 
 /// Return delay, uncertainty, intercept, coherence, frequencies and phase lags.
 #[pyfunction]

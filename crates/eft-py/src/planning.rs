@@ -9,8 +9,8 @@ use pyo3::types::{PyDict, PyList};
 
 use crate::arrays;
 use crate::excitation::{Command, Record, record};
+use crate::interruption::interruptible;
 use crate::rig::Rig;
-use crate::run::interruptible;
 
 /// Return the record without the polynomial of a degree (0 to 5) that fits its acceleration best.
 #[pyfunction]

@@ -8,8 +8,9 @@ use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::errors::refuse;
+use crate::interruption::interruptible;
 use crate::rig::Rig;
-use crate::run::{Dtype, calibration, interruptible};
+use crate::run::{Dtype, calibration};
 
 /// Run a rig's learner on a recorded test; the estimates by name, each an array with one value per window.
 ///

@@ -6,9 +6,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::{refuse, to_python};
+use crate::interruption::interruptible;
 use crate::linear::LinearModel;
 use crate::rig::Rig;
-use crate::run::interruptible;
 use crate::values;
 
 fn flow_gain(name: &str) -> PyResult<FlowGain> {

@@ -1,0 +1,47 @@
+//! The tables of the simulator and of the core: traces, metrics, flags and causes.
+
+use eft_core::{Cause, status};
+use eft_sim::closed_loop::{self, Otherwise, TRACES};
+use eft_sim::metrics::METRICS;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// The traces of a run: name, unit, description, and its value in a test that does not record it: "recorded",
+/// "constant", "nominal" (of the learner), "absent", or the name of an equal trace.
+#[pyfunction]
+pub(crate) fn trace_table() -> Vec<(&'static str, &'static str, &'static str, &'static str)> {
+    let otherwise = |trace: &closed_loop::Trace| match trace.otherwise {
+        Otherwise::Recorded => "recorded",
+        Otherwise::Constant(_) => "constant",
+        Otherwise::Nominal(_) => "nominal",
+        Otherwise::Same(name) => name,
+        Otherwise::Absent => "absent",
+    };
+    TRACES.iter().map(|trace| (trace.name, trace.unit, trace.doc, otherwise(trace))).collect()
+}
+
+/// The metrics of a run: name, unit, description and whether it takes longer than the test.
+#[pyfunction]
+pub(crate) fn metric_table() -> Vec<(&'static str, &'static str, &'static str, bool)> {
+    METRICS.iter().map(|metric| (metric.name, metric.unit, metric.doc, metric.costly)).collect()
+}
+
+/// The causes of a trip by name, with the number of each.
+#[pyfunction]
+pub(crate) fn trip_causes(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let causes = PyDict::new(py);
+    for (cause, name) in Cause::NAMES {
+        causes.set_item(name, cause as u8)?;
+    }
+    Ok(causes)
+}
+
+/// The status flags by name, with the bit of each.
+#[pyfunction]
+pub(crate) fn status_flags(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let flags = PyDict::new(py);
+    for (bit, name) in status::NAMES {
+        flags.set_item(name, bit)?;
+    }
+    Ok(flags)
+}
