@@ -15,6 +15,7 @@ from eft._identification import identify_delay, identify_flow_curve
 from eft._iteration import DriveIteration, iterate
 from eft._laboratory import identify
 from eft._largest_scale import LargestScale, largest_scale
+from eft._memory import MemoryUseWarning
 from eft._native import (
     Command,
     Compensator,
@@ -67,6 +68,7 @@ __all__ = [
     "ForceLoopTuning",
     "IdealResponse",
     "LargestScale",
+    "MemoryUseWarning",
     "Metrics",
     "Plant",
     "PlantState",

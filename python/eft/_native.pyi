@@ -56,6 +56,7 @@ __all__ = [
     "processor_in_the_loop",
     "quantity",
     "read_record",
+    "recorded_traces",
     "replay",
     "resampled",
     "rig_keys",
@@ -458,6 +459,7 @@ def simulate_batch(
     traces: bool = False,
     fft: bool = True,
 ) -> list[BatchResult | str]: ...
+def recorded_traces(rig: Rig) -> int: ...
 def trace_table() -> list[tuple[str, str, str, str]]: ...
 def metric_table() -> list[tuple[str, str, str, bool]]: ...
 def judge_test(

@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 from eft import _native
 from eft._energy import EnergyBalance
-from eft._memory import check_memory, memory_of_samples
+from eft._memory import memory_of_samples, warn_of_memory
 from eft._native import Command, Rig
 from eft._read_only import read_only
 from eft._run import Array, Dtype, TestRun
@@ -76,6 +76,9 @@ class StepController(Protocol):
         >>> eft.simulate(eft.Rig.zhao2005(), sweep, controller=Proportional()).success
         True
         """
+
+
+_LESS = "shorten it or sample less often, or keep fewer traces: `eft.study` keeps none of them by default"
 
 
 class IdealResponse(NamedTuple):
@@ -163,6 +166,11 @@ def simulate(
         If an argument is not allowed; the message names it. If the test needs more memory than this machine
         has.
 
+    Warns
+    -----
+    MemoryUseWarning
+        If the test needs more than 2 GiB.
+
     Examples
     --------
     >>> import eft
@@ -184,7 +192,7 @@ def simulate(
         if watch:
             raise ValueError("watch = True: must be left out with an external controller")
         rig, dtype = rig.replace(_TAKEN), "f32"
-    check_memory(f"command: {len(command)} samples need", memory_of_samples(rig, len(command)))
+    warn_of_memory(f"command: {len(command)} samples need", memory_of_samples(rig, len(command)), _LESS)
     if watch:
         show(rig, command, dtype)
     options: dict[str, Any] = {"method": method or "exponential", "largest_step": largest_step}

@@ -115,12 +115,12 @@ def test_a_study_of_much_memory_is_refused_unless_it_is_asked_for(tmp_path, caps
     study = tmp_path / "study.toml"
     sweep = SWEEP.replace("duration = 1.0", "duration = 4000.0") + "sample_rate = 4096.0\n"
     grid = "[study]\nfft = false\n[study.grid]\n'servovalve.flow_gain_scale' = "
-    for scales, tests in (("[1.0]", 1), ("[0.9, 1.0]", min(2, os.cpu_count() or 1))):
+    for scales, tests in (("[1.0]", "1 test"), ("[0.9, 1.0]", "2 tests")):
         study.write_text(eft.Rig.zhao2005().to_toml() + sweep + grid + scales + "\n")
         assert main(["study", str(study)]) == 2
         said = capsys.readouterr().err
-        need = tests * 16384000 * 200 / 1024**3
-        assert f"16384000 samples in {tests} tests at a time need {need:.1f} GiB of memory" in said
+        need = int(tests[0]) * 16384000 * 200 / 1024**3
+        assert f"16384000 samples in {tests} at a time need {need:.1f} GiB of memory" in said
         assert "lets it run" in said and said.count("\n") == 1
         assert not (tmp_path / "study.study").exists()
     study.write_text(eft.Rig.zhao2005().to_toml() + SWEEP + grid + "[1.0]\n")

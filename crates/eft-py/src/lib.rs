@@ -61,6 +61,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(firmware::fmu_files, module)?)?;
     module.add_function(wrap_pyfunction!(firmware::processor_in_the_loop, module)?)?;
     module.add_function(wrap_pyfunction!(tables::trace_table, module)?)?;
+    module.add_function(wrap_pyfunction!(tables::recorded_traces, module)?)?;
     module.add_function(wrap_pyfunction!(tables::metric_table, module)?)?;
     module.add_function(wrap_pyfunction!(metrics::judge_test, module)?)?;
     module.add_function(wrap_pyfunction!(metrics::metrics, module)?)?;

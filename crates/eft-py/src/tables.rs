@@ -1,10 +1,12 @@
 //! The tables of the simulator and of the core: traces, metrics, flags and causes.
 
 use eft_core::{Cause, status};
-use eft_sim::closed_loop::{self, Otherwise, TRACES};
+use eft_sim::closed_loop::{self, Otherwise, TRACES, Traces};
 use eft_sim::metrics::METRICS;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+use crate::rig::Rig;
 
 /// The traces of a run: name, unit, description, and its value in a test that does not record it: "recorded",
 /// "constant", "nominal" (of the learner), "absent", or the name of an equal trace.
@@ -18,6 +20,12 @@ pub(crate) fn trace_table() -> Vec<(&'static str, &'static str, &'static str, &'
         Otherwise::Absent => "absent",
     };
     TRACES.iter().map(|trace| (trace.name, trace.unit, trace.doc, otherwise(trace))).collect()
+}
+
+/// The number of traces that a test of a rig keeps, one value per sample each.
+#[pyfunction]
+pub(crate) fn recorded_traces(rig: &Rig) -> usize {
+    Traces::recorded(&rig.config)
 }
 
 /// The metrics of a run: name, unit, description and whether it takes longer than the test.

@@ -10,7 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from eft._memory import check_memory, memory_of_samples
+from eft._memory import StudyMemory, warn_of_memory
 from eft._native import Command, Rig
 from eft._run import Dtype
 from eft._study._batch import run_batch
@@ -85,9 +85,14 @@ def study(
     Raises
     ------
     ValueError
-        If a key is unknown, a value has a wrong type, or the folder contains another study. If one test needs
-        more memory than this machine has. A value that the rig refuses is not an error; its row has the
-        reason.
+        If a key is unknown, a value has a wrong type, or the folder contains another study. If the tests that
+        run at once, and the traces that are kept, need more memory than this machine has. A value that the
+        rig refuses is not an error; its row has the reason.
+
+    Warns
+    -----
+    MemoryUseWarning
+        If they need more than 2 GiB.
 
     Examples
     --------
@@ -102,13 +107,19 @@ def study(
     combinations = combinations_of(parameters, rig)
     total = len(commands) * len(combinations)
     longest = max(map(len, commands.values()))
-    check_memory(f"command: {longest} samples need", memory_of_samples(rig, longest))
     if chunk is None:
-        chunk = max(_LEAST, -(-total // (_PARTS * _LEAST)) * _LEAST)
+        chunk = chunk_of(total)
     elif not isinstance(chunk, int) or isinstance(chunk, bool) or chunk < 1:
         raise ValueError(f"chunk = {chunk!r}: must be a whole number of at least 1")
     if dtype not in ("f32", "f64"):
         raise ValueError(f'dtype = {dtype!r}: must be "f32" or "f64"')
+    # An executor of another library has its workers on machines that are unknown here.
+    workers = None if executor is None else getattr(executor, "_max_workers", 1)
+    in_folder, wide = output is not None, structure is None
+    memory = StudyMemory.of(
+        total, longest, chunk, traces=traces, folder=in_folder, workers=workers, wide=wide
+    )
+    warn_of_memory(f"command: {memory}", memory.needed(rig), _less(traces, in_folder))
     plan = Plan(rig, commands, combinations, dtype, traces, fft, chunk, structure)
     table = columns(combinations.keys, rig)
     with ExitStack() as stack:
@@ -126,6 +137,21 @@ def study(
             store.put(number, outcomes)
             update(plan.size(number))
     return Study(plan.describe(), table, chunk, store)
+
+
+def chunk_of(tests: int) -> int:
+    """Number of tests that a study of so many sends and writes together."""
+    return max(_LEAST, -(-tests // (_PARTS * _LEAST)) * _LEAST)
+
+
+def _less(traces: bool, folder: bool) -> str:
+    """How a study takes less memory."""
+    ways = ["shorten the command", "sample less often"]
+    if traces:
+        ways += ["leave out `traces`"] + (
+            ["take a smaller `chunk`"] if folder else ["name a folder as `output`"]
+        )
+    return f"{', '.join(ways[:-1])} or {ways[-1]}"
 
 
 def _commands(command: Command | Mapping[str, Command]) -> dict[str, Command]:

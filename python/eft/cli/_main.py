@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 
 import click
 
 from eft._display import current_units, use_units
 from eft._extras import missing
+from eft._memory import MemoryUseWarning
 from eft._native import __version__
 from eft.cli._benchmark import benchmark
 from eft.cli._check import check
@@ -100,7 +102,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # The group only; a command is named by its context.
     where = f"eft {names[0]}" if names and names[0] in cli.commands else "eft"
     try:
-        with use_units(current_units()):  # the choice of --units ends with the command
+        # The choice of --units ends with the command.
+        with use_units(current_units()), warnings.catch_warnings():
+            # Each command has asked for --memory.
+            warnings.simplefilter("ignore", MemoryUseWarning)
             return int(cli.main(args=names, prog_name="eft", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)

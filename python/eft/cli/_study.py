@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 import time
 from collections.abc import Iterator
@@ -17,7 +16,8 @@ import click
 import eft
 from eft._extras import need
 from eft._files import atomic_write
-from eft._memory import check_memory, memory_of_samples
+from eft._memory import StudyMemory, check_memory
+from eft._study._driver import chunk_of
 from eft._study._summary import SHOWN, reasons, summary
 from eft._study_file import StudyPlan, read_study
 from eft.cli._output import FILE, as_json, emit_json, epilog, settings, table
@@ -91,14 +91,14 @@ def study(
 
 
 def _check_memory(file: Path, plan: StudyPlan, allowed: float, remote: bool) -> None:
-    """Refuse a study whose tests on all cores need too much memory; a Dask worker runs one at a time."""
+    """Refuse a study of too much memory, of this machine or of a Dask worker, which has one thread."""
     of = plan.parameters
     grid = math.prod(len(list(values)) for values in of.values()) if isinstance(of, dict) else None
     tests = len(plan.commands) * (len(of) if isinstance(of, list) else grid or sys.maxsize)
-    together = 1 if remote else min(os.cpu_count() or 1, tests)
     samples = max(map(len, plan.commands.values()))
-    needed = together * memory_of_samples(plan.rig, samples)
-    check_memory(f"{file}: {samples} samples in {together} tests at a time need", needed, allowed)
+    workers = 1 if remote else None
+    memory = StudyMemory.of(tests, samples, chunk_of(tests), traces=plan.traces, folder=True, workers=workers)
+    check_memory(f"{file}: {memory}", memory.needed(plan.rig), allowed)
 
 
 def _tell_what_is_kept(target: Path) -> None:

@@ -134,6 +134,12 @@ macro_rules! traces {
                 }
             }
 
+            /// The number of traces that a test of a rig keeps as samples.
+            pub fn recorded(rig: &RigConfig) -> usize {
+                let groups = Groups::of(rig);
+                0 $(+ if groups.$group { [$(stringify!($name)),*].len() } else { 0 })*
+            }
+
             /// The samples of a trace, and whether this test records it; `None` for an unknown name.
             fn place(&self, name: &str) -> Option<(&Vec<f64>, bool)> {
                 match name {
