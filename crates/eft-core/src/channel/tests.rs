@@ -1,5 +1,7 @@
 #![allow(clippy::float_cmp, reason = "bits are compared on purpose")]
 
+mod belief;
+
 use super::*;
 use crate::cause::Cause;
 use crate::compensation::Calibration;

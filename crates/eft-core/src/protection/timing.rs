@@ -168,6 +168,10 @@ mod tests {
             let counter = (0..300_000_u32).map(|n| ((n % (last + 1)) as f32, NONE));
             assert_eq!(trips(counter), None, "{last}");
         }
+        // From below zero it does not begin again but skips.
+        let mut state = TimingState::default();
+        let mut bad = |alive: f32| timing().step(&mut state, alive, NONE).map(|bad| bad == Untimely::Skipped);
+        assert_eq!([-9.0, -8.0, 0.0, 1.0].map(&mut bad), [None, None, Some(true), None]);
         let never_begins = core::iter::repeat_n((0.0, NONE), 100);
         assert_eq!(trips(never_begins).map(|(_, cause, _)| cause), Some(Cause::SamplesOld));
     }

@@ -7,6 +7,7 @@ mod compensation;
 mod controller;
 mod endurance;
 mod exhaustive;
+mod integrity;
 mod lead;
 mod learning;
 mod lost_motion;

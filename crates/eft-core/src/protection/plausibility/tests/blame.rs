@@ -219,3 +219,37 @@ fn a_velocity_that_repeats_while_the_piston_moves_differently_is_stuck() {
     watch().stuck(&mut state, &Input { displacement: 0.02, ..Input::default() }, 0.5, 0.0);
     assert_eq!(state.marks[1].to_bits(), 0.02_f64.to_bits());
 }
+
+/// Numbers within ±1 without a pattern.
+fn noise(n: u32) -> f64 {
+    (f64::from(n) * f64::from(n)).sin()
+}
+
+#[test]
+fn a_signal_whose_noise_has_stopped_is_stuck() {
+    for (sensor, cause) in [
+        (FORCE, Cause::ForceImplausible),
+        (VELOCITY, Cause::VelocityImplausible),
+        (SPOOL, Cause::SpoolImplausible),
+        (DISPLACEMENT, Cause::DisplacementImplausible),
+    ] {
+        let (watch, mut state) = (watch(), with(&[], &[]));
+        let mut hear = |reading: f64| {
+            watch.gate.pass(&mut state.signals[sensor], f64::INFINITY, 0.1, reading);
+            watch.stuck(&mut state, &Input::default(), 0.0, 0.0)
+        };
+        // Noise of one, then a slow line: it never repeats itself.
+        for n in 0..5000_u32 {
+            assert_eq!(hear(noise(n)), Cause::None, "{sensor}, {n}");
+        }
+        let found = (0..200_u32).find(|n| hear(1e-3 * f64::from(*n)) == cause);
+        assert!(found.is_some_and(|n| (5..100).contains(&n)), "{sensor}: {found:?}");
+    }
+    let blind = Plausibility { senses_velocity: false, ..watch() };
+    let mut state = with(&[], &[]);
+    for n in 0..5200_u32 {
+        let reading = if n < 5000 { noise(n) } else { 1e-3 * f64::from(n) };
+        blind.gate.pass(&mut state.signals[VELOCITY], f64::INFINITY, 0.1, reading);
+        assert_eq!(blind.stuck(&mut state, &Input::default(), 0.0, 0.0), Cause::None, "{n}");
+    }
+}

@@ -1,0 +1,74 @@
+//! What takes the place of distrusted measurements, and which flags say so.
+
+use super::*;
+
+fn watched() -> Channel<f64, 21> {
+    let protection = ProtectionParameters {
+        plausibility: Some(PlausibilityParameters::DEFAULT),
+        ..ProtectionParameters::DEFAULT
+    };
+    Channel::<f64, 21>::new(&Parameters { protection: Some(protection), ..RIG }).unwrap()
+}
+
+/// A state in the middle of a motion.
+fn moving(channel: &Channel<f64, 21>) -> ChannelState<f64> {
+    let mut state = channel.at_rest();
+    for tick in 0..60 {
+        channel.step(&mut state, &swing(tick));
+    }
+    state
+}
+
+#[test]
+fn a_distrusted_spool_is_that_of_the_valves_model() {
+    let channel = watched();
+    let before = moving(&channel);
+    let step = |distrusted: bool, spool: f64| {
+        let mut state = before;
+        if distrusted {
+            state.plausibility.distrust(Cause::SpoolImplausible);
+        }
+        let output = channel.step(&mut state, &Input { spool, ..swing(60) });
+        (output.status & status::SPOOL_DISTRUSTED != 0, output.voltage)
+    };
+    let (near, far) = (swing(60).spool, swing(60).spool + 0.01);
+    assert_eq!((step(false, near).0, step(true, near).0), (false, true));
+    // The reading has no effect then, whatever it is.
+    assert_eq!(step(true, near), step(true, far));
+}
+
+#[test]
+fn the_force_loop_is_open_while_the_force_jumps() {
+    let channel = watched();
+    let mut state = moving(&channel);
+    let mut opens = |force: f64| {
+        let output = channel.step(&mut state, &Input { force, ..swing(60) });
+        output.status & status::FORCE_LOOP_OPEN != 0
+    };
+    let sound = swing(60).force;
+    assert_eq!([sound, 2e5, sound].map(&mut opens), [false, true, false]);
+}
+
+#[test]
+fn a_force_that_contradicts_the_flow_leaves_the_velocity_in_doubt() {
+    let channel = watched();
+    let mut state = channel.at_rest();
+    state.protection.trip_by(Cause::ForceImplausible);
+    state.plausibility.distrust(Cause::ForceImplausible);
+    assert!(!channel.doubts_velocity(&state));
+    // A force of wrong sign while the oil of a held piston is compressed. The balance contains the velocity as well.
+    let (mut state, mut tripped) = (channel.at_rest(), false);
+    let (size, turn) = (4e3, 0.05);
+    let opening = size * turn * RIG.sample_rate * RIG.compressibility / (RIG.piston_area * RIG.flow_gain);
+    for tick in 0..4000 {
+        let angle = turn * f64::from(tick);
+        let (force, spool) = (-size * libm::sin(angle), opening * libm::cos(angle));
+        // Sensors that live.
+        let velocity = 1e-6 * libm::sin(f64::from(tick * tick));
+        let output =
+            channel.step(&mut state, &Input { force, spool, displacement: velocity, velocity, ..swing(0) });
+        tripped |= output.status & status::TRIPPED != 0;
+    }
+    assert!(tripped && state.cause() == Cause::ForceImplausible, "{:?}", state.cause());
+    assert!(channel.doubts_velocity(&state));
+}
